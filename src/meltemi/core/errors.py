@@ -1,0 +1,75 @@
+"""What can go wrong, said in words.
+
+Three places, three mechanisms: files and options raise :class:`InputError` (where, what was
+expected, the closest valid name, what to do); ``build`` raises :class:`UnsupportedError` for
+features it does not have; a run that fails in time ends with a :class:`Status` and keeps what it
+computed.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from enum import IntEnum
+
+
+class MeltemiError(Exception):
+    """Base of every error this package raises on purpose; the command line prints it in one line."""
+
+
+class InputError(MeltemiError):
+    """Something the user gave is wrong: a file, a key, a value, a name."""
+
+
+class UnsupportedError(MeltemiError):
+    """The turbine or option asks for something this package does not model."""
+
+
+class RunError(MeltemiError):
+    """A simulation stopped before its end; raised only by ``Result.raise_for_status``."""
+
+
+class Status(IntEnum):
+    """How a simulation ended; 0 is success. Kernels write these numbers."""
+
+    OK = 0
+    DIVERGED = 1
+    CONTROLLER_RAISED = 2
+    CONTROLLER_DEMAND = 3
+    WIND_ENDED = 4
+    INTERRUPTED = 5
+
+    @property
+    def message(self) -> str:
+        """One sentence for people, with a hint."""
+        return _MESSAGES[self]
+
+
+_MESSAGES: dict[Status, str] = {
+    Status.OK: "completed",
+    Status.DIVERGED: (
+        "the motion diverged (a state became infinite or absurdly large): "
+        "try a smaller time step, fewer modes, or look at the last seconds of the result"
+    ),
+    Status.CONTROLLER_RAISED: "the controller raised an exception",
+    Status.CONTROLLER_DEMAND: "the controller asked for a value that is not a number or out of range",
+    Status.WIND_ENDED: "the wind field ended before the simulation did: use a longer or periodic field",
+    Status.INTERRUPTED: "interrupted by the user; the result holds what was computed until then",
+}
+
+
+def closest(name: str, valid: Iterable[str], n: int = 3) -> list[str]:
+    """Up to ``n`` valid names that look like ``name``, best first, ignoring case."""
+    by_lower = {v.lower(): v for v in valid}
+    return [by_lower[m] for m in difflib.get_close_matches(name.lower(), by_lower, n=n, cutoff=0.5)]
+
+
+def did_you_mean(name: str, valid: Iterable[str]) -> str:
+    """Sentence that helps with a misspelt name: the closest valid ones, or all of them if few."""
+    valid = list(valid)
+    near = closest(name, valid)
+    if near:
+        return f"did you mean {' or '.join(repr(v) for v in near)}?"
+    if len(valid) <= 12:
+        return f"valid are: {', '.join(sorted(valid))}"
+    return f"none of the {len(valid)} valid names is close to it"

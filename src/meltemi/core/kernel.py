@@ -1,0 +1,97 @@
+"""Compiled functions: the only file that knows how Numba is set up.
+
+``@kernel`` compiles a function for the processor it runs on and keeps the machine code in a folder
+of the user's cache. Numba's own cache notices a change of the file a function stands in, but not of
+a function it calls in another file. Therefore the folder's name is a hash of every source file of
+this package and of everything else the machine code depends on; a change anywhere starts a new
+folder, and old ones are removed.
+
+Kernels assume valid input; everything is checked before they are called. They use IEEE arithmetic
+with contraction to fused multiply-add, and no reordering: the same machine gives the same bits.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import shutil
+import time
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar
+
+import llvmlite.binding
+import numba
+import numpy as np
+import platformdirs
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+FAST_MATH = {"contract", "nsz", "arcp"}
+KEEP_FOLDERS = 4
+"""Cache folders of other versions that are kept, most recently used first."""
+
+
+@cache
+def source_hash() -> str:
+    """Hash of all source files of this package."""
+    root = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def cache_folder() -> Path | None:
+    """Folder for machine code of exactly this package, Numba, NumPy, Python and processor.
+
+    Returns:
+      The folder, created if needed, or None if no folder can be written (then every process
+      compiles anew).
+    """
+    base = Path(os.environ.get("MELTEMI_CACHE_DIR") or platformdirs.user_cache_dir("meltemi"), "kernels")
+    cpu = os.environ.get("NUMBA_CPU_NAME") or llvmlite.binding.get_host_cpu_name()
+    features = os.environ.get("NUMBA_CPU_FEATURES") or ""
+    key = (source_hash(), numba.__version__, np.__version__, platform.python_version(), cpu, features, platform.machine())
+    folder = base / hashlib.sha256("|".join(key).encode()).hexdigest()[:16]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "used").write_text(" ".join(key), encoding="utf-8")
+        _prune(base, keep=folder)
+    except OSError:
+        return None
+    return folder
+
+
+def _prune(base: Path, keep: Path) -> None:
+    """Remove the least recently used folders; another process may remove them at the same time."""
+
+    def used(folder: Path) -> float:
+        try:
+            return (folder / "used").stat().st_mtime
+        except OSError:
+            return 0.0
+
+    others = sorted((f for f in base.iterdir() if f.is_dir() and f != keep), key=used, reverse=True)
+    for folder in others[KEEP_FOLDERS:]:
+        if time.time() - used(folder) > 3600.0:  # perhaps in use by a process that just started
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def kernel(function: F) -> F:
+    """Compile ``function`` at its first call for each combination of argument types; cached on disk."""
+    folder = cache_folder()
+    options: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy", "nogil": True}
+    if folder is None or numba.config.DISABLE_JIT:
+        return numba.njit(**options)(function)  # type: ignore[no-any-return]
+    # Numba reads this setting when a function is decorated; the user's own functions keep theirs.
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(folder)
+    try:
+        return numba.njit(cache=True, **options)(function)  # type: ignore[no-any-return]
+    finally:
+        numba.config.CACHE_DIR = before

@@ -1,0 +1,1 @@
+"""The air and the ground the turbine stands in."""

@@ -1,0 +1,1 @@
+"""Numerics that know nothing about turbines: vectors, rotations, tables, small linear solves."""

@@ -1,0 +1,516 @@
+"""Records that describe a turbine.
+
+Frames, signs and azimuth zero are defined in ``docs/conventions.md``. In short: x points downwind,
+z up or from the blade root to its tip, y completes the right-handed set; blade pitch and twist are
+positive towards feather (nose into the wind); tilt lifts the upwind end of the shaft; cone leans the
+blades upwind. Units are SI throughout: metre, kilogram, second, radian, newton, watt.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from meltemi.core.record import Array, Record
+
+HALF_TURN = math.pi
+
+
+def _stations(values: Array, what: str) -> Array:
+    if values.ndim != 1 or len(values) < 2:
+        raise ValueError(f"{what}: at least two stations are needed")
+    steps = np.diff(values)
+    if np.any(steps <= 0.0):
+        i = int(np.flatnonzero(steps <= 0.0)[0])
+        raise ValueError(
+            f"{what} must increase from station to station, but station {i + 2} ({values[i + 1]:g} m) "
+            f"does not lie beyond station {i + 1} ({values[i]:g} m)"
+        )
+    return values
+
+
+def _per_station(record: Record, names: str, n: int, against: str = "position") -> None:
+    for name in names.split():
+        value = getattr(record, name)
+        if value is not None and len(value) != n:
+            raise ValueError(f"{name} has {len(value)} entries, but {against} has {n}")
+
+
+def _positive(record: Record, names: str, *, zero: bool = False) -> None:
+    for name in names.split():
+        value = getattr(record, name)
+        if value is not None and np.any(value < 0.0 if zero else value <= 0.0):
+            i = int(np.flatnonzero(value < 0.0 if zero else value <= 0.0)[0])
+            raise ValueError(f"{name} must be {'zero or ' if zero else ''}positive, but entry {i + 1} is {value[i]:g}")
+
+
+def _angle(record: Record, names: str, limit: float) -> None:
+    for name in names.split():
+        value = getattr(record, name)
+        if np.any(np.abs(value) > limit):
+            i = int(np.argmax(np.abs(value)))
+            raise ValueError(
+                f"{name} is in radians and expected within +-{limit:.2f}, but entry {i + 1} is {value[i]:g}; "
+                "if these are degrees, multiply by pi/180 = 0.01745329"
+            )
+
+
+class Airfoil(Record):
+    """Lift, drag and moment of a section against the angle of attack, over the full circle."""
+
+    angle_of_attack: Array
+    """(P,) [rad] from -pi to pi, increasing."""
+    lift: Array
+    """(P,) [-] lift coefficient."""
+    drag: Array
+    """(P,) [-] drag coefficient."""
+    moment: Array
+    """(P,) [-] moment coefficient about the aerodynamic centre, positive nose up."""
+    dynamic_stall: bool = True
+    """False for sections without lift, e.g. cylinders: their polar is always used as it is."""
+    source: str = ""
+    """Where the numbers come from."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        a = self.angle_of_attack
+        if len(a) < 3 or np.any(np.diff(a) <= 0.0):
+            raise ValueError("angle_of_attack must increase from entry to entry")
+        _per_station(self, "lift drag moment", len(a), "angle_of_attack")
+        if abs(a[0] + HALF_TURN) > 1e-3 or abs(a[-1] - HALF_TURN) > 1e-3:
+            hint = "; the values look like degrees, multiply by pi/180" if a[-1] > 7.0 else ""
+            raise ValueError(
+                f"angle_of_attack must cover -pi to pi (+-180 degrees), but goes from {a[0]:g} to {a[-1]:g} rad{hint}"
+            )
+        for name in ("lift", "drag", "moment"):
+            value = getattr(self, name)
+            if np.any(np.abs(value) > 10.0):
+                raise ValueError(f"{name} has a coefficient beyond +-10")
+        return self
+
+
+class BladeAerodynamics(Record):
+    """Outer shape of the blade, at stations along its axis."""
+
+    position: Array
+    """(S,) [m] distance from the blade root along the pitch axis; first 0, last the blade length."""
+    chord: Array
+    """(S,) [m]."""
+    twist: Array
+    """(S,) [rad] positive towards feather."""
+    airfoil: tuple[str, ...]
+    """(S,) names of entries in ``Turbine.airfoils``; polars are interpolated between stations."""
+    centre_x: Array | None = None
+    """(S,) [m] aerodynamic centre from the pitch axis, downwind at zero pitch."""
+    centre_y: Array | None = None
+    """(S,) [m] aerodynamic centre from the pitch axis, towards the trailing edge at zero pitch."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        _stations(self.position, "position")
+        _per_station(self, "chord twist airfoil centre_x centre_y", len(self.position))
+        _positive(self, "chord")
+        _angle(self, "twist", 1.6)
+        return self
+
+
+class BladeStructure(Record):
+    """Beam properties of the blade, at stations along its axis.
+
+    Either the classical properties, or full 6 x 6 matrices of section stiffness and mass. Both refer to
+    the section's axes: x along the flap direction, y along the edge direction (towards the trailing
+    edge), z along the blade, turned by ``twist``.
+    """
+
+    position: Array
+    """(S,) [m] distance from the blade root along the pitch axis; first 0, last the blade length."""
+    twist: Array
+    """(S,) [rad] of the section's principal axes, positive towards feather."""
+    mass: Array | None = None
+    """(S,) [kg/m]."""
+    flap_stiffness: Array | None = None
+    """(S,) [N m^2] bending in the flap direction (about y)."""
+    edge_stiffness: Array | None = None
+    """(S,) [N m^2] bending in the edge direction (about x)."""
+    torsion_stiffness: Array | None = None
+    """(S,) [N m^2]; without it the blade does not twist."""
+    axial_stiffness: Array | None = None
+    """(S,) [N]; without it the blade does not stretch."""
+    flap_inertia: Array | None = None
+    """(S,) [kg m] rotary inertia about y."""
+    edge_inertia: Array | None = None
+    """(S,) [kg m] rotary inertia about x."""
+    mass_centre_x: Array | None = None
+    """(S,) [m] centre of mass from the pitch axis in the section's axes."""
+    mass_centre_y: Array | None = None
+    """(S,) [m] centre of mass from the pitch axis in the section's axes."""
+    axis_x: Array | None = None
+    """(S,) [m] prebend: the beam's axis from the pitch axis, downwind at zero pitch (upwind is negative)."""
+    axis_y: Array | None = None
+    """(S,) [m] sweep: the beam's axis from the pitch axis, towards the trailing edge."""
+    stiffness_matrix: Array | None = None
+    """(S, 6, 6) [N, N m, N m^2] forces and moments (x, y, z, about x, y, z) from strains and curvatures."""
+    mass_matrix: Array | None = None
+    """(S, 6, 6) [kg/m, kg, kg m] momenta from velocities."""
+    damping: Damping
+    """Structural damping of the isolated, clamped blade."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        n = len(_stations(self.position, "position"))
+        classical = "mass flap_stiffness edge_stiffness"
+        optional = "torsion_stiffness axial_stiffness flap_inertia edge_inertia"
+        given = [name for name in classical.split() if getattr(self, name) is not None]
+        if self.stiffness_matrix is None:
+            missing = [name for name in classical.split() if name not in given]
+            if missing:
+                raise ValueError(f"{', '.join(missing)} missing (or give stiffness_matrix and mass_matrix)")
+        elif given or any(getattr(self, name) is not None for name in optional.split()):
+            raise ValueError("give either classical properties or 6 x 6 matrices, not both")
+        elif self.mass_matrix is None:
+            raise ValueError("stiffness_matrix is given, so mass_matrix is needed too")
+        for name in ("stiffness_matrix", "mass_matrix"):
+            value = getattr(self, name)
+            if value is not None:
+                if value.shape != (n, 6, 6):
+                    raise ValueError(f"{name} must have shape ({n}, 6, 6), but has {value.shape}")
+                if not np.allclose(value, value.transpose(0, 2, 1), rtol=1e-6, atol=1e-6 * np.abs(value).max()):
+                    raise ValueError(f"{name} must be symmetric at every station")
+                if np.any(np.linalg.eigvalsh(value)[:, 0] <= 0.0):
+                    i = int(np.flatnonzero(np.linalg.eigvalsh(value)[:, 0] <= 0.0)[0])
+                    raise ValueError(f"{name} must be positive definite, but is not at station {i + 1}")
+        _per_station(self, f"twist {classical} {optional} mass_centre_x mass_centre_y axis_x axis_y", n)
+        _positive(self, f"{classical} torsion_stiffness axial_stiffness")
+        _positive(self, "flap_inertia edge_inertia", zero=True)
+        _angle(self, "twist", 1.6)
+        return self
+
+
+class Damping(Record):
+    """Damping ratios of a member that stands alone: the blade clamped at its root, the tower without nacelle.
+
+    The damping matrix is proportional to stiffness, so a mode of the assembled turbine has the ratio of
+    the isolated member times the ratio of their frequencies.
+    """
+
+    flap: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Blades: flapwise modes [-]."""
+    edge: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Blades: edgewise modes [-]."""
+    fore_aft: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Tower: fore-aft modes [-]."""
+    side_side: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Tower: side-to-side modes [-]."""
+    torsion: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Torsional modes [-]."""
+
+
+class Blade(Record):
+    """One blade; all blades of a turbine are alike."""
+
+    aerodynamics: BladeAerodynamics
+    structure: BladeStructure
+    source: str = ""
+
+    @property
+    def length(self) -> float:
+        """[m] from root to tip."""
+        return float(self.aerodynamics.position[-1])
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for part in (self.aerodynamics, self.structure):
+            if abs(part.position[0]) > 1e-6:
+                raise ValueError(f"position must begin with 0 (the blade root), but begins with {part.position[0]:g} m")
+        a, s = self.aerodynamics.position[-1], self.structure.position[-1]
+        if abs(a - s) > 1e-3 * max(a, s):
+            raise ValueError(f"the blade is {a:g} m long in aerodynamics.position, but {s:g} m in structure.position")
+        return self
+
+
+class Hub(Record):
+    """Hub and rotor geometry."""
+
+    radius: float = Field(gt=0.0)
+    """[m] rotor apex to blade root, along the blade."""
+    precone: float = Field(default=0.0, gt=-0.6, lt=0.6)
+    """[rad] blades lean upwind when positive."""
+    mass: float = Field(ge=0.0)
+    """[kg]."""
+    inertia: float = Field(ge=0.0)
+    """[kg m^2] about the shaft."""
+    mass_centre: float = 0.0
+    """[m] along the shaft from the rotor apex, downwind when positive."""
+    source: str = ""
+
+
+class Nacelle(Record):
+    """Nacelle, and where the shaft lies in it. Positions are from the tower top, in the nacelle's axes."""
+
+    mass: float = Field(ge=0.0)
+    """[kg]."""
+    mass_centre: tuple[float, float, float]
+    """[m] x downwind, y left looking downwind, z up."""
+    yaw_inertia: float = Field(ge=0.0)
+    """[kg m^2] about the yaw axis, its mass included."""
+    roll_inertia: float = Field(default=0.0, ge=0.0)
+    """[kg m^2] about the downwind axis through its centre of mass."""
+    nod_inertia: float = Field(default=0.0, ge=0.0)
+    """[kg m^2] about the lateral axis through its centre of mass."""
+    overhang: float
+    """[m] from the yaw axis to the rotor apex along the shaft; positive for an upwind rotor."""
+    shaft_height: float = Field(ge=0.0)
+    """[m] of the point where shaft and yaw axis meet, above the tower top."""
+    tilt: float = Field(default=0.0, gt=-0.6, lt=0.6)
+    """[rad] of the shaft; the upwind end is up when positive."""
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        x, y, _ = self.mass_centre
+        if self.yaw_inertia < self.mass * (x * x + y * y) * (1.0 - 1e-9):
+            raise ValueError(
+                f"yaw_inertia {self.yaw_inertia:g} is less than mass times its distance from the yaw axis squared"
+            )
+        return self
+
+
+class Drivetrain(Record):
+    """Shaft, gearbox, generator and brake."""
+
+    gear_ratio: float = Field(gt=0.0)
+    """Generator speed over rotor speed [-]; 1 for a direct drive."""
+    generator_inertia: float = Field(gt=0.0)
+    """[kg m^2] on the generator's shaft."""
+    stiffness: float = Field(gt=0.0)
+    """[N m/rad] torsion of the drivetrain, seen from the rotor."""
+    damping: float = Field(ge=0.0)
+    """[N m s/rad] of the same."""
+    generator_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
+    """Electrical over mechanical power [-]."""
+    gearbox_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
+    """[-]; only 1 is supported so far."""
+    brake_torque: float = Field(default=0.0, ge=0.0)
+    """[N m] of the fully applied brake, on the generator's shaft."""
+    source: str = ""
+
+
+class Yaw(Record):
+    """Yaw bearing and its drive."""
+
+    stiffness: float = Field(gt=0.0)
+    """[N m/rad] of the locked bearing."""
+    damping: float = Field(ge=0.0)
+    """[N m s/rad] of the locked bearing."""
+    source: str = ""
+
+
+class Tower(Record):
+    """Tower, at stations above its base."""
+
+    position: Array
+    """(S,) [m] above the tower base; first 0, last the tower top."""
+    mass: Array
+    """(S,) [kg/m]."""
+    fore_aft_stiffness: Array
+    """(S,) [N m^2]."""
+    side_side_stiffness: Array
+    """(S,) [N m^2]."""
+    torsion_stiffness: Array | None = None
+    """(S,) [N m^2]; without it the tower does not twist."""
+    axial_stiffness: Array | None = None
+    """(S,) [N]; without it the tower does not shorten elastically."""
+    diameter: Array
+    """(S,) [m] outer diameter."""
+    drag_coefficient: float = Field(default=1.0, ge=0.0)
+    """Of the tower as a cylinder [-]."""
+    base_height: float = 0.0
+    """[m] of the tower base above the ground."""
+    damping: Damping
+    """Structural damping of the tower that stands alone."""
+    source: str = ""
+
+    @property
+    def length(self) -> float:
+        """[m] from base to top."""
+        return float(self.position[-1])
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        n = len(_stations(self.position, "position"))
+        names = "mass fore_aft_stiffness side_side_stiffness torsion_stiffness axial_stiffness diameter"
+        _per_station(self, names, n)
+        _positive(self, names)
+        if abs(self.position[0]) > 1e-6:
+            raise ValueError(f"position must begin with 0 (the tower base), but begins with {self.position[0]:g} m")
+        return self
+
+
+class Foundation(Record):
+    """Springs between the tower base and the ground; without this record the base is clamped."""
+
+    stiffness: Array
+    """(6, 6) [N/m, N/rad, N m/rad] forces and moments (x, y, z, about x, y, z) on the ground from motion."""
+    mass: float = Field(default=0.0, ge=0.0)
+    """[kg] that moves with the tower base."""
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        K = self.stiffness
+        if K.shape != (6, 6):
+            raise ValueError(f"stiffness must have shape (6, 6), but has {K.shape}")
+        if not np.allclose(K, K.T, rtol=1e-6) or np.linalg.eigvalsh(K)[0] <= 0.0:
+            raise ValueError("stiffness must be symmetric and positive definite")
+        return self
+
+
+class PitchActuator(Record):
+    """Second-order pitch actuator with limits; ``kind: ideal`` follows every command at once."""
+
+    kind: Literal["second_order", "ideal"] = "second_order"
+    natural_frequency: float = Field(default=11.11, gt=0.0)
+    """[rad/s]."""
+    damping_ratio: float = Field(default=0.6, gt=0.0)
+    """[-]."""
+    rate_limit: float = Field(gt=0.0, lt=2.0)
+    """[rad/s] of the blade."""
+    minimum: float = Field(gt=-1.6, lt=1.6)
+    """[rad] smallest pitch."""
+    maximum: float = Field(gt=-1.6, lt=3.2)
+    """[rad] largest pitch."""
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.minimum >= self.maximum:
+            raise ValueError(f"minimum {self.minimum:g} must be less than maximum {self.maximum:g}")
+        return self
+
+
+class TorqueControl(Record):
+    """Generator torque against filtered generator speed, region by region (on the generator's shaft).
+
+    Below ``cut_in_speed`` no torque; to ``optimal_speed`` a straight line (region 1 1/2); then
+    ``optimal_gain`` times speed squared (region 2); near rated a straight line with the slope of an
+    induction machine of ``slip`` (region 2 1/2); above, constant power (region 3), also whenever the
+    pitch exceeds ``power_pitch``.
+    """
+
+    cut_in_speed: float = Field(ge=0.0)
+    """[rad/s]."""
+    optimal_speed: float = Field(gt=0.0)
+    """[rad/s] where region 2 begins."""
+    rated_speed: float = Field(gt=0.0)
+    """[rad/s] where region 3 begins."""
+    optimal_gain: float = Field(gt=0.0)
+    """[N m s^2/rad^2]."""
+    slip: float = Field(gt=0.0, lt=1.0)
+    """[-] of region 2 1/2."""
+    rated_power: float = Field(gt=0.0)
+    """[W] mechanical."""
+    maximum_torque: float = Field(gt=0.0)
+    """[N m]."""
+    rate_limit: float = Field(gt=0.0)
+    """[N m/s]."""
+    power_pitch: float = Field(default=0.0, ge=0.0)
+    """[rad]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not self.cut_in_speed < self.optimal_speed < self.rated_speed:
+            raise ValueError("speeds must satisfy cut_in_speed < optimal_speed < rated_speed")
+        return self
+
+
+class PitchControl(Record):
+    """Gain-scheduled PI from the filtered generator speed to the collective pitch."""
+
+    reference_speed: float = Field(gt=0.0)
+    """[rad/s] of the generator."""
+    proportional_gain: float = Field(ge=0.0)
+    """[s] at zero pitch: pitch [rad] from generator speed [rad/s]."""
+    integral_gain: float = Field(gt=0.0)
+    """[-] at zero pitch."""
+    gain_halving_pitch: float = Field(gt=0.0)
+    """[rad] pitch at which the rotor's sensitivity has doubled, so that the gains are halved."""
+    minimum: float = Field(gt=-1.6, lt=1.6)
+    """[rad]."""
+    maximum: float = Field(gt=-1.6, lt=3.2)
+    """[rad]."""
+    rate_limit: float = Field(gt=0.0, lt=2.0)
+    """[rad/s]."""
+
+
+class BaselineControl(Record):
+    """The variable-speed, pitch-to-feather law of Jonkman et al. (2009), as numbers any turbine can set."""
+
+    filter_frequency: float = Field(gt=0.0)
+    """[rad/s] of the first-order low-pass of the generator speed."""
+    torque: TorqueControl
+    pitch: PitchControl
+    source: str = ""
+
+
+class Turbine(Record):
+    """A horizontal-axis wind turbine on land."""
+
+    name: str
+    description: str = ""
+    source: str = ""
+    n_blades: int = Field(default=3, ge=1)
+    rated_power: float = Field(gt=0.0)
+    """[W] electrical."""
+    cut_in: float = Field(default=3.0, gt=0.0)
+    """[m/s] wind speed at hub height."""
+    cut_out: float = Field(default=25.0, gt=0.0)
+    """[m/s] wind speed at hub height."""
+    blade: Blade
+    airfoils: dict[str, Airfoil]
+    hub: Hub
+    nacelle: Nacelle
+    drivetrain: Drivetrain
+    yaw: Yaw
+    tower: Tower
+    foundation: Foundation | None = None
+    pitch_actuator: PitchActuator
+    control: BaselineControl
+
+    @field_validator("airfoils")
+    @classmethod
+    def _some(cls, airfoils: dict[str, Airfoil]) -> dict[str, Airfoil]:
+        if not airfoils:
+            raise ValueError("at least one airfoil is needed")
+        return airfoils
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        from meltemi.core.errors import did_you_mean
+
+        for i, name in enumerate(self.blade.aerodynamics.airfoil):
+            if name not in self.airfoils:
+                raise ValueError(
+                    f"blade.aerodynamics.airfoil station {i + 1} names {name!r}, which is not among the airfoils: "
+                    f"{did_you_mean(name, self.airfoils)}"
+                )
+        if self.cut_in >= self.cut_out:
+            raise ValueError(f"cut_in {self.cut_in:g} m/s must be less than cut_out {self.cut_out:g} m/s")
+        if self.hub_height <= self.rotor_radius:
+            raise ValueError(
+                f"the blade tips reach the ground: hub height {self.hub_height:g} m, rotor radius {self.rotor_radius:g} m"
+            )
+        return self
+
+    @property
+    def rotor_radius(self) -> float:
+        """[m] from the shaft to the tip of the undeflected blade, without cone."""
+        return self.hub.radius + self.blade.length
+
+    @property
+    def hub_height(self) -> float:
+        """[m] of the rotor apex above ground."""
+        n = self.nacelle
+        return self.tower.base_height + self.tower.length + n.shaft_height + n.overhang * math.sin(n.tilt)
