@@ -84,14 +84,27 @@ def _prune(base: Path, keep: Path) -> None:
 
 def kernel(function: F) -> F:
     """Compile ``function`` at its first call for each combination of argument types; cached on disk."""
+    return _compiled(function)
+
+
+def kernel_for(signature: Any) -> Callable[[F], F]:
+    """Compile a function now, for one signature only; cached on disk."""
+
+    def decorate(function: F) -> F:
+        return _compiled(function, signature)
+
+    return decorate
+
+
+def _compiled(function: F, *signature: Any) -> F:
     folder = cache_folder()
     options: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy", "nogil": True}
     if folder is None or numba.config.DISABLE_JIT:
-        return numba.njit(**options)(function)  # type: ignore[no-any-return]
+        return numba.njit(*signature, **options)(function)  # type: ignore[no-any-return]
     # Numba reads this setting when a function is decorated; the user's own functions keep theirs.
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(folder)
     try:
-        return numba.njit(cache=True, **options)(function)  # type: ignore[no-any-return]
+        return numba.njit(*signature, cache=True, **options)(function)  # type: ignore[no-any-return]
     finally:
         numba.config.CACHE_DIR = before

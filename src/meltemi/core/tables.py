@@ -29,12 +29,22 @@ class Field:
     doc: str
 
 
+PARTS = {
+    "xyz": ("x", "y", "z"),
+    "rotation": ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"),
+    "symmetric": ("xx", "yy", "zz", "xy", "xz", "yz"),
+    "blades": ("1", "2", "3"),
+}
+"""Fields that are vectors, rotation matrices (row by row), symmetric matrices or one number a blade."""
+MAX_BLADES = len(PARTS["blades"])
+
+
 @dataclass(frozen=True, slots=True)
 class Table:
     """Fields that share a shape.
 
     Attributes:
-      name: what the rows describe, e.g. ``"aerodynamic node"``.
+      name: what the rows describe, e.g. ``"blade motion"``.
       axes: names of the axes after the field axis, from ``blade``, ``node``, ``mode``.
       fields: the rows, in the order of the array.
     """
@@ -43,21 +53,20 @@ class Table:
     axes: tuple[str, ...]
     fields: tuple[Field, ...]
 
-    def __post_init__(self) -> None:
-        names = self.names
-        if len(set(names)) != len(names):
-            raise ValueError(f"table {self.name!r} has a field twice")
-
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(f.name for f in self.fields)
 
+    def __len__(self) -> int:
+        return len(self.fields)
+
     def index(self, name: str) -> int:
-        """Row of the named field; an unknown name is answered with the closest ones."""
-        try:
-            return self.names.index(name)
-        except ValueError:
-            raise InputError(f"{self.name} has no {name!r}: {did_you_mean(name, self.names)}") from None
+        """Row of the named field, the first one of a vector or matrix; unknown names get the closest ones."""
+        names = self.names
+        for candidate in (name, f"{name}_x", f"{name}_xx", f"{name}_1"):
+            if candidate in names:
+                return names.index(candidate)
+        raise InputError(f"{self.name} has no {name!r}: {did_you_mean(name, names)}")
 
     def slots(self, names: str) -> tuple[int, ...]:
         """Rows of several fields, for unpacking into the constants that kernels index with."""
@@ -75,13 +84,24 @@ class Table:
 
 
 def table(name: str, axes: str, text: str) -> Table:
-    """A table from lines ``name | unit | meaning``; blank lines are ignored."""
-    rows = [[part.strip() for part in line.split("|", 2)] for line in text.splitlines() if line.strip()]
-    return Table(name, tuple(axes.split()), tuple(Field(*row) for row in rows))
+    """A table from lines ``name | unit | meaning`` or ``name parts | unit | meaning``, see :data:`PARTS`."""
+    fields: list[Field] = []
+    for line in text.splitlines():
+        if not line.strip():
+            continue
+        key, unit, doc = (part.strip() for part in line.split("|", 2))
+        base, *parts = key.split()
+        if parts:
+            fields += [Field(f"{base}_{part}", unit, doc) for part in PARTS[parts[0]]]
+        else:
+            fields.append(Field(base, unit, doc))
+    if len({f.name for f in fields}) != len(fields):
+        raise ValueError(f"table {name!r} has a field twice")
+    return Table(name, tuple(axes.split()), tuple(fields))
 
 
 class View:
-    """Host-side view of a table's array: ``view["chord"]`` is the row, written through."""
+    """Host-side view of a table's array: ``view["chord"]`` is the row (or rows), written through."""
 
     __slots__ = ("array", "table")
 
@@ -89,12 +109,19 @@ class View:
         self.table = table
         self.array = array
 
+    def _rows(self, name: str) -> int | slice:
+        row = self.table.index(name)
+        for parts in PARTS.values():
+            if self.table.names[row] == f"{name}_{parts[0]}":
+                return slice(row, row + len(parts))
+        return row
+
     def __getitem__(self, name: str) -> NDArray[np.float64]:
-        row: NDArray[np.float64] = self.array[self.table.index(name)]
+        row: NDArray[np.float64] = self.array[self._rows(name)]
         return row
 
     def __setitem__(self, name: str, value: object) -> None:
-        self.array[self.table.index(name)] = value
+        self.array[self._rows(name)] = value
 
     def __repr__(self) -> str:
         return f"<{self.table.name}: {', '.join(self.table.names)}>"

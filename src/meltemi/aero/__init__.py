@@ -1,0 +1,1 @@
+"""Rotor and tower aerodynamics: blade-element momentum, dynamic inflow, dynamic stall, tower flow."""

@@ -1,0 +1,185 @@
+"""Blade-element momentum at one blade node, solved for the inflow angle.
+
+Following Ning (2014) the balance of momentum is one equation in the inflow angle phi. With
+sigma' = B c / (2 pi r), kappa = sigma' C_x / (4 F), s = sin(phi), c = cos(phi):
+
+    V_y s / (1 - a) = V_x (c - sigma' C_y / (4 F s))
+
+    s / (1 - a) = s + kappa / s                                    momentum, kappa <= 2/3 s^2
+                = (5/3 - F) s + sqrt(2 F kappa - (4/3 - F) F s^2)  Buhl (2005) beyond
+
+The second form is Buhl's parabola solved for 1 / (1 - a): smooth through phi = 0, where a = 1, and
+valid beyond, so a solution exists for every wind and rotor speed in -pi/4 < phi < 3 pi/4. Flow from
+behind and backward rotation are mirrored into that range.
+
+Reference: docs/theory/aerodynamics.md (A-5 to A-15); Ning (2014), Eqs. 5-14; Buhl (2005), Eq. 17.
+"""
+
+from __future__ import annotations
+
+from math import acos, cos, exp, pi, sin, sqrt
+from typing import NamedTuple
+
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.aero.polars import DRAG, LIFT, coefficient, locate
+from meltemi.core.kernel import kernel
+
+Float = NDArray[float64]
+
+PHI_LOW, PHI_HIGH = -0.25 * pi, 0.75 * pi
+ROUNDING = 1e-12
+"""[rad] by which a step may leave the bracket: at convergence the bracket has no width."""
+LOSS_FLOOR = 1e-4
+"""Smallest loss factor."""
+STILL = 1e-3
+"""[m/s] below which the wind counts as still."""
+
+
+class Strip(NamedTuple):
+    """What a strip of the rotor is to the momentum balance.
+
+    Attributes:
+      vx, vy: [m/s] relative wind without induction, normal to the strip and along it.
+      theta: [rad] pitch and twist.
+      solidity: blades times chord over circumference.
+      tip_number, hub_number: of Prandtl's loss factor.
+      polar: index of the polar.
+    """
+
+    vx: float
+    vy: float
+    theta: float
+    solidity: float
+    tip_number: float
+    hub_number: float
+    polar: int
+
+
+class Balance(NamedTuple):
+    """Both sides of the momentum balance at a trial inflow angle.
+
+    Attributes:
+      residual: left minus right side, over the speed of the relative wind.
+      axial: s / (1 - a).
+      tangential: c / (1 + a').
+    """
+
+    residual: float
+    axial: float
+    tangential: float
+
+
+class Induction(NamedTuple):
+    """Solution at one node.
+
+    Attributes:
+      a, ap: axial and tangential induction factor.
+      phi, slope: where the solver may begin next time.
+      residual: of the balance.
+    """
+
+    a: float
+    ap: float
+    phi: float
+    slope: float
+    residual: float
+
+
+@kernel
+def loss_factor(tip_number: float, hub_number: float, sin_phi: float) -> float:
+    """Prandtl's factor F for tip and hub (A-9)."""
+    s = max(sin_phi, 1e-9)
+    tip = acos(exp(-tip_number / s))
+    hub = acos(exp(-hub_number / s))
+    return max((4.0 / (pi * pi)) * tip * hub, LOSS_FLOOR)
+
+
+@kernel
+def balance(
+    strip: Strip,
+    polars: Float,
+    axial_drag: float,
+    tangential_drag: float,
+    buhl: int,
+    sin_0: float,
+    cos_0: float,
+    mirror_x: float,
+    mirror_y: float,
+    phi: float,
+) -> Balance:
+    """The momentum balance at ``phi`` (A-6 to A-12).
+
+    Args:
+      sin_0, cos_0: |V_x| and |V_y| over the speed: the inflow angle without induction.
+      mirror_x, mirror_y: signs of V_x and V_y.
+    """
+    s, c = sin(phi), cos(phi)
+    true_phi = mirror_x * (phi if mirror_y > 0.0 else pi - phi)
+    at = locate(polars, true_phi - strip.theta)
+    cl = coefficient(polars, strip.polar, at, LIFT)
+    cd = coefficient(polars, strip.polar, at, DRAG)
+    lift = mirror_x * mirror_y * cl
+    cx = lift * c + axial_drag * cd * s
+    F = loss_factor(strip.tip_number, strip.hub_number, abs(s))
+    q = strip.solidity / (4.0 * F)
+    kappa = q * cx
+    safe = s if abs(s) > 1e-6 else (1e-6 if s >= 0.0 else -1e-6)
+    momentum = s + kappa / safe
+    high = (5.0 / 3.0 - F) * s + sqrt(max(2.0 * F * kappa - (4.0 / 3.0 - F) * F * s * s, 0.0))
+    use_high = buhl == 1 and kappa > 0.0 and (s <= 0.0 or kappa > (2.0 / 3.0) * s * s)
+    axial = high if use_high else momentum
+    tangential = c - q * (lift - tangential_drag * cd * c / safe)
+    return Balance(cos_0 * axial - sin_0 * tangential, axial, tangential)
+
+
+@kernel
+def induction(
+    strip: Strip,
+    polars: Float,
+    axial_drag: float,
+    tangential_drag: float,
+    buhl: int,
+    iterations: int,
+    phi: float,
+    slope: float,
+) -> Induction:
+    """Solve the momentum balance by a fixed number of safeguarded secant steps from a guess.
+
+    The bracket [-pi/4, 3 pi/4] always holds a solution; a step that leaves the bracket becomes a
+    bisection, so the solver converges from any guess.
+
+    Args:
+      iterations: evaluations of the balance.
+      phi, slope: guess of the solution [rad] and of the residual's slope there.
+    """
+    mirror_x = 1.0 if strip.vx >= 0.0 else -1.0
+    mirror_y = 1.0 if strip.vy >= 0.0 else -1.0
+    vx, vy = abs(strip.vx), abs(strip.vy)
+    speed = max(sqrt(vx * vx + vy * vy), STILL)
+    sin_0, cos_0 = vx / speed, vy / speed
+    low, high = PHI_LOW, PHI_HIGH
+    x = min(max(phi, low + 1e-3), high - 1e-3)
+    slope = min(max(slope, 0.05), 50.0)
+    x_old, r_old = x, 0.0
+    now = Balance(0.0, 1.0, 1.0)
+    for i in range(iterations):
+        if i > 0:
+            step = x - now.residual / slope
+            inside = step >= low - ROUNDING and step <= high + ROUNDING
+            x_old, r_old = x, now.residual
+            x = step if inside else 0.5 * (low + high)
+        now = balance(strip, polars, axial_drag, tangential_drag, buhl, sin_0, cos_0, mirror_x, mirror_y, x)
+        low = x if now.residual < 0.0 else low
+        high = high if now.residual < 0.0 else x
+        if i > 0:
+            dx = x - x_old
+            secant = (now.residual - r_old) / (dx if abs(dx) > 1e-14 else 1.0)
+            slope = min(max(secant, 0.05), 50.0) if abs(dx) > 1e-10 else slope
+    # the last secant step improves the guess for the next time at no cost
+    step = x - now.residual / slope
+    guess = step if step > PHI_LOW and step < PHI_HIGH else x
+    a = 1.0 - sin(x) / (now.axial if abs(now.axial) > 1e-6 else 1e-6)
+    ap = cos(x) / (now.tangential if abs(now.tangential) > 1e-6 else 1e-6) - 1.0
+    return Induction(min(max(a, -1.0), 1.5), min(max(ap, -1.0), 1.0), guess, slope, now.residual)

@@ -1,0 +1,40 @@
+"""Polars on a uniform grid of the angle of attack, and their look-up."""
+
+from __future__ import annotations
+
+from math import floor, pi
+from typing import NamedTuple
+
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.aero.tables import POLAR
+from meltemi.core.kernel import kernel
+
+Float = NDArray[float64]
+
+LIFT, DRAG, MOMENT, ATTACHMENT, SEPARATED = POLAR.slots("lift drag moment attachment separated_lift")
+
+
+class Place(NamedTuple):
+    """A place between two rows of a polar."""
+
+    row: int
+    weight: float
+
+
+@kernel
+def locate(polars: Float, alpha: float) -> Place:
+    """Rows around the angle of attack ``alpha`` [rad], any angle."""
+    last = polars.shape[1] - 1
+    turns = (alpha + pi) * (0.5 / pi)
+    x = (turns - floor(turns)) * last
+    row = min(int(x), last - 1)
+    return Place(row, x - row)
+
+
+@kernel
+def coefficient(polars: Float, g: int, at: Place, column: int) -> float:
+    """Coefficient of polar ``g`` at a place, linear between rows."""
+    a = polars[g, at.row, column]
+    return a + at.weight * (polars[g, at.row + 1, column] - a)

@@ -1,0 +1,443 @@
+"""From the motion of the blade nodes to the loads on them: the aerodynamic entry point.
+
+Three passes over the nodes, because the rotor's averages stand between them:
+
+1. ``relative_wind``: wind at the nodes (tower influence included) minus their velocity, in strip axes;
+   then ``disk_averages``: mean wind, skew, tip-speed ratio;
+2. ``quasi_steady``: the momentum balance at each node; then the mean induction and the time of the inflow;
+3. ``loads``: dynamic inflow, skewed wake, dynamic stall, coefficients, loads.
+
+Pass 3 moves the states of inflow and stall over the step that led here (``dt``); with dt = 0 it
+evaluates the loads for the states as they are.
+
+Reference: docs/theory/aerodynamics.md (A-1 to A-47).
+"""
+
+from __future__ import annotations
+
+from math import acos, atan2, cos, pi, sin, sqrt, tan
+
+from numpy import float32, float64, int64
+from numpy.typing import NDArray
+
+from meltemi.aero.bem import Strip, induction
+from meltemi.aero.inflow import (
+    QUASI_STEADY,
+    VARIABLE_TIME,
+    Inflow,
+    first_time,
+    inflow_advance,
+    inflow_derivative,
+    inflow_steady,
+    second_time,
+)
+from meltemi.aero.stall import (
+    STATIC,
+    Stall,
+    StallInput,
+    angle_at_three_quarters,
+    attached_lift,
+    effective_angle,
+    model_weight,
+    ramp,
+    reduced_rate,
+    stall_advance,
+    stall_coefficients,
+    stall_derivative,
+    stall_steady,
+    static_attachment,
+    static_coefficients,
+    wrap,
+)
+from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, MEMORY, ROTOR, STALL
+from meltemi.aero.tower_flow import tower_influence
+from meltemi.core.kernel import kernel
+from meltemi.maths.access import put1, put3, rot2, vec1, vec2, vec3
+from meltemi.maths.vectors import Vec, add, add_scaled, cross, dot, norm, rotate, rotate_back, scale, sub
+from meltemi.turbine import exchange as ex
+from meltemi.wind.velocity import wind_velocity
+
+Float = NDArray[float64]
+Int = NDArray[int64]
+
+AIR_DENSITY, INFLOW_LEAD, INFLOW_TIME, SKEW_FACTOR, AXIAL_DRAG, TANGENTIAL_DRAG, FADE_BEGIN, FADE_END = AERO.slots(
+    "air_density inflow_lead inflow_time skew_factor axial_drag tangential_drag fade_begin fade_end"
+)
+STALL_CURVATURE, TOWER_CUT = AERO.slots("stall_curvature tower_cut")
+WAKE, HIGH_INDUCTION, SKEW_MODEL, INFLOW_MODEL, STALL_MODEL, TOWER_MODEL, ITERATIONS = AERO_OPTIONS.slots(
+    "wake high_induction skew inflow stall tower iterations"
+)
+CHORD, TWIST, CENTRE, SLOPE_X, SLOPE_Y, LENGTH, SOLID_LENGTH = AERO_NODE.slots(
+    "chord twist centre slope_x slope_y length solid_length"
+)
+TIP_NUMBER, HUB_NUMBER, END, POLAR_INDEX, AREA, RING = AERO_NODE.slots("tip_number hub_number end polar area ring")
+WIND, VX, VY, RADIUS, THETA, COS_BEND, SIN_BEND, TURN = FLOW.slots(
+    "wind vx vy radius theta cos_bend sin_bend rotation"
+)
+STEADY_AXIAL, STEADY_TANGENTIAL, RESIDUAL, AXIAL, TANGENTIAL, PHI, ALPHA, SPEED = FLOW.slots(
+    "steady_axial steady_tangential residual axial tangential phi alpha speed"
+)
+LIFT, DRAG, MOMENT, NORMAL_FORCE, DRIVING_FORCE, PITCHING_MOMENT = FLOW.slots(
+    "lift drag moment normal_force driving_force pitching_moment"
+)
+R_WIND, AXIAL_WIND, SKEW, SKEW_AXIS, TIP_RATIO, FADE, INDUCTION, TIME, TIP_RADIUS, R_FORCE, R_MOMENT, R_RESIDUAL = (
+    ROTOR.slots(
+        "wind axial_wind skew skew_axis tip_ratio fade induction inflow_time tip_radius force moment residual"
+    )
+)
+I_REDUCED_X, I_X, I_REDUCED_Y, I_Y = INFLOW.slots("reduced_x x reduced_y y")
+S_WAKE_1, S_WAKE_2, S_PRESSURE, S_ATTACHMENT = STALL.slots("wake_1 wake_2 pressure attachment")
+OLD_PHI, OLD_SLOPE, OLD_X, OLD_Y, OLD_ALPHA, OLD_RATE, OLD_PRESSURE, OLD_ATTACHMENT = MEMORY.slots(
+    "phi slope induced_x induced_y alpha rate pressure attachment"
+)
+STILL = 1e-3
+"""[m/s] below which the wind counts as still."""
+
+
+@kernel
+def relative_wind(
+    t: float,
+    aero: Float,
+    options: Int,
+    nodes: Float,
+    wind: Float,
+    now: Float,
+    box: NDArray[float32],
+    tower: Float,
+    machine: Float,
+    frame: Float,
+    pitch: Float,
+    motion: Float,
+    flow: Float,
+) -> None:
+    """Pass 1: wind at the nodes and relative wind in strip axes (A-1 to A-4)."""
+    hub = vec1(machine, ex.HUB_POSITION)
+    for b in range(flow.shape[1]):
+        R = rot2(frame, ex.ROOT_ORIENTATION, b)
+        shaft = vec2(frame, ex.ROOT_SHAFT, b)
+        cp, sp = frame[ex.COS_PITCH, b], frame[ex.SIN_PITCH, b]
+        influenced = options[TOWER_MODEL] == 1 and (aero[TOWER_CUT] == 0.0 or cos(frame[ex.BLADE_AZIMUTH, b]) <= 0.0)
+        for n in range(flow.shape[2]):
+            theta = vec3(motion, ex.ROTATION, b, n)
+            spin = vec3(motion, ex.SPIN, b, n)
+            offset = turned_centre(nodes, theta, b, n)
+            r = add(vec3(motion, ex.POSITION, b, n), offset)
+            p = add(hub, rotate(R, r))
+            u = wind_velocity(p, t, wind, now, box)
+            if influenced:
+                u = add(u, tower_influence(tower, p))
+            put3(flow, WIND, b, n, u)
+            w = sub(rotate_back(R, u), add(vec3(motion, ex.VELOCITY, b, n), cross(spin, offset)))
+            # unpitched blade axes, then along the bent blade
+            bend = cp * nodes[SLOPE_X, b, n] + sp * nodes[SLOPE_Y, b, n] + cp * theta.y - sp * theta.x
+            cb, sb = cos(bend), sin(bend)
+            flow[VX, b, n] = cb * (cp * w.x + sp * w.y) - sb * w.z
+            flow[VY, b, n] = cp * w.y - sp * w.x
+            flow[COS_BEND, b, n] = cb
+            flow[SIN_BEND, b, n] = sb
+            flow[TURN, b, n] = sb * (cp * spin.x + sp * spin.y) + cb * spin.z
+            flow[THETA, b, n] = pitch[0, b] + nodes[TWIST, b, n] - theta.z
+            flow[RADIUS, b, n] = norm(add_scaled(r, -dot(r, shaft), shaft))
+
+
+@kernel
+def turned_centre(nodes: Float, theta: Vec, b: int, n: int) -> Vec:
+    """Aerodynamic centre from the node's reference point, turned with the section."""
+    offset = vec3(nodes, CENTRE, b, n)
+    return add(offset, cross(theta, offset))
+
+
+@kernel
+def disk_averages(aero: Float, nodes: Float, machine: Float, flow: Float, rotor: Float) -> None:
+    """Mean wind, skew, tip-speed ratio (A-16 to A-18)."""
+    mean = Vec(0.0, 0.0, 0.0)
+    tip = 0.0
+    for b in range(flow.shape[1]):
+        for n in range(flow.shape[2]):
+            mean = add_scaled(mean, nodes[AREA, b, n], vec3(flow, WIND, b, n))
+            tip = max(tip, flow[RADIUS, b, n])
+    mean = sub(mean, vec1(machine, ex.HUB_VELOCITY))
+    shaft = vec1(machine, ex.SHAFT)
+    axial, speed = dot(mean, shaft), norm(mean)
+    aside = add_scaled(mean, -axial, shaft)
+    lateral = norm(aside)
+    put1(rotor, R_WIND, mean)
+    rotor[AXIAL_WIND] = axial
+    rotor[TIP_RADIUS] = tip
+    rotor[SKEW] = acos(min(max(axial / speed, -1.0), 1.0)) if speed > STILL else 0.0
+    put1(rotor, SKEW_AXIS, scale(1.0 / lateral if lateral > 1e-9 else 0.0, aside))
+    rotor[TIP_RATIO] = machine[ex.ROTOR_SPEED] * tip / axial if abs(axial) > STILL else 0.0
+    rotor[FADE] = ramp(abs(rotor[TIP_RATIO]), aero[FADE_BEGIN], aero[FADE_END])
+
+
+@kernel
+def quasi_steady(aero: Float, options: Int, nodes: Float, polars: Float, flow: Float, memory: Float, rotor: Float) -> None:
+    """Pass 2: momentum balance at every node, mean induction, time of the inflow."""
+    mean, worst = 0.0, 0.0
+    for b in range(flow.shape[1]):
+        for n in range(flow.shape[2]):
+            a, ap, residual = 0.0, 0.0, 0.0
+            if options[WAKE] == 1:
+                strip = Strip(
+                    flow[VX, b, n],
+                    flow[VY, b, n],
+                    flow[THETA, b, n],
+                    nodes[SOLID_LENGTH, b, n] / flow[RADIUS, b, n],
+                    nodes[TIP_NUMBER, b, n],
+                    nodes[HUB_NUMBER, b, n],
+                    int(nodes[POLAR_INDEX, b, n]),
+                )
+                solution = induction(
+                    strip,
+                    polars,
+                    aero[AXIAL_DRAG],
+                    aero[TANGENTIAL_DRAG],
+                    options[HIGH_INDUCTION],
+                    options[ITERATIONS],
+                    memory[OLD_PHI, b, n],
+                    memory[OLD_SLOPE, b, n],
+                )
+                memory[OLD_PHI, b, n] = solution.phi
+                memory[OLD_SLOPE, b, n] = solution.slope
+                # where the loss factor vanishes the wake is fully blocked
+                blocked = nodes[END, b, n] > 0.0
+                a = 1.0 if blocked else solution.a
+                ap = 0.0 if blocked else solution.ap
+                residual = 0.0 if blocked else solution.residual
+            flow[STEADY_AXIAL, b, n] = a
+            flow[STEADY_TANGENTIAL, b, n] = ap
+            flow[RESIDUAL, b, n] = residual
+            mean += nodes[RING, b, n] * a
+            worst = max(worst, abs(residual))
+    rotor[INDUCTION] = mean
+    rotor[R_RESIDUAL] = worst
+    variable = options[INFLOW_MODEL] == VARIABLE_TIME
+    rotor[TIME] = first_time(mean, rotor[TIP_RADIUS], rotor[AXIAL_WIND]) if variable else aero[INFLOW_TIME]
+
+
+@kernel
+def loads(
+    dt: float,
+    aero: Float,
+    options: Int,
+    nodes: Float,
+    polars: Float,
+    section: Float,
+    machine: Float,
+    frame: Float,
+    motion: Float,
+    flow: Float,
+    rotor: Float,
+    memory: Float,
+    inflow: Float,
+    stall: Float,
+    load: Float,
+) -> None:
+    """Pass 3: states of inflow and stall over the step, coefficients and loads (A-19 to A-42, A-47)."""
+    shaft, aside = vec1(machine, ex.SHAFT), vec1(rotor, SKEW_AXIS)
+    force, moment = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for b in range(flow.shape[1]):
+        R = rot2(frame, ex.ROOT_ORIENTATION, b)
+        cp, sp = frame[ex.COS_PITCH, b], frame[ex.SIN_PITCH, b]
+        radial = Vec(R.xz, R.yz, R.zz)
+        in_plane = add_scaled(radial, -dot(radial, shaft), shaft)
+        sin_skew = dot(in_plane, aside) / norm(in_plane)
+        F_b, M_b = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+        for n in range(flow.shape[2]):
+            induced_velocity(dt, aero, options, nodes, flow, rotor, memory, inflow, sin_skew, b, n)
+            section_coefficients(dt, aero, options, nodes, polars, section, flow, memory, stall, b, n)
+            # loads per length in strip axes, then in blade axes on the node
+            cb, sb = flow[COS_BEND, b, n], flow[SIN_BEND, b, n]
+            pressure = 0.5 * aero[AIR_DENSITY] * flow[SPEED, b, n] * flow[SPEED, b, n] * nodes[CHORD, b, n]
+            s, c = sin(flow[PHI, b, n]), cos(flow[PHI, b, n])
+            normal = pressure * (flow[LIFT, b, n] * c + flow[DRAG, b, n] * s)
+            driving = pressure * (flow[LIFT, b, n] * s - flow[DRAG, b, n] * c)
+            pitching = pressure * nodes[CHORD, b, n] * flow[MOMENT, b, n]
+            flow[NORMAL_FORCE, b, n] = normal
+            flow[DRIVING_FORCE, b, n] = driving
+            flow[PITCHING_MOMENT, b, n] = pitching
+            length = nodes[LENGTH, b, n]
+            F = scale(length, Vec(cp * cb * normal + sp * driving, sp * cb * normal - cp * driving, -sb * normal))
+            M = scale(length * pitching, Vec(cp * sb, sp * sb, cb))
+            offset = turned_centre(nodes, vec3(motion, ex.ROTATION, b, n), b, n)
+            M = add(M, cross(offset, F))
+            put3(load, ex.FORCE, b, n, F)
+            put3(load, ex.MOMENT, b, n, M)
+            F_b = add(F_b, F)
+            M_b = add(M_b, add(M, cross(vec3(motion, ex.POSITION, b, n), F)))
+        force = add(force, rotate(R, F_b))
+        moment = add(moment, rotate(R, M_b))
+    put1(rotor, R_FORCE, force)
+    put1(rotor, R_MOMENT, moment)
+
+
+@kernel
+def induced_velocity(
+    dt: float,
+    aero: Float,
+    options: Int,
+    nodes: Float,
+    flow: Float,
+    rotor: Float,
+    memory: Float,
+    inflow: Float,
+    sin_skew: float,
+    b: int,
+    n: int,
+) -> None:
+    """Dynamic inflow and skewed wake at one node: induction factors, inflow angle and speed (A-19 to A-28)."""
+    vx, vy = flow[VX, b, n], flow[VY, b, n]
+    blocked = nodes[END, b, n] > 0.0
+    new_x, new_y = flow[STEADY_AXIAL, b, n] * vx, flow[STEADY_TANGENTIAL, b, n] * vy
+    k, tau_1 = aero[INFLOW_LEAD], rotor[TIME]
+    tau_2 = second_time(tau_1, flow[RADIUS, b, n] / rotor[TIP_RADIUS])
+    old_x, old_y = memory[OLD_X, b, n], memory[OLD_Y, b, n]
+    x = inflow_advance(Inflow(inflow[I_REDUCED_X, b, n], inflow[I_X, b, n]), k, tau_1, tau_2, old_x, new_x, dt)
+    y = inflow_advance(Inflow(inflow[I_REDUCED_Y, b, n], inflow[I_Y, b, n]), k, tau_1, tau_2, old_y, new_y, dt)
+    if options[INFLOW_MODEL] == QUASI_STEADY or blocked:
+        x, y = inflow_steady(k, new_x), inflow_steady(k, new_y)
+    inflow[I_REDUCED_X, b, n] = x.reduced
+    inflow[I_X, b, n] = x.velocity
+    inflow[I_REDUCED_Y, b, n] = y.reduced
+    inflow[I_Y, b, n] = y.velocity
+    memory[OLD_X, b, n] = new_x
+    memory[OLD_Y, b, n] = new_y
+    # skewed wake: more induction on the downwind side (Glauert; Pitt & Peters)
+    a = x.velocity / vx if abs(vx) > STILL else 0.0
+    redistribution = 1.0
+    if options[SKEW_MODEL] == 1 and not blocked:
+        chi = (0.6 * a + 1.0) * rotor[SKEW]
+        lean = tan(0.5 * chi) if abs(chi) < 0.5 * pi else 1.0
+        r_R = flow[RADIUS, b, n] / rotor[TIP_RADIUS]
+        redistribution = 1.0 + aero[SKEW_FACTOR] * lean * r_R * sin_skew
+    wx = rotor[FADE] * redistribution * x.velocity
+    wy = rotor[FADE] * y.velocity
+    un, ut = vx - wx, vy + wy
+    flow[AXIAL, b, n] = wx / vx if abs(vx) > STILL else 0.0
+    flow[TANGENTIAL, b, n] = wy / vy if abs(vy) > STILL else 0.0
+    flow[PHI, b, n] = atan2(un, ut)
+    flow[SPEED, b, n] = sqrt(un * un + ut * ut)
+    flow[ALPHA, b, n] = wrap(flow[PHI, b, n] - flow[THETA, b, n])
+
+
+@kernel
+def section_coefficients(
+    dt: float,
+    aero: Float,
+    options: Int,
+    nodes: Float,
+    polars: Float,
+    section: Float,
+    flow: Float,
+    memory: Float,
+    stall: Float,
+    b: int,
+    n: int,
+) -> None:
+    """Static or dynamic coefficients at one node."""
+    g = int(nodes[POLAR_INDEX, b, n])
+    alpha, speed = flow[ALPHA, b, n], flow[SPEED, b, n]
+    c = static_coefficients(polars, g, alpha)
+    lift, drag, moment = c.lift, c.drag, c.moment
+    if options[STALL_MODEL] != STATIC:
+        chord = nodes[CHORD, b, n]
+        rate = 2.0 * max(speed, STILL) / chord
+        rotation = aero[STALL_CURVATURE] * flow[TURN, b, n]
+        turning = reduced_rate(rotation, rate)
+        alpha_34 = angle_at_three_quarters(alpha, speed, rotation, chord)
+        weight = model_weight(section, g, alpha, speed)
+        y = Stall(
+            stall[S_WAKE_1, b, n], stall[S_WAKE_2, b, n], stall[S_PRESSURE, b, n], stall[S_ATTACHMENT, b, n]
+        )
+        old = StallInput(
+            memory[OLD_ALPHA, b, n], memory[OLD_RATE, b, n], memory[OLD_PRESSURE, b, n], memory[OLD_ATTACHMENT, b, n]
+        )
+        y, new = stall_advance(aero, polars, section, g, y, old, alpha_34, rate, turning, weight, dt)
+        stall[S_WAKE_1, b, n] = y.wake_1
+        stall[S_WAKE_2, b, n] = y.wake_2
+        stall[S_PRESSURE, b, n] = y.pressure
+        stall[S_ATTACHMENT, b, n] = y.attachment
+        memory[OLD_ALPHA, b, n] = new.alpha
+        memory[OLD_RATE, b, n] = new.rate
+        memory[OLD_PRESSURE, b, n] = new.pressure
+        memory[OLD_ATTACHMENT, b, n] = new.attachment
+        d = stall_coefficients(aero, polars, section, g, y, alpha_34, turning)
+        lift += weight * (d.lift - lift)
+        drag += weight * (d.drag - drag)
+        moment += weight * (d.moment - moment)
+    flow[LIFT, b, n] = lift
+    flow[DRAG, b, n] = drag
+    flow[MOMENT, b, n] = moment
+
+
+@kernel
+def settle(aero: Float, options: Int, nodes: Float, polars: Float, section: Float, flow: Float, rotor: Float, inflow: Float, stall: Float) -> None:
+    """Set the states of inflow and stall to their steady values for the flow of the last evaluation.
+
+    Call it, evaluate, and call it again: the second time the induction it saw was its own.
+    """
+    k = aero[INFLOW_LEAD]
+    for b in range(flow.shape[1]):
+        for n in range(flow.shape[2]):
+            x = inflow_steady(k, flow[STEADY_AXIAL, b, n] * flow[VX, b, n])
+            y = inflow_steady(k, flow[STEADY_TANGENTIAL, b, n] * flow[VY, b, n])
+            inflow[I_REDUCED_X, b, n] = x.reduced
+            inflow[I_X, b, n] = x.velocity
+            inflow[I_REDUCED_Y, b, n] = y.reduced
+            inflow[I_Y, b, n] = y.velocity
+            g = int(nodes[POLAR_INDEX, b, n])
+            speed, chord = flow[SPEED, b, n], nodes[CHORD, b, n]
+            rotation = aero[STALL_CURVATURE] * flow[TURN, b, n]
+            turning = reduced_rate(rotation, 2.0 * max(speed, STILL) / chord)
+            alpha = angle_at_three_quarters(flow[ALPHA, b, n], speed, rotation, chord)
+            s = stall_steady(aero, polars, section, g, alpha, turning)
+            stall[S_WAKE_1, b, n] = s.wake_1
+            stall[S_WAKE_2, b, n] = s.wake_2
+            stall[S_PRESSURE, b, n] = s.pressure
+            stall[S_ATTACHMENT, b, n] = s.attachment
+
+
+@kernel
+def derivatives(
+    aero: Float,
+    options: Int,
+    nodes: Float,
+    polars: Float,
+    section: Float,
+    flow: Float,
+    rotor: Float,
+    inflow: Float,
+    stall: Float,
+    d_inflow: Float,
+    d_stall: Float,
+) -> None:
+    """Time derivatives of the states of inflow and stall, after an evaluation with dt = 0."""
+    k, tau_1 = aero[INFLOW_LEAD], rotor[TIME]
+    d_inflow[:] = 0.0
+    d_stall[:] = 0.0
+    for b in range(flow.shape[1]):
+        for n in range(flow.shape[2]):
+            if options[INFLOW_MODEL] != QUASI_STEADY and nodes[END, b, n] == 0.0:
+                tau_2 = second_time(tau_1, flow[RADIUS, b, n] / rotor[TIP_RADIUS])
+                V_x, V_y = flow[STEADY_AXIAL, b, n] * flow[VX, b, n], flow[STEADY_TANGENTIAL, b, n] * flow[VY, b, n]
+                x = inflow_derivative(Inflow(inflow[I_REDUCED_X, b, n], inflow[I_X, b, n]), k, tau_1, tau_2, V_x)
+                y = inflow_derivative(Inflow(inflow[I_REDUCED_Y, b, n], inflow[I_Y, b, n]), k, tau_1, tau_2, V_y)
+                d_inflow[I_REDUCED_X, b, n] = x.reduced
+                d_inflow[I_X, b, n] = x.velocity
+                d_inflow[I_REDUCED_Y, b, n] = y.reduced
+                d_inflow[I_Y, b, n] = y.velocity
+            if options[STALL_MODEL] != STATIC:
+                g = int(nodes[POLAR_INDEX, b, n])
+                chord, speed = nodes[CHORD, b, n], flow[SPEED, b, n]
+                rate = 2.0 * max(speed, STILL) / chord
+                rotation = aero[STALL_CURVATURE] * flow[TURN, b, n]
+                turning = reduced_rate(rotation, rate)
+                alpha = angle_at_three_quarters(flow[ALPHA, b, n], speed, rotation, chord)
+                s = Stall(
+                    stall[S_WAKE_1, b, n], stall[S_WAKE_2, b, n], stall[S_PRESSURE, b, n], stall[S_ATTACHMENT, b, n]
+                )
+                d = stall_derivative(aero, polars, section, g, s, alpha, rate, turning)
+                d_stall[S_WAKE_1, b, n] = d.wake_1
+                d_stall[S_WAKE_2, b, n] = d.wake_2
+                d_stall[S_PRESSURE, b, n] = d.pressure
+                d_stall[S_ATTACHMENT, b, n] = d.attachment

@@ -1,0 +1,158 @@
+"""The baseline controller: torque by regions, gain-scheduled PI pitch.
+
+The law of Jonkman et al. (2009), section 7, with the details of the controller distributed with
+OpenFAST: first-order filter of the generator speed; torque in regions 1, 1 1/2, 2, 2 1/2 and 3,
+rate-limited; pitch PI with gains divided by 1 + pitch / gain_halving_pitch, integral held within the
+pitch limits, pitch rate-limited. All numbers come from ``turbine.control``.
+
+Reference: docs/theory/control.md (C-1 to C-9).
+"""
+
+from __future__ import annotations
+
+from math import exp
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.control import signals as s
+from meltemi.control.controller import UPDATE, Controller, StartPoint
+from meltemi.core.kernel import kernel, kernel_for
+from meltemi.core.tables import View, table
+from meltemi.turbine.definition import BaselineControl
+
+Float = NDArray[float64]
+
+BASELINE = table(
+    "baseline controller",
+    "",
+    """
+    filter_frequency  | rad/s       | of the generator speed's low-pass
+    cut_in_speed      | rad/s       | below which there is no torque
+    optimal_speed     | rad/s       | where region 2 begins
+    transition_speed  | rad/s       | where region 2 1/2 begins
+    rated_speed       | rad/s       | where region 3 begins
+    synchronous_speed | rad/s       | at which the line of region 2 1/2 has no torque
+    transition_slope  | N m s/rad   | of that line
+    optimal_gain      | N m s^2/rad^2 | region 2
+    rated_power       | W           | mechanical
+    maximum_torque    | N m         | limit
+    torque_rate       | N m/s       | limit
+    power_pitch       | rad         | above which the power is held
+    reference_speed   | rad/s       | of the pitch loop
+    proportional_gain | s           | at zero pitch
+    integral_gain     | -           | at zero pitch
+    gain_halving_pitch| rad         | gain schedule
+    minimum_pitch     | rad         | limit
+    maximum_pitch     | rad         | limit
+    pitch_rate        | rad/s       | limit
+    speed             | rad/s       | state: filtered generator speed
+    integral          | rad         | state: integral of the speed error, rad/s times s
+    torque            | N m         | state: last torque
+    pitch             | rad         | state: last pitch
+    """,
+)
+"""State vector: parameters first, so that another turbine needs no other compilation."""
+
+FILTER, CUT_IN, OPTIMAL, TRANSITION, RATED, SYNCHRONOUS, SLOPE, GAIN, RATED_POWER, MAX_TORQUE, TORQUE_RATE = (
+    BASELINE.slots(
+        "filter_frequency cut_in_speed optimal_speed transition_speed rated_speed synchronous_speed transition_slope "
+        "optimal_gain rated_power maximum_torque torque_rate"
+    )
+)
+POWER_PITCH, REFERENCE, KP, KI, HALVING, MIN_PITCH, MAX_PITCH, PITCH_RATE = BASELINE.slots(
+    "power_pitch reference_speed proportional_gain integral_gain gain_halving_pitch minimum_pitch maximum_pitch pitch_rate"
+)
+SPEED, INTEGRAL, TORQUE, PITCH = BASELINE.slots("speed integral torque pitch")
+
+
+@kernel
+def steady_torque(x: Float, speed: float, pitch: float) -> float:
+    """Torque [N m] of the regions for a generator speed [rad/s] and the last pitch [rad] (C-2 to C-5)."""
+    if speed >= x[RATED] or pitch >= x[POWER_PITCH]:
+        torque = x[RATED_POWER] / max(speed, 1e-3)
+    elif speed <= x[CUT_IN]:
+        torque = 0.0
+    elif speed < x[OPTIMAL]:
+        torque = (speed - x[CUT_IN]) / (x[OPTIMAL] - x[CUT_IN]) * x[GAIN] * x[OPTIMAL] * x[OPTIMAL]
+    elif speed < x[TRANSITION]:
+        torque = x[GAIN] * speed * speed
+    else:
+        torque = x[SLOPE] * (speed - x[SYNCHRONOUS])
+    return min(torque, x[MAX_TORQUE])
+
+
+@kernel
+def _update(x: Float, measured: Float, demands: Float, dt: float) -> None:
+    """One call of the controller."""
+    alpha = exp(-dt * x[FILTER])
+    x[SPEED] = (1.0 - alpha) * measured[s.GENERATOR_SPEED] + alpha * x[SPEED]
+    # torque
+    wanted = steady_torque(x, x[SPEED], x[PITCH])
+    step = x[TORQUE_RATE] * dt
+    x[TORQUE] += min(max(wanted - x[TORQUE], -step), step)
+    # pitch
+    schedule = 1.0 / (1.0 + x[PITCH] / x[HALVING])
+    error = x[SPEED] - x[REFERENCE]
+    x[INTEGRAL] += error * dt
+    low, high = x[MIN_PITCH] / (schedule * x[KI]), x[MAX_PITCH] / (schedule * x[KI])
+    x[INTEGRAL] = min(max(x[INTEGRAL], low), high)
+    wanted = schedule * (x[KP] * error + x[KI] * x[INTEGRAL])
+    wanted = min(max(wanted, x[MIN_PITCH]), x[MAX_PITCH])
+    step = x[PITCH_RATE] * dt
+    x[PITCH] += min(max(wanted - x[PITCH], -step), step)
+    x[PITCH] = min(max(x[PITCH], x[MIN_PITCH]), x[MAX_PITCH])
+    demands[s.GENERATOR_TORQUE] = x[TORQUE]
+    for blade in range(int(measured[s.N_BLADES])):
+        demands[s.PITCH_DEMAND + blade] = x[PITCH]
+
+
+_ENTRY: list[object] = []
+
+
+def update() -> object:
+    """The compiled update, for the entry's signature."""
+    if not _ENTRY:
+
+        @kernel_for(UPDATE)
+        def baseline(state: Float, measurements: Float, demands: Float, dt: float) -> None:
+            _update(state, measurements, demands, dt)
+
+        _ENTRY.append(baseline)
+    return _ENTRY[0]
+
+
+def parameters(control: BaselineControl) -> Float:
+    """State vector with its parameters set and its states zero."""
+    t, p = control.torque, control.pitch
+    x = BASELINE.zeros()
+    view = View(BASELINE, x)
+    view["filter_frequency"] = control.filter_frequency
+    for name in ("cut_in_speed", "optimal_speed", "rated_speed", "optimal_gain", "rated_power", "maximum_torque"):
+        view[name] = getattr(t, name)
+    view["torque_rate"], view["power_pitch"] = t.rate_limit, t.power_pitch
+    for name in ("reference_speed", "proportional_gain", "integral_gain", "gain_halving_pitch"):
+        view[name] = getattr(p, name)
+    view["minimum_pitch"], view["maximum_pitch"], view["pitch_rate"] = p.minimum, p.maximum, p.rate_limit
+    # region 2 1/2: a line with the slope of an induction machine that reaches rated power at rated speed
+    synchronous = t.rated_speed / (1.0 + t.slip)
+    slope = t.rated_power / t.rated_speed / (t.rated_speed - synchronous)
+    view["synchronous_speed"], view["transition_slope"] = synchronous, slope
+    root = np.sqrt(max(slope * (slope - 4.0 * t.optimal_gain * synchronous), 0.0))
+    view["transition_speed"] = (slope - root) / (2.0 * t.optimal_gain)
+    return x
+
+
+def baseline(control: BaselineControl, sample_time: float | None = None) -> Controller:
+    """The baseline controller with the settings of a turbine."""
+
+    def init(start: StartPoint) -> Float:
+        x = parameters(control)
+        view = View(BASELINE, x)
+        schedule = 1.0 / (1.0 + start.pitch / control.pitch.gain_halving_pitch)
+        view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
+        view["integral"] = start.pitch / (schedule * control.pitch.integral_gain)
+        return x
+
+    return Controller(update=update(), init=init, sample_time=sample_time, name="baseline")  # type: ignore[arg-type]

@@ -1,0 +1,169 @@
+"""The plug-in contract: what a controller is, and how one in plain Python enters a compiled run.
+
+A controller owns a state vector made by ``init`` and an ``update`` that is called every
+``sample_time`` seconds. ``update`` may be a plain Python function or one compiled by Numba
+(``@numba.njit``). Compiled ones enter the time loop through one function type, so the loop is never
+compiled again for another controller; plain ones are called back on the same vectors.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from meltemi.control.signals import CALLBACK, DEMANDS, MEASUREMENTS
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel_for
+
+Vector = NDArray[np.float64]
+Update = Callable[[Vector, Vector, Vector, float], None]
+
+_V = types.float64[::1]
+UPDATE = types.void(_V, _V, _V, types.float64)
+"""Signature of ``update(state, measurements, demands, dt)``."""
+ENTRY = types.FunctionType(UPDATE)
+"""The type through which every controller enters the time loop."""
+
+
+@dataclass(frozen=True)
+class StartPoint:
+    """Steady operating point from which a controller starts, bumpless.
+
+    Attributes:
+      wind_speed: [m/s] at hub height.
+      generator_speed: [rad/s].
+      pitch: [rad].
+      generator_torque: [N m].
+    """
+
+    wind_speed: float
+    generator_speed: float
+    pitch: float
+    generator_torque: float
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A controller as the simulation takes it.
+
+    Attributes:
+      update: ``update(state, measurements, demands, dt)``, changes state and demands in place.
+      init: gives the state vector for a start point; by default one zero.
+      sample_time: [s] between calls; None calls it every time step.
+      name: for messages.
+    """
+
+    update: Update
+    init: Callable[[StartPoint], Any] = lambda start: np.zeros(1)
+    sample_time: float | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if not callable(self.update):
+            raise InputError(f"controller: update must be a function, found {type(self.update).__name__}")
+        if self.sample_time is not None and not self.sample_time > 0.0:
+            raise InputError(f"controller: sample_time must be positive, found {self.sample_time!r}")
+        if not self.name:
+            object.__setattr__(self, "name", getattr(self.update, "__name__", type(self.update).__name__))
+
+    def initial_state(self, start: StartPoint) -> Vector:
+        """The controller's state vector, checked."""
+        state = np.atleast_1d(np.asarray(self.init(start), dtype=np.float64)).copy()
+        if state.ndim != 1 or not np.all(np.isfinite(state)):
+            raise InputError(f"controller {self.name!r}: init must give a vector of finite numbers")
+        return state
+
+
+class Entry:
+    """A controller bound to the vectors of one case, ready for the time loop.
+
+    Attributes:
+      function: what the loop calls, of type ENTRY.
+      exception: what a plain Python controller raised, if it did.
+    """
+
+    def __init__(self, controller: Controller, state: Vector, measurements: Vector, demands: Vector) -> None:
+        self.exception: BaseException | None = None
+        self._callback: Any = None
+        update: Any = controller.update
+        if numba.config.DISABLE_JIT:
+            self.function = update
+        elif isinstance(update, numba.core.dispatcher.Dispatcher):
+            self.function = compiled_entry(update)
+        else:
+            self.function = call_python()
+            self._callback = self._make_callback(update, state, measurements, demands)
+            address = ctypes.cast(self._callback, ctypes.c_void_p).value
+            measurements[CALLBACK] = np.array([address], dtype=np.int64).view(np.float64)[0]
+
+    def _make_callback(self, update: Update, state: Vector, measurements: Vector, demands: Vector) -> Any:
+        def call(dt: float) -> int:
+            try:
+                update(state, measurements, demands, dt)
+            except BaseException as error:  # a Python exception must not cross compiled code
+                self.exception = error
+                return 1
+            return 0
+
+        return ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double)(call)
+
+
+_ENTRIES: dict[Any, Any] = {}
+
+
+def compiled_entry(update: Any) -> Any:
+    """``update`` compiled for the entry's signature; functions with exactly that signature pass through."""
+    if [s.args for s in update.nopython_signatures] == [UPDATE.args] and not update._can_compile:
+        return update
+    if update not in _ENTRIES:
+        try:
+            _ENTRIES[update] = numba.njit(UPDATE)(update.py_func)
+        except numba.core.errors.NumbaError as error:
+            first = str(error).strip().splitlines()
+            raise InputError(
+                f"controller {update.__name__!r} cannot be compiled for (state, measurements, demands, dt): "
+                f"{first[-1] if first else error}"
+            ) from None
+    return _ENTRIES[update]
+
+
+@intrinsic
+def _call_address(typing_context: Any, address: Any, dt: Any) -> Any:
+    """Call the C function ``int64 f(double)`` whose address is hidden in the bits of a float."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        i64, f64 = ir.IntType(64), ir.DoubleType()
+        function = ir.FunctionType(i64, [f64]).as_pointer()
+        return builder.call(builder.inttoptr(builder.bitcast(arguments[0], i64), function), [arguments[1]])
+
+    return types.int64(types.float64, types.float64), generate
+
+
+_PYTHON: list[Any] = []
+
+
+def call_python() -> Any:
+    """Compiled function that calls the plain Python controller of the case."""
+    if not _PYTHON:
+
+        @kernel_for(UPDATE)
+        def python_controller(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:
+            if _call_address(measurements[CALLBACK], dt) != 0:
+                raise RuntimeError
+
+        _PYTHON.append(python_controller)
+    return _PYTHON[0]
+
+
+def new_vectors() -> tuple[Vector, Vector]:
+    """Measurement and demand vectors."""
+    return MEASUREMENTS.zeros(), DEMANDS.zeros()

@@ -1,0 +1,69 @@
+"""What a controller reads and writes: named offsets into two vectors of float64.
+
+A controller is a function ``update(state, measurements, demands, dt)`` that changes ``state`` and
+``demands`` in place. Use the constants of this module as offsets, in plain Python and in compiled
+functions alike; quantities of the blades stand one behind the other::
+
+    from meltemi.control import signals as s
+
+    def update(state, measurements, demands, dt):
+        demands[s.GENERATOR_TORQUE] = 2.33 * measurements[s.GENERATOR_SPEED] ** 2
+        for blade in range(3):
+            demands[s.PITCH_DEMAND + blade] = 0.0
+"""
+
+from __future__ import annotations
+
+from meltemi.core.tables import table
+
+MEASUREMENTS = table(
+    "measurements",
+    "",
+    """
+    time                       | s       | simulation time
+    generator_speed            | rad/s   | of the generator's shaft
+    rotor_speed                | rad/s   | of the rotor end of the shaft
+    azimuth                    | rad     | of blade 1, 0 when it points up, clockwise looking downwind
+    torque                     | N m     | generator torque at present
+    power                      | W       | electrical power at present
+    pitch blades               | rad     | pitch angle of each blade
+    out_of_plane_moment blades | N m     | root bending moment of each blade, out of the rotor plane (RootMyc)
+    in_plane_moment blades     | N m     | root bending moment of each blade, in the rotor plane (RootMxc)
+    yaw                        | rad     | nacelle direction, counter-clockwise from above
+    yaw_rate                   | rad/s   | its rate
+    wind_speed                 | m/s     | horizontal, at the undisturbed hub position
+    wind_direction             | rad     | there, clockwise from above
+    fore_aft_acceleration      | m/s^2   | of the tower top, downwind
+    side_side_acceleration     | m/s^2   | of the tower top, to the left looking downwind
+    n_blades                   | -       | number of blades
+    callback                   | -       | internal: address of a controller in plain Python
+    """,
+)
+"""What the turbine's sensors give. Loads and accelerations are those of the previous time step."""
+
+TIME, GENERATOR_SPEED, ROTOR_SPEED, AZIMUTH, TORQUE, POWER, PITCH = MEASUREMENTS.slots(
+    "time generator_speed rotor_speed azimuth torque power pitch"
+)
+OUT_OF_PLANE_MOMENT, IN_PLANE_MOMENT, YAW, YAW_RATE = MEASUREMENTS.slots(
+    "out_of_plane_moment in_plane_moment yaw yaw_rate"
+)
+WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION, N_BLADES, CALLBACK = MEASUREMENTS.slots(
+    "wind_speed wind_direction fore_aft_acceleration side_side_acceleration n_blades callback"
+)
+
+DEMANDS = table(
+    "demands",
+    "",
+    """
+    generator_torque | N m   | on the generator's shaft
+    pitch blades     | rad   | pitch angle of each blade
+    brake            | -     | share of the full brake torque
+    yaw_rate         | rad/s | of the yaw drive, counter-clockwise from above
+    """,
+)
+"""What a controller can ask for. Demands keep their values until they are changed."""
+
+GENERATOR_TORQUE, PITCH_DEMAND, BRAKE, YAW_RATE_DEMAND = DEMANDS.slots("generator_torque pitch brake yaw_rate")
+
+DEMAND_LIMITS = {"generator_torque": 1e9, "pitch": 6.3, "brake": 1.0, "yaw_rate": 1.0}
+"""Largest sensible magnitudes; a controller that goes beyond ends the run with its name and time."""

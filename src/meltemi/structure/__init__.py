@@ -1,0 +1,1 @@
+"""Structural dynamics: beams, their modes, and the flexible multibody turbine."""

@@ -1,0 +1,334 @@
+"""Finite elements of a beam with general 6 x 6 sections, and their natural modes.
+
+An element is derived from equilibrium: between two nodes the internal force is constant and the
+internal moment linear whatever the section, so the flexibility integral is exact for statics, there
+is no locking, coupling of any kind (bend-twist, extension-twist, offsets) is included, and shear
+flexibility may be zero. The mass matrix is consistent with cubic bending and linear stretch and twist.
+
+Generalised displacements of a node are (u_x, u_y, u_z, theta_x, theta_y, theta_z); section matrices
+relate forces and moments (F, M) to strains and curvatures in the same order.
+
+Reference: docs/theory/structure.md (S-1 to S-9).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(3)
+
+
+def skew(v: Float) -> Float:
+    """(..., 3, 3) matrix of the cross product: skew(a) b = a x b."""
+    o = np.zeros(v.shape[:-1])
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    return np.stack([np.stack([o, -z, y], -1), np.stack([z, o, -x], -1), np.stack([-y, x, o], -1)], -2)
+
+
+def transfer(offset: Float) -> Float:
+    """(..., 6, 6) motion of a rigid body's point at ``offset`` from the motion of its reference point."""
+    T = np.zeros((*offset.shape[:-1], 6, 6))
+    T[..., :3, :3] = T[..., 3:, 3:] = np.eye(3)
+    T[..., :3, 3:] = -skew(offset)
+    return T
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A beam by its sections, interpolated linearly between stations.
+
+    Attributes:
+      position: (S,) [m] coordinate of the stations along the z axis, increasing.
+      axis: (S, 3) [m] points of the beam's reference axis.
+      stiffness: (S, 6, 6) section stiffness in the axes of the whole beam.
+      mass: (S, 6, 6) section mass per length about the reference axis, in the same axes.
+    """
+
+    position: Float
+    axis: Float
+    stiffness: Float
+    mass: Float
+
+    def at(self, z: Float, field: str) -> Float:
+        """Values of ``axis``, ``stiffness`` or ``mass`` at coordinates ``z`` (n,)."""
+        values = getattr(self, field)
+        i = np.clip(np.searchsorted(self.position, z, side="right") - 1, 0, len(self.position) - 2)
+        w = (z - self.position[i]) / (self.position[i + 1] - self.position[i])
+        w = w.reshape(-1, *([1] * (values.ndim - 1)))
+        result: Float = (1.0 - w) * values[i] + w * values[i + 1]
+        return result
+
+    def pieces(self, edges: Float) -> tuple[Float, Float]:
+        """Quadrature points and weights (arc length) over consecutive intervals, split at the stations.
+
+        Returns:
+          z: (n, 1) points; weights: (n, m) with one column per interval between ``edges`` (m + 1,).
+        """
+        cuts = np.unique(np.concatenate([edges, self.position[(self.position > edges[0]) & (self.position < edges[-1])]]))
+        half = 0.5 * np.diff(cuts)
+        z = (0.5 * (cuts[1:] + cuts[:-1])[:, None] + half[:, None] * GAUSS_X).reshape(-1)
+        stretch = np.linalg.norm(np.diff(self.at(cuts, "axis"), axis=0), axis=1) / np.diff(cuts)
+        w = (half[:, None] * GAUSS_W * stretch[:, None]).reshape(-1)
+        owner = np.clip(np.searchsorted(edges, z) - 1, 0, len(edges) - 2)
+        weights = np.zeros((len(z), len(edges) - 1))
+        weights[np.arange(len(z)), owner] = w
+        return z, weights
+
+    def rigid_pieces(self, edges: Float, nodes: Float) -> Float:
+        """Inertia of the beam cut at ``edges`` (n + 1,), each piece rigid and moving with its node.
+
+        Args:
+          edges: [m] coordinates of the cuts.
+          nodes: (n, 3) [m] reference points of the pieces.
+
+        Returns:
+          (n, 6, 6) mass matrices of the pieces about their nodes.
+        """
+        z, weights = self.pieces(edges)
+        points, section = self.at(z, "axis"), self.at(z, "mass")
+        result = np.zeros((len(nodes), 6, 6))
+        for i in range(len(nodes)):
+            used = weights[:, i] > 0.0
+            T = transfer(points[used] - nodes[i])
+            result[i] = np.einsum("n,nji,njk,nkl->il", weights[used, i], T, section[used], T)
+        return result
+
+
+def section_axes(twist: Float) -> Float:
+    """(S, 6, 6) rotation of section quantities into beam axes, for sections turned by ``twist`` [rad]."""
+    c, s, o, one = np.cos(twist), np.sin(twist), np.zeros_like(twist), np.ones_like(twist)
+    # twist is a turn by -twist about z (docs/conventions.md)
+    R = np.stack([np.stack([c, s, o], -1), np.stack([-s, c, o], -1), np.stack([o, o, one], -1)], -2)
+    Q = np.zeros((len(twist), 6, 6))
+    Q[:, :3, :3] = Q[:, 3:, 3:] = R
+    return Q
+
+
+def in_beam_axes(matrix: Float, twist: Float) -> Float:
+    """Section matrices (S, 6, 6) from section axes to beam axes."""
+    Q = section_axes(twist)
+    result: Float = Q @ matrix @ Q.transpose(0, 2, 1)
+    return result
+
+
+def section_mass(m: Float, centre: Float, inertia: Float) -> Float:
+    """(S, 6, 6) mass per length about the reference axis.
+
+    Args:
+      m: (S,) [kg/m].
+      centre: (S, 3) [m] centre of mass from the reference axis.
+      inertia: (S, 3) [kg m] about x, y, z through the centre of mass.
+    """
+    M = np.zeros((len(m), 6, 6))
+    M[:, :3, :3] = m[:, None, None] * np.eye(3)
+    M[:, 3:, 3:] = np.einsum("si,ij->sij", inertia, np.eye(3))
+    T = transfer(centre)
+    result: Float = T.transpose(0, 2, 1) @ M @ T
+    return result
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Assembled finite elements of a beam whose first node may be clamped.
+
+    Attributes:
+      z: (n,) [m] coordinates of the nodes.
+      points: (n, 3) [m] nodes.
+      stiffness: (6n, 6n).
+      mass: (6n, 6n).
+    """
+
+    z: Float
+    points: Float
+    stiffness: Float
+    mass: Float
+
+
+def assemble(beam: Beam, z: Float) -> Mesh:
+    """Finite elements between nodes at ``z`` (n,) [m], which begin and end with the beam."""
+    n = len(z)
+    points = beam.at(z, "axis")
+    K = np.zeros((6 * n, 6 * n))
+    M = np.zeros((6 * n, 6 * n))
+    q, weights = beam.pieces(z)
+    compliance, section = np.linalg.inv(beam.at(q, "stiffness")), beam.at(q, "mass")
+    on_axis = beam.at(q, "axis")
+    for e in range(n - 1):
+        used = weights[:, e] > 0.0
+        chord = points[e + 1] - points[e]
+        # Internal wrench at the quadrature points from the wrench at the element's end: B.
+        B = transfer(points[e + 1] - on_axis[used]).transpose(0, 2, 1)
+        D = np.einsum("n,nji,njk,nkl->il", weights[used, e], B, compliance[used], B)
+        k22 = np.linalg.inv(D)
+        k22 = 0.5 * (k22 + k22.T)
+        T = transfer(chord).T  # the wrench of end 2, taken at end 1
+        i, j = slice(6 * e, 6 * e + 6), slice(6 * e + 6, 6 * e + 12)
+        K[i, i] += T @ k22 @ T.T
+        K[i, j] -= T @ k22
+        K[j, i] -= k22 @ T.T
+        K[j, j] += k22
+        N = _shape_functions((q[used] - z[e]) / (z[e + 1] - z[e]), chord)
+        M[6 * e : 6 * e + 12, 6 * e : 6 * e + 12] += np.einsum("n,nji,njk,nkl->il", weights[used, e], N, section[used], N)
+    return Mesh(z, points, K, M)
+
+
+def _shape_functions(x: Float, chord: Float) -> Float:
+    """(m, 6, 12) motion inside an element at fractions ``x`` (m,) of its length from the motion of its ends.
+
+    Bending is cubic in displacement with sections normal to the bent axis, stretch and twist are linear.
+    """
+    length = float(np.linalg.norm(chord))
+    t = chord / length
+    along, cross_t = np.outer(t, t), -skew(t)  # theta x t = cross_t theta
+    across = np.eye(3) - along
+    N = np.zeros((len(x), 6, 12))
+    cubic = (1 - 3 * x**2 + 2 * x**3, x - 2 * x**2 + x**3, 3 * x**2 - 2 * x**3, x**3 - x**2)
+    slope = (6 * x**2 - 6 * x, 1 - 4 * x + 3 * x**2, 6 * x - 6 * x**2, 3 * x**2 - 2 * x)
+    for end, linear in ((0, 1 - x), (1, x)):
+        u, r = slice(6 * end, 6 * end + 3), slice(6 * end + 3, 6 * end + 6)
+        h, g = cubic[2 * end], length * cubic[2 * end + 1]
+        N[:, :3, u] = h[:, None, None] * across + linear[:, None, None] * along
+        N[:, :3, r] = g[:, None, None] * cross_t
+        h, g = slope[2 * end] / length, slope[2 * end + 1]
+        N[:, 3:, u] = h[:, None, None] * skew(t)
+        N[:, 3:, r] = g[:, None, None] * (skew(t) @ cross_t) + linear[:, None, None] * along
+    return N
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Natural modes of a mesh.
+
+    Attributes:
+      z: (n,) [m] nodes.
+      points: (n, 3) [m].
+      shape: (k, n, 6) displacements and rotations.
+      stiffness: (k,) generalised stiffness.
+      mass: (k,) generalised mass, of beam and everything it carries.
+      mass_alone: (k, k) generalised mass matrix of the beam alone.
+    """
+
+    z: Float
+    points: Float
+    shape: Float
+    stiffness: Float
+    mass: Float
+    mass_alone: Float
+
+    @property
+    def frequency(self) -> Float:
+        """(k,) [rad/s]."""
+        result: Float = np.sqrt(self.stiffness / self.mass)
+        return result
+
+    def pick(self, which: list[int]) -> Modes:
+        """Some of the modes, in the given order."""
+        return Modes(
+            self.z,
+            self.points,
+            self.shape[which],
+            self.stiffness[which],
+            self.mass[which],
+            self.mass_alone[np.ix_(which, which)],
+        )
+
+    def scaled(self, factor: Float) -> Modes:
+        """Modes with every shape multiplied by its factor (k,)."""
+        return Modes(
+            self.z,
+            self.points,
+            self.shape * factor[:, None, None],
+            self.stiffness * factor**2,
+            self.mass * factor**2,
+            self.mass_alone * np.outer(factor, factor),
+        )
+
+    def at(self, z: Float) -> Float:
+        """(k, m, 6) shapes at coordinates ``z`` (m,), interpolated linearly between the mesh's nodes."""
+        result = np.empty((len(self.shape), len(z), 6))
+        for k in range(len(self.shape)):
+            for c in range(6):
+                result[k, :, c] = np.interp(z, self.z, self.shape[k, :, c])
+        return result
+
+
+def natural_modes(
+    mesh: Mesh, n: int, *, tip_mass: Float | None = None, base_stiffness: Float | None = None, base_mass: float = 0.0
+) -> Modes:
+    """The ``n`` lowest modes of a beam, clamped at its first node or on springs.
+
+    Args:
+      mesh: finite elements.
+      n: number of modes.
+      tip_mass: (6, 6) inertia of a rigid body carried by the last node, about that node.
+      base_stiffness: (6, 6) springs under the first node; None clamps it.
+      base_mass: [kg] that moves with the first node.
+    """
+    size = 6 * len(mesh.z)
+    K = mesh.stiffness.copy()
+    M = mesh.mass.copy()
+    alone = M.copy()
+    if tip_mass is not None:
+        M[-6:, -6:] += tip_mass
+    if base_stiffness is None:
+        free = np.arange(6, size)
+    else:
+        free = np.arange(size)
+        K[:6, :6] += base_stiffness
+        M[:3, :3] += base_mass * np.eye(3)
+        alone[:3, :3] += base_mass * np.eye(3)
+    inside = np.ix_(free, free)
+    n = min(n, len(free))
+    value, vector = scipy.linalg.eigh(K[inside], M[inside], subset_by_index=(0, n - 1))
+    shape = np.zeros((n, size))
+    shape[:, free] = vector.T
+    return Modes(
+        mesh.z,
+        mesh.points,
+        shape.reshape(n, -1, 6),
+        value,
+        np.ones(n),
+        np.einsum("ki,ij,lj->kl", shape, alone, shape),
+    )
+
+
+def energy_shares(modes: Modes, mass: Float) -> Float:
+    """(k, 3) shares of a mode's kinetic energy in x and y translation and in rotation about z.
+
+    Args:
+      mass: (6n, 6n) of the mesh.
+    """
+    flat = modes.shape.reshape(len(modes.shape), -1)
+    by_component = ((flat @ mass) * flat).reshape(modes.shape.shape).sum(axis=1)
+    result: Float = by_component[:, [0, 1, 5]] / by_component.sum(axis=1, keepdims=True)
+    return result
+
+
+def second_order(modes: Modes) -> Float:
+    """Displacements of second order that go with the modes: u_2 = 1/2 sum_kl q_k q_l Z_kl.
+
+    A section turned by bending and twisting moves what lies beyond it along a curved line: the beam's
+    end comes closer to its root (shortening), and a twisted section bends sideways. With the rotation
+    R of a section, R' = R skew(kappa) and the curvature kappa linear in the q, the position follows
+    from r' = R t; this is its second-order part (S-9).
+
+    Returns:
+      (k, k, n, 3) [1/m times the shapes squared] symmetric in the first two axes.
+    """
+    step = np.diff(modes.points, axis=0)
+    middle = 0.5 * (modes.shape[:, 1:, 3:] + modes.shape[:, :-1, 3:])
+    change = np.diff(modes.shape[:, :, 3:], axis=1)
+    # rotation of second order: 1/2 integral of theta_k x dtheta_l, at the middle of each element
+    turn = np.cross(middle[:, None], change[None, :])
+    turned = np.cumsum(turn, axis=2) - 0.5 * turn
+    bent = np.cross(middle[:, None], np.cross(middle[None, :], step)) + np.cross(turned, step)
+    A = np.zeros((*turn.shape[:2], len(modes.z), 3))
+    A[:, :, 1:] = np.cumsum(bent, axis=2)
+    result: Float = 0.5 * (A + A.transpose(1, 0, 2, 3))
+    return result

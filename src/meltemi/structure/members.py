@@ -1,0 +1,232 @@
+"""Blade and tower as modal members: from section data to what the kernels need.
+
+Host side, NumPy and SciPy. Rigid where the description has no flexibility (torsion, stretch, shear).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import UnsupportedError
+from meltemi.structure.beam import (
+    Beam,
+    Mesh,
+    Modes,
+    assemble,
+    energy_shares,
+    in_beam_axes,
+    natural_modes,
+    second_order,
+    section_mass,
+    transfer,
+)
+from meltemi.turbine.definition import BladeStructure, Damping, Foundation, Tower
+
+Float = NDArray[np.float64]
+
+ELEMENTS = 40
+"""Finite elements of a member at least; frequencies are then exact to 1e-5 (tests/verification)."""
+RIGID_TORSION, RIGID_STRETCH, RIGID_SHEAR = 1e4, 1e6, 1e8
+"""Stiffness where none is described, as multiples of bending stiffness (over length squared)."""
+
+
+@dataclass(frozen=True)
+class NodeLayout:
+    """Where the nodes of a blade or tower lie.
+
+    Attributes:
+      position: (N,) [m] from the root.
+      edges: (N + 1,) [m] cuts between the pieces that move with the nodes.
+    """
+
+    position: Float
+    edges: Float
+
+    @property
+    def length(self) -> Float:
+        """(N,) [m] of the pieces: the weight of each node in an integral along the blade."""
+        return np.diff(self.edges)
+
+
+def cells(edges: Float) -> NodeLayout:
+    """Nodes in the middle of the pieces (midpoint rule)."""
+    return NodeLayout(0.5 * (edges[1:] + edges[:-1]), edges)
+
+
+def points(position: Float) -> NodeLayout:
+    """Nodes at given positions, from root to tip (trapezoidal rule)."""
+    return NodeLayout(position, np.concatenate([position[:1], 0.5 * (position[1:] + position[:-1]), position[-1:]]))
+
+
+@dataclass(frozen=True)
+class Member:
+    """A flexible member reduced to some of its modes.
+
+    Attributes:
+      names: (k,) e.g. ``"1st flap"``.
+      modes: shapes on the finite-element mesh, generalised stiffness and mass.
+      damping: (k,) generalised damping.
+      alone_frequency: (k,) [rad/s] of the member without what it carries, in the shape of each mode.
+      second: (k, k, n, 3) displacements of second order on the mesh.
+      beam: the member's sections.
+    """
+
+    names: tuple[str, ...]
+    modes: Modes
+    damping: Float
+    alone_frequency: Float
+    second: Float
+    beam: Beam
+
+    def second_at(self, z: Float) -> Float:
+        """(k, k, m, 3) displacements of second order at coordinates ``z`` (m,)."""
+        k = len(self.names)
+        result = np.empty((k, k, len(z), 3))
+        for i in range(k):
+            for j in range(k):
+                for c in range(3):
+                    result[i, j, :, c] = np.interp(z, self.modes.z, self.second[i, j, :, c])
+        return result
+
+
+def blade_beam(blade: BladeStructure) -> Beam:
+    """The blade's sections in blade axes, along z from the root."""
+    n = len(blade.position)
+    zero = np.zeros(n)
+
+    def given(value: Float | None) -> Float:
+        return zero if value is None else value
+
+    axis = np.stack([given(blade.axis_x), given(blade.axis_y), blade.position], axis=1)
+    if blade.stiffness_matrix is not None and blade.mass_matrix is not None:
+        K, M = blade.stiffness_matrix, blade.mass_matrix
+    else:
+        assert blade.mass is not None and blade.flap_stiffness is not None and blade.edge_stiffness is not None
+        K = _diagonal_stiffness(
+            blade.edge_stiffness, blade.flap_stiffness, blade.torsion_stiffness, blade.axial_stiffness, blade.position[-1]
+        )
+        flap, edge = given(blade.flap_inertia), given(blade.edge_inertia)
+        centre = np.stack([given(blade.mass_centre_x), given(blade.mass_centre_y), zero], axis=1)
+        M = section_mass(blade.mass, centre, np.stack([edge, flap, edge + flap], axis=1))
+    return Beam(blade.position, axis, in_beam_axes(K, blade.twist), in_beam_axes(M, blade.twist))
+
+
+def tower_beam(tower: Tower) -> Beam:
+    """The tower's sections in inertial axes, along z from the base."""
+    n = len(tower.position)
+    axis = np.stack([np.zeros(n), np.zeros(n), tower.position], axis=1)
+    K = _diagonal_stiffness(
+        tower.side_side_stiffness,
+        tower.fore_aft_stiffness,
+        tower.torsion_stiffness,
+        tower.axial_stiffness,
+        tower.position[-1],
+    )
+    # a thin tube: J_z = m r^2, J_x = J_y = m r^2 / 2
+    tube = tower.mass * (0.5 * tower.diameter) ** 2
+    M = section_mass(tower.mass, np.zeros((n, 3)), np.stack([0.5 * tube, 0.5 * tube, tube], axis=1))
+    return Beam(tower.position, axis, K, M)
+
+
+def _diagonal_stiffness(about_x: Float, about_y: Float, torsion: Float | None, axial: Float | None, length: float) -> Float:
+    """(S, 6, 6) uncoupled section stiffness."""
+    stiff = np.maximum(about_x, about_y).max()
+    n = len(about_x)
+    K = np.zeros((n, 6, 6))
+    K[:, 0, 0] = K[:, 1, 1] = RIGID_SHEAR * stiff / length**2
+    K[:, 2, 2] = RIGID_STRETCH * stiff / length**2 if axial is None else axial
+    K[:, 3, 3], K[:, 4, 4] = about_x, about_y
+    K[:, 5, 5] = RIGID_TORSION * stiff if torsion is None else torsion
+    return K
+
+
+def _mesh(beam: Beam, also: Float) -> Mesh:
+    """Finite elements with nodes at ``also`` and everywhere else fine enough."""
+    length = beam.position[-1]
+    z = np.union1d(also, np.linspace(0.0, length, ELEMENTS + 1))
+    keep = np.concatenate([[True], np.diff(z) > 1e-6 * length])
+    z = z[keep]
+    z[-1] = length
+    return assemble(beam, z)
+
+
+def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayout) -> Member:
+    """The blade, clamped at its root, with the wanted numbers of flap, edge and torsion modes."""
+    if counts["torsion"] and blade.torsion_stiffness is None and blade.stiffness_matrix is None:
+        raise UnsupportedError("a torsion mode is asked for, but the blade has no torsion_stiffness")
+    beam = blade_beam(blade)
+    mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
+    modes = natural_modes(mesh, 12 + 4 * sum(counts.values()))
+    picked, names = _pick(modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])})
+    return _member(picked, names, mesh, beam, blade.damping)
+
+
+def tower_member(tower: Tower, counts: dict[str, int], tip_mass: Float, foundation: Foundation | None, layout: NodeLayout) -> Member:
+    """The tower with the wanted numbers of fore-aft, side-to-side and torsion modes.
+
+    Args:
+      tip_mass: (6, 6) inertia of everything above the tower top, about the tower top.
+    """
+    if counts["torsion"] and tower.torsion_stiffness is None:
+        raise UnsupportedError("a tower torsion mode is asked for, but the tower has no torsion_stiffness")
+    beam = tower_beam(tower)
+    mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
+    modes = natural_modes(
+        mesh,
+        12 + 4 * sum(counts.values()),
+        tip_mass=tip_mass,
+        base_stiffness=None if foundation is None else foundation.stiffness,
+        base_mass=0.0 if foundation is None else foundation.mass,
+    )
+    wanted = {
+        "fore-aft": (0, counts["fore_aft"]),
+        "side-side": (1, counts["side_side"]),
+        "torsion": (2, counts["torsion"]),
+    }
+    picked, names = _pick(modes, mesh, wanted)
+    return _member(picked, names, mesh, beam, tower.damping)
+
+
+def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple[Modes, list[str]]:
+    """The first modes of each kind, scaled to unit motion of the end (or of the largest displacement)."""
+    kind = np.argmax(energy_shares(modes, mesh.mass), axis=1)
+    which: list[int] = []
+    names: list[str] = []
+    for name, (component, count) in wanted.items():
+        found = np.flatnonzero(kind == component)[:count]
+        if len(found) < count:
+            raise UnsupportedError(f"only {len(found)} {name} modes were found, {count} are asked for")
+        which += found.tolist()
+        names += [f"{_ordinal(i + 1)} {name}" for i in range(count)]
+    picked = modes.pick(which)
+    factor = np.empty(len(which))
+    for i, k in enumerate(which):
+        component = (0, 1, 5)[int(kind[k])]
+        values = picked.shape[i, :, component]
+        largest = values[np.argmax(np.abs(values))]
+        end = values[-1]
+        factor[i] = 1.0 / (end if abs(end) > 0.3 * abs(largest) else abs(largest) * np.sign(end))
+    return picked.scaled(factor), names
+
+
+def _member(modes: Modes, names: list[str], mesh: Mesh, beam: Beam, damping: Damping) -> Member:
+    ratio = np.array([getattr(damping, name.split(" ", 1)[1].replace("-", "_")) for name in names])
+    alone = np.sqrt(modes.stiffness / np.diag(modes.mass_alone))
+    return Member(tuple(names), modes, 2.0 * ratio * modes.stiffness / alone, alone, second_order(modes), beam)
+
+
+def _ordinal(n: int) -> str:
+    return f"{n}{({1: 'st', 2: 'nd', 3: 'rd'}).get(n, 'th')}"
+
+
+def rigid_body(mass: float, centre: Float, inertia: Float) -> Float:
+    """(6, 6) inertia about the origin of a body with inertia (3, 3) about its centre of mass."""
+    M = np.zeros((6, 6))
+    M[:3, :3] = mass * np.eye(3)
+    M[3:, 3:] = inertia
+    T = transfer(np.asarray(centre, dtype=float))
+    result: Float = T.T @ M @ T
+    return result

@@ -1,0 +1,113 @@
+"""What the parts of the machine tell each other: motion, loads, and what the control side does.
+
+Structure, aerodynamics and control never see each other; they share these arrays.
+
+Axes: ``blade``, ``node`` (along a blade or the tower). Frames: i inertial, t tower top, n nacelle, s shaft,
+b blade (pitched); see ``docs/conventions.md``. "Known" accelerations are those that remain when all second
+derivatives of the generalised coordinates are zero.
+"""
+
+from __future__ import annotations
+
+from meltemi.core.tables import table
+
+MACHINE = table(
+    "machine",
+    "",
+    """
+    top_position xyz      | m       | tower top, inertial axes
+    top_velocity xyz      | m/s     | the same
+    top_acceleration xyz  | m/s^2   | the same, known part
+    top_spin xyz          | rad/s   | angular velocity of the tower top
+    top_spin_rate xyz     | rad/s^2 | its derivative, known part
+    top rotation          | -       | orientation R_it of the tower top
+    nacelle rotation      | -       | orientation R_in of the nacelle
+    nacelle_spin xyz      | rad/s   | angular velocity of the nacelle
+    nacelle_spin_rate xyz | rad/s^2 | its derivative, known part
+    shaft xyz             | -       | direction of the shaft, downwind
+    hub_position xyz      | m       | rotor apex
+    hub_velocity xyz      | m/s     | the same
+    hub_acceleration xyz  | m/s^2   | the same, known part
+    rotor_spin xyz        | rad/s   | angular velocity of the rotor
+    rotor_spin_rate xyz   | rad/s^2 | its derivative, known part
+    azimuth               | rad     | of blade 1 at the rotor end of the shaft, 0 when it points up
+    rotor_speed           | rad/s   | of the rotor end of the shaft, relative to the nacelle
+    """,
+)
+"""Motion of tower top, nacelle and hub, inertial axes."""
+
+TOP_POSITION, TOP_VELOCITY, TOP_ACCELERATION, TOP_SPIN, TOP_SPIN_RATE, TOP = MACHINE.slots(
+    "top_position top_velocity top_acceleration top_spin top_spin_rate top"
+)
+NACELLE, NACELLE_SPIN, NACELLE_SPIN_RATE, SHAFT = MACHINE.slots("nacelle nacelle_spin nacelle_spin_rate shaft")
+HUB_POSITION, HUB_VELOCITY, HUB_ACCELERATION = MACHINE.slots("hub_position hub_velocity hub_acceleration")
+ROTOR_SPIN, ROTOR_SPIN_RATE, AZIMUTH, ROTOR_SPEED = MACHINE.slots("rotor_spin rotor_spin_rate azimuth rotor_speed")
+
+FRAME = table(
+    "blade frame",
+    "blade",
+    """
+    orientation rotation | -       | R_ib
+    velocity xyz         | m/s     | of the rotor apex, blade axes
+    acceleration xyz     | m/s^2   | of the rotor apex, known part, blade axes
+    spin xyz             | rad/s   | angular velocity of the blade root, blade axes
+    spin_rate xyz        | rad/s^2 | its derivative, known part
+    shaft xyz            | -       | direction of the shaft, downwind, blade axes
+    cos_pitch            | -       | cosine of the pitch angle
+    sin_pitch            | -       | sine of the pitch angle
+    azimuth              | rad     | of the blade, 0 when it points up
+    """,
+)
+"""Motion of the blade roots."""
+
+ROOT_ORIENTATION, APEX_VELOCITY, APEX_ACCELERATION, ROOT_SPIN, ROOT_SPIN_RATE, ROOT_SHAFT = FRAME.slots(
+    "orientation velocity acceleration spin spin_rate shaft"
+)
+COS_PITCH, SIN_PITCH, BLADE_AZIMUTH = FRAME.slots("cos_pitch sin_pitch azimuth")
+
+MOTION = table(
+    "blade motion",
+    "blade node",
+    """
+    position xyz     | m       | node from the rotor apex, blade axes
+    velocity xyz     | m/s     | in the inertial frame, blade axes
+    acceleration xyz | m/s^2   | known part
+    rotation xyz     | rad     | elastic rotation of the section
+    spin xyz         | rad/s   | angular velocity of the section
+    spin_rate xyz    | rad/s^2 | its derivative, known part
+    """,
+)
+"""Motion of the blade nodes."""
+
+POSITION, VELOCITY, ACCELERATION, ROTATION, SPIN, SPIN_RATE = MOTION.slots(
+    "position velocity acceleration rotation spin spin_rate"
+)
+
+LOAD = table(
+    "blade load",
+    "blade node",
+    """
+    force xyz  | N   | aerodynamic force on the node, blade axes
+    moment xyz | N m | aerodynamic moment about the node, blade axes
+    """,
+)
+"""External loads on the blade nodes, gravity apart."""
+
+FORCE, MOMENT = LOAD.slots("force moment")
+
+DRIVE = table(
+    "drive",
+    "",
+    """
+    generator_torque | N m   | on the generator's shaft, against the rotor's rotation when positive
+    brake_torque     | N m   | of the brake on the generator's shaft, against its rotation
+    yaw_command      | rad   | yaw angle that the yaw drive holds
+    yaw_command_rate | rad/s | rate at which it turns
+    yaw_held         | -     | 1 when the drive holds the bearing through its spring and damper, 0 when it lets go
+    """,
+)
+"""What the control side does to the structure."""
+
+GENERATOR_TORQUE, BRAKE_TORQUE, YAW_COMMAND, YAW_COMMAND_RATE, YAW_HELD = DRIVE.slots(
+    "generator_torque brake_torque yaw_command yaw_command_rate yaw_held"
+)

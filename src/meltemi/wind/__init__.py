@@ -1,0 +1,1 @@
+"""Inflow: what the user describes, files, and the velocity at any point and time."""
