@@ -13,7 +13,9 @@ from meltemi.core.kernel import kernel
 
 Float = NDArray[float64]
 
-LIFT, DRAG, MOMENT, ATTACHMENT, SEPARATED = POLAR.slots("lift drag moment attachment separated_lift")
+LIFT, DRAG, MOMENT, ATTACHMENT, ATTACHED, SEPARATED = POLAR.slots(
+    "lift drag moment attachment attached_lift separated_lift"
+)
 
 
 class Place(NamedTuple):

@@ -7,7 +7,7 @@ section about its span (nose up), f_st the static degree of attachment:
     alpha_E = alpha (1 - A_1 - A_2) + x_1 + x_2
     x_3' = (C_La (alpha_E - alpha_0) + pi T omega - x_3) / (T_p T)
     x_4' = (f_st(x_3 / C_La + alpha_0) - x_4) / (T_f T)
-    C_L  = x_4 C_La (alpha_E - alpha_0) + (1 - x_4) C_L,fs(alpha_E) + pi T omega
+    C_L  = x_4 C_L,fa(alpha_E) + (1 - x_4) C_L,fs(alpha_E) + pi T omega,  C_L,fa = C_La (alpha_E - alpha_0)
 
 The states blend into the static polar between 40 and 45 degrees and below 1 m/s.
 
@@ -24,7 +24,7 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.aero.lag import lag, lagged
-from meltemi.aero.polars import ATTACHMENT, DRAG, LIFT, MOMENT, SEPARATED, coefficient, locate
+from meltemi.aero.polars import ATTACHED, ATTACHMENT, DRAG, LIFT, MOMENT, SEPARATED, coefficient, locate
 from meltemi.aero.tables import AERO, SECTION
 from meltemi.core.kernel import kernel
 
@@ -192,8 +192,7 @@ def stall_coefficients(
     alpha_E = effective_angle(aero, y, alpha)
     at = locate(polars, alpha_E)
     f, x4 = coefficient(polars, g, at, ATTACHMENT), min(max(y.attachment, 0.0), 1.0)
-    attached = section[g, SLOPE] * (alpha_E - section[g, ZERO_LIFT])
-    circulatory = x4 * attached + (1.0 - x4) * coefficient(polars, g, at, SEPARATED)
+    circulatory = x4 * coefficient(polars, g, at, ATTACHED) + (1.0 - x4) * coefficient(polars, g, at, SEPARATED)
     static_drag = coefficient(polars, g, at, DRAG)
     separation = 0.5 * (sqrt(max(f, 0.0)) - sqrt(x4)) - 0.25 * (f - x4)
     drag = (

@@ -78,6 +78,7 @@ POLAR = table(
     drag           | - | static drag coefficient
     moment         | - | static moment coefficient about the aerodynamic centre
     attachment     | - | degree of attachment (1: fully attached)
+    attached_lift  | - | lift coefficient when fully attached
     separated_lift | - | lift coefficient when fully separated
     """,
 )
@@ -196,6 +197,7 @@ TOWER_FLOW = table(
     x         | m   | deflected axis, inertial axes
     y         | m   | the same
     wind xyz  | m/s | wind relative to the tower, inertial axes
+    force xyz | N   | of the wind on the node, inertial axes
     """,
 )
 """Tower nodes: geometry, deflection and wind; the heights are equidistant."""

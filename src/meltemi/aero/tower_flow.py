@@ -17,7 +17,7 @@ from math import cos, pi, sqrt
 from numpy import float32, float64
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import AERO_OPTIONS, TOWER_FLOW
+from meltemi.aero.tables import TOWER_FLOW
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import put2, vec2
 from meltemi.maths.vectors import Vec
@@ -25,8 +25,8 @@ from meltemi.wind.velocity import wind_velocity
 
 Float = NDArray[float64]
 
-HEIGHT, DIAMETER, TOWER_DRAG_COEFFICIENT, TOWER_PIECE, AXIS_X, AXIS_Y, TOWER_WIND = TOWER_FLOW.slots(
-    "height diameter drag length x y wind"
+HEIGHT, DIAMETER, TOWER_DRAG_COEFFICIENT, TOWER_PIECE, AXIS_X, AXIS_Y, TOWER_WIND, TOWER_FORCE = (
+    TOWER_FLOW.slots("height diameter drag length x y wind force")
 )
 CLEAR = 20.0
 """Tower diameters beyond which there is no influence."""
@@ -86,9 +86,10 @@ def tower_influence(tower: Float, p: Vec) -> Vec:
 
 @kernel
 def tower_load(air_density: float, tower: Float, tower_shape: Float, load: Float) -> None:
-    """Generalised drag force on the tower modes (A-46).
+    """Drag on the tower nodes and its generalised force on the tower modes (A-46).
 
     Args:
+      air_density: [kg/m^3]; 0 switches the drag off.
       load: (modes,) becomes the generalised forces.
     """
     for k in range(load.shape[0]):
@@ -98,5 +99,7 @@ def tower_load(air_density: float, tower: Float, tower_shape: Float, load: Float
         speed = sqrt(U.x * U.x + U.y * U.y)
         area = tower[DIAMETER, n] * tower[TOWER_PIECE, n]
         push = 0.5 * air_density * tower[TOWER_DRAG_COEFFICIENT, n] * area * speed
+        F = Vec(push * U.x, push * U.y, 0.0)
+        put2(tower, TOWER_FORCE, n, F)
         for k in range(load.shape[0]):
-            load[k] += push * (tower_shape[6 * k, n] * U.x + tower_shape[6 * k + 1, n] * U.y)
+            load[k] += tower_shape[6 * k, n] * F.x + tower_shape[6 * k + 1, n] * F.y

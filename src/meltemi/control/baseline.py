@@ -155,4 +155,4 @@ def baseline(control: BaselineControl, sample_time: float | None = None) -> Cont
         view["integral"] = start.pitch / (schedule * control.pitch.integral_gain)
         return x
 
-    return Controller(update=update(), init=init, sample_time=sample_time, name="baseline")  # type: ignore[arg-type]
+    return Controller(update=update(), init=init, sample_time=sample_time, name="baseline", uses_loads=False)  # type: ignore[arg-type]

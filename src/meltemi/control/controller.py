@@ -60,12 +60,14 @@ class Controller:
       init: gives the state vector for a start point; by default one zero.
       sample_time: [s] between calls; None calls it every time step.
       name: for messages.
+      uses_loads: whether it reads loads, accelerations or wind; a run is a little faster when it does not.
     """
 
     update: Update
     init: Callable[[StartPoint], Any] = lambda start: np.zeros(1)
     sample_time: float | None = None
     name: str = ""
+    uses_loads: bool = True
 
     def __post_init__(self) -> None:
         if not callable(self.update):

@@ -19,6 +19,7 @@ STRUCTURE = table(
     tilt              | rad        | shaft tilt, upwind end up
     precone           | rad        | blades lean upwind
     hub_radius        | m          | rotor apex to blade root
+    tip xyz           | m          | blade tip from the rotor apex, undeformed, blade axes
     hub_mass          | kg         | hub
     hub_centre        | m          | hub's centre of mass along the shaft from the apex, downwind
     hub_inertia       | kg m^2     | hub about the shaft
@@ -71,3 +72,59 @@ BODY = table(
     """,
 )
 """A blade as one body, seen from the rotor apex."""
+
+ROOT_LOAD = table(
+    "blade root load",
+    "blade",
+    """
+    force xyz          | N   | at the blade root, coned axes (not pitching)
+    moment xyz         | N m | the same
+    pitched_force xyz  | N   | the same, blade axes (pitching)
+    pitched_moment xyz | N m | the same
+    tip xyz            | m   | deflection of the tip, coned axes
+    pitched_tip xyz    | m   | the same, blade axes
+    tip_rotation xyz   | rad | elastic rotation of the tip, blade axes
+    clearance          | m   | distance of the tip from the yaw axis, or from the tower top when above it
+    """,
+)
+"""Loads that each blade exerts on the hub, and its deflection."""
+
+MACHINE_LOAD = table(
+    "machine load",
+    "",
+    """
+    apex_force xyz          | N       | of the rotor on the shaft at the apex, shaft axes (not rotating)
+    apex_moment xyz         | N m     | the same
+    rotating_force xyz      | N       | the same, axes that rotate with blade 1
+    rotating_moment xyz     | N m     | the same
+    yaw_force xyz           | N       | at the yaw bearing on the tower, tower-top axes (not yawing)
+    yaw_moment xyz          | N m     | the same
+    base_force xyz          | N       | at the tower base on the ground, inertial axes
+    base_moment xyz         | N m     | the same
+    top_deflection xyz      | m       | of the tower top, inertial axes
+    top_rotation xyz        | rad     | of the tower top
+    top_acceleration xyz    | m/s^2   | of the tower top, tower-top axes, without gravity
+    rotor_acceleration      | rad/s^2 | of the rotor about the shaft, relative to the nacelle
+    """,
+)
+"""Loads and motion along the chain from rotor to ground."""
+
+STATION_LOAD = table(
+    "blade station load",
+    "blade station",
+    """
+    force xyz  | N   | of the outer part of the blade on the inner one, blade axes
+    moment xyz | N m | the same
+    """,
+)
+"""Section loads at stations of the blades."""
+
+TOWER_STATION_LOAD = table(
+    "tower station load",
+    "station",
+    """
+    force xyz  | N   | of the upper part on the lower one, inertial axes
+    moment xyz | N m | the same
+    """,
+)
+"""Section loads at stations of the tower."""

@@ -71,6 +71,10 @@ class Airfoil(Record):
     """(P,) [-] moment coefficient about the aerodynamic centre, positive nose up."""
     dynamic_stall: bool = True
     """False for sections without lift, e.g. cylinders: their polar is always used as it is."""
+    zero_lift_angle: float | None = Field(default=None, gt=-1.0, lt=1.0)
+    """[rad] as stated by the source, if it states one; only OpenFAST's fit for dynamic stall uses it."""
+    zero_lift_drag: float | None = Field(default=None, ge=0.0)
+    """Drag coefficient there."""
     source: str = ""
     """Where the numbers come from."""
 
@@ -305,6 +309,8 @@ class Yaw(Record):
     """[N m/rad] of the locked bearing."""
     damping: float = Field(ge=0.0)
     """[N m s/rad] of the locked bearing."""
+    rate: float = Field(default=0.0052, ge=0.0, lt=0.2)
+    """[rad/s] of the yaw drive."""
     source: str = ""
 
 

@@ -1,0 +1,107 @@
+"""Pitch actuators and yaw drive: what lies between a controller's demands and the machine.
+
+The pitch actuator is a second-order system stepped exactly under a held demand, then limited in rate
+and angle. Its ideal variant has the demanded angle at once and no rate, so it turns the blades
+without inertial loads.
+
+Reference: docs/theory/control.md (C-10 to C-13).
+"""
+
+from __future__ import annotations
+
+from math import cos, cosh, exp, sin, sinh, sqrt
+
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.control import signals as s
+from meltemi.core.kernel import kernel
+from meltemi.core.tables import table
+from meltemi.turbine import exchange as ex
+
+Float = NDArray[float64]
+
+ACTUATOR = table(
+    "actuators",
+    "",
+    """
+    pitch_ideal       | -     | 1: pitch follows the demand at once
+    pitch_frequency   | rad/s | natural frequency
+    pitch_damping     | -     | damping ratio
+    pitch_rate        | rad/s | limit
+    pitch_minimum     | rad   | limit
+    pitch_maximum     | rad   | limit
+    brake_torque      | N m   | of the full brake, on the generator's shaft
+    yaw_rate          | rad/s | limit of the yaw drive
+    """,
+)
+"""Parameters."""
+
+PITCH_IDEAL, PITCH_FREQUENCY, PITCH_DAMPING, PITCH_RATE, PITCH_MINIMUM, PITCH_MAXIMUM, BRAKE_TORQUE, YAW_RATE = (
+    ACTUATOR.slots(
+        "pitch_ideal pitch_frequency pitch_damping pitch_rate pitch_minimum pitch_maximum brake_torque yaw_rate"
+    )
+)
+
+PITCH = table(
+    "pitch",
+    "blade",
+    """
+    angle        | rad     | pitch angle
+    rate         | rad/s   | its rate
+    acceleration | rad/s^2 | its acceleration over the last step
+    """,
+)
+"""State of the pitch actuators."""
+
+ANGLE, RATE, ACCELERATION = PITCH.slots("angle rate acceleration")
+
+
+@kernel
+def second_order_step(x: float, v: float, w: float, z: float, dt: float) -> tuple[float, float]:
+    """Exact step of x'' + 2 z w x' + w^2 x = 0 (C-11)."""
+    e = exp(-z * w * dt)
+    d = 1.0 - z * z
+    if d > 1e-12:
+        wd = w * sqrt(d)
+        c, s_w = cos(wd * dt), sin(wd * dt) / wd
+    elif d < -1e-12:
+        wd = w * sqrt(-d)
+        c, s_w = cosh(wd * dt), sinh(wd * dt) / wd
+    else:
+        c, s_w = 1.0, dt
+    return e * (x * (c + z * w * s_w) + v * s_w), e * (v * (c - z * w * s_w) - w * w * x * s_w)
+
+
+@kernel
+def pitch_advance(p: Float, demands: Float, pitch: Float, dt: float) -> None:
+    """Pitch angles after ``dt`` under held demands; with the ideal actuator at once."""
+    for b in range(pitch.shape[1]):
+        demand = min(max(demands[s.PITCH_DEMAND + b], p[PITCH_MINIMUM]), p[PITCH_MAXIMUM])
+        angle, rate = pitch[ANGLE, b], pitch[RATE, b]
+        if p[PITCH_IDEAL] > 0.0:
+            pitch[ANGLE, b] = demand
+            continue
+        if dt <= 0.0:
+            continue
+        error, new_rate = second_order_step(angle - demand, rate, p[PITCH_FREQUENCY], p[PITCH_DAMPING], dt)
+        new = demand + error
+        limited = min(max(new_rate, -p[PITCH_RATE]), p[PITCH_RATE])
+        if limited != new_rate:
+            new = angle + 0.5 * (rate + limited) * dt
+        if new < p[PITCH_MINIMUM] or new > p[PITCH_MAXIMUM]:
+            new = min(max(new, p[PITCH_MINIMUM]), p[PITCH_MAXIMUM])
+            limited = 0.0
+        pitch[ANGLE, b] = new
+        pitch[RATE, b] = limited
+        pitch[ACCELERATION, b] = (limited - rate) / dt
+
+
+@kernel
+def drive_advance(p: Float, demands: Float, drive: Float, dt: float) -> None:
+    """Generator torque, brake and yaw drive under held demands."""
+    drive[ex.GENERATOR_TORQUE] = demands[s.GENERATOR_TORQUE]
+    drive[ex.BRAKE_TORQUE] = p[BRAKE_TORQUE] * min(max(demands[s.BRAKE], 0.0), 1.0)
+    rate = min(max(demands[s.YAW_RATE_DEMAND], -p[YAW_RATE]), p[YAW_RATE])
+    drive[ex.YAW_COMMAND_RATE] = rate
+    drive[ex.YAW_COMMAND] += rate * dt

@@ -1,0 +1,1 @@
+"""The coupled machine in time: model, step, trim, results."""

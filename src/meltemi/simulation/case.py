@@ -1,0 +1,225 @@
+"""One simulation's own arrays, and the calls that move them.
+
+Everything a run changes stands in two contiguous vectors: the *state* (coordinates, velocities, inflow,
+stall, actuators) and the *signals* (whatever was computed on the way and may be recorded). The arrays
+the kernels see are views of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.aero.rotor import derivatives, settle
+from meltemi.aero.tables import FLOW, INFLOW, MEMORY, ROTOR, STALL
+from meltemi.control.actuators import PITCH
+from meltemi.control.controller import Controller, Entry, StartPoint
+from meltemi.control.signals import DEMAND_LIMITS, DEMANDS, MEASUREMENTS, N_BLADES
+from meltemi.core.tables import Table, View
+from meltemi.simulation.model import Model
+from meltemi.simulation.step import (
+    CORRECTIONS,
+    EVERY_CONTROL,
+    EVERY_OUTPUT,
+    LOAD_PARTS,
+    N_CLOCK,
+    PARTS,
+    SUMMARY,
+    WANT_LOADS,
+    evaluate,
+    section_loads,
+    whole_machine,
+)
+from meltemi.structure.section_loads import APEX_MOMENT
+from meltemi.structure.tables import BODY, MACHINE_LOAD, ROOT_LOAD, STATION_LOAD, TOWER_STATION_LOAD
+from meltemi.turbine.exchange import DRIVE, FRAME, LOAD, MACHINE, MOTION
+from meltemi.wind.fields import Wind, wind_arrays
+
+Float = NDArray[np.float64]
+
+
+class Arena:
+    """Views cut one after another from one contiguous vector."""
+
+    def __init__(self, shapes: dict[str, tuple[int, ...]]) -> None:
+        sizes = {name: int(np.prod(shape)) for name, shape in shapes.items()}
+        self.vector = np.zeros(sum(sizes.values()))
+        self.views: dict[str, Float] = {}
+        self.begin: dict[str, int] = {}
+        at = 0
+        for name, shape in shapes.items():
+            self.begin[name] = at
+            self.views[name] = self.vector[at : at + sizes[name]].reshape(shape)
+            at += sizes[name]
+
+    def place(self, name: str, index: tuple[int, ...]) -> int:
+        """Place in the vector of one entry of a view."""
+        return self.begin[name] + int(np.ravel_multi_index(index, self.views[name].shape))
+
+
+SIGNAL_TABLES: dict[str, Table] = {
+    "summary": SUMMARY,
+    "machine": MACHINE,
+    "rotor": ROTOR,
+    "chain": MACHINE_LOAD,
+    "root": ROOT_LOAD,
+    "pitch": PITCH,
+    "drive": DRIVE,
+    "demands": DEMANDS,
+    "flow": FLOW,
+    "motion": MOTION,
+    "station": STATION_LOAD,
+    "tower_station": TOWER_STATION_LOAD,
+}
+"""Arrays a channel may ask for, by the table that describes them; q, v and a come on top."""
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Where section loads are wanted [m]: along the blades from the root, along the tower from its base."""
+
+    blade: tuple[float, ...] = ()
+    tower: tuple[float, ...] = (0.0,)
+
+
+class Case:
+    """Arrays of one simulation of a model in a wind."""
+
+    def __init__(self, model: Model, wind: Wind, stations: Stations | None = None) -> None:
+        stations = stations or Stations()
+        self.model = model
+        turbine = model.turbine
+        B, N = model.n_blades, model.n_nodes
+        K, nq, nc = len(model.blade.names), len(model.coordinates), model.n_core
+        M, NT = len(model.tower.names), model.tower_flow.shape[1]
+        sizes = {"blade": B, "node": N}
+        self.signals = Arena(
+            {
+                "q": (nq,),
+                "v": (nq,),
+                "a": (nq,),
+                **{
+                    name: table.shape(blade=B, node=N, station=len(stations.tower if name == "tower_station" else stations.blade))
+                    for name, table in SIGNAL_TABLES.items()
+                },
+            }
+        )
+        self.aero_state = Arena(
+            {"inflow": INFLOW.shape(**sizes), "stall": STALL.shape(**sizes), "memory": MEMORY.shape(**sizes)}
+        )
+        described = wind_arrays(wind, turbine.hub_height, 2.0 * turbine.rotor_radius)
+        tower_flow = model.tower_flow.copy()
+        self.arrays: dict[str, Any] = {
+            **self.signals.views,
+            **self.aero_state.views,
+            "locked": model.locked,
+            "structure": model.structure,
+            "blade_nodes": model.blade_nodes,
+            "blade_edges": model.blade_edges,
+            "shape": model.shape,
+            "second": model.second,
+            "modal": model.modal,
+            "tip_shape": model.tip_shape,
+            "tip_second": model.tip_second,
+            "top_shape": model.top_shape,
+            "top_second": model.top_second,
+            "tower_matrix": model.tower_matrix,
+            "tower_weight": model.tower_weight,
+            "tower_nodes": model.tower_nodes,
+            "tower_shape": model.tower_shape,
+            "aero": model.aero,
+            "aero_options": model.aero_options,
+            "aero_nodes": model.aero_nodes,
+            "polars": model.polars,
+            "section": model.section,
+            "wind": described.wind,
+            "series": described.series,
+            "now": np.zeros(described.series.shape[1]),
+            "box": described.box,
+            "columns": np.zeros((6, nc)),
+            "frame": FRAME.zeros(**sizes),
+            "partial": np.zeros((3 * K, B, N)),
+            "load": LOAD.zeros(**sizes),
+            "body": BODY.zeros(blade=B),
+            "link": np.zeros((6, B, K)),
+            "arm_mass": np.zeros((B, K, K)),
+            "arm_force": np.zeros((B, K)),
+            "core_mass": np.zeros((nc, nc)),
+            "core_force": np.zeros(nc),
+            "coupling": np.zeros((B, K, nc)),
+            "tower_flow": tower_flow,
+            "tower_push": np.zeros(M),
+            "tower_drag": tower_flow[-3:],
+            "apex": np.zeros(6),
+            "blade_stations": np.array(stations.blade, dtype=float),
+            "tower_stations": np.array(stations.tower, dtype=float),
+        }
+        assert NT == len(model.tower_layout.position)
+        self.measured, self.limits = MEASUREMENTS.zeros(), DEMANDS.zeros()
+        self.measured[N_BLADES] = B
+        for i, name in enumerate(DEMANDS.names):
+            self.limits[i] = DEMAND_LIMITS[name.rstrip("_123")]
+        self.events = np.zeros((0, 4))
+        self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
+        self.spare = np.zeros_like(self.aero_state.vector)
+        self.clock = np.zeros(N_CLOCK, dtype=np.int64)
+        self.clock[[EVERY_OUTPUT, EVERY_CONTROL]] = 1
+        self.clock[CORRECTIONS] = model.options.corrections
+        self.arrays["drive"][DRIVE.index("yaw_held")] = float(model.options.yaw != "free")
+        self.arrays["memory"][MEMORY.index("phi")] = 0.1
+        self.arrays["memory"][MEMORY.index("slope")] = 1.0
+        self.parts = tuple(self.arrays[name] for name in PARTS)
+        self.load_parts = tuple(self.arrays[name] for name in LOAD_PARTS)
+
+    def __getitem__(self, name: str) -> Any:
+        return self.arrays[name]
+
+    def view(self, name: str) -> View:
+        """A signal array with its rows by name."""
+        return View(SIGNAL_TABLES[name], self.arrays[name])
+
+    def evaluate(self, t: float, dt: float = 0.0) -> None:
+        """Compute everything at time ``t`` for the present state."""
+        evaluate(t, dt, *self.parts)
+
+    def settle(self, t: float) -> None:
+        """Bring inflow and stall into the steady state of the present motion."""
+        a = self.arrays
+        iterations = self.model.aero_options.copy()
+        a["aero_options"][:] = iterations
+        for _ in range(6):
+            self.evaluate(t)
+            settle(
+                a["aero"], a["aero_options"], a["aero_nodes"], a["polars"], a["section"], a["flow"], a["rotor"], a["inflow"], a["stall"]
+            )
+        self.evaluate(t)
+
+    def loads(self, t: float) -> None:
+        """Compute section loads and the summary after an evaluation."""
+        section_loads(*self.load_parts)
+        a = self.arrays
+        whole_machine(
+            t,
+            a["v"],
+            self.model.n_core,
+            a["structure"],
+            a["wind"],
+            a["series"],
+            a["now"],
+            a["box"],
+            a["drive"],
+            self.model.turbine.drivetrain.generator_efficiency,
+            a["chain"][APEX_MOMENT],
+            a["summary"],
+        )
+
+    def bind(self, controller: Controller, start: StartPoint) -> Entry:
+        """Give the case a controller, started at an operating point."""
+        self.controller = controller
+        self.controller_state = controller.initial_state(start)
+        self.clock[WANT_LOADS] = int(controller.uses_loads)
+        self.entry = Entry(controller, self.controller_state, self.measured, self.arrays["demands"])
+        return self.entry

@@ -1,0 +1,543 @@
+"""The border between the turbine an engineer describes and the arrays that kernels use.
+
+``build`` refuses by name what it cannot do; kernels assume validity.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.aero import stall_tables
+from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, POLAR, SECTION, TOWER_FLOW
+from meltemi.control.actuators import ACTUATOR
+from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
+from meltemi.core.tables import MAX_BLADES, Table, View
+from meltemi.environment.site import Environment
+from meltemi.simulation.options import ModelOptions
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
+from meltemi.structure.members import Member, NodeLayout, blade_member, cells, points, rigid_body, tower_member
+from meltemi.structure.tables import BLADE_NODE, STRUCTURE, TOWER_NODE
+from meltemi.turbine.definition import Airfoil, Turbine
+
+Float = NDArray[np.float64]
+
+POLAR_STEP = np.radians(0.25)
+"""[rad] grid of the polars; the usual half and whole degrees of polar files lie on it."""
+FADE_BEGIN, FADE_END = 1.0, 2.0
+"""Tip-speed ratios between which the induction fades in."""
+SKEW_FACTOR = 15.0 * np.pi / 32.0
+"""Pitt and Peters (1981)."""
+INFLOW_LEAD = 0.6
+"""Share k of the dynamic inflow model (Øye)."""
+RING_CENTRE, RING_WIDTH = 0.7, 0.1
+"""Relative radius and half-width of the annulus whose mean induction sets the time of the inflow."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A turbine ready for the kernels.
+
+    Attributes:
+      turbine, environment, options: what it was built from.
+      coordinates: names of the generalised coordinates, in their order.
+      blade, tower: the flexible members.
+      blade_layout, tower_layout: their nodes.
+      structure ... actuators: arrays of the kernels, see the tables of their layers.
+    """
+
+    turbine: Turbine
+    environment: Environment
+    options: ModelOptions
+    coordinates: tuple[str, ...]
+    blade: Member
+    tower: Member
+    blade_layout: NodeLayout
+    tower_layout: NodeLayout
+    locked: Float
+    structure: Float
+    blade_nodes: Float
+    blade_edges: Float
+    shape: Float
+    second: Float
+    modal: Float
+    tip_shape: Float
+    tip_second: Float
+    top_shape: Float
+    top_second: Float
+    tower_matrix: Float
+    tower_weight: Float
+    tower_nodes: Float
+    tower_shape: Float
+    aero: Float
+    aero_options: NDArray[np.int64]
+    aero_nodes: Float
+    polars: Float
+    section: Float
+    tower_flow: Float
+    actuators: Float
+
+    @property
+    def n_blades(self) -> int:
+        return self.turbine.n_blades
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes of each blade."""
+        return len(self.blade_layout.position)
+
+    @property
+    def n_core(self) -> int:
+        """Coordinates below the blades."""
+        return len(self.tower.names) + N_SHAFT
+
+    def parameter_names(self) -> list[str]:
+        """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
+        return [f"{table.name}.{name}" for table, _ in _PARAMETERS for name in table.names]
+
+    def parameter(self, name: str) -> float:
+        """Value of a scalar parameter by its name, e.g. ``"structure.hub_mass"``.
+
+        Raises:
+          InputError: unknown name; the message gives the closest ones.
+        """
+        array, row = self._find(name)
+        return float(getattr(self, array)[row])
+
+    def with_parameters(self, **values: float) -> Model:
+        """A model with some scalar parameters changed; dots in names are written as two underscores or
+        given in a dictionary: ``model.with_parameters(**{"aerodynamics.air_density": 1.1})``."""
+        changed: dict[str, Float] = {}
+        for name, value in values.items():
+            array, row = self._find(name.replace("__", "."))
+            changed.setdefault(array, getattr(self, array).copy())[row] = value
+        return replace(self, **changed)  # type: ignore[arg-type]
+
+    def _find(self, name: str) -> tuple[str, int]:
+        for table, array in _PARAMETERS:
+            prefix = f"{table.name}."
+            if name.startswith(prefix) and name[len(prefix) :] in table.names:
+                return array, table.names.index(name[len(prefix) :])
+        raise InputError(f"no parameter {name!r}: {did_you_mean(name, self.parameter_names())}")
+
+    def content_hash(self) -> str:
+        """Hash of everything that determines results of this model."""
+        text = json.dumps(
+            [self.turbine.content_hash(), self.environment.content_hash(), self.options.content_hash()]
+            + [getattr(self, array).tolist() for _, array in _PARAMETERS]
+        )
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+_PARAMETERS: tuple[tuple[Table, str], ...] = ((STRUCTURE, "structure"), (AERO, "aero"), (ACTUATOR, "actuators"))
+
+
+def build(turbine: Turbine, options: ModelOptions | None = None, environment: Environment | None = None) -> Model:
+    """Make a model of a turbine.
+
+    Raises:
+      UnsupportedError: the turbine or the options ask for something that is not modelled.
+      InputError: options name something that does not exist.
+    """
+    options = options or ModelOptions()
+    environment = environment or Environment()
+    _refuse(turbine)
+    blade_layout = _blade_layout(turbine, options)
+    blade_counts = {"flap": options.flap_modes, "edge": options.edge_modes, "torsion": options.torsion_modes}
+    blade = blade_member(turbine.blade.structure, blade_counts, blade_layout)
+    tower_layout = points(np.linspace(0.0, turbine.tower.length, options.tower_nodes))
+    tower_counts = {
+        "fore_aft": options.fore_aft_modes,
+        "side_side": options.side_side_modes,
+        "torsion": options.tower_torsion_modes,
+    }
+    pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
+    head = _head_inertia(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
+    tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout)
+    coordinates = _coordinates(turbine, blade, tower)
+    polars, section, polar_index = _polars(turbine, blade_layout, options)
+    k = len(tower.names)
+    top = tower.modes.shape[:, -1, :].T.copy() if k else np.zeros((6, 0))
+    return Model(
+        turbine=turbine,
+        environment=environment,
+        options=options,
+        coordinates=coordinates,
+        blade=blade,
+        tower=tower,
+        blade_layout=blade_layout,
+        tower_layout=tower_layout,
+        locked=_locked(coordinates, options),
+        structure=_structure(turbine, environment),
+        blade_nodes=_blade_nodes(turbine, pieces, blade.beam.at(blade_layout.position, "axis")),
+        blade_edges=blade_layout.edges,
+        shape=_per_blade(turbine, blade.modes.at(blade_layout.position).transpose(0, 2, 1).reshape(-1, len(blade_layout.position))),
+        second=_per_blade(turbine, _second(blade, blade_layout.position)),
+        modal=np.repeat(np.stack([blade.modes.stiffness, blade.damping])[:, None, :], turbine.n_blades, axis=1),
+        tip_shape=np.ascontiguousarray(blade.modes.shape[:, -1, :].T),
+        tip_second=np.ascontiguousarray(blade.second[:, :, -1, :].transpose(2, 0, 1)),
+        top_shape=top,
+        top_second=np.ascontiguousarray(tower.second[:, :, -1, :].transpose(2, 0, 1)),
+        tower_matrix=_tower_matrix(tower),
+        tower_weight=_tower_weight(tower),
+        tower_nodes=_tower_nodes(tower, tower_layout),
+        tower_shape=np.ascontiguousarray(tower.modes.at(tower_layout.position).transpose(0, 2, 1).reshape(6 * k, -1)),
+        aero=_aero(turbine, environment, options),
+        aero_options=_aero_options(options),
+        aero_nodes=_aero_nodes(turbine, blade_layout, options, polar_index),
+        polars=polars,
+        section=section,
+        tower_flow=_tower_flow(turbine, tower_layout),
+        actuators=_actuators(turbine, options),
+    )
+
+
+def _refuse(turbine: Turbine) -> None:
+    problems = []
+    if not 2 <= turbine.n_blades <= MAX_BLADES:
+        problems.append(f"n_blades: {turbine.n_blades} blades; 2 and 3 are supported")
+    if turbine.drivetrain.gearbox_efficiency != 1.0:
+        problems.append("drivetrain.gearbox_efficiency: losses in the gearbox are not modelled, set it to 1")
+    if turbine.nacelle.overhang <= 0.0:
+        problems.append("nacelle.overhang: downwind rotors are not supported")
+    if problems:
+        raise UnsupportedError(f"{turbine.name}: " + "; ".join(problems))
+
+
+def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
+    length = turbine.blade.length
+    given = options.blade_cells if options.blade_cells is not None else options.blade_nodes
+    if isinstance(given, int):
+        j = np.arange(given + 1) / given
+        return cells(length * (0.5 * j + 0.5 * np.sin(0.5 * np.pi * j)))
+    position = np.array(given, dtype=float)
+    name = "blade_nodes" if options.blade_cells is None else "blade_cells"
+    if np.any(np.diff(position) <= 0.0) or abs(position[0]) > 1e-3 * length or abs(position[-1] - length) > 1e-3 * length:
+        raise InputError(f"{name} must increase from 0 to the blade length {length:g} m, found {position[0]:g} to {position[-1]:g}")
+    position[0], position[-1] = 0.0, length
+    return points(position) if options.blade_cells is None else cells(position)
+
+
+def _coordinates(turbine: Turbine, blade: Member, tower: Member) -> tuple[str, ...]:
+    names = [f"tower {name}" for name in tower.names] + ["", "", ""]
+    k = len(tower.names)
+    names[k + YAW], names[k + GENERATOR], names[k + TORSION] = "yaw", "generator", "drivetrain"
+    for b in range(turbine.n_blades):
+        names += [f"blade {b + 1} {name}" for name in blade.names]
+    return tuple(names)
+
+
+def _locked(coordinates: tuple[str, ...], options: ModelOptions) -> Float:
+    groups = {
+        "tower": lambda n: n.startswith("tower"),
+        "blades": lambda n: n.startswith("blade"),
+        "flap": lambda n: n.startswith("blade") and n.endswith("flap"),
+        "edge": lambda n: n.startswith("blade") and n.endswith("edge"),
+        "torsion": lambda n: n.startswith("blade") and n.endswith("torsion"),
+    }
+    locked = np.zeros(len(coordinates))
+    for name in options.locked:
+        test = groups.get(name, lambda n, name=name: n == name)
+        hits = [i for i, n in enumerate(coordinates) if test(n)]
+        if not hits and name not in groups:
+            raise InputError(f"locked: no coordinate {name!r}: {did_you_mean(name, [*groups, *coordinates])}")
+        locked[hits] = 1.0
+    return locked
+
+
+def _head_inertia(turbine: Turbine, pieces: Float, axis: Float) -> Float:
+    """(6, 6) inertia of nacelle and rotor about the tower top, the rotor averaged over the azimuth."""
+    n, h = turbine.nacelle, turbine.hub
+    x, y, z = n.mass_centre
+    spin = n.yaw_inertia - n.mass * (x * x + y * y)
+    M = rigid_body(n.mass, np.array([x, y, z]), np.diag([n.roll_inertia, n.nod_inertia, max(spin, 0.0)]))
+    root = np.array([0.0, 0.0, h.radius])
+    about_root = sum((_moved(piece, p) for piece, p in zip(pieces, axis, strict=True)), np.zeros((6, 6)))
+    about_apex = _moved(about_root, root)
+    rotor = np.zeros((6, 6))
+    for b in range(turbine.n_blades):
+        R = _turn_x(2.0 * np.pi * b / turbine.n_blades) @ _turn_y(-h.precone)
+        Q = np.kron(np.eye(2), R)
+        rotor += Q @ about_apex @ Q.T
+    # two blades: average over the azimuth so that the modes do not depend on where the rotor stands
+    Q = np.kron(np.eye(2), _turn_x(0.5 * np.pi))
+    rotor = 0.5 * (rotor + Q @ rotor @ Q.T)
+    rotor += rigid_body(h.mass, np.array([h.mass_centre, 0.0, 0.0]), np.diag([h.inertia, 0.0, 0.0]))
+    tilt = np.kron(np.eye(2), _turn_y(n.tilt))
+    apex = np.array([0.0, 0.0, n.shaft_height]) + _turn_y(n.tilt) @ np.array([-n.overhang, 0.0, 0.0])
+    return M + _moved(tilt @ rotor @ tilt.T, apex)
+
+
+def _moved(M: Float, offset: Float) -> Float:
+    """Inertia (6, 6) about a point at -offset from its reference point."""
+    from meltemi.structure.beam import transfer
+
+    T = transfer(offset)
+    result: Float = T.T @ M @ T
+    return result
+
+
+def _turn_x(angle: float) -> Float:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def _turn_y(angle: float) -> Float:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def _per_blade(turbine: Turbine, rows: Float) -> Float:
+    """(rows, blades, nodes) from (rows, nodes)."""
+    return np.ascontiguousarray(np.repeat(rows[:, None, :], turbine.n_blades, axis=1))
+
+
+def _second(member: Member, position: Float) -> Float:
+    """(3 k k, nodes) displacements of second order, component fastest, then mode, then mode."""
+    k = len(member.names)
+    return member.second_at(position).transpose(0, 1, 3, 2).reshape(3 * k * k, -1)
+
+
+def _structure(turbine: Turbine, environment: Environment) -> Float:
+    array = STRUCTURE.zeros()
+    v = View(STRUCTURE, array)
+    n, h, d = turbine.nacelle, turbine.hub, turbine.drivetrain
+    axis_x, axis_y = turbine.blade.structure.axis_x, turbine.blade.structure.axis_y
+    v["gravity"] = environment.gravity
+    v["tower_base"], v["tower_length"] = turbine.tower.base_height, turbine.tower.length
+    v["shaft_height"], v["overhang"], v["tilt"] = n.shaft_height, n.overhang, n.tilt
+    v["precone"], v["hub_radius"] = h.precone, h.radius
+    v["tip"] = (
+        0.0 if axis_x is None else axis_x[-1],
+        0.0 if axis_y is None else axis_y[-1],
+        turbine.rotor_radius,
+    )
+    v["hub_mass"], v["hub_centre"], v["hub_inertia"] = h.mass, h.mass_centre, h.inertia
+    v["nacelle_mass"], v["nacelle_centre"] = n.mass, n.mass_centre
+    x, y, _ = n.mass_centre
+    v["nacelle_inertia"] = (n.roll_inertia, n.nod_inertia, n.yaw_inertia - n.mass * (x * x + y * y))
+    v["gear_ratio"], v["generator_inertia"] = d.gear_ratio, d.generator_inertia
+    v["shaft_stiffness"], v["shaft_damping"] = d.stiffness, d.damping
+    v["yaw_stiffness"], v["yaw_damping"] = turbine.yaw.stiffness, turbine.yaw.damping
+    return array
+
+
+def _blade_nodes(turbine: Turbine, pieces: Float, axis: Float) -> Float:
+    rows = BLADE_NODE.zeros(blade=1, node=len(pieces))[:, 0, :]
+    v = View(BLADE_NODE, rows)
+    v["position"] = (axis + np.array([0.0, 0.0, turbine.hub.radius])).T
+    v["mass"] = pieces[:, 0, 0]
+    # the lower left block of a mass matrix is skew(first moment)
+    v["moment"] = np.stack([pieces[:, 5, 1], pieces[:, 3, 2], pieces[:, 4, 0]])
+    J = pieces[:, 3:, 3:]
+    v["inertia"] = np.stack([J[:, 0, 0], J[:, 1, 1], J[:, 2, 2], J[:, 0, 1], J[:, 0, 2], J[:, 1, 2]])
+    return _per_blade(turbine, rows)
+
+
+def _tower_matrix(tower: Member) -> Float:
+    k = len(tower.names)
+    matrix = np.zeros((4, k, k))
+    matrix[0] = tower.modes.mass_alone
+    matrix[1] = np.diag(tower.modes.stiffness)
+    matrix[2] = np.diag(tower.damping)
+    # own weight, P-delta: V = g sum m u_z, with the second-order displacement 1/2 q Z q
+    matrix[3] = np.einsum("n,kln->kl", _lumps(tower), tower.second[:, :, :, 2])
+    return matrix
+
+
+def _tower_weight(tower: Member) -> Float:
+    result: Float = -np.einsum("n,kn->k", _lumps(tower), tower.modes.shape[:, :, 2])
+    return result
+
+
+def _lumps(member: Member) -> Float:
+    """(n,) [kg] mass at the nodes of a member's mesh."""
+    z = member.modes.z
+    edges = np.concatenate([z[:1], 0.5 * (z[1:] + z[:-1]), z[-1:]])
+    return member.beam.rigid_pieces(edges, member.modes.points)[:, 0, 0]
+
+
+def _tower_nodes(tower: Member, layout: NodeLayout) -> Float:
+    array = TOWER_NODE.zeros(node=len(layout.position))
+    v = View(TOWER_NODE, array)
+    # the pieces' inertia is taken about the middle of each piece, where section_loads puts their weight
+    middle = 0.5 * (layout.edges[1:] + layout.edges[:-1])
+    pieces = tower.beam.rigid_pieces(layout.edges, tower.beam.at(middle, "axis"))
+    v["height"], v["length"] = layout.position, layout.length
+    v["mass"] = pieces[:, 0, 0]
+    v["inertia"] = np.stack([pieces[:, 3, 3], pieces[:, 4, 4], pieces[:, 5, 5]])
+    return array
+
+
+def _aero(turbine: Turbine, environment: Environment, options: ModelOptions) -> Float:
+    array = AERO.zeros()
+    v = View(AERO, array)
+    c = options.stall_constants
+    v["air_density"], v["radius"] = environment.air_density, turbine.rotor_radius
+    v["inflow_lead"], v["inflow_time"], v["skew_factor"] = INFLOW_LEAD, options.inflow_time, SKEW_FACTOR
+    v["axial_drag"], v["tangential_drag"] = float(options.axial_drag), float(options.tangential_drag)
+    v["fade_begin"], v["fade_end"] = FADE_BEGIN, FADE_END
+    v["stall_a1"], v["stall_a2"], v["stall_b1"], v["stall_b2"] = c.a1, c.a2, c.b1, c.b2
+    v["stall_pressure"], v["stall_separation"] = c.pressure_lag, c.separation_lag
+    v["stall_curvature"] = float(options.stall_curvature)
+    v["tower_cut"] = float(options.tower_influence == "lower_half")
+    return array
+
+
+def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
+    array = np.zeros(len(AERO_OPTIONS.fields), dtype=np.int64)
+    chosen = {
+        "wake": ("none", "momentum").index(options.wake),
+        "high_induction": ("none", "buhl").index(options.high_induction),
+        "skew": ("none", "glauert").index(options.skew),
+        "inflow": ("quasi_steady", "constant", "variable").index(options.inflow),
+        "stall": ("static", "hansen").index(options.stall),
+        "tower": int(options.tower_influence != "none"),
+        "tower_drag": int(options.tower_drag),
+        "iterations": options.induction_iterations,
+    }
+    for name, value in chosen.items():
+        array[AERO_OPTIONS.index(name)] = value
+    return array
+
+
+def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, polar_index: NDArray[np.int64]) -> Float:
+    a, B = turbine.blade.aerodynamics, turbine.n_blades
+    s = layout.position
+    rows = AERO_NODE.zeros(blade=1, node=len(s))[:, 0, :]
+    v = View(AERO_NODE, rows)
+
+    def at(values: Float | None) -> Float:
+        return np.zeros(len(s)) if values is None else np.interp(s, a.position, values)
+
+    structure = turbine.blade.structure
+    zero = np.zeros(len(structure.position))
+    axis_x = zero if structure.axis_x is None else structure.axis_x
+    axis_y = zero if structure.axis_y is None else structure.axis_y
+    v["chord"], v["twist"] = at(a.chord), at(a.twist)
+    # the aerodynamic centre is given from the pitch axis, the node lies on the beam's axis
+    v["centre"] = np.stack(
+        [
+            at(a.centre_x) - np.interp(s, structure.position, axis_x),
+            at(a.centre_y) - np.interp(s, structure.position, axis_y),
+            np.zeros(len(s)),
+        ]
+    )
+    v["slope_x"] = np.interp(s, structure.position, np.gradient(axis_x, structure.position))
+    v["slope_y"] = np.interp(s, structure.position, np.gradient(axis_y, structure.position))
+    v["length"] = layout.length
+    v["solid_length"] = B * v["chord"] / (2.0 * np.pi)
+    radius, hub = turbine.hub.radius + s, turbine.hub.radius
+    tip = turbine.rotor_radius
+    v["tip_number"] = B * (tip - radius) / (2.0 * radius) if options.tip_loss else 1e9
+    v["hub_number"] = B * (radius - hub) / (2.0 * hub) if options.hub_loss else 1e9
+    v["end"] = ((v["tip_number"] < 1e-9) | (v["hub_number"] < 1e-9)).astype(float)
+    v["polar"] = polar_index
+    area = radius * layout.length
+    v["area"] = area / area.sum() / B
+    u = np.clip((radius / tip - RING_CENTRE) / RING_WIDTH, -1.0, 1.0)
+    ring = (1.0 - u * u) ** 3 * layout.length
+    if ring.sum() <= 0.0:
+        ring = np.where(np.abs(radius / tip - RING_CENTRE) == np.min(np.abs(radius / tip - RING_CENTRE)), 1.0, 0.0)
+    v["ring"] = ring / ring.sum() / B
+    return _per_blade(turbine, rows)
+
+
+def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tuple[Float, Float, NDArray[np.int64]]:
+    """Polars at the nodes on the common grid: (g, rows, columns), (g, constants), index of each node."""
+    n = round(2.0 * np.pi / POLAR_STEP) + 1
+    grid = np.linspace(-np.pi, np.pi, n)
+    a = turbine.blade.aerodynamics
+    tables = {name: _table(airfoil, grid, options) for name, airfoil in turbine.airfoils.items()}
+    found: dict[tuple[str, str, float], int] = {}
+    polars: list[Float] = []
+    sections: list[Float] = []
+    index = np.zeros(len(layout.position), dtype=np.int64)
+    for i, s in enumerate(layout.position):
+        j = int(np.clip(np.searchsorted(a.position, s, side="right") - 1, 0, len(a.position) - 2))
+        w = float((s - a.position[j]) / (a.position[j + 1] - a.position[j]))
+        inner, outer = a.airfoil[j], a.airfoil[j + 1]
+        if inner == outer or w < 1e-6:
+            outer, w = inner, 0.0
+        elif w > 1.0 - 1e-6:
+            inner, w = outer, 0.0
+        key = (inner, outer, w)
+        if key not in found:
+            found[key] = len(polars)
+            polar, section = tables[inner]
+            if w > 0.0:
+                other, constants = tables[outer]
+                polar = (1.0 - w) * polar + w * other
+                dynamic = min(section[SECTION.index("dynamic")], constants[SECTION.index("dynamic")])
+                section = (1.0 - w) * section + w * constants
+                section[SECTION.index("dynamic")] = dynamic
+                if dynamic > 0.0:
+                    polar, section = _stall_columns(grid, polar, section)
+            polars.append(polar)
+            sections.append(section)
+        index[i] = found[key]
+    return np.stack(polars), np.stack(sections), index
+
+
+def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float, Float]:
+    """Polar on the grid and its constants."""
+    polar = np.zeros((len(grid), len(POLAR.fields)))
+    for name in ("lift", "drag", "moment"):
+        polar[:, POLAR.index(name)] = np.interp(grid, airfoil.angle_of_attack, getattr(airfoil, name))
+    section = SECTION.zeros()
+    if not airfoil.dynamic_stall or np.ptp(airfoil.lift) < 0.01:
+        return polar, section
+    section[SECTION.index("dynamic")] = 1.0
+    if options.stall_fit == "hansen":
+        return _stall_columns(grid, polar, section)
+    if airfoil.zero_lift_angle is None or airfoil.zero_lift_drag is None:
+        raise InputError(
+            "stall_fit 'openfast' needs zero_lift_angle and zero_lift_drag of every airfoil with dynamic stall"
+        )
+    t = stall_tables.openfast(
+        airfoil.angle_of_attack, airfoil.lift, airfoil.drag, airfoil.zero_lift_angle, airfoil.zero_lift_drag
+    )
+    columns = {"attachment": t.attachment, "attached_lift": t.attached_lift, "separated_lift": t.separated_lift}
+    for name, values in columns.items():
+        polar[:, POLAR.index(name)] = np.interp(grid, airfoil.angle_of_attack, values)
+    view = View(SECTION, section)
+    view["slope"], view["zero_lift"], view["drag_floor"] = t.slope, t.zero_lift, t.drag_floor
+    return polar, section
+
+
+def _stall_columns(grid: Float, polar: Float, section: Float) -> tuple[Float, Float]:
+    """Columns and constants of the dynamic stall for a polar on the grid."""
+    t = stall_tables.hansen(grid, polar[:, POLAR.index("lift")], polar[:, POLAR.index("drag")])
+    polar, section = polar.copy(), section.copy()
+    polar[:, POLAR.index("attachment")] = t.attachment
+    polar[:, POLAR.index("attached_lift")] = t.attached_lift
+    polar[:, POLAR.index("separated_lift")] = t.separated_lift
+    view = View(SECTION, section)
+    view["slope"], view["zero_lift"], view["drag_floor"] = t.slope, t.zero_lift, t.drag_floor
+    return polar, section
+
+
+def _tower_flow(turbine: Turbine, layout: NodeLayout) -> Float:
+    array = TOWER_FLOW.zeros(node=len(layout.position))
+    v = View(TOWER_FLOW, array)
+    t = turbine.tower
+    v["height"] = t.base_height + layout.position
+    v["diameter"] = np.interp(layout.position, t.position, t.diameter)
+    v["drag"], v["length"] = t.drag_coefficient, layout.length
+    return array
+
+
+def _actuators(turbine: Turbine, options: ModelOptions) -> Float:
+    array = ACTUATOR.zeros()
+    v = View(ACTUATOR, array)
+    a = turbine.pitch_actuator
+    v["pitch_ideal"] = float(a.kind == "ideal")
+    v["pitch_frequency"], v["pitch_damping"], v["pitch_rate"] = a.natural_frequency, a.damping_ratio, a.rate_limit
+    v["pitch_minimum"], v["pitch_maximum"] = a.minimum, a.maximum
+    v["brake_torque"] = turbine.drivetrain.brake_torque
+    v["yaw_rate"] = turbine.yaw.rate if options.yaw == "driven" else 0.0
+    return array

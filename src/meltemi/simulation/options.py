@@ -1,0 +1,107 @@
+"""What a user may choose about the model; every choice has a default."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from meltemi.core.record import Record
+
+
+class StallConstants(Record):
+    """Constants of the dynamic stall model.
+
+    The defaults are those of the model's authors: the flat plate's Wagner function (Jones) and lags of
+    1.5 and 6 semi-chords (Hansen, Gaunaa & Madsen 2004).
+    """
+
+    a1: float = 0.165
+    a2: float = 0.335
+    b1: float = 0.0455
+    b2: float = 0.3
+    pressure_lag: float = Field(default=1.5, gt=0.0)
+    """[semi-chords]."""
+    separation_lag: float = Field(default=6.0, gt=0.0)
+    """[semi-chords]."""
+
+
+BEDDOES = StallConstants(a1=0.3, a2=0.7, b1=0.14, b2=0.53, pressure_lag=1.7, separation_lag=3.0)
+"""The constants of Beddoes and Leishman, OpenFAST's default."""
+
+
+class ModelOptions(Record):
+    """Degrees of freedom, aerodynamic models, discretisation."""
+
+    flap_modes: int = Field(default=2, ge=0, le=10)
+    """Flapwise modes of each blade."""
+    edge_modes: int = Field(default=1, ge=0, le=10)
+    """Edgewise modes of each blade."""
+    torsion_modes: int = Field(default=1, ge=0, le=5)
+    """Torsional modes of each blade."""
+    fore_aft_modes: int = Field(default=2, ge=0, le=5)
+    """Fore-aft modes of the tower."""
+    side_side_modes: int = Field(default=2, ge=0, le=5)
+    """Side-to-side modes of the tower."""
+    tower_torsion_modes: int = Field(default=0, ge=0, le=3)
+    """Torsional modes of the tower."""
+    locked: tuple[str, ...] = ()
+    """Coordinates that keep their initial velocity; names or groups, see ``Model.coordinates``:
+    "tower", "yaw", "generator", "drivetrain", "blades", "flap", "edge", "torsion", or a full name."""
+    yaw: Literal["held", "free", "driven"] = "held"
+    """The yaw bearing: held by its spring and damper, free, or driven by the controller's yaw rate."""
+
+    blade_nodes: int | tuple[float, ...] = 20
+    """Number of nodes along a blade (midpoint rule, denser towards the tip), or their distances [m] from
+    the root including root and tip (trapezoidal rule)."""
+    blade_cells: tuple[float, ...] | None = None
+    """Instead of ``blade_nodes``: edges [m] from the root of pieces with a node in the middle of each."""
+    tower_nodes: int = Field(default=21, ge=3, le=200)
+    """Number of nodes along the tower."""
+
+    wake: Literal["momentum", "none"] = "momentum"
+    """Induction by blade-element momentum, or none."""
+    high_induction: Literal["buhl", "none"] = "buhl"
+    """Correction of momentum theory for heavily loaded rotors."""
+    tip_loss: bool = True
+    """Prandtl's tip loss."""
+    hub_loss: bool = True
+    """Prandtl's hub loss."""
+    axial_drag: bool = False
+    """Drag counts in the axial momentum balance."""
+    tangential_drag: bool = False
+    """Drag counts in the tangential momentum balance."""
+    skew: Literal["glauert", "none"] = "glauert"
+    """Redistribution of the induction in skewed wake."""
+    inflow: Literal["variable", "constant", "quasi_steady"] = "variable"
+    """Dynamic inflow with a time constant from wind and induction, a constant one, or none."""
+    inflow_time: float = Field(default=4.0, gt=0.0)
+    """[s] time constant of the constant variant."""
+    stall: Literal["hansen", "static"] = "hansen"
+    """Dynamic stall, or static polars."""
+    stall_constants: StallConstants = StallConstants()
+    stall_fit: Literal["hansen", "openfast"] = "hansen"
+    """How attachment and separated lift are found in the polar: as the model's authors define it, so that
+    the static lift is recovered exactly, or as OpenFAST 5 does."""
+    stall_curvature: bool = True
+    """The section's rotation about its span acts like camber (flow curvature)."""
+    tower_influence: Literal["potential", "lower_half", "none"] = "potential"
+    """Potential flow around the tower; everywhere below its top, or only for blades that point down."""
+    tower_drag: bool = True
+    """The wind's drag on the tower."""
+
+    time_step: float | None = Field(default=None, gt=0.0, le=1.0)
+    """[s]; by default from the highest frequency of the model, see ``Model.time_step``."""
+    corrections: int = Field(default=0, ge=0, le=5)
+    """Evaluations in each step beyond the first, with corrected velocities."""
+    induction_iterations: int = Field(default=5, ge=2, le=100)
+    """Evaluations of the momentum balance at each node and step."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if isinstance(self.blade_nodes, int):
+            if not 5 <= self.blade_nodes <= 200:
+                raise ValueError(f"blade_nodes must be between 5 and 200, found {self.blade_nodes}")
+        elif len(self.blade_nodes) < 5:
+            raise ValueError("blade_nodes: at least 5 positions are needed")
+        return self

@@ -1,0 +1,439 @@
+"""The coupled machine: the only file in which wind, aerodynamics, structure and control exchange numbers.
+
+``evaluate`` computes everything at one instant. ``advance`` marches: at each instant, in this order,
+
+1. sample: measurements from the state and the last loads;
+2. control, when its sample time has come: demands;
+3. events that are due;
+4. actuators: they have moved under the demands so far, the ideal ones follow the new ones at once;
+5. physics: ``evaluate``, which completes the velocities of the step that ends here;
+6. record, when an output is due;
+
+and then the step to the next instant. Structure: explicit Newmark scheme (beta 0, gamma 1/2), with the
+velocity in forces extrapolated from the two last accelerations, so one evaluation a step suffices:
+
+    q_{n+1} = q_n + h v_n + h^2/2 a_n
+    v*      = v_n + h (3/2 a_n - 1/2 a_{n-1})
+    a_{n+1} = a(q_{n+1}, v*, t_{n+1})
+    v_{n+1} = v_n + h/2 (a_n + a_{n+1})
+
+It is of second order and neither damps nor excites free vibrations. States of inflow and stall take
+exact steps of their linear parts.
+
+Reference: docs/theory/simulation.md (M-1 to M-9); Newmark (1959).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import atan2, sin, sqrt
+from typing import Any
+
+from numpy import float32, float64, int64
+from numpy.typing import NDArray
+
+from meltemi.aero.rotor import AIR_DENSITY, disk_averages, loads, quasi_steady, relative_wind
+from meltemi.aero.tables import AERO_OPTIONS
+from meltemi.aero.tower_flow import tower_load, tower_wind
+from meltemi.control import signals as sg
+from meltemi.control.actuators import ANGLE, drive_advance, pitch_advance
+from meltemi.core.kernel import kernel
+from meltemi.core.tables import table
+from meltemi.maths.vectors import Vec
+from meltemi.structure.dynamics import accelerations, assemble, collect_blades
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT, blade_frames, blade_motion, nacelle_and_hub, tower_top
+from meltemi.structure.section_loads import (
+    APEX_MOMENT,
+    R_MOMENT,
+    TOP_TOTAL_ACCELERATION,
+    blade_loads,
+    chain_loads,
+    station_loads,
+    tower_loads,
+)
+from meltemi.structure.tables import STRUCTURE
+from meltemi.turbine import exchange as ex
+from meltemi.wind.velocity import series_now, wind_velocity
+
+Float = NDArray[float64]
+Int = NDArray[int64]
+
+SUMMARY = table(
+    "summary",
+    "",
+    """
+    time             | s     | simulation time
+    hub_wind xyz     | m/s   | wind at the undeflected hub centre, inertial axes
+    generator_speed  | rad/s | of the generator's shaft
+    generator_torque | N m   | on the generator's shaft
+    power            | W     | electrical
+    rotor_power      | W     | mechanical, of the low-speed shaft
+    """,
+)
+"""Quantities that belong to the whole machine."""
+
+TIME, HUB_WIND, GENERATOR_SPEED, TORQUE, POWER, ROTOR_POWER = SUMMARY.slots(
+    "time hub_wind generator_speed generator_torque power rotor_power"
+)
+
+STEP, STATUS, ROW, NEXT_EVENT, EVERY_OUTPUT, EVERY_CONTROL, CORRECTIONS, WANT_LOADS = range(8)
+"""Places in ``clock``: instant, status, next output row, next event; periods in steps, options."""
+N_CLOCK = 8
+SHAFT_TORQUE = APEX_MOMENT
+"""The first component of the apex moment is the torque."""
+OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND = 0, 1, 2, 3
+"""Values of ``clock[STATUS]``, as in ``core.errors.Status``."""
+ABSURD = 1e6
+"""Coordinates (m, rad) and velocities beyond this have diverged."""
+
+PARTS = (
+    "q v a locked structure blade_nodes shape second modal top_shape top_second tower_matrix tower_weight tower_shape "
+    "aero aero_options aero_nodes polars section wind series now box pitch drive inflow stall memory "
+    "columns machine frame partial motion load body link arm_mass arm_force core_mass core_force coupling "
+    "flow rotor tower_flow tower_push"
+).split()
+"""Arrays of :func:`evaluate`, in the order of its arguments after t and dt."""
+LOAD_PARTS = (
+    "q v a structure blade_nodes blade_edges shape tip_shape tip_second top_shape tower_nodes tower_shape "
+    "columns machine frame partial motion load body link tower_drag apex root chain "
+    "blade_stations station tower_stations tower_station"
+).split()
+"""Arrays of :func:`section_loads`, in the order of its arguments."""
+Q, V, A, P_STRUCTURE, COLUMNS = (PARTS.index(name) for name in ("q", "v", "a", "structure", "columns"))
+P_WIND, P_SERIES, NOW, BOX = (PARTS.index(name) for name in ("wind", "series", "now", "box"))
+P_PITCH, P_DRIVE = PARTS.index("pitch"), PARTS.index("drive")
+
+(TOWER_DRAG,) = AERO_OPTIONS.slots("tower_drag")
+GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT = STRUCTURE.slots(
+    "gear_ratio tower_base tower_length shaft_height overhang tilt"
+)
+
+
+@kernel
+def evaluate(
+    t: float,
+    dt: float,
+    q: Float,
+    v: Float,
+    a: Float,
+    locked: Float,
+    structure: Float,
+    blade_nodes: Float,
+    shape: Float,
+    second: Float,
+    modal: Float,
+    top_shape: Float,
+    top_second: Float,
+    tower_matrix: Float,
+    tower_weight: Float,
+    tower_shape: Float,
+    aero: Float,
+    aero_options: Int,
+    aero_nodes: Float,
+    polars: Float,
+    section: Float,
+    wind: Float,
+    series: Float,
+    now: Float,
+    box: NDArray[float32],
+    pitch: Float,
+    drive: Float,
+    inflow: Float,
+    stall: Float,
+    memory: Float,
+    columns: Float,
+    machine: Float,
+    frame: Float,
+    partial: Float,
+    motion: Float,
+    load: Float,
+    body: Float,
+    link: Float,
+    arm_mass: Float,
+    arm_force: Float,
+    core_mass: Float,
+    core_force: Float,
+    coupling: Float,
+    flow: Float,
+    rotor: Float,
+    tower_flow: Float,
+    tower_push: Float,
+) -> None:
+    """Everything at time ``t`` for coordinates q and velocities v; accelerations go to ``a``.
+
+    Args:
+      dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first; 0 leaves them.
+    """
+    n_core = columns.shape[1]
+    # motion
+    tower_top(q, v, structure, top_shape, top_second, columns, machine)
+    nacelle_and_hub(q, v, structure, columns, machine)
+    blade_frames(structure, pitch, machine, frame)
+    blade_motion(q, v, n_core, shape, second, blade_nodes, frame, partial, motion)
+    # wind and aerodynamic loads
+    series_now(t, series, now)
+    tower_wind(t, q, v, tower_shape, wind, now, box, tower_flow)
+    relative_wind(
+        t, aero, aero_options, aero_nodes, wind, now, box, tower_flow, machine, frame, pitch, motion, flow
+    )
+    disk_averages(aero, aero_nodes, machine, flow, rotor)
+    quasi_steady(aero, aero_options, aero_nodes, polars, flow, memory, rotor)
+    loads(
+        dt, aero, aero_options, aero_nodes, polars, section, machine, frame, motion, flow, rotor, memory, inflow, stall, load
+    )
+    tower_load(aero_options[TOWER_DRAG] * aero[AIR_DENSITY], tower_flow, tower_shape, tower_push)
+    # equations of motion
+    collect_blades(
+        q, v, n_core, structure, shape, blade_nodes, modal, frame, partial, motion, load, body, link, arm_mass, arm_force
+    )
+    assemble(
+        q,
+        v,
+        structure,
+        drive,
+        columns,
+        tower_matrix,
+        tower_weight,
+        tower_push,
+        machine,
+        frame,
+        body,
+        link,
+        core_mass,
+        core_force,
+        coupling,
+    )
+    accelerations(locked, core_mass, core_force, arm_mass, coupling, arm_force, a)
+
+
+@kernel
+def sample(
+    t: float,
+    q: Float,
+    v: Float,
+    n_core: int,
+    structure: Float,
+    drive: Float,
+    pitch: Float,
+    root: Float,
+    chain: Float,
+    summary: Float,
+    efficiency: float,
+    measured: Float,
+) -> None:
+    """What the sensors give at time ``t``: motion of this instant, loads of the last one."""
+    n = n_core - N_SHAFT
+    generator_speed = structure[GEAR_RATIO] * v[n + GENERATOR]
+    measured[sg.TIME] = t
+    measured[sg.GENERATOR_SPEED] = generator_speed
+    measured[sg.ROTOR_SPEED] = v[n + GENERATOR] + v[n + GENERATOR + 1]
+    measured[sg.AZIMUTH] = q[n + GENERATOR] + q[n + GENERATOR + 1]
+    measured[sg.TORQUE] = drive[ex.GENERATOR_TORQUE]
+    measured[sg.POWER] = drive[ex.GENERATOR_TORQUE] * generator_speed * efficiency
+    measured[sg.YAW] = q[n]
+    measured[sg.YAW_RATE] = v[n]
+    for b in range(pitch.shape[1]):
+        measured[sg.PITCH + b] = pitch[ANGLE, b]
+        measured[sg.OUT_OF_PLANE_MOMENT + b] = root[R_MOMENT + 1, b]
+        measured[sg.IN_PLANE_MOMENT + b] = root[R_MOMENT, b]
+    u, w = summary[HUB_WIND], summary[HUB_WIND + 1]
+    measured[sg.WIND_SPEED] = sqrt(u * u + w * w)
+    measured[sg.WIND_DIRECTION] = atan2(-w, u)
+    measured[sg.FORE_AFT_ACCELERATION] = chain[TOP_TOTAL_ACCELERATION]
+    measured[sg.SIDE_SIDE_ACCELERATION] = chain[TOP_TOTAL_ACCELERATION + 1]
+
+
+@kernel
+def sensible(demands: Float, limits: Float) -> bool:
+    """Every demand is a number within its limits."""
+    for i in range(demands.shape[0]):
+        if not (abs(demands[i]) <= limits[i]):
+            return False
+    return True
+
+
+@kernel
+def whole_machine(
+    t: float,
+    v: Float,
+    n_core: int,
+    structure: Float,
+    wind: Float,
+    series: Float,
+    now: Float,
+    box: NDArray[float32],
+    drive: Float,
+    efficiency: float,
+    shaft_torque: float,
+    summary: Float,
+) -> None:
+    """Fill the summary; ``shaft_torque`` [N m] is that of the rotor on the shaft."""
+    n = n_core - N_SHAFT
+    series_now(t, series, now)
+    height = structure[TOWER_BASE] + structure[TOWER_LENGTH] + structure[SHAFT_HEIGHT]
+    u = wind_velocity(Vec(0.0, 0.0, height + structure[OVERHANG] * sin(structure[TILT])), t, wind, now, box)
+    speed = structure[GEAR_RATIO] * v[n + GENERATOR]
+    summary[TIME] = t
+    summary[HUB_WIND], summary[HUB_WIND + 1], summary[HUB_WIND + 2] = u.x, u.y, u.z
+    summary[GENERATOR_SPEED] = speed
+    summary[TORQUE] = drive[ex.GENERATOR_TORQUE]
+    summary[POWER] = drive[ex.GENERATOR_TORQUE] * speed * efficiency
+    summary[ROTOR_POWER] = (v[n + GENERATOR] + v[n + GENERATOR + 1]) * shaft_torque
+
+
+
+@kernel
+def section_loads(
+    q: Float,
+    v: Float,
+    a: Float,
+    structure: Float,
+    blade_nodes: Float,
+    blade_edges: Float,
+    shape: Float,
+    tip_shape: Float,
+    tip_second: Float,
+    top_shape: Float,
+    tower_nodes: Float,
+    tower_shape: Float,
+    columns: Float,
+    machine: Float,
+    frame: Float,
+    partial: Float,
+    motion: Float,
+    load: Float,
+    body: Float,
+    link: Float,
+    tower_drag: Float,
+    apex: Float,
+    root: Float,
+    chain: Float,
+    blade_stations: Float,
+    station: Float,
+    tower_stations: Float,
+    tower_station: Float,
+) -> None:
+    """All section loads after an evaluation."""
+    blade_loads(q, a, structure, columns, machine, frame, body, link, tip_shape, tip_second, apex, root)
+    chain_loads(q, v, a, structure, columns, machine, apex, top_shape, chain)
+    tower_loads(q, a, structure, machine, apex, tower_nodes, tower_shape, tower_drag, tower_stations, tower_station)
+    station_loads(
+        a,
+        structure,
+        columns,
+        blade_nodes,
+        blade_edges,
+        shape,
+        partial,
+        frame,
+        motion,
+        load,
+        blade_stations,
+        station,
+    )
+
+
+@kernel
+def diverged(q: Float, v: Float) -> bool:
+    """A coordinate or velocity is absurd or no number; rotations may grow without limit."""
+    for i in range(q.shape[0]):
+        if not (abs(q[i]) < ABSURD and abs(v[i]) < ABSURD):
+            return True
+    return False
+
+
+@kernel
+def advance(
+    n_steps: int,
+    controller: Callable[[Float, Float, Float, float], None],
+    dt: float,
+    clock: Int,
+    controller_state: Float,
+    measured: Float,
+    demands: Float,
+    limits: Float,
+    efficiency: float,
+    actuators: Float,
+    events: Float,
+    v_old: Float,
+    a_old: Float,
+    spare: Float,
+    aero_state: Float,
+    summary: Float,
+    root: Float,
+    chain: Float,
+    signals: Float,
+    index: Int,
+    output: Float,
+    parts: tuple[Any, ...],
+    load_parts: tuple[Any, ...],
+) -> None:
+    """March ``n_steps`` instants, or until something ends the run (``clock[STATUS]``).
+
+    Args:
+      v_old, a_old: velocities and accelerations of the last instant.
+      spare: copy of ``aero_state`` for corrections.
+      aero_state: states and memory of inflow and stall, one contiguous vector.
+      signals: one contiguous vector that holds everything a channel may ask for.
+      index: (channels,) places in ``signals``.
+      output: (rows, channels).
+      parts: arguments of :func:`evaluate` after t and dt.
+      load_parts: arguments of :func:`section_loads`.
+    """
+    q, v, a, structure, columns = parts[Q], parts[V], parts[A], parts[P_STRUCTURE], parts[COLUMNS]
+    wind, series, now, box = parts[P_WIND], parts[P_SERIES], parts[NOW], parts[BOX]
+    pitch, drive = parts[P_PITCH], parts[P_DRIVE]
+    n_core = columns.shape[1]
+    for _ in range(n_steps):
+        step = clock[STEP]
+        t = step * dt
+        if step % clock[EVERY_CONTROL] == 0:
+            sample(t, q, v, n_core, structure, drive, pitch, root, chain, summary, efficiency, measured)
+            try:
+                controller(controller_state, measured, demands, clock[EVERY_CONTROL] * dt)
+            except Exception:
+                clock[STATUS] = CONTROLLER_RAISED
+            if clock[STATUS] == OK and not sensible(demands, limits):
+                clock[STATUS] = CONTROLLER_DEMAND
+            if clock[STATUS] != OK:
+                return
+        while clock[NEXT_EVENT] < events.shape[0] and events[clock[NEXT_EVENT], 0] <= t:
+            clock[NEXT_EVENT] += 1
+        pitch_advance(actuators, demands, pitch, 0.0)
+        drive_advance(actuators, demands, drive, 0.0)
+        # physics at t: complete the velocities of the step that ends here
+        behind = dt if step > 0 else 0.0
+        for i in range(1 + clock[CORRECTIONS]):
+            if clock[CORRECTIONS] > 0:
+                if i == 0:
+                    spare[:] = aero_state
+                else:
+                    aero_state[:] = spare
+            evaluate(t, behind, *parts)
+            if step > 0:
+                for j in range(q.shape[0]):
+                    v[j] = v_old[j] + 0.5 * dt * (a_old[j] + a[j])
+        if diverged(q, v):
+            clock[STATUS] = DIVERGED
+            return
+        due = step % clock[EVERY_OUTPUT] == 0
+        if due or clock[WANT_LOADS] == 1:
+            section_loads(*load_parts)
+            whole_machine(
+                t, v, n_core, structure, wind, series, now, box, drive, efficiency, chain[SHAFT_TORQUE], summary
+            )
+        if due:
+            for j in range(index.shape[0]):
+                output[clock[ROW], j] = signals[index[j]]
+            clock[ROW] += 1
+        # to the next instant
+        for j in range(q.shape[0]):
+            v_now, a_now = v[j], a[j]
+            before = a_old[j] if step > 0 else a_now
+            q[j] += dt * (v_now + 0.5 * dt * a_now)
+            v[j] = v_now + dt * (1.5 * a_now - 0.5 * before)
+            v_old[j] = v_now
+            a_old[j] = a_now
+        pitch_advance(actuators, demands, pitch, dt)
+        drive_advance(actuators, demands, drive, dt)
+        clock[STEP] = step + 1

@@ -1,0 +1,229 @@
+"""Winds as a user describes them."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from meltemi.core.errors import InputError
+from meltemi.core.record import Array, Record
+from meltemi.core.tables import View
+from meltemi.wind.velocity import SERIES, WIND
+
+
+class SteadyWind(Record):
+    """Constant wind, uniform across the rotor but for shear and veer."""
+
+    speed: float = Field(ge=0.0, le=100.0)
+    """[m/s] at the reference height."""
+    shear_exponent: float = Field(default=0.0, gt=-1.0, lt=1.0)
+    """Of the power law [-]; 0 is no shear."""
+    roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
+    """[m] length of the logarithmic profile, used instead of the power law when above zero."""
+    direction: float = Field(default=0.0, ge=-3.2, le=3.2)
+    """[rad] clockwise seen from above: the wind then blows towards -y."""
+    veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
+    """[rad/m] turning of the direction with height."""
+    upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
+    """[rad] inclination of the flow, upwards when positive."""
+    reference_height: float | None = Field(default=None, gt=0.0)
+    """[m]; the hub height by default."""
+
+
+class WindSeries(Record):
+    """Wind that changes in time, uniform across the rotor but for shear: the content of a ``.wnd`` file."""
+
+    time: Array
+    """(T,) [s] increasing; constant before and after."""
+    speed: Array
+    """(T,) [m/s]."""
+    direction: Array
+    """(T,) [rad]."""
+    vertical: Array
+    """(T,) [m/s]."""
+    horizontal_shear: Array
+    """(T,) [-] linear, over the reference length."""
+    exponent: Array
+    """(T,) [-] of the power law."""
+    vertical_shear: Array
+    """(T,) [-] linear, over the reference length."""
+    gust: Array
+    """(T,) [m/s] added everywhere."""
+    reference_height: float | None = Field(default=None, gt=0.0)
+    """[m]; the hub height by default."""
+    reference_length: float | None = Field(default=None, gt=0.0)
+    """[m]; the rotor diameter by default."""
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        n = len(self.time)
+        for name in SERIES.names:
+            if getattr(self, name).shape != (n,):
+                raise ValueError(f"{name} must have {n} entries like time")
+        if np.any(np.diff(self.time) <= 0.0):
+            i = int(np.flatnonzero(np.diff(self.time) <= 0.0)[0])
+            raise ValueError(f"time must increase, but row {i + 2} ({self.time[i + 1]:g} s) does not")
+        return self
+
+
+@dataclass(frozen=True)
+class WindBox:
+    """A turbulent field on a grid, carried past the turbine with its mean speed.
+
+    At time 0 the first plane stands half the grid's width downwind of the tower, so that a yawed rotor is
+    inside: the wind at (x, y, z) and time t is that of plane (t + (width / 2 - x) / speed) / dt.
+
+    Attributes:
+      velocity: (T, Z, Y, 3) [m/s] including the mean; y to the left looking downwind, z up.
+      dt, dy, dz: [s], [m], [m] between planes, columns, rows.
+      bottom: [m] height of the lowest row above ground.
+      speed: [m/s] with which the field travels.
+      hub_height: [m] for which the field was made; None fits every turbine whose rotor it covers.
+      periodic: it begins again after its last plane.
+      direction: [rad] from which the box is turned, clockwise from above.
+      source: file or generator and its settings.
+    """
+
+    velocity: NDArray[np.float32]
+    dt: float
+    dy: float
+    dz: float
+    bottom: float
+    speed: float
+    hub_height: float | None = None
+    periodic: bool = False
+    direction: float = 0.0
+    source: str = ""
+    _hash: list[str] = field(default_factory=list, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        v = self.velocity
+        if v.ndim != 4 or v.shape[3] != 3 or min(v.shape[:3]) < 2:
+            raise InputError(f"wind box: velocity must have shape (T, Z, Y, 3) with at least 2 points each, found {v.shape}")
+        for name in ("dt", "dy", "dz", "bottom", "speed"):
+            if not getattr(self, name) > 0.0:
+                raise InputError(f"wind box: {name} must be positive, found {getattr(self, name)!r}")
+        if not np.all(np.isfinite(v)):
+            raise InputError(f"wind box: {int(np.sum(~np.isfinite(v)))} velocities are not numbers")
+
+    @property
+    def width(self) -> float:
+        """[m] lateral."""
+        return (self.velocity.shape[2] - 1) * self.dy
+
+    @property
+    def top(self) -> float:
+        """[m] height of the highest row above ground."""
+        return self.bottom + (self.velocity.shape[1] - 1) * self.dz
+
+    @property
+    def duration(self) -> float:
+        """[s] from first to last plane."""
+        return (self.velocity.shape[0] - 1) * self.dt
+
+    def content_hash(self) -> str:
+        """Hash of velocities and grid."""
+        if not self._hash:
+            digest = hashlib.sha256(np.ascontiguousarray(self.velocity).tobytes())
+            digest.update(repr((self.dt, self.dy, self.dz, self.bottom, self.speed, self.periodic, self.direction)).encode())
+            self._hash.append(digest.hexdigest()[:16])
+        return self._hash[0]
+
+
+Wind = SteadyWind | WindSeries | WindBox
+
+
+@dataclass(frozen=True)
+class WindArrays:
+    """A wind as kernels take it: table WIND, series (rows, 8), box (planes, rows, columns, 3)."""
+
+    wind: NDArray[np.float64]
+    series: NDArray[np.float64]
+    box: NDArray[np.float32]
+
+
+NO_BOX = np.zeros((2, 2, 2, 3), dtype=np.float32)
+NO_SERIES = np.zeros((1, len(SERIES.fields)))
+
+
+def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArrays:
+    """Arrays of a described wind for a turbine."""
+    array = WIND.zeros()
+    view = View(WIND, array)
+    view["reference_height"], view["reference_length"] = hub_height, rotor_diameter
+    view["box_speed"] = view["box_dt"] = view["box_dy"] = view["box_dz"] = view["box_z"] = 1.0
+    if isinstance(wind, WindBox):
+        view["kind"] = 1.0
+        view["box_speed"], view["box_dt"], view["box_dy"], view["box_dz"] = wind.speed, wind.dt, wind.dy, wind.dz
+        view["box_y"], view["box_z"], view["box_x"] = -0.5 * wind.width, wind.bottom, 0.5 * wind.width
+        view["box_direction"], view["periodic"] = wind.direction, float(wind.periodic)
+        return WindArrays(array, NO_SERIES, np.ascontiguousarray(wind.velocity, dtype=np.float32))
+    if wind.reference_height is not None:
+        view["reference_height"] = wind.reference_height
+    if isinstance(wind, SteadyWind):
+        view["roughness"], view["veer"], view["upflow"] = wind.roughness, wind.veer, wind.upflow
+        row = View(SERIES, SERIES.zeros())
+        row["speed"], row["direction"], row["exponent"] = wind.speed, wind.direction, wind.shear_exponent
+        return WindArrays(array, row.array.reshape(1, -1).copy(), NO_BOX)
+    if wind.reference_length is not None:
+        view["reference_length"] = wind.reference_length
+    series = np.stack([getattr(wind, name) for name in SERIES.names], axis=1)
+    return WindArrays(array, np.ascontiguousarray(series), NO_BOX)
+
+
+def mean_speed(wind: Wind, hub_height: float) -> float:
+    """[m/s] at hub height: the start point of a run. For a box the mean over its whole length."""
+    if isinstance(wind, WindBox):
+        z = (hub_height - wind.bottom) / wind.dz
+        k = int(np.clip(round(z), 0, wind.velocity.shape[1] - 1))
+        middle = wind.velocity.shape[2] // 2
+        return float(np.mean(np.hypot(wind.velocity[:, k, middle, 0], wind.velocity[:, k, middle, 1])))
+    if isinstance(wind, WindSeries):
+        return float(wind.speed[0] + wind.gust[0])
+    ratio = hub_height / (wind.reference_height or hub_height)
+    if wind.roughness > 0.0:
+        return wind.speed * float(np.log(hub_height / wind.roughness) / np.log(hub_height / ratio / wind.roughness))
+    return wind.speed * float(ratio**wind.shear_exponent)
+
+
+def check_coverage(wind: Wind, *, hub_height: float, radius: float, reach: float, duration: float) -> None:
+    """Refuse a box that is too small or too short for the turbine.
+
+    Args:
+      hub_height, radius: [m] of the rotor.
+      reach: [m] how far the rotor extends up- and downwind of the tower axis.
+      duration: [s] of the run.
+
+    Raises:
+      InputError: naming what is too small, how much is there and how much is needed.
+    """
+    if not isinstance(wind, WindBox):
+        return
+    name = wind.source or "wind box"
+    problems: list[str] = []
+    if wind.width < 2.0 * radius:
+        problems.append(f"it is {wind.width:g} m wide, the rotor needs {2.0 * radius:.1f} m")
+    if wind.top < hub_height + radius:
+        problems.append(f"it reaches up to {wind.top:g} m, the rotor to {hub_height + radius:.1f} m")
+    if wind.bottom > hub_height - radius:
+        problems.append(f"it begins at {wind.bottom:g} m above ground, the rotor reaches down to {hub_height - radius:.1f} m")
+    if wind.hub_height is not None and abs(wind.hub_height - hub_height) > 0.02 * hub_height:
+        problems.append(
+            f"it was made for a hub height of {wind.hub_height:g} m, the turbine's is {hub_height:.1f} m "
+            "(dataclasses.replace(box, hub_height=None) uses it all the same)"
+        )
+    needed = duration + (0.5 * wind.width + reach) / wind.speed
+    if not wind.periodic and wind.duration < needed:
+        longest = wind.duration - (0.5 * wind.width + reach) / wind.speed
+        problems.append(
+            f"it is {wind.duration:.1f} s long, a run of {duration:g} s needs {needed:.1f} s "
+            f"(half its width passes the rotor before the end); the longest run is {max(longest, 0.0):.1f} s"
+        )
+    if problems:
+        raise InputError(f"{name}: the wind field does not cover the run: " + "; ".join(problems))
