@@ -79,10 +79,13 @@ SIGNAL_TABLES: dict[str, Table] = {
 
 @dataclass(frozen=True)
 class Stations:
-    """Where section loads are wanted [m]: along the blades from the root, along the tower from its base."""
+    """Where section loads are wanted [m]: along the blades from the root, along the tower from its base.
+
+    The tower base itself is always there, as the first station of the tower.
+    """
 
     blade: tuple[float, ...] = ()
-    tower: tuple[float, ...] = (0.0,)
+    tower: tuple[float, ...] = ()
 
 
 class Case:
@@ -102,7 +105,7 @@ class Case:
                 "v": (nq,),
                 "a": (nq,),
                 **{
-                    name: table.shape(blade=B, node=N, station=len(stations.tower if name == "tower_station" else stations.blade))
+                    name: table.shape(blade=B, node=N, station=1 + len(stations.tower) if name == "tower_station" else len(stations.blade))
                     for name, table in SIGNAL_TABLES.items()
                 },
             }
@@ -155,7 +158,7 @@ class Case:
             "tower_drag": tower_flow[-3:],
             "apex": np.zeros(6),
             "blade_stations": np.array(stations.blade, dtype=float),
-            "tower_stations": np.array(stations.tower, dtype=float),
+            "tower_stations": np.array((0.0, *stations.tower), dtype=float),
         }
         assert NT == len(model.tower_layout.position)
         self.measured, self.limits = MEASUREMENTS.zeros(), DEMANDS.zeros()

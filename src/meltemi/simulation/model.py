@@ -148,7 +148,8 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
     _refuse(turbine)
     blade_layout = _blade_layout(turbine, options)
     blade_counts = {"flap": options.flap_modes, "edge": options.edge_modes, "torsion": options.torsion_modes}
-    blade = blade_member(turbine.blade.structure, blade_counts, blade_layout)
+    given = options.mode_shapes == "given"
+    blade = blade_member(turbine.blade.structure, blade_counts, blade_layout, given=given)
     tower_layout = points(np.linspace(0.0, turbine.tower.length, options.tower_nodes))
     tower_counts = {
         "fore_aft": options.fore_aft_modes,
@@ -156,8 +157,8 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         "torsion": options.tower_torsion_modes,
     }
     pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
-    head = _head_inertia(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
-    tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout)
+    head = _head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
+    tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
     coordinates = _coordinates(turbine, blade, tower)
     polars, section, polar_index = _polars(turbine, blade_layout, options)
     k = len(tower.names)
@@ -177,7 +178,7 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         blade_edges=blade_layout.edges,
         shape=_per_blade(turbine, blade.modes.at(blade_layout.position).transpose(0, 2, 1).reshape(-1, len(blade_layout.position))),
         second=_per_blade(turbine, _second(blade, blade_layout.position)),
-        modal=np.repeat(np.stack([blade.modes.stiffness, blade.damping])[:, None, :], turbine.n_blades, axis=1),
+        modal=np.repeat(np.stack([blade.modes.stiffness, blade.damping])[:, None], turbine.n_blades, axis=1),
         tip_shape=np.ascontiguousarray(blade.modes.shape[:, -1, :].T),
         tip_second=np.ascontiguousarray(blade.second[:, :, -1, :].transpose(2, 0, 1)),
         top_shape=top,
@@ -249,46 +250,25 @@ def _locked(coordinates: tuple[str, ...], options: ModelOptions) -> Float:
     return locked
 
 
-def _head_inertia(turbine: Turbine, pieces: Float, axis: Float) -> Float:
-    """(6, 6) inertia of nacelle and rotor about the tower top, the rotor averaged over the azimuth."""
+def _head_mass(turbine: Turbine, pieces: Float, axis: Float) -> Float:
+    """(6, 6) inertia about the tower top of nacelle and rotor as one mass at their common centre.
+
+    Their rotary inertia is left out of the tower's modes: in the assembled machine the flexible blades do
+    not follow the nodding and rolling of the second tower modes, and modes of a rigid rotor would miss
+    them by 8 % (docs/theory/structure.md). The multibody equations have the full inertia.
+    """
     n, h = turbine.nacelle, turbine.hub
-    x, y, z = n.mass_centre
-    spin = n.yaw_inertia - n.mass * (x * x + y * y)
-    M = rigid_body(n.mass, np.array([x, y, z]), np.diag([n.roll_inertia, n.nod_inertia, max(spin, 0.0)]))
-    root = np.array([0.0, 0.0, h.radius])
-    about_root = sum((_moved(piece, p) for piece, p in zip(pieces, axis, strict=True)), np.zeros((6, 6)))
-    about_apex = _moved(about_root, root)
-    rotor = np.zeros((6, 6))
-    for b in range(turbine.n_blades):
-        R = _turn_x(2.0 * np.pi * b / turbine.n_blades) @ _turn_y(-h.precone)
-        Q = np.kron(np.eye(2), R)
-        rotor += Q @ about_apex @ Q.T
-    # two blades: average over the azimuth so that the modes do not depend on where the rotor stands
-    Q = np.kron(np.eye(2), _turn_x(0.5 * np.pi))
-    rotor = 0.5 * (rotor + Q @ rotor @ Q.T)
-    rotor += rigid_body(h.mass, np.array([h.mass_centre, 0.0, 0.0]), np.diag([h.inertia, 0.0, 0.0]))
-    tilt = np.kron(np.eye(2), _turn_y(n.tilt))
-    apex = np.array([0.0, 0.0, n.shaft_height]) + _turn_y(n.tilt) @ np.array([-n.overhang, 0.0, 0.0])
-    return M + _moved(tilt @ rotor @ tilt.T, apex)
-
-
-def _moved(M: Float, offset: Float) -> Float:
-    """Inertia (6, 6) about a point at -offset from its reference point."""
-    from meltemi.structure.beam import transfer
-
-    T = transfer(offset)
-    result: Float = T.T @ M @ T
-    return result
-
-
-def _turn_x(angle: float) -> Float:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
-
-
-def _turn_y(angle: float) -> Float:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    blades = turbine.n_blades * pieces[:, 0, 0].sum()
+    z = h.radius + np.sum(pieces[:, 0, 0] * axis[:, 2]) / pieces[:, 0, 0].sum()
+    rotor = h.mass + blades
+    # the blades lean upwind by the cone
+    along = (h.mass * h.mass_centre - blades * z * np.sin(h.precone)) / rotor if rotor > 0.0 else 0.0
+    c, s = np.cos(n.tilt), np.sin(n.tilt)
+    x_rotor, z_rotor = (along - n.overhang) * c, n.shaft_height - (along - n.overhang) * s
+    mass = n.mass + rotor
+    x, y, zn = n.mass_centre
+    centre = np.array([n.mass * x + rotor * x_rotor, n.mass * y, n.mass * zn + rotor * z_rotor]) / max(mass, 1e-9)
+    return rigid_body(mass, centre, np.zeros((3, 3)))
 
 
 def _per_blade(turbine: Turbine, rows: Float) -> Float:
@@ -342,8 +322,8 @@ def _tower_matrix(tower: Member) -> Float:
     k = len(tower.names)
     matrix = np.zeros((4, k, k))
     matrix[0] = tower.modes.mass_alone
-    matrix[1] = np.diag(tower.modes.stiffness)
-    matrix[2] = np.diag(tower.damping)
+    matrix[1] = tower.modes.stiffness
+    matrix[2] = tower.damping
     # own weight, P-delta: V = g sum m u_z, with the second-order displacement 1/2 q Z q
     matrix[3] = np.einsum("n,kln->kl", _lumps(tower), tower.second[:, :, :, 2])
     return matrix

@@ -45,6 +45,8 @@ class ModelOptions(Record):
     """Side-to-side modes of the tower."""
     tower_torsion_modes: int = Field(default=0, ge=0, le=3)
     """Torsional modes of the tower."""
+    mode_shapes: Literal["computed", "given"] = "computed"
+    """Natural modes computed from the section data, or the shapes that the description gives."""
     locked: tuple[str, ...] = ()
     """Coordinates that keep their initial velocity; names or groups, see ``Model.coordinates``:
     "tower", "yaw", "generator", "drivetrain", "blades", "flap", "edge", "torsion", or a full name."""

@@ -13,7 +13,7 @@ Reference: docs/theory/structure.md (S-1 to S-9).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
@@ -203,15 +203,15 @@ def _shape_functions(x: Float, chord: Float) -> Float:
 
 @dataclass(frozen=True)
 class Modes:
-    """Natural modes of a mesh.
+    """Modes of a mesh: natural ones, or shapes that somebody gives.
 
     Attributes:
       z: (n,) [m] nodes.
       points: (n, 3) [m].
       shape: (k, n, 6) displacements and rotations.
-      stiffness: (k,) generalised stiffness.
-      mass: (k,) generalised mass, of beam and everything it carries.
-      mass_alone: (k, k) generalised mass matrix of the beam alone.
+      stiffness: (k, k) generalised stiffness; diagonal for natural modes.
+      mass: (k, k) generalised mass, of beam and everything it carries.
+      mass_alone: (k, k) generalised mass of the beam alone.
     """
 
     z: Float
@@ -223,30 +223,36 @@ class Modes:
 
     @property
     def frequency(self) -> Float:
-        """(k,) [rad/s]."""
-        result: Float = np.sqrt(self.stiffness / self.mass)
+        """(k,) [rad/s] of each mode by itself."""
+        result: Float = np.sqrt(np.diag(self.stiffness) / np.diag(self.mass))
+        return result
+
+    @property
+    def frequency_alone(self) -> Float:
+        """(k,) [rad/s] of the beam in each shape, without what it carries."""
+        result: Float = np.sqrt(np.diag(self.stiffness) / np.diag(self.mass_alone))
         return result
 
     def pick(self, which: list[int]) -> Modes:
         """Some of the modes, in the given order."""
-        return Modes(
-            self.z,
-            self.points,
-            self.shape[which],
-            self.stiffness[which],
-            self.mass[which],
-            self.mass_alone[np.ix_(which, which)],
+        some = np.ix_(which, which)
+        return replace(
+            self,
+            shape=self.shape[which],
+            stiffness=self.stiffness[some],
+            mass=self.mass[some],
+            mass_alone=self.mass_alone[some],
         )
 
     def scaled(self, factor: Float) -> Modes:
         """Modes with every shape multiplied by its factor (k,)."""
-        return Modes(
-            self.z,
-            self.points,
-            self.shape * factor[:, None, None],
-            self.stiffness * factor**2,
-            self.mass * factor**2,
-            self.mass_alone * np.outer(factor, factor),
+        square = np.outer(factor, factor)
+        return replace(
+            self,
+            shape=self.shape * factor[:, None, None],
+            stiffness=self.stiffness * square,
+            mass=self.mass * square,
+            mass_alone=self.mass_alone * square,
         )
 
     def at(self, z: Float) -> Float:
@@ -292,9 +298,9 @@ def natural_modes(
         mesh.z,
         mesh.points,
         shape.reshape(n, -1, 6),
-        value,
-        np.ones(n),
-        np.einsum("ki,ij,lj->kl", shape, alone, shape),
+        np.diag(value),
+        np.eye(n),
+        shape @ alone @ shape.T,
     )
 
 

@@ -137,7 +137,7 @@ def collect_blades(
     """Collect every blade into one body and its modal sums.
 
     Args:
-      modal: (2, blades, modes) stiffness and damping of the modes.
+      modal: (2, blades, modes, modes) stiffness and damping.
       body: table BODY.
       link: (6, blades, modes) linear and angular momentum about the apex of each mode at unit speed.
       arm_mass: (blades, modes, modes) lower triangle.
@@ -150,7 +150,10 @@ def collect_blades(
     for b in range(motion.shape[1]):
         first = n_core + n_modes * b
         for k in range(n_modes):
-            arm_force[b, k] = -modal[0, b, k] * q[first + k] - modal[1, b, k] * v[first + k]
+            f = 0.0
+            for j in range(n_modes):
+                f -= modal[0, b, k, j] * q[first + j] + modal[1, b, k, j] * v[first + j]
+            arm_force[b, k] = f
         gravity = rotate_back(rot2(frame, ex.ROOT_ORIENTATION, b), Vec(0.0, 0.0, -p[GRAVITY]))
         for n in range(motion.shape[2]):
             collect_node(shape, nodes, partial, motion, load, gravity, body, link, arm_mass, arm_force, b, n)

@@ -5,6 +5,7 @@ Host side, NumPy and SciPy. Rigid where the description has no flexibility (tors
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,8 +69,7 @@ class Member:
     Attributes:
       names: (k,) e.g. ``"1st flap"``.
       modes: shapes on the finite-element mesh, generalised stiffness and mass.
-      damping: (k,) generalised damping.
-      alone_frequency: (k,) [rad/s] of the member without what it carries, in the shape of each mode.
+      damping: (k, k) generalised damping.
       second: (k, k, n, 3) displacements of second order on the mesh.
       beam: the member's sections.
     """
@@ -77,7 +77,6 @@ class Member:
     names: tuple[str, ...]
     modes: Modes
     damping: Float
-    alone_frequency: Float
     second: Float
     beam: Beam
 
@@ -153,27 +152,62 @@ def _mesh(beam: Beam, also: Float) -> Mesh:
     return assemble(beam, z)
 
 
-def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayout) -> Member:
-    """The blade, clamped at its root, with the wanted numbers of flap, edge and torsion modes."""
+def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, given: bool = False) -> Member:
+    """The blade, clamped at its root, with the wanted numbers of flap, edge and torsion modes.
+
+    Args:
+      given: use the mode shapes of the description instead of natural modes.
+    """
     if counts["torsion"] and blade.torsion_stiffness is None and blade.stiffness_matrix is None:
         raise UnsupportedError("a torsion mode is asked for, but the blade has no torsion_stiffness")
     beam = blade_beam(blade)
     mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
+    if given:
+        if blade.mode_shapes is None or blade.flap_stiffness is None or blade.edge_stiffness is None:
+            raise UnsupportedError("mode_shapes 'given': the blade has no mode_shapes (with classical section properties)")
+        directions = {
+            "flap": (blade.mode_shapes.flap, blade.flap_stiffness, np.cos(blade.twist), -np.sin(blade.twist)),
+            "edge": (blade.mode_shapes.edge, blade.edge_stiffness, np.sin(blade.twist), np.cos(blade.twist)),
+            "torsion": ((), blade.flap_stiffness, blade.twist, blade.twist),
+        }
+        modes, names = _given_modes(beam, mesh, counts, directions)
+        return _member(modes, names, beam, blade.damping)
     modes = natural_modes(mesh, 12 + 4 * sum(counts.values()))
     picked, names = _pick(modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])})
-    return _member(picked, names, mesh, beam, blade.damping)
+    return _member(picked, names, beam, blade.damping)
 
 
-def tower_member(tower: Tower, counts: dict[str, int], tip_mass: Float, foundation: Foundation | None, layout: NodeLayout) -> Member:
+def tower_member(
+    tower: Tower,
+    counts: dict[str, int],
+    tip_mass: Float,
+    foundation: Foundation | None,
+    layout: NodeLayout,
+    *,
+    given: bool = False,
+) -> Member:
     """The tower with the wanted numbers of fore-aft, side-to-side and torsion modes.
 
     Args:
-      tip_mass: (6, 6) inertia of everything above the tower top, about the tower top.
+      tip_mass: (6, 6) inertia that the tower carries, about its top.
+      given: use the mode shapes of the description instead of natural modes.
     """
     if counts["torsion"] and tower.torsion_stiffness is None:
         raise UnsupportedError("a tower torsion mode is asked for, but the tower has no torsion_stiffness")
     beam = tower_beam(tower)
     mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
+    if given:
+        if tower.mode_shapes is None or foundation is not None:
+            raise UnsupportedError("mode_shapes 'given': the tower has no mode_shapes, or stands on a foundation")
+        one, zero = np.ones(len(tower.position)), np.zeros(len(tower.position))
+        directions = {
+            "fore-aft": (tower.mode_shapes.fore_aft, tower.fore_aft_stiffness, one, zero),
+            "side-side": (tower.mode_shapes.side_side, tower.side_side_stiffness, zero, one),
+            "torsion": ((), tower.fore_aft_stiffness, zero, zero),
+        }
+        named = {name.replace("_", "-"): count for name, count in counts.items()}
+        modes, names = _given_modes(beam, mesh, named, directions)
+        return _member(modes, names, beam, tower.damping)
     modes = natural_modes(
         mesh,
         12 + 4 * sum(counts.values()),
@@ -187,7 +221,7 @@ def tower_member(tower: Tower, counts: dict[str, int], tip_mass: Float, foundati
         "torsion": (2, counts["torsion"]),
     }
     picked, names = _pick(modes, mesh, wanted)
-    return _member(picked, names, mesh, beam, tower.damping)
+    return _member(picked, names, beam, tower.damping)
 
 
 def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple[Modes, list[str]]:
@@ -212,10 +246,53 @@ def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple
     return picked.scaled(factor), names
 
 
-def _member(modes: Modes, names: list[str], mesh: Mesh, beam: Beam, damping: Damping) -> Member:
+def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping) -> Member:
     ratio = np.array([getattr(damping, name.split(" ", 1)[1].replace("-", "_")) for name in names])
-    alone = np.sqrt(modes.stiffness / np.diag(modes.mass_alone))
-    return Member(tuple(names), modes, 2.0 * ratio * modes.stiffness / alone, alone, second_order(modes), beam)
+    # C = 2 zeta / omega K, with omega of the member alone: each mode has its ratio when the member stands alone
+    C = modes.stiffness * (2.0 * ratio / modes.frequency_alone)[None, :]
+    return Member(tuple(names), modes, C, second_order(modes), beam)
+
+
+def _given_modes(
+    beam: Beam,
+    mesh: Mesh,
+    counts: dict[str, int],
+    directions: dict[str, tuple[Sequence[Sequence[float]], Float, Float, Float]],
+) -> tuple[Modes, list[str]]:
+    """Modes from polynomials: bending curvature phi'' along a direction that turns with the section.
+
+    Args:
+      directions: for each kind the coefficients of x^2, x^3, ... over the span, the stiffness at the
+        stations, and the direction's x and y components there.
+    """
+    names: list[str] = []
+    z = mesh.z
+    length = z[-1]
+    middle, step = 0.5 * (z[1:] + z[:-1]), np.diff(z)
+    q, weights = beam.pieces(z)
+    weight = weights.sum(axis=1)
+    shapes: list[Float] = []
+    curvature: list[Float] = []
+    for kind, (polynomials, stiffness, x, y) in directions.items():
+        if counts[kind] > len(polynomials):
+            raise UnsupportedError(f"{counts[kind]} {kind} modes are asked for, but {len(polynomials)} shapes are given")
+        for i, coefficients in enumerate(polynomials[: counts[kind]]):
+            names.append(f"{_ordinal(i + 1)} {kind}")
+            second = np.polynomial.Polynomial([0.0, 0.0, *coefficients]).deriv(2)
+            shape = np.zeros((len(z), 6))
+            for component, rotation, sign, part in ((0, 4, 1.0, x), (1, 3, -1.0, y)):
+                bent = second(middle / length) / length**2 * np.interp(middle, beam.position, part)
+                slope = np.concatenate([[0.0], np.cumsum(bent * step)])
+                shape[:, rotation] = sign * slope
+                shape[1:, component] = np.cumsum(0.5 * (slope[1:] + slope[:-1]) * step)
+            shapes.append(shape)
+            curvature.append(second(q / length) / length**2 * np.sqrt(np.interp(q, beam.position, stiffness)))
+    shape_array, curved = np.array(shapes).reshape(-1, len(z), 6), np.array(curvature).reshape(-1, len(q))
+    same = np.array([[a.split(" ", 1)[1] == b.split(" ", 1)[1] for a in names] for b in names], dtype=float)
+    K = (curved * weight) @ curved.T * same.reshape(len(names), len(names))
+    flat = shape_array.reshape(len(names), -1)
+    alone = flat @ mesh.mass @ flat.T
+    return Modes(z, mesh.points, shape_array, K, alone, alone), names
 
 
 def _ordinal(n: int) -> str:

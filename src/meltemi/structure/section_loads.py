@@ -68,10 +68,8 @@ HUB_RADIUS, TIP, TOWER_LENGTH = STRUCTURE.slots("hub_radius tip tower_length")
 R_FORCE, R_MOMENT, R_PITCHED_FORCE, R_PITCHED_MOMENT, R_TIP, R_PITCHED_TIP, R_TIP_ROTATION, R_CLEARANCE = (
     ROOT_LOAD.slots("force moment pitched_force pitched_moment tip pitched_tip tip_rotation clearance")
 )
-APEX_FORCE, APEX_MOMENT, ROTATING_FORCE, ROTATING_MOMENT, YAW_FORCE, YAW_MOMENT, BASE_FORCE, BASE_MOMENT = (
-    MACHINE_LOAD.slots(
-        "apex_force apex_moment rotating_force rotating_moment yaw_force yaw_moment base_force base_moment"
-    )
+APEX_FORCE, APEX_MOMENT, ROTATING_FORCE, ROTATING_MOMENT, YAW_FORCE, YAW_MOMENT = MACHINE_LOAD.slots(
+    "apex_force apex_moment rotating_force rotating_moment yaw_force yaw_moment"
 )
 TOP_DEFLECTION, TOP_ROTATION, TOP_TOTAL_ACCELERATION, ROTOR_ACCELERATION = MACHINE_LOAD.slots(
     "top_deflection top_rotation top_acceleration rotor_acceleration"

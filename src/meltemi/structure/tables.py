@@ -99,8 +99,6 @@ MACHINE_LOAD = table(
     rotating_moment xyz     | N m     | the same
     yaw_force xyz           | N       | at the yaw bearing on the tower, tower-top axes (not yawing)
     yaw_moment xyz          | N m     | the same
-    base_force xyz          | N       | at the tower base on the ground, inertial axes
-    base_moment xyz         | N m     | the same
     top_deflection xyz      | m       | of the tower top, inertial axes
     top_rotation xyz        | rad     | of the tower top
     top_acceleration xyz    | m/s^2   | of the tower top, tower-top axes, without gravity

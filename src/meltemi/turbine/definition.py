@@ -58,6 +58,22 @@ def _angle(record: Record, names: str, limit: float) -> None:
             )
 
 
+class ModeShapes(Record):
+    """Mode shapes as polynomials of the relative span x, coefficients of x^2, x^3, ... for each mode.
+
+    They are not needed: modes are computed. A description may carry those of another code, for comparison.
+    """
+
+    flap: tuple[tuple[float, ...], ...] = ()
+    """Blades."""
+    edge: tuple[tuple[float, ...], ...] = ()
+    """Blades."""
+    fore_aft: tuple[tuple[float, ...], ...] = ()
+    """Tower."""
+    side_side: tuple[tuple[float, ...], ...] = ()
+    """Tower."""
+
+
 class Airfoil(Record):
     """Lift, drag and moment of a section against the angle of attack, over the full circle."""
 
@@ -161,6 +177,7 @@ class BladeStructure(Record):
     """(S, 6, 6) [kg/m, kg, kg m] momenta from velocities."""
     damping: Damping
     """Structural damping of the isolated, clamped blade."""
+    mode_shapes: ModeShapes | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -337,6 +354,7 @@ class Tower(Record):
     """[m] of the tower base above the ground."""
     damping: Damping
     """Structural damping of the tower that stands alone."""
+    mode_shapes: ModeShapes | None = None
     source: str = ""
 
     @property
