@@ -80,11 +80,10 @@ STEADY_AXIAL, STEADY_TANGENTIAL, RESIDUAL, AXIAL, TANGENTIAL, PHI, ALPHA, SPEED 
 LIFT, DRAG, MOMENT, NORMAL_FORCE, DRIVING_FORCE, PITCHING_MOMENT = FLOW.slots(
     "lift drag moment normal_force driving_force pitching_moment"
 )
-R_WIND, AXIAL_WIND, SKEW, SKEW_AXIS, TIP_RATIO, FADE, INDUCTION, TIME, TIP_RADIUS, R_FORCE, R_MOMENT, R_RESIDUAL = (
-    ROTOR.slots(
-        "wind axial_wind skew skew_axis tip_ratio fade induction inflow_time tip_radius force moment residual"
-    )
+R_WIND, AXIAL_WIND, SKEW, SKEW_AXIS, TIP_RATIO, FADE, INDUCTION, TIME, TIP_RADIUS = ROTOR.slots(
+    "wind axial_wind skew skew_axis tip_ratio fade induction inflow_time tip_radius"
 )
+R_FORCE, R_MOMENT, THRUST, TORQUE, R_RESIDUAL = ROTOR.slots("force moment thrust torque residual")
 I_REDUCED_X, I_X, I_REDUCED_Y, I_Y = INFLOW.slots("reduced_x x reduced_y y")
 S_WAKE_1, S_WAKE_2, S_PRESSURE, S_ATTACHMENT = STALL.slots("wake_1 wake_2 pressure attachment")
 OLD_PHI, OLD_SLOPE, OLD_X, OLD_Y, OLD_ALPHA, OLD_RATE, OLD_PRESSURE, OLD_ATTACHMENT = MEMORY.slots(
@@ -269,6 +268,8 @@ def loads(
         moment = add(moment, rotate(R, M_b))
     put1(rotor, R_FORCE, force)
     put1(rotor, R_MOMENT, moment)
+    rotor[THRUST] = dot(force, shaft)
+    rotor[TORQUE] = dot(moment, shaft)
 
 
 @kernel

@@ -181,6 +181,8 @@ ROTOR = table(
     tip_radius | m   | largest distance of a node from the shaft
     force xyz  | N   | aerodynamic force on the rotor, inertial axes
     moment xyz | N m | aerodynamic moment about the rotor apex, inertial axes
+    thrust     | N   | the force along the shaft, downwind
+    torque     | N m | the moment about the shaft, driving
     residual   | -   | largest residual of the momentum balance
     """,
 )

@@ -133,6 +133,7 @@ class Case:
             "tower_weight": model.tower_weight,
             "tower_nodes": model.tower_nodes,
             "tower_shape": model.tower_shape,
+            "actuators": model.actuators,
             "aero": model.aero,
             "aero_options": model.aero_options,
             "aero_nodes": model.aero_nodes,
@@ -186,7 +187,7 @@ class Case:
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""
-        evaluate(t, dt, *self.parts)
+        evaluate(t, dt, self.parts)
 
     def settle(self, t: float) -> None:
         """Bring inflow and stall into the steady state of the present motion."""

@@ -92,7 +92,7 @@ PARTS = (
     "columns machine frame partial motion load body link arm_mass arm_force core_mass core_force coupling "
     "flow rotor tower_flow tower_push"
 ).split()
-"""Arrays of :func:`evaluate`, in the order of its arguments after t and dt."""
+"""Arrays of :func:`equations`, in the order of its arguments after t and dt."""
 LOAD_PARTS = (
     "q v a structure blade_nodes blade_edges shape tip_shape tip_second top_shape tower_nodes tower_shape "
     "columns machine frame partial motion load body link tower_drag apex root chain "
@@ -102,6 +102,9 @@ LOAD_PARTS = (
 Q, V, A, P_STRUCTURE, COLUMNS = (PARTS.index(name) for name in ("q", "v", "a", "structure", "columns"))
 P_WIND, P_SERIES, NOW, BOX = (PARTS.index(name) for name in ("wind", "series", "now", "box"))
 P_PITCH, P_DRIVE = PARTS.index("pitch"), PARTS.index("drive")
+LOCKED, CORE_MASS, CORE_FORCE, ARM_MASS, COUPLING, ARM_FORCE = (
+    PARTS.index(name) for name in ("locked", "core_mass", "core_force", "arm_mass", "coupling", "arm_force")
+)
 
 (TOWER_DRAG,) = AERO_OPTIONS.slots("tower_drag")
 GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT = STRUCTURE.slots(
@@ -110,7 +113,7 @@ GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT = STRUCTURE.s
 
 
 @kernel
-def evaluate(
+def equations(
     t: float,
     dt: float,
     q: Float,
@@ -159,7 +162,10 @@ def evaluate(
     tower_flow: Float,
     tower_push: Float,
 ) -> None:
-    """Everything at time ``t`` for coordinates q and velocities v; accelerations go to ``a``.
+    """The assembled equations of motion at time ``t`` for coordinates q and velocities v.
+
+    Mass matrix and forces are left in ``core_mass``, ``core_force``, ``coupling``, ``arm_mass`` and
+    ``arm_force``.
 
     Args:
       dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first; 0 leaves them.
@@ -203,7 +209,25 @@ def evaluate(
         core_force,
         coupling,
     )
-    accelerations(locked, core_mass, core_force, arm_mass, coupling, arm_force, a)
+
+
+@kernel
+def evaluate(t: float, dt: float, parts: tuple[Any, ...]) -> None:
+    """Everything at time ``t``; the accelerations go to ``a``.
+
+    Args:
+      parts: arrays of :func:`equations` after t and dt.
+    """
+    equations(t, dt, *parts)
+    accelerations(
+        parts[LOCKED],
+        parts[CORE_MASS],
+        parts[CORE_FORCE],
+        parts[ARM_MASS],
+        parts[COUPLING],
+        parts[ARM_FORCE],
+        parts[A],
+    )
 
 
 @kernel
@@ -377,7 +401,7 @@ def advance(
       signals: one contiguous vector that holds everything a channel may ask for.
       index: (channels,) places in ``signals``.
       output: (rows, channels).
-      parts: arguments of :func:`evaluate` after t and dt.
+      parts: arrays of :func:`equations` after t and dt.
       load_parts: arguments of :func:`section_loads`.
     """
     q, v, a, structure, columns = parts[Q], parts[V], parts[A], parts[P_STRUCTURE], parts[COLUMNS]
@@ -409,7 +433,7 @@ def advance(
                     spare[:] = aero_state
                 else:
                     aero_state[:] = spare
-            evaluate(t, behind, *parts)
+            evaluate(t, behind, parts)
             if step > 0:
                 for j in range(q.shape[0]):
                     v[j] = v_old[j] + 0.5 * dt * (a_old[j] + a[j])

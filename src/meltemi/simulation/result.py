@@ -1,0 +1,120 @@
+"""What a simulation gives back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import RunError, Status
+from meltemi.simulation.channels import Channel, find
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Result:
+    """Time series of the recorded channels, in SI, and how the run went.
+
+    ``result["root_moment_out_of_plane_1"]`` or ``result["RootMyc1"]`` gives a series; its unit stands in
+    ``result.channel(name).unit``.
+
+    Attributes:
+      time: (T,) [s].
+      data: (T, C) one column a channel, SI.
+      channels: what the columns are.
+      status: how the run ended.
+      message: why it ended, in words.
+      meta: everything needed to repeat the run: version, hashes, options, machine, times.
+    """
+
+    time: Float
+    data: Float
+    channels: tuple[Channel, ...]
+    status: Status = Status.OK
+    message: str = ""
+    meta: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the channels."""
+        return [channel.name for channel in self.channels]
+
+    def channel(self, name: str) -> Channel:
+        """The description of a recorded channel; unknown names are answered with the closest ones."""
+        return find(name, {channel.name: channel for channel in self.channels})
+
+    def __getitem__(self, name: str) -> Float:
+        return self.data[:, self.names.index(self.channel(name).name)]
+
+    def __contains__(self, name: str) -> bool:
+        return any(name.lower() in (c.name.lower(), c.alias.lower()) for c in self.channels)
+
+    def between(self, begin: float, end: float) -> Result:
+        """The part of the series from ``begin`` to ``end`` [s], both included."""
+        inside = (self.time >= begin - 1e-9) & (self.time <= end + 1e-9)
+        return Result(self.time[inside], self.data[inside], self.channels, self.status, self.message, self.meta)
+
+    def raise_for_status(self) -> Result:
+        """The result itself, or an error if the run did not reach its end.
+
+        Raises:
+          RunError: with the reason.
+        """
+        if self.status is not Status.OK:
+            raise RunError(self.message or self.status.message)
+        return self
+
+    def to_xarray(self) -> xr.Dataset:
+        """Labelled arrays with units, frames, signs and descriptions."""
+        import json
+
+        import xarray as xr
+
+        variables = {}
+        for i, c in enumerate(self.channels):
+            attributes = {
+                "units": c.unit,
+                "long_name": c.description,
+                "frame": c.frame,
+                "positive_direction": c.sign,
+                "openfast_name": c.alias,
+            }
+            variables[c.name] = ("time", self.data[:, i], attributes)
+        coordinates = {"time": ("time", self.time, {"units": "s", "long_name": "simulation time"})}
+        attributes = {"status": int(self.status), "message": self.message, "meta": json.dumps(self.meta, default=str)}
+        return xr.Dataset(variables, coordinates, attributes)
+
+    def statistics(self) -> pd.DataFrame:
+        """Mean, standard deviation, minimum and maximum of every channel, in units for people."""
+        import pandas as pd
+
+        rows = []
+        for i, c in enumerate(self.channels):
+            unit, factor = c.display_unit
+            x = self.data[:, i] * factor
+            some = len(x) > 0
+            rows.append(
+                {
+                    "channel": c.name,
+                    "unit": unit,
+                    "mean": x.mean() if some else np.nan,
+                    "std": x.std() if some else np.nan,
+                    "min": x.min() if some else np.nan,
+                    "max": x.max() if some else np.nan,
+                }
+            )
+        return pd.DataFrame(rows).set_index("channel")
+
+    def _repr_html_(self) -> str:
+        return f"<p>{self!r}</p>{self.statistics().to_html(float_format=lambda v: f'{v:.4g}')}"
+
+    def __repr__(self) -> str:
+        span = f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "empty"
+        return f"<Result: {len(self.channels)} channels, {span}, {self.status.name}>"

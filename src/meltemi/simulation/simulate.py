@@ -1,0 +1,278 @@
+"""``simulate``: a model in a wind, under control, for a while."""
+
+from __future__ import annotations
+
+import math
+import platform
+import time as clock_time
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+
+from meltemi.control.baseline import baseline
+from meltemi.control.controller import ENTRY, Controller
+from meltemi.core.errors import InputError, Status
+from meltemi.core.kernel import kernel_for
+from meltemi.simulation import step
+from meltemi.simulation.case import Case, Stations
+from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
+from meltemi.simulation.modes import time_step
+from meltemi.simulation.model import Model
+from meltemi.simulation.result import Result
+from meltemi.simulation.trim import OperatingPoint, initialise, operating_point
+from meltemi.wind.fields import Wind, check_coverage, mean_speed
+
+CHUNK_SECONDS = 0.1
+"""Wall time between looks at progress and the keyboard."""
+
+
+def simulate(
+    model: Model,
+    wind: Wind,
+    *,
+    duration: float,
+    controller: Controller | None = None,
+    channels: Sequence[str] = DEFAULT,
+    output_step: float = 0.05,
+    start: OperatingPoint | None = None,
+    stations: Stations | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Result:
+    """Simulate a model in a wind.
+
+    The run starts in the steady operating point for the wind (``start`` replaces it), so no start-up
+    transient has to be thrown away.
+
+    Args:
+      model: from ``build``.
+      wind: steady, a series, or a turbulent box.
+      duration: [s].
+      controller: by default the baseline controller with the turbine's settings.
+      channels: what to record, by our names or OpenFAST's; ``"all"`` among them records everything.
+      output_step: [s] between records; a multiple of the time step.
+      start: operating point to start from.
+      stations: further places for section loads.
+      progress: called with the share that is done.
+
+    Returns:
+      The result. A run that diverges, is interrupted, or whose controller fails ends early with a
+      status and keeps what was computed.
+
+    Raises:
+      InputError: an argument is not valid, or the wind does not cover the run.
+    """
+    turbine = model.turbine
+    if not (math.isfinite(duration) and duration > 0.0):
+        raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
+    dt = model.options.time_step or time_step(model)
+    every_output = _multiple(output_step, dt, "output_step")
+    stations = stations or Stations()
+    chosen = choose(model, channels, stations)
+    reach = turbine.nacelle.overhang + turbine.rotor_radius * math.sin(turbine.hub.precone + turbine.nacelle.tilt)
+    check_coverage(
+        wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
+    )
+    controller = controller or baseline(turbine.control)
+    every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
+
+    began = clock_time.perf_counter()
+    start = start or operating_point(model, mean_speed(wind, turbine.hub_height))
+    case = Case(model, wind, stations)
+    entry = case.bind(controller, start.start_point())
+    initialise(case, start)
+    n_steps = round(duration / dt) + 1
+    case.clock[step.EVERY_OUTPUT], case.clock[step.EVERY_CONTROL] = every_output, every_control
+    output = np.full(((n_steps - 1) // every_output + 1, len(chosen)), np.nan)
+    places = np.array([place(case, channel) for channel in chosen], dtype=np.int64)
+    arguments = advance_arguments(case, dt, places, output)
+    march = compiled_advance(entry.function, arguments)
+    march(0, entry.function, *arguments)
+    compiled = clock_time.perf_counter() - began
+
+    began = clock_time.perf_counter()
+    interrupted = False
+    chunk = 100
+    try:
+        while case.clock[step.STEP] < n_steps and case.clock[step.STATUS] == step.OK:
+            left = n_steps - int(case.clock[step.STEP])
+            at = clock_time.perf_counter()
+            march(min(chunk, left), entry.function, *arguments)
+            spent = clock_time.perf_counter() - at
+            chunk = int(np.clip(chunk * CHUNK_SECONDS / max(spent, 1e-4), 10, 4 * chunk))
+            if progress is not None:
+                progress(float(case.clock[step.STEP]) / n_steps)
+    except KeyboardInterrupt:
+        interrupted = True
+    ran = clock_time.perf_counter() - began
+
+    rows = int(case.clock[step.ROW])
+    status = Status.INTERRUPTED if interrupted else Status(int(case.clock[step.STATUS]))
+    meta = describe(model, wind, controller, dt, duration)
+    meta["prepare_seconds"], meta["run_seconds"] = round(compiled, 4), round(ran, 4)
+    simulated = case.clock[step.STEP] * dt
+    meta["real_time_factor"] = round(float(simulated / max(ran, 1e-9)), 1)
+    data = output[:rows].copy()
+    for j, channel in enumerate(chosen):
+        if channel.wrap:
+            data[:, j] %= 2.0 * math.pi
+    return Result(
+        time=np.arange(rows) * every_output * dt,
+        data=data,
+        channels=tuple(chosen),
+        status=status,
+        message=explain(case, status, simulated, dt),
+        meta=meta,
+    )
+
+
+def _multiple(value: float, dt: float, name: str) -> int:
+    """How many time steps ``value`` [s] is; it must be a whole number."""
+    if not (math.isfinite(value) and value > 0.0):
+        raise InputError(f"{name} must be a positive number of seconds, found {value!r}")
+    n = round(value / dt)
+    if n < 1 or abs(n * dt - value) > 1e-6 * value:
+        near = max(n, 1)
+        raise InputError(
+            f"{name} {value:g} s is not a multiple of the time step {dt:g} s; "
+            f"use {near * dt:g} or {(near + 1) * dt:g} s, or set options.time_step"
+        )
+    return n
+
+
+def model_channels(model: Model, stations: Stations | None = None) -> dict[str, Channel]:
+    """Everything that can be recorded of a model."""
+    stations = stations or Stations()
+    return catalogue(
+        model.n_blades, model.n_nodes, len(stations.blade), len(stations.tower), model.coordinates
+    )
+
+
+def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Channel]:
+    """Channels by name, each once.
+
+    Raises:
+      InputError: a name is unknown, or nothing is asked for.
+    """
+    available = model_channels(model, stations)
+    if isinstance(names, str):
+        raise InputError(f"channels must be a list of names, found the text {names!r}")
+    found: dict[str, Channel] = {}
+    for name in names:
+        if name == "all":
+            found.update(available)
+            continue
+        if name in DEFAULT and name not in available:
+            continue  # a blade that a two-bladed turbine does not have
+        channel = find(name, available)
+        found[channel.name] = channel
+    found.pop("time", None)
+    if not found:
+        raise InputError("no channels to record")
+    return list(found.values())
+
+
+def place(case: Case, channel: Channel) -> int:
+    """Where a channel stands in the signals of a case."""
+    array, row = channel.source
+    if array in ("q", "v", "a"):
+        return case.signals.place(array, (case.model.coordinates.index(row),))
+    return case.signals.place(array, (case.view(array).table.index(row), *channel.index))
+
+
+def advance_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[Any, ...]:
+    """Arguments of ``step.advance`` after the number of steps and the controller."""
+    return (
+        dt,
+        case.clock,
+        case.controller_state,
+        case.measured,
+        case["demands"],
+        case.limits,
+        case.model.turbine.drivetrain.generator_efficiency,
+        case["actuators"],
+        case.events,
+        case.v_old,
+        case.a_old,
+        case.spare,
+        case.aero_state.vector,
+        case["summary"],
+        case["root"],
+        case["chain"],
+        case.signals.vector,
+        places,
+        output,
+        case.parts,
+        case.load_parts,
+    )
+
+
+@cache
+def _advance_for(signature: Any) -> Any:
+    return kernel_for(signature)(step.advance)
+
+
+def compiled_advance(function: Any, arguments: tuple[Any, ...]) -> Any:
+    """The time loop compiled for one signature, in which the controller has the type of all controllers."""
+    if numba.config.DISABLE_JIT:
+        return step.advance
+    return _advance_for(types.void(types.int64, ENTRY, *(numba.typeof(argument) for argument in arguments)))
+
+
+def explain(case: Case, status: Status, t: float, dt: float) -> str:
+    """Why a run ended, with time, state and a hint."""
+    if status is Status.OK:
+        return ""
+    name = case.controller.name
+    if status is Status.DIVERGED:
+        q, v = np.abs(case["q"]), np.abs(case["v"])
+        worst = int(np.argmax(np.where(np.isfinite(q) & np.isfinite(v), q + v, np.inf)))
+        return (
+            f"at t = {t:.3f} s {status.message} "
+            f"(worst: {case.model.coordinates[worst]!r}, q = {case['q'][worst]:.3g}, dq/dt = {case['v'][worst]:.3g}; "
+            f"time step {dt:g} s)"
+        )
+    if status is Status.CONTROLLER_RAISED:
+        error = case.entry.exception
+        what = f"{type(error).__name__}: {error}" if error is not None else "an exception in compiled code"
+        return f"at t = {t:.3f} s the controller {name!r} raised {what}"
+    if status is Status.CONTROLLER_DEMAND:
+        demands = case.view("demands")
+        bad = [
+            f"{n} = {demands.array[i]:g} (limit {case.limits[i]:g})"
+            for i, n in enumerate(demands.table.names)
+            if not abs(demands.array[i]) <= case.limits[i]
+        ]
+        return f"at t = {t:.3f} s the controller {name!r} asked for {', '.join(bad)}"
+    return f"at t = {t:.3f} s: {status.message}"
+
+
+def describe(model: Model, wind: Wind, controller: Controller, dt: float, duration: float) -> dict[str, Any]:
+    """What makes a run repeatable."""
+    try:
+        package = version("meltemi")
+    except PackageNotFoundError:
+        package = "unknown"
+    return {
+        "meltemi": package,
+        "turbine": model.turbine.name,
+        "turbine_hash": model.turbine.content_hash(),
+        "model_hash": model.content_hash(),
+        "options": model.options.model_dump(mode="json"),
+        "environment": model.environment.model_dump(mode="json"),
+        "wind": wind.source if hasattr(wind, "source") and wind.source else repr(wind),
+        "wind_hash": wind.content_hash(),
+        "controller": controller.name,
+        "time_step": dt,
+        "duration": duration,
+        "python": platform.python_version(),
+        "numba": numba.__version__,
+        "numpy": np.__version__,
+        "machine": f"{platform.system()} {platform.machine()}",
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+    }

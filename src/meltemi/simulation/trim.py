@@ -1,0 +1,463 @@
+"""Steady operation in a steady wind, and a run's start in it.
+
+Steady operation is periodic: gravity, tilt, shear and tower make every blade go through the same motion
+once a revolution, and the tower through one of B times that frequency. The motion is written as
+
+    blade b:            q(psi) = sum_n c_n cos(n psi_b) + s_n sin(n psi_b),  n = 0..H
+    tower, yaw, shaft:  the same in the rotor's azimuth with n = 0, B
+
+and found by harmonic balance: march the flow around the azimuth with this motion prescribed, project
+what is missing in the equations of motion on the harmonics, correct the motion with the linearised
+equations, repeat. Rotor speed and pitch follow from the balance of torque and the controller's steady law.
+
+Reference: docs/theory/simulation.md (M-10 to M-16).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW
+from meltemi.control.actuators import ANGLE
+from meltemi.control.baseline import REFERENCE, parameters, steady_torque
+from meltemi.control.controller import StartPoint
+from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
+from meltemi.core.errors import InputError
+from meltemi.simulation.case import Case
+from meltemi.simulation.channels import Channel, catalogue, find
+from meltemi.simulation.model import Model
+from meltemi.simulation.step import equations
+from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.turbine import exchange as ex
+from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, mean_speed
+
+Float = NDArray[np.float64]
+
+BLADE_HARMONICS = 4
+SAMPLES = 12
+"""Azimuths in each sector of 1/B revolution."""
+SWEEPS = 3
+"""Sectors marched, and corrections of the motion, at each rotor speed and pitch that is tried."""
+JACOBIAN_SAMPLES = 10
+PERTURBATION = 1e-3
+"""[m or rad] of the coefficients."""
+MEAN_ONLY, FULL = 0, 1
+"""Levels: only the mean deflections, as long as speed and pitch are searched for; then all harmonics."""
+SCAN = 9
+"""Rotor speeds at which the balance of torque is looked at first."""
+SETTLE_SWEEPS, SECANT_STEPS = 3, 5
+TOLERANCE = 1e-5
+"""Relative change of rotor speed or pitch at which the search ends."""
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Steady operation in a steady wind.
+
+    Attributes:
+      wind: the steady wind.
+      rotor_speed: [rad/s].
+      pitch: [rad].
+      generator_torque: [N m].
+      imbalance: [N m] of torque left over, on the low-speed shaft; zero when the speed is free.
+      q, v: coordinates and velocities when blade 1 points up.
+      aero: states of inflow and stall, and the solver's memory, at that moment.
+      means: averages over the revolution of every signal.
+    """
+
+    wind: SteadyWind
+    rotor_speed: float
+    pitch: float
+    generator_speed: float
+    generator_torque: float
+    imbalance: float
+    q: Float = field(repr=False)
+    v: Float = field(repr=False)
+    aero: Float = field(repr=False)
+    means: Float = field(repr=False)
+    channels: dict[str, Channel] = field(repr=False)
+    places: dict[str, int] = field(repr=False)
+
+    def start_point(self) -> StartPoint:
+        """What a controller needs to start bumpless."""
+        return StartPoint(self.wind.speed, self.generator_speed, self.pitch, self.generator_torque)
+
+    def __getitem__(self, name: str) -> float:
+        """Average over the revolution of a channel, by our name or OpenFAST's, in SI."""
+        return float(self.means[self.places[find(name, self.channels).name]])
+
+
+def operating_point(
+    model: Model, wind: float | Wind, *, rotor_speed: float | None = None, pitch: float | None = None
+) -> OperatingPoint:
+    """Steady operation of a turbine in steady wind.
+
+    Args:
+      wind: wind speed [m/s] at hub height, or a wind; of an unsteady wind the mean is taken.
+      rotor_speed: [rad/s]; by default where torque balances under the turbine's torque law.
+      pitch: [rad]; by default the smallest, or above rated the one that holds the reference speed.
+
+    Raises:
+      InputError: the wind cannot turn the rotor.
+    """
+    steady = SteadyWind(speed=wind) if isinstance(wind, (int, float)) else steady_wind(wind, model.turbine.hub_height)
+    orbit = _Orbit(model, steady)
+    control = model.turbine.control
+    law = parameters(control)
+    ratio = model.turbine.drivetrain.gear_ratio
+    reference = float(law[REFERENCE]) / ratio
+    free = model.locked[model.coordinates.index("generator")] == 0.0
+
+    def left_over(speed: float, angle: float) -> float:
+        """Torque that is not balanced at a rotor speed and pitch."""
+        return orbit.sweep(speed, angle, float(steady_torque(law, ratio * speed, angle)))
+
+    angle = control.pitch.minimum if pitch is None else pitch
+    if rotor_speed is None and not free:
+        rotor_speed = reference
+    search_speed, search_pitch = rotor_speed is None, False
+    if rotor_speed is None:
+        rotor_speed, above = _balance_speed(left_over, reference, angle, steady.speed)
+        search_pitch = above and pitch is None
+        search_speed = not above
+        if search_pitch:
+            angle = _root(lambda x: left_over(reference, x), angle, control.pitch.maximum, 0.02)
+    # the harmonics of the motion have a small part in the mean torque: search once more, close by
+    orbit.level = FULL
+    for _ in range(SETTLE_SWEEPS):
+        left_over(rotor_speed, angle)
+    if search_speed:
+        rotor_speed = _secant(lambda x: left_over(x, angle), rotor_speed, 1e-3 * rotor_speed)
+    if search_pitch:
+        angle = _secant(lambda x: left_over(reference, x), angle, 1e-3)
+    for _ in range(SETTLE_SWEEPS):
+        left = left_over(rotor_speed, angle)
+    return orbit.finish(left)
+
+
+def _secant(f: Callable[[float], float], x: float, step: float) -> float:
+    """Root close to ``x``."""
+    x_old, f_old = x, f(x)
+    x = x + step * np.sign(f_old) if f_old != 0.0 else x
+    for _ in range(SECANT_STEPS):
+        f_new = f(x)
+        if f_new == f_old or abs(x - x_old) < 1e-9:
+            break
+        move = -f_new * (x - x_old) / (f_new - f_old)
+        x_old, f_old, x = x, f_new, x + float(np.clip(move, -20.0 * step, 20.0 * step))
+    return x
+
+
+def steady_wind(wind: Wind, hub_height: float) -> SteadyWind:
+    """The steady wind that a wind begins with, or a turbulent one's mean with its shear."""
+    if isinstance(wind, SteadyWind):
+        return wind
+    speed = mean_speed(wind, hub_height)
+    if isinstance(wind, WindSeries):
+        return SteadyWind(
+            speed=max(speed, 0.0),
+            shear_exponent=float(wind.exponent[0]),
+            direction=float(wind.direction[0]),
+            reference_height=wind.reference_height,
+        )
+    assert isinstance(wind, WindBox)
+    rows = wind.bottom + wind.dz * np.arange(wind.velocity.shape[1])
+    profile = wind.velocity[..., 0].mean(axis=(0, 2), dtype=np.float64)
+    slope = float(np.polyfit(np.log(rows), np.log(np.maximum(profile, 0.1)), 1)[0])
+    return SteadyWind(speed=speed, shear_exponent=float(np.clip(slope, -0.5, 0.9)), direction=wind.direction)
+
+
+def _balance_speed(
+    left_over: Callable[[float, float], float], reference: float, pitch: float, wind_speed: float
+) -> tuple[float, bool]:
+    """Rotor speed at which torque balances stably, and whether the reference speed is exceeded."""
+    speeds = np.linspace(0.25, 1.0, SCAN) * reference
+    values = [left_over(speed, pitch) for speed in speeds]
+    if values[-1] > 0.0:
+        return reference, True
+    falling = [i for i in range(SCAN - 1) if values[i] > 0.0 >= values[i + 1]]
+    if not falling:
+        raise InputError(
+            f"no steady operation at a wind speed of {wind_speed:g} m/s: the wind does not turn the rotor against "
+            "the generator; give rotor_speed and pitch, or a higher wind speed"
+        )
+    low, high = speeds[falling[-1]], speeds[falling[-1] + 1]
+    return _root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low)), False
+
+
+def _root(f: Callable[[float], float], low: float, high: float, step: float) -> float:
+    """Root of a falling function: widen from ``low`` until the sign changes, then false position (Illinois)."""
+    a, fa = low, f(low)
+    if fa <= 0.0:
+        return low
+    b = a
+    fb = fa
+    while fb > 0.0:
+        if b >= high:
+            return high
+        a, fa = b, fb
+        b = min(b + step, high)
+        step *= 1.6
+        fb = f(b)
+    side = 0
+    for _ in range(40):
+        x = (a * fb - b * fa) / (fb - fa)
+        if abs(b - a) < TOLERANCE * max(abs(b), 1e-3):
+            return x
+        fx = f(x)
+        if abs(fx) < TOLERANCE * max(abs(fa), abs(fb), 1e-9):
+            return x
+        if fx > 0.0:
+            a, fa = x, fx
+            fb = 0.5 * fb if side == 1 else fb
+            side = 1
+        else:
+            b, fb = x, fx
+            fa = 0.5 * fa if side == -1 else fa
+            side = -1
+    return x
+
+
+class _Orbit:
+    """The periodic motion of a model in a steady wind, improved sweep by sweep."""
+
+    def __init__(self, model: Model, wind: SteadyWind) -> None:
+        self.model, self.wind = model, wind
+        self.case = Case(model, wind)
+        self.B, self.K = model.n_blades, len(model.blade.names)
+        self.core = model.n_core
+        self.generator = len(model.tower.names) + GENERATOR
+        self.torsion = len(model.tower.names) + TORSION
+        free = model.locked == 0.0
+        self.free_core = np.flatnonzero(free[: self.core] & (np.arange(self.core) != self.generator))
+        self.free_blade = np.flatnonzero(free[self.core : self.core + self.K])
+        # cosine and sine coefficients; a blade's in its own azimuth, the core's for harmonics 0 and B
+        self.blade_c = np.zeros((BLADE_HARMONICS + 1, self.K))
+        self.blade_s = np.zeros((BLADE_HARMONICS + 1, self.K))
+        self.core_c = np.zeros((2, self.core))
+        self.core_s = np.zeros((2, self.core))
+        self.azimuth = 0.0
+        self.speed = self.pitch = self.torque = 0.0
+        self.level = MEAN_ONLY
+        self.correct: dict[int, Float] = {}
+
+    # motion -------------------------------------------------------------------------------------
+
+    def prescribe(self, psi: float) -> None:
+        """Set coordinates, velocities and accelerations of the motion at rotor azimuth ``psi``."""
+        q, v, a = self.case["q"], self.case["v"], self.case["a"]
+        w = self.speed
+        c, s = np.cos(self.B * psi), np.sin(self.B * psi)
+        fast = self.B * w
+        q[: self.core] = self.core_c[0] + self.core_c[1] * c + self.core_s[1] * s
+        v[: self.core] = fast * (self.core_s[1] * c - self.core_c[1] * s)
+        a[: self.core] = -(fast**2) * (self.core_c[1] * c + self.core_s[1] * s)
+        q[self.generator] = psi - q[self.torsion]
+        v[self.generator] = w - v[self.torsion]
+        a[self.generator] = -a[self.torsion]
+        n = np.arange(BLADE_HARMONICS + 1)[:, None]
+        for b in range(self.B):
+            at = slice(self.core + self.K * b, self.core + self.K * (b + 1))
+            angle = n * (psi + 2.0 * np.pi * b / self.B)
+            c_n, s_n = np.cos(angle), np.sin(angle)
+            q[at] = (self.blade_c * c_n + self.blade_s * s_n).sum(axis=0)
+            v[at] = (n * w * (self.blade_s * c_n - self.blade_c * s_n)).sum(axis=0)
+            a[at] = (-((n * w) ** 2) * (self.blade_c * c_n + self.blade_s * s_n)).sum(axis=0)
+
+    def residual(self, dt: float) -> tuple[Float, Float]:
+        """What is missing in the equations: (core,) and (blades, modes)."""
+        case = self.case
+        equations(0.0, dt, *case.parts)
+        A, D, C = case["core_mass"], case["arm_mass"], case["coupling"]
+        A = np.tril(A) + np.tril(A, -1).T
+        D = np.tril(D) + np.tril(D, -1).transpose(0, 2, 1)
+        a_core = case["a"][: self.core]
+        a_blade = case["a"][self.core :].reshape(self.B, self.K)
+        core = case["core_force"] - A @ a_core - np.einsum("bkj,bk->j", C, a_blade)
+        blade = case["arm_force"] - np.einsum("bkl,bl->bk", D, a_blade) - C @ a_core
+        return core, blade
+
+    # corrections --------------------------------------------------------------------------------
+
+    def coefficients(self) -> Float:
+        """All free coefficients of the motion as one vector."""
+        core, blade = self.free_core, self.free_blade
+        return np.concatenate(
+            [
+                self.core_c[:, core].ravel(),
+                self.core_s[1, core],
+                self.blade_c[:, blade].ravel(),
+                self.blade_s[1:, blade].ravel(),
+            ]
+        )
+
+    def move(self, change: Float) -> None:
+        """Add to the free coefficients."""
+        core, blade = self.free_core, self.free_blade
+        sizes = [2 * len(core), len(core), (BLADE_HARMONICS + 1) * len(blade)]
+        parts = np.split(change, np.cumsum(sizes))
+        self.core_c[:, core] += parts[0].reshape(2, -1)
+        self.core_s[1, core] += parts[1]
+        self.blade_c[:, blade] += parts[2].reshape(BLADE_HARMONICS + 1, -1)
+        self.blade_s[1:, blade] += parts[3].reshape(BLADE_HARMONICS, -1)
+
+    def missing(self, azimuths: Float, dt: float, observe: Callable[[], None] | None = None) -> tuple[Float, float]:
+        """What is missing in the equations over a sector, projected on the harmonics in the order of
+        :meth:`coefficients`, and the mean torque left over."""
+        B, K = self.B, self.K
+        n = np.arange(BLADE_HARMONICS + 1)
+        core_0, core_c, core_s = np.zeros((3, self.core))
+        blade_c, blade_s = np.zeros((2, BLADE_HARMONICS + 1, K))
+        for psi in azimuths:
+            self.prescribe(psi)
+            core, blade = self.residual(dt)
+            if observe is not None:
+                observe()
+            core_0 += core
+            core_c += 2.0 * np.cos(B * psi) * core
+            core_s += 2.0 * np.sin(B * psi) * core
+            angle = psi + 2.0 * np.pi / B * np.arange(B)
+            blade_c += 2.0 / B * np.cos(np.outer(n, angle)) @ blade
+            blade_s += 2.0 / B * np.sin(np.outer(n, angle)) @ blade
+        blade_c[0] *= 0.5
+        core, arm = self.free_core, self.free_blade
+        vector = np.concatenate(
+            [core_0[core], core_c[core], core_s[core], blade_c[:, arm].ravel(), blade_s[1:, arm].ravel()]
+        )
+        return vector / len(azimuths), float(core_0[self.generator] / len(azimuths))
+
+    def unknowns(self) -> NDArray[np.intp]:
+        """Which coefficients are corrected at the present level."""
+        core, blade = len(self.free_core), len(self.free_blade)
+        if self.level == MEAN_ONLY:
+            return np.concatenate([np.arange(core), 3 * core + np.arange(blade)])
+        return np.arange(3 * core + (2 * BLADE_HARMONICS + 1) * blade)
+
+    def linearise(self) -> None:
+        """Derivatives of what is missing with respect to the coefficients, with inflow held and static polars."""
+        case = self.case
+        options, stall = case["aero_options"], AERO_OPTIONS.index("stall")
+        kept, options[stall] = options[stall], 0
+        state = case.aero_state.vector.copy()
+        azimuths = 2.0 * np.pi / self.B / JACOBIAN_SAMPLES * np.arange(JACOBIAN_SAMPLES)
+        base, _ = self.missing(azimuths, 0.0)
+        unknowns = self.unknowns()
+        J = np.empty((len(unknowns), len(unknowns)))
+        for column, j in enumerate(unknowns):
+            change = np.zeros(len(base))
+            change[j] = PERTURBATION
+            self.move(change)
+            J[:, column] = (self.missing(azimuths, 0.0)[0] - base)[unknowns] / PERTURBATION
+            self.move(-change)
+        self.correct[self.level] = np.linalg.inv(J)
+        case.aero_state.vector[:] = state
+        options[stall] = kept
+
+    def sweep(self, speed: float, pitch: float, torque: float) -> float:
+        """March sectors and correct the motion after each; returns the mean torque left over [N m]."""
+        case = self.case
+        if speed <= 0.0:
+            raise InputError(f"operating_point: rotor_speed must be above zero, found {speed!r}")
+        self.speed = speed
+        case["pitch"][:] = 0.0
+        case["pitch"][ANGLE] = self.pitch = pitch
+        case["drive"][ex.GENERATOR_TORQUE] = self.torque = torque
+        if not self.correct:
+            self.prescribe(0.0)
+            case.settle(0.0)
+        if self.level not in self.correct:
+            for _ in range(2):
+                self.linearise()
+                self.sector()
+        left = 0.0
+        for _ in range(SWEEPS):
+            left = self.sector()
+        return left
+
+    def sector(self) -> float:
+        """March 1/B revolution, correct motion and mean inflow; returns the mean torque left over."""
+        case = self.case
+        step = 2.0 * np.pi / self.B / SAMPLES
+        steady, state = np.zeros((2, *case["flow"].shape[1:])), np.zeros((2, *case["flow"].shape[1:]))
+        rows = [FLOW.index(name) for name in ("steady_axial", "steady_tangential", "vx", "vy")]
+        lagged = [INFLOW.index("x"), INFLOW.index("y")]
+
+        def observe() -> None:
+            flow = case["flow"]
+            steady[:] += flow[rows[:2]] * flow[rows[2:]]
+            state[:] += case["inflow"][lagged]
+
+        missing, left = self.missing(self.azimuth + step * np.arange(1, SAMPLES + 1), step / self.speed, observe)
+        self.azimuth += step * SAMPLES
+        change = np.zeros(len(missing))
+        unknowns = self.unknowns()
+        change[unknowns] = -self.correct[self.level] @ missing[unknowns]
+        self.move(change)
+        # dynamic inflow follows in many seconds: bring its mean over the revolution there at once
+        k = self.model.parameter("aerodynamics.inflow_lead")
+        lack = (steady - state).mean(axis=1, keepdims=True) / SAMPLES
+        inflow = case["inflow"]
+        for i, (reduced, velocity) in enumerate((("reduced_x", "x"), ("reduced_y", "y"))):
+            inflow[INFLOW.index(velocity)] += lack[i]
+            inflow[INFLOW.index(reduced)] += (1.0 - k) * lack[i]
+        return left
+
+    # result -------------------------------------------------------------------------------------
+
+    def finish(self, left: float) -> OperatingPoint:
+        """March one more revolution, average all signals, and keep the state with blade 1 up."""
+        case, B = self.case, self.B
+        # come to azimuth 0 with the flow that belongs there
+        while round(self.azimuth * B / (2.0 * np.pi)) % B:
+            left = self.sector()
+        self.azimuth = 0.0
+        step = 2.0 * np.pi / B / SAMPLES
+        means = np.zeros_like(case.signals.vector)
+        for i in range(B * SAMPLES):
+            self.prescribe((i + 1) * step)
+            self.residual(step / self.speed)
+            case.loads(0.0)
+            means += case.signals.vector / (B * SAMPLES)
+        aero = case.aero_state.vector.copy()
+        self.prescribe(0.0)
+        model = self.model
+        channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates)
+        places = {}
+        for name, channel in channels.items():
+            array, row = channel.source
+            index = (model.coordinates.index(row),) if array == "q" else (case.view(array).table.index(row), *channel.index)
+            places[name] = case.signals.place(array, index)
+        return OperatingPoint(
+            wind=self.wind,
+            rotor_speed=self.speed,
+            pitch=self.pitch,
+            generator_speed=self.speed * model.turbine.drivetrain.gear_ratio,
+            generator_torque=self.torque,
+            imbalance=left,
+            q=case["q"].copy(),
+            v=case["v"].copy(),
+            aero=aero,
+            means=means,
+            channels=channels,
+            places=places,
+        )
+
+
+def initialise(case: Case, start: OperatingPoint) -> None:
+    """Put a case into an operating point, blade 1 up, at time 0."""
+    case["q"][:], case["v"][:] = start.q, start.v
+    case.aero_state.vector[:] = start.aero
+    case["pitch"][:] = 0.0
+    case["pitch"][ANGLE] = start.pitch
+    case["drive"][ex.GENERATOR_TORQUE] = start.generator_torque
+    demands = case["demands"]
+    demands[:] = 0.0
+    demands[GENERATOR_TORQUE] = start.generator_torque
+    demands[PITCH_DEMAND : PITCH_DEMAND + case.model.n_blades] = start.pitch
+    case.evaluate(0.0)
+    case.loads(0.0)
+    case.v_old[:], case.a_old[:] = case["v"], case["a"]
