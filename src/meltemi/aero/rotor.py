@@ -128,14 +128,17 @@ def relative_wind(
             put3(flow, WIND, b, n, u)
             w = sub(rotate_back(R, u), add(vec3(motion, ex.VELOCITY, b, n), cross(spin, offset)))
             # unpitched blade axes, then along the bent blade
-            bend = cp * nodes[SLOPE_X, b, n] + sp * nodes[SLOPE_Y, b, n] + cp * theta.y - sp * theta.x
+            sweep = cp * theta.x + sp * theta.y
+            flap = cp * theta.y - sp * theta.x
+            bend = cp * nodes[SLOPE_X, b, n] + sp * nodes[SLOPE_Y, b, n] + flap
             cb, sb = cos(bend), sin(bend)
             flow[VX, b, n] = cb * (cp * w.x + sp * w.y) - sb * w.z
             flow[VY, b, n] = cp * w.y - sp * w.x
             flow[COS_BEND, b, n] = cb
             flow[SIN_BEND, b, n] = sb
             flow[TURN, b, n] = sb * (cp * spin.x + sp * spin.y) + cb * spin.z
-            flow[THETA, b, n] = pitch[0, b] + nodes[TWIST, b, n] - theta.z
+            # rotations about two axes turn the chord about the third
+            flow[THETA, b, n] = pitch[0, b] + nodes[TWIST, b, n] - theta.z + 0.5 * sweep * flap
             flow[RADIUS, b, n] = norm(add_scaled(r, -dot(r, shaft), shaft))
 
 

@@ -366,7 +366,6 @@ def diverged(q: Float, v: Float) -> bool:
     return False
 
 
-@kernel
 def advance(
     n_steps: int,
     controller: Callable[[Float, Float, Float, float], None],
