@@ -175,6 +175,10 @@ class Case:
         self.arrays["drive"][DRIVE.index("yaw_held")] = float(model.options.yaw != "free")
         self.arrays["memory"][MEMORY.index("phi")] = 0.1
         self.arrays["memory"][MEMORY.index("slope")] = 1.0
+        self.rebind()
+
+    def rebind(self) -> None:
+        """Collect the arguments of the kernels anew after an array was replaced."""
         self.parts = tuple(self.arrays[name] for name in PARTS)
         self.load_parts = tuple(self.arrays[name] for name in LOAD_PARTS)
 

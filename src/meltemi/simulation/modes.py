@@ -1,12 +1,21 @@
-"""Frequencies of the assembled machine in vacuum, and the time step they allow."""
+"""Natural frequencies and damping of the assembled machine in vacuum, and the time step they allow.
+
+The equations of motion are linearised by central differences about the deflected equilibrium; with a
+turning rotor they are brought into multi-blade coordinates and averaged over the azimuth.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.errors import UnsupportedError
+from meltemi.maths.multiblade import fixed_frame
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
+from meltemi.structure.kinematics import GENERATOR
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -15,6 +24,31 @@ STEP_LIMIT = 0.4
 """Largest product of angular frequency and default time step (docs/theory/simulation.md, M-5)."""
 OUTPUT_STEP = 0.05
 """[s] default time steps divide this."""
+AZIMUTHS = 6
+"""Rotor positions over which the equations of a turning rotor are averaged."""
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A natural mode.
+
+    Attributes:
+      frequency: [rad/s], undamped.
+      damping: ratio to critical.
+      coordinates: names of the coordinates; those of the blades are collective, cosine and sine parts
+        when the rotor turns.
+      shape: complex amplitudes of the coordinates, largest one 1.
+    """
+
+    frequency: float
+    damping: float
+    coordinates: tuple[str, ...]
+    shape: NDArray[np.complex128]
+
+    def participation(self, n: int = 3) -> str:
+        """The coordinates that move most, in words."""
+        order = np.argsort(-np.abs(self.shape))[:n]
+        return "; ".join(f"{self.coordinates[i]} {abs(self.shape[i]):.2f}" for i in order if abs(self.shape[i]) > 0.05)
 
 
 def vacuum_case(model: Model) -> Case:
@@ -37,6 +71,75 @@ def derivative_matrix(case: Case, which: str, step: float = 1e-4) -> Float:
         J[:, j] = (ahead - case["a"]) / (2.0 * step)
         x[j] = x0
     return J
+
+
+def equilibrium(case: Case, free: NDArray[np.intp]) -> None:
+    """Move the free coordinates to where their accelerations vanish (Newton); motion is held."""
+    for _ in range(8):
+        case.evaluate(0.0)
+        J = derivative_matrix(case, "q")[np.ix_(free, free)]
+        case.evaluate(0.0)
+        step = np.linalg.lstsq(J, case["a"][free], rcond=1e-10)[0]
+        case["q"][free] -= step
+        if np.max(np.abs(step), initial=0.0) < 1e-10:
+            break
+
+
+def natural_modes(model: Model, rotor_speed: float = 0.0, *, generator_free: bool = False) -> list[Mode]:
+    """Modes of the machine in vacuum, lowest frequency first.
+
+    Args:
+      rotor_speed: [rad/s].
+      generator_free: the generator may turn about its mean; otherwise its speed is held.
+
+    Raises:
+      UnsupportedError: a turning rotor without three blades, or in gravity (its motion is periodic).
+    """
+    case = vacuum_case(model)
+    core, modes = model.n_core, len(model.blade.names)
+    generator = len(model.tower.names) + GENERATOR
+    if rotor_speed and model.n_blades != 3:
+        raise UnsupportedError("natural modes of a turning rotor need three blades")
+    if rotor_speed and model.environment.gravity:
+        raise UnsupportedError("natural modes of a turning rotor are found without gravity; set environment.gravity to 0")
+    case.arrays["locked"] = model.locked.copy()
+    if not generator_free:
+        case.arrays["locked"][generator] = 1.0
+    case.rebind()
+    free = np.flatnonzero(case["locked"] == 0.0)
+    case["v"][generator] = rotor_speed
+    equilibrium(case, free[free != generator])
+    names = list(model.coordinates)
+    if rotor_speed:
+        K, D = np.zeros((2, len(names), len(names)))
+        for azimuth in 2.0 * np.pi / 3.0 / AZIMUTHS * np.arange(AZIMUTHS):
+            case["q"][generator] = azimuth
+            k, d = fixed_frame(
+                derivative_matrix(case, "q"), derivative_matrix(case, "v"), azimuth, rotor_speed, core, modes
+            )
+            K += k / AZIMUTHS
+            D += d / AZIMUTHS
+        names[core:] = [f"{name} {part}" for name in model.blade.names for part in ("collective", "cosine", "sine")]
+        locked = case["locked"][core:].reshape(3, modes)[0]
+        free = np.concatenate([free[free < core], core + np.flatnonzero(np.repeat(locked, 3) == 0.0)])
+    else:
+        K, D = derivative_matrix(case, "q"), derivative_matrix(case, "v")
+    some = np.ix_(free, free)
+    return eigenmodes(K[some], D[some], tuple(names[i] for i in free))
+
+
+def eigenmodes(K: Float, D: Float, names: tuple[str, ...]) -> list[Mode]:
+    """Oscillating solutions of q'' = K q + D q', lowest frequency first."""
+    n = len(K)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [K, D]])
+    value, vector = np.linalg.eig(A)
+    found = []
+    for i in np.argsort(np.abs(value)):
+        if value[i].imag > 1e-6:
+            shape = vector[:n, i]
+            shape = shape / shape[np.argmax(np.abs(shape))]
+            found.append(Mode(abs(value[i]), float(-value[i].real / abs(value[i])), names, shape))
+    return found
 
 
 def highest_frequency(model: Model) -> float:
