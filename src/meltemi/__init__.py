@@ -1,1 +1,103 @@
-"""meltemi."""
+"""meltemi: flexible wind turbines in turbulent wind, under control, and their loads.
+
+    import meltemi
+
+    turbine = meltemi.load_turbine("nrel5mw")
+    model = meltemi.build(turbine)
+    result = meltemi.simulate(model, meltemi.SteadyWind(speed=12.0), duration=60.0)
+    meltemi.plot(result).savefig("run.png")
+
+Names are imported when they are first used, so ``import meltemi`` is quick.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from meltemi.control.baseline import baseline as baseline
+    from meltemi.control.controller import Controller as Controller
+    from meltemi.control.controller import StartPoint as StartPoint
+    from meltemi.core.errors import InputError as InputError
+    from meltemi.core.errors import MeltemiError as MeltemiError
+    from meltemi.core.errors import RunError as RunError
+    from meltemi.core.errors import Status as Status
+    from meltemi.core.errors import UnsupportedError as UnsupportedError
+    from meltemi.environment.site import Environment as Environment
+    from meltemi.loadcases.case import LoadCase as LoadCase
+    from meltemi.loadcases.case import read_case as read_case
+    from meltemi.postprocess.fatigue import damage_equivalent_load as damage_equivalent_load
+    from meltemi.postprocess.fatigue import equivalent_loads as equivalent_loads
+    from meltemi.postprocess.fatigue import rainflow_cycles as rainflow_cycles
+    from meltemi.postprocess.files import read_netcdf as read_netcdf
+    from meltemi.postprocess.files import write_netcdf as write_netcdf
+    from meltemi.postprocess.statistics import revolution_means as revolution_means
+    from meltemi.report.plots import plot as plot
+    from meltemi.report.plots import plot_performance as plot_performance
+    from meltemi.report.plots import plot_power_curve as plot_power_curve
+    from meltemi.simulation.case import Stations as Stations
+    from meltemi.simulation.model import Model as Model
+    from meltemi.simulation.model import build as build
+    from meltemi.simulation.modes import natural_modes as natural_modes
+    from meltemi.simulation.options import BEDDOES as BEDDOES
+    from meltemi.simulation.options import ModelOptions as ModelOptions
+    from meltemi.simulation.options import StallConstants as StallConstants
+    from meltemi.simulation.performance import rotor_performance as rotor_performance
+    from meltemi.simulation.result import Result as Result
+    from meltemi.simulation.simulate import simulate as simulate
+    from meltemi.simulation.trim import OperatingPoint as OperatingPoint
+    from meltemi.simulation.trim import operating_point as operating_point
+    from meltemi.turbine.definition import Turbine as Turbine
+    from meltemi.turbine.library import list_turbines as list_turbines
+    from meltemi.turbine.library import load_turbine as load_turbine
+    from meltemi.turbine.library import write_turbine as write_turbine
+    from meltemi.wind.fields import SteadyWind as SteadyWind
+    from meltemi.wind.fields import WindBox as WindBox
+    from meltemi.wind.fields import WindSeries as WindSeries
+    from meltemi.wind.files import read_bts as read_bts
+    from meltemi.wind.files import read_wnd as read_wnd
+    from meltemi.wind.turbulence import turbulence as turbulence
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "control.baseline": "baseline",
+    "control.controller": "Controller StartPoint",
+    "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
+    "environment.site": "Environment",
+    "loadcases.case": "LoadCase read_case",
+    "postprocess.fatigue": "damage_equivalent_load equivalent_loads rainflow_cycles",
+    "postprocess.files": "read_netcdf write_netcdf",
+    "postprocess.statistics": "revolution_means",
+    "report.plots": "plot plot_performance plot_power_curve",
+    "simulation.case": "Stations",
+    "simulation.model": "Model build",
+    "simulation.modes": "natural_modes",
+    "simulation.options": "BEDDOES ModelOptions StallConstants",
+    "simulation.performance": "rotor_performance",
+    "simulation.result": "Result",
+    "simulation.simulate": "simulate",
+    "simulation.trim": "OperatingPoint operating_point",
+    "turbine.definition": "Turbine",
+    "turbine.library": "list_turbines load_turbine write_turbine",
+    "wind.fields": "SteadyWind WindBox WindSeries",
+    "wind.files": "read_bts read_wnd",
+    "wind.turbulence": "turbulence",
+}
+_MODULE_OF = {name: module for module, names in _HOME.items() for name in names.split()}
+__all__ = [*sorted(_MODULE_OF), "__version__"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULE_OF:
+        value = getattr(import_module(f"meltemi.{_MODULE_OF[name]}"), name)
+        globals()[name] = value
+        return value
+    from meltemi.core.errors import did_you_mean
+
+    raise AttributeError(f"module 'meltemi' has no attribute {name!r}: {did_you_mean(name, _MODULE_OF)}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -36,8 +36,6 @@ from meltemi.aero.stall import (
     Stall,
     StallInput,
     angle_at_three_quarters,
-    attached_lift,
-    effective_angle,
     model_weight,
     ramp,
     reduced_rate,
@@ -45,7 +43,6 @@ from meltemi.aero.stall import (
     stall_coefficients,
     stall_derivative,
     stall_steady,
-    static_attachment,
     static_coefficients,
     wrap,
 )
@@ -71,9 +68,7 @@ CHORD, TWIST, CENTRE, SLOPE_X, SLOPE_Y, LENGTH, SOLID_LENGTH = AERO_NODE.slots(
     "chord twist centre slope_x slope_y length solid_length"
 )
 TIP_NUMBER, HUB_NUMBER, END, POLAR_INDEX, AREA, RING = AERO_NODE.slots("tip_number hub_number end polar area ring")
-WIND, VX, VY, RADIUS, THETA, COS_BEND, SIN_BEND, TURN = FLOW.slots(
-    "wind vx vy radius theta cos_bend sin_bend rotation"
-)
+WIND, VX, VY, RADIUS, THETA, COS_BEND, SIN_BEND, TURN = FLOW.slots("wind vx vy radius theta cos_bend sin_bend rotation")
 STEADY_AXIAL, STEADY_TANGENTIAL, RESIDUAL, AXIAL, TANGENTIAL, PHI, ALPHA, SPEED = FLOW.slots(
     "steady_axial steady_tangential residual axial tangential phi alpha speed"
 )
@@ -173,7 +168,9 @@ def disk_averages(aero: Float, nodes: Float, machine: Float, flow: Float, rotor:
 
 
 @kernel
-def quasi_steady(aero: Float, options: Int, nodes: Float, polars: Float, flow: Float, memory: Float, rotor: Float) -> None:
+def quasi_steady(
+    aero: Float, options: Int, nodes: Float, polars: Float, flow: Float, memory: Float, rotor: Float
+) -> None:
     """Pass 2: momentum balance at every node, mean induction, time of the inflow."""
     mean, worst = 0.0, 0.0
     for b in range(flow.shape[1]):
@@ -350,9 +347,7 @@ def section_coefficients(
         turning = reduced_rate(rotation, rate)
         alpha_34 = angle_at_three_quarters(alpha, speed, rotation, chord)
         weight = model_weight(section, g, alpha, speed)
-        y = Stall(
-            stall[S_WAKE_1, b, n], stall[S_WAKE_2, b, n], stall[S_PRESSURE, b, n], stall[S_ATTACHMENT, b, n]
-        )
+        y = Stall(stall[S_WAKE_1, b, n], stall[S_WAKE_2, b, n], stall[S_PRESSURE, b, n], stall[S_ATTACHMENT, b, n])
         old = StallInput(
             memory[OLD_ALPHA, b, n], memory[OLD_RATE, b, n], memory[OLD_PRESSURE, b, n], memory[OLD_ATTACHMENT, b, n]
         )
@@ -375,7 +370,17 @@ def section_coefficients(
 
 
 @kernel
-def settle(aero: Float, options: Int, nodes: Float, polars: Float, section: Float, flow: Float, rotor: Float, inflow: Float, stall: Float) -> None:
+def settle(
+    aero: Float,
+    options: Int,
+    nodes: Float,
+    polars: Float,
+    section: Float,
+    flow: Float,
+    rotor: Float,
+    inflow: Float,
+    stall: Float,
+) -> None:
     """Set the states of inflow and stall to their steady values for the flow of the last evaluation.
 
     Call it, evaluate, and call it again: the second time the induction it saw was its own.

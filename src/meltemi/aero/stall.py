@@ -141,7 +141,17 @@ def stall_steady(aero: Float, polars: Float, section: Float, g: int, alpha: floa
 
 @kernel
 def stall_advance(
-    aero: Float, polars: Float, section: Float, g: int, y: Stall, old: StallInput, alpha: float, rate: float, turning: float, weight: float, dt: float
+    aero: Float,
+    polars: Float,
+    section: Float,
+    g: int,
+    y: Stall,
+    old: StallInput,
+    alpha: float,
+    rate: float,
+    turning: float,
+    weight: float,
+    dt: float,
 ) -> tuple[Stall, StallInput]:
     """State after ``dt``, and the input to remember for the next step (A-36 to A-38).
 
@@ -172,7 +182,9 @@ def stall_advance(
 
 
 @kernel
-def stall_derivative(aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rate: float, turning: float) -> Stall:
+def stall_derivative(
+    aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rate: float, turning: float
+) -> Stall:
     """Time derivative of the state."""
     pressure = attached_lift(section, g, effective_angle(aero, y, alpha), turning)
     attachment = static_attachment(polars, section, g, y.pressure)
@@ -195,11 +207,5 @@ def stall_coefficients(
     circulatory = x4 * coefficient(polars, g, at, ATTACHED) + (1.0 - x4) * coefficient(polars, g, at, SEPARATED)
     static_drag = coefficient(polars, g, at, DRAG)
     separation = 0.5 * (sqrt(max(f, 0.0)) - sqrt(x4)) - 0.25 * (f - x4)
-    drag = (
-        static_drag
-        + (alpha - alpha_E + turning) * circulatory
-        + (static_drag - section[g, DRAG_FLOOR]) * separation
-    )
-    return Coefficients(
-        circulatory + pi * turning, drag, coefficient(polars, g, at, MOMENT) - 0.5 * pi * turning
-    )
+    drag = static_drag + (alpha - alpha_E + turning) * circulatory + (static_drag - section[g, DRAG_FLOOR]) * separation
+    return Coefficients(circulatory + pi * turning, drag, coefficient(polars, g, at, MOMENT) - 0.5 * pi * turning)

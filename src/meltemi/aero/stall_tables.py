@@ -41,7 +41,6 @@ class StallTable:
     separated_lift: Float
 
 
-
 def hansen(alpha: Float, lift: Float, drag: Float) -> StallTable:
     """As the model's authors: C_La is the largest C_L / (alpha - alpha_0) away from alpha_0; the static lift
     is recovered exactly.
@@ -58,7 +57,12 @@ def hansen(alpha: Float, lift: Float, drag: Float) -> StallTable:
     ratio[np.abs(d) < np.radians(0.05)] = 1.0
     attachment = (2.0 * np.sqrt(np.clip(ratio, 0.25, 1.0)) - 1.0) ** 2
     # beyond the first angle at which the lift is a quarter of the attached one, the flow stays separated
-    best = np.flatnonzero(near)[[int(np.argmax(np.where(d[near] > 0.0, ratio[near], -1.0))), int(np.argmax(np.where(d[near] < 0.0, ratio[near], -1.0)))]]
+    best = np.flatnonzero(near)[
+        [
+            int(np.argmax(np.where(d[near] > 0.0, ratio[near], -1.0))),
+            int(np.argmax(np.where(d[near] < 0.0, ratio[near], -1.0))),
+        ]
+    ]
     high = best[0] + int(np.argmax(np.append(ratio[best[0] :], 0.0) <= 0.25))
     low = best[1] - int(np.argmax(np.append(ratio[best[1] :: -1], 0.0) <= 0.25))
     attachment[high:] = 0.0

@@ -25,8 +25,8 @@ from meltemi.wind.velocity import wind_velocity
 
 Float = NDArray[float64]
 
-HEIGHT, DIAMETER, TOWER_DRAG_COEFFICIENT, TOWER_PIECE, AXIS_X, AXIS_Y, TOWER_WIND, TOWER_FORCE = (
-    TOWER_FLOW.slots("height diameter drag length x y wind force")
+HEIGHT, DIAMETER, TOWER_DRAG_COEFFICIENT, TOWER_PIECE, AXIS_X, AXIS_Y, TOWER_WIND, TOWER_FORCE = TOWER_FLOW.slots(
+    "height diameter drag length x y wind force"
 )
 CLEAR = 20.0
 """Tower diameters beyond which there is no influence."""

@@ -62,7 +62,8 @@ FILTER, CUT_IN, OPTIMAL, TRANSITION, RATED, SYNCHRONOUS, SLOPE, GAIN, RATED_POWE
     )
 )
 POWER_PITCH, REFERENCE, KP, KI, HALVING, MIN_PITCH, MAX_PITCH, PITCH_RATE = BASELINE.slots(
-    "power_pitch reference_speed proportional_gain integral_gain gain_halving_pitch minimum_pitch maximum_pitch pitch_rate"
+    "power_pitch reference_speed proportional_gain integral_gain gain_halving_pitch "
+    "minimum_pitch maximum_pitch pitch_rate"
 )
 SPEED, INTEGRAL, TORQUE, PITCH = BASELINE.slots("speed integral torque pitch")
 

@@ -61,7 +61,14 @@ _MESSAGES: dict[Status, str] = {
 def closest(name: str, valid: Iterable[str], n: int = 3) -> list[str]:
     """Up to ``n`` valid names that look like ``name``, best first, ignoring case."""
     by_lower = {v.lower(): v for v in valid}
-    return [by_lower[m] for m in difflib.get_close_matches(name.lower(), by_lower, n=n, cutoff=0.5)]
+    near = difflib.get_close_matches(name.lower(), by_lower, n=4 * n, cutoff=0.5)
+    match = difflib.SequenceMatcher(b=name.lower())
+
+    def rank(candidate: str) -> tuple[float, str]:
+        match.set_seq1(candidate)
+        return (-match.ratio(), candidate)
+
+    return [by_lower[m] for m in sorted(near, key=rank)[:n]]
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:

@@ -56,7 +56,15 @@ def cache_folder() -> Path | None:
     base = Path(os.environ.get("MELTEMI_CACHE_DIR") or platformdirs.user_cache_dir("meltemi"), "kernels")
     cpu = os.environ.get("NUMBA_CPU_NAME") or llvmlite.binding.get_host_cpu_name()
     features = os.environ.get("NUMBA_CPU_FEATURES") or ""
-    key = (source_hash(), numba.__version__, np.__version__, platform.python_version(), cpu, features, platform.machine())
+    key = (
+        source_hash(),
+        numba.__version__,
+        np.__version__,
+        platform.python_version(),
+        cpu,
+        features,
+        platform.machine(),
+    )
     folder = base / hashlib.sha256("|".join(key).encode()).hexdigest()[:16]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -80,6 +88,12 @@ def _prune(base: Path, keep: Path) -> None:
     for folder in others[KEEP_FOLDERS:]:
         if time.time() - used(folder) > 3600.0:  # perhaps in use by a process that just started
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def is_cold() -> bool:
+    """Nothing has been compiled for this installation yet."""
+    folder = cache_folder()
+    return folder is None or not any(folder.rglob("*.nbi"))
 
 
 def kernel(function: F) -> F:

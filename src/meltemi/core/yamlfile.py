@@ -69,7 +69,9 @@ def _parse(text: str, path: Path) -> Any:
         place = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
         raise InputError(f"{path}: {place}not valid YAML: {error.problem or error.context}") from None
     except (YAMLError, ValueError, RecursionError, TypeError, AttributeError, KeyError, IndexError) as error:
-        raise InputError(f"{path}: not valid YAML: {str(error).splitlines()[0] if str(error) else type(error).__name__}") from None
+        raise InputError(
+            f"{path}: not valid YAML: {str(error).splitlines()[0] if str(error) else type(error).__name__}"
+        ) from None
 
 
 def _similar_file(path: Path) -> str:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.rotor import derivatives, settle
+from meltemi.aero.rotor import settle
 from meltemi.aero.tables import FLOW, INFLOW, MEMORY, ROTOR, STALL
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
@@ -105,7 +105,11 @@ class Case:
                 "v": (nq,),
                 "a": (nq,),
                 **{
-                    name: table.shape(blade=B, node=N, station=1 + len(stations.tower) if name == "tower_station" else len(stations.blade))
+                    name: table.shape(
+                        blade=B,
+                        node=N,
+                        station=1 + len(stations.tower) if name == "tower_station" else len(stations.blade),
+                    )
                     for name, table in SIGNAL_TABLES.items()
                 },
             }
@@ -161,7 +165,7 @@ class Case:
             "blade_stations": np.array(stations.blade, dtype=float),
             "tower_stations": np.array((0.0, *stations.tower), dtype=float),
         }
-        assert NT == len(model.tower_layout.position)
+        assert len(model.tower_layout.position) == NT
         self.measured, self.limits = MEASUREMENTS.zeros(), DEMANDS.zeros()
         self.measured[N_BLADES] = B
         for i, name in enumerate(DEMANDS.names):
@@ -201,7 +205,15 @@ class Case:
         for _ in range(6):
             self.evaluate(t)
             settle(
-                a["aero"], a["aero_options"], a["aero_nodes"], a["polars"], a["section"], a["flow"], a["rotor"], a["inflow"], a["stall"]
+                a["aero"],
+                a["aero_options"],
+                a["aero_nodes"],
+                a["polars"],
+                a["section"],
+                a["flow"],
+                a["rotor"],
+                a["inflow"],
+                a["stall"],
             )
         self.evaluate(t)
 

@@ -176,7 +176,12 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         structure=_structure(turbine, environment),
         blade_nodes=_blade_nodes(turbine, pieces, blade.beam.at(blade_layout.position, "axis")),
         blade_edges=blade_layout.edges,
-        shape=_per_blade(turbine, blade.modes.at(blade_layout.position).transpose(0, 2, 1).reshape(-1, len(blade_layout.position))),
+        shape=_per_blade(
+            turbine,
+            blade.modes.at(blade_layout.position)
+            .transpose(0, 2, 1)
+            .reshape(6 * len(blade.names), len(blade_layout.position)),
+        ),
         second=_per_blade(turbine, _second(blade, blade_layout.position)),
         modal=np.repeat(np.stack([blade.modes.stiffness, blade.damping])[:, None], turbine.n_blades, axis=1),
         tip_shape=np.ascontiguousarray(blade.modes.shape[:, -1, :].T),
@@ -186,7 +191,9 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         tower_matrix=_tower_matrix(tower),
         tower_weight=_tower_weight(tower),
         tower_nodes=_tower_nodes(tower, tower_layout),
-        tower_shape=np.ascontiguousarray(tower.modes.at(tower_layout.position).transpose(0, 2, 1).reshape(6 * k, -1)),
+        tower_shape=np.ascontiguousarray(
+            tower.modes.at(tower_layout.position).transpose(0, 2, 1).reshape(6 * k, options.tower_nodes)
+        ),
         aero=_aero(turbine, environment, options),
         aero_options=_aero_options(options),
         aero_nodes=_aero_nodes(turbine, blade_layout, options, polar_index),
@@ -217,8 +224,14 @@ def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
         return cells(length * (0.5 * j + 0.5 * np.sin(0.5 * np.pi * j)))
     position = np.array(given, dtype=float)
     name = "blade_nodes" if options.blade_cells is None else "blade_cells"
-    if np.any(np.diff(position) <= 0.0) or abs(position[0]) > 1e-3 * length or abs(position[-1] - length) > 1e-3 * length:
-        raise InputError(f"{name} must increase from 0 to the blade length {length:g} m, found {position[0]:g} to {position[-1]:g}")
+    if (
+        np.any(np.diff(position) <= 0.0)
+        or abs(position[0]) > 1e-3 * length
+        or abs(position[-1] - length) > 1e-3 * length
+    ):
+        raise InputError(
+            f"{name} must increase from 0 to the blade length {length:g} m, found {position[0]:g} to {position[-1]:g}"
+        )
     position[0], position[-1] = 0.0, length
     return points(position) if options.blade_cells is None else cells(position)
 
@@ -279,7 +292,7 @@ def _per_blade(turbine: Turbine, rows: Float) -> Float:
 def _second(member: Member, position: Float) -> Float:
     """(3 k k, nodes) displacements of second order, component fastest, then mode, then mode."""
     k = len(member.names)
-    return member.second_at(position).transpose(0, 1, 3, 2).reshape(3 * k * k, -1)
+    return member.second_at(position).transpose(0, 1, 3, 2).reshape(3 * k * k, len(position))
 
 
 def _structure(turbine: Turbine, environment: Environment) -> Float:

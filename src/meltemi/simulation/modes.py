@@ -101,7 +101,9 @@ def natural_modes(model: Model, rotor_speed: float = 0.0, *, generator_free: boo
     if rotor_speed and model.n_blades != 3:
         raise UnsupportedError("natural modes of a turning rotor need three blades")
     if rotor_speed and model.environment.gravity:
-        raise UnsupportedError("natural modes of a turning rotor are found without gravity; set environment.gravity to 0")
+        raise UnsupportedError(
+            "natural modes of a turning rotor are found without gravity; set environment.gravity to 0"
+        )
     case.arrays["locked"] = model.locked.copy()
     if not generator_free:
         case.arrays["locked"][generator] = 1.0

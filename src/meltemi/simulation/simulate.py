@@ -22,8 +22,8 @@ from meltemi.core.kernel import kernel_for
 from meltemi.simulation import step
 from meltemi.simulation.case import Case, Stations
 from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
-from meltemi.simulation.modes import time_step
 from meltemi.simulation.model import Model
+from meltemi.simulation.modes import time_step
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import OperatingPoint, initialise, operating_point
 from meltemi.wind.fields import Wind, check_coverage, mean_speed
@@ -148,9 +148,7 @@ def _multiple(value: float, dt: float, name: str) -> int:
 def model_channels(model: Model, stations: Stations | None = None) -> dict[str, Channel]:
     """Everything that can be recorded of a model."""
     stations = stations or Stations()
-    return catalogue(
-        model.n_blades, model.n_nodes, len(stations.blade), len(stations.tower), model.coordinates
-    )
+    return catalogue(model.n_blades, model.n_nodes, len(stations.blade), len(stations.tower), model.coordinates)
 
 
 def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Channel]:

@@ -87,16 +87,16 @@ ABSURD = 1e6
 """Coordinates (m, rad) and velocities beyond this have diverged."""
 
 PARTS = (
-    "q v a locked structure blade_nodes shape second modal top_shape top_second tower_matrix tower_weight tower_shape "
-    "aero aero_options aero_nodes polars section wind series now box pitch drive inflow stall memory "
-    "columns machine frame partial motion load body link arm_mass arm_force core_mass core_force coupling "
-    "flow rotor tower_flow tower_push"
+    "q v a locked structure blade_nodes shape second modal top_shape top_second tower_matrix tower_weight "
+    "tower_shape aero aero_options aero_nodes polars section wind series now box pitch drive inflow stall "
+    "memory columns machine frame partial motion load body link arm_mass arm_force core_mass core_force "
+    "coupling flow rotor tower_flow tower_push"
 ).split()
 """Arrays of :func:`equations`, in the order of its arguments after t and dt."""
 LOAD_PARTS = (
     "q v a structure blade_nodes blade_edges shape tip_shape tip_second top_shape tower_nodes tower_shape "
-    "columns machine frame partial motion load body link tower_drag apex root chain "
-    "blade_stations station tower_stations tower_station"
+    "columns machine frame partial motion load body link tower_drag apex root chain blade_stations "
+    "station tower_stations tower_station"
 ).split()
 """Arrays of :func:`section_loads`, in the order of its arguments."""
 Q, V, A, P_STRUCTURE, COLUMNS = (PARTS.index(name) for name in ("q", "v", "a", "structure", "columns"))
@@ -179,18 +179,44 @@ def equations(
     # wind and aerodynamic loads
     series_now(t, series, now)
     tower_wind(t, q, v, tower_shape, wind, now, box, tower_flow)
-    relative_wind(
-        t, aero, aero_options, aero_nodes, wind, now, box, tower_flow, machine, frame, pitch, motion, flow
-    )
+    relative_wind(t, aero, aero_options, aero_nodes, wind, now, box, tower_flow, machine, frame, pitch, motion, flow)
     disk_averages(aero, aero_nodes, machine, flow, rotor)
     quasi_steady(aero, aero_options, aero_nodes, polars, flow, memory, rotor)
     loads(
-        dt, aero, aero_options, aero_nodes, polars, section, machine, frame, motion, flow, rotor, memory, inflow, stall, load
+        dt,
+        aero,
+        aero_options,
+        aero_nodes,
+        polars,
+        section,
+        machine,
+        frame,
+        motion,
+        flow,
+        rotor,
+        memory,
+        inflow,
+        stall,
+        load,
     )
     tower_load(aero_options[TOWER_DRAG] * aero[AIR_DENSITY], tower_flow, tower_shape, tower_push)
     # equations of motion
     collect_blades(
-        q, v, n_core, structure, shape, blade_nodes, modal, frame, partial, motion, load, body, link, arm_mass, arm_force
+        q,
+        v,
+        n_core,
+        structure,
+        shape,
+        blade_nodes,
+        modal,
+        frame,
+        partial,
+        motion,
+        load,
+        body,
+        link,
+        arm_mass,
+        arm_force,
     )
     assemble(
         q,
@@ -303,7 +329,6 @@ def whole_machine(
     summary[TORQUE] = drive[ex.GENERATOR_TORQUE]
     summary[POWER] = drive[ex.GENERATOR_TORQUE] * speed * efficiency
     summary[ROTOR_POWER] = (v[n + GENERATOR] + v[n + GENERATOR + 1]) * shaft_torque
-
 
 
 @kernel

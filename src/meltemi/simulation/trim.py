@@ -429,7 +429,9 @@ class _Orbit:
         places = {}
         for name, channel in channels.items():
             array, row = channel.source
-            index = (model.coordinates.index(row),) if array == "q" else (case.view(array).table.index(row), *channel.index)
+            index = (
+                (model.coordinates.index(row),) if array == "q" else (case.view(array).table.index(row), *channel.index)
+            )
             places[name] = case.signals.place(array, index)
         return OperatingPoint(
             wind=self.wind,

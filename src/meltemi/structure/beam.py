@@ -70,7 +70,9 @@ class Beam:
         Returns:
           z: (n, 1) points; weights: (n, m) with one column per interval between ``edges`` (m + 1,).
         """
-        cuts = np.unique(np.concatenate([edges, self.position[(self.position > edges[0]) & (self.position < edges[-1])]]))
+        cuts = np.unique(
+            np.concatenate([edges, self.position[(self.position > edges[0]) & (self.position < edges[-1])]])
+        )
         half = 0.5 * np.diff(cuts)
         z = (0.5 * (cuts[1:] + cuts[:-1])[:, None] + half[:, None] * GAUSS_X).reshape(-1)
         stretch = np.linalg.norm(np.diff(self.at(cuts, "axis"), axis=0), axis=1) / np.diff(cuts)
@@ -174,7 +176,9 @@ def assemble(beam: Beam, z: Float) -> Mesh:
         K[j, i] -= k22 @ T.T
         K[j, j] += k22
         N = _shape_functions((q[used] - z[e]) / (z[e + 1] - z[e]), chord)
-        M[6 * e : 6 * e + 12, 6 * e : 6 * e + 12] += np.einsum("n,nji,njk,nkl->il", weights[used, e], N, section[used], N)
+        M[6 * e : 6 * e + 12, 6 * e : 6 * e + 12] += np.einsum(
+            "n,nji,njk,nkl->il", weights[used, e], N, section[used], N
+        )
     return Mesh(z, points, K, M)
 
 

@@ -296,9 +296,7 @@ def drivetrain(
     shaft, w_n = vec1(machine, ex.SHAFT), vec1(machine, ex.NACELLE_SPIN)
     # the generator turns with the nacelle and, about the shaft, with the gear ratio times the low-speed end
     spin = dot(w_n, shaft) + ratio * v[g]
-    known = add(
-        scale(Jg * dot(vec1(machine, ex.NACELLE_SPIN_RATE), shaft), shaft), scale(Jg * spin, cross(w_n, shaft))
-    )
+    known = add(scale(Jg * dot(vec1(machine, ex.NACELLE_SPIN_RATE), shaft), shaft), scale(Jg * spin, cross(w_n, shaft)))
     for i in range(n_tower + 1):
         W = vec2(columns, 3, i)
         along = dot(W, shaft)

@@ -105,7 +105,11 @@ def blade_beam(blade: BladeStructure) -> Beam:
     else:
         assert blade.mass is not None and blade.flap_stiffness is not None and blade.edge_stiffness is not None
         K = _diagonal_stiffness(
-            blade.edge_stiffness, blade.flap_stiffness, blade.torsion_stiffness, blade.axial_stiffness, blade.position[-1]
+            blade.edge_stiffness,
+            blade.flap_stiffness,
+            blade.torsion_stiffness,
+            blade.axial_stiffness,
+            blade.position[-1],
         )
         flap, edge = given(blade.flap_inertia), given(blade.edge_inertia)
         centre = np.stack([given(blade.mass_centre_x), given(blade.mass_centre_y), zero], axis=1)
@@ -130,7 +134,9 @@ def tower_beam(tower: Tower) -> Beam:
     return Beam(tower.position, axis, K, M)
 
 
-def _diagonal_stiffness(about_x: Float, about_y: Float, torsion: Float | None, axial: Float | None, length: float) -> Float:
+def _diagonal_stiffness(
+    about_x: Float, about_y: Float, torsion: Float | None, axial: Float | None, length: float
+) -> Float:
     """(S, 6, 6) uncoupled section stiffness."""
     stiff = np.maximum(about_x, about_y).max()
     n = len(about_x)
@@ -164,7 +170,9 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
     mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
     if given:
         if blade.mode_shapes is None or blade.flap_stiffness is None or blade.edge_stiffness is None:
-            raise UnsupportedError("mode_shapes 'given': the blade has no mode_shapes (with classical section properties)")
+            raise UnsupportedError(
+                "mode_shapes 'given': the blade has no mode_shapes (with classical section properties)"
+            )
         directions = {
             "flap": (blade.mode_shapes.flap, blade.flap_stiffness, np.cos(blade.twist), -np.sin(blade.twist)),
             "edge": (blade.mode_shapes.edge, blade.edge_stiffness, np.sin(blade.twist), np.cos(blade.twist)),
@@ -173,7 +181,9 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
         modes, names = _given_modes(beam, mesh, counts, directions)
         return _member(modes, names, beam, blade.damping)
     modes = natural_modes(mesh, 12 + 4 * sum(counts.values()))
-    picked, names = _pick(modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])})
+    picked, names = _pick(
+        modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])}
+    )
     return _member(picked, names, beam, blade.damping)
 
 
@@ -275,7 +285,9 @@ def _given_modes(
     curvature: list[Float] = []
     for kind, (polynomials, stiffness, x, y) in directions.items():
         if counts[kind] > len(polynomials):
-            raise UnsupportedError(f"{counts[kind]} {kind} modes are asked for, but {len(polynomials)} shapes are given")
+            raise UnsupportedError(
+                f"{counts[kind]} {kind} modes are asked for, but {len(polynomials)} shapes are given"
+            )
         for i, coefficients in enumerate(polynomials[: counts[kind]]):
             names.append(f"{_ordinal(i + 1)} {kind}")
             second = np.polynomial.Polynomial([0.0, 0.0, *coefficients]).deriv(2)
@@ -290,7 +302,7 @@ def _given_modes(
     shape_array, curved = np.array(shapes).reshape(-1, len(z), 6), np.array(curvature).reshape(-1, len(q))
     same = np.array([[a.split(" ", 1)[1] == b.split(" ", 1)[1] for a in names] for b in names], dtype=float)
     K = (curved * weight) @ curved.T * same.reshape(len(names), len(names))
-    flat = shape_array.reshape(len(names), -1)
+    flat = shape_array.reshape(len(names), 6 * len(z))
     alone = flat @ mesh.mass @ flat.T
     return Modes(z, mesh.points, shape_array, K, alone, alone), names
 

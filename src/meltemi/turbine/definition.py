@@ -524,7 +524,7 @@ class Turbine(Record):
             raise ValueError(f"cut_in {self.cut_in:g} m/s must be less than cut_out {self.cut_out:g} m/s")
         if self.hub_height <= self.rotor_radius:
             raise ValueError(
-                f"the blade tips reach the ground: hub height {self.hub_height:g} m, rotor radius {self.rotor_radius:g} m"
+                f"the blade tips reach the ground: hub at {self.hub_height:g} m, rotor radius {self.rotor_radius:g} m"
             )
         return self
 

@@ -105,7 +105,9 @@ class WindBox:
     def __post_init__(self) -> None:
         v = self.velocity
         if v.ndim != 4 or v.shape[3] != 3 or min(v.shape[:3]) < 2:
-            raise InputError(f"wind box: velocity must have shape (T, Z, Y, 3) with at least 2 points each, found {v.shape}")
+            raise InputError(
+                f"wind box: velocity must have shape (T, Z, Y, 3) with at least 2 points each, found {v.shape}"
+            )
         for name in ("dt", "dy", "dz", "bottom", "speed"):
             if not getattr(self, name) > 0.0:
                 raise InputError(f"wind box: {name} must be positive, found {getattr(self, name)!r}")
@@ -131,7 +133,9 @@ class WindBox:
         """Hash of velocities and grid."""
         if not self._hash:
             digest = hashlib.sha256(np.ascontiguousarray(self.velocity).tobytes())
-            digest.update(repr((self.dt, self.dy, self.dz, self.bottom, self.speed, self.periodic, self.direction)).encode())
+            digest.update(
+                repr((self.dt, self.dy, self.dz, self.bottom, self.speed, self.periodic, self.direction)).encode()
+            )
             self._hash.append(digest.hexdigest()[:16])
         return self._hash[0]
 
@@ -212,7 +216,9 @@ def check_coverage(wind: Wind, *, hub_height: float, radius: float, reach: float
     if wind.top < hub_height + radius:
         problems.append(f"it reaches up to {wind.top:g} m, the rotor to {hub_height + radius:.1f} m")
     if wind.bottom > hub_height - radius:
-        problems.append(f"it begins at {wind.bottom:g} m above ground, the rotor reaches down to {hub_height - radius:.1f} m")
+        problems.append(
+            f"it begins at {wind.bottom:g} m above ground, the rotor reaches down to {hub_height - radius:.1f} m"
+        )
     if wind.hub_height is not None and abs(wind.hub_height - hub_height) > 0.02 * hub_height:
         problems.append(
             f"it was made for a hub height of {wind.hub_height:g} m, the turbine's is {hub_height:.1f} m "

@@ -85,7 +85,7 @@ def read_wnd(path: str | Path) -> WindSeries:
             raise InputError(f"{path}:{number}: expected numbers, found {line.strip()[:60]!r}") from None
         if len(values) < 8:
             raise InputError(f"{path}:{number}: expected 8 or 9 numbers, found {len(values)}")
-        rows.append((values + [0.0])[:9])
+        rows.append([*values, 0.0][:9])
     if not rows:
         raise InputError(f"{path}: no rows of wind")
     t = np.array(rows)
@@ -104,4 +104,3 @@ def read_wnd(path: str | Path) -> WindSeries:
         )
     except ValueError as error:
         raise InputError(f"{path}: {str(error).splitlines()[-1].strip()}") from None
-

@@ -146,9 +146,7 @@ def _plane(
     box: NDArray[float32], i: int, k: int, j: int, m: int, w00: float, w01: float, w10: float, w11: float
 ) -> float:
     """Component m in plane i, bilinear."""
-    return (
-        w00 * box[i, k, j, m] + w01 * box[i, k, j + 1, m] + w10 * box[i, k + 1, j, m] + w11 * box[i, k + 1, j + 1, m]
-    )
+    return w00 * box[i, k, j, m] + w01 * box[i, k, j + 1, m] + w10 * box[i, k + 1, j, m] + w11 * box[i, k + 1, j + 1, m]
 
 
 @kernel

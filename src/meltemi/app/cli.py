@@ -1,0 +1,425 @@
+"""``meltemi`` on the command line: parse, call, print.
+
+Everything heavy is imported inside the commands, so that help and lists answer at once.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from meltemi.core.errors import InputError, MeltemiError
+
+if TYPE_CHECKING:
+    from meltemi.simulation.result import Result
+
+app = typer.Typer(
+    help="Flexible wind turbines in turbulent wind, under control, and their loads.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
+COLD = "Compiling for this machine: this happens once and takes about half a minute ..."
+
+
+def main() -> None:
+    """Entry point: errors that are expected become one line, and exit status 2."""
+    debug = "--debug" in sys.argv
+    if debug:
+        sys.argv.remove("--debug")
+    try:
+        app(standalone_mode=True)
+    except MeltemiError as error:
+        if debug:
+            raise
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)
+    except BrokenPipeError:
+        sys.exit(0)
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(130)
+
+
+def _version(value: bool) -> None:
+    if value:
+        import meltemi
+
+        print(f"meltemi {meltemi.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of errors.")] = False,
+) -> None:
+    """Flexible wind turbines in turbulent wind, under control, and their loads."""
+
+
+@contextmanager
+def _progress(what: str) -> Iterator[Callable[[float], None]]:
+    """A progress bar on a terminal; silence otherwise."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr)
+
+
+def _print_table(*arguments: Any, **keywords: Any) -> None:
+    from rich.console import Console
+
+    from meltemi.report.tables import rich_table
+
+    console = Console()
+    wide = console if console.is_terminal else Console(width=160)
+    wide.print(rich_table(*arguments, **keywords))
+
+
+def _announce_compilation() -> None:
+    from meltemi.core.kernel import is_cold
+
+    if is_cold():
+        _say(COLD)
+
+
+def _folder(out: Path) -> Path:
+    """The output folder, writable, or a clear error before anything is computed."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        probe = out / ".meltemi-probe"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(f"--out {out}: cannot be written ({error.strerror or error})") from None
+    return out
+
+
+@app.command()
+def run(
+    target: Annotated[str, typer.Argument(help="A turbine's name, or the YAML file of a turbine or a case.")],
+    wind_speed: Annotated[
+        float | None, typer.Option("--wind-speed", help="Mean wind speed at hub height [m/s].")
+    ] = None,
+    intensity: Annotated[
+        float | None, typer.Option("--turbulence", help="Turbulence intensity, e.g. 0.14; steady wind without it.")
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the turbulence.")] = 1,
+    shear: Annotated[
+        float | None, typer.Option("--shear", help="Power-law exponent [0 in steady wind, 0.2 in turbulence].")
+    ] = None,
+    bts: Annotated[Path | None, typer.Option("--bts", help="TurbSim full-field file.")] = None,
+    wnd: Annotated[Path | None, typer.Option("--wnd", help="Uniform wind file.")] = None,
+    duration: Annotated[float, typer.Option("--duration", help="Length of the run [s].")] = 60.0,
+    channels: Annotated[
+        str | None,
+        typer.Option("--channels", help="Channels to record, separated by commas; 'all' records everything."),
+    ] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Simulate a turbine: gives a table, a plot (PNG) and a file (netCDF)."""
+    case, folder = _case(target, wind_speed, intensity, seed, shear, bts, wnd, duration, channels)
+    out = _folder(out)
+    from meltemi.core.errors import Status
+    from meltemi.core.yamlfile import write_record
+    from meltemi.loadcases.case import case_turbine, case_wind
+    from meltemi.simulation.case import Stations
+    from meltemi.simulation.model import build
+    from meltemi.simulation.simulate import simulate
+
+    turbine = case_turbine(case, folder)
+    wind = case_wind(case, turbine, folder)
+    _announce_compilation()
+    model = build(turbine, case.options, case.environment)
+    with _progress(f"{turbine.name}, {case.duration:g} s") as progress:
+        result = simulate(
+            model,
+            wind,
+            duration=case.duration,
+            channels=case.channels,
+            output_step=case.output_step,
+            stations=Stations(case.blade_stations, case.tower_stations),
+            progress=progress,
+        )
+    files = _write(result, out)
+    write_record(case, out / "case.yaml")
+    from meltemi.report.tables import statistics_rows
+
+    head, rows = statistics_rows(result)
+    _print_table(f"{turbine.name}: {result.meta['wind']}", head, rows, text_columns=3)
+    meta = result.meta
+    print(
+        f"{result.time[-1] if len(result.time) else 0.0:g} s simulated in {meta['run_seconds']:.2f} s: "
+        f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "
+        f"preparation {meta['prepare_seconds']:.1f} s)"
+    )
+    for path in (*files, out / "case.yaml"):
+        print(f"wrote {path}")
+    if result.status is not Status.OK:
+        _say(f"the run ended early: {result.message}")
+        raise typer.Exit(130 if result.status is Status.INTERRUPTED else 1)
+
+
+def _case(
+    target: str,
+    wind_speed: float | None,
+    intensity: float | None,
+    seed: int,
+    shear: float | None,
+    bts: Path | None,
+    wnd: Path | None,
+    duration: float,
+    channels: str | None,
+) -> tuple[Any, Path]:
+    """A load case from a case file or from the options, and the folder its paths refer to."""
+    from meltemi.core.yamlfile import validated
+    from meltemi.loadcases.case import LoadCase, read_case
+
+    path = Path(target)
+    if path.suffix in (".yaml", ".yml") and path.is_file() and _is_case(path):
+        if any(value is not None for value in (wind_speed, intensity, shear, bts, wnd)):
+            raise InputError(f"{path} is a case file and describes its wind itself; leave the wind options out")
+        return read_case(path), path.parent
+    given = [
+        name for name, value in (("--wind-speed", wind_speed), ("--bts", bts), ("--wnd", wnd)) if value is not None
+    ]
+    if len(given) != 1:
+        raise InputError(f"give one of --wind-speed, --bts, --wnd{', not ' + ' and '.join(given) if given else ''}")
+    wind: dict[str, Any]
+    if bts is not None or wnd is not None:
+        wind = {"kind": "bts" if bts is not None else "wnd", "file": str((bts or wnd or Path()).absolute())}
+    elif intensity is not None:
+        wind = {"kind": "turbulence", "speed": wind_speed, "intensity": intensity, "seed": seed}
+    else:
+        wind = {"kind": "steady", "speed": wind_speed}
+    if shear is not None:
+        if "file" in wind:
+            raise InputError("--shear: a wind file brings its own shear")
+        wind["shear_exponent"] = shear
+    data: dict[str, Any] = {
+        "turbine": str(path.absolute()) if path.is_file() else target,
+        "wind": wind,
+        "duration": duration,
+    }
+    if channels is not None:
+        data["channels"] = [name.strip() for name in channels.split(",") if name.strip()]
+    from meltemi.turbine.library import load_turbine
+
+    load_turbine(data["turbine"])
+    return validated(data, LoadCase, "command line"), Path()
+
+
+def _is_case(path: Path) -> bool:
+    """A case file has the key ``turbine`` at its top level, a turbine file has not."""
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return False
+    return any(line.startswith(("turbine:", "wind:", "duration:")) for line in lines)
+
+
+def _write(result: Result, out: Path) -> list[Path]:
+    from meltemi.postprocess.files import write_netcdf
+    from meltemi.report.plots import plot, save
+    from meltemi.report.tables import statistics_rows, write_csv
+
+    files = [write_netcdf(result, out / "result.nc"), write_csv(out / "statistics.csv", *statistics_rows(result))]
+    if len(result.time) > 1:
+        files.append(save(plot(result), out / "result.png"))
+    return files
+
+
+@app.command()
+def turbines() -> None:
+    """List the turbines of the library."""
+    from meltemi.turbine.library import list_turbines, load_turbine
+
+    rows = []
+    for name in list_turbines():
+        t = load_turbine(name)
+        rows.append(
+            [
+                name,
+                t.description,
+                t.source,
+                f"{t.rated_power / 1e6:g}",
+                f"{2 * t.rotor_radius:g}",
+                f"{t.hub_height:.1f}",
+            ]
+        )
+    _print_table("Library", ["name", "what", "source", "MW", "rotor m", "hub m"], rows, text_columns=3)
+
+
+@app.command()
+def channels(
+    explain: Annotated[str | None, typer.Option("--explain", help="One channel, by our name or OpenFAST's.")] = None,
+    search: Annotated[
+        str | None, typer.Option("--search", help="Only channels whose name or description has this in it.")
+    ] = None,
+) -> None:
+    """List what can be recorded, or explain one channel."""
+    from meltemi.simulation.channels import catalogue, find
+
+    if explain is not None:
+        c = find(explain, catalogue(n_nodes=20, blade_stations=3, tower_stations=3))
+        unit, factor = c.display_unit
+        print(f"{c.name}")
+        print(f"  OpenFAST     {c.alias or 'no such channel'}")
+        print(f"  what         {c.description}")
+        print(f"  unit         {c.unit}" + (f" (shown in {unit}, times {factor:g})" if unit != c.unit else ""))
+        print(f"  axes         {c.frame}")
+        print(f"  positive     {c.sign}")
+        return
+    text = (search or "").lower()
+    chosen = [c for c in catalogue(n_nodes=1).values() if text in f"{c.name} {c.alias} {c.description}".lower()]
+    if not chosen:
+        raise InputError(f"no channel has {search!r} in its name or description")
+    rows = [[c.name, c.alias, c.unit, c.sign, c.description] for c in chosen]
+    _print_table("Channels", ["name", "OpenFAST", "unit", "positive", "what"], rows, text_columns=5)
+    print("Blade nodes are numbered from 1 at the root: node_<n>_alpha_<blade>. Coordinates are 'q <name>'.")
+
+
+@app.command("power-curve")
+def power_curve(
+    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
+    speeds: Annotated[
+        str | None, typer.Option("--wind-speeds", help="Wind speeds [m/s], e.g. 4,6,8 or 4:24:2.")
+    ] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Steady operation over the wind speeds: table, plot and CSV."""
+    from meltemi.turbine.library import load_turbine
+
+    described = load_turbine(turbine)
+    wanted = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
+    out = _folder(out)
+    _announce_compilation()
+    from meltemi.report.plots import plot_power_curve, save
+    from meltemi.report.tables import power_curve_rows, write_csv
+    from meltemi.simulation.model import build
+    from meltemi.simulation.trim import operating_point
+
+    model = build(described)
+    points = []
+    with _progress("operating points") as progress:
+        for i, speed in enumerate(wanted):
+            points.append(operating_point(model, speed))
+            progress((i + 1) / len(wanted))
+    head, rows = power_curve_rows(points)
+    _print_table(f"{described.name}: steady operation", head, rows)
+    print(f"wrote {write_csv(out / 'power_curve.csv', [h.replace(chr(10), ' ') for h in head], rows)}")
+    print(f"wrote {save(plot_power_curve(points), out / 'power_curve.png')}")
+
+
+def _default_speeds(low: float, high: float) -> list[float]:
+    return [float(u) for u in range(int(low) + (low > int(low)), int(high) + 1)]
+
+
+def _speeds(text: str) -> list[float]:
+    try:
+        if ":" in text:
+            first, last, step = (float(x) for x in text.split(":"))
+            if step <= 0.0 or last < first:
+                raise ValueError
+            return [first + i * step for i in range(int((last - first) / step + 1e-9) + 1)]
+        found = [float(x) for x in text.split(",")]
+    except ValueError:
+        raise InputError(f"--wind-speeds {text!r}: expected 4,6,8 or 4:24:2 (first:last:step)") from None
+    if not found or min(found) <= 0.0 or max(found) > 100.0:
+        raise InputError(f"--wind-speeds {text!r}: expected speeds between 0 and 100 m/s")
+    return found
+
+
+@app.command()
+def verify(
+    quick: Annotated[bool, typer.Option("--quick", help="Only what takes less than two minutes.")] = False,
+    reference: Annotated[
+        Path | None, typer.Option("--reference", help="Folder with the reference series, for the comparisons in time.")
+    ] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Check this installation against closed forms, published tables and OpenFAST."""
+    out = _folder(out)
+    _announce_compilation()
+    from meltemi.studies.verify import verification
+
+    with _progress("verification") as progress:
+        report = verification(quick=quick, reference=reference, progress=progress)
+    for table in report.tables:
+        _print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
+    print(report.summary())
+    for path in report.write(out):
+        print(f"wrote {path}")
+    if report.failed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def bench(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    duration: Annotated[float, typer.Option("--duration", help="Length of the timed run [s].")] = 600.0,
+) -> None:
+    """Measure import, compilation, start from cache, time a step, real-time factor and memory."""
+    from meltemi.studies.bench import benchmark, report_lines
+
+    figures = benchmark(duration=duration, say=_say)
+    if json:
+        import json as json_format
+
+        print(json_format.dumps(figures, indent=2))
+    else:
+        for line in report_lines(figures):
+            print(line)
+
+
+@app.command()
+def template(
+    what: Annotated[str, typer.Argument(help="What to write: case, turbine.")] = "case",
+    out: Annotated[Path | None, typer.Option("--out", help="File to write; the terminal without it.")] = None,
+) -> None:
+    """A commented file to begin with."""
+    if what == "case":
+        from meltemi.loadcases.case import TEMPLATE
+
+        text = TEMPLATE
+    elif what == "turbine":
+        from meltemi.turbine.library import DATA
+
+        text = (DATA / "nrel5mw.yaml").read_text(encoding="utf-8")
+    else:
+        from meltemi.core.errors import did_you_mean
+
+        raise InputError(f"template {what!r}: {did_you_mean(what, ['case', 'turbine'])}")
+    if out is None:
+        print(text, end="")
+        return
+    if out.exists():
+        raise InputError(f"{out}: exists already; choose another name")
+    try:
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
+    print(f"wrote {out}")
+
+
+if __name__ == "__main__":
+    main()

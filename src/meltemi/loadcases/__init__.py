@@ -1,0 +1,1 @@
+"""What is done to a turbine: load cases as data."""

@@ -1,0 +1,168 @@
+"""One function a figure. Each takes data and an optional ``ax``, labels itself, and returns the axes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from meltemi.core.errors import InputError
+from meltemi.simulation.channels import Channel
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from meltemi.simulation.performance import Performance
+    from meltemi.simulation.result import Result
+    from meltemi.simulation.trim import OperatingPoint
+
+EVERYBODY = (
+    "wind_x",
+    "rotor_speed",
+    "pitch_1",
+    "generator_power",
+    "root_moment_out_of_plane_1",
+    "tower_base_moment_fore_aft",
+)
+"""The channels everyone wants to see first."""
+INK, GRID = "#1b2a38", "#d7dde2"
+COLOURS = ("#0b6e99", "#d1495b", "#66a182", "#edae49", "#5f4b8b", "#8d6b4f")
+
+
+def _new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share: bool = True) -> tuple[Figure, Any]:
+    """A figure that needs no display and no global state."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, squeeze=False, sharex=share)
+
+
+def _style(ax: Axes) -> None:
+    ax.grid(True, color=GRID, linewidth=0.6)
+    ax.set_axisbelow(True)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+
+
+def _name(channel: Channel, ax: Axes) -> None:
+    """Say above the panel what it shows, and its unit beside the axis."""
+    ax.set_title(channel.name.replace("_", " "), fontsize=9, loc="left", color=INK, pad=3)
+    ax.set_ylabel(f"[{channel.display_unit[0]}]", fontsize=8)
+
+
+def plot_channel(
+    result: Result, name: str, ax: Axes | None = None, label: str | None = None, colour: str | None = None
+) -> Axes:
+    """A channel against time, in units for people."""
+    if ax is None:
+        ax = _new_figure(1, size=(9.0, 2.6))[1][0, 0]
+    channel = result.channel(name)
+    _, factor = channel.display_unit
+    ax.plot(result.time, result[name] * factor, linewidth=0.9, label=label, color=colour or COLOURS[0])
+    _name(channel, ax)
+    _style(ax)
+    return ax
+
+
+def plot(
+    results: Result | Sequence[Result], channels: Sequence[str] | None = None, labels: Sequence[str] | None = None
+) -> Figure:
+    """Series of one result, or of several on top of each other; by default the channels everyone wants.
+
+    Raises:
+      InputError: nothing to plot.
+    """
+    several = list(results) if isinstance(results, (list, tuple)) else [results]
+    if not several:
+        raise InputError("plot: no results")
+    names = [n for n in (channels or EVERYBODY) if channels or n in several[0]]
+    names = names or several[0].names[:6]
+    if not names:
+        raise InputError("plot: the result has no channels")
+    figure, axes = _new_figure(len(names), size=(9.0, 1.3 * len(names) + 0.8))
+    for i, name in enumerate(names):
+        for j, result in enumerate(several):
+            text = labels[j] if labels else str(result.meta.get("turbine", j))
+            plot_channel(result, name, axes[i, 0], text, COLOURS[j % len(COLOURS)])
+    axes[-1, 0].set_xlabel("time [s]")
+    if len(several) > 1:
+        axes[0, 0].legend(fontsize=8, ncols=len(several), loc="upper right")
+    first = several[0]
+    title = f"{first.meta.get('turbine', '')}: {first.meta.get('wind', '')}".strip(": ")
+    figure.suptitle(title if len(title) <= 90 else title[:87] + "...", fontsize=10, color=INK)
+    return figure
+
+
+def plot_power_curve(points: Sequence[OperatingPoint]) -> Figure:
+    """Steady operation against wind speed: power, speed, pitch, thrust, root moment, deflections."""
+    panels = (
+        ("generator_power",),
+        ("rotor_speed",),
+        ("pitch_1",),
+        ("rotor_aero_thrust",),
+        ("root_moment_out_of_plane_1",),
+        ("tower_base_moment_fore_aft",),
+        ("tip_out_of_plane_1", "tip_in_plane_1"),
+        ("tower_top_fore_aft",),
+    )
+    figure, axes = _new_figure(4, 2, size=(9.0, 9.0))
+    speeds = [p.wind.speed for p in points]
+    for ax, names in zip(axes.flat, panels, strict=True):
+        for i, name in enumerate(names):
+            channel = points[0].channels[name]
+            _, factor = channel.display_unit
+            ax.plot(
+                speeds,
+                [p[name] * factor for p in points],
+                marker="o",
+                markersize=3,
+                color=COLOURS[i],
+                label=name.replace("_", " "),
+            )
+            _name(channel, ax)
+        if len(names) > 1:
+            ax.set_title("tip deflection", fontsize=9, loc="left", color=INK, pad=3)
+            ax.legend(fontsize=7)
+        _style(ax)
+    for ax in axes[-1]:
+        ax.set_xlabel("wind speed [m/s]")
+    figure.suptitle("Steady operation in uniform wind, means over a revolution", fontsize=10, color=INK)
+    return figure
+
+
+def plot_performance(performance: Performance) -> Figure:
+    """Power and thrust coefficient against tip-speed ratio for each pitch."""
+    figure, axes = _new_figure(1, 2, size=(9.0, 3.8))
+    for ax, values, name in ((axes[0, 0], performance.power, "C_p"), (axes[0, 1], performance.thrust, "C_t")):
+        for j, pitch in enumerate(performance.pitch):
+            ax.plot(
+                performance.tip_speed_ratio,
+                values[:, j],
+                label=f"{np.degrees(pitch):g} deg",
+                color=COLOURS[j % len(COLOURS)],
+            )
+        ax.set_xlabel("tip-speed ratio [-]")
+        ax.set_ylabel(f"${name}$ [-]")
+        ax.set_ylim(bottom=0.0)
+        _style(ax)
+    axes[0, 0].legend(title="pitch", fontsize=8)
+    return figure
+
+
+def save(figure: Figure, path: str | Path) -> Path:
+    """Write a figure as PNG (or what the name's ending says).
+
+    Raises:
+      InputError: the file cannot be written.
+    """
+    path = Path(path)
+    try:
+        figure.savefig(path, dpi=130)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    return path

@@ -1,0 +1,112 @@
+"""Tables for the terminal and for files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from meltemi.core.errors import InputError
+from meltemi.postprocess.fatigue import equivalent_loads
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from meltemi.simulation.result import Result
+    from meltemi.simulation.trim import OperatingPoint
+
+
+def number(value: float) -> str:
+    """Four or five significant digits, no exponent where it can be avoided."""
+    if value != value:
+        return "-"
+    if value == 0.0:
+        return "0"
+    size = abs(value)
+    if size >= 1e6 or size < 1e-3:
+        return f"{value:.3e}"
+    return f"{value:.{max(0, 4 - len(str(int(size))))}f}" if size >= 1.0 else f"{value:.4f}"
+
+
+def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the statistics of a result, in units for people."""
+    loads = equivalent_loads(result)
+    rows = []
+    for name, row in result.statistics().iterrows():
+        channel = result.channel(str(name))
+        factor = channel.display_unit[1]
+        load = number(loads[channel.name] * factor) if channel.name in loads else ""
+        rows.append(
+            [channel.name, channel.alias, row["unit"], *(number(row[k]) for k in ("mean", "std", "min", "max")), load]
+        )
+    return ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", "DEL 1 Hz"], rows
+
+
+def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], text_columns: int = 1) -> Table:
+    """A table for the terminal; the first columns are text, the others numbers."""
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", header_style="bold")
+    for i, name in enumerate(head):
+        table.add_column(
+            name, justify="left" if i < text_columns else "right", no_wrap=i >= text_columns, overflow="fold"
+        )
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Path:
+    """Write a table as comma-separated values.
+
+    Raises:
+      InputError: the file cannot be written.
+    """
+    import csv
+
+    path = Path(path)
+    try:
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(head)
+            writer.writerows(rows)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    return path
+
+
+POWER_CURVE = (
+    "rotor_speed",
+    "pitch_1",
+    "generator_power",
+    "rotor_aero_thrust",
+    "rotor_torque",
+    "root_moment_out_of_plane_1",
+    "root_moment_in_plane_1",
+    "tip_out_of_plane_1",
+    "tip_in_plane_1",
+    "tower_top_fore_aft",
+    "tower_base_moment_fore_aft",
+)
+"""Columns of a power curve."""
+_SHORT = {
+    "rotor_speed": "speed",
+    "pitch_1": "pitch",
+    "generator_power": "power",
+    "rotor_aero_thrust": "thrust",
+    "rotor_torque": "torque",
+    "root_moment_out_of_plane_1": "root oop",
+    "root_moment_in_plane_1": "root ip",
+    "tip_out_of_plane_1": "tip oop",
+    "tip_in_plane_1": "tip ip",
+    "tower_top_fore_aft": "tower top",
+    "tower_base_moment_fore_aft": "tower base",
+}
+
+
+def power_curve_rows(points: Sequence[OperatingPoint]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of a power curve, in units for people."""
+    channels = [points[0].channels[name] for name in POWER_CURVE]
+    head = ["wind\nm/s", *(f"{_SHORT[c.name]}\n{c.display_unit[0]}" for c in channels)]
+    rows = [[number(p.wind.speed), *(number(p[c.name] * c.display_unit[1]) for c in channels)] for p in points]
+    return head, rows
