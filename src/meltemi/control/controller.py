@@ -138,7 +138,7 @@ def compiled_entry(update: Any) -> Any:
     return _ENTRIES[update]
 
 
-@intrinsic
+@intrinsic  # type: ignore[untyped-decorator]
 def _call_address(typing_context: Any, address: Any, dt: Any) -> Any:
     """Call the C function ``int64 f(double)`` whose address is hidden in the bits of a float."""
 

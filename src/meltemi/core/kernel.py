@@ -114,11 +114,11 @@ def _compiled(function: F, *signature: Any) -> F:
     folder = cache_folder()
     options: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy", "nogil": True}
     if folder is None or numba.config.DISABLE_JIT:
-        return numba.njit(*signature, **options)(function)  # type: ignore[no-any-return]
+        return numba.njit(*signature, **options)(function)
     # Numba reads this setting when a function is decorated; the user's own functions keep theirs.
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(folder)
     try:
-        return numba.njit(*signature, cache=True, **options)(function)  # type: ignore[no-any-return]
+        return numba.njit(*signature, cache=True, **options)(function)
     finally:
         numba.config.CACHE_DIR = before

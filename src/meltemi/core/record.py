@@ -44,7 +44,7 @@ class Record(BaseModel):
     )
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self.content() == other.content()  # type: ignore[attr-defined]
+        return type(self) is type(other) and self.content() == other.content()
 
     def __hash__(self) -> int:
         return hash(self.content_hash())

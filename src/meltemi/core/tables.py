@@ -11,7 +11,7 @@ An array of a table is contiguous ``float64`` with the field first: ``array[FIEL
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from meltemi.core.errors import InputError, did_you_mean
 
@@ -120,7 +120,7 @@ class View:
         row: NDArray[np.float64] = self.array[self._rows(name)]
         return row
 
-    def __setitem__(self, name: str, value: object) -> None:
+    def __setitem__(self, name: str, value: Any) -> None:
         self.array[self._rows(name)] = value
 
     def __repr__(self) -> str:

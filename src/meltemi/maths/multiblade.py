@@ -15,7 +15,7 @@ Float = NDArray[np.float64]
 
 def blade_matrix(azimuth: float) -> tuple[Float, Float, Float]:
     """(3, 3) matrix from multi-blade to blade coordinates, and its first and second derivative by azimuth."""
-    psi = azimuth + 2.0 * np.pi / 3.0 * np.arange(3)
+    psi = azimuth + 2.0 * np.pi / 3.0 * np.arange(3.0)
     one, zero = np.ones(3), np.zeros(3)
     c, s = np.cos(psi), np.sin(psi)
     return np.stack([one, c, s], 1), np.stack([zero, -s, c], 1), np.stack([zero, -c, -s], 1)
@@ -45,4 +45,4 @@ def fixed_frame(
             whole[np.ix_(rows, columns)] = part
     K = np.linalg.solve(T, stiffness @ T + speed * damping @ T1 - speed**2 * T2)
     D = np.linalg.solve(T, damping @ T - 2.0 * speed * T1)
-    return K, D
+    return np.asarray(K, dtype=float), np.asarray(D, dtype=float)

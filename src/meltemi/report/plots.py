@@ -77,7 +77,7 @@ def plot(
     Raises:
       InputError: nothing to plot.
     """
-    several = list(results) if isinstance(results, (list, tuple)) else [results]
+    several = list(results) if isinstance(results, Sequence) else [results]
     if not several:
         raise InputError("plot: no results")
     names = [n for n in (channels or EVERYBODY) if channels or n in several[0]]

@@ -246,17 +246,22 @@ def _coordinates(turbine: Turbine, blade: Member, tower: Member) -> tuple[str, .
 
 
 def _locked(coordinates: tuple[str, ...], options: ModelOptions) -> Float:
+    # group: what its names begin and end with
     groups = {
-        "tower": lambda n: n.startswith("tower"),
-        "blades": lambda n: n.startswith("blade"),
-        "flap": lambda n: n.startswith("blade") and n.endswith("flap"),
-        "edge": lambda n: n.startswith("blade") and n.endswith("edge"),
-        "torsion": lambda n: n.startswith("blade") and n.endswith("torsion"),
+        "tower": ("tower", ""),
+        "blades": ("blade", ""),
+        "flap": ("blade", "flap"),
+        "edge": ("blade", "edge"),
+        "torsion": ("blade", "torsion"),
     }
     locked = np.zeros(len(coordinates))
     for name in options.locked:
-        test = groups.get(name, lambda n, name=name: n == name)
-        hits = [i for i, n in enumerate(coordinates) if test(n)]
+        begin, end = groups.get(name, (name, name))
+        hits = [
+            i
+            for i, n in enumerate(coordinates)
+            if n == name or (name in groups and n.startswith(begin) and n.endswith(end))
+        ]
         if not hits and name not in groups:
             raise InputError(f"locked: no coordinate {name!r}: {did_you_mean(name, [*groups, *coordinates])}")
         locked[hits] = 1.0

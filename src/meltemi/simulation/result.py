@@ -77,7 +77,7 @@ class Result:
 
         import xarray as xr
 
-        variables = {}
+        variables: dict[str, Any] = {}
         for i, c in enumerate(self.channels):
             attributes = {
                 "units": c.unit,
@@ -88,8 +88,12 @@ class Result:
             }
             variables[c.name] = ("time", self.data[:, i], attributes)
         coordinates = {"time": ("time", self.time, {"units": "s", "long_name": "simulation time"})}
-        attributes = {"status": int(self.status), "message": self.message, "meta": json.dumps(self.meta, default=str)}
-        return xr.Dataset(variables, coordinates, attributes)
+        about: dict[str, Any] = {
+            "status": int(self.status),
+            "message": self.message,
+            "meta": json.dumps(self.meta, default=str),
+        }
+        return xr.Dataset(variables, coordinates, about)
 
     def statistics(self) -> pd.DataFrame:
         """Mean, standard deviation, minimum and maximum of every channel, in units for people."""

@@ -122,7 +122,7 @@ def simulate(
         if channel.wrap:
             data[:, j] %= 2.0 * math.pi
     return Result(
-        time=np.arange(rows) * every_output * dt,
+        time=np.arange(rows, dtype=float) * (every_output * dt),
         data=data,
         channels=tuple(chosen),
         status=status,
@@ -263,7 +263,7 @@ def describe(model: Model, wind: Wind, controller: Controller, dt: float, durati
         "model_hash": model.content_hash(),
         "options": model.options.model_dump(mode="json"),
         "environment": model.environment.model_dump(mode="json"),
-        "wind": wind.source if hasattr(wind, "source") and wind.source else repr(wind),
+        "wind": wind.label,
         "wind_hash": wind.content_hash(),
         "controller": controller.name,
         "time_step": dt,

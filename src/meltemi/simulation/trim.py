@@ -309,7 +309,7 @@ class _Orbit:
         """What is missing in the equations over a sector, projected on the harmonics in the order of
         :meth:`coefficients`, and the mean torque left over."""
         B, K = self.B, self.K
-        n = np.arange(BLADE_HARMONICS + 1)
+        n = np.arange(BLADE_HARMONICS + 1.0)
         core_0, core_c, core_s = np.zeros((3, self.core))
         blade_c, blade_s = np.zeros((2, BLADE_HARMONICS + 1, K))
         for psi in azimuths:
@@ -320,13 +320,13 @@ class _Orbit:
             core_0 += core
             core_c += 2.0 * np.cos(B * psi) * core
             core_s += 2.0 * np.sin(B * psi) * core
-            angle = psi + 2.0 * np.pi / B * np.arange(B)
-            blade_c += 2.0 / B * np.cos(np.outer(n, angle)) @ blade
-            blade_s += 2.0 / B * np.sin(np.outer(n, angle)) @ blade
+            sector = psi + 2.0 * np.pi / B * np.arange(B, dtype=float)
+            blade_c += 2.0 / B * np.cos(np.outer(n, sector)) @ blade
+            blade_s += 2.0 / B * np.sin(np.outer(n, sector)) @ blade
         blade_c[0] *= 0.5
-        core, arm = self.free_core, self.free_blade
+        trunk, arm = self.free_core, self.free_blade
         vector = np.concatenate(
-            [core_0[core], core_c[core], core_s[core], blade_c[:, arm].ravel(), blade_s[1:, arm].ravel()]
+            [core_0[trunk], core_c[trunk], core_s[trunk], blade_c[:, arm].ravel(), blade_s[1:, arm].ravel()]
         )
         return vector / len(azimuths), float(core_0[self.generator] / len(azimuths))
 
@@ -343,17 +343,17 @@ class _Orbit:
         options, stall = case["aero_options"], AERO_OPTIONS.index("stall")
         kept, options[stall] = options[stall], 0
         state = case.aero_state.vector.copy()
-        azimuths = 2.0 * np.pi / self.B / JACOBIAN_SAMPLES * np.arange(JACOBIAN_SAMPLES)
+        azimuths = 2.0 * np.pi / self.B / JACOBIAN_SAMPLES * np.arange(JACOBIAN_SAMPLES, dtype=float)
         base, _ = self.missing(azimuths, 0.0)
         unknowns = self.unknowns()
-        J = np.empty((len(unknowns), len(unknowns)))
+        J: Float = np.empty((len(unknowns), len(unknowns)))
         for column, j in enumerate(unknowns):
             change = np.zeros(len(base))
             change[j] = PERTURBATION
             self.move(change)
             J[:, column] = (self.missing(azimuths, 0.0)[0] - base)[unknowns] / PERTURBATION
             self.move(-change)
-        self.correct[self.level] = np.linalg.inv(J)
+        self.correct[self.level] = np.asarray(np.linalg.inv(J), dtype=float)
         case.aero_state.vector[:] = state
         options[stall] = kept
 
@@ -391,7 +391,7 @@ class _Orbit:
             steady[:] += flow[rows[:2]] * flow[rows[2:]]
             state[:] += case["inflow"][lagged]
 
-        missing, left = self.missing(self.azimuth + step * np.arange(1, SAMPLES + 1), step / self.speed, observe)
+        missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed, observe)
         self.azimuth += step * SAMPLES
         change = np.zeros(len(missing))
         unknowns = self.unknowns()

@@ -5,7 +5,7 @@ Host side, NumPy and SciPy. Rigid where the description has no flexibility (tors
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -267,7 +267,7 @@ def _given_modes(
     beam: Beam,
     mesh: Mesh,
     counts: dict[str, int],
-    directions: dict[str, tuple[Sequence[Sequence[float]], Float, Float, Float]],
+    directions: Mapping[str, tuple[Sequence[Sequence[float]], Float, Float, Float]],
 ) -> tuple[Modes, list[str]]:
     """Modes from polynomials: bending curvature phi'' along a direction that turns with the section.
 

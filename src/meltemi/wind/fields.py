@@ -34,6 +34,21 @@ class SteadyWind(Record):
     reference_height: float | None = Field(default=None, gt=0.0)
     """[m]; the hub height by default."""
 
+    @property
+    def label(self) -> str:
+        """What it is, for titles and meta data."""
+        parts = [f"steady wind {self.speed:g} m/s"]
+        if self.roughness:
+            parts.append(f"roughness {self.roughness:g} m")
+        elif self.shear_exponent:
+            parts.append(f"shear exponent {self.shear_exponent:g}")
+        for name in ("direction", "upflow"):
+            if angle := getattr(self, name):
+                parts.append(f"{name} {np.degrees(angle):g} deg")
+        if self.veer:
+            parts.append(f"veer {np.degrees(self.veer):g} deg/m")
+        return ", ".join(parts)
+
 
 class WindSeries(Record):
     """Wind that changes in time, uniform across the rotor but for shear: the content of a ``.wnd`` file."""
@@ -70,6 +85,11 @@ class WindSeries(Record):
             i = int(np.flatnonzero(np.diff(self.time) <= 0.0)[0])
             raise ValueError(f"time must increase, but row {i + 2} ({self.time[i + 1]:g} s) does not")
         return self
+
+    @property
+    def label(self) -> str:
+        """What it is, for titles and meta data."""
+        return self.source or "wind series"
 
 
 @dataclass(frozen=True)
@@ -113,6 +133,11 @@ class WindBox:
                 raise InputError(f"wind box: {name} must be positive, found {getattr(self, name)!r}")
         if not np.all(np.isfinite(v)):
             raise InputError(f"wind box: {int(np.sum(~np.isfinite(v)))} velocities are not numbers")
+
+    @property
+    def label(self) -> str:
+        """What it is, for titles and meta data."""
+        return self.source or "wind box"
 
     @property
     def width(self) -> float:
@@ -209,7 +234,7 @@ def check_coverage(wind: Wind, *, hub_height: float, radius: float, reach: float
     """
     if not isinstance(wind, WindBox):
         return
-    name = wind.source or "wind box"
+    name = wind.label
     problems: list[str] = []
     if wind.width < 2.0 * radius:
         problems.append(f"it is {wind.width:g} m wide, the rotor needs {2.0 * radius:.1f} m")
