@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from meltemi.control.baseline import baseline as baseline
     from meltemi.control.controller import Controller as Controller
     from meltemi.control.controller import StartPoint as StartPoint
+    from meltemi.control.fixed import fixed as fixed
     from meltemi.core.errors import InputError as InputError
     from meltemi.core.errors import MeltemiError as MeltemiError
     from meltemi.core.errors import RunError as RunError
@@ -45,7 +46,9 @@ if TYPE_CHECKING:
     from meltemi.simulation.options import StallConstants as StallConstants
     from meltemi.simulation.performance import rotor_performance as rotor_performance
     from meltemi.simulation.result import Result as Result
+    from meltemi.simulation.simulate import Simulation as Simulation
     from meltemi.simulation.simulate import simulate as simulate
+    from meltemi.simulation.start import Start as Start
     from meltemi.simulation.trim import OperatingPoint as OperatingPoint
     from meltemi.simulation.trim import operating_point as operating_point
     from meltemi.turbine.definition import Turbine as Turbine
@@ -63,6 +66,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "control.baseline": "baseline",
+    "control.fixed": "fixed",
     "control.controller": "Controller StartPoint",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "environment.site": "Environment",
@@ -77,7 +81,8 @@ _HOME = {
     "simulation.options": "BEDDOES ModelOptions StallConstants",
     "simulation.performance": "rotor_performance",
     "simulation.result": "Result",
-    "simulation.simulate": "simulate",
+    "simulation.simulate": "Simulation simulate",
+    "simulation.start": "Start",
     "simulation.trim": "OperatingPoint operating_point",
     "turbine.definition": "Turbine",
     "turbine.library": "list_turbines load_turbine write_turbine",

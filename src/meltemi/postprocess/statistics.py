@@ -11,28 +11,36 @@ from meltemi.simulation.result import Result
 Float = NDArray[np.float64]
 
 
-def revolution_means(result: Result, name: str) -> Float:
-    """(revolutions,) averages of a channel over each full revolution, exact for series linear between records.
+def means_over_revolutions(time: Float, azimuth: Float, x: Float) -> tuple[Float, Float]:
+    """Averages of x over each full revolution, and the times of their ends; exact for x linear between samples.
 
-    Needs the channel ``azimuth`` beside it.
+    Args:
+      time, azimuth, x: (T,) [s], [rad], anything.
+
+    Raises:
+      InputError: there is no full revolution.
+    """
+    turned = np.unwrap(azimuth)
+    n = int((turned[-1] - turned[0]) // (2.0 * np.pi)) if len(time) else 0
+    if n < 1:
+        raise InputError("revolution_means: the series covers less than one revolution")
+    ends = np.interp(turned[0] + 2.0 * np.pi * np.arange(n + 1.0), turned, time)
+    area = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(time))])
+    # the integral is quadratic between samples: go on from the sample before with the series' own slope
+    i = np.clip(np.searchsorted(time, ends, side="right") - 1, 0, len(time) - 2)
+    dt = ends - time[i]
+    slope = (x[i + 1] - x[i]) / (time[i + 1] - time[i])
+    means: Float = np.diff(area[i] + x[i] * dt + 0.5 * slope * dt**2) / np.diff(ends)
+    return means, ends[1:]
+
+
+def revolution_means(result: Result, name: str) -> Float:
+    """(revolutions,) averages of a channel over each full revolution; needs the channel ``azimuth`` beside it.
 
     Raises:
       InputError: the result has no full revolution.
     """
-    azimuth = np.unwrap(result["azimuth"])
-    turns = np.floor((azimuth - azimuth[0]) / (2.0 * np.pi))
-    n = int(turns[-1])
-    if n < 1:
-        raise InputError("revolution_means: the result covers less than one revolution")
-    ends = np.interp(azimuth[0] + 2.0 * np.pi * np.arange(n + 1), azimuth, result.time)
-    area = np.concatenate([[0.0], np.cumsum(0.5 * (result[name][1:] + result[name][:-1]) * np.diff(result.time))])
-    # the integral between records is quadratic in time; interpolate it with the series' own slope
-    i = np.clip(np.searchsorted(result.time, ends, side="right") - 1, 0, len(result.time) - 2)
-    dt = ends - result.time[i]
-    slope = (result[name][i + 1] - result[name][i]) / (result.time[i + 1] - result.time[i])
-    integral = area[i] + result[name][i] * dt + 0.5 * slope * dt**2
-    means: Float = np.diff(integral) / np.diff(ends)
-    return means
+    return means_over_revolutions(result.time, result["azimuth"], result[name])[0]
 
 
 def azimuth_bins(result: Result, name: str, n: int = 36) -> Float:

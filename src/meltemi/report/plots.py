@@ -32,7 +32,7 @@ INK, GRID = "#1b2a38", "#d7dde2"
 COLOURS = ("#0b6e99", "#d1495b", "#66a182", "#edae49", "#5f4b8b", "#8d6b4f")
 
 
-def _new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share: bool = True) -> tuple[Figure, Any]:
+def new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share: bool = True) -> tuple[Figure, Any]:
     """A figure that needs no display and no global state."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -42,7 +42,7 @@ def _new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share
     return figure, figure.subplots(rows, columns, squeeze=False, sharex=share)
 
 
-def _style(ax: Axes) -> None:
+def style(ax: Axes) -> None:
     ax.grid(True, color=GRID, linewidth=0.6)
     ax.set_axisbelow(True)
     for side in ("top", "right"):
@@ -60,12 +60,12 @@ def plot_channel(
 ) -> Axes:
     """A channel against time, in units for people."""
     if ax is None:
-        ax = _new_figure(1, size=(9.0, 2.6))[1][0, 0]
+        ax = new_figure(1, size=(9.0, 2.6))[1][0, 0]
     channel = result.channel(name)
     _, factor = channel.display_unit
     ax.plot(result.time, result[name] * factor, linewidth=0.9, label=label, color=colour or COLOURS[0])
     _name(channel, ax)
-    _style(ax)
+    style(ax)
     return ax
 
 
@@ -84,7 +84,7 @@ def plot(
     names = names or several[0].names[:6]
     if not names:
         raise InputError("plot: the result has no channels")
-    figure, axes = _new_figure(len(names), size=(9.0, 1.3 * len(names) + 0.8))
+    figure, axes = new_figure(len(names), size=(9.0, 1.3 * len(names) + 0.8))
     for i, name in enumerate(names):
         for j, result in enumerate(several):
             text = labels[j] if labels else str(result.meta.get("turbine", j))
@@ -110,7 +110,7 @@ def plot_power_curve(points: Sequence[OperatingPoint]) -> Figure:
         ("tip_out_of_plane_1", "tip_in_plane_1"),
         ("tower_top_fore_aft",),
     )
-    figure, axes = _new_figure(4, 2, size=(9.0, 9.0))
+    figure, axes = new_figure(4, 2, size=(9.0, 9.0))
     speeds = [p.wind.speed for p in points]
     for ax, names in zip(axes.flat, panels, strict=True):
         for i, name in enumerate(names):
@@ -128,7 +128,7 @@ def plot_power_curve(points: Sequence[OperatingPoint]) -> Figure:
         if len(names) > 1:
             ax.set_title("tip deflection", fontsize=9, loc="left", color=INK, pad=3)
             ax.legend(fontsize=7)
-        _style(ax)
+        style(ax)
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
     figure.suptitle("Steady operation in uniform wind, means over a revolution", fontsize=10, color=INK)
@@ -137,7 +137,7 @@ def plot_power_curve(points: Sequence[OperatingPoint]) -> Figure:
 
 def plot_performance(performance: Performance) -> Figure:
     """Power and thrust coefficient against tip-speed ratio for each pitch."""
-    figure, axes = _new_figure(1, 2, size=(9.0, 3.8))
+    figure, axes = new_figure(1, 2, size=(9.0, 3.8))
     for ax, values, name in ((axes[0, 0], performance.power, "C_p"), (axes[0, 1], performance.thrust, "C_t")):
         for j, pitch in enumerate(performance.pitch):
             ax.plot(
@@ -149,7 +149,7 @@ def plot_performance(performance: Performance) -> Figure:
         ax.set_xlabel("tip-speed ratio [-]")
         ax.set_ylabel(f"${name}$ [-]")
         ax.set_ylim(bottom=0.0)
-        _style(ax)
+        style(ax)
     axes[0, 0].legend(title="pitch", fontsize=8)
     return figure
 

@@ -16,7 +16,7 @@ import numpy as np
 from numba import types
 
 from meltemi.control.baseline import baseline
-from meltemi.control.controller import ENTRY, Controller
+from meltemi.control.controller import ENTRY, Controller, StartPoint
 from meltemi.core.errors import InputError, Status
 from meltemi.core.kernel import kernel_for
 from meltemi.simulation import step
@@ -25,7 +25,8 @@ from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import time_step
 from meltemi.simulation.result import Result
-from meltemi.simulation.trim import OperatingPoint, initialise, operating_point
+from meltemi.simulation.start import Start, begin
+from meltemi.simulation.trim import OperatingPoint, operating_point
 from meltemi.wind.fields import Wind, check_coverage, mean_speed
 
 CHUNK_SECONDS = 0.1
@@ -40,7 +41,7 @@ def simulate(
     controller: Controller | None = None,
     channels: Sequence[str] = DEFAULT,
     output_step: float = 0.05,
-    start: OperatingPoint | None = None,
+    start: OperatingPoint | Start | None = None,
     stations: Stations | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
@@ -56,7 +57,7 @@ def simulate(
       controller: by default the baseline controller with the turbine's settings.
       channels: what to record, by our names or OpenFAST's; ``"all"`` among them records everything.
       output_step: [s] between records; a multiple of the time step.
-      start: operating point to start from.
+      start: operating point or initial conditions to start from.
       stations: further places for section loads.
       progress: called with the share that is done.
 
@@ -67,68 +68,132 @@ def simulate(
     Raises:
       InputError: an argument is not valid, or the wind does not cover the run.
     """
-    turbine = model.turbine
-    if not (math.isfinite(duration) and duration > 0.0):
-        raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
-    dt = model.options.time_step or time_step(model)
-    every_output = _multiple(output_step, dt, "output_step")
-    stations = stations or Stations()
-    chosen = choose(model, channels, stations)
-    reach = turbine.nacelle.overhang + turbine.rotor_radius * math.sin(turbine.hub.precone + turbine.nacelle.tilt)
-    check_coverage(
-        wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
+    run = Simulation(
+        model,
+        wind,
+        duration=duration,
+        controller=controller,
+        channels=channels,
+        output_step=output_step,
+        start=start,
+        stations=stations,
     )
-    controller = controller or baseline(turbine.control)
-    every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
-
-    began = clock_time.perf_counter()
-    start = start or operating_point(model, mean_speed(wind, turbine.hub_height))
-    case = Case(model, wind, stations)
-    entry = case.bind(controller, start.start_point())
-    initialise(case, start)
-    n_steps = round(duration / dt) + 1
-    case.clock[step.EVERY_OUTPUT], case.clock[step.EVERY_CONTROL] = every_output, every_control
-    output = np.full(((n_steps - 1) // every_output + 1, len(chosen)), np.nan)
-    places = np.array([place(case, channel) for channel in chosen], dtype=np.int64)
-    arguments = advance_arguments(case, dt, places, output)
-    march = compiled_advance(entry.function, arguments)
-    march(0, entry.function, *arguments)
-    compiled = clock_time.perf_counter() - began
-
-    began = clock_time.perf_counter()
-    interrupted = False
     chunk = 100
     try:
-        while case.clock[step.STEP] < n_steps and case.clock[step.STATUS] == step.OK:
-            left = n_steps - int(case.clock[step.STEP])
-            at = clock_time.perf_counter()
-            march(min(chunk, left), entry.function, *arguments)
-            spent = clock_time.perf_counter() - at
+        while not run.finished:
+            began = clock_time.perf_counter()
+            run.advance(chunk)
+            spent = clock_time.perf_counter() - began
             chunk = int(np.clip(chunk * CHUNK_SECONDS / max(spent, 1e-4), 10, 4 * chunk))
             if progress is not None:
-                progress(float(case.clock[step.STEP]) / n_steps)
+                progress(run.share)
     except KeyboardInterrupt:
-        interrupted = True
-    ran = clock_time.perf_counter() - began
+        run.interrupted = True
+    return run.result()
 
-    rows = int(case.clock[step.ROW])
-    status = Status.INTERRUPTED if interrupted else Status(int(case.clock[step.STATUS]))
-    meta = describe(model, wind, controller, dt, duration)
-    meta["prepare_seconds"], meta["run_seconds"] = round(compiled, 4), round(ran, 4)
-    simulated = case.clock[step.STEP] * dt
-    meta["real_time_factor"] = round(float(simulated / max(ran, 1e-9)), 1)
-    data = output[:rows].copy()
-    for j, channel in enumerate(chosen):
-        if channel.wrap:
-            data[:, j] %= 2.0 * math.pi
-    return Result(
-        time=np.arange(rows, dtype=float) * (every_output * dt),
-        data=data,
-        channels=tuple(chosen),
-        status=status,
-        message=explain(case, status, simulated, dt),
-        meta=meta,
-    )
+
+class Simulation:
+    """A run under way: :func:`simulate` in steps of the caller's choice. The arguments are the same."""
+
+    def __init__(
+        self,
+        model: Model,
+        wind: Wind,
+        *,
+        duration: float,
+        controller: Controller | None = None,
+        channels: Sequence[str] = DEFAULT,
+        output_step: float = 0.05,
+        start: OperatingPoint | Start | None = None,
+        stations: Stations | None = None,
+    ) -> None:
+        turbine = model.turbine
+        if not (math.isfinite(duration) and duration > 0.0):
+            raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
+        dt = model.options.time_step or time_step(model)
+        every_output = _multiple(output_step, dt, "output_step")
+        stations = stations or Stations()
+        chosen = choose(model, channels, stations)
+        reach = turbine.nacelle.overhang + turbine.rotor_radius * math.sin(turbine.hub.precone + turbine.nacelle.tilt)
+        check_coverage(
+            wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
+        )
+        controller = controller or baseline(turbine.control)
+        every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
+
+        began = clock_time.perf_counter()
+        start = start or operating_point(model, wind)
+        case = Case(model, wind, stations)
+        speed = start.rotor_speed * turbine.drivetrain.gear_ratio
+        entry = case.bind(
+            controller,
+            StartPoint(mean_speed(wind, turbine.hub_height), speed, start.pitch, start.generator_torque),
+        )
+        start.put(case)
+        begin(case)
+        case.clock[step.EVERY_OUTPUT], case.clock[step.EVERY_CONTROL] = every_output, every_control
+        self.model, self.wind, self.case, self.controller = model, wind, case, controller
+        self.dt, self.duration, self.channels = dt, duration, tuple(chosen)
+        self.n_steps = round(duration / dt) + 1
+        self.interrupted = False
+        self._record_step = every_output * dt
+        self._output = np.full(((self.n_steps - 1) // every_output + 1, len(chosen)), np.nan)
+        places = np.array([place(case, channel) for channel in chosen], dtype=np.int64)
+        self._arguments = (entry.function, *advance_arguments(case, dt, places, self._output))
+        self._march = compiled_advance(*self._arguments)
+        self._march(0, *self._arguments)
+        self.prepare_seconds = clock_time.perf_counter() - began
+        self.run_seconds = 0.0
+
+    @property
+    def time(self) -> float:
+        """[s] that have been simulated."""
+        return float(self.case.clock[step.STEP]) * self.dt
+
+    @property
+    def share(self) -> float:
+        """Share of the run that is done."""
+        return float(self.case.clock[step.STEP]) / self.n_steps
+
+    @property
+    def status(self) -> Status:
+        """How the run stands."""
+        return Status.INTERRUPTED if self.interrupted else Status(int(self.case.clock[step.STATUS]))
+
+    @property
+    def finished(self) -> bool:
+        """The end is reached, or something ended the run early."""
+        return self.status is not Status.OK or bool(self.case.clock[step.STEP] >= self.n_steps)
+
+    def advance(self, n_steps: int) -> None:
+        """March some time steps, no further than to the end."""
+        began = clock_time.perf_counter()
+        self._march(min(n_steps, self.n_steps - int(self.case.clock[step.STEP])), *self._arguments)
+        self.run_seconds += clock_time.perf_counter() - began
+
+    def motion(self) -> tuple[Any, Any]:
+        """Coordinates and velocities at the last instant that was computed."""
+        case, h = self.case, self.dt
+        return case["q"] - h * (case.v_old + 0.5 * h * case.a_old), case.v_old.copy()
+
+    def result(self) -> Result:
+        """What has been recorded so far."""
+        rows = int(self.case.clock[step.ROW])
+        data = self._output[:rows].copy()
+        for j, channel in enumerate(self.channels):
+            if channel.wrap:
+                data[:, j] %= 2.0 * math.pi
+        meta = describe(self.model, self.wind, self.controller, self.dt, self.duration)
+        meta["prepare_seconds"], meta["run_seconds"] = round(self.prepare_seconds, 4), round(self.run_seconds, 4)
+        meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
+        return Result(
+            time=np.arange(rows, dtype=float) * self._record_step,
+            data=data,
+            channels=self.channels,
+            status=self.status,
+            message=explain(self.case, self.status, self.time, self.dt),
+            meta=meta,
+        )
 
 
 def _multiple(value: float, dt: float, name: str) -> int:
@@ -215,11 +280,11 @@ def _advance_for(signature: Any) -> Any:
     return kernel_for(signature)(step.advance)
 
 
-def compiled_advance(function: Any, arguments: tuple[Any, ...]) -> Any:
-    """The time loop compiled for one signature, in which the controller has the type of all controllers."""
+def compiled_advance(*arguments: Any) -> Any:
+    """The time loop compiled for its arguments but the first; the controller has the type of all controllers."""
     if numba.config.DISABLE_JIT:
         return step.advance
-    return _advance_for(types.void(types.int64, ENTRY, *(numba.typeof(argument) for argument in arguments)))
+    return _advance_for(types.void(types.int64, ENTRY, *(numba.typeof(argument) for argument in arguments[1:])))
 
 
 def explain(case: Case, status: Status, t: float, dt: float) -> str:

@@ -24,12 +24,11 @@ from numpy.typing import NDArray
 from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
-from meltemi.control.controller import StartPoint
-from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
 from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
+from meltemi.simulation.start import hold
 from meltemi.simulation.step import equations
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine import exchange as ex
@@ -82,9 +81,11 @@ class OperatingPoint:
     channels: dict[str, Channel] = field(repr=False)
     places: dict[str, int] = field(repr=False)
 
-    def start_point(self) -> StartPoint:
-        """What a controller needs to start bumpless."""
-        return StartPoint(self.wind.speed, self.generator_speed, self.pitch, self.generator_torque)
+    def put(self, case: Case) -> None:
+        """Write the state into a case of the same model, blade 1 up."""
+        hold(case, self.pitch, self.generator_torque)
+        case["q"][:], case["v"][:] = self.q, self.v
+        case.aero_state.vector[:] = self.aero
 
     def __getitem__(self, name: str) -> float:
         """Average over the revolution of a channel, by our name or OpenFAST's, in SI."""
@@ -447,19 +448,3 @@ class _Orbit:
             channels=channels,
             places=places,
         )
-
-
-def initialise(case: Case, start: OperatingPoint) -> None:
-    """Put a case into an operating point, blade 1 up, at time 0."""
-    case["q"][:], case["v"][:] = start.q, start.v
-    case.aero_state.vector[:] = start.aero
-    case["pitch"][:] = 0.0
-    case["pitch"][ANGLE] = start.pitch
-    case["drive"][ex.GENERATOR_TORQUE] = start.generator_torque
-    demands = case["demands"]
-    demands[:] = 0.0
-    demands[GENERATOR_TORQUE] = start.generator_torque
-    demands[PITCH_DEMAND : PITCH_DEMAND + case.model.n_blades] = start.pitch
-    case.evaluate(0.0)
-    case.loads(0.0)
-    case.v_old[:], case.a_old[:] = case["v"], case["a"]

@@ -294,10 +294,15 @@ def natural_modes(
         M[:3, :3] += base_mass * np.eye(3)
         alone[:3, :3] += base_mass * np.eye(3)
     inside = np.ix_(free, free)
-    n = min(n, len(free))
-    value, vector = scipy.linalg.eigh(K[inside], M[inside], subset_by_index=(0, n - 1))
+    # the flexibility problem M x = K x / w^2: stiff directions and sections without inertia do no harm
+    total = len(free)
+    n = min(n, total)
+    inverse, vector = scipy.linalg.eigh(M[inside], K[inside], subset_by_index=(total - n, total - 1))
+    moving = np.flatnonzero(inverse > 1e-12 * inverse[-1])[::-1]
+    n, inverse = len(moving), inverse[moving]
+    value = 1.0 / inverse
     shape = np.zeros((n, size))
-    shape[:, free] = vector.T
+    shape[:, free] = (vector[:, moving] / np.sqrt(inverse)).T
     return Modes(
         mesh.z,
         mesh.points,

@@ -8,6 +8,7 @@ few places, applied here one by one:
 * zero-lift angles and drag floors as stated in the airfoil files, for OpenFAST's fit of the dynamic stall;
 * mode shapes of blades and tower are the deck's polynomials (the fore-aft one makes the tower 3 % stiffer
   than its section data, see docs/verification);
+* the tower of its AeroDyn file reaches the top diameter 2.3 m below the top, and is up to 1.4 % thinner;
 * pitch actuators: none.
 
 Options: blades without torsion (ElastoDyn has none), yaw locked, no drag on the tower, nodes of the
@@ -36,6 +37,8 @@ AIRFOIL_CONSTANTS = {
     "naca64": (-4.432, 0.0065),
 }
 """Angle of zero lift [deg] and drag coefficient there, from the deck's airfoil files."""
+TOWER_DIAMETER = ((0.0, 85.268, 87.6), (6.0, 3.87, 3.87))
+"""Heights and diameters [m] of the tower in the deck's AeroDyn file, linear between."""
 BLADE_SHAPES = {
     "flap": ((0.0622, 1.7254, -3.2452, 4.7131, -2.2555), (-0.5809, 1.2067, -15.5349, 29.7347, -13.8255)),
     "edge": ((0.3627, 2.5337, -3.5772, 2.376, -0.6952),),
@@ -62,6 +65,7 @@ def deck_turbine(turbine: Turbine) -> Turbine:
         "pitch_actuator.kind": "ideal",
         "blade.structure.mode_shapes": BLADE_SHAPES,
         "tower.mode_shapes": TOWER_SHAPES,
+        "tower.diameter": np.interp(turbine.tower.position, *TOWER_DIAMETER).tolist(),
         "name": f"{turbine.name}-deck",
     }
     for name, (zero_lift, drag) in AIRFOIL_CONSTANTS.items():

@@ -1,0 +1,51 @@
+"""Mechanical energy of the machine: kept by a run without air, damping, drive and brake.
+
+Reference: docs/theory/structure.md (S-45).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meltemi.core.tables import View
+from meltemi.simulation.case import Case
+from meltemi.simulation.step import equations
+from meltemi.structure.dynamics import STIFFNESS, WEIGHT
+from meltemi.structure.kinematics import N_SHAFT, TORSION, YAW
+from meltemi.structure.tables import BLADE_NODE, STRUCTURE
+from meltemi.turbine.exchange import FRAME, MACHINE, MOTION
+
+
+def mechanical_energy(case: Case) -> tuple[float, float, float]:
+    """Kinetic, elastic and gravitational energy [J] for the present coordinates and velocities."""
+    equations(0.0, 0.0, *case.parts)
+    model = case.model
+    q, v, n = case["q"], case["v"], model.n_core
+    A, D = (np.tril(m) + np.tril(m, -1).swapaxes(-1, -2) for m in (case["core_mass"], case["arm_mass"]))
+    v_core, v_blade = v[:n], v[n:].reshape(model.n_blades, -1)
+    kinetic = 0.5 * v_core @ A @ v_core
+    kinetic += np.einsum("bk,bkj,j->", v_blade, case["coupling"], v_core)
+    kinetic += 0.5 * np.einsum("bk,bkl,bl->", v_blade, D, v_blade)
+
+    p = View(STRUCTURE, model.structure)
+    tower = q[: n - N_SHAFT]
+    twist, yaw = q[len(tower) + TORSION], q[len(tower) + YAW]
+    q_blade = q[n:].reshape(model.n_blades, -1)
+    matrix = model.tower_matrix
+    elastic = 0.5 * tower @ matrix[STIFFNESS] @ tower
+    elastic += 0.5 * (float(p["shaft_stiffness"]) * twist**2 + float(p["yaw_stiffness"]) * yaw**2)
+    elastic += 0.5 * np.einsum("bk,bkl,bl->", q_blade, model.modal[0], q_blade)
+
+    machine = View(MACHINE, case["machine"])
+    shaft, top, hub = machine["shaft"], machine["top_position"], machine["hub_position"]
+    lift = float(p["nacelle_mass"]) * (top + machine["nacelle"].reshape(3, 3) @ p["nacelle_centre"])[2]
+    lift += float(p["hub_mass"]) * (hub + float(p["hub_centre"]) * shaft)[2]
+    nodes, motion = View(BLADE_NODE, model.blade_nodes), View(MOTION, case["motion"])
+    for b in range(model.n_blades):
+        R = View(FRAME, case["frame"])["orientation"][:, b].reshape(3, 3)
+        moment = nodes["moment"][:, b] + np.cross(motion["rotation"][:, b], nodes["moment"][:, b], axis=0)
+        total = nodes["mass"][b].sum()
+        lift += total * hub[2] + (R @ (nodes["mass"][b] * motion["position"][:, b] + moment).sum(axis=1))[2]
+    # the tower's own part, as far as it changes
+    lift += 0.5 * tower @ matrix[WEIGHT] @ tower - model.tower_weight @ tower
+    return float(kinetic), float(elastic), float(p["gravity"]) * float(lift)

@@ -1,0 +1,66 @@
+"""Where a run begins when it does not begin in steady operation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from meltemi.control.actuators import ANGLE
+from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.simulation.case import Case
+from meltemi.structure.kinematics import GENERATOR
+from meltemi.turbine import exchange as ex
+
+
+@dataclass(frozen=True)
+class Start:
+    """Initial conditions; whatever is not named is zero. Inflow and stall start settled.
+
+    Attributes:
+      rotor_speed: [rad/s].
+      pitch: [rad] of all blades.
+      generator_torque: [N m].
+      coordinates, velocities: by the names in ``Model.coordinates``, in m, rad and per second.
+    """
+
+    rotor_speed: float = 0.0
+    pitch: float = 0.0
+    generator_torque: float = 0.0
+    coordinates: Mapping[str, float] = field(default_factory=dict)
+    velocities: Mapping[str, float] = field(default_factory=dict)
+
+    def put(self, case: Case) -> None:
+        """Write the initial conditions into a case.
+
+        Raises:
+          InputError: a coordinate does not exist.
+        """
+        names = case.model.coordinates
+        hold(case, self.pitch, self.generator_torque)
+        for array, values in (("q", self.coordinates), ("v", self.velocities)):
+            case[array][:] = 0.0
+            for name, value in values.items():
+                if name not in names:
+                    raise InputError(f"start: no coordinate {name!r}: {did_you_mean(name, names)}")
+                case[array][names.index(name)] = value
+        case["v"][len(case.model.tower.names) + GENERATOR] += self.rotor_speed
+        case.settle(0.0)
+
+
+def hold(case: Case, pitch: float, torque: float) -> None:
+    """Set actuators and demands to a pitch angle and a generator torque at rest."""
+    case["pitch"][:] = 0.0
+    case["pitch"][ANGLE] = pitch
+    case["drive"][ex.GENERATOR_TORQUE] = torque
+    demands = case["demands"]
+    demands[:] = 0.0
+    demands[GENERATOR_TORQUE] = torque
+    demands[PITCH_DEMAND : PITCH_DEMAND + case.model.n_blades] = pitch
+
+
+def begin(case: Case) -> None:
+    """Compute everything at time 0 after the state was set, so that the first step finds it."""
+    case.evaluate(0.0)
+    case.loads(0.0)
+    case.v_old[:], case.a_old[:] = case["v"], case["a"]
