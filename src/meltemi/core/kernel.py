@@ -110,15 +110,29 @@ def kernel_for(signature: Any) -> Callable[[F], F]:
     return decorate
 
 
+_DISPATCHERS: list[Any] = []
+
+
+def statistics() -> tuple[int, int]:
+    """Signatures of all kernels in this process, and how many of them had to be compiled here."""
+    signatures = sum(len(d.nopython_signatures) for d in _DISPATCHERS)
+    compiled = sum(sum(d.stats.cache_misses.values()) for d in _DISPATCHERS)
+    return signatures, compiled
+
+
 def _compiled(function: F, *signature: Any) -> F:
     folder = cache_folder()
     options: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy", "nogil": True}
     if folder is None or numba.config.DISABLE_JIT:
-        return numba.njit(*signature, **options)(function)
-    # Numba reads this setting when a function is decorated; the user's own functions keep theirs.
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(folder)
-    try:
-        return numba.njit(*signature, cache=True, **options)(function)
-    finally:
-        numba.config.CACHE_DIR = before
+        compiled = numba.njit(*signature, **options)(function)
+    else:
+        # Numba reads this setting when a function is decorated; the user's own functions keep theirs.
+        before = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(folder)
+        try:
+            compiled = numba.njit(*signature, cache=True, **options)(function)
+        finally:
+            numba.config.CACHE_DIR = before
+    if not numba.config.DISABLE_JIT:
+        _DISPATCHERS.append(compiled)
+    return compiled

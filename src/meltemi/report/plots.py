@@ -43,6 +43,7 @@ def new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share:
 
 
 def style(ax: Axes) -> None:
+    """A light grid and no box."""
     ax.grid(True, color=GRID, linewidth=0.6)
     ax.set_axisbelow(True)
     for side in ("top", "right"):

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 class Verdict(StrEnum):
     """What a row shows; only FAIL is an error."""
 
-    PASS = "pass"  # noqa: S105
+    PASS = "pass"
     KNOWN = "known deviation"
     FAIL = "FAIL"
     REPORTED = "reported"
