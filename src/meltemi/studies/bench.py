@@ -51,8 +51,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
         say(f"a run of {duration:g} s ...")
         run = _child(f"timed_run({duration!r})", folder)
     case = (
-        "NREL 5 MW in turbulence, 2 flap + 1 edge + 1 torsion modes a blade, 4 tower modes, drivetrain torsion, dynamic "
-        f"inflow and stall, 20 nodes a blade, {len(CHANNELS) - 1} channels at 20 Hz, baseline controller"
+        "NREL 5 MW in turbulence, 2 flap + 1 edge + 1 torsion modes a blade, 4 tower modes, drivetrain torsion, "
+        f"dynamic inflow and stall, 20 nodes a blade, {len(CHANNELS) - 1} channels at 20 Hz, baseline controller"
     )
     return {
         "import_s": round(import_s, 3),

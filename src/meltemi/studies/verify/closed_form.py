@@ -175,7 +175,7 @@ def _static(turbine: Turbine) -> list[Row]:
     case.evaluate(0.0)
     case.loads(0.0)
     root = case.view("root")
-    deflection = MASS * light * LENGTH**4 / (8.0 * EDGE)
+    deflection = -MASS * light * LENGTH**4 / (8.0 * EDGE)  # y points up there
     moment = MASS * light * LENGTH * 0.5 * LENGTH
     where = "horizontal blade, own weight"
     return [

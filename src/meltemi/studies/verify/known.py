@@ -29,6 +29,7 @@ KNOWN = (
     Known("turbulence *", "OoPDefl1 mean", "*", 3.0, ELASTODYN),
     Known("turbulence *", "IPDefl1 mean", "*", 3.0, ELASTODYN),
     Known("gust", "*", "set B", 5.0, STALE_WIND),
+    Known("periodic B", "OoPDefl1 amplitude", "shear_12", 6.0, STALE_WIND),
     Known("wind step", "GenPwr largest of a revolution", "set B", 3.0, STALE_WIND),
     Known("report modes", "natural frequency", "1st tower fore-aft", 3.5, TOWER_SHAPE),
 )

@@ -189,10 +189,11 @@ def pitch_steps() -> Comparison:
         axes[0, 0].plot(
             result.time[shown], result["RtFldFxh"][shown] * 1e-3, color=COLOURS[i], label=f"options of set {aero}"
         )
-        lows = [
+        low = next(
             float(r["lowest"]) for r in reference_table("pitch_step") if (r["set"], r["channel"]) == (aero, "RtFldFxh")
-        ]
-        axes[0, 0].plot([80.1], [lows[0] * 1e-3], "o", mfc="none", color=COLOURS[i])
+        )
+        at = result.time[result["RtFldFxh"].argmin()]
+        axes[0, 0].plot([at], [low * 1e-3], "o", mfc="none", color=COLOURS[i])
     axes[0, 0].set_xlabel("time [s]")
     axes[0, 0].set_ylabel("thrust [kN]")
     axes[0, 0].legend(fontsize=8, title="circles: OpenFAST's lowest value", title_fontsize=8)
