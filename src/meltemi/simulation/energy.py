@@ -1,6 +1,6 @@
 """Mechanical energy of the machine: kept by a run without air, damping, drive and brake.
 
-Reference: docs/theory/structure.md (S-45).
+Reference: docs/theory/structure.md (S-48).
 """
 
 from __future__ import annotations
