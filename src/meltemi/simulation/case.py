@@ -39,6 +39,8 @@ from meltemi.turbine.exchange import DRIVE, FRAME, LOAD, MACHINE, MOTION
 from meltemi.wind.fields import Wind, wind_arrays
 
 Float = NDArray[np.float64]
+LEAST_BRAKE_SPEED = 0.05
+"""[rad/s] of the generator, within which the brake's dry friction is smoothed at least."""
 
 
 class Arena:
@@ -176,6 +178,7 @@ class Case:
         self.clock = np.zeros(N_CLOCK, dtype=np.int64)
         self.clock[[EVERY_OUTPUT, EVERY_CONTROL]] = 1
         self.clock[CORRECTIONS] = model.options.corrections
+        self.arrays["drive"][DRIVE.index("brake_speed")] = LEAST_BRAKE_SPEED
         self.arrays["drive"][DRIVE.index("yaw_held")] = float(model.options.yaw != "free")
         self.arrays["memory"][MEMORY.index("phi")] = 0.1
         self.arrays["memory"][MEMORY.index("slope")] = 1.0

@@ -20,7 +20,7 @@ from meltemi.control.controller import ENTRY, Controller, StartPoint
 from meltemi.core.errors import InputError, Status
 from meltemi.core.kernel import kernel_for
 from meltemi.simulation import step
-from meltemi.simulation.case import Case, Stations
+from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case, Stations
 from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import time_step
@@ -129,6 +129,9 @@ class Simulation:
             controller,
             StartPoint(mean_speed(wind, turbine.hub_height), speed, start.pitch, start.generator_torque),
         )
+        # dry friction acts over a speed that a step of full braking cannot jump across
+        brake_step = turbine.drivetrain.brake_torque * dt / turbine.drivetrain.generator_inertia
+        case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.0 * brake_step)
         start.put(case)
         begin(case)
         case.clock[step.EVERY_OUTPUT], case.clock[step.EVERY_CONTROL] = every_output, every_control

@@ -51,8 +51,6 @@ NODE_MASS, NODE_MOMENT, NODE_INERTIA = BLADE_NODE.slots("mass moment inertia")
 B_MASS, B_MOMENT, B_INERTIA, B_FORCE, B_TORQUE = BODY.slots("mass moment inertia force torque")
 MASS, STIFFNESS, DAMPING, WEIGHT = 0, 1, 2, 3
 """Layers of ``tower_matrix``; WEIGHT is the gravity stiffness for unit gravity."""
-BRAKE_SPEED = 0.05
-"""[rad/s] generator speed within which Coulomb friction of the brake is smoothed."""
 
 
 @kernel
@@ -305,7 +303,7 @@ def drivetrain(
         for j in range(i + 1):
             core_mass[i, j] += Jg * along * dot(vec2(columns, 3, j), shaft)
     core_mass[g, g] += Jg * ratio * ratio
-    brake = drive[ex.BRAKE_TORQUE] * tanh(ratio * v[g] / BRAKE_SPEED)
+    brake = drive[ex.BRAKE_TORQUE] * tanh(ratio * v[g] / drive[ex.BRAKE_SPEED])
     core_force[g] -= ratio * (drive[ex.GENERATOR_TORQUE] + brake) + ratio * dot(shaft, known)
     core_force[t] -= p[SHAFT_STIFFNESS] * q[t] + p[SHAFT_DAMPING] * v[t]
     twist, twist_rate = q[y] - drive[ex.YAW_COMMAND], v[y] - drive[ex.YAW_COMMAND_RATE]

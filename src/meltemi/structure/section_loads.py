@@ -344,14 +344,19 @@ def station_loads(
                     continue
                 # the outer part of a cut piece has its middle further out
                 shift = 0.5 * (1.0 - share) * (edges[n + 1] - edges[n])
-                arm = sub(add(r, Vec(0.0, 0.0, shift)), station_place(nodes, motion, p[HUB_RADIUS] + stations[i], b))
+                root = p[HUB_RADIUS]
+                arm = sub(add(r, Vec(0.0, 0.0, shift)), station_place(nodes, motion, root, root + stations[i], b))
                 put3(out, S_FORCE, b, i, add_scaled(vec3(out, S_FORCE, b, i), share, F))
                 put3(out, S_MOMENT, b, i, add_scaled(vec3(out, S_MOMENT, b, i), share, add(M, cross(arm, F))))
 
 
 @kernel
-def station_place(nodes: Float, motion: Float, z: float, b: int) -> Vec:
-    """Deflected place of a station at ``z`` [m] from the apex, linear between the nodes around it."""
+def station_place(nodes: Float, motion: Float, root: float, z: float, b: int) -> Vec:
+    """Deflected place of a station at ``z`` [m] from the apex, linear between root, nodes and beyond the last."""
+    first = nodes[NODE_POSITION + 2, b, 0]
+    if z < first:
+        w = (z - root) / (first - root)
+        return add_scaled(Vec(0.0, 0.0, (1.0 - w) * root), w, vec3(motion, ex.POSITION, b, 0))
     n = 0
     for i in range(1, motion.shape[2] - 1):
         if z >= nodes[NODE_POSITION + 2, b, i]:

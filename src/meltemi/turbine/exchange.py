@@ -101,6 +101,7 @@ DRIVE = table(
     """
     generator_torque | N m   | on the generator's shaft, against the rotor's rotation when positive
     brake_torque     | N m   | of the brake on the generator's shaft, against its rotation
+    brake_speed      | rad/s | generator speed within which the brake's dry friction is smoothed
     yaw_command      | rad   | yaw angle that the yaw drive holds
     yaw_command_rate | rad/s | rate at which it turns
     yaw_held         | -     | 1 when the drive holds the bearing through its spring and damper, 0 when it lets go
@@ -108,6 +109,6 @@ DRIVE = table(
 )
 """What the control side does to the structure."""
 
-GENERATOR_TORQUE, BRAKE_TORQUE, YAW_COMMAND, YAW_COMMAND_RATE, YAW_HELD = DRIVE.slots(
-    "generator_torque brake_torque yaw_command yaw_command_rate yaw_held"
+GENERATOR_TORQUE, BRAKE_TORQUE, BRAKE_SPEED, YAW_COMMAND, YAW_COMMAND_RATE, YAW_HELD = DRIVE.slots(
+    "generator_torque brake_torque brake_speed yaw_command yaw_command_rate yaw_held"
 )

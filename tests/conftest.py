@@ -1,0 +1,31 @@
+"""What several tests share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import meltemi
+from meltemi import Model, Turbine
+
+REFERENCE = Path(__file__).parents[2] / "shared" / "reference"
+
+
+@pytest.fixture(scope="session")
+def turbine() -> Turbine:
+    return meltemi.load_turbine("nrel5mw")
+
+
+@pytest.fixture(scope="session")
+def model(turbine: Turbine) -> Model:
+    """Default degrees of freedom and aerodynamics."""
+    return meltemi.build(turbine)
+
+
+@pytest.fixture(scope="session")
+def reference() -> Path:
+    """Folder of the reference runs, which lies beside the repository where it is developed."""
+    if not (REFERENCE / "openfast").is_dir():
+        pytest.skip(f"needs the OpenFAST reference runs in {REFERENCE}")
+    return REFERENCE

@@ -1,0 +1,203 @@
+"""Every option changes something, in the direction it should."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi import BEDDOES, Environment, ModelOptions, Result, SteadyWind, Turbine, operating_point, simulate
+
+STEADY: list[tuple[dict[str, Any], dict[str, Any], str, float]] = [
+    # option, base, channel, sign of option minus base
+    ({"wake": "none"}, {}, "rotor_aero_thrust", +1.0),
+    ({"tip_loss": False}, {}, "generator_power", +1.0),
+    ({"hub_loss": False}, {"axial_drag": True}, "node_2_axial_induction_1", -1.0),
+    ({"axial_drag": True}, {}, "rotor_aero_thrust", -1.0),
+    ({"tangential_drag": True}, {}, "node_10_tangential_induction_1", -1.0),
+    ({"tower_influence": "none"}, {}, "generator_power", +1.0),
+    ({"tower_influence": "lower_half"}, {"tower_influence": "none"}, "generator_power", -1.0),
+    ({"tower_drag": False}, {}, "tower_base_moment_fore_aft", -1.0),
+    ({"torsion_modes": 0}, {}, "rotor_aero_thrust", +1.0),
+    ({"stall_curvature": False}, {}, "rotor_aero_thrust", 0.0),
+    ({"stall": "static"}, {}, "rotor_aero_thrust", 0.0),
+    ({"mode_shapes": "given", "torsion_modes": 0}, {"torsion_modes": 0}, "tip_out_of_plane_1", 0.0),
+    ({"flap_modes": 1}, {}, "tip_out_of_plane_1", 0.0),
+    ({"edge_modes": 2}, {}, "tip_in_plane_1", 0.0),
+    ({"fore_aft_modes": 1}, {}, "tower_top_fore_aft", 0.0),
+    ({"side_side_modes": 1}, {}, "tower_top_side_side", 0.0),
+    ({"blade_nodes": 40}, {}, "generator_power", 0.0),
+    ({"tower_nodes": 41}, {}, "tower_base_moment_fore_aft", 0.0),
+    ({"locked": ("blades",)}, {}, "tower_base_moment_fore_aft", 0.0),
+    ({"locked": ("tower",)}, {}, "yaw_moment_x", 0.0),
+]
+
+
+def deck(turbine: Turbine) -> Turbine:
+    from meltemi.studies.openfast_deck import deck_turbine
+
+    return deck_turbine(turbine)
+
+
+@pytest.mark.parametrize(("change", "base", "channel", "sign"), STEADY, ids=lambda v: str(v)[:40])
+def test_in_steady_operation(
+    turbine: Turbine, change: dict[str, Any], base: dict[str, Any], channel: str, sign: float
+) -> None:
+    described = deck(turbine) if "mode_shapes" in change else turbine
+    points = [
+        operating_point(meltemi.build(described, ModelOptions(**kw)), 9.0) for kw in (base, {**base, **change})
+    ]
+    difference = points[1][channel] - points[0][channel]
+    assert abs(difference) > 1e-6 * abs(points[0][channel])
+    if sign:
+        assert np.sign(difference) == sign
+
+
+def test_high_induction_correction_raises_thrust_of_a_heavily_loaded_rotor(turbine: Turbine) -> None:
+    thrust = [
+        meltemi.rotor_performance(turbine, [12.0], [-0.035], options=ModelOptions(high_induction=kind)).thrust[0, 0]
+        for kind in ("buhl", "none")
+    ]
+    assert thrust[0] > thrust[1] + 0.02
+
+
+def run(turbine: Turbine, options: ModelOptions, wind: SteadyWind | None = None, **keywords: Any) -> Result:
+    keywords = {"duration": 30.0, "channels": ["azimuth", "RootMyc1", "YawBrMzp", "RtFldFxh", "GenPwr"], **keywords}
+    return simulate(meltemi.build(turbine, options), wind or SteadyWind(speed=10.0), **keywords)
+
+
+def test_skewed_wake_adds_a_restoring_yaw_moment(turbine: Turbine) -> None:
+    wind = SteadyWind(speed=10.0, direction=np.radians(25.0))
+    corrected, plain = (run(turbine, ModelOptions(skew=kind), wind)["YawBrMzp"].mean() for kind in ("glauert", "none"))
+    # the wind blows towards -y: turning the nacelle clockwise (negative) lines it up
+    assert corrected < plain - 1e5
+
+
+def pitch_step(turbine: Turbine, **options: Any) -> Any:
+    """Thrust after a pitch step of the rigid rotor."""
+    from meltemi.control import signals as s
+
+    def step(state: Any, measured: Any, demands: Any, dt: float) -> None:
+        demands[s.PITCH_DEMAND : s.PITCH_DEMAND + 3] = 0.035 if measured[s.TIME] >= 5.0 else 0.0
+
+    locked = ("tower", "yaw", "generator", "drivetrain", "blades")
+    ideal = turbine.replace(**{"pitch_actuator.kind": "ideal"})
+    result = run(
+        ideal,
+        ModelOptions(locked=locked, tower_influence="none", **options),
+        duration=60.0,
+        controller=meltemi.Controller(update=step),
+        start=meltemi.Start(rotor_speed=1.19),
+    )
+    return result["RtFldFxh"]
+
+
+def undershoot(thrust: Any) -> tuple[float, float]:
+    """Undershoot relative to the change, and samples until half of it is made good."""
+    low, final, before = thrust[100:].min(), thrust[-1], thrust[90]
+    late = thrust[100 + int(np.argmin(thrust[100:])) :]
+    return float((final - low) / (before - final)), float(np.argmax(late > 0.5 * (low + final)))
+
+
+def test_dynamic_inflow_undershoots_and_recovers_with_its_time(turbine: Turbine) -> None:
+    quasi = undershoot(pitch_step(turbine, inflow="quasi_steady", stall="static"))[0]
+    quick = undershoot(pitch_step(turbine, inflow="constant", inflow_time=2.0, stall="static"))
+    slow = undershoot(pitch_step(turbine, inflow="constant", inflow_time=8.0, stall="static"))
+    variable = undershoot(pitch_step(turbine, inflow="variable", stall="static"))
+    assert abs(quasi) < 1e-3
+    assert min(quick[0], slow[0], variable[0]) > 0.3
+    assert slow[1] == pytest.approx(4.0 * quick[1], rel=0.1)
+    assert quick[1] < variable[1]
+
+
+def test_dynamic_stall_lags_behind_static_polars(turbine: Turbine) -> None:
+    # at 30 deg of yaw in strong wind the angle of attack swings: lift follows late and less
+    wind = SteadyWind(speed=18.0, direction=np.radians(30.0))
+    series = {}
+    for name, options in {
+        "static": ModelOptions(stall="static"),
+        "hansen": ModelOptions(),
+        "beddoes": ModelOptions(stall_constants=BEDDOES),
+    }.items():
+        result = run(turbine, options, wind, channels=["node_14_lift_1", "node_14_alpha_1"])
+        series[name] = result["node_14_lift_1"]
+    assert np.ptp(series["hansen"]) < np.ptp(series["static"])
+    assert np.max(np.abs(series["beddoes"] - series["hansen"])) > 1e-3
+
+
+def test_stall_fit_of_openfast_differs(turbine: Turbine) -> None:
+    wind = SteadyWind(speed=18.0, direction=np.radians(30.0))
+    a, b = (run(deck(turbine), ModelOptions(stall_fit=fit), wind)["RtFldFxh"] for fit in ("hansen", "openfast"))
+    assert np.max(np.abs(a - b)) > 10.0
+
+
+def test_corrections_and_iterations_and_step_change_little(turbine: Turbine) -> None:
+    base = run(turbine, ModelOptions())["RootMyc1"]
+    for options, least, most in (
+        (ModelOptions(corrections=1), 1e-9, 2e-3),
+        (ModelOptions(induction_iterations=12), 0.0, 1e-5),
+        (ModelOptions(time_step=0.005), 1e-9, 2e-3),
+    ):
+        change = np.max(np.abs(run(turbine, options)["RootMyc1"] / base - 1.0))
+        assert least <= change < most
+
+
+def test_air_density_and_gravity(turbine: Turbine) -> None:
+    thin = meltemi.build(turbine, environment=Environment(air_density=1.0))
+    dense = meltemi.build(turbine)
+    assert operating_point(thin, 8.0)["generator_power"] < 0.83 * operating_point(dense, 8.0)["generator_power"]
+    floating = meltemi.build(turbine, environment=Environment(gravity=0.0))
+    weight = operating_point(dense, 8.0)["tower_base_force_z"] - operating_point(floating, 8.0)["tower_base_force_z"]
+    assert weight == pytest.approx(-9.80665 * (240000 + 56780 + 3 * 17740 + 347460), rel=2e-3)
+
+
+@pytest.mark.parametrize("name", ["drivetrain", "generator", "yaw", "flap", "edge", "torsion", "tower", "blades"])
+def test_locked_coordinates_do_not_move(turbine: Turbine, name: str) -> None:
+    model = meltemi.build(turbine, ModelOptions(locked=(name,)))
+    assert model.locked.any()
+    names = [n for n, locked in zip(model.coordinates, model.locked, strict=True) if locked and n != "generator"]
+    channels = ["nacelle_yaw" if n == "yaw" else f"q {n}" for n in names]
+    result = simulate(model, SteadyWind(speed=11.0), duration=5.0, channels=[*channels, "rotor_speed"])
+    for channel in channels:
+        assert np.all(result[channel] == 0.0), channel
+    if name == "generator":
+        assert np.ptp(result["q generator"] if "q generator" in result else [0.0]) == 0.0
+
+
+def test_pitch_actuator_lags_and_ideal_does_not(turbine: Turbine) -> None:
+    def demand(state: Any, measured: Any, demands: Any, dt: float) -> None:
+        from meltemi.control import signals as s
+
+        demands[s.PITCH_DEMAND : s.PITCH_DEMAND + 3] = 0.1 if measured[s.TIME] > 1.0 else 0.0
+
+    pitch: dict[str, Any] = {}
+    for kind in ("second_order", "ideal"):
+        described = turbine.replace(**{"pitch_actuator.kind": kind})
+        result = run(
+            described,
+            ModelOptions(),
+            duration=5.0,
+            controller=meltemi.Controller(update=demand),
+            start=meltemi.Start(rotor_speed=1.0),
+            channels=["pitch_1", "pitch_rate_1"],
+        )
+        pitch[kind] = result["pitch_1"]
+        assert np.max(np.abs(result["pitch_rate_1"])) <= turbine.pitch_actuator.rate_limit + 1e-12
+    assert pitch["ideal"][22] == pytest.approx(0.1)
+    assert 0.0 < pitch["second_order"][22] < 0.05
+    assert pitch["second_order"][-1] == pytest.approx(0.1, abs=1e-3)
+
+
+def test_environment_and_options_refuse_nonsense() -> None:
+    builders: list[Callable[[], Any]] = [
+        lambda: ModelOptions(blade_nodes=3),
+        lambda: ModelOptions(wake="vortex"),
+        lambda: ModelOptions(time_step=0.0),
+        lambda: Environment(air_density=-1.0),
+    ]
+    for builder in builders:
+        with pytest.raises(ValueError, match=r"."):
+            builder()

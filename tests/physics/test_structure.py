@@ -1,0 +1,333 @@
+"""Structure: beams with closed forms, symmetry, section loads, bearing, foundation, brake."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi import Environment, ModelOptions, Start, Stations, SteadyWind, Turbine, UnsupportedError, simulate
+from meltemi.control import signals as s
+from meltemi.simulation.modes import equilibrium, natural_modes, vacuum_case
+from meltemi.structure.beam import assemble
+from meltemi.structure.members import blade_beam
+from meltemi.studies.verify.closed_form import NO_DAMPING, uniform_blade
+
+CALM = SteadyWind(speed=0.0)
+LENGTH, EI, GJ, COUPLING, MASS = 60.0, 3.0e9, 1.0e9, 0.6e9, 250.0
+
+
+def coupled_blade(turbine: Turbine) -> Turbine:
+    """Uniform straight blade whose flapwise bending turns it nose up or down."""
+    K = np.diag([1e12, 1e12, 1e12, 2.0 * EI, EI, GJ])
+    K[4, 5] = K[5, 4] = COUPLING
+    M = np.diag([MASS, MASS, MASS, 50.0, 50.0, 100.0])
+    structure = {
+        "position": [0.0, 0.5 * LENGTH, LENGTH],
+        "twist": [0.0] * 3,
+        "stiffness_matrix": [K.tolist()] * 3,
+        "mass_matrix": [M.tolist()] * 3,
+        "damping": NO_DAMPING,
+    }
+    return uniform_blade(turbine, **{"blade.structure": structure})
+
+
+def test_bend_twist_coupling_of_the_finite_elements(turbine: Turbine) -> None:
+    # with M = [EI K; K GJ] kappa and a force at the tip: kappa_y = F x GJ / D, kappa_z = -F x K / D, D = EI GJ - K^2
+    mesh = assemble(blade_beam(coupled_blade(turbine).blade.structure), np.linspace(0.0, LENGTH, 11))
+    force = np.zeros(mesh.stiffness.shape[0] - 6)
+    force[-6] = 1e4
+    u = np.linalg.solve(mesh.stiffness[6:, 6:], force)
+    determinant = EI * GJ - COUPLING**2
+    assert u[-6] == pytest.approx(1e4 * LENGTH**3 / 3.0 * GJ / determinant, rel=1e-4)
+    assert u[-1] == pytest.approx(-1e4 * LENGTH**2 / 2.0 * COUPLING / determinant, rel=1e-4)
+
+
+def test_bend_twist_coupling_in_the_assembled_machine(turbine: Turbine) -> None:
+    # own weight of a horizontal blade pitched by 90 deg bends it flapwise: w L^4 / 8, and twists it: w L^3 / 6
+    gravity = 1e-3
+    locked = ("tower", "yaw", "drivetrain", "generator")
+    options = ModelOptions(flap_modes=4, edge_modes=1, torsion_modes=3, blade_nodes=40, locked=locked)
+    model = meltemi.build(coupled_blade(turbine), options, Environment(gravity=gravity))
+    case = vacuum_case(model)
+    Start(pitch=0.5 * np.pi, coordinates={"generator": 0.5 * np.pi}).put(case)
+    equilibrium(case, np.flatnonzero(model.locked == 0.0))
+    case.evaluate(0.0)
+    case.loads(0.0)
+    determinant = EI * GJ - COUPLING**2
+    w = MASS * gravity
+    root = case.view("root")
+    bend, twist = root["pitched_tip"][0, 0], root["tip_rotation"][2, 0]
+    assert abs(bend) == pytest.approx(w * LENGTH**4 / 8.0 * GJ / determinant, rel=2e-3)
+    assert abs(twist) == pytest.approx(w * LENGTH**3 / 6.0 * COUPLING / determinant, rel=1e-2)
+    assert np.sign(bend) == -np.sign(twist)
+
+
+def test_frequencies_converge_with_the_elements(turbine: Turbine) -> None:
+    from meltemi.structure.beam import natural_modes as beam_modes
+
+    beam = blade_beam(turbine.blade.structure)
+    first = [beam_modes(assemble(beam, np.linspace(0.0, 61.5, n + 1)), 4).frequency for n in (20, 40, 80, 640)]
+    error = [float(np.max(np.abs(f / first[-1] - 1.0))) for f in first[:3]]
+    assert error[1] < 1e-3
+    assert error[2] < 0.5 * error[1] < 0.5 * error[0]
+
+
+def test_rotor_is_symmetric_under_a_third_of_a_turn(turbine: Turbine) -> None:
+    """Turned by 120 deg with the blades renamed, the machine does exactly the same."""
+    model = meltemi.build(turbine)
+    wind = SteadyWind(speed=11.0, shear_exponent=0.2)
+    names = ["RootMyc1", "RootMyc2", "RootMyc3", "TwrBsMyt", "RotSpeed"]
+    runs = []
+    for turned in (0, 1):
+        coordinates = {"generator": 2.0 * np.pi / 3.0 * turned}
+        for b in (1, 2, 3):
+            # what blade b has in the first run, the blade that takes its place has in the second
+            other = (b - 1 - turned) % 3 + 1
+            coordinates |= {f"blade {other} 1st flap": 1.0 * b, f"blade {other} 1st edge": 0.1 * b}
+        start = Start(rotor_speed=1.2, coordinates=coordinates, generator_torque=3e4)
+        runs.append(simulate(model, wind, duration=20.0, channels=names, start=start, controller=meltemi.fixed()))
+    for b in (1, 2, 3):
+        other = (b - 2) % 3 + 1
+        assert runs[1][f"RootMyc{other}"] == pytest.approx(runs[0][f"RootMyc{b}"], rel=1e-7, abs=1.0)
+    assert runs[1]["TwrBsMyt"] == pytest.approx(runs[0]["TwrBsMyt"], rel=1e-7)
+
+
+def two_blades(turbine: Turbine, **changes: Any) -> Turbine:
+    return turbine.replace(n_blades=2, **changes)
+
+
+def test_two_blades_are_symmetric_under_half_a_turn(turbine: Turbine) -> None:
+    model = meltemi.build(two_blades(turbine))
+    wind = SteadyWind(speed=9.0, shear_exponent=0.2)
+    runs = []
+    for turned in (0, 1):
+        coordinates = {"generator": np.pi * turned, f"blade {1 + turned} 1st flap": 2.0}
+        start = Start(rotor_speed=1.0, coordinates=coordinates, generator_torque=1e4)
+        runs.append(
+            simulate(
+                model, wind, duration=20.0, channels=["RootMyc1", "RootMyc2"], start=start, controller=meltemi.fixed()
+            )
+        )
+    assert runs[1]["RootMyc2"] == pytest.approx(runs[0]["RootMyc1"], rel=1e-7, abs=1.0)
+
+
+def energy_range(turbine: Turbine, blades: int, time_step: float) -> float:
+    """Range of the total energy over that of the elastic energy, vibrating without air and damping."""
+    from meltemi.simulation.case import Case
+    from meltemi.simulation.energy import mechanical_energy
+
+    described = turbine.replace(
+        n_blades=blades,
+        **{
+            "blade.structure.damping": NO_DAMPING,
+            "tower.damping": NO_DAMPING,
+            "drivetrain.damping": 0.0,
+            "yaw.damping": 0.0,
+        },
+    )
+    options = ModelOptions(time_step=time_step, corrections=1)
+    model = meltemi.build(described, options).with_parameters(**{"aerodynamics.air_density": 0.0})
+    start = Start(rotor_speed=1.267, coordinates={"blade 1 1st flap": 2.0, "tower 1st side-side": 0.3, "yaw": 0.001})
+    run = meltemi.Simulation(model, CALM, duration=20.0, controller=meltemi.fixed(), start=start, channels=["azimuth"])
+    probe, energy = Case(model, CALM), []
+    run.advance(1)
+    while not run.finished:
+        probe["q"][:], probe["v"][:] = run.motion()
+        energy.append(mechanical_energy(probe))
+        run.advance(7)
+    kinetic, elastic, weight = np.array(energy).T
+    assert np.ptp(elastic) > 1e5  # it does vibrate
+    assert np.ptp(weight) > 1e4
+    return float(np.ptp(kinetic + elastic + weight) / np.ptp(elastic))
+
+
+@pytest.mark.parametrize("blades", [2, 3])
+def test_energy_is_kept(turbine: Turbine, blades: int) -> None:
+    # 0.1 % is left however small the step: kinematics are complete to second order, energy shows the third
+    assert energy_range(turbine, blades, 0.005) < 5e-3
+    assert energy_range(turbine, blades, 0.00125) < 1.5e-3
+
+
+def test_section_loads_agree_with_the_springs_they_pass_through(turbine: Turbine) -> None:
+    """Shaft torque and yaw moment from outboard inertia and air equal what spring and damper carry."""
+    model = meltemi.build(turbine)
+    wind = meltemi.turbulence(14.0, 0.15, hub_height=90.0, rotor_diameter=126.0, duration=30.0)
+    channels = ["rotor_torque", "yaw_moment_z", "q drivetrain", "nacelle_yaw", "rotor_speed", "generator_speed"]
+    result = simulate(model, wind, duration=30.0, channels=channels, output_step=0.01)
+    d = turbine.drivetrain
+    twist_rate = result["rotor_speed"] - result["generator_speed"] / d.gear_ratio
+    torque = d.stiffness * result["q drivetrain"] + d.damping * twist_rate
+    # velocities in forces are extrapolated: the difference is of second order in the step
+    assert np.max(np.abs(result["rotor_torque"] - torque)) < 0.01 * np.ptp(torque)
+    yaw_rate = np.gradient(result["nacelle_yaw"], 0.01)
+    moment = turbine.yaw.stiffness * result["nacelle_yaw"] + turbine.yaw.damping * yaw_rate
+    # the bearing's own axis leans with the tower top, the channel's does not
+    assert np.max(np.abs(result["yaw_moment_z"] - moment)[5:-5]) < 0.03 * np.ptp(moment)
+
+
+def test_stations_join_root_and_tower_ends(turbine: Turbine) -> None:
+    model = meltemi.build(turbine)
+    channels = [
+        *(f"station_{n}_{what}_{axis}_1" for n in (1, 2, 3) for what in ("force", "moment") for axis in "xyz"),
+        *(f"tower_station_{n}_{what}_{axis}" for n in (1, 2) for what in ("force", "moment") for axis in "xyz"),
+        *"RootFxb1 RootFyb1 RootFzc1 RootMxb1 RootMyb1 RootMzc1 TwrBsFxt TwrBsMyt TwrBsMxt YawBrFxp YawBrFzp".split(),
+        *"yaw_force_x yaw_force_z yaw_moment_y".split(),
+    ]
+    stations = Stations(blade=(0.0, 30.0, 61.4), tower=(0.01, turbine.tower.length))
+    wind = SteadyWind(speed=11.0, shear_exponent=0.2)
+    result = simulate(model, wind, duration=10.0, channels=channels, stations=stations)
+    pairs = {"force_x": "RootFxb1", "force_y": "RootFyb1", "moment_x": "RootMxb1", "moment_y": "RootMyb1"}
+    for ours, root in pairs.items():
+        assert result[f"station_1_{ours}_1"] == pytest.approx(result[root], rel=1e-6, abs=100.0)
+        inner, middle, tip = (np.max(np.abs(result[f"station_{n}_{ours}_1"])) for n in (1, 2, 3))
+        assert tip < 1e-2 * inner
+        assert middle < inner
+    assert result["tower_station_1_moment_y"] == pytest.approx(result["TwrBsMyt"], rel=1e-3)
+    # at the top only the head is above: the same load as at the yaw bearing, in axes that do not lean
+    assert result["tower_station_2_force_z"] == pytest.approx(result["yaw_force_z"], rel=2e-3)
+    assert result["tower_station_2_moment_y"] == pytest.approx(result["yaw_moment_y"], rel=2e-2, abs=2e4)
+
+
+def test_section_loads_of_a_hanging_blade(turbine: Turbine) -> None:
+    """At rest the tension at a station is the weight outboard of it."""
+    locked = ("tower", "yaw", "drivetrain", "generator", "blades")
+    model = meltemi.build(
+        turbine.replace(**{"nacelle.tilt": 0.0, "hub.precone": 0.0}), ModelOptions(locked=locked, blade_nodes=60)
+    ).with_parameters(**{"aerodynamics.air_density": 0.0})
+    result = simulate(
+        model,
+        CALM,
+        duration=0.1,
+        controller=meltemi.fixed(),
+        start=Start(coordinates={"generator": np.pi}),
+        stations=Stations(blade=(20.0, 41.0)),
+        channels=["station_1_force_z_1", "station_2_force_z_1", "TwrBsFzt", "YawBrFzp"],
+    )
+    x, m = turbine.blade.structure.position, turbine.blade.structure.mass
+    assert m is not None
+    for n, at in ((1, 20.0), (2, 41.0)):
+        fine = np.linspace(at, x[-1], 20001)
+        weight = 9.80665 * np.trapezoid(np.interp(fine, x, m), fine)
+        assert result[f"station_{n}_force_z_1"][-1] == pytest.approx(weight, rel=2e-3)
+    head = 9.80665 * (turbine.nacelle.mass + turbine.hub.mass + 3 * np.trapezoid(m, x))
+    assert result["YawBrFzp"][-1] == pytest.approx(-head, rel=1e-3)
+
+
+def test_free_and_driven_yaw(turbine: Turbine) -> None:
+    wind = SteadyWind(speed=12.0, direction=np.radians(10.0))
+    channels = ["nacelle_yaw", "YawBrMzp"]
+    held, free = (
+        simulate(meltemi.build(turbine, ModelOptions(yaw=kind)), wind, duration=20.0, channels=channels)
+        for kind in ("held", "free")
+    )
+    assert np.max(np.abs(held["nacelle_yaw"])) < 1e-3
+    assert np.max(np.abs(free["nacelle_yaw"])) > 0.02
+    assert np.max(np.abs(free["YawBrMzp"])) < 0.02 * np.max(np.abs(held["YawBrMzp"]))
+
+    def drive(state: Any, measured: Any, demands: Any, dt: float) -> None:
+        demands[s.YAW_RATE_DEMAND] = 0.004 if measured[s.TIME] < 10.0 else 0.0
+
+    driven = simulate(
+        meltemi.build(turbine, ModelOptions(yaw="driven", locked=("generator",))),
+        SteadyWind(speed=12.0),
+        duration=20.0,
+        channels=channels,
+        controller=meltemi.Controller(update=drive),
+    )
+    assert driven["nacelle_yaw"][-1] == pytest.approx(0.04, abs=1e-3)
+
+
+def test_foundation_softens_the_tower(turbine: Turbine) -> None:
+    soft = np.diag([1e9, 1e9, 1e10, 4e10, 4e10, 1e10])
+    stiff = soft * 1e4
+    lowest = {}
+    for name, matrix in {"soft": soft, "stiff": stiff}.items():
+        model = meltemi.build(turbine.replace(foundation={"stiffness": matrix.tolist()}))
+        lowest[name] = natural_modes(model)[0].frequency
+    clamped = natural_modes(meltemi.build(turbine))[0].frequency
+    assert lowest["stiff"] == pytest.approx(clamped, rel=5e-3)
+    assert lowest["soft"] < 0.9 * clamped
+    result = simulate(
+        meltemi.build(turbine.replace(foundation={"stiffness": soft.tolist()})),
+        SteadyWind(speed=11.0),
+        duration=20.0,
+        channels=["tower_top_fore_aft", "TwrBsMyt"],
+    )
+    rigid = simulate(meltemi.build(turbine), SteadyWind(speed=11.0), duration=20.0, channels=["tower_top_fore_aft"])
+    # the base turns by M / K
+    lean = result["TwrBsMyt"].mean() / soft[4, 4] * turbine.tower.length
+    extra = result["tower_top_fore_aft"].mean() - rigid["tower_top_fore_aft"].mean()
+    assert extra == pytest.approx(lean, rel=0.1)
+
+
+def test_brake_stops_a_parked_rotor(turbine: Turbine) -> None:
+    def brake(state: Any, measured: Any, demands: Any, dt: float) -> None:
+        demands[s.BRAKE] = 1.0
+        demands[s.GENERATOR_TORQUE] = 0.0
+        demands[s.PITCH_DEMAND : s.PITCH_DEMAND + 3] = 1.5
+
+    braked = turbine.replace(**{"drivetrain.brake_torque": 28116.0})
+    result = simulate(
+        meltemi.build(braked),
+        SteadyWind(speed=8.0),
+        duration=30.0,
+        controller=meltemi.Controller(update=brake),
+        start=Start(rotor_speed=0.3, pitch=1.5),
+        channels=["generator_speed", "rotor_speed", "brake_torque"],
+    )
+    late = result.time > 20.0
+    # the rotor still swings on its shaft, the generator stands
+    assert np.max(np.abs(result["generator_speed"][late])) < 0.2
+    assert abs(result["rotor_speed"][late].mean()) < 1e-3
+    assert result["brake_torque"].max() == pytest.approx(28116.0)
+
+
+@pytest.mark.parametrize("yaw", [0.0, 60.0, 120.0, 180.0])
+@pytest.mark.parametrize("speed", [0.0, -0.5])
+def test_parked_and_turning_backwards_at_any_yaw_angle(turbine: Turbine, yaw: float, speed: float) -> None:
+    result = simulate(
+        meltemi.build(turbine, ModelOptions(locked=("generator",))),
+        SteadyWind(speed=25.0, direction=np.radians(yaw)),
+        duration=20.0,
+        controller=meltemi.fixed(),
+        start=Start(rotor_speed=speed, pitch=1.57),
+        channels=["RootMyc1", "TwrBsMyt", "induction_residual", "mean_induction", "rotor_speed"],
+    )
+    assert result.status is meltemi.Status.OK
+    assert np.all(np.isfinite(result.data))
+    assert result["induction_residual"].max() < 1e-3
+    if speed == 0.0:
+        assert abs(result["RootMyc1"]).max() < 3e7
+
+
+def test_induction_fades_out_for_a_parked_rotor(turbine: Turbine) -> None:
+    model = meltemi.build(turbine, ModelOptions(locked=("generator",)))
+    induction = {}
+    for ratio in (0.5, 1.5, 3.0):
+        result = simulate(
+            model,
+            SteadyWind(speed=10.0),
+            duration=2.0,
+            controller=meltemi.fixed(),
+            start=Start(rotor_speed=ratio * 10.0 / 63.0),
+            channels=["node_14_axial_induction_1"],
+        )
+        induction[ratio] = abs(result["node_14_axial_induction_1"]).max()
+    assert induction[0.5] == 0.0
+    assert 0.0 < induction[1.5] < induction[3.0]
+
+
+def test_what_is_not_modelled_is_refused_by_name(turbine: Turbine) -> None:
+    def refused(match: str, described: Turbine, options: ModelOptions | None = None) -> None:
+        with pytest.raises((UnsupportedError, meltemi.InputError), match=match):
+            meltemi.build(described, options)
+
+    refused("gearbox_efficiency", turbine.replace(**{"drivetrain.gearbox_efficiency": 0.95}))
+    refused("overhang", turbine.replace(**{"nacelle.overhang": -5.0}))
+    refused("torsion", uniform_blade(turbine))
+    refused("tower torsion", turbine.replace(**{"tower.torsion_stiffness": None}), ModelOptions(tower_torsion_modes=1))
+    refused("mode_shapes", turbine, ModelOptions(mode_shapes="given"))
+    refused("did you mean", turbine, ModelOptions(locked=("towr",)))

@@ -1,0 +1,74 @@
+"""A run starts in steady operation: nothing has to be thrown away."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meltemi import Model, SteadyWind, operating_point, simulate
+from meltemi.postprocess.statistics import means_over_revolutions
+
+OWN = (
+    "generator_power rotor_speed rotor_aero_thrust rotor_torque root_moment_in_plane_1 root_moment_out_of_plane_1 "
+    "tip_out_of_plane_1 tip_in_plane_1 tower_base_moment_fore_aft"
+).split()
+"""Within 1 % of their own final value."""
+ROOT = (
+    "root_moment_torsion_1 root_moment_flap_1 root_moment_edge_1 shaft_tilt_moment shaft_yaw_moment shaft_moment_y "
+    "shaft_moment_z yaw_moment_x yaw_moment_y yaw_moment_z"
+).split()
+"""Within 1 % of the mean out-of-plane root moment at rated wind."""
+TOWER = ["tower_base_moment_torsion"]
+"""Within 1 % of the mean fore-aft moment of the tower base at rated wind."""
+SIDE = "tower_base_moment_side_side"
+
+
+@pytest.mark.parametrize("wind_speed", [5.0, 8.0, 11.0, 12.0, 18.0, 24.0])
+def test_settled_from_the_second_revolution(model: Model, wind_speed: float) -> None:
+    rated = operating_point(model, 11.4)
+    root, tower = rated["RootMyc1"], rated["TwrBsMyt"]
+    channels = ["azimuth", *OWN, *ROOT, *TOWER, SIDE]
+    result = simulate(model, SteadyWind(speed=wind_speed), duration=150.0, channels=channels)
+    for name in (*OWN, *ROOT, *TOWER):
+        means, _ = means_over_revolutions(result.time, result["azimuth"], result[name])
+        final = means[-5:].mean()
+        scale = abs(final) if name in OWN else root if name in ROOT else tower
+        assert np.max(np.abs(means[1:] - final)) < 0.01 * scale, name
+    side = result[SIDE]
+    period = round(1.0 / 0.31 / 0.05)
+    first, last = (0.5 * np.ptp(part) for part in (side[: 3 * period], side[-3 * period :]))
+    assert first < max(1.5 * last, 0.02 * tower)
+
+
+@pytest.mark.parametrize(
+    "wind", [SteadyWind(speed=10.0, shear_exponent=0.2), SteadyWind(speed=14.0, direction=0.35, upflow=0.1)]
+)
+def test_sheared_and_oblique_wind(model: Model, wind: SteadyWind) -> None:
+    result = simulate(model, wind, duration=80.0, channels=["azimuth", *OWN])
+    for name in OWN:
+        means, _ = means_over_revolutions(result.time, result["azimuth"], result[name])
+        assert np.max(np.abs(means[1:] / means[-1] - 1.0)) < 0.01, name
+
+
+def test_operating_point_is_the_mean_of_a_long_run(model: Model) -> None:
+    point = operating_point(model, 9.0)
+    result = simulate(model, SteadyWind(speed=9.0), duration=120.0, channels=["azimuth", *OWN])
+    for name in OWN:
+        means, _ = means_over_revolutions(result.time, result["azimuth"], result[name])
+        assert means[-5:].mean() == pytest.approx(point[name], rel=3e-3), name
+
+
+def test_power_curve_has_its_regions(model: Model) -> None:
+    power = {u: operating_point(model, u)["generator_power"] for u in (5.0, 8.0, 11.0, 13.0, 20.0)}
+    assert power[5.0] < power[8.0] < power[11.0] < 5.0e6
+    # above rated the generator is held at 5 MW by torque and pitch
+    assert power[13.0] == pytest.approx(5.0e6, rel=2e-3)
+    assert power[20.0] == pytest.approx(5.0e6, rel=2e-3)
+    assert operating_point(model, 20.0).pitch > operating_point(model, 13.0).pitch > 0.0
+
+
+def test_prescribed_speed_and_pitch(model: Model) -> None:
+    point = operating_point(model, 10.0, rotor_speed=1.2, pitch=0.05)
+    assert (point.rotor_speed, point.pitch) == (1.2, 0.05)
+    # the air drives harder than the generator holds, or the other way round: that is left over
+    assert abs(point.imbalance) > 1e3

@@ -1,0 +1,74 @@
+"""Every study of ``meltemi verify`` passes within its bands or its known deviations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from meltemi.studies.verify import FULL, QUICK, Comparison, Known, Report, Row, Verdict, verification
+from meltemi.studies.verify.known import KNOWN
+from meltemi.studies.verify.table import relative
+
+
+def complaints(comparison: Comparison) -> list[str]:
+    judged = comparison.judged(KNOWN)
+    return [
+        f"{r.what}, {r.case}: {r.deviation:+.2f} {r.measure}, band {r.band:g}"
+        for r in judged.rows
+        if r.verdict is Verdict.FAIL
+    ]
+
+
+@pytest.mark.parametrize("study", range(len(QUICK)))
+def test_quick_study(study: int) -> None:
+    comparison = QUICK[study][1]()
+    assert len(comparison.rows) > 0
+    assert complaints(comparison) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("study", range(len(QUICK), len(FULL)))
+def test_full_study(study: int) -> None:
+    assert complaints(FULL[study][1]()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.reference
+def test_turbulence_against_openfast(reference: Path) -> None:
+    from meltemi.studies.verify.turbulent import turbulence
+
+    for comparison in turbulence(reference):
+        assert complaints(comparison) == []
+
+
+def test_verdicts() -> None:
+    known = [Known("table", "what", "a*", 5.0, "reason")]
+    cases = {("a1", 0.5): Verdict.PASS, ("a1", 3.0): Verdict.KNOWN, ("a1", 6.0): Verdict.FAIL, ("b", 3.0): Verdict.FAIL}
+    for (case, deviation), verdict in cases.items():
+        row = relative("what", case, "m", 100.0, 100.0 + deviation, 1.0).judged("table", known)
+        assert row.verdict is verdict
+    assert relative("what", "a1", "m", 1.0, 9.0).judged("table", known).verdict is Verdict.REPORTED
+
+
+def test_report_fails_only_on_fail(tmp_path: Path) -> None:
+    good = Row("x", "c", "m", 1.0, 1.0, 0.0, "%", 1.0)
+    bad = Row("y", "c", "m", 1.0, 2.0, 100.0, "%", 1.0)
+    table = Comparison("t", "Title", "source", [good])
+    assert not Report([table.judged(())]).failed
+    report = Report([Comparison("t", "Title", "source", [good, bad]).judged(())])
+    assert report.failed
+    assert "1 pass" in report.summary()
+    assert "1 FAIL" in report.summary()
+    for path in report.write(tmp_path):
+        assert path.stat().st_size > 0
+
+
+def test_every_known_deviation_belongs_to_a_table() -> None:
+    names = {"report modes", "spin", "gust", "wind step", "steady *", "periodic *", "periodic B", "turbulence *"}
+    assert {k.table for k in KNOWN} <= names
+
+
+def test_reference_folder_is_checked(tmp_path: Path) -> None:
+    with pytest.raises(Exception, match="no folder 'openfast'"):
+        verification(quick=True, reference=tmp_path)
