@@ -1,0 +1,199 @@
+"""Compiled functions: where machine code is kept, and that it works without a place to keep it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+
+from meltemi.core import kernel
+
+
+@pytest.fixture
+def fresh(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Path]:
+    """An empty cache folder; what the process had found out before is forgotten and found again afterwards."""
+    monkeypatch.setenv("MELTEMI_CACHE_DIR", str(tmp_path / "cache"))
+    for function in (kernel.cache_folder, kernel.source_hash):
+        function.cache_clear()
+    yield tmp_path / "cache"
+    for function in (kernel.cache_folder, kernel.source_hash):
+        function.cache_clear()
+
+
+def folder() -> Path:
+    """The cache folder, looked up anew."""
+    kernel.source_hash.cache_clear()
+    kernel.cache_folder.cache_clear()
+    found = kernel.cache_folder()
+    assert found is not None
+    return found
+
+
+@pytest.fixture
+def sources(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """A small tree of source files that the hash is taken of instead of the package."""
+    root = tmp_path / "package"
+    (root / "core").mkdir(parents=True)
+    (root / "core" / "kernel.py").write_text("a = 1\n")
+    (root / "other.py").write_text("b = 2\n")
+    monkeypatch.setattr(kernel, "__file__", str(root / "core" / "kernel.py"))
+    return root
+
+
+def test_environment_variable_names_the_folder(fresh: Path) -> None:
+    assert folder().parent == fresh / "kernels"
+    assert folder().is_dir()
+
+
+def test_the_same_sources_give_the_same_folder(fresh: Path, sources: Path) -> None:
+    assert folder() == folder()
+
+
+def test_an_edit_anywhere_gives_another_folder(fresh: Path, sources: Path) -> None:
+    before = folder()
+    (sources / "other.py").write_text("b = 3\n")
+    assert folder() != before
+    (sources / "other.py").write_text("b = 2\n")
+    assert folder() == before
+
+
+def test_a_new_or_renamed_file_gives_another_folder(fresh: Path, sources: Path) -> None:
+    found = [folder()]
+    (sources / "core" / "more.py").write_text("")
+    found.append(folder())
+    (sources / "core" / "more.py").rename(sources / "core" / "most.py")
+    found.append(folder())
+    assert len(set(found)) == 3
+
+
+def test_files_that_are_not_source_change_nothing(fresh: Path, sources: Path) -> None:
+    before = folder()
+    (sources / "table.csv").write_text("1,2")
+    assert folder() == before
+
+
+@pytest.mark.parametrize("variable", ["NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES"])
+def test_another_processor_gives_another_folder(
+    fresh: Path, sources: Path, monkeypatch: pytest.MonkeyPatch, variable: str
+) -> None:
+    before = folder()
+    monkeypatch.setenv(variable, "generic")
+    assert folder() != before
+
+
+def test_another_numba_gives_another_folder(fresh: Path, sources: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = folder()
+    monkeypatch.setattr(numba, "__version__", "0.0.0")
+    assert folder() != before
+
+
+def test_without_the_variable_the_users_cache_is_used(
+    fresh: Path, sources: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.delenv("MELTEMI_CACHE_DIR")
+    monkeypatch.setattr(kernel.platformdirs, "user_cache_dir", lambda name: str(tmp_path / "home" / name))
+    assert folder().parent == tmp_path / "home" / "meltemi" / "kernels"
+
+
+def test_old_folders_are_removed_the_oldest_first(fresh: Path, sources: Path) -> None:
+    now = time.time()
+    for age in range(2, 10):  # hours
+        old = fresh / "kernels" / f"age{age}"
+        old.mkdir(parents=True)
+        (old / "used").write_text("")
+        os.utime(old / "used", (now - 3600.0 * age, now - 3600.0 * age))
+    current = folder()
+    left = {f.name for f in (fresh / "kernels").iterdir()}
+    assert left == {current.name, *(f"age{age}" for age in range(2, 2 + kernel.KEEP_FOLDERS))}
+
+
+def test_folders_in_use_are_kept(fresh: Path, sources: Path) -> None:
+    for i in range(9):
+        (fresh / "kernels" / f"f{i}").mkdir(parents=True)
+        (fresh / "kernels" / f"f{i}" / "used").write_text("")
+    folder()
+    assert len(list((fresh / "kernels").iterdir())) == 10
+
+
+def test_no_folder_where_none_can_be_made(fresh: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("not a folder")
+    monkeypatch.setenv("MELTEMI_CACHE_DIR", str(tmp_path / "file"))
+    kernel.cache_folder.cache_clear()
+    assert kernel.cache_folder() is None
+    assert kernel.is_cold()
+
+
+def test_a_new_folder_is_cold_until_something_is_compiled(fresh: Path, sources: Path) -> None:
+    place = folder()
+    assert kernel.is_cold()
+    (place / "x.nbi").write_text("")
+    assert not kernel.is_cold()
+
+
+SCRIPT = """
+import numpy, sys
+from meltemi.core import kernel
+from meltemi.maths.solve import cholesky
+A = numpy.array([[4.0, 0.0], [2.0, 5.0]])
+cholesky(A, 2)
+assert numpy.array_equal(A, [[0.5, 0.0], [1.0, 0.5]]), A
+print(kernel.cache_folder(), *kernel.statistics(), kernel.is_cold())
+"""
+
+
+def run(cache: Path) -> list[str]:
+    """A new process that compiles one kernel; what it says about the cache."""
+    environment = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"}
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", SCRIPT],
+        env={**environment, "MELTEMI_CACHE_DIR": str(cache)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
+    place, signatures, compiled, cold = run(tmp_path)
+    assert Path(place).parent == tmp_path / "kernels"
+    assert (signatures, compiled, cold) == ("1", "1", "False")
+    assert run(tmp_path) == [place, "1", "0", "False"]
+
+
+def test_kernels_work_where_nothing_can_be_written(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("not a folder")
+    place, signatures, _, cold = run(tmp_path / "file")
+    assert (place, signatures, cold) == ("None", "1", "True")
+
+
+def test_functions_of_the_user_keep_their_own_cache_folder(fresh: Path) -> None:
+    before = numba.config.CACHE_DIR
+
+    @kernel.kernel
+    def double(x: float) -> float:
+        return 2.0 * x
+
+    now = numba.config.CACHE_DIR
+    assert now == before
+    assert double(2.0) == 4.0
+
+
+def test_kernels_divide_by_zero_like_numpy(fresh: Path) -> None:
+    if numba.config.DISABLE_JIT:
+        pytest.skip("plain Python raises instead")
+
+    @kernel.kernel
+    def ratio(a: float, b: float) -> float:
+        return a / b
+
+    assert ratio(1.0, 0.0) == np.inf
