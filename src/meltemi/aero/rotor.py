@@ -81,8 +81,8 @@ R_WIND, AXIAL_WIND, SKEW, SKEW_AXIS, TIP_RATIO, FADE, INDUCTION, TIME, TIP_RADIU
 R_FORCE, R_MOMENT, THRUST, TORQUE, R_RESIDUAL = ROTOR.slots("force moment thrust torque residual")
 I_REDUCED_X, I_X, I_REDUCED_Y, I_Y = INFLOW.slots("reduced_x x reduced_y y")
 S_WAKE_1, S_WAKE_2, S_PRESSURE, S_ATTACHMENT = STALL.slots("wake_1 wake_2 pressure attachment")
-OLD_PHI, OLD_SLOPE, OLD_X, OLD_Y, OLD_ALPHA, OLD_RATE, OLD_PRESSURE, OLD_ATTACHMENT = MEMORY.slots(
-    "phi slope induced_x induced_y alpha rate pressure attachment"
+OLD_PHI, OLD_SLOPE, OLD_X, OLD_Y, OLD_TIME, OLD_ALPHA, OLD_RATE, OLD_PRESSURE, OLD_ATTACHMENT = MEMORY.slots(
+    "phi slope induced_x induced_y time alpha rate pressure attachment"
 )
 STILL = 1e-3
 """[m/s] below which the wind counts as still."""
@@ -290,7 +290,8 @@ def induced_velocity(
     vx, vy = flow[VX, b, n], flow[VY, b, n]
     blocked = nodes[END, b, n] > 0.0
     new_x, new_y = flow[STEADY_AXIAL, b, n] * vx, flow[STEADY_TANGENTIAL, b, n] * vy
-    k, tau_1 = aero[INFLOW_LEAD], rotor[TIME]
+    # the time constant changes over the step: its mean keeps the second order
+    k, tau_1 = aero[INFLOW_LEAD], 0.5 * (memory[OLD_TIME, b, n] + rotor[TIME])
     tau_2 = second_time(tau_1, flow[RADIUS, b, n] / rotor[TIP_RADIUS])
     old_x, old_y = memory[OLD_X, b, n], memory[OLD_Y, b, n]
     x = inflow_advance(Inflow(inflow[I_REDUCED_X, b, n], inflow[I_X, b, n]), k, tau_1, tau_2, old_x, new_x, dt)
@@ -303,6 +304,7 @@ def induced_velocity(
     inflow[I_Y, b, n] = y.velocity
     memory[OLD_X, b, n] = new_x
     memory[OLD_Y, b, n] = new_y
+    memory[OLD_TIME, b, n] = rotor[TIME]
     # skewed wake: more induction on the downwind side (Glauert; Pitt & Peters)
     a = x.velocity / vx if abs(vx) > STILL else 0.0
     redistribution = 1.0

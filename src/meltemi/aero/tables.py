@@ -128,6 +128,7 @@ MEMORY = table(
     slope      | 1/rad | slope of the residual there
     induced_x  | m/s   | quasi-steady induced velocity of the last step
     induced_y  | m/s   | the same, tangential
+    time       | s     | time constant of the first inflow lag of the last step
     alpha      | rad   | angle of attack at three quarters of the chord of the last step
     rate       | 1/s   | relative speed over half the chord of the last step
     pressure   | -     | attached lift coefficient of the last step

@@ -1,0 +1,74 @@
+"""Observed order of the time integration, the default step, and the nodes along the blade."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi import ModelOptions, Turbine, simulate
+from meltemi.simulation.modes import STEP_LIMIT, highest_frequency, time_step
+from meltemi.studies.verify.transient import series
+
+STEPS = (0.01, 0.005, 0.0025, 0.00125)
+
+
+def response(turbine: Turbine, dt: float, **options: Any) -> Any:
+    """Tip and tower-top deflection and azimuth in a smooth gust, every 0.05 s, from steady operation."""
+    model = meltemi.build(turbine, ModelOptions(time_step=dt, torsion_modes=0, **options))
+    time = np.arange(0.0, 12.0, 0.05)
+    gust = 1.5 * (1.0 - np.cos(2.0 * np.pi * np.clip((time - 1.0) / 6.0, 0.0, 1.0)))
+    wind = series(time, np.full_like(time, 9.0), 0.2, gust, "gust")
+    return simulate(
+        model,
+        wind,
+        duration=10.0,
+        controller=meltemi.fixed(),
+        start=meltemi.operating_point(meltemi.build(turbine, ModelOptions(torsion_modes=0, **options)), 9.0),
+        channels=["tip_out_of_plane_1", "tower_top_fore_aft", "azimuth"],
+    ).data
+
+
+@pytest.mark.parametrize("options", [{}, {"inflow": "quasi_steady", "stall": "static"}, {"corrections": 1}], ids=str)
+def test_time_integration_is_of_second_order(turbine: Turbine, options: dict[str, Any]) -> None:
+    runs = [response(turbine, dt, **options) for dt in STEPS]
+    # differences between successive halvings fall by four; kinks of the polars make single ratios scatter
+    change = [np.sqrt(np.mean((a - b) ** 2, axis=0)) for a, b in zip(runs[:-1], runs[1:], strict=True)]
+    order = 0.5 * np.log2(change[0] / change[-1])
+    assert np.all(order[:2] > 1.7), order
+    assert np.all(order[:2] < 2.5), order
+
+
+def test_default_step_resolves_the_highest_mode(turbine: Turbine) -> None:
+    for options in (ModelOptions(), ModelOptions(torsion_modes=0), ModelOptions(flap_modes=3, edge_modes=2)):
+        model = meltemi.build(turbine, options)
+        dt = time_step(model)
+        assert highest_frequency(model) * dt <= STEP_LIMIT
+        assert abs(0.05 / dt - round(0.05 / dt)) < 1e-9
+
+
+def test_default_step_is_converged_in_turbulence(turbine: Turbine) -> None:
+    wind = meltemi.turbulence(14.0, 0.14, hub_height=90.0, rotor_diameter=126.0, duration=120.0, seed=3)
+    names = ["RootMyc1", "RootMxc1", "TwrBsMyt", "RotSpeed", "RotTorq"]
+    runs = []
+    for dt in (None, 0.0025):
+        model = meltemi.build(turbine, ModelOptions(time_step=dt))
+        runs.append(simulate(model, wind, duration=120.0, channels=names))
+    for name in names:
+        rough, fine = runs[0][name], runs[1][name]
+        assert rough.std() == pytest.approx(fine.std(), rel=5e-3), name
+        assert np.sqrt(np.mean((rough - fine) ** 2)) < 0.03 * fine.std(), name
+
+
+def test_steady_loads_converge_with_the_nodes(turbine: Turbine) -> None:
+    names = ("generator_power", "rotor_aero_thrust", "root_moment_out_of_plane_1", "tip_out_of_plane_1")
+    found = []
+    for nodes in (10, 20, 40, 160):
+        model = meltemi.build(turbine, ModelOptions(blade_nodes=nodes))
+        point = meltemi.operating_point(model, 9.0, rotor_speed=1.07, pitch=0.0)
+        found.append(np.array([point[name] for name in names]))
+    error = [float(np.max(np.abs(f / found[-1] - 1.0))) for f in found[:-1]]
+    assert error[2] < error[1] < error[0]
+    assert error[1] < 5e-3  # the default of 20 nodes
