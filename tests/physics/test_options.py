@@ -47,9 +47,7 @@ def test_in_steady_operation(
     turbine: Turbine, change: dict[str, Any], base: dict[str, Any], channel: str, sign: float
 ) -> None:
     described = deck(turbine) if "mode_shapes" in change else turbine
-    points = [
-        operating_point(meltemi.build(described, ModelOptions(**kw)), 9.0) for kw in (base, {**base, **change})
-    ]
+    points = [operating_point(meltemi.build(described, ModelOptions(**kw)), 9.0) for kw in (base, {**base, **change})]
     difference = points[1][channel] - points[0][channel]
     assert abs(difference) > 1e-6 * abs(points[0][channel])
     if sign:

@@ -12,17 +12,10 @@ from meltemi.aero.stall_tables import hansen
 from meltemi.aero.tables import AERO, POLAR, SECTION
 from meltemi.core.tables import View
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.library import load_turbine
 
 Float = NDArray[np.float64]
 GRID = np.linspace(-np.pi, np.pi, 1441)
 """A quarter of a degree, as models use it."""
-
-
-@pytest.fixture(scope="session")
-def turbine() -> Turbine:
-    """The reference turbine."""
-    return load_turbine("nrel5mw")
 
 
 @pytest.fixture(scope="session")

@@ -129,7 +129,7 @@ def compiled_entry(update: Any) -> Any:
     if update not in _ENTRIES:
         try:
             _ENTRIES[update] = numba.njit(UPDATE)(update.py_func)
-        except numba.core.errors.NumbaError as error:
+        except (numba.core.errors.NumbaError, TypeError) as error:
             first = str(error).strip().splitlines()
             raise InputError(
                 f"controller {update.__name__!r} cannot be compiled for (state, measurements, demands, dt): "

@@ -124,7 +124,7 @@ class Case:
         self.arrays: dict[str, Any] = {
             **self.signals.views,
             **self.aero_state.views,
-            "locked": model.locked,
+            "locked": model.locked.copy(),
             "structure": model.structure,
             "blade_nodes": model.blade_nodes,
             "blade_edges": model.blade_edges,
@@ -141,7 +141,7 @@ class Case:
             "tower_shape": model.tower_shape,
             "actuators": model.actuators,
             "aero": model.aero,
-            "aero_options": model.aero_options,
+            "aero_options": model.aero_options.copy(),
             "aero_nodes": model.aero_nodes,
             "polars": model.polars,
             "section": model.section,
@@ -203,8 +203,6 @@ class Case:
     def settle(self, t: float) -> None:
         """Bring inflow and stall into the steady state of the present motion."""
         a = self.arrays
-        iterations = self.model.aero_options.copy()
-        a["aero_options"][:] = iterations
         for _ in range(6):
             self.evaluate(t)
             settle(

@@ -104,10 +104,8 @@ def natural_modes(model: Model, rotor_speed: float = 0.0, *, generator_free: boo
         raise UnsupportedError(
             "natural modes of a turning rotor are found without gravity; set environment.gravity to 0"
         )
-    case.arrays["locked"] = model.locked.copy()
     if not generator_free:
-        case.arrays["locked"][generator] = 1.0
-    case.rebind()
+        case["locked"][generator] = 1.0
     free = np.flatnonzero(case["locked"] == 0.0)
     case["v"][generator] = rotor_speed
     equilibrium(case, free[free != generator])

@@ -123,7 +123,9 @@ class WindBox:
     _hash: list[str] = field(default_factory=list, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        v = self.velocity
+        # kernels are compiled for one kind of array
+        v = np.require(self.velocity, np.float32, ["C_CONTIGUOUS", "WRITEABLE"])
+        object.__setattr__(self, "velocity", v)
         if v.ndim != 4 or v.shape[3] != 3 or min(v.shape[:3]) < 2:
             raise InputError(
                 f"wind box: velocity must have shape (T, Z, Y, 3) with at least 2 points each, found {v.shape}"

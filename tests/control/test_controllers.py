@@ -1,0 +1,237 @@
+"""The plug-in contract: compiled and plain controllers, what ends a run, the order at a sample instant."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi import Controller, InputError, Model, ModelOptions, Start, Status, SteadyWind, Turbine, simulate
+from meltemi.control import signals as s
+from meltemi.core.kernel import statistics
+
+WIND = SteadyWind(speed=11.0)
+BEGIN = Start(rotor_speed=1.2, generator_torque=3e4)
+
+
+@numba.njit
+def hold(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+    demands[s.GENERATOR_TORQUE] = 3.0e4
+
+
+@numba.njit
+def damp(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+    state[0] += dt
+    demands[s.GENERATOR_TORQUE] = 3.0e4 + 100.0 * (measurements[s.GENERATOR_SPEED] - 116.0)
+
+
+def test_swapping_compiled_controllers_compiles_nothing_else(model: Model) -> None:
+    simulate(model, WIND, duration=1.0, controller=Controller(update=hold), start=BEGIN)
+    before = statistics()
+    began = time.perf_counter()
+    result = simulate(model, WIND, duration=1.0, controller=Controller(update=damp), start=BEGIN)
+    assert statistics() == before
+    assert time.perf_counter() - began < 5.0
+    assert result.status is Status.OK
+
+
+def test_a_second_process_finds_all_in_the_cache() -> None:
+    code = """
+import json, meltemi, numba
+from meltemi.control import signals as s
+from meltemi.core.kernel import statistics
+model = meltemi.build(meltemi.load_turbine("nrel5mw"))
+wind = meltemi.SteadyWind(speed=11.0)
+def plain(state, measurements, demands, dt):
+    demands[s.GENERATOR_TORQUE] = 3.0e4
+for controller in (None, meltemi.fixed(), meltemi.Controller(update=numba.njit(plain)), meltemi.Controller(update=plain)):
+    meltemi.simulate(model, wind, duration=1.0, controller=controller)
+print(json.dumps(statistics()))
+"""
+    runs = [
+        json.loads(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout)
+        for _ in range(2)
+    ]
+    signatures, compiled = runs[1]
+    assert signatures >= 5  # those called from Python; what they call stands inside them
+    assert compiled == 0
+
+
+def test_plain_python_gives_the_same_as_compiled(model: Model) -> None:
+    results = [
+        simulate(model, WIND, duration=5.0, controller=Controller(update=update), start=BEGIN)
+        for update in (damp, damp.py_func)
+    ]
+    assert np.array_equal(results[0].data, results[1].data)
+
+
+def test_sampling_period(model: Model) -> None:
+    calls: list[float] = []
+
+    def count(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        calls.append(measurements[s.TIME])
+        assert dt == pytest.approx(0.1)
+
+    simulate(model, WIND, duration=1.0, controller=Controller(update=count, sample_time=0.1), start=BEGIN)
+    assert calls == pytest.approx(np.arange(11) * 0.1)
+    with pytest.raises(InputError, match="multiple"):
+        simulate(model, WIND, duration=1.0, controller=Controller(update=count, sample_time=0.0333), start=BEGIN)
+
+
+def test_state_vector_persists_between_calls(model: Model) -> None:
+    seen: list[float] = []
+
+    def integrate(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        state[1] += dt
+        seen.append(state[1])
+
+    controller = Controller(update=integrate, init=lambda start: np.array([start.pitch, 5.0]), sample_time=0.5)
+    simulate(model, WIND, duration=2.0, controller=controller, start=BEGIN)
+    assert seen == pytest.approx([5.5, 6.0, 6.5, 7.0, 7.5])
+
+
+def failing(kind: str) -> Any:
+    def update(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        if measurements[s.TIME] >= 0.5:
+            if kind == "raises":
+                raise RuntimeError("sensor lost")
+            demands[s.PITCH_DEMAND + 1] = np.nan if kind == "nan" else 100.0
+
+    return update
+
+
+@pytest.mark.parametrize(
+    ("kind", "status", "words"),
+    [
+        ("raises", Status.CONTROLLER_RAISED, "RuntimeError: sensor lost"),
+        ("nan", Status.CONTROLLER_DEMAND, "pitch_2 = nan"),
+        ("range", Status.CONTROLLER_DEMAND, "pitch_2 = 100"),
+    ],
+)
+@pytest.mark.parametrize("compiled", [False, True])
+def test_what_a_controller_does_wrong_ends_its_run_alone(
+    model: Model, kind: str, status: Status, words: str, compiled: bool
+) -> None:
+    update = failing(kind)
+    if compiled:
+        if kind == "raises":
+
+            @numba.njit
+            def update(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+                if measurements[s.TIME] >= 0.5:
+                    raise RuntimeError
+
+            words = "compiled code"
+        else:
+            bad = np.nan if kind == "nan" else 100.0
+
+            @numba.njit
+            def update(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+                if measurements[s.TIME] >= 0.5:
+                    demands[s.PITCH_DEMAND + 1] = bad
+
+    result = simulate(model, WIND, duration=2.0, controller=Controller(update=update, name="mine"), start=BEGIN)
+    assert result.status is status
+    assert "'mine'" in result.message
+    assert "t = 0.500" in result.message
+    assert words in result.message
+    assert result.time[-1] == pytest.approx(0.45)
+    assert np.all(np.isfinite(result.data))
+    with pytest.raises(meltemi.RunError, match="mine"):
+        result.raise_for_status()
+    # the next run is not touched by it
+    assert simulate(model, WIND, duration=1.0, controller=Controller(update=hold), start=BEGIN).status is Status.OK
+
+
+def test_a_controller_that_cannot_be_compiled_is_refused(model: Model) -> None:
+    @numba.njit
+    def wrong(state: Any, measurements: Any) -> None:
+        state[0] = "text"
+
+    with pytest.raises(InputError, match="wrong"):
+        simulate(model, WIND, duration=1.0, controller=Controller(update=wrong), start=BEGIN)
+    with pytest.raises(InputError, match="must be a function"):
+        Controller(update=3)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="sample_time"):
+        Controller(update=hold, sample_time=-1.0)
+    with pytest.raises(InputError, match="finite"):
+        simulate(model, WIND, duration=1.0, controller=Controller(update=hold, init=lambda start: [np.nan]), start=BEGIN)
+
+
+def test_order_at_a_sample_instant(turbine: Turbine) -> None:
+    """Sample, control, actuators, physics, record: the torque asked for at t is what the record of t shows."""
+    asked: list[tuple[float, float, float]] = []
+
+    def ramp(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        demands[s.GENERATOR_TORQUE] = 3e4 + 1e3 * measurements[s.TIME]
+        demands[s.PITCH_DEMAND : s.PITCH_DEMAND + 3] = 0.01 * measurements[s.TIME]
+        asked.append((measurements[s.TIME], measurements[s.TORQUE], demands[s.GENERATOR_TORQUE]))
+
+    ideal = meltemi.build(turbine.replace(**{"pitch_actuator.kind": "ideal"}))
+    names = ["time", "generator_torque", "pitch_1"]
+    result = simulate(
+        ideal, WIND, duration=1.0, controller=Controller(update=ramp), start=BEGIN, channels=names, output_step=0.01
+    )
+    assert result["generator_torque"] == pytest.approx(3e4 + 1e3 * result.time)
+    assert result["pitch_1"] == pytest.approx(0.01 * result.time)
+    # what the sensor gives is the torque that acted until then
+    times, measured, demanded = np.array(asked).T
+    assert measured[1:] == pytest.approx(demanded[:-1])
+    assert times == pytest.approx(result.time)
+
+
+def test_measurements_agree_with_the_record(model: Model) -> None:
+    rows: list[np.ndarray] = []
+
+    def watch(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        rows.append(measurements.copy())
+
+    wind = SteadyWind(speed=11.0, shear_exponent=0.2)
+    names = "generator_speed rotor_speed pitch_2 RootMyc3 RootMxc1 nacelle_yaw wind_x YawBrTAxp GenPwr".split()
+    result = simulate(
+        model, wind, duration=3.0, controller=Controller(update=watch), channels=names, output_step=0.01
+    )
+    seen = np.array(rows)
+    pairs = [
+        (s.GENERATOR_SPEED, "generator_speed", 0),
+        (s.ROTOR_SPEED, "rotor_speed", 0),
+        (s.PITCH + 1, "pitch_2", 0),
+        (s.YAW, "nacelle_yaw", 0),
+        (s.POWER, "GenPwr", 0),
+        # loads, accelerations and wind are those of the step before
+        (s.OUT_OF_PLANE_MOMENT + 2, "RootMyc3", 1),
+        (s.IN_PLANE_MOMENT, "RootMxc1", 1),
+        (s.WIND_SPEED, "wind_x", 1),
+        (s.FORE_AFT_ACCELERATION, "YawBrTAxp", 1),
+    ]
+    for place, name, late in pairs:
+        recorded = result[name][: len(seen) - late]
+        scale = np.max(np.abs(recorded)) + 1e-9
+        assert np.max(np.abs(seen[late:, place] - recorded)) < 1e-4 * scale, name
+    assert np.all(seen[:, s.N_BLADES] == 3)
+
+
+def test_baseline_holds_the_speed_above_rated(model: Model) -> None:
+    wind = meltemi.turbulence(18.0, 0.1, hub_height=90.0, rotor_diameter=126.0, duration=60.0)
+    result = simulate(model, wind, duration=60.0, channels=["RotSpeed", "GenPwr", "BldPitch1"])
+    assert result["RotSpeed"].mean() == pytest.approx(12.1 * np.pi / 30.0, rel=0.01)
+    assert result["GenPwr"].mean() == pytest.approx(5e6, rel=0.01)
+    assert result["BldPitch1"].std() > 0.01
+
+
+def test_options_of_a_controller_reach_it(turbine: Turbine) -> None:
+    slow = turbine.replace(**{"control.pitch.rate_limit": 0.002})
+    wind = meltemi.turbulence(14.0, 0.15, hub_height=90.0, rotor_diameter=126.0, duration=40.0)
+    fast_run, slow_run = (
+        simulate(meltemi.build(t, ModelOptions(torsion_modes=0)), wind, duration=40.0, channels=["BldPitch1"])
+        for t in (turbine, slow)
+    )
+    rate = np.max(np.abs(np.diff(slow_run["pitch_1"]))) / 0.05
+    assert rate < 0.0035 < np.max(np.abs(np.diff(fast_run["pitch_1"]))) / 0.05

@@ -1,0 +1,237 @@
+"""The momentum balance of one strip: solved everywhere, by the equations of Ning and Buhl."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import acos, atan2, cos, exp, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from meltemi.aero.bem import LOSS_FLOOR, PHI_HIGH, PHI_LOW, Induction, Strip, balance, induction, loss_factor
+from meltemi.aero.polars import DRAG, LIFT
+
+Float = NDArray[np.float64]
+HUB = 0.0238
+"""Relative hub radius of the reference turbine."""
+ITERATIONS = 30
+
+
+def strip_at(
+    x: float, vx: float, vy: float, *, theta: float = 0.0, solidity: float = 0.05, polar: int = 0, blades: int = 3
+) -> Strip:
+    """A strip at relative radius x."""
+    return Strip(vx, vy, theta, solidity, blades * (1.0 - x) / (2.0 * x), blades * (x - HUB) / (2.0 * HUB), polar)
+
+
+def solve(strip: Strip, polars: Float, phi: float = 0.1, slope: float = 1.0, buhl: int = 1) -> Induction:
+    return induction(strip, polars, 0.0, 0.0, buhl, ITERATIONS, phi, slope)
+
+
+def random_strips(n: int, seed: int, polars: Float) -> list[Strip]:
+    """Strips of a rotor in every kind of wind and rotation, zero and backwards included, at any pitch."""
+    rng = np.random.default_rng(seed)
+    found = []
+    while len(found) < n:
+        x = float(rng.uniform(0.03, 0.998))
+        vx = float(rng.choice([0.0, rng.uniform(-30.0, 30.0), rng.uniform(0.0, 30.0), 0.0]))
+        vy = float(rng.choice([0.0, rng.uniform(-90.0, 90.0), rng.uniform(0.0, 90.0)]))
+        theta = float(rng.uniform(-pi, pi) if rng.random() < 0.2 else rng.uniform(-0.3, 1.6))
+        solidity = float(min(rng.uniform(0.002, 0.05) / x, 0.5))
+        if abs(vx) + abs(vy) > 0.0:
+            found.append(strip_at(x, vx, vy, theta=theta, solidity=solidity, polar=int(rng.integers(len(polars)))))
+    return found
+
+
+def test_the_balance_is_met_in_every_wind_and_rotation(polars: tuple[Float, Float]) -> None:
+    rng = np.random.default_rng(11)
+    for strip in random_strips(3000, 1, polars[0]):
+        solution = solve(strip, polars[0], phi=float(rng.uniform(-1.0, 2.5)))
+        assert abs(solution.residual) < 1e-10, strip
+        assert np.isfinite(solution).all()
+
+
+def test_a_warm_start_changes_nothing_that_matters(polars: tuple[Float, Float]) -> None:
+    for strip in random_strips(1500, 2, polars[0]):
+        cold = solve(strip, polars[0])
+        warm = solve(strip, polars[0], cold.phi, cold.slope)
+        assert warm.a == pytest.approx(cold.a, abs=1e-9)
+        assert warm.ap == pytest.approx(cold.ap, abs=1e-9)
+
+
+def test_from_a_nearby_solution_five_evaluations_are_enough(polars: tuple[Float, Float]) -> None:
+    worst = 0.0
+    for strip in random_strips(1000, 3, polars[0]):
+        if strip.vx > 3.0 and strip.vy > 10.0 and abs(strip.theta) < 0.5:
+            before = solve(strip._replace(vx=strip.vx * 0.99), polars[0])
+            now = induction(strip, polars[0], 0.0, 0.0, 1, 5, before.phi, before.slope)
+            worst = max(worst, abs(now.a - solve(strip, polars[0], before.phi, before.slope).a))
+    # a change of the wind by a per cent in one time step, far more than turbulence brings
+    assert 0.0 < worst < 1e-5
+
+
+def test_still_air_is_no_problem(polars: tuple[Float, Float]) -> None:
+    for vx, vy in ((0.0, 0.0), (1e-9, 0.0), (0.0, -1e-9), (-0.0, -0.0)):
+        solution = solve(strip_at(0.7, vx, vy), polars[0])
+        assert np.isfinite(solution).all()
+
+
+def test_factors_are_bounded(polars: tuple[Float, Float]) -> None:
+    for strip in random_strips(500, 4, polars[0]):
+        solution = solve(strip, polars[0])
+        assert -1.0 <= solution.a <= 1.5
+        assert -1.0 <= solution.ap <= 1.0
+        assert PHI_LOW <= solution.phi <= PHI_HIGH
+
+
+def coefficients(polars: Float, strip: Strip, phi: float) -> tuple[float, float]:
+    """Lift and drag at an inflow angle, by NumPy's interpolation."""
+    grid = np.linspace(-pi, pi, polars.shape[1])
+    alpha = (phi - strip.theta + pi) % (2.0 * pi) - pi
+    return float(np.interp(alpha, grid, polars[strip.polar, :, LIFT])), float(
+        np.interp(alpha, grid, polars[strip.polar, :, DRAG])
+    )
+
+
+@pytest.mark.parametrize(("axial_drag", "tangential_drag"), [(0.0, 0.0), (1.0, 1.0)])
+@pytest.mark.parametrize("buhl", [0, 1])
+def test_solutions_are_those_of_classical_momentum_theory(
+    polars: tuple[Float, Float], axial_drag: float, tangential_drag: float, buhl: int
+) -> None:
+    # forces on the annulus from the momentum theorem and from the blade element must be the same
+    light = heavy = 0
+    rng = np.random.default_rng(8)
+    for _ in range(1000):
+        strip = strip_at(
+            float(rng.uniform(0.15, 0.98)),
+            float(rng.uniform(3.0, 20.0)),
+            float(rng.uniform(20.0, 90.0)),
+            theta=float(rng.uniform(-0.05, 0.3)),
+            solidity=float(rng.uniform(0.01, 0.08)),
+            polar=int(rng.integers(6)),
+        )
+        a, ap, _, _, residual = induction(strip, polars[0], axial_drag, tangential_drag, buhl, 60, 0.1, 1.0)
+        if not (-0.3 < a < 0.95) or abs(ap) > 0.5:
+            continue
+        phi = atan2(strip.vx * (1.0 - a), strip.vy * (1.0 + ap))
+        s, c = sin(phi), cos(phi)
+        cl, cd = coefficients(polars[0], strip, phi)
+        F = (2.0 / pi) ** 2 * acos(exp(-strip.tip_number / s)) * acos(exp(-strip.hub_number / s))
+        thrust = strip.solidity * (cl * c + axial_drag * cd * s) * (1.0 - a) ** 2 / s**2
+        torque = strip.solidity * (cl * s - tangential_drag * cd * c) * (1.0 - a) * (1.0 + ap) / (s * c)
+        if a <= 0.4 or not buhl:
+            momentum = 4.0 * F * a * (1.0 - a)
+            light += 1
+        else:  # Buhl (2005), equation 17
+            momentum = 8.0 / 9.0 + (4.0 * F - 40.0 / 9.0) * a + (50.0 / 9.0 - 4.0 * F) * a * a
+            heavy += 1
+        # the balance is met to 1e-10 in the inflow angle; dividing by sin(phi)^2 costs two digits
+        assert thrust == pytest.approx(momentum, abs=1e-7)
+        assert torque == pytest.approx(4.0 * F * ap * (1.0 - a), abs=1e-7)
+        assert abs(residual) < 1e-10
+    assert light > 300
+    assert heavy > 50 or not buhl
+
+
+def test_nothing_is_induced_without_lift(polars: tuple[Float, Float]) -> None:
+    nothing = np.zeros_like(polars[0])
+    for strip in random_strips(300, 5, polars[0]):
+        solution = solve(strip._replace(polar=0), nothing)
+        if abs(strip.vx) > 0.5 and abs(strip.vy) > 0.5:
+            assert solution.a == pytest.approx(0.0, abs=1e-10)
+            assert solution.ap == pytest.approx(0.0, abs=1e-10)
+            assert solution.phi == pytest.approx(atan2(abs(strip.vx), abs(strip.vy)), abs=1e-10)
+
+
+@pytest.fixture(scope="module")
+def symmetric(polar_of: Callable[..., tuple[Float, Float]]) -> Float:
+    """A flat plate: odd lift, even drag."""
+    grid = np.linspace(-pi, pi, 1441)
+    return polar_of(np.sin(2.0 * grid) * 1.5, 0.01 + 1.2 * np.sin(grid) ** 2)[0]
+
+
+def test_wind_from_behind_and_backward_rotation_are_mirror_images(symmetric: Float) -> None:
+    for strip in random_strips(300, 6, symmetric):
+        if strip.vx <= 0.0 or strip.vy <= 0.0:
+            continue
+        forward = solve(strip, symmetric)
+        behind = solve(strip._replace(vx=-strip.vx, theta=-strip.theta), symmetric)
+        backward = solve(strip._replace(vy=-strip.vy, theta=pi - strip.theta), symmetric)
+        for mirrored in (behind, backward):
+            assert mirrored.a == pytest.approx(forward.a, abs=1e-9)
+            assert mirrored.ap == pytest.approx(forward.ap, abs=1e-9)
+
+
+@settings(derandomize=True, deadline=None, max_examples=200)
+@given(tip=st.floats(1e-3, 50.0), hub=st.floats(1e-3, 50.0), s=st.floats(1e-3, 1.0))
+def test_prandtls_factor(tip: float, hub: float, s: float) -> None:
+    expected = (2.0 / pi * acos(exp(-tip / s))) * (2.0 / pi * acos(exp(-hub / s)))
+    assert loss_factor(tip, hub, s) == pytest.approx(max(expected, LOSS_FLOOR), rel=1e-14)
+
+
+def test_prandtls_factor_vanishes_at_the_tip_and_is_one_far_from_both_ends() -> None:
+    assert loss_factor(0.0, 5.0, 0.1) == LOSS_FLOOR
+    assert loss_factor(5.0, 0.0, 0.1) == LOSS_FLOOR
+    assert loss_factor(1e9, 1e9, 0.1) == pytest.approx(1.0, rel=1e-15)
+    assert loss_factor(5.0, 5.0, 0.0) == pytest.approx(1.0, rel=1e-15)
+    # Glauert's example: three blades at 90 % of the radius, sin(phi) = 0.1, f = 3 * 0.1 / (2 * 0.9 * 0.1)
+    assert loss_factor(3.0 * 0.1 / (2.0 * 0.9), 1e9, 0.1) == pytest.approx(2.0 / pi * acos(exp(-5.0 / 3.0)), rel=1e-14)
+
+
+def test_prandtls_factor_rises_from_the_tip_inwards() -> None:
+    factors = [loss_factor(number, 1e9, 0.1) for number in np.linspace(0.0, 2.0, 50)]
+    assert np.all(np.diff(factors) > 0.0)
+
+
+CONSTANT_LIFT = np.zeros((1, 1441, 6))
+CONSTANT_LIFT[0, :, LIFT] = 1.0
+
+
+def axial(solidity: float, phi: float, tip_number: float = 1e9, buhl: int = 1) -> float:
+    """s / (1 - a) at an inflow angle for lift coefficient 1."""
+    strip = Strip(10.0, 50.0, 0.0, solidity, tip_number, 1e9, 0)
+    return balance(strip, CONSTANT_LIFT, 0.0, 0.0, buhl, 0.2, 0.98, 1.0, 1.0, phi).axial
+
+
+@pytest.mark.parametrize("phi", [0.03, 0.1, 0.4])
+@pytest.mark.parametrize("tip_number", [1e9, 0.1, 0.02])
+def test_momentum_theory_and_buhl_join_smoothly_at_an_induction_of_four_tenths(phi: float, tip_number: float) -> None:
+    s = sin(phi)
+    F = loss_factor(tip_number, 1e9, s)
+    # kappa = solidity * c / (4 F) = 2/3 s^2 there
+    junction = (2.0 / 3.0) * s * s * 4.0 * F / cos(phi)
+    at = axial(junction, phi, tip_number)
+    assert 1.0 - s / at == pytest.approx(0.4, abs=1e-12)
+    h = 1e-5
+    below, above = (axial(junction * (1.0 + d), phi, tip_number) for d in (-h, h))
+    # the value is continuous, and so is the slope: both differences are h times the same slope, to h^2
+    assert above - at == pytest.approx(at - below, rel=20.0 * h / F)
+    assert above > at > below
+
+
+@pytest.mark.parametrize("phi", [1e-3, 0.1, 0.5])
+@pytest.mark.parametrize("tip_number", [1e9, 0.1])
+def test_heavy_loading_follows_buhls_parabola(phi: float, tip_number: float) -> None:
+    s, F = sin(phi), loss_factor(tip_number, 1e9, sin(phi))
+    for kappa in s * s * np.array([0.7, 1.0, 3.0, 30.0]):
+        a = 1.0 - s / axial(4.0 * F * kappa / cos(phi), phi, tip_number)
+        thrust = 4.0 * F * kappa * (1.0 - a) ** 2 / s**2
+        expected = 8.0 / 9.0 + (4.0 * F - 40.0 / 9.0) * a + (50.0 / 9.0 - 4.0 * F) * a * a
+        assert a > 0.4
+        assert thrust == pytest.approx(expected, rel=1e-10)
+
+
+def test_the_balance_is_continuous_through_zero_inflow_angle_with_buhl() -> None:
+    found = [axial(0.08, phi) for phi in (-1e-7, 0.0, 1e-7)]
+    # at s = 0: sqrt(2 F kappa) with F = 1 and kappa = 0.02
+    np.testing.assert_allclose(found, sqrt(2.0 * 0.02), rtol=0.0, atol=1e-6)
+
+
+def test_without_buhl_momentum_theory_goes_on() -> None:
+    s = sin(0.1)
+    for solidity in (0.01, 0.1, 0.5):
+        kappa = solidity * cos(0.1) / 4.0
+        assert axial(solidity, 0.1, buhl=0) == pytest.approx(s + kappa / s, rel=1e-13)
