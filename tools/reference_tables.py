@@ -166,7 +166,8 @@ def main(folder: Path) -> None:
             [r["case"], r["mode"], r["f_natural_Hz"], r["damping_pct_crit"], r["participation"]]
             for r in csv.DictReader(file)
         ]
-    write("modes", "linearised modes without aerodynamics", "case mode frequency_hz damping_percent participation", modes)
+    columns = "case mode frequency_hz damping_percent participation"
+    write("modes", "linearised modes without aerodynamics", columns, modes)
 
     with (openfast / "cp_ct_rigid.csv").open() as file:
         grid = [[r["tsr"], r["pitch_deg"], r["Cp"], r["Ct"]] for r in csv.DictReader(file)]

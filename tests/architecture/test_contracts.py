@@ -53,7 +53,9 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
         duration=1.0,
     ),
     "modes": lambda t: simulate(
-        meltemi.build(t, ModelOptions(flap_modes=3, edge_modes=2, torsion_modes=0, fore_aft_modes=1)), WIND, duration=1.0
+        meltemi.build(t, ModelOptions(flap_modes=3, edge_modes=2, torsion_modes=0, fore_aft_modes=1)),
+        WIND,
+        duration=1.0,
     ),
     "no modes": lambda t: simulate(
         meltemi.build(
@@ -194,7 +196,9 @@ def test_node_functions_pass_without_compilation() -> None:
     assert done.returncode == 0, done.stdout[-2000:]
 
 
-LAYERS = "core maths environment turbine wind aero structure control simulation postprocess loadcases report studies app"
+LAYERS = (
+    "core maths environment turbine wind aero structure control simulation postprocess loadcases report studies app"
+)
 
 
 def test_every_folder_is_a_layer() -> None:

@@ -51,7 +51,8 @@ model = meltemi.build(meltemi.load_turbine("nrel5mw"))
 wind = meltemi.SteadyWind(speed=11.0)
 def plain(state, measurements, demands, dt):
     demands[s.GENERATOR_TORQUE] = 3.0e4
-for controller in (None, meltemi.fixed(), meltemi.Controller(update=numba.njit(plain)), meltemi.Controller(update=plain)):
+own = [meltemi.Controller(update=update) for update in (numba.njit(plain), plain)]
+for controller in (None, meltemi.fixed(), *own):
     meltemi.simulate(model, wind, duration=1.0, controller=controller)
 print(json.dumps(statistics()))
 """
@@ -162,7 +163,7 @@ def test_a_controller_that_cannot_be_compiled_is_refused(model: Model) -> None:
     with pytest.raises(InputError, match="sample_time"):
         Controller(update=hold, sample_time=-1.0)
     with pytest.raises(InputError, match="finite"):
-        simulate(model, WIND, duration=1.0, controller=Controller(update=hold, init=lambda start: [np.nan]), start=BEGIN)
+        simulate(model, WIND, duration=1.0, controller=Controller(hold, init=lambda start: [np.nan]), start=BEGIN)
 
 
 def test_order_at_a_sample_instant(turbine: Turbine) -> None:
@@ -195,9 +196,7 @@ def test_measurements_agree_with_the_record(model: Model) -> None:
 
     wind = SteadyWind(speed=11.0, shear_exponent=0.2)
     names = "generator_speed rotor_speed pitch_2 RootMyc3 RootMxc1 nacelle_yaw wind_x YawBrTAxp GenPwr".split()
-    result = simulate(
-        model, wind, duration=3.0, controller=Controller(update=watch), channels=names, output_step=0.01
-    )
+    result = simulate(model, wind, duration=3.0, controller=Controller(update=watch), channels=names, output_step=0.01)
     seen = np.array(rows)
     pairs = [
         (s.GENERATOR_SPEED, "generator_speed", 0),

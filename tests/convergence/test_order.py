@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ def response(turbine: Turbine, dt: float, **options: Any) -> Any:
 def test_time_integration_is_of_second_order(turbine: Turbine, options: dict[str, Any]) -> None:
     runs = [response(turbine, dt, **options) for dt in STEPS]
     # differences between successive halvings fall by four; kinks of the polars make single ratios scatter
-    change = [np.sqrt(np.mean((a - b) ** 2, axis=0)) for a, b in zip(runs[:-1], runs[1:], strict=True)]
+    change = [np.sqrt(np.mean((a - b) ** 2, axis=0)) for a, b in pairwise(runs)]
     order = 0.5 * np.log2(change[0] / change[-1])
     assert np.all(order[:2] > 1.7), order
     assert np.all(order[:2] < 2.5), order

@@ -277,7 +277,6 @@ def test_the_mean_speed_is_the_horizontal_wind_at_the_hub_at_the_start(wind: Win
     assert mean_speed(wind, HUB) == pytest.approx(np.hypot(u, v), rel=1e-13)
 
 
-@pytest.mark.xfail(reason="mean_speed of a series takes no account of its profile and reference height", strict=True)
 def test_the_mean_speed_of_a_series_is_that_at_the_hub() -> None:
     wind = series(time=[0.0], speed=[9.0], exponent=[0.2], reference_height=30.0)
     assert mean_speed(wind, HUB) == pytest.approx(velocity(wind, (0.0, 0.0, HUB)).x, rel=1e-13)

@@ -88,7 +88,6 @@ def test_view_reads_a_row_or_all_rows_of_a_vector() -> None:
         np.testing.assert_array_equal(view[name], array[rows])
 
 
-@pytest.mark.xfail(reason="a symmetric matrix is taken for a rotation: nine rows instead of six", strict=True)
 def test_view_of_a_symmetric_matrix_has_six_rows() -> None:
     array = np.arange(22.0).reshape(22, 1, 1)
     np.testing.assert_array_equal(View(EXAMPLE, array)["inertia"], array[13:19])

@@ -144,7 +144,7 @@ AERO, STRUCTURE = "blade.aerodynamics", "blade.structure"
         (put("tower.position", at(-1, 1.0)), "tower: position must increase from station to station"),
         (put(f"{AERO}.position", [0.0]), f"{AERO}: position: at least two stations are needed"),
         (put("tower.position", []), "tower: position: at least two stations are needed"),
-        (put("tower.position", [[0.0, 1.0]]), "tower: position: at least two stations are needed"),
+        (put("tower.position", [[0.0, 1.0]]), "tower.position: expected a list of numbers, found lists in a list"),
         (
             put(f"{AERO}.position", at(0, 0.5)),
             "blade: position must begin with 0 (the blade root), but begins with 0.5 m",
@@ -170,7 +170,7 @@ AERO, STRUCTURE = "blade.aerodynamics", "blade.structure"
             f"{AERO}.chord: every entry must be a finite number; not so at entry 3",
         ),
         (put("tower.mass", at(0, float("inf"))), "tower.mass: every entry must be a finite number; not so at entry 1"),
-        (put("hub.mass", float("nan")), "hub.mass: expected greater than or equal to 0, found nan"),
+        (put("hub.mass", float("nan")), "hub.mass: expected a finite number, found nan"),
         (put("hub.mass", "heavy"), "hub.mass: expected a number"),
         (put(f"{AERO}.chord", "wide"), f"{AERO}.chord: expected numbers in a regular (rectangular) list"),
         # positive
@@ -260,7 +260,6 @@ def test_a_rule_is_kept_and_its_message_names_file_key_and_expectation(
     assert expected in message
 
 
-@pytest.mark.xfail(reason="TypeError: len() of unsized object", strict=True, raises=TypeError)
 @pytest.mark.parametrize(
     "path", [f"{AERO}.chord", f"{STRUCTURE}.mass", "tower.mass", "airfoils.du40.angle_of_attack", "airfoils.du40.lift"]
 )
@@ -268,7 +267,6 @@ def test_a_number_where_a_list_is_expected_is_refused(turbine: Turbine, path: st
     assert path.rsplit(".", 1)[0] in refused(turbine, put(path, 3.0))
 
 
-@pytest.mark.xfail(reason="only the first axis is looked at", strict=True)
 @pytest.mark.parametrize(
     "path", [f"{AERO}.chord", f"{AERO}.twist", f"{STRUCTURE}.mass", "tower.mass", "airfoils.du40.lift"]
 )
@@ -276,14 +274,12 @@ def test_nested_lists_are_refused(turbine: Turbine, path: str) -> None:
     assert path.rsplit(".", 1)[0] in refused(turbine, put(path, lambda values: [[v, v] for v in values]))
 
 
-@pytest.mark.xfail(reason="numbers without bounds may be nan or infinite", strict=True)
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 @pytest.mark.parametrize("path", ["nacelle.overhang", "hub.mass_centre", "tower.base_height"])
 def test_numbers_must_be_finite(turbine: Turbine, path: str, value: float) -> None:
     assert path in refused(turbine, put(path, value))
 
 
-@pytest.mark.xfail(reason="not checked", strict=True)
 def test_pitch_limits_of_the_controller_must_be_in_order(turbine: Turbine) -> None:
     message = refused(turbine, put("control.pitch.minimum", 1.0), put("control.pitch.maximum", 0.5))
     assert "control.pitch: minimum 1 must be less than maximum 0.5" in message

@@ -8,7 +8,9 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, ConfigDict, PlainSerializer, WithJsonSchema
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, PlainSerializer, WithJsonSchema
+
+from meltemi.core.errors import InputError, did_you_mean
 
 
 def _read_only(value: Any) -> NDArray[np.float64]:
@@ -29,7 +31,17 @@ Array = Annotated[
     PlainSerializer(lambda a: a.tolist(), return_type=list[Any]),
     WithJsonSchema({"type": "array", "items": {"type": "number"}}),
 ]
-"""A read-only float array; written in files as a list of numbers."""
+"""A read-only float array of finite numbers; written in files as lists of numbers."""
+
+
+def _flat(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    if array.ndim != 1:
+        raise ValueError(f"expected a list of numbers, found {'a number' if array.ndim == 0 else 'lists in a list'}")
+    return array
+
+
+Vector = Annotated[Array, AfterValidator(_flat)]
+"""An :data:`Array` of one dimension."""
 
 
 class Record(BaseModel):
@@ -40,11 +52,11 @@ class Record(BaseModel):
         extra="forbid",
         arbitrary_types_allowed=True,
         use_attribute_docstrings=True,
-        ser_json_inf_nan="strings",
+        allow_inf_nan=False,
     )
 
     def __eq__(self, other: object) -> bool:
-        return type(self) is type(other) and self.content() == other.content()
+        return type(self) is type(other) and self.content_hash() == other.content_hash()
 
     def __hash__(self) -> int:
         return hash(self.content_hash())
@@ -62,13 +74,17 @@ class Record(BaseModel):
         """A validated copy with some fields changed; ``{"tower.height": 90.0}`` reaches deeper.
 
         Raises:
-          pydantic.ValidationError: a changed field is unknown or its value not allowed.
+          InputError: a path leads nowhere.
+          pydantic.ValidationError: a value is not allowed.
         """
         data = self.content()
+        target: Any
         for path, value in changes.items():
-            *parents, last = path.split(".")
-            target = data
-            for key in parents:
-                target = target[key]
+            target, last = {"": data}, ""
+            for key in path.split("."):
+                target, last = target[last], key
+                if not isinstance(target, dict) or key not in target:
+                    hint = did_you_mean(key, target) if isinstance(target, dict) else f"nothing can hold {key!r}"
+                    raise InputError(f"{type(self).__name__} has no {path!r}: {hint}")
             target[last] = value.content() if isinstance(value, Record) else value
         return type(self).model_validate(data)

@@ -112,8 +112,9 @@ class View:
     def _rows(self, name: str) -> int | slice:
         row = self.table.index(name)
         for parts in PARTS.values():
-            if self.table.names[row] == f"{name}_{parts[0]}":
-                return slice(row, row + len(parts))
+            rows = slice(row, row + len(parts))
+            if self.table.names[rows] == tuple(f"{name}_{part}" for part in parts):
+                return rows
         return row
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from types import UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -40,7 +41,7 @@ def validated(data: dict[str, Any], kind: type[R], where: str, text: str | None 
     try:
         return kind.model_validate(data)
     except ValidationError as error:
-        raise InputError(explain(error, kind, where, text)) from None
+        raise InputError(explain(error, kind, where, data, text)) from None
     except RecursionError:
         raise InputError(f"{where}: nested too deeply") from None
 
@@ -83,13 +84,13 @@ def _similar_file(path: Path) -> str:
     return f"; {hint}" if hint.startswith("did") else ""
 
 
-def explain(error: ValidationError, kind: type[BaseModel], where: str, text: str | None = None) -> str:
+def explain(error: ValidationError, kind: type[BaseModel], where: str, data: Any, text: str | None = None) -> str:
     """All problems of a failed validation, one a line: where, key path, what is wrong, what to do."""
     lines: list[str] = []
     seen: set[tuple[tuple[int | str, ...], str]] = set()
     for problem in error.errors(include_url=False):
-        location = tuple(problem["loc"])
-        message = _message(problem, kind, location)
+        message = _message(problem, kind)
+        location = _keys(problem, data)
         if (location, message) in seen:
             continue
         seen.add((location, message))
@@ -100,36 +101,80 @@ def explain(error: ValidationError, kind: type[BaseModel], where: str, text: str
     return "\n".join(lines)
 
 
-def _message(problem: Any, kind: type[BaseModel], location: Sequence[int | str]) -> str:
-    kind_of_error: str = problem["type"]
-    if kind_of_error == "extra_forbidden":
-        parent = _model_at(kind, location[:-1])
-        valid = list(parent.model_fields) if parent else []
-        return f"unknown key; {did_you_mean(str(location[-1]), valid)}"
-    if kind_of_error == "missing":
-        parent = _model_at(kind, location[:-1])
+def _keys(problem: Any, data: Any) -> tuple[int | str, ...]:
+    """The key path of a problem as it stands in the file: pydantic adds names of alternatives that are no keys."""
+    keys: list[int | str] = []
+    for part in problem["loc"]:
+        holds = isinstance(data, dict) and part in data
+        if holds or (isinstance(data, list | tuple) and isinstance(part, int) and part < len(data)):
+            data = data[part]
+            keys.append(part)
+        elif problem["type"] == "missing" and part == problem["loc"][-1]:
+            keys.append(part)
+    if problem["type"].startswith("union_tag"):
+        keys.append(problem["ctx"]["discriminator"].strip("'"))
+    return tuple(keys)
+
+
+def _message(problem: Any, kind: type[BaseModel]) -> str:
+    location, what, value = problem["loc"], problem["type"], problem["input"]
+    if what == "extra_forbidden":
+        parent = _record_at(kind, location[:-1])
+        return f"unknown key; {did_you_mean(str(location[-1]), parent.model_fields if parent else [])}"
+    if what == "missing":
+        parent = _record_at(kind, location[:-1])
         doc = parent.model_fields[str(location[-1])].description if parent else None
         return f"missing{f' ({doc})' if doc else ''}"
-    if kind_of_error in ("value_error", "assertion_error"):
+    if what in ("value_error", "assertion_error"):
         return str(problem["ctx"]["error"])
-    message = problem["msg"].replace("Input should be", "expected").replace("a valid ", "a ")
-    value = repr(problem["input"])
-    return f"{message}, found {value if len(value) <= 60 else value[:57] + '...'}"
+    if what == "union_tag_not_found":
+        tags = [v for record in _alternatives_at(kind, location) for v in _literals(record)]
+        return f"missing (one of {', '.join(repr(t) for t in tags)})"
+    if what == "union_tag_invalid":
+        tags = [tag.strip(" '") for tag in problem["ctx"]["expected_tags"].split(",")]
+        tag = problem["ctx"]["tag"]
+        return f"expected {', '.join(repr(t) for t in tags)}, found {tag!r}; {did_you_mean(tag, tags)}"
+    message = problem["msg"].replace("Input should be", "expected").replace("a valid i", "an i")
+    message = message.replace("a valid ", "a ")
+    shown = repr(value)
+    return f"{message}, found {shown if len(shown) <= 60 else shown[:57] + '...'}"
 
 
-def _model_at(kind: type[BaseModel], location: Sequence[int | str]) -> type[BaseModel] | None:
+def _record_at(kind: type[BaseModel], location: Sequence[int | str]) -> type[BaseModel] | None:
     """The record class that a key path leads to, if it leads to one."""
-    current: Any = kind
+    records = _alternatives_at(kind, location)
+    return records[0] if records else None
+
+
+def _alternatives_at(kind: type[BaseModel], location: Sequence[int | str]) -> list[type[BaseModel]]:
+    """The record classes a key path may lead to."""
+    found: list[Any] = [kind]
     for part in location:
-        if isinstance(current, type) and issubclass(current, BaseModel):
-            field = current.model_fields.get(str(part))
-            if field is None:
-                return None
-            current = field.annotation
-        candidates = [c for c in (current, *get_args(current)) if isinstance(c, type) and issubclass(c, BaseModel)]
-        if candidates:
-            current = candidates[0]
-    return current if isinstance(current, type) and issubclass(current, BaseModel) else None
+        found = [inner for outer in found for inner in _inside(outer, part)]
+    return [c for c in found if isinstance(c, type) and issubclass(c, BaseModel)]
+
+
+def _inside(outer: Any, part: int | str) -> list[Any]:
+    """The annotations one step down a key path."""
+    if isinstance(outer, type) and issubclass(outer, BaseModel):
+        if part in outer.model_fields:
+            return _alternatives(outer.model_fields[str(part)].annotation)
+        return [outer] if part in _literals(outer) else []  # pydantic puts the tag of an alternative into the path
+    return _alternatives(get_args(outer)[-1 if isinstance(part, str) else 0]) if get_args(outer) else []
+
+
+def _alternatives(annotation: Any) -> list[Any]:
+    if get_origin(annotation) is Annotated:
+        return _alternatives(get_args(annotation)[0])
+    if get_origin(annotation) in (Union, UnionType):
+        return [inner for member in get_args(annotation) for inner in _alternatives(member)]
+    return [annotation]
+
+
+def _literals(record: type[BaseModel]) -> list[str]:
+    """The values by which alternatives tell each other apart."""
+    annotations = (field.annotation for field in record.model_fields.values())
+    return [value for a in annotations if get_origin(a) is Literal for value in get_args(a)]
 
 
 def _line(text: str, location: Sequence[int | str]) -> int | None:

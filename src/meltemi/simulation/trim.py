@@ -163,7 +163,6 @@ def steady_wind(wind: Wind, hub_height: float) -> SteadyWind:
             speed=max(speed, 0.0),
             shear_exponent=float(wind.exponent[0]),
             direction=float(wind.direction[0]),
-            reference_height=wind.reference_height,
         )
     assert isinstance(wind, WindBox)
     rows = wind.bottom + wind.dz * np.arange(wind.velocity.shape[1])

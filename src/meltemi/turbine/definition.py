@@ -14,13 +14,13 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from meltemi.core.record import Array, Record
+from meltemi.core.record import Array, Record, Vector
 
 HALF_TURN = math.pi
 
 
-def _stations(values: Array, what: str) -> Array:
-    if values.ndim != 1 or len(values) < 2:
+def _stations(values: Vector, what: str) -> Vector:
+    if len(values) < 2:
         raise ValueError(f"{what}: at least two stations are needed")
     steps = np.diff(values)
     if np.any(steps <= 0.0):
@@ -58,6 +58,11 @@ def _angle(record: Record, names: str, limit: float) -> None:
             )
 
 
+def _limits(minimum: float, maximum: float) -> None:
+    if minimum >= maximum:
+        raise ValueError(f"minimum {minimum:g} must be less than maximum {maximum:g}")
+
+
 class ModeShapes(Record):
     """Mode shapes as polynomials of the relative span x, coefficients of x^2, x^3, ... for each mode.
 
@@ -77,13 +82,13 @@ class ModeShapes(Record):
 class Airfoil(Record):
     """Lift, drag and moment of a section against the angle of attack, over the full circle."""
 
-    angle_of_attack: Array
+    angle_of_attack: Vector
     """(P,) [rad] from -pi to pi, increasing."""
-    lift: Array
+    lift: Vector
     """(P,) [-] lift coefficient."""
-    drag: Array
+    drag: Vector
     """(P,) [-] drag coefficient."""
-    moment: Array
+    moment: Vector
     """(P,) [-] moment coefficient about the aerodynamic centre, positive nose up."""
     dynamic_stall: bool = True
     """False for sections without lift, e.g. cylinders: their polar is always used as it is."""
@@ -115,17 +120,17 @@ class Airfoil(Record):
 class BladeAerodynamics(Record):
     """Outer shape of the blade, at stations along its axis."""
 
-    position: Array
+    position: Vector
     """(S,) [m] distance from the blade root along the pitch axis; first 0, last the blade length."""
-    chord: Array
+    chord: Vector
     """(S,) [m]."""
-    twist: Array
+    twist: Vector
     """(S,) [rad] positive towards feather."""
     airfoil: tuple[str, ...]
     """(S,) names of entries in ``Turbine.airfoils``; polars are interpolated between stations."""
-    centre_x: Array | None = None
+    centre_x: Vector | None = None
     """(S,) [m] aerodynamic centre from the pitch axis, downwind at zero pitch."""
-    centre_y: Array | None = None
+    centre_y: Vector | None = None
     """(S,) [m] aerodynamic centre from the pitch axis, towards the trailing edge at zero pitch."""
 
     @model_validator(mode="after")
@@ -145,31 +150,31 @@ class BladeStructure(Record):
     edge), z along the blade, turned by ``twist``.
     """
 
-    position: Array
+    position: Vector
     """(S,) [m] distance from the blade root along the pitch axis; first 0, last the blade length."""
-    twist: Array
+    twist: Vector
     """(S,) [rad] of the section's principal axes, positive towards feather."""
-    mass: Array | None = None
+    mass: Vector | None = None
     """(S,) [kg/m]."""
-    flap_stiffness: Array | None = None
+    flap_stiffness: Vector | None = None
     """(S,) [N m^2] bending in the flap direction (about y)."""
-    edge_stiffness: Array | None = None
+    edge_stiffness: Vector | None = None
     """(S,) [N m^2] bending in the edge direction (about x)."""
-    torsion_stiffness: Array | None = None
+    torsion_stiffness: Vector | None = None
     """(S,) [N m^2]; without it the blade does not twist."""
-    axial_stiffness: Array | None = None
+    axial_stiffness: Vector | None = None
     """(S,) [N]; without it the blade does not stretch."""
-    flap_inertia: Array | None = None
+    flap_inertia: Vector | None = None
     """(S,) [kg m] rotary inertia about y."""
-    edge_inertia: Array | None = None
+    edge_inertia: Vector | None = None
     """(S,) [kg m] rotary inertia about x."""
-    mass_centre_x: Array | None = None
+    mass_centre_x: Vector | None = None
     """(S,) [m] centre of mass from the pitch axis in the section's axes."""
-    mass_centre_y: Array | None = None
+    mass_centre_y: Vector | None = None
     """(S,) [m] centre of mass from the pitch axis in the section's axes."""
-    axis_x: Array | None = None
+    axis_x: Vector | None = None
     """(S,) [m] prebend: the beam's axis from the pitch axis, downwind at zero pitch (upwind is negative)."""
-    axis_y: Array | None = None
+    axis_y: Vector | None = None
     """(S,) [m] sweep: the beam's axis from the pitch axis, towards the trailing edge."""
     stiffness_matrix: Array | None = None
     """(S, 6, 6) [N, N m, N m^2] forces and moments (x, y, z, about x, y, z) from strains and curvatures."""
@@ -334,19 +339,19 @@ class Yaw(Record):
 class Tower(Record):
     """Tower, at stations above its base."""
 
-    position: Array
+    position: Vector
     """(S,) [m] above the tower base; first 0, last the tower top."""
-    mass: Array
+    mass: Vector
     """(S,) [kg/m]."""
-    fore_aft_stiffness: Array
+    fore_aft_stiffness: Vector
     """(S,) [N m^2]."""
-    side_side_stiffness: Array
+    side_side_stiffness: Vector
     """(S,) [N m^2]."""
-    torsion_stiffness: Array | None = None
+    torsion_stiffness: Vector | None = None
     """(S,) [N m^2]; without it the tower does not twist."""
-    axial_stiffness: Array | None = None
+    axial_stiffness: Vector | None = None
     """(S,) [N]; without it the tower does not shorten elastically."""
-    diameter: Array
+    diameter: Vector
     """(S,) [m] outer diameter."""
     drag_coefficient: float = Field(default=1.0, ge=0.0)
     """Of the tower as a cylinder [-]."""
@@ -410,8 +415,7 @@ class PitchActuator(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.minimum >= self.maximum:
-            raise ValueError(f"minimum {self.minimum:g} must be less than maximum {self.maximum:g}")
+        _limits(self.minimum, self.maximum)
         return self
 
 
@@ -467,6 +471,11 @@ class PitchControl(Record):
     """[rad]."""
     rate_limit: float = Field(gt=0.0, lt=2.0)
     """[rad/s]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        _limits(self.minimum, self.maximum)
+        return self
 
 
 class BaselineControl(Record):

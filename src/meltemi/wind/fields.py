@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
-from meltemi.core.record import Array, Record
+from meltemi.core.record import Record, Vector
 from meltemi.core.tables import View
 from meltemi.wind.velocity import SERIES, WIND
 
@@ -53,21 +54,21 @@ class SteadyWind(Record):
 class WindSeries(Record):
     """Wind that changes in time, uniform across the rotor but for shear: the content of a ``.wnd`` file."""
 
-    time: Array
+    time: Vector
     """(T,) [s] increasing; constant before and after."""
-    speed: Array
+    speed: Vector
     """(T,) [m/s]."""
-    direction: Array
+    direction: Vector
     """(T,) [rad]."""
-    vertical: Array
+    vertical: Vector
     """(T,) [m/s]."""
-    horizontal_shear: Array
+    horizontal_shear: Vector
     """(T,) [-] linear, over the reference length."""
-    exponent: Array
+    exponent: Vector
     """(T,) [-] of the power law."""
-    vertical_shear: Array
+    vertical_shear: Vector
     """(T,) [-] linear, over the reference length."""
-    gust: Array
+    gust: Vector
     """(T,) [m/s] added everywhere."""
     reference_height: float | None = Field(default=None, gt=0.0)
     """[m]; the hub height by default."""
@@ -120,7 +121,6 @@ class WindBox:
     periodic: bool = False
     direction: float = 0.0
     source: str = ""
-    _hash: list[str] = field(default_factory=list, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         # kernels are compiled for one kind of array
@@ -130,9 +130,10 @@ class WindBox:
             raise InputError(
                 f"wind box: velocity must have shape (T, Z, Y, 3) with at least 2 points each, found {v.shape}"
             )
-        for name in ("dt", "dy", "dz", "bottom", "speed"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"wind box: {name} must be positive, found {getattr(self, name)!r}")
+        for name in ("dt", "dy", "dz", "bottom", "speed", "hub_height"):
+            value = getattr(self, name)
+            if not (name == "hub_height" and value is None) and not 0.0 < value < np.inf:
+                raise InputError(f"wind box: {name} must be a positive number, found {value!r}")
         if not np.all(np.isfinite(v)):
             raise InputError(f"wind box: {int(np.sum(~np.isfinite(v)))} velocities are not numbers")
 
@@ -158,13 +159,15 @@ class WindBox:
 
     def content_hash(self) -> str:
         """Hash of velocities and grid."""
-        if not self._hash:
-            digest = hashlib.sha256(np.ascontiguousarray(self.velocity).tobytes())
-            digest.update(
-                repr((self.dt, self.dy, self.dz, self.bottom, self.speed, self.periodic, self.direction)).encode()
-            )
-            self._hash.append(digest.hexdigest()[:16])
-        return self._hash[0]
+        return self._digest
+
+    @cached_property
+    def _digest(self) -> str:
+        digest = hashlib.sha256(self.velocity)
+        digest.update(
+            repr((self.dt, self.dy, self.dz, self.bottom, self.speed, self.periodic, self.direction)).encode()
+        )
+        return digest.hexdigest()[:16]
 
 
 Wind = SteadyWind | WindSeries | WindBox
@@ -209,15 +212,15 @@ def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArr
 
 
 def mean_speed(wind: Wind, hub_height: float) -> float:
-    """[m/s] at hub height: the start point of a run. For a box the mean over its whole length."""
+    """[m/s] at hub height, to start a run with: of a series at its begin (without linear shear), of a box the mean."""
     if isinstance(wind, WindBox):
         z = (hub_height - wind.bottom) / wind.dz
         k = int(np.clip(round(z), 0, wind.velocity.shape[1] - 1))
         middle = wind.velocity.shape[2] // 2
         return float(np.mean(np.hypot(wind.velocity[:, k, middle, 0], wind.velocity[:, k, middle, 1])))
-    if isinstance(wind, WindSeries):
-        return float(wind.speed[0] + wind.gust[0])
     ratio = hub_height / (wind.reference_height or hub_height)
+    if isinstance(wind, WindSeries):
+        return float(wind.speed[0] * ratio ** wind.exponent[0] + wind.gust[0])
     if wind.roughness > 0.0:
         return wind.speed * float(np.log(hub_height / wind.roughness) / np.log(hub_height / ratio / wind.roughness))
     return wind.speed * float(ratio**wind.shear_exponent)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.core.errors import InputError
+from meltemi.core.yamlfile import validated
 from meltemi.wind.fields import WindBox, WindSeries
 
 _HEADER = struct.Struct("<h4l6f6fl")
@@ -47,17 +48,20 @@ def read_bts(path: str | Path) -> WindBox:
     raw = np.frombuffer(data, dtype="<i2", count=per_step * nt, offset=begin).reshape(nt, per_step)
     grid = raw[:, : 3 * nz * ny].reshape(nt, nz, ny, 3)
     velocity = (grid.astype(np.float32) - offset) / slope
-    return WindBox(
-        velocity=velocity,
-        dt=round(float(dt), 7),
-        dy=float(dy),
-        dz=float(dz),
-        bottom=float(bottom),
-        speed=float(speed),
-        hub_height=float(hub_height),
-        periodic=kind == 8,
-        source=path.name,
-    )
+    try:
+        return WindBox(
+            velocity=velocity,
+            dt=round(float(dt), 7),
+            dy=float(dy),
+            dz=float(dz),
+            bottom=float(bottom),
+            speed=float(speed),
+            hub_height=float(hub_height),
+            periodic=kind == 8,
+            source=path.name,
+        )
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def read_wnd(path: str | Path) -> WindSeries:
@@ -80,7 +84,7 @@ def read_wnd(path: str | Path) -> WindSeries:
         try:
             values = [float(word) for word in text]
         except ValueError:
-            if not rows:
+            if not rows and not _is_number(text[0]):
                 continue  # a header without a comment sign
             raise InputError(f"{path}:{number}: expected numbers, found {line.strip()[:60]!r}") from None
         if len(values) < 8:
@@ -89,18 +93,25 @@ def read_wnd(path: str | Path) -> WindSeries:
     if not rows:
         raise InputError(f"{path}: no rows of wind")
     t = np.array(rows)
-    upflow = np.tan(np.radians(t[:, 8]))
+    with np.errstate(invalid="ignore"):  # the record names what is no finite number
+        vertical = t[:, 3] + np.tan(np.radians(t[:, 8])) * (t[:, 1] + t[:, 7])
+    data = {
+        "time": t[:, 0],
+        "speed": t[:, 1],
+        "direction": np.radians(t[:, 2]),
+        "vertical": vertical,
+        "horizontal_shear": t[:, 4],
+        "exponent": t[:, 5],
+        "vertical_shear": t[:, 6],
+        "gust": t[:, 7],
+        "source": path.name,
+    }
+    return validated(data, WindSeries, str(path))
+
+
+def _is_number(word: str) -> bool:
     try:
-        return WindSeries(
-            time=t[:, 0],
-            speed=t[:, 1],
-            direction=np.radians(t[:, 2]),
-            vertical=t[:, 3] + upflow * (t[:, 1] + t[:, 7]),
-            horizontal_shear=t[:, 4],
-            exponent=t[:, 5],
-            vertical_shear=t[:, 6],
-            gust=t[:, 7],
-            source=path.name,
-        )
-    except ValueError as error:
-        raise InputError(f"{path}: {str(error).splitlines()[-1].strip()}") from None
+        float(word)
+    except ValueError:
+        return False
+    return True

@@ -64,10 +64,13 @@ def turbulence(
     for name, value in (("speed", speed), ("hub_height", hub_height), ("rotor_diameter", rotor_diameter), ("dt", dt)):
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(f"turbulence: {name} must be positive, found {value!r}")
+    for name, count, least, most in (("seed", seed, 0, 2**64 - 1), ("points", points, 2, 41)):
+        if not isinstance(count, int | np.integer) or not least <= count <= most:
+            raise InputError(f"turbulence: {name} must be an integer between {least} and {most}, found {count!r}")
+    if not -1.0 < shear_exponent < 1.0:
+        raise InputError(f"turbulence: shear_exponent must be between -1 and 1, found {shear_exponent!r}")
     if not 0.0 <= intensity < 1.0:
         raise InputError(f"turbulence: intensity must be between 0 and 1 (0.14 is 14 %), found {intensity!r}")
-    if not 2 <= points <= 41:
-        raise InputError(f"turbulence: points must be between 2 and 41, found {points}")
     if not (math.isfinite(duration) and duration > 0.0):
         raise InputError(f"turbulence: duration must be positive, found {duration!r}")
     width = 1.2 * rotor_diameter
