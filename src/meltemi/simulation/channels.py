@@ -30,7 +30,7 @@ class Channel:
       source: array of the case and row in it.
       index: further places in that array (blade, node or station).
       scale: factor from the array to the channel.
-      alias_scale: factor from the channel to OpenFAST's value in SI (-1 where the signs differ).
+      wrap: an angle kept between 0 and 2 pi.
     """
 
     name: str

@@ -163,7 +163,7 @@ class WindBox:
 
     @cached_property
     def _digest(self) -> str:
-        digest = hashlib.sha256(self.velocity)
+        digest = hashlib.sha256(self.velocity.data)
         digest.update(
             repr((self.dt, self.dy, self.dz, self.bottom, self.speed, self.periodic, self.direction)).encode()
         )
