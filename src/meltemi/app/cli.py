@@ -262,7 +262,7 @@ def turbines() -> None:
                 t.description,
                 t.source,
                 f"{t.rated_power / 1e6:g}",
-                f"{2 * t.rotor_radius:g}",
+                f"{t.rotor_diameter:g}",
                 f"{t.hub_height:.1f}",
             ]
         )

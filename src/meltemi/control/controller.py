@@ -17,6 +17,7 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core.caching import NullCache
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
@@ -128,7 +129,8 @@ def compiled_entry(update: Any) -> Any:
         return update
     if update not in _ENTRIES:
         try:
-            _ENTRIES[update] = numba.njit(UPDATE)(update.py_func)
+            cached = not isinstance(update._cache, NullCache)  # as its author asked
+            _ENTRIES[update] = numba.njit(UPDATE, cache=cached)(update.py_func)
         except (numba.core.errors.NumbaError, TypeError) as error:
             first = str(error).strip().splitlines()
             raise InputError(

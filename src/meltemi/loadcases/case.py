@@ -114,7 +114,7 @@ def case_wind(case: LoadCase, turbine: Turbine, folder: Path) -> Wind:
             w.speed,
             w.intensity,
             hub_height=turbine.hub_height,
-            rotor_diameter=2.0 * turbine.rotor_radius,
+            rotor_diameter=turbine.rotor_diameter,
             duration=case.duration,
             seed=w.seed,
             shear_exponent=w.shear_exponent,

@@ -119,7 +119,7 @@ class Case:
         self.aero_state = Arena(
             {"inflow": INFLOW.shape(**sizes), "stall": STALL.shape(**sizes), "memory": MEMORY.shape(**sizes)}
         )
-        described = wind_arrays(wind, turbine.hub_height, 2.0 * turbine.rotor_radius)
+        described = wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter)
         tower_flow = model.tower_flow.copy()
         self.arrays: dict[str, Any] = {
             **self.signals.views,

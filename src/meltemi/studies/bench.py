@@ -135,7 +135,7 @@ def timed_run(duration: float) -> dict[str, Any]:
     model = build(load_turbine("nrel5mw"))
     turbine = model.turbine
     wind = turbulence(
-        12.0, 0.14, hub_height=turbine.hub_height, rotor_diameter=2.0 * turbine.rotor_radius, duration=duration, seed=1
+        12.0, 0.14, hub_height=turbine.hub_height, rotor_diameter=turbine.rotor_diameter, duration=duration, seed=1
     )
     best: dict[str, Any] = {}
     for _ in range(2):

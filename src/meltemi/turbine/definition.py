@@ -543,6 +543,11 @@ class Turbine(Record):
         return self.hub.radius + self.blade.length
 
     @property
+    def rotor_diameter(self) -> float:
+        """[m]."""
+        return 2.0 * self.rotor_radius
+
+    @property
     def hub_height(self) -> float:
         """[m] of the rotor apex above ground."""
         n = self.nacelle

@@ -58,7 +58,7 @@ class Row:
       measure: ``"%"``, ``"deg"``, ``"s"``, ``"points"`` or ``"-"``.
       band: largest deviation that passes; None is only reported.
       beside: a further number for comparison, in ``measure``.
-      deviation_must_be: ``"small"``, or ``"above"`` when the number must exceed the reference.
+      verdict, why: set by ``judged``; ``why`` explains a known deviation.
     """
 
     what: str

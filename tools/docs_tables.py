@@ -1,0 +1,130 @@
+"""Tables of the documentation, made from the package itself when the pages are built.
+
+A line ``{{ name }}`` or ``{{ name argument }}`` in a page is replaced by the table that the function of
+that name below returns.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel
+
+from meltemi.core.tables import Table
+
+PLACE = re.compile(r"^\{\{ (\w+)(?: ([\w.]+))? \}\}$", re.MULTILINE)
+
+
+def on_page_markdown(markdown: str, **_: Any) -> str:
+    """Called by mkdocs for every page."""
+    return PLACE.sub(lambda m: MAKERS[m[1]](m[2]) if m[2] else MAKERS[m[1]](), markdown)
+
+
+def _table(head: list[str], rows: list[list[str]]) -> str:
+    def row(cells: list[str]) -> str:
+        return "| " + " | ".join(c.replace("|", "\\|").replace("\n", " ") for c in cells) + " |"
+
+    return "\n".join([row(head), "|" + "---|" * len(head), *(row(r) for r in rows)])
+
+
+def record(path: str) -> str:
+    """Keys of a record class, e.g. ``turbine.definition.Hub``."""
+    from importlib import import_module
+
+    module, name = path.rsplit(".", 1)
+    kind: type[BaseModel] = getattr(import_module(f"meltemi.{module}"), name)
+    rows = []
+    for key, field in kind.model_fields.items():
+        if field.is_required():
+            default = "required"
+        elif isinstance(field.get_default(call_default_factory=True), BaseModel):
+            default = "see there"
+        else:
+            default = f"`{field.get_default(call_default_factory=True)!r}`"
+        limits = ", ".join(
+            f"{sign} {getattr(rule, which)}"
+            for rule in field.metadata
+            for which, sign in (("gt", ">"), ("ge", "≥"), ("lt", "<"), ("le", "≤"))
+            if getattr(rule, which, None) is not None
+        )
+        rows.append([f"`{key}`", _kind(field.annotation), default, limits, field.description or ""])
+    return _table(["key", "value", "default", "limits", "meaning"], rows)
+
+
+def _kind(annotation: Any) -> str:
+    from typing import Annotated, Literal
+
+    from numpy import ndarray
+
+    origin, inside = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _kind(inside[0])
+    if origin is Literal:
+        return " or ".join(f"`{v}`" for v in inside)
+    if origin is ndarray or annotation is ndarray:
+        return "numbers"
+    if origin is tuple:
+        return f"list of {_kind(inside[0])}s" if inside[-1] is Ellipsis else f"{len(inside)} numbers"
+    if origin is dict:
+        return f"{_kind(inside[1])} by name"
+    if inside:
+        return " or ".join(_kind(a) for a in inside if a is not type(None))
+    return {float: "number", int: "integer", str: "text", bool: "true or false"}.get(annotation, annotation.__name__)
+
+
+def channels(group: str) -> str:
+    """Channels of a group: machine, blade, node, station, tower_station."""
+    from meltemi.simulation.channels import catalogue
+
+    all_channels = catalogue(n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1)
+    chosen = []
+    for c in all_channels.values():
+        first, *_ = c.name.split("_")
+        home = {"node": "node", "station": "station"}.get(first, "blade" if c.name.endswith("_1") else "machine")
+        if c.name.startswith("tower_station"):
+            home = "tower_station"
+        if home == group:
+            chosen.append(c)
+    rows = [[f"`{c.name}`", c.alias, c.unit, c.frame, c.sign, c.description] for c in chosen]
+    return _table(["name", "OpenFAST", "unit", "axes", "positive", "what"], rows)
+
+
+def array(path: str) -> str:
+    """Fields of a table, e.g. ``control.signals.MEASUREMENTS``."""
+    from importlib import import_module
+
+    module, name = path.rsplit(".", 1)
+    found: Table = getattr(import_module(f"meltemi.{module}"), name)
+    rows = [[f"`{f.name}`", f.unit, f.doc] for f in found.fields]
+    axes = f"Axes: field, {', '.join(found.axes)}.\n\n" if found.axes else ""
+    return axes + _table(["field", "unit", "meaning"], rows)
+
+
+def arrays() -> str:
+    """All tables of the package."""
+    from importlib import import_module
+
+    parts = []
+    for module in (
+        "turbine.exchange",
+        "wind.velocity",
+        "structure.tables",
+        "structure.section_loads",
+        "aero.tables",
+        "control.signals",
+        "control.baseline",
+        "control.actuators",
+        "simulation.step",
+    ):
+        home = import_module(f"meltemi.{module}")
+        own = {n: v for n, v in vars(home).items() if isinstance(v, Table)}
+        source = home.__file__ or ""
+        text = open(source, encoding="utf-8").read()  # noqa: SIM115, PTH123
+        for name in own:
+            if f"{name} = table(" in text:
+                parts += [f"## {own[name].name}", f"`meltemi.{module}.{name}`. " + array(f"{module}.{name}")]
+    return "\n\n".join(parts)
+
+
+MAKERS: dict[str, Any] = {f.__name__: f for f in (record, channels, array, arrays)}
