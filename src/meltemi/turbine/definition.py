@@ -117,6 +117,25 @@ class Airfoil(Record):
         return self
 
 
+class Damping(Record):
+    """Damping ratios of a member that stands alone: the blade clamped at its root, the tower without nacelle.
+
+    The damping matrix is proportional to stiffness, so a mode of the assembled turbine has the ratio of
+    the isolated member times the ratio of their frequencies.
+    """
+
+    flap: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Blades: flapwise modes [-]."""
+    edge: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Blades: edgewise modes [-]."""
+    fore_aft: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Tower: fore-aft modes [-]."""
+    side_side: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Tower: side-to-side modes [-]."""
+    torsion: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """Torsional modes [-]."""
+
+
 class BladeAerodynamics(Record):
     """Outer shape of the blade, at stations along its axis."""
 
@@ -213,25 +232,6 @@ class BladeStructure(Record):
         _positive(self, "flap_inertia edge_inertia", zero=True)
         _angle(self, "twist", 1.6)
         return self
-
-
-class Damping(Record):
-    """Damping ratios of a member that stands alone: the blade clamped at its root, the tower without nacelle.
-
-    The damping matrix is proportional to stiffness, so a mode of the assembled turbine has the ratio of
-    the isolated member times the ratio of their frequencies.
-    """
-
-    flap: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Blades: flapwise modes [-]."""
-    edge: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Blades: edgewise modes [-]."""
-    fore_aft: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Tower: fore-aft modes [-]."""
-    side_side: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Tower: side-to-side modes [-]."""
-    torsion: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Torsional modes [-]."""
 
 
 class Blade(Record):

@@ -51,7 +51,8 @@ def turbulence(
     Args:
       speed: [m/s] mean at hub height.
       intensity: standard deviation of u over the mean speed at hub height [-].
-      hub_height, rotor_diameter: [m]; the square grid is 20 % larger than the rotor.
+      hub_height: [m].
+      rotor_diameter: [m]; the square grid is 20 % larger.
       duration: [s] of the run it is for; the box is longer by what passes before and after.
       seed: the same seed gives the same field.
       shear_exponent: of the mean wind.
