@@ -45,6 +45,29 @@ def test_bend_twist_coupling_of_the_finite_elements(turbine: Turbine) -> None:
     assert u[-1] == pytest.approx(-1e4 * LENGTH**2 / 2.0 * COUPLING / determinant, rel=1e-4)
 
 
+def test_torsion_of_a_prebent_blade(turbine: Turbine) -> None:
+    # axis x = a (z/L)^2, force F across it at the tip. About the tangent acts T = F a (1 - z/L)^2, and bending across
+    # turns a section about an axis that leans with the tangent: theta_z = a F L / 3 (1 / GJ + 1 / EI)
+    a, force = 0.6, 1e4
+    z = np.linspace(0.0, LENGTH, 61)
+    n = len(z)
+    K, M = np.diag([1e13, 1e13, 1e13, EI, EI, GJ]), np.diag([MASS, MASS, MASS, 50.0, 50.0, 100.0])
+    structure = {
+        "position": z.tolist(),
+        "axis_x": (a * (z / LENGTH) ** 2).tolist(),
+        "twist": np.linspace(0.3, 0.0, n).tolist(),
+        "stiffness_matrix": [K.tolist()] * n,
+        "mass_matrix": [M.tolist()] * n,
+        "damping": NO_DAMPING,
+    }
+    mesh = assemble(blade_beam(turbine.blade.structure.model_validate(structure)), np.linspace(0.0, LENGTH, 41))
+    load = np.zeros(mesh.stiffness.shape[0] - 6)
+    load[-5] = force
+    u = np.linalg.solve(mesh.stiffness[6:, 6:], load)
+    assert u[-1] == pytest.approx(a * force * LENGTH / 3.0 * (1.0 / GJ + 1.0 / EI), rel=2e-3)
+    assert u[-5] == pytest.approx(force * LENGTH**3 / (3.0 * EI), rel=1e-3)
+
+
 def test_bend_twist_coupling_in_the_assembled_machine(turbine: Turbine) -> None:
     # own weight of a horizontal blade pitched by 90 deg bends it flapwise: w L^4 / 8, and twists it: w L^3 / 6
     gravity = 1e-3
@@ -276,13 +299,17 @@ def test_brake_stops_a_parked_rotor(turbine: Turbine) -> None:
         duration=30.0,
         controller=meltemi.Controller(update=brake),
         start=Start(rotor_speed=0.3, pitch=1.5),
-        channels=["generator_speed", "rotor_speed", "brake_torque"],
+        channels=["generator_speed", "rotor_speed", "brake_torque", "rotor_torque"],
+        output_step=0.01,
     )
     late = result.time > 20.0
     # the rotor still swings on its shaft, the generator stands
     assert np.max(np.abs(result["generator_speed"][late])) < 0.2
     assert abs(result["rotor_speed"][late].mean()) < 1e-3
     assert result["brake_torque"].max() == pytest.approx(28116.0)
+    # nothing alternates from step to step
+    jumps = np.diff(result["rotor_torque"][late], n=2)
+    assert np.max(np.abs(jumps)) < 0.02 * np.ptp(result["rotor_torque"][late])
 
 
 @pytest.mark.parametrize("yaw", [0.0, 60.0, 120.0, 180.0])

@@ -9,8 +9,8 @@ sigma' = B c / (2 pi r), kappa = sigma' C_x / (4 F), s = sin(phi), c = cos(phi):
                 = (5/3 - F) s + sqrt(2 F kappa - (4/3 - F) F s^2)  Buhl (2005) beyond
 
 The second form is Buhl's parabola solved for 1 / (1 - a): smooth through phi = 0, where a = 1, and
-valid beyond, so a solution exists for every wind and rotor speed in -pi/4 < phi < 3 pi/4. Flow from
-behind and backward rotation are mirrored into that range.
+valid beyond, so with it a solution exists for every wind and rotor speed in -pi/4 < phi < 3 pi/4 (without
+it there is a pole at phi = 0). Flow from behind and backward rotation are mirrored into that range.
 
 Reference: docs/theory/aerodynamics.md (A-5 to A-15); Ning (2014), Eqs. 5-14; Buhl (2005), Eq. 17.
 """

@@ -32,13 +32,15 @@ from meltemi.aero.inflow import (
     second_time,
 )
 from meltemi.aero.stall import (
+    NO_ROTATION,
     STATIC,
+    Rotation,
     Stall,
     StallInput,
     angle_at_three_quarters,
     model_weight,
     ramp,
-    reduced_rate,
+    section_rotation,
     stall_advance,
     stall_coefficients,
     stall_derivative,
@@ -60,15 +62,17 @@ Int = NDArray[int64]
 AIR_DENSITY, INFLOW_LEAD, INFLOW_TIME, SKEW_FACTOR, AXIAL_DRAG, TANGENTIAL_DRAG, FADE_BEGIN, FADE_END = AERO.slots(
     "air_density inflow_lead inflow_time skew_factor axial_drag tangential_drag fade_begin fade_end"
 )
-STALL_CURVATURE, TOWER_CUT = AERO.slots("stall_curvature tower_cut")
-WAKE, HIGH_INDUCTION, SKEW_MODEL, INFLOW_MODEL, STALL_MODEL, TOWER_MODEL, ITERATIONS = AERO_OPTIONS.slots(
-    "wake high_induction skew inflow stall tower iterations"
+TIP_FACTOR, SWEEP_FLAP, TOWER_CUT = AERO.slots("tip_factor sweep_flap tower_cut")
+WAKE, HIGH_INDUCTION, SKEW_MODEL, INFLOW_MODEL, STALL_MODEL, STALL_ROTATION, TOWER_MODEL, ITERATIONS = (
+    AERO_OPTIONS.slots("wake high_induction skew inflow stall stall_rotation tower iterations")
 )
 CHORD, TWIST, CENTRE, SLOPE_X, SLOPE_Y, LENGTH, SOLID_LENGTH = AERO_NODE.slots(
     "chord twist centre slope_x slope_y length solid_length"
 )
 TIP_NUMBER, HUB_NUMBER, END, POLAR_INDEX, AREA, RING = AERO_NODE.slots("tip_number hub_number end polar area ring")
-WIND, VX, VY, RADIUS, THETA, COS_BEND, SIN_BEND, TURN = FLOW.slots("wind vx vy radius theta cos_bend sin_bend rotation")
+WIND, VX, VY, RADIUS, THETA, COS_BEND, SIN_BEND, TURN, PITCHING = FLOW.slots(
+    "wind vx vy radius theta cos_bend sin_bend rotation pitching"
+)
 STEADY_AXIAL, STEADY_TANGENTIAL, RESIDUAL, AXIAL, TANGENTIAL, PHI, ALPHA, SPEED = FLOW.slots(
     "steady_axial steady_tangential residual axial tangential phi alpha speed"
 )
@@ -108,7 +112,7 @@ def relative_wind(
     hub = vec1(machine, ex.HUB_POSITION)
     for b in range(flow.shape[1]):
         R = rot2(frame, ex.ROOT_ORIENTATION, b)
-        shaft = vec2(frame, ex.ROOT_SHAFT, b)
+        shaft, root_spin = vec2(frame, ex.ROOT_SHAFT, b), vec2(frame, ex.ROOT_SPIN, b)
         cp, sp = frame[ex.COS_PITCH, b], frame[ex.SIN_PITCH, b]
         influenced = options[TOWER_MODEL] == 1 and (aero[TOWER_CUT] == 0.0 or cos(frame[ex.BLADE_AZIMUTH, b]) <= 0.0)
         for n in range(flow.shape[2]):
@@ -131,9 +135,11 @@ def relative_wind(
             flow[VY, b, n] = cp * w.y - sp * w.x
             flow[COS_BEND, b, n] = cb
             flow[SIN_BEND, b, n] = sb
+            elastic = sub(spin, root_spin)
             flow[TURN, b, n] = sb * (cp * spin.x + sp * spin.y) + cb * spin.z
+            flow[PITCHING, b, n] = sb * (cp * elastic.x + sp * elastic.y) + cb * (elastic.z - pitch[1, b])
             # rotations about two axes turn the chord about the third (A-3)
-            flow[THETA, b, n] = pitch[0, b] + nodes[TWIST, b, n] - theta.z + 0.5 * sweep * flap
+            flow[THETA, b, n] = pitch[0, b] + nodes[TWIST, b, n] - theta.z + aero[SWEEP_FLAP] * sweep * flap
             flow[RADIUS, b, n] = norm(add_scaled(r, -dot(r, shaft), shaft))
 
 
@@ -152,7 +158,7 @@ def disk_averages(aero: Float, nodes: Float, machine: Float, flow: Float, rotor:
     for b in range(flow.shape[1]):
         for n in range(flow.shape[2]):
             mean = add_scaled(mean, nodes[AREA, b, n], vec3(flow, WIND, b, n))
-            tip = max(tip, flow[RADIUS, b, n])
+            tip = max(tip, aero[TIP_FACTOR] * flow[RADIUS, b, n])
     mean = sub(mean, vec1(machine, ex.HUB_VELOCITY))
     shaft = vec1(machine, ex.SHAFT)
     axial, speed = dot(mean, shaft), norm(mean)
@@ -324,6 +330,16 @@ def induced_velocity(
 
 
 @kernel
+def turned_flow(options: Int, nodes: Float, flow: Float, b: int, n: int) -> tuple[float, float, Rotation]:
+    """Angle of attack [rad] at 3/4 chord, U / (c/2) [1/s], and the section's rotation (A-31, A-32)."""
+    variant, speed, chord = options[STALL_ROTATION], flow[SPEED, b, n], nodes[CHORD, b, n]
+    rate = 2.0 * max(speed, STILL) / chord
+    turn = flow[TURN, b, n] if variant != NO_ROTATION else 0.0
+    alpha = angle_at_three_quarters(flow[ALPHA, b, n], speed, turn, chord)
+    return alpha, rate, section_rotation(variant, turn, flow[PITCHING, b, n], rate)
+
+
+@kernel
 def section_coefficients(
     dt: float,
     aero: Float,
@@ -343,17 +359,13 @@ def section_coefficients(
     c = static_coefficients(polars, g, alpha)
     lift, drag, moment = c.lift, c.drag, c.moment
     if options[STALL_MODEL] != STATIC:
-        chord = nodes[CHORD, b, n]
-        rate = 2.0 * max(speed, STILL) / chord
-        rotation = aero[STALL_CURVATURE] * flow[TURN, b, n]
-        turning = reduced_rate(rotation, rate)
-        alpha_34 = angle_at_three_quarters(alpha, speed, rotation, chord)
+        alpha_34, rate, rotation = turned_flow(options, nodes, flow, b, n)
         weight = model_weight(section, g, alpha, speed)
         y = Stall(stall[S_WAKE_1, b, n], stall[S_WAKE_2, b, n], stall[S_PRESSURE, b, n], stall[S_ATTACHMENT, b, n])
         old = StallInput(
             memory[OLD_ALPHA, b, n], memory[OLD_RATE, b, n], memory[OLD_PRESSURE, b, n], memory[OLD_ATTACHMENT, b, n]
         )
-        y, new = stall_advance(aero, polars, section, g, y, old, alpha_34, rate, turning, weight, dt)
+        y, new = stall_advance(aero, polars, section, g, y, old, alpha_34, rate, rotation.pitching, weight, dt)
         stall[S_WAKE_1, b, n] = y.wake_1
         stall[S_WAKE_2, b, n] = y.wake_2
         stall[S_PRESSURE, b, n] = y.pressure
@@ -362,7 +374,7 @@ def section_coefficients(
         memory[OLD_RATE, b, n] = new.rate
         memory[OLD_PRESSURE, b, n] = new.pressure
         memory[OLD_ATTACHMENT, b, n] = new.attachment
-        d = stall_coefficients(aero, polars, section, g, y, alpha_34, turning)
+        d = stall_coefficients(aero, polars, section, g, y, alpha_34, rotation)
         lift += weight * (d.lift - lift)
         drag += weight * (d.drag - drag)
         moment += weight * (d.moment - moment)
@@ -397,11 +409,8 @@ def settle(
             inflow[I_REDUCED_Y, b, n] = y.reduced
             inflow[I_Y, b, n] = y.velocity
             g = int(nodes[POLAR_INDEX, b, n])
-            speed, chord = flow[SPEED, b, n], nodes[CHORD, b, n]
-            rotation = aero[STALL_CURVATURE] * flow[TURN, b, n]
-            turning = reduced_rate(rotation, 2.0 * max(speed, STILL) / chord)
-            alpha = angle_at_three_quarters(flow[ALPHA, b, n], speed, rotation, chord)
-            s = stall_steady(aero, polars, section, g, alpha, turning)
+            alpha, _, rotation = turned_flow(options, nodes, flow, b, n)
+            s = stall_steady(aero, polars, section, g, alpha, rotation.pitching)
             stall[S_WAKE_1, b, n] = s.wake_1
             stall[S_WAKE_2, b, n] = s.wake_2
             stall[S_PRESSURE, b, n] = s.pressure
@@ -439,15 +448,11 @@ def derivatives(
                 d_inflow[I_Y, b, n] = y.velocity
             if options[STALL_MODEL] != STATIC:
                 g = int(nodes[POLAR_INDEX, b, n])
-                chord, speed = nodes[CHORD, b, n], flow[SPEED, b, n]
-                rate = 2.0 * max(speed, STILL) / chord
-                rotation = aero[STALL_CURVATURE] * flow[TURN, b, n]
-                turning = reduced_rate(rotation, rate)
-                alpha = angle_at_three_quarters(flow[ALPHA, b, n], speed, rotation, chord)
+                alpha, rate, rotation = turned_flow(options, nodes, flow, b, n)
                 s = Stall(
                     stall[S_WAKE_1, b, n], stall[S_WAKE_2, b, n], stall[S_PRESSURE, b, n], stall[S_ATTACHMENT, b, n]
                 )
-                d = stall_derivative(aero, polars, section, g, s, alpha, rate, turning)
+                d = stall_derivative(aero, polars, section, g, s, alpha, rate, rotation.pitching)
                 d_stall[S_WAKE_1, b, n] = d.wake_1
                 d_stall[S_WAKE_2, b, n] = d.wake_2
                 d_stall[S_PRESSURE, b, n] = d.pressure

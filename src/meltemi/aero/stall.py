@@ -1,18 +1,22 @@
 """Dynamic stall after Hansen, Gaunaa and Madsen: two wake lags, a pressure lag and a separation lag.
 
-With alpha the angle of attack at three quarters of the chord, T = c / (2 U), omega the rotation of the
-section about its span (nose up), f_st the static degree of attachment:
+With alpha the angle of attack at three quarters of the chord, T = c / (2 U), omega_p the pitching of the
+section relative to the rotor (nose up), f_st the static degree of attachment:
 
     x_1' = b_1 / T (A_1 alpha - x_1),  x_2' = b_2 / T (A_2 alpha - x_2)
     alpha_E = alpha (1 - A_1 - A_2) + x_1 + x_2
-    x_3' = (C_La (alpha_E - alpha_0) + pi T omega - x_3) / (T_p T)
+    x_3' = (C_La (alpha_E - alpha_0) + pi T omega_p - x_3) / (T_p T)
     x_4' = (f_st(x_3 / C_La + alpha_0) - x_4) / (T_f T)
-    C_L  = x_4 C_L,fa(alpha_E) + (1 - x_4) C_L,fs(alpha_E) + pi T omega,  C_L,fa = C_La (alpha_E - alpha_0)
+    C_L  = x_4 C_L,fa(alpha_E) + (1 - x_4) C_L,fs(alpha_E) + pi T omega_p,  C_L,fa = C_La (alpha_E - alpha_0)
 
-The states blend into the static polar between 40 and 45 degrees and below 1 m/s.
+A coned or bent blade turns about its span with the rotor: the flow is curved, which acts like camber (in
+alpha and in the moment). It is no pitching: the air beside the section is not accelerated, so there is no
+added mass in it. OpenFAST takes both for the same; that is a variant.
+
+The coefficients blend into the static polar between 40 and 45 degrees and below 1 m/s.
 
 Reference: docs/theory/aerodynamics.md (A-30 to A-42); Hansen, Gaunaa & Madsen (2004), Risoe-R-1354,
-Eqs. 5-40; drag with section rotation as Pirrung & Gaunaa (2018), DTU E-0171.
+Eqs. 5-40; curved flow as Migliore, Wolfe & Fanucci (1980), J. Energy 4(2).
 """
 
 from __future__ import annotations
@@ -31,6 +35,7 @@ from meltemi.core.kernel import kernel
 Float = NDArray[float64]
 
 STATIC, HANSEN = 0, 1
+NO_ROTATION, CAMBER, OPENFAST = 0, 1, 2
 A1, A2, B1, B2, T_PRESSURE, T_SEPARATION = AERO.slots(
     "stall_a1 stall_a2 stall_b1 stall_b2 stall_pressure stall_separation"
 )
@@ -60,6 +65,14 @@ class StallInput(NamedTuple):
     rate: float
     pressure: float
     attachment: float
+
+
+class Rotation(NamedTuple):
+    """Rotation of a section about its span, in angles: T omega in all, T omega of pitching, tilt of the lift."""
+
+    turning: float
+    pitching: float
+    tilt: float
 
 
 class Coefficients(NamedTuple):
@@ -112,15 +125,26 @@ def reduced_rate(rotation: float, rate: float) -> float:
 
 
 @kernel
+def section_rotation(variant: int, rotation: float, pitching: float, rate: float) -> Rotation:
+    """What the rotation of a section [rad/s], and the pitching in it, do (A-32)."""
+    turning = reduced_rate(rotation, rate)
+    if variant == OPENFAST:
+        return Rotation(turning, turning, turning)
+    if variant == CAMBER:
+        return Rotation(turning, reduced_rate(pitching, rate), 0.0)
+    return Rotation(0.0, 0.0, 0.0)
+
+
+@kernel
 def effective_angle(aero: Float, y: Stall, alpha: float) -> float:
     """alpha_E [rad] (A-33)."""
     return alpha * (1.0 - aero[A1] - aero[A2]) + y.wake_1 + y.wake_2
 
 
 @kernel
-def attached_lift(section: Float, g: int, alpha_E: float, turning: float) -> float:
-    """Input of the pressure lag (A-34); ``turning`` is T omega."""
-    return section[g, SLOPE] * (alpha_E - section[g, ZERO_LIFT]) + pi * turning
+def attached_lift(section: Float, g: int, alpha_E: float, pitching: float) -> float:
+    """Input of the pressure lag (A-34); ``pitching`` is T omega_p."""
+    return section[g, SLOPE] * (alpha_E - section[g, ZERO_LIFT]) + pi * pitching
 
 
 @kernel
@@ -132,10 +156,10 @@ def static_attachment(polars: Float, section: Float, g: int, pressure: float) ->
 
 
 @kernel
-def stall_steady(aero: Float, polars: Float, section: Float, g: int, alpha: float, turning: float) -> Stall:
+def stall_steady(aero: Float, polars: Float, section: Float, g: int, alpha: float, pitching: float) -> Stall:
     """State in which nothing changes."""
     x1, x2 = aero[A1] * alpha, aero[A2] * alpha
-    pressure = attached_lift(section, g, effective_angle(aero, Stall(x1, x2, 0.0, 0.0), alpha), turning)
+    pressure = attached_lift(section, g, effective_angle(aero, Stall(x1, x2, 0.0, 0.0), alpha), pitching)
     return Stall(x1, x2, pressure, static_attachment(polars, section, g, pressure))
 
 
@@ -149,7 +173,7 @@ def stall_advance(
     old: StallInput,
     alpha: float,
     rate: float,
-    turning: float,
+    pitching: float,
     weight: float,
     dt: float,
 ) -> tuple[Stall, StallInput]:
@@ -160,18 +184,18 @@ def stall_advance(
 
     Args:
       old: input at the beginning of the step.
-      alpha, rate, turning: alpha [rad], U / (c/2) [1/s] and T omega at its end.
+      alpha, rate, pitching: alpha [rad], U / (c/2) [1/s] and T omega_p at its end.
     """
     h = 0.5 * (old.rate + rate) * dt
     x1 = lagged(lag(aero[B1] * h), y.wake_1, aero[A1] * old.alpha, aero[A1] * alpha)
     x2 = lagged(lag(aero[B2] * h), y.wake_2, aero[A2] * old.alpha, aero[A2] * alpha)
-    new_pressure = attached_lift(section, g, effective_angle(aero, Stall(x1, x2, 0.0, 0.0), alpha), turning)
+    new_pressure = attached_lift(section, g, effective_angle(aero, Stall(x1, x2, 0.0, 0.0), alpha), pitching)
     x3 = lagged(lag(h / aero[T_PRESSURE]), y.pressure, old.pressure, new_pressure)
     new_attachment = static_attachment(polars, section, g, x3)
     x4 = lagged(lag(h / aero[T_SEPARATION]), y.attachment, old.attachment, new_attachment)
     x4 = min(max(x4, 0.0), 1.0)
-    steady = stall_steady(aero, polars, section, g, alpha, turning)
-    keep = weight if dt > 0.0 else 1.0
+    steady = stall_steady(aero, polars, section, g, alpha, pitching)
+    keep = 1.0 if weight > 0.0 or dt == 0.0 else 0.0
     state = Stall(
         steady.wake_1 + keep * (x1 - steady.wake_1),
         steady.wake_2 + keep * (x2 - steady.wake_2),
@@ -183,10 +207,10 @@ def stall_advance(
 
 @kernel
 def stall_derivative(
-    aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rate: float, turning: float
+    aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rate: float, pitching: float
 ) -> Stall:
     """Time derivative of the state."""
-    pressure = attached_lift(section, g, effective_angle(aero, y, alpha), turning)
+    pressure = attached_lift(section, g, effective_angle(aero, y, alpha), pitching)
     attachment = static_attachment(polars, section, g, y.pressure)
     return Stall(
         aero[B1] * rate * (aero[A1] * alpha - y.wake_1),
@@ -198,7 +222,7 @@ def stall_derivative(
 
 @kernel
 def stall_coefficients(
-    aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, turning: float
+    aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rotation: Rotation
 ) -> Coefficients:
     """Coefficients from the state and the angle of attack at 3/4 chord (A-39 to A-40)."""
     alpha_E = effective_angle(aero, y, alpha)
@@ -207,5 +231,8 @@ def stall_coefficients(
     circulatory = x4 * coefficient(polars, g, at, ATTACHED) + (1.0 - x4) * coefficient(polars, g, at, SEPARATED)
     static_drag = coefficient(polars, g, at, DRAG)
     separation = 0.5 * (sqrt(max(f, 0.0)) - sqrt(x4)) - 0.25 * (f - x4)
-    drag = static_drag + (alpha - alpha_E + turning) * circulatory + (static_drag - section[g, DRAG_FLOOR]) * separation
-    return Coefficients(circulatory + pi * turning, drag, coefficient(polars, g, at, MOMENT) - 0.5 * pi * turning)
+    tilted = (alpha - alpha_E + rotation.tilt) * circulatory
+    drag = static_drag + tilted + (static_drag - section[g, DRAG_FLOOR]) * separation
+    # thin aerofoil theory: -pi/4 T omega from the curved flow, as much again from the air that pitching accelerates
+    moment = coefficient(polars, g, at, MOMENT) - 0.25 * pi * (rotation.turning + rotation.pitching)
+    return Coefficients(circulatory + pi * rotation.pitching, drag, moment)

@@ -13,7 +13,7 @@ AERO = table(
     "",
     """
     air_density      | kg/m^3 | density of the air
-    radius           | m      | rotor radius along the blade
+    tip_factor       | -      | distance of the tip from the shaft over that of the outermost node
     inflow_lead      | -      | share of the quasi-steady induced velocity that acts through the second lag only
     inflow_time      | s      | time constant of the first lag, when constant
     skew_factor      | -      | of the induction's redistribution in skewed wake
@@ -27,7 +27,7 @@ AERO = table(
     stall_b2         | -      | second rate, in semi-chords
     stall_pressure   | -      | pressure lag, in semi-chords
     stall_separation | -      | separation lag, in semi-chords
-    stall_curvature  | -      | 1: rotation of the section about its span acts like camber
+    sweep_flap       | -      | share of sweep times flap slope in the chord's angle
     tower_cut        | -      | 1: tower influence only on the lower half of the rotor
     """,
 )
@@ -42,6 +42,7 @@ AERO_OPTIONS = table(
     skew           | - | 0: none, 1: Glauert's redistribution
     inflow         | - | 0: quasi-steady, 1: constant time, 2: time from wind and induction
     stall          | - | 0: static polars, 1: Hansen-Gaunaa-Madsen
+    stall_rotation | - | rotation of a section about its span: 0: ignored, 1: acts like camber, 2: as OpenFAST
     tower          | - | 0: no influence of the tower, 1: potential flow
     tower_drag     | - | 1: drag on the tower
     iterations     | - | of the induction solver at each evaluation
@@ -149,6 +150,7 @@ FLOW = table(
     cos_bend        | -   | cosine of the out-of-plane slope of the blade
     sin_bend        | -   | sine of it; positive when the blade bends downwind
     rotation        | rad/s | rotation of the section about its span, nose up
+    pitching        | rad/s | the part of it that is relative to the rotor: pitch and elastic torsion
     steady_axial    | -   | quasi-steady axial induction factor
     steady_tangential | - | quasi-steady tangential induction factor
     residual        | -   | of the momentum balance

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
+from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
@@ -38,6 +39,8 @@ def rainflow_cycles(series: ArrayLike) -> tuple[Float, Float, Float]:
     x = np.asarray(series, dtype=float)
     if not np.all(np.isfinite(x)):
         raise InputError("rainflow counting: the series holds values that are not numbers")
+    if len(x) and np.ptp(x) == abs(x[-1] - x[0]) > 0.0 and np.all(np.diff(x) * (x[-1] - x[0]) >= 0.0):
+        return np.array([np.ptp(x)]), np.array([0.5 * (x[0] + x[-1])]), np.array([0.5])  # the library finds none
     cycles = np.array([(r, m, c) for r, m, c, _, _ in rainflow.extract_cycles(x)]).reshape(-1, 3)
     return cycles[:, 0], cycles[:, 1], cycles[:, 2]
 
@@ -72,11 +75,11 @@ def damage_equivalent_load(
     return float(largest * (np.sum(counts * (ranges / largest) ** slope) / (f_eq * duration)) ** (1.0 / slope))
 
 
-def slopes(name: str) -> float | None:
-    """Usual S-N slope for a channel: 10 for blades, 4 for steel, None where no load."""
-    if "moment" not in name and "force" not in name and "torque" not in name:
+def usual_slope(channel: Channel) -> float | None:
+    """Usual S-N slope for a channel: 10 for blades, 4 for steel, None where it is no load."""
+    if channel.unit not in ("N", "N m"):
         return None
-    return 10.0 if name.startswith(("root", "station")) else 4.0
+    return 10.0 if channel.name.startswith(("root", "station")) else 4.0
 
 
 def equivalent_loads(result: Result, names: Sequence[str] | None = None, f_eq: float = 1.0) -> dict[str, float]:
@@ -86,7 +89,7 @@ def equivalent_loads(result: Result, names: Sequence[str] | None = None, f_eq: f
         return found
     duration = float(result.time[-1] - result.time[0])
     for channel in result.channels if names is None else [result.channel(name) for name in names]:
-        slope = slopes(channel.name)
+        slope = usual_slope(channel)
         if slope is not None:
             found[channel.name] = damage_equivalent_load(
                 result[channel.name], duration=duration, slope=slope, f_eq=f_eq

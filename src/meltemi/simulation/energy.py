@@ -13,7 +13,7 @@ from meltemi.simulation.step import equations
 from meltemi.structure.dynamics import STIFFNESS, WEIGHT
 from meltemi.structure.kinematics import N_SHAFT, TORSION, YAW
 from meltemi.structure.tables import BLADE_NODE, STRUCTURE
-from meltemi.turbine.exchange import FRAME, MACHINE, MOTION
+from meltemi.turbine.exchange import FRAME, MACHINE, MOTION, YAW_COMMAND, YAW_HELD
 
 
 def mechanical_energy(case: Case) -> tuple[float, float, float]:
@@ -29,7 +29,8 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
 
     p = View(STRUCTURE, model.structure)
     tower = q[: n - N_SHAFT]
-    twist, yaw = q[len(tower) + TORSION], q[len(tower) + YAW]
+    drive = case["drive"]
+    twist, yaw = q[len(tower) + TORSION], drive[YAW_HELD] * (q[len(tower) + YAW] - drive[YAW_COMMAND])
     q_blade = q[n:].reshape(model.n_blades, -1)
     matrix = model.tower_matrix
     elastic = 0.5 * tower @ matrix[STIFFNESS] @ tower

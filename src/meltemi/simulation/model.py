@@ -194,7 +194,7 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         tower_shape=np.ascontiguousarray(
             tower.modes.at(tower_layout.position).transpose(0, 2, 1).reshape(6 * k, options.tower_nodes)
         ),
-        aero=_aero(turbine, environment, options),
+        aero=_aero(turbine, blade_layout, environment, options),
         aero_options=_aero_options(options),
         aero_nodes=_aero_nodes(turbine, blade_layout, options, polar_index),
         polars=polars,
@@ -371,17 +371,18 @@ def _tower_nodes(tower: Member, layout: NodeLayout) -> Float:
     return array
 
 
-def _aero(turbine: Turbine, environment: Environment, options: ModelOptions) -> Float:
+def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, options: ModelOptions) -> Float:
     array = AERO.zeros()
     v = View(AERO, array)
     c = options.stall_constants
-    v["air_density"], v["radius"] = environment.air_density, turbine.rotor_radius
+    v["air_density"] = environment.air_density
+    v["tip_factor"] = turbine.rotor_radius / (turbine.hub.radius + layout.position[-1])
     v["inflow_lead"], v["inflow_time"], v["skew_factor"] = INFLOW_LEAD, options.inflow_time, SKEW_FACTOR
     v["axial_drag"], v["tangential_drag"] = float(options.axial_drag), float(options.tangential_drag)
     v["fade_begin"], v["fade_end"] = FADE_BEGIN, FADE_END
     v["stall_a1"], v["stall_a2"], v["stall_b1"], v["stall_b2"] = c.a1, c.a2, c.b1, c.b2
     v["stall_pressure"], v["stall_separation"] = c.pressure_lag, c.separation_lag
-    v["stall_curvature"] = float(options.stall_curvature)
+    v["sweep_flap"] = -0.5 if options.chord_angle == "section" else 0.5
     v["tower_cut"] = float(options.tower_influence == "lower_half")
     return array
 
@@ -394,6 +395,7 @@ def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
         "skew": ("none", "glauert").index(options.skew),
         "inflow": ("quasi_steady", "constant", "variable").index(options.inflow),
         "stall": ("static", "hansen").index(options.stall),
+        "stall_rotation": ("none", "camber", "openfast").index(options.stall_rotation),
         "tower": int(options.tower_influence != "none"),
         "tower_drag": int(options.tower_drag),
         "iterations": options.induction_iterations,
@@ -473,7 +475,7 @@ def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tupl
                 dynamic = min(section[SECTION.index("dynamic")], constants[SECTION.index("dynamic")])
                 section = (1.0 - w) * section + w * constants
                 section[SECTION.index("dynamic")] = dynamic
-                if dynamic > 0.0:
+                if dynamic > 0.0 and options.stall_fit == "hansen":  # made for the blend, which then is recovered
                     polar, section = _stall_columns(grid, polar, section)
             polars.append(polar)
             sections.append(section)

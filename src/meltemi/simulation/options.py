@@ -85,15 +85,20 @@ class ModelOptions(Record):
     stall_fit: Literal["hansen", "openfast"] = "hansen"
     """How attachment and separated lift are found in the polar: as the model's authors define it, so that
     the static lift is recovered exactly, or as OpenFAST 5 does."""
-    stall_curvature: bool = True
-    """The section's rotation about its span acts like camber (flow curvature)."""
+    stall_rotation: Literal["camber", "openfast", "none"] = "camber"
+    """What a section's rotation about its span does, with dynamic stall: the part that a coned or bent blade has from
+    the rotor's speed curves the flow and acts like camber, pitching and torsion also accelerate the air beside it; or
+    the whole of it does both and tilts the lift, as in OpenFAST 5; or nothing."""
+    chord_angle: Literal["section", "openfast"] = "section"
+    """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or as OpenFAST 5
+    takes it out of its order of rotations."""
     tower_influence: Literal["potential", "lower_half", "none"] = "potential"
     """Potential flow around the tower; everywhere below its top, or only for blades that point down."""
     tower_drag: bool = True
     """The wind's drag on the tower."""
 
     time_step: float | None = Field(default=None, gt=0.0, le=1.0)
-    """[s]; by default from the highest frequency of the model, see ``Model.time_step``."""
+    """[s]; by default from the highest frequency of the model."""
     corrections: int = Field(default=0, ge=0, le=5)
     """Evaluations in each step beyond the first, with corrected velocities."""
     induction_iterations: int = Field(default=5, ge=2, le=100)

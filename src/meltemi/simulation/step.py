@@ -2,7 +2,7 @@
 
 ``evaluate`` computes everything at one instant. ``advance`` marches: at each instant, in this order,
 
-1. sample: measurements from the state and the last loads;
+1. sample: measurements from the state (with the extrapolated velocity) and the last loads;
 2. control, when its sample time has come: demands;
 3. events that are due;
 4. actuators: they have moved under the demands so far, the ideal ones follow the new ones at once;
@@ -384,7 +384,7 @@ def section_loads(
 
 @kernel
 def diverged(q: Float, v: Float) -> bool:
-    """A coordinate or velocity is absurd or no number; rotations may grow without limit."""
+    """A coordinate or velocity is absurd or no number; a million radians are more than a day at rated speed."""
     for i in range(q.shape[0]):
         if not (abs(q[i]) < ABSURD and abs(v[i]) < ABSURD):
             return True

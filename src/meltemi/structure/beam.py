@@ -1,7 +1,7 @@
 """Finite elements of a beam with general 6 x 6 sections, and their natural modes.
 
 An element is derived from equilibrium: between two nodes the internal force is constant and the
-internal moment linear whatever the section, so the flexibility integral is exact for statics, there
+internal moment linear whatever the section, so statics are exact but for the quadrature, there
 is no locking, coupling of any kind (bend-twist, extension-twist, offsets) is included, and shear
 flexibility may be zero. The mass matrix is consistent with cubic bending and linear stretch and twist.
 
@@ -102,21 +102,23 @@ class Beam:
         return result
 
 
-def section_axes(twist: Float) -> Float:
-    """(S, 6, 6) rotation of section quantities into beam axes, for sections turned by ``twist`` [rad]."""
+def section_axes(twist: Float, tangent: Float) -> Float:
+    """(S, 6, 6) rotation of section quantities into the axes of the whole beam (S-1).
+
+    Args:
+      twist: (S,) [rad] of the sections about the beam's axis, towards feather.
+      tangent: (S, 3) along the beam's axis, of any length; a section's z lies in it, turned there from the
+        whole beam's z on the shortest way.
+    """
     c, s, o, one = np.cos(twist), np.sin(twist), np.zeros_like(twist), np.ones_like(twist)
     # twist is a turn by -twist about z (docs/conventions.md)
     R = np.stack([np.stack([c, s, o], -1), np.stack([-s, c, o], -1), np.stack([o, o, one], -1)], -2)
+    t = tangent / np.linalg.norm(tangent, axis=1, keepdims=True)
+    turn = skew(np.cross(np.array([0.0, 0.0, 1.0]), t))
+    R = (np.eye(3) + turn + turn @ turn / (1.0 + t[:, 2])[:, None, None]) @ R
     Q = np.zeros((len(twist), 6, 6))
     Q[:, :3, :3] = Q[:, 3:, 3:] = R
     return Q
-
-
-def in_beam_axes(matrix: Float, twist: Float) -> Float:
-    """Section matrices (S, 6, 6) from section axes to beam axes."""
-    Q = section_axes(twist)
-    result: Float = Q @ matrix @ Q.transpose(0, 2, 1)
-    return result
 
 
 def section_mass(m: Float, centre: Float, inertia: Float) -> Float:

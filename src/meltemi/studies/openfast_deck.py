@@ -39,6 +39,7 @@ AIRFOIL_CONSTANTS = {
 """Angle of zero lift [deg] and drag coefficient there, from the deck's airfoil files."""
 TOWER_DIAMETER = ((0.0, 85.268, 87.6), (6.0, 3.87, 3.87))
 """Heights and diameters [m] of the tower in the deck's AeroDyn file, linear between."""
+OPENFAST_STALL = {"stall_fit": "openfast", "stall_rotation": "openfast"}
 BLADE_SHAPES = {
     "flap": ((0.0622, 1.7254, -3.2452, 4.7131, -2.2555), (-0.5809, 1.2067, -15.5349, 29.7347, -13.8255)),
     "edge": ((0.3627, 2.5337, -3.5772, 2.376, -0.6952),),
@@ -86,7 +87,7 @@ def deck_options(turbine: Turbine, aero: str, **changes: Any) -> ModelOptions:
     """Options for a comparison with reference set ``"A"``, ``"B"``, ``"E"`` or ``"E3"``."""
     sets: dict[str, dict[str, Any]] = {
         "A": {"inflow": "quasi_steady", "stall": "static"},
-        "B": {"inflow": "variable", "stall": "hansen", "stall_constants": BEDDOES, "stall_fit": "openfast"},
+        "B": {"inflow": "variable", "stall": "hansen", "stall_constants": BEDDOES, **OPENFAST_STALL},
         "E": {"inflow": "variable", "stall": "static"},
         "E3": {"inflow": "constant", "inflow_time": 4.0, "stall": "static"},
     }
@@ -94,6 +95,7 @@ def deck_options(turbine: Turbine, aero: str, **changes: Any) -> ModelOptions:
         "mode_shapes": "given",
         "torsion_modes": 0,
         "locked": ("yaw",),
+        "chord_angle": "openfast",
         "tower_drag": False,
         "blade_nodes": tuple(turbine.blade.aerodynamics.position.tolist()),
     }

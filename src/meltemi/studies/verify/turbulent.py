@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.postprocess.fatigue import damage_equivalent_load, slopes
+from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.report.plots import COLOURS, new_figure, style
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
@@ -100,7 +100,7 @@ def _compare(aero: str, seed: int, ours: Result, own: dict[str, Float], other: d
             relative(f"{name} mean", where, unit, float(y.mean()), float(x.mean()), wide or mean_band, floor=spread)
         )
         rows.append(relative(f"{name} std", where, unit, spread, float(x.std()), wide or std_band))
-        slope = slopes(channel.name)
+        slope = usual_slope(channel)
         if slope is not None and name != "RtFldFxh":
             a, b = (damage_equivalent_load(s, duration=END - BEGIN, slope=slope) for s in (x, y))
             rows.append(relative(f"{name} DEL", where, unit, b, a, wide or load_band))
