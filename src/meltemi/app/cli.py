@@ -5,6 +5,7 @@ Everything heavy is imported inside the commands, so that help and lists answer 
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ import typer
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
+    from meltemi.loadcases.case import LoadCase
     from meltemi.simulation.result import Result
 
 app = typer.Typer(
@@ -123,13 +125,13 @@ def run(
     intensity: Annotated[
         float | None, typer.Option("--turbulence", help="Turbulence intensity, e.g. 0.14; steady wind without it.")
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the turbulence.")] = 1,
+    seed: Annotated[int | None, typer.Option("--seed", help="Seed of the turbulence [1].")] = None,
     shear: Annotated[
         float | None, typer.Option("--shear", help="Power-law exponent [0 in steady wind, 0.2 in turbulence].")
     ] = None,
     bts: Annotated[Path | None, typer.Option("--bts", help="TurbSim full-field file.")] = None,
     wnd: Annotated[Path | None, typer.Option("--wnd", help="Uniform wind file.")] = None,
-    duration: Annotated[float, typer.Option("--duration", help="Length of the run [s].")] = 60.0,
+    duration: Annotated[float | None, typer.Option("--duration", help="Length of the run [s] [60].")] = None,
     channels: Annotated[
         str | None,
         typer.Option("--channels", help="Channels to record, separated by commas; 'all' records everything."),
@@ -137,104 +139,124 @@ def run(
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate a turbine: gives a table, a plot (PNG) and a file (netCDF)."""
-    case, folder = _case(target, wind_speed, intensity, seed, shear, bts, wnd, duration, channels)
+    options = {
+        "--wind-speed": wind_speed,
+        "--turbulence": intensity,
+        "--seed": seed,
+        "--shear": shear,
+        "--bts": bts,
+        "--wnd": wnd,
+        "--duration": duration,
+        "--channels": channels,
+    }
+    given = {name: value for name, value in options.items() if value is not None}
+    path = Path(target)
+    written = path.suffix in (".yaml", ".yml") and (_is_case(path) or not (given or path.exists()))
+    case, folder = (_case_of_file(path, given), path.parent) if written else (_case_of_options(target, given), Path())
     out = _folder(out)
     from meltemi.core.errors import Status
     from meltemi.core.yamlfile import write_record
-    from meltemi.loadcases.case import case_turbine, case_wind
+    from meltemi.loadcases.case import case_turbine, case_wind, self_contained
     from meltemi.simulation.case import Stations
     from meltemi.simulation.model import build
     from meltemi.simulation.simulate import simulate
 
-    turbine = case_turbine(case, folder)
-    wind = case_wind(case, turbine, folder)
-    _announce_compilation()
-    model = build(turbine, case.options, case.environment)
-    with _progress(f"{turbine.name}, {case.duration:g} s") as progress:
-        result = simulate(
-            model,
-            wind,
-            duration=case.duration,
-            channels=case.channels,
-            output_step=case.output_step,
-            stations=Stations(case.blade_stations, case.tower_stations),
-            progress=progress,
-        )
+    with _named(path if written else None):
+        turbine = case_turbine(case, folder)
+        wind = case_wind(case, turbine, folder)
+        _announce_compilation()
+        model = build(turbine, case.options, case.environment)
+        with _progress(f"{turbine.name}, {case.duration:g} s") as progress:
+            result = simulate(
+                model,
+                wind,
+                duration=case.duration,
+                channels=case.channels,
+                output_step=case.output_step,
+                stations=Stations(case.blade_stations, case.tower_stations),
+                progress=progress,
+            )
     files = _write(result, out)
-    write_record(case, out / "case.yaml")
+    if not (written and path.resolve() == (out / "case.yaml").resolve()):
+        write_record(self_contained(case, folder), out / "case.yaml")
+        files.append(out / "case.yaml")
     from meltemi.report.tables import statistics_rows
 
     head, rows = statistics_rows(result)
     _print_table(f"{turbine.name}: {result.meta['wind']}", head, rows, text_columns=3)
     meta = result.meta
+    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
     print(
         f"{result.time[-1] if len(result.time) else 0.0:g} s simulated in {meta['run_seconds']:.2f} s: "
         f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "
         f"preparation {meta['prepare_seconds']:.1f} s)"
     )
-    for path in (*files, out / "case.yaml"):
-        print(f"wrote {path}")
+    for file in files:
+        print(f"wrote {file}")
     if result.status is not Status.OK:
         _say(f"the run ended early: {result.message}")
         raise typer.Exit(130 if result.status is Status.INTERRUPTED else 1)
 
 
-def _case(
-    target: str,
-    wind_speed: float | None,
-    intensity: float | None,
-    seed: int,
-    shear: float | None,
-    bts: Path | None,
-    wnd: Path | None,
-    duration: float,
-    channels: str | None,
-) -> tuple[Any, Path]:
-    """A load case from a case file or from the options, and the folder its paths refer to."""
-    from meltemi.core.yamlfile import validated
-    from meltemi.loadcases.case import LoadCase, read_case
+@contextmanager
+def _named(path: Path | None) -> Iterator[None]:
+    """Errors that are found after a case file was read name it, too."""
+    try:
+        yield
+    except MeltemiError as error:
+        if path is None or str(path) in str(error):
+            raise
+        raise type(error)(f"{path}: {error}") from None
 
-    path = Path(target)
-    if path.suffix in (".yaml", ".yml") and path.is_file() and _is_case(path):
-        if any(value is not None for value in (wind_speed, intensity, shear, bts, wnd)):
-            raise InputError(f"{path} is a case file and describes its wind itself; leave the wind options out")
-        return read_case(path), path.parent
-    given = [
-        name for name, value in (("--wind-speed", wind_speed), ("--bts", bts), ("--wnd", wnd)) if value is not None
-    ]
-    if len(given) != 1:
-        raise InputError(f"give one of --wind-speed, --bts, --wnd{', not ' + ' and '.join(given) if given else ''}")
+
+def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
+    from meltemi.loadcases.case import read_case
+
+    if given:
+        raise InputError(f"{path} is a case file and describes its run itself; leave {', '.join(given)} out")
+    return read_case(path)
+
+
+def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
+    from meltemi.core.yamlfile import validated
+    from meltemi.loadcases.case import LoadCase
+    from meltemi.turbine.library import load_turbine
+
+    winds = [name for name in ("--wind-speed", "--bts", "--wnd") if name in given]
+    if len(winds) != 1:
+        raise InputError(f"give one of --wind-speed, --bts, --wnd{', not ' + ' and '.join(winds) if winds else ''}")
     wind: dict[str, Any]
-    if bts is not None or wnd is not None:
-        wind = {"kind": "bts" if bts is not None else "wnd", "file": str((bts or wnd or Path()).absolute())}
-    elif intensity is not None:
-        wind = {"kind": "turbulence", "speed": wind_speed, "intensity": intensity, "seed": seed}
+    if "--wind-speed" not in given:
+        for name in ("--shear", "--turbulence", "--seed"):
+            if name in given:
+                raise InputError(f"{name}: a wind file brings its own shear and turbulence")
+        (name,) = winds
+        wind = {"kind": name.strip("-"), "file": str(given[name].absolute())}
     else:
-        wind = {"kind": "steady", "speed": wind_speed}
-    if shear is not None:
-        if "file" in wind:
-            raise InputError("--shear: a wind file brings its own shear")
-        wind["shear_exponent"] = shear
+        kind = "turbulence" if "--turbulence" in given else "steady"
+        if kind == "steady" and "--seed" in given:
+            raise InputError("--seed: steady wind has none; give --turbulence, too")
+        keys = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed", "--shear": "shear_exponent"}
+        wind = {"kind": kind, **{key: given[name] for name, key in keys.items() if name in given}}
+    path = Path(target)
     data: dict[str, Any] = {
         "turbine": str(path.absolute()) if path.is_file() else target,
         "wind": wind,
-        "duration": duration,
+        "duration": given.get("--duration", 60.0),
     }
-    if channels is not None:
-        data["channels"] = [name.strip() for name in channels.split(",") if name.strip()]
-    from meltemi.turbine.library import load_turbine
-
+    if "--channels" in given:
+        data["channels"] = [name.strip() for name in given["--channels"].split(",") if name.strip()]
     load_turbine(data["turbine"])
-    return validated(data, LoadCase, "command line"), Path()
+    return validated(data, LoadCase, "command line")
 
 
 def _is_case(path: Path) -> bool:
     """A case file has the key ``turbine`` at its top level, a turbine file has not."""
     try:
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+        text = path.read_text(encoding="utf-8", errors="replace")
     except OSError:
         return False
-    return any(line.startswith(("turbine:", "wind:", "duration:")) for line in lines)
+    return re.search(r"""^(\{\s*)?(['"]?)(turbine|wind|duration)\2\s*:""", text, re.MULTILINE) is not None
 
 
 def _write(result: Result, out: Path) -> list[Path]:
@@ -245,6 +267,8 @@ def _write(result: Result, out: Path) -> list[Path]:
     files = [write_netcdf(result, out / "result.nc"), write_csv(out / "statistics.csv", *statistics_rows(result))]
     if len(result.time) > 1:
         files.append(save(plot(result), out / "result.png"))
+    else:
+        (out / "result.png").unlink(missing_ok=True)  # of an earlier run
     return files
 
 
@@ -338,13 +362,14 @@ def _speeds(text: str) -> list[float]:
     try:
         if ":" in text:
             first, last, step = (float(x) for x in text.split(":"))
-            if step <= 0.0 or last < first:
+            if step <= 0.0 or last < first or (last - first) / step > 1000.0:
                 raise ValueError
-            return [first + i * step for i in range(int((last - first) / step + 1e-9) + 1)]
-        found = [float(x) for x in text.split(",")]
-    except ValueError:
+            found = [first + i * step for i in range(int((last - first) / step + 1e-9) + 1)]
+        else:
+            found = [float(x) for x in text.split(",")]
+    except (ValueError, OverflowError):
         raise InputError(f"--wind-speeds {text!r}: expected 4,6,8 or 4:24:2 (first:last:step)") from None
-    if not found or min(found) <= 0.0 or max(found) > 100.0:
+    if not found or not all(0.0 < speed <= 100.0 for speed in found):
         raise InputError(f"--wind-speeds {text!r}: expected speeds between 0 and 100 m/s")
     return found
 

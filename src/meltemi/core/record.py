@@ -16,7 +16,7 @@ from meltemi.core.errors import InputError, did_you_mean
 def _read_only(value: Any) -> NDArray[np.float64]:
     try:
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ValueError("expected numbers in a regular (rectangular) list") from None
     if not np.all(np.isfinite(array)):
         where = ", ".join(str(i + 1) for i in np.flatnonzero(~np.isfinite(array.reshape(-1)))[:5])

@@ -14,6 +14,8 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
 
 R = TypeVar("R", bound=Record)
+LINE_BREAKS = {"\x85", "\u2028", "\u2029"}
+"""Beside the usual ones, in YAML 1.1."""
 
 
 def read_record(path: str | Path, kind: type[R]) -> R:
@@ -47,7 +49,11 @@ def validated(data: dict[str, Any], kind: type[R], where: str, text: str | None 
 
 
 def write_record(record: Record, path: str | Path) -> None:
-    """Write a record as YAML; reading it back gives an equal record."""
+    """Write a record as YAML; reading it back gives an equal record.
+
+    Raises:
+      InputError: the file cannot be written.
+    """
     from ruamel.yaml import YAML
 
     yaml = YAML(typ="safe", pure=True)
@@ -55,8 +61,16 @@ def write_record(record: Record, path: str | Path) -> None:
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     yaml.width = 110
     buffer = io.StringIO()
-    yaml.dump(record.model_dump(mode="json", exclude_none=True), buffer)
-    Path(path).write_text(buffer.getvalue(), encoding="utf-8")
+    content = record.model_dump(mode="json", exclude_none=True)
+    yaml.dump(content, buffer)
+    if set(buffer.getvalue()) & LINE_BREAKS:  # these must be escaped, which the writer does for all or none
+        yaml.allow_unicode = False
+        buffer = io.StringIO()
+        yaml.dump(content, buffer)
+    try:
+        Path(path).write_text(buffer.getvalue(), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
 
 def _parse(text: str, path: Path) -> Any:

@@ -104,6 +104,16 @@ def case_turbine(case: LoadCase, folder: Path) -> Turbine:
     return load_turbine(beside if beside.is_file() else case.turbine)
 
 
+def self_contained(case: LoadCase, folder: Path) -> LoadCase:
+    """The case with absolute paths, so that it can be run from any folder."""
+    changes: dict[str, str] = {}
+    if (folder / case.turbine).is_file():
+        changes["turbine"] = str((folder / case.turbine).absolute())
+    if isinstance(case.wind, FileCase):
+        changes["wind.file"] = str((folder / case.wind.file).absolute())
+    return case.replace(**changes)
+
+
 def case_wind(case: LoadCase, turbine: Turbine, folder: Path) -> Wind:
     """The wind of a case; paths are relative to ``folder``."""
     w = case.wind

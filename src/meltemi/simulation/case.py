@@ -18,6 +18,7 @@ from meltemi.aero.tables import FLOW, INFLOW, MEMORY, ROTOR, STALL
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.signals import DEMAND_LIMITS, DEMANDS, MEASUREMENTS, N_BLADES
+from meltemi.core.errors import InputError
 from meltemi.core.tables import Table, View
 from meltemi.simulation.model import Model
 from meltemi.simulation.step import (
@@ -97,6 +98,13 @@ class Case:
         stations = stations or Stations()
         self.model = model
         turbine = model.turbine
+        for name, places, length in (
+            ("blade_stations", stations.blade, turbine.blade.length),
+            ("tower_stations", stations.tower, turbine.tower.length),
+        ):
+            for place in places:
+                if not 0.0 <= place <= length:
+                    raise InputError(f"{name}: {place:g} m is not between 0 and {length:g} m, the end of the member")
         B, N = model.n_blades, model.n_nodes
         K, nq, nc = len(model.blade.names), len(model.coordinates), model.n_core
         M, NT = len(model.tower.names), model.tower_flow.shape[1]

@@ -25,6 +25,7 @@ from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
 from meltemi.core.errors import InputError
+from meltemi.core.yamlfile import validated
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
@@ -159,11 +160,8 @@ def steady_wind(wind: Wind, hub_height: float) -> SteadyWind:
         return wind
     speed = mean_speed(wind, hub_height)
     if isinstance(wind, WindSeries):
-        return SteadyWind(
-            speed=max(speed, 0.0),
-            shear_exponent=float(wind.exponent[0]),
-            direction=float(wind.direction[0]),
-        )
+        begin = {"speed": speed, "shear_exponent": wind.exponent[0], "direction": wind.direction[0]}
+        return validated(begin, SteadyWind, f"{wind.label}, the wind it begins with")
     assert isinstance(wind, WindBox)
     rows = wind.bottom + wind.dz * np.arange(wind.velocity.shape[1])
     profile = wind.velocity[..., 0].mean(axis=(0, 2), dtype=np.float64)

@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from meltemi.core.errors import MeltemiError
+from meltemi.core.errors import InputError, MeltemiError
 
 CHANNELS = (
     "time wind_x azimuth rotor_speed generator_torque generator_power pitch_1 rotor_aero_thrust rotor_torque "
@@ -35,10 +35,15 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
       duration: [s] of the timed run.
       say: called with what is going on.
 
+    Raises:
+      InputError: ``duration`` is not positive.
+
     Returns:
       ``import_s``, ``cold_compile_s`` with ``cold_compile_stages``, ``signatures``, ``cached_start_s``,
       ``us_per_step``, ``real_time_factor``, ``peak_memory_mb`` (the wind field not counted), ``case``.
     """
+    if not 0.0 < duration < float("inf"):
+        raise InputError(f"bench: duration must be a positive number of seconds, found {duration!r}")
     say("import ...")
     import_s = min(_seconds("import meltemi") - _seconds("pass") for _ in range(3))
     with tempfile.TemporaryDirectory(prefix="meltemi-bench-") as folder:

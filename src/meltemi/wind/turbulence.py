@@ -30,6 +30,8 @@ COMPONENT_SIGMAS = (1.0, 0.8, 0.5)
 """Standard deviations of u, v, w over that of u."""
 INCOHERENT = 1e-3
 """Coherence of neighbouring points below which they are taken as independent."""
+MOST_POINTS = 3e8
+"""Points in space and time of a field; they take 12 bytes each, and three times that while it is made."""
 CHUNK = 32
 """Frequencies factorised at once."""
 
@@ -82,7 +84,13 @@ def turbulence(
         if width < rotor_diameter:
             raise InputError("turbulence: the rotor comes too close to the ground for a grid around it")
     step = width / (points - 1)
-    n = 2 * math.ceil((duration + 1.5 * width / speed + 2.0) / dt / 2.0)
+    planes = (duration + 1.5 * width / speed + 2.0) / dt
+    if planes * points**2 > MOST_POINTS:
+        raise InputError(
+            f"turbulence: a field of {planes:.3g} planes with {points} x {points} points does not fit into memory: "
+            "a higher speed, a shorter duration, fewer points or a larger dt make it smaller"
+        )
+    n = 2 * math.ceil(planes / 2.0)
     y = -0.5 * width + step * np.arange(points)
     z = bottom + step * np.arange(points)
     grid_y, grid_z = (a.ravel() for a in np.meshgrid(y, z))

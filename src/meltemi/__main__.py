@@ -1,0 +1,6 @@
+"""``python -m meltemi``."""
+
+from meltemi.app.cli import main
+
+if __name__ == "__main__":
+    main()

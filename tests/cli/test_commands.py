@@ -1,0 +1,317 @@
+"""Every command: it succeeds, does what its help says, and says where its output went."""
+
+from __future__ import annotations
+
+import csv
+import re
+import subprocess
+import sys
+from collections.abc import Callable
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import numpy as np
+import pytest
+from terminal import STEADY, Command, Ran
+
+import meltemi
+from meltemi import Model, Simulation, Status, SteadyWind
+from meltemi.app.cli import main
+from meltemi.simulation.channels import DEFAULT
+
+COMMANDS = ("run", "turbines", "channels", "power-curve", "verify", "bench", "template")
+
+
+def succeeded(ran: Ran, folder: Path, *names: str) -> None:
+    """The command ended well and wrote exactly these files, which it names."""
+    assert ran.status == 0, ran
+    assert ran.err == ""
+    assert sorted(ran.files) == sorted(folder / name for name in names)
+    assert sorted(folder.iterdir()) == sorted(ran.files)
+    assert all(path.stat().st_size > 0 for path in ran.files)
+
+
+RUN = ("result.nc", "statistics.csv", "result.png", "case.yaml")
+
+
+def test_run_in_steady_wind(command: Command, tmp_path: Path, model: Model) -> None:
+    out = tmp_path / "new" / "folder"
+    ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--out", out)
+    succeeded(ran, out, *RUN)
+    assert "nrel5mw: steady wind 10 m/s" in ran.out
+    assert re.search(r"5 s simulated in \d+\.\d\d s: [\d.]+ times real time \(time step 0\.01 s", ran.out)
+    assert (out / "result.png").read_bytes().startswith(b"\x89PNG")
+    # the same as from Python
+    result = meltemi.read_netcdf(out / "result.nc")
+    again = meltemi.simulate(model, SteadyWind(speed=10.0), duration=5.0)
+    assert result.status is Status.OK
+    assert result.names == DEFAULT
+    assert np.array_equal(result.data, again.data)
+
+
+def test_the_table_on_the_terminal_and_in_the_file_are_the_same(command: Command, tmp_path: Path) -> None:
+    ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--channels", "RootMyc1", "--out", tmp_path)
+    with (tmp_path / "statistics.csv").open(newline="") as file:
+        head, row = csv.reader(file)
+    assert head[:7] == ["channel", "OpenFAST", "unit", "mean", "std", "min", "max"]
+    assert row[:3] == ["root_moment_out_of_plane_1", "RootMyc1", "kN m"]
+    (line,) = (line for line in ran.out.splitlines() if "RootMyc1" in line)
+    assert [part.strip() for part in line.strip("│").split("│")] == row
+    low, mean, high = (float(row[head.index(name)]) for name in ("min", "mean", "max"))
+    assert low < mean < high
+
+
+def test_channels_are_chosen_by_either_name(command: Command, tmp_path: Path) -> None:
+    names = "RootMyc1, wind_x,rotspeed,,node_20_alpha_2"
+    ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--channels", names, "--out", tmp_path)
+    succeeded(ran, tmp_path, *RUN)
+    recorded = meltemi.read_netcdf(tmp_path / "result.nc").names
+    assert recorded == ["root_moment_out_of_plane_1", "wind_x", "rotor_speed", "node_20_alpha_2"]
+
+
+def test_turbulence_repeats_with_its_seed(command: Command, tmp_path: Path) -> None:
+    winds = []
+    for i, seed in enumerate((7, 7, 8)):
+        out = tmp_path / str(i)
+        options = ("--wind-speed", 9, "--turbulence", 0.2, "--seed", seed, "--duration", 5, "--channels", "wind_x")
+        succeeded(command("run", "nrel5mw", *options, "--out", out), out, *RUN)
+        winds.append(meltemi.read_netcdf(out / "result.nc")["wind_x"])
+    assert np.array_equal(winds[0], winds[1])
+    assert not np.array_equal(winds[0], winds[2])
+    assert np.std(winds[0]) > 0.1
+
+
+def test_shear_reaches_the_wind(command: Command, tmp_path: Path) -> None:
+    ran = command("run", "nrel5mw", "--wind-speed", 8, "--shear", 0.14, "--duration", 5, "--out", tmp_path)
+    succeeded(ran, tmp_path, *RUN)
+    assert "steady wind 8 m/s, shear exponent 0.14" in ran.out
+
+
+def test_run_in_a_turbsim_field(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
+    out = tmp_path / "out"
+    succeeded(command("run", "nrel5mw", "--bts", bts(), "--duration", 9, "--out", out), out, *RUN)
+    result = meltemi.read_netcdf(out / "result.nc")
+    # the gust of 1 m/s ends after 10 s of the field, half of whose width has passed when the run begins
+    assert result["wind_x"][0] == pytest.approx(11.0, abs=1e-4)
+    assert result["wind_x"][-1] == pytest.approx(10.0, abs=1e-4)
+    assert result.meta["wind"] == "field.bts"
+
+
+def test_run_in_a_uniform_wind_file(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "gust.wnd").write_text("! time speed\n0 10 0 0 0 0.2 0 0\n4 12 0 0 0 0.2 0 0\n")
+    monkeypatch.chdir(tmp_path)
+    ran = command("run", "nrel5mw", "--wnd", "gust.wnd", "--duration", 5, "--out", "out")
+    succeeded(ran, Path("out"), *RUN)
+    wind = meltemi.read_netcdf("out/result.nc")["wind_x"]
+    assert wind[0] == pytest.approx(10.0)
+    assert wind[-1] == pytest.approx(12.0)
+
+
+def test_run_a_case(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text(STEADY + "channels: [RotSpeed, station_1_moment_y_1]\nblade_stations: [20.0]\n")
+    out = tmp_path / "out"
+    succeeded(command("run", tmp_path / "a.yaml", "--out", out), out, *RUN)
+    result = meltemi.read_netcdf(out / "result.nc")
+    assert result.names == ["rotor_speed", "station_1_moment_y_1"]
+    assert result.time[-1] == 5.0
+
+
+def test_paths_in_a_case_are_relative_to_its_file(
+    command: Command, tmp_path: Path, bts: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bts()
+    assert command("template", "turbine", "--out", tmp_path / "mine.yaml").status == 0
+    (tmp_path / "a.yaml").write_text("turbine: mine.yaml\nwind: {kind: bts, file: field.bts}\nduration: 5.0\n")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    succeeded(command("run", "../a.yaml", "--out", "out"), Path("out"), *RUN)
+
+
+def test_the_written_case_repeats_the_run(command: Command, tmp_path: Path) -> None:
+    options = ("--wind-speed", 9, "--turbulence", 0.1, "--duration", 5)
+    command("run", "nrel5mw", *options, "--out", tmp_path / "a")
+    succeeded(command("run", tmp_path / "a" / "case.yaml", "--out", tmp_path / "b"), tmp_path / "b", *RUN)
+    a, b = (meltemi.read_netcdf(tmp_path / name / "result.nc") for name in "ab")
+    assert np.array_equal(a.data, b.data)
+    assert a.meta["wind_hash"] == b.meta["wind_hash"]
+
+
+def test_the_written_case_repeats_a_run_with_files(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
+    bts()
+    (tmp_path / "a.yaml").write_text("turbine: nrel5mw\nwind: {kind: bts, file: field.bts}\nduration: 5.0\n")
+    command("run", tmp_path / "a.yaml", "--out", tmp_path / "a")
+    ran = command("run", tmp_path / "a" / "case.yaml", "--out", tmp_path / "b")
+    assert ran.status == 0, ran.err
+
+
+def test_a_run_leaves_its_own_case_file_alone(command: Command, tmp_path: Path) -> None:
+    case = tmp_path / "case.yaml"
+    case.write_text("# my notes\n" + STEADY)
+    command("run", case, "--out", tmp_path)
+    assert case.read_text() == "# my notes\n" + STEADY
+
+
+def test_the_template_of_a_case_runs(command: Command, tmp_path: Path) -> None:
+    path, out = tmp_path / "case.yaml", tmp_path / "out"
+    ran = command("template", "case", "--out", path)
+    assert (ran.status, ran.files, ran.err) == (0, [path], "")
+    assert command("template").out == command("template", "case").out == path.read_text(encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace("duration: 60.0", "duration: 5.0"), encoding="utf-8")
+    succeeded(command("run", path, "--out", out), out, *RUN)
+
+
+def test_the_templates_other_winds_are_valid(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
+    bts()
+    (tmp_path / "gust.wnd").write_text("0 10 0 0 0 0.2 0 0\n")
+    text = command("template").out
+    ours = re.search(r"^wind:\n(  .*\n)+", text, re.MULTILINE)
+    others = re.findall(r"^# (wind: .*)$", text, re.MULTILINE)
+    assert ours is not None
+    assert len(others) == 3
+    for i, wind in enumerate(others):
+        (tmp_path / "a.yaml").write_text(text.replace(ours[0], wind + "\n").replace("duration: 60.0", "duration: 5.0"))
+        ran = command("run", tmp_path / "a.yaml", "--out", tmp_path / str(i))
+        assert ran.status == 0, ran.err
+
+
+def test_the_template_of_a_turbine_runs(command: Command, tmp_path: Path) -> None:
+    path, out = tmp_path / "mine.yaml", tmp_path / "out"
+    assert command("template", "turbine", "--out", path).files == [path]
+    assert meltemi.load_turbine(path) == meltemi.load_turbine("nrel5mw")
+    succeeded(command("run", path, "--wind-speed", 10, "--duration", 5, "--out", out), out, *RUN)
+
+
+def test_templates_never_overwrite(command: Command, tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text("mine")
+    ran = command("template", "case", "--out", path)
+    assert (ran.status, ran.err) == (2, f"error: {path}: exists already; choose another name\n")
+    assert path.read_text() == "mine"
+
+
+def test_turbines(command: Command) -> None:
+    ran = command("turbines")
+    assert (ran.status, ran.err) == (0, "")
+    (line,) = (line for line in ran.out.splitlines() if "nrel5mw" in line)
+    assert [part.strip() for part in line.strip("│").split("│")][-3:] == ["5", "126", "90.0"]
+
+
+def test_channels(command: Command) -> None:
+    ran = command("channels")
+    assert (ran.status, ran.err) == (0, "")
+    for name in (*DEFAULT, "RootMyc1", "B1N1Alpha"):
+        assert name in ran.out
+
+
+def test_channels_by_a_word(command: Command) -> None:
+    ran = command("channels", "--search", "Torsion")
+    assert ran.status == 0
+    names = [line.split("│")[1].strip() for line in ran.out.splitlines() if line.startswith("│")]
+    assert "tower_base_moment_torsion" in names
+    assert "tip_twist_1" in names  # by its description
+    assert "wind_x" not in names
+
+
+@pytest.mark.parametrize("name", ["RootMyc1", "rootmyc1", "root_moment_out_of_plane_1"])
+def test_a_channel_is_explained(command: Command, name: str) -> None:
+    ran = command("channels", "--explain", name)
+    assert (ran.status, ran.err) == (0, "")
+    assert ran.out.splitlines()[0] == "root_moment_out_of_plane_1"
+    for part in (
+        "RootMyc1",
+        "out-of-plane bending moment at the blade root",
+        "N m (shown in kN m, times 0.001)",
+        "coned blade axes",
+        "about y: positive when thrust bends the blade downwind",
+    ):
+        assert part in ran.out
+
+
+@pytest.mark.parametrize("name", ["B3N20Alpha", "station_2_moment_y_1", "tower_station_1_moment_y", "pitch_rate_2"])
+def test_channels_of_nodes_and_stations_are_explained_too(command: Command, name: str) -> None:
+    ran = command("channels", "--explain", name)
+    assert ran.status == 0
+    assert name in ran.out
+
+
+def test_power_curve(command: Command, tmp_path: Path) -> None:
+    ran = command("power-curve", "nrel5mw", "--wind-speeds", "8,12", "--out", tmp_path)
+    succeeded(ran, tmp_path, "power_curve.csv", "power_curve.png")
+    with (tmp_path / "power_curve.csv").open(newline="") as file:
+        head, *rows = csv.reader(file)
+    power = [float(row[head.index("power kW")]) for row in rows]
+    assert [float(row[0]) for row in rows] == [8.0, 12.0]
+    # NREL/TP-500-38060, figure 9-1: about 1.8 MW, and rated power
+    assert power == pytest.approx([1770.0, 5000.0], rel=0.03)
+
+
+def test_power_curve_over_a_range(command: Command, tmp_path: Path) -> None:
+    ran = command("power-curve", "nrel5mw", "--wind-speeds", "14:15:0.5", "--out", tmp_path)
+    assert ran.status == 0
+    speeds = [row.split(",")[0] for row in (tmp_path / "power_curve.csv").read_text().splitlines()[1:]]
+    assert [float(u) for u in speeds] == [14.0, 14.5, 15.0]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("flag", ["-h", "--help"])
+def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
+    ran = command(name, flag)
+    assert (ran.status, ran.err) == (0, "")
+    assert "Usage: " in ran.out
+    options = re.findall(r"--[a-z-]+", ran.out)
+    assert "--help" in options
+    assert ("--out" in options) is (name in ("run", "power-curve", "verify", "template"))
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("-h",)])
+def test_help_names_every_command(command: Command, arguments: tuple[str, ...]) -> None:
+    ran = command(*arguments)
+    assert (ran.status, ran.err) == (0, "")
+    listed = re.findall(r"^  ([a-z-]+) +[A-Z]", ran.out, re.MULTILINE)
+    assert set(COMMANDS) <= set(listed)
+
+
+def test_without_a_command_there_is_help(command: Command) -> None:
+    ran = command()
+    assert "Usage: " in ran.out + ran.err
+    assert "power-curve" in ran.out + ran.err
+
+
+def test_version(command: Command) -> None:
+    ran = command("--version")
+    assert (ran.status, ran.out, ran.err) == (0, f"meltemi {meltemi.__version__}\n", "")
+
+
+def test_the_installed_script_is_this_command_line() -> None:
+    (script,) = entry_points(group="console_scripts", name="meltemi")
+    assert script.load() is main
+
+
+def test_python_m_meltemi_is_the_same() -> None:
+    ran = subprocess.run([sys.executable, "-m", "meltemi", "--version"], capture_output=True, text=True)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (0, f"meltemi {meltemi.__version__}\n", "")
+
+
+def test_an_interrupted_run_keeps_what_it_computed(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    march = Simulation.advance
+
+    def advance(self: Simulation, n_steps: int) -> None:
+        if self.time > 2.0:
+            raise KeyboardInterrupt
+        march(self, n_steps)
+
+    monkeypatch.setattr(Simulation, "advance", advance)
+    ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 1000, "--out", tmp_path)
+    assert ran.status == 130
+    assert re.match(r"the run ended early: at t = \d+\.\d+ s: interrupted by the user", ran.err)
+    result = meltemi.read_netcdf(tmp_path / "result.nc")
+    assert result.status is Status.INTERRUPTED
+    assert 2.0 <= result.time[-1] < 1000.0
+    assert np.isfinite(result.data).all()
+
+
+def test_output_is_plain_text_where_no_terminal_is(tmp_path: Path) -> None:
+    ran = subprocess.run([sys.executable, "-m", "meltemi.app.cli", "turbines"], capture_output=True, check=True)
+    assert b"\x1b" not in ran.stdout + ran.stderr
