@@ -279,6 +279,33 @@ def loads(
 
 
 @kernel
+def inflow_state(inflow: Float, b: int, n: int) -> tuple[Inflow, Inflow]:
+    """States of the induced velocity at a node, normal and tangential."""
+    normal = Inflow(inflow[I_REDUCED_X, b, n], inflow[I_X, b, n])
+    return normal, Inflow(inflow[I_REDUCED_Y, b, n], inflow[I_Y, b, n])
+
+
+@kernel
+def put_inflow(inflow: Float, normal: Inflow, tangential: Inflow, b: int, n: int) -> None:
+    """Write them, or their derivatives."""
+    inflow[I_REDUCED_X, b, n], inflow[I_X, b, n] = normal.reduced, normal.velocity
+    inflow[I_REDUCED_Y, b, n], inflow[I_Y, b, n] = tangential.reduced, tangential.velocity
+
+
+@kernel
+def stall_state(stall: Float, b: int, n: int) -> Stall:
+    """State of the dynamic stall at a node."""
+    return Stall(stall[S_WAKE_1, b, n], stall[S_WAKE_2, b, n], stall[S_PRESSURE, b, n], stall[S_ATTACHMENT, b, n])
+
+
+@kernel
+def put_stall(stall: Float, y: Stall, b: int, n: int) -> None:
+    """Write it, or its derivative."""
+    stall[S_WAKE_1, b, n], stall[S_WAKE_2, b, n] = y.wake_1, y.wake_2
+    stall[S_PRESSURE, b, n], stall[S_ATTACHMENT, b, n] = y.pressure, y.attachment
+
+
+@kernel
 def induced_velocity(
     dt: float,
     aero: Float,
@@ -300,14 +327,12 @@ def induced_velocity(
     k, tau_1 = aero[INFLOW_LEAD], 0.5 * (memory[OLD_TIME, b, n] + rotor[TIME])
     tau_2 = second_time(tau_1, flow[RADIUS, b, n] / rotor[TIP_RADIUS])
     old_x, old_y = memory[OLD_X, b, n], memory[OLD_Y, b, n]
-    x = inflow_advance(Inflow(inflow[I_REDUCED_X, b, n], inflow[I_X, b, n]), k, tau_1, tau_2, old_x, new_x, dt)
-    y = inflow_advance(Inflow(inflow[I_REDUCED_Y, b, n], inflow[I_Y, b, n]), k, tau_1, tau_2, old_y, new_y, dt)
+    x, y = inflow_state(inflow, b, n)
+    x = inflow_advance(x, k, tau_1, tau_2, old_x, new_x, dt)
+    y = inflow_advance(y, k, tau_1, tau_2, old_y, new_y, dt)
     if options[INFLOW_MODEL] == QUASI_STEADY or blocked:
         x, y = inflow_steady(k, new_x), inflow_steady(k, new_y)
-    inflow[I_REDUCED_X, b, n] = x.reduced
-    inflow[I_X, b, n] = x.velocity
-    inflow[I_REDUCED_Y, b, n] = y.reduced
-    inflow[I_Y, b, n] = y.velocity
+    put_inflow(inflow, x, y, b, n)
     memory[OLD_X, b, n] = new_x
     memory[OLD_Y, b, n] = new_y
     memory[OLD_TIME, b, n] = rotor[TIME]
@@ -361,15 +386,13 @@ def section_coefficients(
     if options[STALL_MODEL] != STATIC:
         alpha_34, rate, rotation = turned_flow(options, nodes, flow, b, n)
         weight = model_weight(section, g, alpha, speed)
-        y = Stall(stall[S_WAKE_1, b, n], stall[S_WAKE_2, b, n], stall[S_PRESSURE, b, n], stall[S_ATTACHMENT, b, n])
         old = StallInput(
             memory[OLD_ALPHA, b, n], memory[OLD_RATE, b, n], memory[OLD_PRESSURE, b, n], memory[OLD_ATTACHMENT, b, n]
         )
-        y, new = stall_advance(aero, polars, section, g, y, old, alpha_34, rate, rotation.pitching, weight, dt)
-        stall[S_WAKE_1, b, n] = y.wake_1
-        stall[S_WAKE_2, b, n] = y.wake_2
-        stall[S_PRESSURE, b, n] = y.pressure
-        stall[S_ATTACHMENT, b, n] = y.attachment
+        y, new = stall_advance(
+            aero, polars, section, g, stall_state(stall, b, n), old, alpha_34, rate, rotation.pitching, weight, dt
+        )
+        put_stall(stall, y, b, n)
         memory[OLD_ALPHA, b, n] = new.alpha
         memory[OLD_RATE, b, n] = new.rate
         memory[OLD_PRESSURE, b, n] = new.pressure
@@ -404,17 +427,10 @@ def settle(
         for n in range(flow.shape[2]):
             x = inflow_steady(k, flow[STEADY_AXIAL, b, n] * flow[VX, b, n])
             y = inflow_steady(k, flow[STEADY_TANGENTIAL, b, n] * flow[VY, b, n])
-            inflow[I_REDUCED_X, b, n] = x.reduced
-            inflow[I_X, b, n] = x.velocity
-            inflow[I_REDUCED_Y, b, n] = y.reduced
-            inflow[I_Y, b, n] = y.velocity
+            put_inflow(inflow, x, y, b, n)
             g = int(nodes[POLAR_INDEX, b, n])
             alpha, _, rotation = turned_flow(options, nodes, flow, b, n)
-            s = stall_steady(aero, polars, section, g, alpha, rotation.pitching)
-            stall[S_WAKE_1, b, n] = s.wake_1
-            stall[S_WAKE_2, b, n] = s.wake_2
-            stall[S_PRESSURE, b, n] = s.pressure
-            stall[S_ATTACHMENT, b, n] = s.attachment
+            put_stall(stall, stall_steady(aero, polars, section, g, alpha, rotation.pitching), b, n)
 
 
 @kernel
@@ -440,20 +456,13 @@ def derivatives(
             if options[INFLOW_MODEL] != QUASI_STEADY and nodes[END, b, n] == 0.0:
                 tau_2 = second_time(tau_1, flow[RADIUS, b, n] / rotor[TIP_RADIUS])
                 V_x, V_y = flow[STEADY_AXIAL, b, n] * flow[VX, b, n], flow[STEADY_TANGENTIAL, b, n] * flow[VY, b, n]
-                x = inflow_derivative(Inflow(inflow[I_REDUCED_X, b, n], inflow[I_X, b, n]), k, tau_1, tau_2, V_x)
-                y = inflow_derivative(Inflow(inflow[I_REDUCED_Y, b, n], inflow[I_Y, b, n]), k, tau_1, tau_2, V_y)
-                d_inflow[I_REDUCED_X, b, n] = x.reduced
-                d_inflow[I_X, b, n] = x.velocity
-                d_inflow[I_REDUCED_Y, b, n] = y.reduced
-                d_inflow[I_Y, b, n] = y.velocity
+                x, y = inflow_state(inflow, b, n)
+                x_rate = inflow_derivative(x, k, tau_1, tau_2, V_x)
+                y_rate = inflow_derivative(y, k, tau_1, tau_2, V_y)
+                put_inflow(d_inflow, x_rate, y_rate, b, n)
             if options[STALL_MODEL] != STATIC:
                 g = int(nodes[POLAR_INDEX, b, n])
                 alpha, rate, rotation = turned_flow(options, nodes, flow, b, n)
-                s = Stall(
-                    stall[S_WAKE_1, b, n], stall[S_WAKE_2, b, n], stall[S_PRESSURE, b, n], stall[S_ATTACHMENT, b, n]
-                )
-                d = stall_derivative(aero, polars, section, g, s, alpha, rate, rotation.pitching)
-                d_stall[S_WAKE_1, b, n] = d.wake_1
-                d_stall[S_WAKE_2, b, n] = d.wake_2
-                d_stall[S_PRESSURE, b, n] = d.pressure
-                d_stall[S_ATTACHMENT, b, n] = d.attachment
+                s = stall_state(stall, b, n)
+                rates = stall_derivative(aero, polars, section, g, s, alpha, rate, rotation.pitching)
+                put_stall(d_stall, rates, b, n)
