@@ -189,7 +189,7 @@ def run(
     print(
         f"{result.time[-1] if len(result.time) else 0.0:g} s simulated in {meta['run_seconds']:.2f} s: "
         f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "
-        f"preparation {meta['prepare_seconds']:.1f} s)"
+        f"preparation {meta['prepare_seconds']:.1f} s, compilation {meta['compile_seconds']:.1f} s)"
     )
     for file in files:
         print(f"wrote {file}")

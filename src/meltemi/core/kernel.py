@@ -26,6 +26,7 @@ import llvmlite.binding
 import numba
 import numpy as np
 import platformdirs
+from numba.core import event
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -111,6 +112,13 @@ def kernel_for(signature: Any) -> Callable[[F], F]:
 
 
 _DISPATCHERS: list[Any] = []
+_TIMES = event.TimingListener()
+event.register("numba:compile", _TIMES)
+
+
+def compile_seconds() -> float:
+    """Time [s] this process has spent compiling; loading from the cache does not count."""
+    return float(_TIMES.duration) if _TIMES.done else 0.0
 
 
 def statistics() -> tuple[int, int]:

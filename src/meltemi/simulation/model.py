@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +19,7 @@ from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, POLAR, SECTION, T
 from meltemi.control.actuators import ACTUATOR
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.tables import MAX_BLADES, Table, View
+from meltemi.core.threads import one_blas_thread
 from meltemi.environment.site import Environment
 from meltemi.simulation.options import ModelOptions
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
@@ -136,12 +139,13 @@ class Model:
 _PARAMETERS: tuple[tuple[Table, str], ...] = ((STRUCTURE, "structure"), (AERO, "aero"), (ACTUATOR, "actuators"))
 
 
+@one_blas_thread
 def build(turbine: Turbine, options: ModelOptions | None = None, environment: Environment | None = None) -> Model:
     """Make a model of a turbine.
 
     Raises:
       UnsupportedError: the turbine or the options ask for something that is not modelled.
-      InputError: options name something that does not exist.
+      InputError: options name something that does not exist, or modes cannot be computed.
     """
     options = options or ModelOptions()
     environment = environment or Environment()
@@ -149,7 +153,8 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
     blade_layout = _blade_layout(turbine, options)
     blade_counts = {"flap": options.flap_modes, "edge": options.edge_modes, "torsion": options.torsion_modes}
     given = options.mode_shapes == "given"
-    blade = blade_member(turbine.blade.structure, blade_counts, blade_layout, given=given)
+    with _about(f"{turbine.name}: blade.structure"):
+        blade = blade_member(turbine.blade.structure, blade_counts, blade_layout, given=given)
     tower_layout = points(np.linspace(0.0, turbine.tower.length, options.tower_nodes))
     tower_counts = {
         "fore_aft": options.fore_aft_modes,
@@ -158,7 +163,8 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
     }
     pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
     head = _head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
-    tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
+    with _about(f"{turbine.name}: tower"):
+        tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
     coordinates = _coordinates(turbine, blade, tower)
     polars, section, polar_index = _polars(turbine, blade_layout, options)
     k = len(tower.names)
@@ -202,6 +208,16 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         tower_flow=_tower_flow(turbine, tower_layout),
         actuators=_actuators(turbine, options),
     )
+
+
+@contextmanager
+def _about(member: str) -> Iterator[None]:
+    try:
+        yield
+    except np.linalg.LinAlgError:
+        raise InputError(
+            f"{member}: its modes cannot be computed; the stiffness or mass of a station is out of all proportion"
+        ) from None
 
 
 def _refuse(turbine: Turbine) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import UnsupportedError
+from meltemi.core.threads import one_blas_thread
 from meltemi.maths.multiblade import fixed_frame
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
@@ -85,6 +86,7 @@ def equilibrium(case: Case, free: NDArray[np.intp]) -> None:
             break
 
 
+@one_blas_thread
 def natural_modes(model: Model, rotor_speed: float = 0.0, *, generator_free: bool = False) -> list[Mode]:
     """Modes of the machine in vacuum, lowest frequency first.
 

@@ -18,7 +18,7 @@ from numba import types
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import ENTRY, Controller, StartPoint
 from meltemi.core.errors import InputError, Status
-from meltemi.core.kernel import kernel_for
+from meltemi.core.kernel import compile_seconds, kernel_for
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case, Stations
 from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
@@ -121,7 +121,7 @@ class Simulation:
         controller = controller or baseline(turbine.control)
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
-        began = clock_time.perf_counter()
+        began, compiled = clock_time.perf_counter(), compile_seconds()
         start = start or operating_point(model, wind)
         case = Case(model, wind, stations)
         speed = start.rotor_speed * turbine.drivetrain.gear_ratio
@@ -146,7 +146,8 @@ class Simulation:
         self._arguments = (entry.function, *advance_arguments(case, dt, places, self._output))
         self._march = compiled_advance(*self._arguments)
         self._march(0, *self._arguments)
-        self.prepare_seconds = clock_time.perf_counter() - began
+        self.compile_seconds = compile_seconds() - compiled
+        self.prepare_seconds = clock_time.perf_counter() - began - self.compile_seconds
         self.run_seconds = 0.0
 
     @property
@@ -188,7 +189,8 @@ class Simulation:
             if channel.wrap:
                 data[:, j] %= 2.0 * math.pi
         meta = describe(self.model, self.wind, self.controller, self.dt, self.duration)
-        meta["prepare_seconds"], meta["run_seconds"] = round(self.prepare_seconds, 4), round(self.run_seconds, 4)
+        for name in ("compile_seconds", "prepare_seconds", "run_seconds"):
+            meta[name] = round(getattr(self, name), 4)
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
         return Result(
             time=np.arange(rows, dtype=float) * self._record_step,

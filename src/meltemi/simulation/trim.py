@@ -25,6 +25,7 @@ from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
 from meltemi.core.errors import InputError
+from meltemi.core.threads import one_blas_thread
 from meltemi.core.yamlfile import validated
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, catalogue, find
@@ -93,6 +94,7 @@ class OperatingPoint:
         return float(self.means[self.places[find(name, self.channels).name]])
 
 
+@one_blas_thread
 def operating_point(
     model: Model, wind: float | Wind, *, rotor_speed: float | None = None, pitch: float | None = None
 ) -> OperatingPoint:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
+from meltemi.core.threads import one_blas_thread
 from meltemi.wind.fields import WindBox
 
 Float = NDArray[np.float64]
@@ -36,6 +37,7 @@ CHUNK = 32
 """Frequencies factorised at once."""
 
 
+@one_blas_thread
 def turbulence(
     speed: float,
     intensity: float,

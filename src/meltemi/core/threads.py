@@ -1,0 +1,27 @@
+"""One thread for linear algebra.
+
+The matrices here are small. Several threads of the BLAS library gain nothing on them, and where other processes
+use the cores they wait for each other most of the time. One thread also keeps the last digit the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
+    """Let ``function`` do its linear algebra in one thread."""
+
+    @wraps(function)
+    def limited(*args: P.args, **kwargs: P.kwargs) -> R:
+        from threadpoolctl import threadpool_limits
+
+        with threadpool_limits(limits=1, user_api="blas"):
+            return function(*args, **kwargs)
+
+    return limited
