@@ -139,18 +139,18 @@ def section_mass(m: Float, centre: Float, inertia: Float) -> Float:
 
 @dataclass(frozen=True)
 class Mesh:
-    """Assembled finite elements of a beam whose first node may be clamped.
+    """Assembled finite elements of a beam, clamped at its first node.
 
     Attributes:
       z: (n,) [m] coordinates of the nodes.
       points: (n, 3) [m] nodes.
-      stiffness: (6n, 6n).
+      flexibility: (6n, 6n - 6) factor G: loads f on the nodes displace them by G G^T f.
       mass: (6n, 6n).
     """
 
     z: Float
     points: Float
-    stiffness: Float
+    flexibility: Float
     mass: Float
 
 
@@ -158,7 +158,7 @@ def assemble(beam: Beam, z: Float) -> Mesh:
     """Finite elements between nodes at ``z`` (n,) [m], which begin and end with the beam."""
     n = len(z)
     points = beam.at(z, "axis")
-    K = np.zeros((6 * n, 6 * n))
+    G = np.zeros((6 * n, 6 * n - 6))
     M = np.zeros((6 * n, 6 * n))
     q, weights = beam.pieces(z)
     compliance, section = np.linalg.inv(beam.at(q, "stiffness")), beam.at(q, "mass")
@@ -169,19 +169,19 @@ def assemble(beam: Beam, z: Float) -> Mesh:
         # Internal wrench at the quadrature points from the wrench at the element's end: B.
         B = transfer(points[e + 1] - on_axis[used]).transpose(0, 2, 1)
         D = np.einsum("n,nji,njk,nkl->il", weights[used, e], B, compliance[used], B)
-        k22 = np.linalg.inv(D)
-        k22 = 0.5 * (k22 + k22.T)
-        T = transfer(chord).T  # the wrench of end 2, taken at end 1
-        i, j = slice(6 * e, 6 * e + 6), slice(6 * e + 6, 6 * e + 12)
-        K[i, i] += T @ k22 @ T.T
-        K[i, j] -= T @ k22
-        K[j, i] -= k22 @ T.T
-        K[j, j] += k22
+        # what lies beyond an element moves with its end
+        G[6 * e + 6 :, 6 * e : 6 * e + 6] = _carried(points[e + 1 :], points[e + 1], np.linalg.cholesky(D))
         N = _shape_functions((q[used] - z[e]) / (z[e + 1] - z[e]), chord)
         M[6 * e : 6 * e + 12, 6 * e : 6 * e + 12] += np.einsum(
             "n,nji,njk,nkl->il", weights[used, e], N, section[used], N
         )
-    return Mesh(z, points, K, M)
+    return Mesh(z, points, G, M)
+
+
+def _carried(points: Float, origin: Float, motion: Float) -> Float:
+    """(6m, k) motion of points (m, 3) that move with a body, from the motion (6, k) of its point at ``origin``."""
+    result: Float = (transfer(points - origin) @ motion).reshape(-1, motion.shape[1])
+    return result
 
 
 def _shape_functions(x: Float, chord: Float) -> Float:
@@ -282,29 +282,22 @@ def natural_modes(
       base_stiffness: (6, 6) springs under the first node; None clamps it.
       base_mass: [kg] that moves with the first node.
     """
-    size = 6 * len(mesh.z)
-    K = mesh.stiffness.copy()
-    M = mesh.mass.copy()
-    alone = M.copy()
-    if tip_mass is not None:
-        M[-6:, -6:] += tip_mass
-    if base_stiffness is None:
-        free = np.arange(6, size)
-    else:
-        free = np.arange(size)
-        K[:6, :6] += base_stiffness
+    G, M = mesh.flexibility, mesh.mass.copy()
+    alone = mesh.mass.copy()
+    if base_stiffness is not None:
+        ground = np.linalg.cholesky(np.linalg.inv(base_stiffness))
+        G = np.hstack([_carried(mesh.points, mesh.points[0], ground), G])
         M[:3, :3] += base_mass * np.eye(3)
         alone[:3, :3] += base_mass * np.eye(3)
-    inside = np.ix_(free, free)
-    # the flexibility problem M x = K x / w^2: stiff directions and sections without inertia do no harm
-    total = len(free)
-    n = min(n, total)
-    inverse, vector = scipy.linalg.eigh(M[inside], K[inside], subset_by_index=(total - n, total - 1))
+    if tip_mass is not None:
+        M[-6:, -6:] += tip_mass
+    # with x = w G y the problem K x = w^2 M x is G^T M G y = y / w^2: nothing is inverted, the lowest modes come
+    # first and exact to the last digits, stiff directions and sections without inertia do no harm
+    total = G.shape[1]
+    inverse, y = scipy.linalg.eigh(G.T @ M @ G, subset_by_index=(total - min(n, total), total - 1))
     moving = np.flatnonzero(inverse > 1e-12 * inverse[-1])[::-1]
-    n, inverse = len(moving), inverse[moving]
-    value = 1.0 / inverse
-    shape = np.zeros((n, size))
-    shape[:, free] = (vector[:, moving] / np.sqrt(inverse)).T
+    n, value = len(moving), 1.0 / inverse[moving]
+    shape = (G @ y[:, moving] * np.sqrt(value)).T
     return Modes(
         mesh.z,
         mesh.points,
