@@ -168,7 +168,9 @@ def test_a_box_covers_the_rotor_it_was_made_for(hub: float, diameter: float) -> 
 
 
 def test_settings_stand_in_the_label(box: WindBox) -> None:
-    assert box.label.startswith("kaimal speed=11 intensity=0.16 seed=1 shear=0.2 points=9 dt=0.2 duration=")
+    assert box.label.startswith(
+        "Kaimal turbulence 11 m/s, intensity 0.16, seed 1, shear exponent 0.2, 9 x 9 points, every 0.2 s, "
+    )
     assert box.periodic
 
 
