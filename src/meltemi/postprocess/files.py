@@ -55,7 +55,7 @@ def read_netcdf(path: str | Path) -> Result:
                 message=str(data.attrs["message"]),
                 meta=json.loads(data.attrs["meta"]),
             )
-    except (OSError, KeyError, ValueError) as error:
+    except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
         raise InputError(f"{path}: not a result of meltemi ({type(error).__name__})") from None
 
 

@@ -9,6 +9,8 @@ from meltemi.core.errors import InputError
 from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
+ROUNDING = 1e-9
+"""Of a revolution."""
 
 
 def means_over_revolutions(time: Float, azimuth: Float, x: Float) -> tuple[Float, Float]:
@@ -21,7 +23,7 @@ def means_over_revolutions(time: Float, azimuth: Float, x: Float) -> tuple[Float
       InputError: there is no full revolution.
     """
     turned = np.unwrap(azimuth)
-    n = int((turned[-1] - turned[0]) // (2.0 * np.pi)) if len(time) else 0
+    n = int((turned[-1] - turned[0]) / (2.0 * np.pi) + ROUNDING) if len(time) else 0
     if n < 1:
         raise InputError("revolution_means: the series covers less than one revolution")
     ends = np.interp(turned[0] + 2.0 * np.pi * np.arange(n + 1.0), turned, time)

@@ -166,4 +166,6 @@ def save(figure: Figure, path: str | Path) -> Path:
         figure.savefig(path, dpi=130)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    except ValueError as error:  # a format that does not exist
+        raise InputError(f"{path}: {error}") from None
     return path

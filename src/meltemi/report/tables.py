@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,7 +26,7 @@ def number(value: float) -> str:
     size = abs(value)
     if size >= 1e6 or size < 1e-3:
         return f"{value:.3e}"
-    return f"{value:.{max(0, 4 - len(str(int(size))))}f}" if size >= 1.0 else f"{value:.4f}"
+    return f"{value:.{max(0, 3 - math.floor(math.log10(size)))}f}"
 
 
 def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:

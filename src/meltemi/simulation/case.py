@@ -20,6 +20,7 @@ from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.signals import DEMAND_LIMITS, DEMANDS, MEASUREMENTS, N_BLADES
 from meltemi.core.errors import InputError
 from meltemi.core.tables import Table, View
+from meltemi.simulation.channels import Channel
 from meltemi.simulation.model import Model
 from meltemi.simulation.step import (
     CORRECTIONS,
@@ -203,6 +204,13 @@ class Case:
     def view(self, name: str) -> View:
         """A signal array with its rows by name."""
         return View(SIGNAL_TABLES[name], self.arrays[name])
+
+    def place(self, channel: Channel) -> int:
+        """Where a channel stands in the vector of signals."""
+        array, row = channel.source
+        if array in ("q", "v"):
+            return self.signals.place(array, (self.model.coordinates.index(row),))
+        return self.signals.place(array, (self.view(array).table.index(row), *channel.index))
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""

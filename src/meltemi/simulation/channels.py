@@ -94,10 +94,11 @@ def catalogue(
     for n in range(1, tower_stations + 1):
         found += [_channel(row, (n,), n=n) for row in _rows("tower_station")]
     for name in coordinates:
-        if name == "yaw":
-            continue
-        unit = "rad" if name in ("generator", "drivetrain") or name.endswith("torsion") else "m"
-        found.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name), ()))
+        turns = name in ("yaw", "generator", "drivetrain") or name.endswith("torsion")
+        unit = "rad" if turns else "m"
+        if name != "yaw":  # which has a channel of its own
+            found.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
+        found.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
     return {channel.name: channel for channel in found}
 
 
@@ -117,7 +118,7 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
         return channels[name]
     lower = name.lower()
     for channel in channels.values():
-        if lower in (channel.name.lower(), channel.alias.lower()):
+        if lower and lower in (channel.name.lower(), channel.alias.lower()):
             return channel
     names = [*channels, *(c.alias for c in channels.values() if c.alias)]
     near = closest(name, names, n=4)

@@ -117,7 +117,9 @@ class Result:
         return pd.DataFrame(rows).set_index("channel")
 
     def _repr_html_(self) -> str:
-        return f"<p>{self!r}</p>{self.statistics().to_html(float_format=lambda v: f'{v:.4g}')}"
+        from html import escape
+
+        return f"<p>{escape(repr(self))}</p>{self.statistics().to_html(float_format=lambda v: f'{v:.4g}')}"
 
     def __repr__(self) -> str:
         span = f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "empty"

@@ -142,7 +142,7 @@ class Simulation:
         self.interrupted = False
         self._record_step = every_output * dt
         self._output = np.full(((self.n_steps - 1) // every_output + 1, len(chosen)), np.nan)
-        places = np.array([place(case, channel) for channel in chosen], dtype=np.int64)
+        places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
         self._arguments = (entry.function, *advance_arguments(case, dt, places, self._output))
         self._march = compiled_advance(*self._arguments)
         self._march(0, *self._arguments)
@@ -244,14 +244,6 @@ def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Chann
     if not found:
         raise InputError("no channels to record")
     return list(found.values())
-
-
-def place(case: Case, channel: Channel) -> int:
-    """Where a channel stands in the signals of a case."""
-    array, row = channel.source
-    if array in ("q", "v", "a"):
-        return case.signals.place(array, (case.model.coordinates.index(row),))
-    return case.signals.place(array, (case.view(array).table.index(row), *channel.index))
 
 
 def advance_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[Any, ...]:

@@ -426,13 +426,7 @@ class _Orbit:
         self.prescribe(0.0)
         model = self.model
         channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates)
-        places = {}
-        for name, channel in channels.items():
-            array, row = channel.source
-            index = (
-                (model.coordinates.index(row),) if array == "q" else (case.view(array).table.index(row), *channel.index)
-            )
-            places[name] = case.signals.place(array, index)
+        places = {name: case.place(channel) for name, channel in channels.items()}
         return OperatingPoint(
             wind=self.wind,
             rotor_speed=self.speed,

@@ -124,8 +124,8 @@ def turbulence(
         hub_height=hub_height,
         periodic=True,
         source=(
-            f"Kaimal turbulence {speed:g} m/s, intensity {intensity:g}, seed {seed}, shear exponent {shear_exponent:g}, "
-            f"{points} x {points} points, every {dt:g} s, {n * dt:g} s"
+            f"Kaimal turbulence {speed:g} m/s, intensity {intensity:g}, seed {seed}, "
+            f"shear exponent {shear_exponent:g}, {points} x {points} points, every {dt:g} s, {n * dt:g} s"
         ),
     )
 

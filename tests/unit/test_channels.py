@@ -1,0 +1,229 @@
+"""The channel catalogue: complete descriptions, unique names, places that exist, names that are found."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+import pytest
+
+from meltemi import InputError, Model, ModelOptions, Stations, build
+from meltemi.core.units import FIELD
+from meltemi.report.plots import EVERYBODY
+from meltemi.report.tables import POWER_CURVE
+from meltemi.simulation.case import SIGNAL_TABLES
+from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find, standard
+from meltemi.simulation.simulate import choose, model_channels
+from meltemi.turbine.definition import Turbine
+
+EVERYTHING = catalogue(3, 20, 2, 2, ["1st fore-aft", "yaw", "generator", "drivetrain", "blade 1 1st torsion"])
+UNITS = {"s", "rad", "rad/s", "rad/s^2", "m", "m/s", "m/s^2", "N", "N m", "N/m", "N m/m", "W", "-"}
+
+
+@pytest.mark.parametrize("channel", [pytest.param(c, id=c.name) for c in catalogue(1, 1, 1, 1, ["1st flap"]).values()])
+def test_a_channel_describes_itself(channel: Channel) -> None:
+    assert channel.name
+    assert channel.unit in UNITS
+    assert channel.frame
+    assert channel.sign
+    assert len(channel.description) > 5
+    assert "{" not in "".join((channel.name, channel.alias, channel.description, channel.frame))
+    # one number, one unit for people
+    unit, factor = channel.display_unit
+    assert factor > 0.0
+    assert (unit == channel.unit) is (factor == 1.0)
+
+
+@pytest.mark.parametrize("channel", [pytest.param(c, id=c.name) for c in catalogue(1, 1, 1, 1).values()])
+def test_forces_moments_and_motions_have_axes_and_a_positive_direction(channel: Channel) -> None:
+    directed = {"rad", "rad/s", "rad/s^2", "m", "m/s", "m/s^2", "N", "N m", "N/m", "N m/m"}
+    scalars = {"skew_angle", "node_1_wind_speed_1"}
+    if channel.unit in directed and channel.name not in scalars:
+        assert channel.frame != "-"
+        assert channel.sign != "-"
+
+
+def test_a_name_leads_to_one_channel_whatever_the_case() -> None:
+    leads_to: dict[str, set[str]] = {}
+    for channel in EVERYTHING.values():
+        for name in filter(None, (channel.name, channel.alias)):
+            leads_to.setdefault(name.lower(), set()).add(channel.name)
+    assert {name: channels for name, channels in leads_to.items() if len(channels) > 1} == {}
+    assert len(EVERYTHING) > 800
+    assert len({c.alias for c in EVERYTHING.values() if c.alias}) > 500
+
+
+def test_names_are_words_in_small_letters() -> None:
+    for name in EVERYTHING:
+        assert re.fullmatch(r"[a-z][a-z0-9_]*|[qv] .+", name), name
+        assert EVERYTHING[name].name == name
+
+
+@pytest.mark.parametrize("change", [str, str.lower, str.upper])
+def test_every_name_and_alias_is_found_whatever_the_case(change: object) -> None:
+    for channel in standard().values():
+        assert find(change(channel.name), standard()) is channel
+        if channel.alias:
+            assert find(change(channel.alias), standard()) is channel
+
+
+@pytest.mark.parametrize(
+    ("alias", "name"),
+    [
+        ("RootMyc1", "root_moment_out_of_plane_1"),
+        ("RootMxc3", "root_moment_in_plane_3"),
+        ("RootMyb2", "root_moment_flap_2"),
+        ("TwrBsMyt", "tower_base_moment_fore_aft"),
+        ("OoPDefl1", "tip_out_of_plane_1"),
+        ("B2N13Alpha", "node_13_alpha_2"),
+        ("GenPwr", "generator_power"),
+        ("BldPitch2", "pitch_2"),
+    ],
+)
+def test_names_of_openfast(alias: str, name: str) -> None:
+    assert find(alias, EVERYTHING).name == name
+
+
+def test_each_blade_and_node_has_its_own_place() -> None:
+    places = Counter((c.source, c.index) for c in EVERYTHING.values())
+    assert [place for place, n in places.items() if n > 1] == []
+    assert find("B3N20Cl", EVERYTHING).index == (2, 19)
+    assert find("station_2_moment_y_3", EVERYTHING).index == (2, 1)
+    # the tower base is the first station of the tower
+    assert find("tower_station_1_moment_y", EVERYTHING).index == (1,)
+    assert find("TwrBsMyt", EVERYTHING).index == (0,)
+
+
+def test_places_exist_in_the_signals() -> None:
+    for channel in EVERYTHING.values():
+        array, row = channel.source
+        if array in SIGNAL_TABLES:
+            table = SIGNAL_TABLES[array]
+            assert row in table.names, channel.name
+            assert len(channel.index) == len(table.axes), channel.name
+        else:
+            assert array in ("q", "v")
+
+
+def test_units_are_those_of_the_signals() -> None:
+    for channel in EVERYTHING.values():
+        array, row = channel.source
+        if array in SIGNAL_TABLES:
+            table = SIGNAL_TABLES[array]
+            assert channel.unit == table.fields[table.index(row)].unit, channel.name
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("rotor_speed", "rpm"),
+        ("generator_speed", "rpm"),
+        ("pitch_1", "deg"),
+        ("pitch_rate_1", "deg/s"),
+        ("azimuth", "deg"),
+        ("generator_power", "kW"),
+        ("root_moment_out_of_plane_1", "kN m"),
+        ("rotor_thrust", "kN"),
+        ("wind_x", "m/s"),
+        ("node_1_normal_force_1", "N/m"),
+    ],
+)
+def test_units_for_people(name: str, unit: str) -> None:
+    channel = EVERYTHING[name]
+    shown, factor = channel.display_unit
+    assert shown == unit
+    if channel.unit in FIELD and name != "pitch_rate_1":
+        assert factor == FIELD[channel.unit][1]
+
+
+def test_angles_that_turn_are_wrapped() -> None:
+    assert [c.name for c in EVERYTHING.values() if c.wrap] == ["azimuth"]
+
+
+def test_what_everyone_wants_exists() -> None:
+    assert set(EVERYBODY) <= set(DEFAULT) <= set(standard())
+    assert set(POWER_CURVE) <= set(standard())
+    assert len(DEFAULT) == len(set(DEFAULT))
+
+
+def test_two_blades_have_no_third() -> None:
+    two = catalogue(2, 5, 1, 1)
+    assert not any(name.endswith("_3") and c.source[0] != "tower_station" for name, c in two.items())
+    assert {c.index[0] for c in two.values() if c.source[0] == "root"} == {0, 1}
+
+
+def test_the_number_of_channels() -> None:
+    machine, blade, node, station, tower = 44, 20, 12, 6, 6
+    assert len(catalogue(0)) == machine
+    assert len(standard()) == machine + 3 * blade
+    assert len(catalogue(2, 7, 3, 4)) == machine + 2 * (blade + 7 * node + 3 * station) + 4 * tower
+
+
+def test_every_coordinate_is_a_channel(model: Model) -> None:
+    channels = model_channels(model, Stations(blade=(20.0,), tower=(43.8,)))
+    found = {c.source for c in channels.values() if c.source[0] == "q"}
+    assert found == {("q", name) for name in model.coordinates}
+    assert channels["q blade 1 1st flap"].unit == "m"
+    assert channels["q generator"].unit == "rad"
+    assert channels["station_1_moment_y_3"].index == (2, 0)
+
+
+def test_every_velocity_is_a_channel(model: Model) -> None:
+    found = {c.source for c in model_channels(model).values() if c.source[0] == "v"}
+    assert found == {("v", name) for name in model.coordinates}
+
+
+# names that are not there
+
+
+@pytest.mark.parametrize(
+    ("name", "near"),
+    [
+        ("RootMyc4", "RootMyc1"),
+        ("RotSped", "RotSpeed"),
+        ("rotor_sped", "rotor_speed"),
+        ("tower_base_moment_foreaft", "tower_base_moment_fore_aft"),
+        ("GENPWER", "GenPwr"),
+        ("wind", "wind_x"),
+    ],
+)
+def test_a_misspelt_name_gets_the_closest(name: str, near: str) -> None:
+    with pytest.raises(InputError, match=f"no channel '{name}': did you mean .*{near}"):
+        find(name, standard())
+
+
+def test_a_name_like_no_other_says_so() -> None:
+    with pytest.raises(InputError, match=r"no channel 'zzzz': none of the \d+ valid names is close to it"):
+        find("zzzz", standard())
+
+
+@pytest.mark.parametrize(("name", "nodes"), [("B1N21Alpha", 20), ("node_0_alpha_1", 20), ("b3n99cl", 20)])
+def test_nodes_that_are_not_there_are_answered_with_their_number(name: str, nodes: int) -> None:
+    with pytest.raises(InputError, match=f"Blade nodes are numbered 1 to {nodes}"):
+        find(name, EVERYTHING)
+
+
+def test_an_empty_name_is_no_channel() -> None:
+    with pytest.raises(InputError, match="no channel ''"):
+        find("", standard())
+
+
+# what a run records
+
+
+def test_channels_are_chosen_once_and_in_order(model: Model) -> None:
+    chosen = choose(model, ["RootMyc1", "wind_x", "root_moment_out_of_plane_1", "WIND1VELX"], Stations())
+    assert [c.name for c in chosen] == ["root_moment_out_of_plane_1", "wind_x"]
+
+
+def test_all_are_all_but_the_time(model: Model) -> None:
+    available = model_channels(model)
+    assert [c.name for c in choose(model, ["all"], Stations())] == [name for name in available if name != "time"]
+
+
+def test_a_turbine_with_two_blades_records_what_it_has_of_the_default(turbine: Turbine) -> None:
+    two = build(turbine.replace(n_blades=2), ModelOptions(blade_nodes=5, tower_nodes=3))
+    names = [c.name for c in choose(two, DEFAULT, Stations())]
+    assert names == [name for name in DEFAULT if not name.endswith("_3")]
+    with pytest.raises(InputError, match="no channel 'RootMyc3'"):
+        choose(two, ["RootMyc3"], Stations())

@@ -1,0 +1,204 @@
+"""Plots and tables: labelled axes, units for people, files that hold a picture."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import matplotlib.image
+import numpy as np
+import pytest
+from rich.console import Console
+
+from meltemi import InputError, Model, OperatingPoint, Result, operating_point, plot, plot_performance, plot_power_curve
+from meltemi.report.plots import EVERYBODY, new_figure, plot_channel, save
+from meltemi.report.tables import POWER_CURVE, power_curve_rows, rich_table
+from meltemi.simulation.channels import standard
+from meltemi.simulation.performance import Performance
+
+TIME = np.linspace(0.0, 20.0, 201)
+
+
+def result(*names: str, scale: float = 1.0, turbine: str = "nrel5mw") -> Result:
+    """Waves under the names of channels."""
+    data = np.stack([scale * (i + 1.0) * np.sin(TIME + i) for i in range(len(names))], axis=1)
+    meta = {"turbine": turbine, "wind": "steady wind 9 m/s"}
+    return Result(TIME, data, tuple(standard()[name] for name in names), meta=meta)
+
+
+def panels(figure: Any) -> dict[str, Any]:
+    """Axes by their titles."""
+    return {ax.get_title(loc="left"): ax for ax in figure.axes}
+
+
+def labelled(figure: Any) -> None:
+    """Every panel says what it shows and in which unit; every column says what it is over."""
+    for ax in figure.axes:
+        assert ax.get_title(loc="left") or ax.get_ylabel()
+        assert "[" in ax.get_ylabel()
+        assert ax.lines
+        assert all(len(line.get_xdata()) > 0 for line in ax.lines)
+        if ax.get_subplotspec().is_last_row():
+            assert "[" in ax.get_xlabel()
+
+
+def test_a_result_is_plotted_in_units_for_people() -> None:
+    some = result("rotor_speed", "root_moment_out_of_plane_1")
+    figure = plot(some, ["RotSpeed", "RootMyc1"])
+    labelled(figure)
+    speed, moment = figure.axes
+    assert (speed.get_title(loc="left"), speed.get_ylabel()) == ("rotor speed", "[rpm]")
+    assert (moment.get_title(loc="left"), moment.get_ylabel()) == ("root moment out of plane 1", "[kN m]")
+    assert moment.get_xlabel() == "time [s]"
+    np.testing.assert_array_equal(speed.lines[0].get_xdata(), TIME)
+    np.testing.assert_allclose(speed.lines[0].get_ydata(), some["rotor_speed"] * 30.0 / np.pi)
+    np.testing.assert_allclose(moment.lines[0].get_ydata(), some["RootMyc1"] * 1e-3)
+    assert figure.get_suptitle() == "nrel5mw: steady wind 9 m/s"
+
+
+def test_the_channels_everyone_wants_are_plotted_by_default() -> None:
+    titles = [name.replace("_", " ") for name in EVERYBODY]
+    assert list(panels(plot(result(*EVERYBODY[::-1], "azimuth")))) == titles
+    assert list(panels(plot(result(*EVERYBODY[:2], "azimuth")))) == titles[:2]
+
+
+def test_of_other_channels_the_first_are_plotted() -> None:
+    some = result("azimuth", "wind_y", "wind_z", "pitch_2", "pitch_3", "nacelle_yaw", "rotor_torque")
+    assert list(panels(plot(some))) == [name.replace("_", " ") for name in some.names[:6]]
+
+
+def test_several_results_lie_on_top_of_each_other() -> None:
+    a, b = result("wind_x", "rotor_speed"), result("wind_x", "rotor_speed", scale=2.0, turbine="other")
+    figure = plot([a, b])
+    labelled(figure)
+    for ax in figure.axes:
+        assert len(ax.lines) == 2
+        assert len({line.get_color() for line in ax.lines}) == 2
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["nrel5mw", "other"]
+    legend = plot([a, b], labels=["before", "after"]).axes[0].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["before", "after"]
+
+
+def test_one_result_needs_no_legend() -> None:
+    assert plot(result("wind_x")).axes[0].get_legend() is None
+
+
+def test_long_titles_are_shortened() -> None:
+    some = result("wind_x")
+    some.meta["wind"] = "x" * 200
+    assert len(plot(some).get_suptitle()) == 90
+
+
+def test_what_cannot_be_plotted_is_refused() -> None:
+    with pytest.raises(InputError, match="plot: no results"):
+        plot([])
+    with pytest.raises(InputError, match="plot: the result has no channels"):
+        plot(Result(TIME, np.zeros((len(TIME), 0)), ()))
+    with pytest.raises(InputError, match="no channel 'wind_y': did you mean wind_x"):
+        plot(result("wind_x"), ["wind_y"])
+
+
+def test_a_channel_in_axes_of_the_caller() -> None:
+    axes = new_figure(2, size=(4.0, 4.0))[1]
+    ax = plot_channel(result("pitch_1"), "BldPitch1", axes[1, 0], label="mine", colour="red")
+    assert ax is axes[1, 0]
+    assert (ax.lines[0].get_label(), ax.lines[0].get_color()) == ("mine", "red")
+    assert not axes[0, 0].lines
+    assert plot_channel(result("pitch_1"), "pitch_1") is not ax
+
+
+@pytest.fixture(scope="module")
+def points(model: Model) -> list[OperatingPoint]:
+    return [operating_point(model, speed) for speed in (8.0, 14.0)]
+
+
+def test_a_power_curve_is_plotted(points: list[OperatingPoint]) -> None:
+    figure = plot_power_curve(points)
+    labelled(figure)
+    assert {ax.get_xlabel() for ax in figure.axes} == {"", "wind speed [m/s]"}
+    power = panels(figure)["generator power"]
+    assert power.get_ylabel() == "[kW]"
+    np.testing.assert_array_equal(power.lines[0].get_xdata(), [8.0, 14.0])
+    assert power.lines[0].get_ydata()[1] == pytest.approx(5000.0, rel=0.01)
+    tip = panels(figure)["tip deflection"]
+    assert [text.get_text() for text in tip.get_legend().get_texts()] == ["tip out of plane 1", "tip in plane 1"]
+
+
+def test_a_power_curve_is_tabulated(points: list[OperatingPoint]) -> None:
+    head, rows = power_curve_rows(points)
+    assert len(head) == 1 + len(POWER_CURVE) == len(rows[0]) == len(rows[1])
+    assert head[0] == "wind\nm/s"
+    assert all("\n" in name for name in head)
+    assert [row[0] for row in rows] == ["8.000", "14.00"]
+    assert float(rows[1][head.index("power\nkW")]) == pytest.approx(5000.0, rel=0.01)
+    assert float(rows[0][head.index("speed\nrpm")]) == pytest.approx(points[0]["rotor_speed"] * 30.0 / np.pi, rel=1e-3)
+
+
+def performance() -> Performance:
+    ratio, pitch = np.linspace(4.0, 12.0, 9), np.radians([0.0, 5.0])
+    power = 0.48 - 0.01 * (ratio[:, None] - 7.5) ** 2 - pitch
+    return Performance(ratio, pitch, power, 2.0 * power, power / ratio[:, None])
+
+
+def test_performance_is_plotted() -> None:
+    figure = plot_performance(performance())
+    labelled(figure)
+    left, right = figure.axes
+    assert ("C_p" in left.get_ylabel(), "C_t" in right.get_ylabel()) == (True, True)
+    assert left.get_xlabel() == right.get_xlabel() == "tip-speed ratio [-]"
+    assert [text.get_text() for text in left.get_legend().get_texts()] == ["0 deg", "5 deg"]
+    np.testing.assert_array_equal(right.lines[1].get_ydata(), performance().thrust[:, 1])
+
+
+@pytest.mark.parametrize("draw", [lambda: plot(result(*EVERYBODY)), lambda: plot_performance(performance())])
+def test_a_picture_is_saved(tmp_path: Path, draw: Callable[[], Any]) -> None:
+    path = save(draw(), tmp_path / "a.png")
+    picture = matplotlib.image.imread(path)
+    assert path == tmp_path / "a.png"
+    assert min(picture.shape[:2]) > 300
+    assert len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > 50  # lines and text, not a blank page
+
+
+@pytest.mark.parametrize(("name", "begin"), [("a.svg", b"<?xml"), ("a.pdf", b"%PDF")])
+def test_the_ending_of_the_name_chooses_the_format(tmp_path: Path, name: str, begin: bytes) -> None:
+    assert save(plot(result("wind_x")), str(tmp_path / name)).read_bytes().startswith(begin)
+
+
+@pytest.mark.parametrize("name", ["nowhere/a.png", "folder.png"])
+def test_pictures_that_cannot_be_written_are_named(tmp_path: Path, name: str) -> None:
+    (tmp_path / "folder.png").mkdir()
+    with pytest.raises(InputError, match=rf"{name}: cannot be written \("):
+        save(plot(result("wind_x")), tmp_path / name)
+
+
+def test_formats_that_do_not_exist_are_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"a\.xyz: "):
+        save(plot(result("wind_x")), tmp_path / "a.xyz")
+
+
+def test_plots_need_no_display_and_leave_no_global_state() -> None:
+    code = (
+        "import sys, numpy as np\n"
+        "from meltemi.report.plots import plot\n"
+        "from meltemi.simulation.channels import standard\n"
+        "from meltemi.simulation.result import Result\n"
+        "plot(Result(np.arange(3.0), np.zeros((3, 1)), (standard()['wind_x'],)))\n"
+        "assert 'matplotlib.pyplot' not in sys.modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_tables_on_the_terminal() -> None:
+    console = Console(width=60, record=True, file=StringIO())
+    console.print(rich_table("A title", ["name", "value"], [["first", "1.5"], ["second", "-22"]]))
+    lines = console.export_text().splitlines()
+    assert lines[0].strip() == "A title"
+    cells = [[cell.strip() for cell in line.strip("│").split("│")] for line in lines if line.startswith("│")]
+    assert cells == [["first", "1.5"], ["second", "-22"]]
+    # numbers stand at the right
+    ends = {line.rstrip("│").rstrip()[-1] for line in lines if line.startswith("│")}
+    assert ends == {"5", "2"}
