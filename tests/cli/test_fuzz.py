@@ -145,7 +145,7 @@ def test_damage_is_neither_always_fatal_nor_always_harmless() -> None:
         fates[what][loaded(lambda: validated(content, kind, "FILE"), "FILE") is not None] += 1
 
     count()
-    assert min(min(fate) for fate in fates.values()) >= 1, fates
+    assert min(min(fate) for fate in fates.values()) >= 5, fates
 
 
 def test_a_whole_number_beyond_all_floats_is_refused(path: Path) -> None:

@@ -446,6 +446,14 @@ def test_where_the_model_is_off_the_state_is_the_steady_one(aero: Float, polars:
     assert after == pytest.approx(stall_steady(aero, *polars, 0, alpha, 0.0), abs=1e-15)
 
 
+def test_while_the_model_fades_the_state_goes_on(aero: Float, polars: tuple[Float, Float]) -> None:
+    # only the coefficients are blended, so the state does not depend on the length of the step
+    y, old = Stall(0.1, -0.2, 3.0, 0.4), StallInput(0.5, RATE, 2.0, 0.5)
+    states = [stall_advance(aero, *polars, 0, y, old, 0.72, RATE, 0.0, w, 0.01)[0] for w in (0.001, 0.5, 1.0)]
+    assert states[0] == states[1] == states[2]
+    assert states[0] != pytest.approx(stall_steady(aero, *polars, 0, 0.72, 0.0), abs=1e-3)
+
+
 @pytest.mark.parametrize("weight", [0.0, 0.3, 1.0])
 def test_with_a_step_of_zero_the_state_stays(aero: Float, polars: tuple[Float, Float], weight: float) -> None:
     y = Stall(0.1, -0.2, 3.0, 0.4)

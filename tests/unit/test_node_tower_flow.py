@@ -92,11 +92,12 @@ def test_no_wind_goes_through_the_wall(psi: float, direction: float) -> None:
 
 
 @steady
-@given(x=st.floats(-1.0, 1.0), y=st.floats(-1.0, 1.0))
-def test_inside_the_tower_the_wind_stays_bounded(x: float, y: float) -> None:
+@given(r=st.floats(0.0, 1.0), psi=angles)
+def test_inside_the_tower_the_wind_stays_bounded(r: float, psi: float) -> None:
+    x, y = r * cos(psi), r * sin(psi)
     found = tower_influence(cylinder((10.0, 0.0)), Vec(RADIUS * x, RADIUS * y, 40.0))
-    assert abs(found.x) <= 20.0
-    assert abs(found.y) <= 20.0
+    # A-44 with r_T = 1
+    assert found == pytest.approx((10.0 * (y * y - x * x), -20.0 * x * y, 0.0), abs=1e-12)
 
 
 def test_far_away_there_is_none() -> None:

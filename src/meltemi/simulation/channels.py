@@ -29,7 +29,6 @@ class Channel:
       description: what it is.
       source: array of the case and row in it.
       index: further places in that array (blade, node or station).
-      scale: factor from the array to the channel.
       wrap: an angle kept between 0 and 2 pi.
     """
 
@@ -41,7 +40,6 @@ class Channel:
     description: str
     source: tuple[str, str]
     index: tuple[int, ...] = ()
-    scale: float = 1.0
     wrap: bool = False
 
     @property

@@ -111,6 +111,8 @@ class Simulation:
         if not (math.isfinite(duration) and duration > 0.0):
             raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
         dt = model.options.time_step or time_step(model)
+        if duration < (1.0 - 1e-9) * dt:
+            raise InputError(f"duration {duration:g} s is less than the time step of {dt:g} s")
         every_output = _multiple(output_step, dt, "output_step")
         stations = stations or Stations()
         chosen = choose(model, channels, stations)

@@ -252,7 +252,7 @@ def check_coverage(wind: Wind, *, hub_height: float, radius: float, reach: float
     if wind.hub_height is not None and abs(wind.hub_height - hub_height) > 0.02 * hub_height:
         problems.append(
             f"it was made for a hub height of {wind.hub_height:g} m, the turbine's is {hub_height:.1f} m "
-            "(dataclasses.replace(box, hub_height=None) uses it all the same)"
+            "(in Python, dataclasses.replace(box, hub_height=None) uses it all the same)"
         )
     needed = duration + (0.5 * wind.width + reach) / wind.speed
     if not wind.periodic and wind.duration < needed:
