@@ -138,7 +138,7 @@ def run(
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Simulate a turbine: gives a table, a plot (PNG) and a file (netCDF)."""
+    """Simulate; gives a table, a plot, a file."""
     options = {
         "--wind-speed": wind_speed,
         "--turbulence": intensity,
@@ -330,7 +330,7 @@ def power_curve(
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Steady operation over the wind speeds: table, plot and CSV."""
+    """Steady operation: table, plot, CSV."""
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)
@@ -382,7 +382,7 @@ def verify(
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Check this installation against closed forms, published tables and OpenFAST."""
+    """Compare with closed forms and OpenFAST."""
     out = _folder(out)
     _announce_compilation()
     from meltemi.studies.verify import verification
@@ -403,7 +403,7 @@ def bench(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     duration: Annotated[float, typer.Option("--duration", help="Length of the timed run [s].")] = 600.0,
 ) -> None:
-    """Measure import, compilation, start from cache, time a step, real-time factor and memory."""
+    """Measure compile time, run time, memory."""
     from meltemi.studies.bench import benchmark, report_lines
 
     figures = benchmark(duration=duration, say=_say)
