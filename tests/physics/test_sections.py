@@ -61,3 +61,22 @@ def test_a_bent_blade_turns_about_its_span_but_does_not_pitch(turbine: Turbine) 
     case["pitch"][1] = 0.1  # rad/s towards feather is nose down
     case.evaluate(0.0)
     np.testing.assert_allclose(flow["pitching"][0], -0.1 * flow["cos_bend"][0], atol=1e-12)
+
+
+@pytest.mark.parametrize(("variant", "least", "most"), [("camber", 0.0, 1e-3), ("openfast", 3e-3, 1e-1)])
+def test_momentum_balances_the_lift_in_curved_flow(turbine: Turbine, variant: Any, least: float, most: float) -> None:
+    # a / (1 - a) = sigma' C_x / (4 F sin^2 phi) on a coned rotor in steady operation
+    coned = turbine.replace(**{"hub.precone": -0.15, "nacelle.tilt": 0.0})
+    options = ModelOptions(stall_rotation=variant, tower_influence="none", tip_loss=False, hub_loss=False)
+    model = meltemi.build(coned, options.replace(locked=("blades", "tower", "drivetrain", "yaw")))
+    case = Case(model, SteadyWind(speed=8.0))
+    for _ in range(3):
+        Start(rotor_speed=0.95).put(case)
+    case.evaluate(0.0)
+    flow, nodes = View(FLOW, case["flow"]), View(AERO_NODE, model.aero_nodes)
+    middle = slice(8, 17)
+    phi, a = flow["phi"][0, middle], flow["axial"][0, middle]
+    sigma = (nodes["solid_length"] / flow["radius"])[0, middle]
+    balanced = sigma * flow["lift"][0, middle] * np.cos(phi) / (4.0 * np.sin(phi) ** 2)
+    error = np.abs(balanced / (a / (1.0 - a)) - 1.0).max()
+    assert least <= error < most

@@ -32,6 +32,7 @@ from meltemi.aero.inflow import (
     second_time,
 )
 from meltemi.aero.stall import (
+    CAMBER,
     NO_ROTATION,
     STATIC,
     Rotation,
@@ -90,6 +91,8 @@ OLD_PHI, OLD_SLOPE, OLD_X, OLD_Y, OLD_TIME, OLD_ALPHA, OLD_RATE, OLD_PRESSURE, O
 )
 STILL = 1e-3
 """[m/s] below which the wind counts as still."""
+SLOW, MOST_CAMBER = 1.0, 0.1
+"""[m/s], [rad] limits of the curved flow's angle in the momentum balance, for rotors at rest."""
 
 
 @kernel
@@ -179,14 +182,18 @@ def quasi_steady(
 ) -> None:
     """Pass 2: momentum balance at every node, mean induction, time of the inflow."""
     mean, worst = 0.0, 0.0
+    curved = 0.5 if options[STALL_MODEL] != STATIC and options[STALL_ROTATION] == CAMBER else 0.0
     for b in range(flow.shape[1]):
         for n in range(flow.shape[2]):
             a, ap, residual = 0.0, 0.0, 0.0
             if options[WAKE] == 1:
+                vx, vy = flow[VX, b, n], flow[VY, b, n]
+                # the lift that is balanced is that in curved flow, at the angle of three quarters of the chord
+                camber = curved * flow[TURN, b, n] * nodes[CHORD, b, n] / max(sqrt(vx * vx + vy * vy), SLOW)
                 strip = Strip(
-                    flow[VX, b, n],
-                    flow[VY, b, n],
-                    flow[THETA, b, n],
+                    vx,
+                    vy,
+                    flow[THETA, b, n] - min(max(camber, -MOST_CAMBER), MOST_CAMBER),
                     nodes[SOLID_LENGTH, b, n] / flow[RADIUS, b, n],
                     nodes[TIP_NUMBER, b, n],
                     nodes[HUB_NUMBER, b, n],
