@@ -148,11 +148,11 @@ def performance() -> Performance:
 def test_performance_is_plotted() -> None:
     figure = plot_performance(performance())
     labelled(figure)
-    left, right = figure.axes
-    assert ("C_p" in left.get_ylabel(), "C_t" in right.get_ylabel()) == (True, True)
-    assert left.get_xlabel() == right.get_xlabel() == "tip-speed ratio [-]"
-    assert [text.get_text() for text in left.get_legend().get_texts()] == ["0 deg", "5 deg"]
-    np.testing.assert_array_equal(right.lines[1].get_ydata(), performance().thrust[:, 1])
+    assert [ax.get_ylabel() for ax in figure.axes] == ["$C_p$ [-]", "$C_t$ [-]", "$C_q$ [-]"]
+    assert {ax.get_xlabel() for ax in figure.axes} == {"tip-speed ratio [-]"}
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["0 deg", "5 deg"]
+    for ax, values in zip(figure.axes, (performance().power, performance().thrust, performance().torque), strict=True):
+        np.testing.assert_array_equal(ax.lines[1].get_ydata(), values[:, 1])
 
 
 @pytest.mark.parametrize("draw", [lambda: plot(result(*EVERYBODY)), lambda: plot_performance(performance())])

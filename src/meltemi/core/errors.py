@@ -36,8 +36,7 @@ class Status(IntEnum):
     DIVERGED = 1
     CONTROLLER_RAISED = 2
     CONTROLLER_DEMAND = 3
-    WIND_ENDED = 4
-    INTERRUPTED = 5
+    INTERRUPTED = 4
 
     @property
     def message(self) -> str:
@@ -53,7 +52,6 @@ _MESSAGES: dict[Status, str] = {
     ),
     Status.CONTROLLER_RAISED: "the controller raised an exception",
     Status.CONTROLLER_DEMAND: "the controller asked for a value that is not a number or out of range",
-    Status.WIND_ENDED: "the wind field ended before the simulation did: use a longer or periodic field",
     Status.INTERRUPTED: "interrupted by the user; the result holds what was computed until then",
 }
 

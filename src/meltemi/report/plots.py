@@ -137,9 +137,10 @@ def plot_power_curve(points: Sequence[OperatingPoint]) -> Figure:
 
 
 def plot_performance(performance: Performance) -> Figure:
-    """Power and thrust coefficient against tip-speed ratio for each pitch."""
-    figure, axes = new_figure(1, 2, size=(9.0, 3.8))
-    for ax, values, name in ((axes[0, 0], performance.power, "C_p"), (axes[0, 1], performance.thrust, "C_t")):
+    """Power, thrust and torque coefficient against tip-speed ratio for each pitch."""
+    figure, axes = new_figure(1, 3, size=(11.0, 3.8))
+    coefficients = (("C_p", performance.power), ("C_t", performance.thrust), ("C_q", performance.torque))
+    for ax, (name, values) in zip(axes[0], coefficients, strict=True):
         for j, pitch in enumerate(performance.pitch):
             ax.plot(
                 performance.tip_speed_ratio,

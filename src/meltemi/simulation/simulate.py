@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import platform
 import time as clock_time
@@ -11,6 +12,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+import llvmlite.binding
 import numba
 import numpy as np
 from numba import types
@@ -139,10 +141,17 @@ class Simulation:
         begin(case)
         case.clock[step.EVERY_OUTPUT], case.clock[step.EVERY_CONTROL] = every_output, every_control
         self.model, self.wind, self.case, self.controller = model, wind, case, controller
+        self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
+        self.start = {
+            "kind": type(start).__name__,
+            "rotor_speed": float(start.rotor_speed),
+            "pitch": float(start.pitch),
+            "generator_torque": float(start.generator_torque),
+        }
         self.dt, self.duration, self.channels = dt, duration, tuple(chosen)
         self.n_steps = round(duration / dt) + 1
         self.interrupted = False
-        self._record_step = every_output * dt
+        self.output_step = every_output * dt
         self._output = np.full(((self.n_steps - 1) // every_output + 1, len(chosen)), np.nan)
         places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
         self._arguments = (entry.function, *advance_arguments(case, dt, places, self._output))
@@ -190,12 +199,12 @@ class Simulation:
         for j, channel in enumerate(self.channels):
             if channel.wrap:
                 data[:, j] %= 2.0 * math.pi
-        meta = describe(self.model, self.wind, self.controller, self.dt, self.duration)
+        meta = describe(self)
         for name in ("compile_seconds", "prepare_seconds", "run_seconds"):
             meta[name] = round(getattr(self, name), 4)
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
         return Result(
-            time=np.arange(rows, dtype=float) * self._record_step,
+            time=np.arange(rows, dtype=float) * self.output_step,
             data=data,
             channels=self.channels,
             status=self.status,
@@ -315,8 +324,9 @@ def explain(case: Case, status: Status, t: float, dt: float) -> str:
     return f"at t = {t:.3f} s: {status.message}"
 
 
-def describe(model: Model, wind: Wind, controller: Controller, dt: float, duration: float) -> dict[str, Any]:
+def describe(run: Simulation) -> dict[str, Any]:
     """What makes a run repeatable."""
+    model, wind = run.model, run.wind
     try:
         package = version("meltemi")
     except PackageNotFoundError:
@@ -330,12 +340,17 @@ def describe(model: Model, wind: Wind, controller: Controller, dt: float, durati
         "environment": model.environment.model_dump(mode="json"),
         "wind": wind.label,
         "wind_hash": wind.content_hash(),
-        "controller": controller.name,
-        "time_step": dt,
-        "duration": duration,
+        "controller": run.controller.name,
+        "controller_state_hash": run.controller_hash,
+        "start": run.start,
+        "time_step": run.dt,
+        "duration": run.duration,
+        "output_step": run.output_step,
+        "channels": [channel.name for channel in run.channels],
         "python": platform.python_version(),
         "numba": numba.__version__,
         "numpy": np.__version__,
         "machine": f"{platform.system()} {platform.machine()}",
+        "processor": llvmlite.binding.get_host_cpu_name(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
     }
