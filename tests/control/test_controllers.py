@@ -103,7 +103,7 @@ def failing(kind: str) -> Any:
         if measurements[s.TIME] >= 0.5:
             if kind == "raises":
                 raise RuntimeError("sensor lost")
-            demands[s.PITCH_DEMAND + 1] = np.nan if kind == "nan" else 100.0
+            demands[s.PITCH_DEMAND + 1] = np.nan if kind == "nan" else 4.0
 
     return update
 
@@ -113,7 +113,7 @@ def failing(kind: str) -> Any:
     [
         ("raises", Status.CONTROLLER_RAISED, "RuntimeError: sensor lost"),
         ("nan", Status.CONTROLLER_DEMAND, "pitch_2 = nan"),
-        ("range", Status.CONTROLLER_DEMAND, "pitch_2 = 100"),
+        ("range", Status.CONTROLLER_DEMAND, "pitch_2 = 4 (limit 2.0708)"),
     ],
 )
 @pytest.mark.parametrize("compiled", [False, True])
@@ -131,7 +131,7 @@ def test_what_a_controller_does_wrong_ends_its_run_alone(
 
             words = "compiled code"
         else:
-            bad = np.nan if kind == "nan" else 100.0
+            bad = np.nan if kind == "nan" else 4.0
 
             @numba.njit
             def update(state: Any, measurements: Any, demands: Any, dt: float) -> None:
@@ -234,3 +234,22 @@ def test_options_of_a_controller_reach_it(turbine: Turbine) -> None:
     )
     rate = np.max(np.abs(np.diff(slow_run["pitch_1"]))) / 0.05
     assert rate < 0.0035 < np.max(np.abs(np.diff(fast_run["pitch_1"]))) / 0.05
+
+
+def test_a_torque_no_generator_has_ends_the_run(model: Model) -> None:
+    def greedy(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        demands[s.GENERATOR_TORQUE] = 1e7
+
+    result = simulate(model, WIND, duration=1.0, controller=Controller(greedy), start=BEGIN)
+    assert result.status is meltemi.Status.CONTROLLER_DEMAND
+    assert "'greedy' asked for generator_torque = 1e+07 (limit 237015)" in result.message
+
+
+def test_an_interrupt_in_a_python_controller_interrupts(model: Model) -> None:
+    def stopped(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        if measurements[s.TIME] > 0.5:
+            raise KeyboardInterrupt
+
+    result = simulate(model, WIND, duration=1.0, controller=Controller(stopped), start=BEGIN)
+    assert result.status is meltemi.Status.INTERRUPTED
+    assert 0.4 < result.time[-1] < 0.6

@@ -80,3 +80,39 @@ def test_momentum_balances_the_lift_in_curved_flow(turbine: Turbine, variant: An
     balanced = sigma * flow["lift"][0, middle] * np.cos(phi) / (4.0 * np.sin(phi) ** 2)
     error = np.abs(balanced / (a / (1.0 - a)) - 1.0).max()
     assert least <= error < most
+
+
+@pytest.mark.parametrize("yaw", [0.0, 60.0, 85.0, 90.0, 95.0, 150.0, 180.0])
+@pytest.mark.parametrize("speed", [1.2, 0.3, -1.2])
+def test_momentum_is_balanced_at_any_yaw_and_speed(turbine: Turbine, yaw: float, speed: float) -> None:
+    options = ModelOptions(locked=("generator", "blades", "tower", "drivetrain", "yaw"), stall="static")
+    wind = SteadyWind(speed=12.0, direction=np.radians(yaw))
+    start = Start(rotor_speed=speed)
+    names = ["induction_residual", "mean_induction"]
+    model = meltemi.build(turbine, options)
+    result = meltemi.simulate(model, wind, duration=6.0, controller=meltemi.fixed(), start=start, channels=names)
+    assert np.abs(result["induction_residual"]).max() < 1e-6
+
+
+def test_a_rotor_that_idles_across_the_wind_has_no_wake(turbine: Turbine) -> None:
+    model = meltemi.build(turbine, ModelOptions(locked=("generator",)))
+    case = Case(model, SteadyWind(speed=40.0, direction=np.radians(89.0)))
+    Start(rotor_speed=0.1, pitch=1.5).put(case)
+    case.evaluate(0.0)
+    assert np.all(View(FLOW, case["flow"])["axial"] == 0.0)
+
+
+def test_what_is_no_number_stays_inside_the_tables(turbine: Turbine) -> None:
+    wind = meltemi.turbulence(10.0, 0.1, hub_height=90.0, rotor_diameter=126.0, duration=1.0, points=5)
+    case = Case(meltemi.build(turbine), wind)
+    Start(rotor_speed=1.0).put(case)
+    case["q"][:] = np.nan
+    case.evaluate(0.0)  # would read outside its arrays
+    assert np.isnan(View(FLOW, case["flow"])["theta"]).all()
+
+
+def test_a_free_nacelle_starts_where_a_held_one_does(turbine: Turbine) -> None:
+    free, held = (
+        meltemi.operating_point(meltemi.build(turbine, ModelOptions(yaw=kind)), 9.0) for kind in ("free", "held")
+    )
+    assert free["generator_power"] == pytest.approx(held["generator_power"], rel=1e-12)

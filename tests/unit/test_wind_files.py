@@ -177,14 +177,15 @@ def test_a_uniform_wind_file_is_read(wnd: Path) -> None:
     wnd.write_text(WND)
     wind = read_wnd(wnd)
     np.testing.assert_array_equal(wind.time, [0.0, 5.0, 9.0])
-    np.testing.assert_array_equal(wind.speed, [10.0, 12.0, 11.0])
+    # the upflow angle turns the wind and its gust up, the vertical speed comes on top
+    level = np.array([1.0, np.cos(np.radians(8.0)), 1.0])
+    np.testing.assert_allclose(wind.speed, level * [10.0, 12.0, 11.0], rtol=1e-14)
     np.testing.assert_array_equal(wind.direction, np.radians([0.0, 30.0, -10.0]))
     np.testing.assert_array_equal(wind.horizontal_shear, [0.0, 0.1, 0.0])
     np.testing.assert_array_equal(wind.exponent, [0.2, 0.14, 0.2])
     np.testing.assert_array_equal(wind.vertical_shear, [0.0, -0.1, 0.0])
-    np.testing.assert_array_equal(wind.gust, [0.0, 2.0, 0.0])
-    # the upflow angle inclines the wind with its gust: tan(8 deg) (12 + 2), and the vertical speed on top
-    np.testing.assert_allclose(wind.vertical, [0.0, 0.5 + np.tan(np.radians(8.0)) * 14.0, 0.0], rtol=1e-14)
+    np.testing.assert_allclose(wind.gust, level * [0.0, 2.0, 0.0], rtol=1e-14)
+    np.testing.assert_allclose(wind.vertical, [0.0, 0.5 + np.sin(np.radians(8.0)) * 14.0, 0.0], rtol=1e-14)
     assert wind.label == "gust.wnd"
 
 

@@ -29,6 +29,8 @@ from meltemi.core.kernel import kernel
 Float = NDArray[float64]
 
 PHI_LOW, PHI_HIGH = -0.25 * pi, 0.75 * pi
+RESCUE, BISECTIONS = 1e-7, 48
+"""Residual beyond which bisections follow, and their number: to the last digit of the bracket."""
 ROUNDING = 1e-12
 """[rad] by which a step may leave the bracket: at convergence the bracket has no width."""
 LOSS_FLOOR = 1e-4
@@ -148,7 +150,8 @@ def induction(
     """Solve the momentum balance by a fixed number of safeguarded secant steps from a guess.
 
     The bracket [-pi/4, 3 pi/4] always holds a solution; a step that leaves the bracket becomes a
-    bisection, so the solver converges from any guess.
+    bisection. Where the guess was so far off that this does not suffice, as when the flow reverses, a
+    fixed number of bisections follows.
 
     Args:
       iterations: evaluations of the balance.
@@ -177,6 +180,12 @@ def induction(
             dx = x - x_old
             secant = (now.residual - r_old) / (dx if abs(dx) > 1e-14 else 1.0)
             slope = min(max(secant, 0.05), 50.0) if abs(dx) > 1e-10 else slope
+    if abs(now.residual) > RESCUE:
+        for _ in range(BISECTIONS):
+            x = 0.5 * (low + high)
+            now = balance(strip, polars, axial_drag, tangential_drag, buhl, sin_0, cos_0, mirror_x, mirror_y, x)
+            low = x if now.residual < 0.0 else low
+            high = high if now.residual < 0.0 else x
     # the last secant step improves the guess for the next time at no cost
     step = x - now.residual / slope
     guess = step if step > PHI_LOW and step < PHI_HIGH else x

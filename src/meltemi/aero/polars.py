@@ -31,7 +31,7 @@ def locate(polars: Float, alpha: float) -> Place:
     last = polars.shape[1] - 1
     turns = (alpha + pi) * (0.5 / pi)
     x = (turns - floor(turns)) * last
-    row = min(int(x), last - 1)
+    row = min(max(int(x), 0), last - 1)  # what is no number must not lead out of the table
     return Place(row, x - row)
 
 

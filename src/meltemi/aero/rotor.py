@@ -173,7 +173,9 @@ def disk_averages(aero: Float, nodes: Float, machine: Float, flow: Float, rotor:
     rotor[SKEW] = acos(min(max(axial / speed, -1.0), 1.0)) if speed > STILL else 0.0
     put1(rotor, SKEW_AXIS, scale(1.0 / lateral if lateral > 1e-9 else 0.0, aside))
     rotor[TIP_RATIO] = machine[ex.ROTOR_SPEED] * tip / axial if abs(axial) > STILL else 0.0
-    rotor[FADE] = ramp(abs(rotor[TIP_RATIO]), aero[FADE_BEGIN], aero[FADE_END])
+    # against the whole wind: a rotor that idles across the wind has no wake either
+    ratio = abs(machine[ex.ROTOR_SPEED]) * tip / speed if speed > STILL else 0.0
+    rotor[FADE] = ramp(ratio, aero[FADE_BEGIN], aero[FADE_END])
 
 
 @kernel

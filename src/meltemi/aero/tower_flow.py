@@ -60,7 +60,7 @@ def tower_influence(tower: Float, p: Vec) -> Vec:
     last = tower.shape[1] - 1
     step = tower[HEIGHT, 1] - tower[HEIGHT, 0]
     z = min(max((p.z - tower[HEIGHT, 0]) / step, 0.0), last - 1e-9)
-    n = int(z)
+    n = min(max(int(z), 0), last - 1)
     w = z - n
     radius = 0.5 * (tower[DIAMETER, n] + w * (tower[DIAMETER, n + 1] - tower[DIAMETER, n]))
     U = vec2(tower, TOWER_WIND, n)

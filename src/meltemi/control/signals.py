@@ -65,5 +65,6 @@ DEMANDS = table(
 
 GENERATOR_TORQUE, PITCH_DEMAND, BRAKE, YAW_RATE_DEMAND = DEMANDS.slots("generator_torque pitch brake yaw_rate")
 
-DEMAND_LIMITS = {"generator_torque": 1e9, "pitch": 6.3, "brake": 1.0, "yaw_rate": 1.0}
-"""Largest sensible magnitudes; a controller that goes beyond ends the run with its name and time."""
+MOST_TORQUE, MOST_PITCH = 5.0, 0.5
+"""A torque demand may reach this multiple of the turbine's largest torque, a pitch demand go this far [rad] beyond
+the actuator's range. A controller that asks for more ends the run with its name and time."""

@@ -17,7 +17,7 @@ from meltemi.aero.rotor import settle
 from meltemi.aero.tables import FLOW, INFLOW, MEMORY, ROTOR, STALL
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
-from meltemi.control.signals import DEMAND_LIMITS, DEMANDS, MEASUREMENTS, N_BLADES
+from meltemi.control.signals import DEMANDS, MEASUREMENTS, MOST_PITCH, MOST_TORQUE, N_BLADES
 from meltemi.core.errors import InputError
 from meltemi.core.tables import Table, View
 from meltemi.simulation.channels import Channel
@@ -179,8 +179,10 @@ class Case:
         assert len(model.tower_layout.position) == NT
         self.measured, self.limits = MEASUREMENTS.zeros(), DEMANDS.zeros()
         self.measured[N_BLADES] = B
-        for i, name in enumerate(DEMANDS.names):
-            self.limits[i] = DEMAND_LIMITS[name.rstrip("_123")]
+        most, actuator = View(DEMANDS, self.limits), turbine.pitch_actuator
+        most["generator_torque"] = MOST_TORQUE * turbine.control.torque.maximum_torque
+        most["pitch"] = MOST_PITCH + max(abs(actuator.minimum), abs(actuator.maximum))
+        most["brake"] = most["yaw_rate"] = 1.0
         self.events = np.zeros((0, 4))
         self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
         self.spare = np.zeros_like(self.aero_state.vector)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.errors import UnsupportedError
+from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.threads import one_blas_thread
 from meltemi.maths.multiblade import fixed_frame
 from meltemi.simulation.case import Case
@@ -80,6 +80,11 @@ def equilibrium(case: Case, free: NDArray[np.intp]) -> None:
         case.evaluate(0.0)
         J = derivative_matrix(case, "q")[np.ix_(free, free)]
         case.evaluate(0.0)
+        if not np.all(np.isfinite(J)):
+            raise InputError(
+                "natural modes: there is no equilibrium at rest. The displacements of second order do not hold for "
+                "very high modes: take fewer (options)"
+            )
         step = np.linalg.lstsq(J, case["a"][free], rcond=1e-10)[0]
         case["q"][free] -= step
         if np.max(np.abs(step), initial=0.0) < 1e-10:

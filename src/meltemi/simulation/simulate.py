@@ -186,6 +186,8 @@ class Simulation:
         began = clock_time.perf_counter()
         self._march(min(n_steps, self.n_steps - int(self.case.clock[step.STEP])), *self._arguments)
         self.run_seconds += clock_time.perf_counter() - began
+        if isinstance(self.case.entry.exception, KeyboardInterrupt):  # came while a controller in Python ran
+            self.interrupted = True
 
     def motion(self) -> tuple[Any, Any]:
         """Coordinates and velocities at the last instant that was computed."""

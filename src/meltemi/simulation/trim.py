@@ -41,6 +41,8 @@ Float = NDArray[np.float64]
 BLADE_HARMONICS = 4
 SAMPLES = 12
 """Azimuths in each sector of 1/B revolution."""
+ABSURD = 1e6
+"""[m, rad] of a correction."""
 SWEEPS = 3
 """Sectors marched, and corrections of the motion, at each rotor speed and pitch that is tried."""
 JACOBIAN_SAMPLES = 10
@@ -228,6 +230,7 @@ class _Orbit:
     def __init__(self, model: Model, wind: SteadyWind) -> None:
         self.model, self.wind = model, wind
         self.case = Case(model, wind)
+        self.case["drive"][ex.YAW_HELD] = 1.0  # a free nacelle has no steady direction of its own
         self.B, self.K = model.n_blades, len(model.blade.names)
         self.core = model.n_core
         self.generator = len(model.tower.names) + GENERATOR
@@ -296,7 +299,16 @@ class _Orbit:
         )
 
     def move(self, change: Float) -> None:
-        """Add to the free coefficients."""
+        """Add to the free coefficients.
+
+        Raises:
+          InputError: the motion diverges.
+        """
+        if not np.all(np.abs(change) < ABSURD):
+            raise InputError(
+                "operating_point: the motion diverges. The displacements of second order do not hold for very high "
+                "modes: take fewer (options), or give initial conditions (start=meltemi.Start(...))"
+            )
         core, blade = self.free_core, self.free_blade
         sizes = [2 * len(core), len(core), (BLADE_HARMONICS + 1) * len(blade)]
         parts = np.split(change, np.cumsum(sizes))

@@ -66,7 +66,8 @@ def read_bts(path: str | Path) -> WindBox:
 
 def read_wnd(path: str | Path) -> WindSeries:
     """Read a uniform wind file: time, speed, direction, vertical speed, horizontal shear, power-law
-    exponent, linear vertical shear, gust, and optionally the upflow angle; angles in degrees.
+    exponent, linear vertical shear, gust, and optionally the upflow angle; angles in degrees. Upflow turns speed
+    and gust up, as in OpenFAST.
 
     Raises:
       InputError: the file is missing or a line cannot be read; the message names the line.
@@ -93,17 +94,18 @@ def read_wnd(path: str | Path) -> WindSeries:
     if not rows:
         raise InputError(f"{path}: no rows of wind")
     t = np.array(rows)
+    level, up = np.cos(np.radians(t[:, 8])), np.sin(np.radians(t[:, 8]))
     with np.errstate(invalid="ignore"):  # the record names what is no finite number
-        vertical = t[:, 3] + np.tan(np.radians(t[:, 8])) * (t[:, 1] + t[:, 7])
+        vertical = t[:, 3] + up * (t[:, 1] + t[:, 7])
     data = {
         "time": t[:, 0],
-        "speed": t[:, 1],
+        "speed": level * t[:, 1],
         "direction": np.radians(t[:, 2]),
         "vertical": vertical,
         "horizontal_shear": t[:, 4],
         "exponent": t[:, 5],
         "vertical_shear": t[:, 6],
-        "gust": t[:, 7],
+        "gust": level * t[:, 7],
         "source": path.name,
     }
     return validated(data, WindSeries, str(path))

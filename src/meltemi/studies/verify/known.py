@@ -1,6 +1,6 @@
 """Deviations beyond their band that are understood, each with a bound of its own.
 
-How each was established stands in docs/verification.md.
+How each was established stands in docs/verification/index.md.
 """
 
 from __future__ import annotations
