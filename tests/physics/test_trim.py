@@ -72,3 +72,11 @@ def test_prescribed_speed_and_pitch(model: Model) -> None:
     assert (point.rotor_speed, point.pitch) == (1.2, 0.05)
     # the air drives harder than the generator holds, or the other way round: that is left over
     assert abs(point.imbalance) > 1e3
+
+
+@pytest.mark.parametrize("speed", [11.4, 11.5, 11.7, 12.0, 13.0])
+def test_the_library_turbine_is_stable_under_its_law(model: Model, speed: float) -> None:
+    wind = SteadyWind(speed=speed)
+    result = simulate(model, wind, duration=120.0, channels=["RotTorq", "TwrBsMxt"])
+    late = result.between(90.0, 120.0)
+    assert np.ptp(late["RotTorq"]) < 0.05 * late["RotTorq"].mean()

@@ -94,7 +94,7 @@ _SHORT = {
     "rotor_speed": "speed",
     "pitch_1": "pitch",
     "generator_power": "power",
-    "rotor_aero_thrust": "thrust",
+    "rotor_aero_thrust": "aero thrust",
     "rotor_torque": "torque",
     "root_moment_out_of_plane_1": "root oop",
     "root_moment_in_plane_1": "root ip",

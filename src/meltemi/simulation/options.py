@@ -48,7 +48,8 @@ class ModelOptions(Record):
     mode_shapes: Literal["computed", "given"] = "computed"
     """Natural modes computed from the section data, or the shapes that the description gives."""
     locked: tuple[str, ...] = ()
-    """Coordinates that keep their initial velocity; names or groups, see ``Model.coordinates``:
+    """Coordinates that keep their initial velocity (a locked generator that of the start, by default rated speed);
+    names or groups, see ``Model.coordinates``:
     "tower", "yaw", "generator", "drivetrain", "blades", "flap", "edge", "torsion", or a full name."""
     yaw: Literal["held", "free", "driven"] = "held"
     """The yaw bearing: held by its spring and damper, free, or driven by the controller's yaw rate."""

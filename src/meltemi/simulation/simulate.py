@@ -123,6 +123,8 @@ class Simulation:
             wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
         )
         controller = controller or baseline(turbine.control)
+        if not isinstance(controller, Controller):
+            raise InputError(f"controller: expected a meltemi.Controller, found {type(controller).__name__}")
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
         began, compiled = clock_time.perf_counter(), compile_seconds()
@@ -236,7 +238,7 @@ def model_channels(model: Model, stations: Stations | None = None) -> dict[str, 
 
 
 def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Channel]:
-    """Channels by name, each once.
+    """Channels by name, each once; those of stations that are asked for without any channel of theirs, too.
 
     Raises:
       InputError: a name is unknown, or nothing is asked for.
@@ -253,6 +255,9 @@ def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Chann
             continue  # a blade that a two-bladed turbine does not have
         channel = find(name, available)
         found[channel.name] = channel
+    for wanted, beginning in ((stations.blade, "station_"), (stations.tower, "tower_station_")):
+        if wanted and not any(name.startswith(beginning) for name in found):
+            found.update({name: c for name, c in available.items() if name.startswith(beginning)})
     found.pop("time", None)
     if not found:
         raise InputError("no channels to record")

@@ -257,6 +257,12 @@ def evaluate(t: float, dt: float, parts: tuple[Any, ...]) -> None:
 
 
 @kernel
+def electrical_power(mechanical: float, efficiency: float) -> float:
+    """[W] delivered for [W] on the generator's shaft; a generator that motors takes more than it gives."""
+    return mechanical * (efficiency if mechanical >= 0.0 else 1.0 / efficiency)
+
+
+@kernel
 def sample(
     t: float,
     q: Float,
@@ -279,7 +285,7 @@ def sample(
     measured[sg.ROTOR_SPEED] = v[n + GENERATOR] + v[n + GENERATOR + 1]
     measured[sg.AZIMUTH] = q[n + GENERATOR] + q[n + GENERATOR + 1]
     measured[sg.TORQUE] = drive[ex.GENERATOR_TORQUE]
-    measured[sg.POWER] = drive[ex.GENERATOR_TORQUE] * generator_speed * efficiency
+    measured[sg.POWER] = electrical_power(drive[ex.GENERATOR_TORQUE] * generator_speed, efficiency)
     measured[sg.YAW] = q[n]
     measured[sg.YAW_RATE] = v[n]
     for b in range(pitch.shape[1]):
@@ -327,7 +333,7 @@ def whole_machine(
     summary[HUB_WIND], summary[HUB_WIND + 1], summary[HUB_WIND + 2] = u.x, u.y, u.z
     summary[GENERATOR_SPEED] = speed
     summary[TORQUE] = drive[ex.GENERATOR_TORQUE]
-    summary[POWER] = drive[ex.GENERATOR_TORQUE] * speed * efficiency
+    summary[POWER] = electrical_power(drive[ex.GENERATOR_TORQUE] * speed, efficiency)
     summary[ROTOR_POWER] = (v[n + GENERATOR] + v[n + GENERATOR + 1]) * shaft_torque
 
 

@@ -192,9 +192,11 @@ class BladeStructure(Record):
     mass_centre_y: Vector | None = None
     """(S,) [m] centre of mass from the pitch axis in the section's axes."""
     axis_x: Vector | None = None
-    """(S,) [m] prebend: the beam's axis from the pitch axis, downwind at zero pitch (upwind is negative)."""
+    """(S,) [m] prebend: the beam's axis from the pitch axis, downwind at zero pitch (upwind is negative). The
+    aerodynamic centre (``aerodynamics.centre_x``) is from the pitch axis, too, and has to be moved with it."""
     axis_y: Vector | None = None
-    """(S,) [m] sweep: the beam's axis from the pitch axis, towards the trailing edge."""
+    """(S,) [m] sweep: the beam's axis from the pitch axis, towards the trailing edge; move ``aerodynamics.centre_y``
+    with it."""
     stiffness_matrix: Array | None = None
     """(S, 6, 6) [N, N m, N m^2] forces and moments (x, y, z, about x, y, z) from strains and curvatures."""
     mass_matrix: Array | None = None
@@ -496,11 +498,11 @@ class Turbine(Record):
     source: str = ""
     n_blades: int = Field(default=3, ge=1)
     rated_power: float = Field(gt=0.0)
-    """[W] electrical."""
+    """[W] electrical, for tables; the control law has its own (``control.torque.rated_power``)."""
     cut_in: float = Field(default=3.0, gt=0.0)
-    """[m/s] wind speed at hub height."""
+    """[m/s] wind speed at hub height where power curves begin; a run does not look at it."""
     cut_out: float = Field(default=25.0, gt=0.0)
-    """[m/s] wind speed at hub height."""
+    """[m/s] wind speed at hub height where power curves end; a run does not look at it."""
     blade: Blade
     airfoils: dict[str, Airfoil]
     hub: Hub
