@@ -65,7 +65,7 @@ def _kind(annotation: Any) -> str:
     if origin is ndarray or annotation is ndarray:
         return "numbers"
     if origin is tuple:
-        return f"list of {_kind(inside[0])}s" if inside[-1] is Ellipsis else f"{len(inside)} numbers"
+        return f"list of {_kind(inside[0]).removesuffix('s')}s" if inside[-1] is Ellipsis else f"{len(inside)} numbers"
     if origin is dict:
         return f"{_kind(inside[1])} by name"
     if inside:

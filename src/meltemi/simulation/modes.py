@@ -80,15 +80,19 @@ def equilibrium(case: Case, free: NDArray[np.intp]) -> None:
         case.evaluate(0.0)
         J = derivative_matrix(case, "q")[np.ix_(free, free)]
         case.evaluate(0.0)
-        if not np.all(np.isfinite(J)):
-            raise InputError(
-                "natural modes: there is no equilibrium at rest. The displacements of second order do not hold for "
-                "very high modes: take fewer (options)"
-            )
+        _check(J, case["a"])
         step = np.linalg.lstsq(J, case["a"][free], rcond=1e-10)[0]
         case["q"][free] -= step
         if np.max(np.abs(step), initial=0.0) < 1e-10:
             break
+
+
+def _check(*arrays: Float) -> None:
+    if not all(np.all(np.isfinite(array)) for array in arrays):
+        raise InputError(
+            "natural modes: there is no equilibrium at rest. The displacements of second order do not hold for very "
+            "high modes: take fewer (options)"
+        )
 
 
 @one_blas_thread
@@ -132,6 +136,7 @@ def natural_modes(model: Model, rotor_speed: float = 0.0, *, generator_free: boo
     else:
         K, D = derivative_matrix(case, "q"), derivative_matrix(case, "v")
     some = np.ix_(free, free)
+    _check(K, D)
     return eigenmodes(K[some], D[some], tuple(names[i] for i in free))
 
 
@@ -154,6 +159,7 @@ def highest_frequency(model: Model) -> float:
     case = vacuum_case(model)
     free = np.flatnonzero(model.locked == 0.0)
     stiffness = -derivative_matrix(case, "q")[np.ix_(free, free)]
+    _check(stiffness)
     return float(np.sqrt(np.max(np.abs(np.linalg.eigvals(stiffness))))) if len(free) else 0.0
 
 

@@ -30,6 +30,8 @@ Float = NDArray[np.float64]
 
 ELEMENTS = 40
 """Finite elements of a member at least; frequencies of bending are then exact to 2e-5, of torsion to 6e-4."""
+LEAST_SHARE = 0.2
+"""Share of the kinetic energy that a mode needs in the direction it is named after; stretching has none."""
 RIGID_TORSION, RIGID_STRETCH, RIGID_SHEAR = 1e4, 1e6, 1e8
 """Stiffness where none is described, as multiples of bending stiffness (over length squared)."""
 
@@ -237,7 +239,8 @@ def tower_member(
 
 def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple[Modes, list[str]]:
     """The first modes of each kind, scaled to unit motion of the end (or of the largest displacement)."""
-    kind = np.argmax(energy_shares(modes, mesh.mass), axis=1)
+    shares = energy_shares(modes, mesh.mass)
+    kind = np.where(shares.max(axis=1) > LEAST_SHARE, np.argmax(shares, axis=1), -1)
     which: list[int] = []
     names: list[str] = []
     for name, (component, count) in wanted.items():

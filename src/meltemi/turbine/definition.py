@@ -64,19 +64,19 @@ def _limits(minimum: float, maximum: float) -> None:
 
 
 class ModeShapes(Record):
-    """Mode shapes as polynomials of the relative span x, coefficients of x^2, x^3, ... for each mode.
+    """Mode shapes as polynomials of the relative span x: for each mode its coefficients of x^2, x^3, ..., with sum 1.
 
     They are not needed: modes are computed. A description may carry those of another code, for comparison.
     """
 
     flap: tuple[tuple[float, ...], ...] = ()
-    """Blades."""
+    """Blades: flapwise modes."""
     edge: tuple[tuple[float, ...], ...] = ()
-    """Blades."""
+    """Blades: edgewise modes."""
     fore_aft: tuple[tuple[float, ...], ...] = ()
-    """Tower."""
+    """Tower: fore-aft modes."""
     side_side: tuple[tuple[float, ...], ...] = ()
-    """Tower."""
+    """Tower: side-to-side modes."""
 
 
 class Airfoil(Record):
@@ -125,7 +125,7 @@ class Damping(Record):
     """
 
     flap: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Blades: flapwise modes [-]."""
+    """Blades: flapwise modes, share of critical damping (0.01 is 1 %)."""
     edge: float = Field(default=0.0, ge=0.0, lt=1.0)
     """Blades: edgewise modes [-]."""
     fore_aft: float = Field(default=0.0, ge=0.0, lt=1.0)
@@ -497,6 +497,7 @@ class Turbine(Record):
     description: str = ""
     source: str = ""
     n_blades: int = Field(default=3, ge=1)
+    """2 or 3 in a simulation."""
     rated_power: float = Field(gt=0.0)
     """[W] electrical, for tables; the control law has its own (``control.torque.rated_power``)."""
     cut_in: float = Field(default=3.0, gt=0.0)
