@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from meltemi.app.cli import main
 from meltemi.studies.verify import FULL, QUICK, Comparison, Known, Report, Row, Verdict, verification
 from meltemi.studies.verify.known import KNOWN
 from meltemi.studies.verify.table import relative
@@ -72,3 +73,17 @@ def test_every_known_deviation_belongs_to_a_table() -> None:
 def test_reference_folder_is_checked(tmp_path: Path) -> None:
     with pytest.raises(Exception, match="no folder 'openfast'"):
         verification(quick=True, reference=tmp_path)
+
+
+@pytest.mark.parametrize(("deviation", "status"), [(0.1, 0), (0.9, 1)])
+def test_only_a_failure_ends_with_status_one(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, deviation: float, status: int
+) -> None:
+    row = relative("thing", "here", "N", 1.0, 1.0 + deviation / 100.0, 0.5)
+    study = (1.0, lambda: Comparison("example", "Example", "nobody", [row]))
+    monkeypatch.setattr("meltemi.studies.verify.FULL", (study,))
+    monkeypatch.setattr("sys.argv", ["meltemi", "verify", "--out", str(tmp_path)])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert (end.value.code or 0) == status
+    assert "example,thing,here" in (tmp_path / "verification.csv").read_text(encoding="utf-8")
