@@ -27,6 +27,13 @@ def box() -> meltemi.WindBox:
     return meltemi.turbulence(11.0, 0.14, hub_height=90.0, rotor_diameter=126.0, duration=5.0)
 
 
+def series() -> meltemi.WindSeries:
+    """A gust."""
+    zero = np.zeros(2)
+    names = ("direction", "vertical", "horizontal_shear", "exponent", "vertical_shear", "gust")
+    return meltemi.WindSeries(time=np.array([0.0, 1.0]), speed=np.array([10.0, 11.0]), **dict.fromkeys(names, zero))
+
+
 def read_only_box() -> meltemi.WindBox:
     b = box()
     velocity = b.velocity.copy()
@@ -49,6 +56,20 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
                 wake="none", inflow="quasi_steady", stall="static", skew="none", tower_influence="none", yaw="free"
             ),
         ),
+        WIND,
+        duration=1.0,
+    ),
+    "other options": lambda t: simulate(
+        meltemi.build(
+            t.replace(**{"pitch_actuator.kind": "second_order"}),
+            ModelOptions(yaw="driven", inflow="constant", stall_rotation="openfast", chord_angle="openfast"),
+        ),
+        SteadyWind(speed=11.0, roughness=0.03, veer=1e-3, upflow=0.1),
+        duration=1.0,
+    ),
+    "series": lambda t: simulate(meltemi.build(t), series(), duration=1.0),
+    "foundation": lambda t: simulate(
+        meltemi.build(t.replace(foundation={"stiffness": np.diag([1e9, 1e9, 1e10, 1e11, 1e11, 1e11]).tolist()})),
         WIND,
         duration=1.0,
     ),

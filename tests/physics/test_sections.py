@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import meltemi
 from meltemi import ModelOptions, Start, SteadyWind, Turbine
+from meltemi.aero.rotor import derivatives
 from meltemi.aero.tables import AERO_NODE, FLOW
 from meltemi.core.tables import View
 from meltemi.simulation.case import Case
@@ -116,3 +117,23 @@ def test_a_free_nacelle_starts_where_a_held_one_does(turbine: Turbine) -> None:
         meltemi.operating_point(meltemi.build(turbine, ModelOptions(yaw=kind)), 9.0) for kind in ("free", "held")
     )
     assert free["generator_power"] == pytest.approx(held["generator_power"], rel=1e-12)
+
+
+def test_derivatives_of_inflow_and_stall_are_those_of_their_steps(turbine: Turbine) -> None:
+    model = meltemi.build(turbine)
+    case = Case(model, SteadyWind(speed=9.0, shear_exponent=0.2))
+    Start(rotor_speed=1.0).put(case)
+    rng = np.random.default_rng(1)
+    inflow, stall = case["inflow"], case["stall"]
+    inflow += 0.2 * rng.standard_normal(inflow.shape)
+    stall += 0.02 * rng.standard_normal(stall.shape)
+    case.evaluate(0.0)
+    rates = np.zeros_like(inflow), np.zeros_like(stall)
+    arrays = ("aero", "aero_options", "aero_nodes", "polars", "section", "flow", "rotor", "inflow", "stall")
+    derivatives(*(case[name] for name in arrays), *rates)
+    before, h = (inflow.copy(), stall.copy()), 1e-6
+    case.evaluate(0.0, h)
+    np.testing.assert_allclose((inflow - before[0]) / h, rates[0], rtol=1e-3, atol=1e-4)
+    moving = np.any(rates[1] != 0.0, axis=0)
+    assert 30 < moving.sum() < moving.size  # cylinders have no states
+    np.testing.assert_allclose(((stall - before[1]) / h)[:, moving], rates[1][:, moving], rtol=2e-3, atol=2e-3)

@@ -473,5 +473,7 @@ def derivatives(
                 g = int(nodes[POLAR_INDEX, b, n])
                 alpha, rate, rotation = turned_flow(options, nodes, flow, b, n)
                 s = stall_state(stall, b, n)
-                rates = stall_derivative(aero, polars, section, g, s, alpha, rate, rotation.pitching)
-                put_stall(d_stall, rates, b, n)
+                # where the model is off its state is not integrated but set
+                if model_weight(section, g, flow[ALPHA, b, n], flow[SPEED, b, n]) > 0.0:
+                    rates = stall_derivative(aero, polars, section, g, s, alpha, rate, rotation.pitching)
+                    put_stall(d_stall, rates, b, n)
