@@ -7,6 +7,7 @@ that name below returns.
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
@@ -119,8 +120,7 @@ def arrays() -> str:
     ):
         home = import_module(f"meltemi.{module}")
         own = {n: v for n, v in vars(home).items() if isinstance(v, Table)}
-        source = home.__file__ or ""
-        text = open(source, encoding="utf-8").read()  # noqa: SIM115, PTH123
+        text = Path(home.__file__ or "").read_text(encoding="utf-8")
         for name in own:
             if f"{name} = table(" in text:
                 parts += [f"## {own[name].name}", f"`meltemi.{module}.{name}`. " + array(f"{module}.{name}")]

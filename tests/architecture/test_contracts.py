@@ -18,6 +18,7 @@ import meltemi
 from meltemi import Model, ModelOptions, Stations, SteadyWind, Turbine, simulate
 from meltemi.core.kernel import statistics
 from meltemi.simulation.modes import natural_modes
+from meltemi.studies.verify.transient import step_wind
 
 ROOT = Path(__file__).parents[2]
 WIND = SteadyWind(speed=11.0)
@@ -25,13 +26,6 @@ WIND = SteadyWind(speed=11.0)
 
 def box() -> meltemi.WindBox:
     return meltemi.turbulence(11.0, 0.14, hub_height=90.0, rotor_diameter=126.0, duration=5.0)
-
-
-def series() -> meltemi.WindSeries:
-    """A gust."""
-    zero = np.zeros(2)
-    names = ("direction", "vertical", "horizontal_shear", "exponent", "vertical_shear", "gust")
-    return meltemi.WindSeries(time=np.array([0.0, 1.0]), speed=np.array([10.0, 11.0]), **dict.fromkeys(names, zero))
 
 
 def read_only_box() -> meltemi.WindBox:
@@ -67,7 +61,7 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
         SteadyWind(speed=11.0, roughness=0.03, veer=1e-3, upflow=0.1),
         duration=1.0,
     ),
-    "series": lambda t: simulate(meltemi.build(t), series(), duration=1.0),
+    "series": lambda t: simulate(meltemi.build(t), step_wind(), duration=1.0),
     "foundation": lambda t: simulate(
         meltemi.build(t.replace(foundation={"stiffness": np.diag([1e9, 1e9, 1e10, 1e11, 1e11, 1e11]).tolist()})),
         WIND,

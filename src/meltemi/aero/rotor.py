@@ -20,7 +20,7 @@ from math import acos, atan2, cos, pi, sin, sqrt, tan
 from numpy import float32, float64, int64
 from numpy.typing import NDArray
 
-from meltemi.aero.bem import Strip, induction
+from meltemi.aero.bem import STILL, Strip, induction
 from meltemi.aero.inflow import (
     QUASI_STEADY,
     VARIABLE_TIME,
@@ -89,8 +89,6 @@ S_WAKE_1, S_WAKE_2, S_PRESSURE, S_ATTACHMENT = STALL.slots("wake_1 wake_2 pressu
 OLD_PHI, OLD_SLOPE, OLD_X, OLD_Y, OLD_TIME, OLD_ALPHA, OLD_RATE, OLD_PRESSURE, OLD_ATTACHMENT = MEMORY.slots(
     "phi slope induced_x induced_y time alpha rate pressure attachment"
 )
-STILL = 1e-3
-"""[m/s] below which the wind counts as still."""
 SLOW, MOST_CAMBER = 1.0, 0.1
 """[m/s], [rad] limits of the curved flow's angle in the momentum balance, for rotors at rest."""
 

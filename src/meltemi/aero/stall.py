@@ -195,12 +195,12 @@ def stall_advance(
     x4 = lagged(lag(h / aero[T_SEPARATION]), y.attachment, old.attachment, new_attachment)
     x4 = min(max(x4, 0.0), 1.0)
     steady = stall_steady(aero, polars, section, g, alpha, pitching)
-    keep = 1.0 if weight > 0.0 or dt == 0.0 else 0.0
+    on = weight > 0.0 or dt == 0.0
     state = Stall(
-        steady.wake_1 + keep * (x1 - steady.wake_1),
-        steady.wake_2 + keep * (x2 - steady.wake_2),
-        steady.pressure + keep * (x3 - steady.pressure),
-        steady.attachment + keep * (x4 - steady.attachment),
+        x1 if on else steady.wake_1,
+        x2 if on else steady.wake_2,
+        x3 if on else steady.pressure,
+        x4 if on else steady.attachment,
     )
     return state, StallInput(alpha, rate, new_pressure, new_attachment)
 

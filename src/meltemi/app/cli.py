@@ -153,7 +153,6 @@ def run(
     path = Path(target)
     written = path.suffix in (".yaml", ".yml") and (_is_case(path) or not (given or path.exists()))
     case, folder = (_case_of_file(path, given), path.parent) if written else (_case_of_options(target, given), Path())
-    out = _folder(out)
     from meltemi.core.errors import Status
     from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import case_turbine, case_wind, self_contained
@@ -163,6 +162,7 @@ def run(
 
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
+        out = _folder(out)
         wind = case_wind(case, turbine, folder)
         _announce_compilation()
         model = build(turbine, case.options, case.environment)
@@ -220,7 +220,6 @@ def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
 def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     from meltemi.core.yamlfile import validated
     from meltemi.loadcases.case import LoadCase
-    from meltemi.turbine.library import load_turbine
 
     winds = [name for name in ("--wind-speed", "--bts", "--wnd") if name in given]
     if len(winds) != 1:
@@ -246,7 +245,6 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     }
     if "--channels" in given:
         data["channels"] = [name.strip() for name in given["--channels"].split(",") if name.strip()]
-    load_turbine(data["turbine"])
     return validated(data, LoadCase, "command line")
 
 

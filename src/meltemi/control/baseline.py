@@ -10,7 +10,9 @@ Reference: docs/theory/control.md (C-1 to C-9).
 
 from __future__ import annotations
 
+from functools import cache
 from math import exp
+from typing import Any
 
 import numpy as np
 from numpy import float64
@@ -109,19 +111,15 @@ def _update(x: Float, measured: Float, demands: Float, dt: float) -> None:
         demands[s.PITCH_DEMAND + blade] = x[PITCH]
 
 
-_ENTRY: list[object] = []
-
-
-def update() -> object:
+@cache
+def update() -> Any:
     """The compiled update, for the entry's signature."""
-    if not _ENTRY:
 
-        @kernel_for(UPDATE)
-        def baseline(state: Float, measurements: Float, demands: Float, dt: float) -> None:
-            _update(state, measurements, demands, dt)
+    @kernel_for(UPDATE)
+    def baseline(state: Float, measurements: Float, demands: Float, dt: float) -> None:
+        _update(state, measurements, demands, dt)
 
-        _ENTRY.append(baseline)
-    return _ENTRY[0]
+    return baseline
 
 
 def parameters(control: BaselineControl) -> Float:
@@ -156,4 +154,4 @@ def baseline(control: BaselineControl, sample_time: float | None = None) -> Cont
         view["integral"] = start.pitch / (schedule * control.pitch.integral_gain)
         return x
 
-    return Controller(update=update(), init=init, sample_time=sample_time, name="baseline", uses_loads=False)  # type: ignore[arg-type]
+    return Controller(update=update(), init=init, sample_time=sample_time, name="baseline", uses_loads=False)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numba
@@ -152,20 +153,16 @@ def _call_address(typing_context: Any, address: Any, dt: Any) -> Any:
     return types.int64(types.float64, types.float64), generate
 
 
-_PYTHON: list[Any] = []
-
-
+@cache
 def call_python() -> Any:
     """Compiled function that calls the plain Python controller of the case."""
-    if not _PYTHON:
 
-        @kernel_for(UPDATE)
-        def python_controller(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:
-            if _call_address(measurements[CALLBACK], dt) != 0:
-                raise RuntimeError
+    @kernel_for(UPDATE)
+    def python_controller(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:
+        if _call_address(measurements[CALLBACK], dt) != 0:
+            raise RuntimeError
 
-        _PYTHON.append(python_controller)
-    return _PYTHON[0]
+    return python_controller
 
 
 def new_vectors() -> tuple[Vector, Vector]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 from numpy import float64
@@ -11,16 +12,19 @@ from meltemi.control.controller import UPDATE, Controller
 from meltemi.core.kernel import kernel_for
 
 Float = NDArray[float64]
-_ENTRY: list[Any] = []
+
+
+@cache
+def update() -> Any:
+    """The compiled update, for the entry's signature."""
+
+    @kernel_for(UPDATE)
+    def fixed(state: Float, measurements: Float, demands: Float, dt: float) -> None:
+        pass
+
+    return fixed
 
 
 def fixed() -> Controller:
     """A controller that never changes a demand."""
-    if not _ENTRY:
-
-        @kernel_for(UPDATE)
-        def fixed(state: Float, measurements: Float, demands: Float, dt: float) -> None:
-            pass
-
-        _ENTRY.append(fixed)
-    return Controller(update=_ENTRY[0], name="fixed", uses_loads=False)
+    return Controller(update=update(), name="fixed", uses_loads=False)

@@ -100,6 +100,7 @@ def _similar_file(path: Path) -> str:
 
 def explain(error: ValidationError, kind: type[BaseModel], where: str, data: Any, text: str | None = None) -> str:
     """All problems of a failed validation, one a line: where, key path, what is wrong, what to do."""
+    root = _nodes(text) if text is not None else None
     lines: list[str] = []
     seen: set[tuple[tuple[int | str, ...], str]] = set()
     for problem in error.errors(include_url=False):
@@ -108,7 +109,7 @@ def explain(error: ValidationError, kind: type[BaseModel], where: str, data: Any
         if (location, message) in seen:
             continue
         seen.add((location, message))
-        line = _line(text, location) if text is not None else None
+        line = _line(root, location)
         place = f"{where}:{line}" if line else where
         key = ".".join(str(part) for part in location)
         lines.append(f"{place}: {key}: {message}" if key else f"{place}: {message}")
@@ -191,15 +192,19 @@ def _literals(record: type[BaseModel]) -> list[str]:
     return [value for a in annotations if get_origin(a) is Literal for value in get_args(a)]
 
 
-def _line(text: str, location: Sequence[int | str]) -> int | None:
-    """Line in the YAML text at which a key path stands."""
+def _nodes(text: str) -> Any:
+    """The nodes of a YAML text, which know their lines."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import YAMLError
 
     try:
-        node = YAML(typ="rt").compose(text)
+        return YAML(typ="rt").compose(text)
     except (YAMLError, ValueError):
         return None
+
+
+def _line(node: Any, location: Sequence[int | str]) -> int | None:
+    """Line at which a key path stands below a node."""
     line: int | None = None
     for part in location:
         if node is None or not isinstance(node.value, list):

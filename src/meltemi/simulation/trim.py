@@ -31,7 +31,7 @@ from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.start import hold
-from meltemi.simulation.step import equations
+from meltemi.simulation.step import ABSURD, equations
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, mean_speed
@@ -41,8 +41,6 @@ Float = NDArray[np.float64]
 BLADE_HARMONICS = 4
 SAMPLES = 12
 """Azimuths in each sector of 1/B revolution."""
-ABSURD = 1e6
-"""[m, rad] of a correction."""
 SWEEPS = 3
 """Sectors marched, and corrections of the motion, at each rotor speed and pitch that is tried."""
 JACOBIAN_SAMPLES = 10
