@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.polars import DRAG, LIFT, coefficient, locate
 from meltemi.core.kernel import kernel
+from meltemi.maths.generic import anywhere, where
 
 Float = NDArray[float64]
 
@@ -99,6 +100,12 @@ def loss_factor(tip_number: float, hub_number: float, sin_phi: float) -> float:
 
 
 @kernel
+def not_zero(x: float) -> float:
+    """``x``, kept away from zero, to divide by."""
+    return where(abs(x) > 1e-6, x, where(x >= 0.0, 1e-6, -1e-6))
+
+
+@kernel
 def balance(
     strip: Strip,
     polars: Float,
@@ -118,7 +125,7 @@ def balance(
       mirror_x, mirror_y: signs of V_x and V_y.
     """
     s, c = sin(phi), cos(phi)
-    true_phi = mirror_x * (phi if mirror_y > 0.0 else pi - phi)
+    true_phi = mirror_x * where(mirror_y > 0.0, phi, pi - phi)
     at = locate(polars, true_phi - strip.theta)
     cl = coefficient(polars, strip.polar, at, LIFT)
     cd = coefficient(polars, strip.polar, at, DRAG)
@@ -127,11 +134,11 @@ def balance(
     F = loss_factor(strip.tip_number, strip.hub_number, abs(s))
     q = strip.solidity / (4.0 * F)
     kappa = q * cx
-    safe = s if abs(s) > 1e-6 else (1e-6 if s >= 0.0 else -1e-6)
+    safe = not_zero(s)
     momentum = s + kappa / safe
     high = (5.0 / 3.0 - F) * s + sqrt(max(2.0 * F * kappa - (4.0 / 3.0 - F) * F * s * s, 0.0))
-    use_high = buhl == 1 and kappa > 0.0 and (s <= 0.0 or kappa > (2.0 / 3.0) * s * s)
-    axial = high if use_high else momentum
+    use_high = (buhl == 1) & (kappa > 0.0) & ((s <= 0.0) | (kappa > (2.0 / 3.0) * s * s))
+    axial = where(use_high, high, momentum)
     tangential = c - q * (lift - tangential_drag * cd * c / safe)
     return Balance(cos_0 * axial - sin_0 * tangential, axial, tangential)
 
@@ -157,38 +164,33 @@ def induction(
       iterations: evaluations of the balance.
       phi, slope: guess of the solution [rad] and of the residual's slope there.
     """
-    mirror_x = 1.0 if strip.vx >= 0.0 else -1.0
-    mirror_y = 1.0 if strip.vy >= 0.0 else -1.0
+    mirror_x, mirror_y = where(strip.vx >= 0.0, 1.0, -1.0), where(strip.vy >= 0.0, 1.0, -1.0)
     vx, vy = abs(strip.vx), abs(strip.vy)
     speed = max(sqrt(vx * vx + vy * vy), STILL)
     sin_0, cos_0 = vx / speed, vy / speed
-    low, high = PHI_LOW, PHI_HIGH
-    x = min(max(phi, low + 1e-3), high - 1e-3)
+    x = min(max(phi, PHI_LOW + 1e-3), PHI_HIGH - 1e-3)
     slope = min(max(slope, 0.05), 50.0)
-    x_old, r_old = x, 0.0
-    now = Balance(0.0, 1.0, 1.0)
-    for i in range(iterations):
-        if i > 0:
-            step = x - now.residual / slope
-            inside = step >= low - ROUNDING and step <= high + ROUNDING
-            x_old, r_old = x, now.residual
-            x = step if inside else 0.5 * (low + high)
+    now = balance(strip, polars, axial_drag, tangential_drag, buhl, sin_0, cos_0, mirror_x, mirror_y, x)
+    low, high = where(now.residual < 0.0, x, PHI_LOW), where(now.residual < 0.0, PHI_HIGH, x)
+    for _ in range(iterations - 1):
+        step = x - now.residual / slope
+        inside = (step >= low - ROUNDING) & (step <= high + ROUNDING)
+        x_old, r_old = x, now.residual
+        x = where(inside, step, 0.5 * (low + high))
         now = balance(strip, polars, axial_drag, tangential_drag, buhl, sin_0, cos_0, mirror_x, mirror_y, x)
-        low = x if now.residual < 0.0 else low
-        high = high if now.residual < 0.0 else x
-        if i > 0:
-            dx = x - x_old
-            secant = (now.residual - r_old) / (dx if abs(dx) > 1e-14 else 1.0)
-            slope = min(max(secant, 0.05), 50.0) if abs(dx) > 1e-10 else slope
-    if abs(now.residual) > RESCUE:
+        low, high = where(now.residual < 0.0, x, low), where(now.residual < 0.0, high, x)
+        dx = x - x_old
+        secant = (now.residual - r_old) / where(abs(dx) > 1e-14, dx, 1.0)
+        slope = where(abs(dx) > 1e-10, min(max(secant, 0.05), 50.0), slope)
+    if anywhere(abs(now.residual) > RESCUE):
+        lost = abs(now.residual) > RESCUE
         for _ in range(BISECTIONS):
-            x = 0.5 * (low + high)
+            x = where(lost, 0.5 * (low + high), x)
             now = balance(strip, polars, axial_drag, tangential_drag, buhl, sin_0, cos_0, mirror_x, mirror_y, x)
-            low = x if now.residual < 0.0 else low
-            high = high if now.residual < 0.0 else x
+            low, high = where(now.residual < 0.0, x, low), where(now.residual < 0.0, high, x)
     # the last secant step improves the guess for the next time at no cost
     step = x - now.residual / slope
-    guess = step if step > PHI_LOW and step < PHI_HIGH else x
-    a = 1.0 - sin(x) / (now.axial if abs(now.axial) > 1e-6 else 1e-6)
-    ap = cos(x) / (now.tangential if abs(now.tangential) > 1e-6 else 1e-6) - 1.0
+    guess = where((step > PHI_LOW) & (step < PHI_HIGH), step, x)
+    a = 1.0 - sin(x) / not_zero(now.axial)
+    ap = cos(x) / not_zero(now.tangential) - 1.0
     return Induction(min(max(a, -1.0), 1.5), min(max(ap, -1.0), 1.0), guess, slope, now.residual)

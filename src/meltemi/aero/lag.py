@@ -6,6 +6,7 @@ from math import exp
 from typing import NamedTuple
 
 from meltemi.core.kernel import kernel
+from meltemi.maths.generic import where
 
 
 class Lag(NamedTuple):
@@ -24,7 +25,7 @@ def lag(h: float) -> Lag:
     """
     e = exp(-h)
     # (1 - exp(-h)) / h, by its series where the quotient would lose digits
-    mean = 1.0 - h * (0.5 - h * (1.0 / 6.0 - h / 24.0)) if h < 1e-3 else (1.0 - e) / h
+    mean = where(h < 1e-3, 1.0 - h * (0.5 - h * (1.0 / 6.0 - h * (1.0 / 24.0))), (1.0 - e) / max(h, 1e-3))
     return Lag(e, mean - e, 1.0 - mean)
 
 

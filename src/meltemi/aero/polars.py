@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.tables import POLAR
 from meltemi.core.kernel import kernel
+from meltemi.maths.generic import whole
 
 Float = NDArray[float64]
 
@@ -31,7 +32,7 @@ def locate(polars: Float, alpha: float) -> Place:
     last = polars.shape[1] - 1
     turns = (alpha + pi) * (0.5 / pi)
     x = (turns - floor(turns)) * last
-    row = min(max(int(x), 0), last - 1)  # what is no number must not lead out of the table
+    row = min(max(whole(x), 0), last - 1)  # what is no number must not lead out of the table
     return Place(row, x - row)
 
 

@@ -52,8 +52,9 @@ from meltemi.aero.stall import (
 from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, MEMORY, ROTOR, STALL
 from meltemi.aero.tower_flow import tower_influence
 from meltemi.core.kernel import kernel
-from meltemi.maths.access import put1, put3, rot2, vec1, vec2, vec3
-from meltemi.maths.vectors import Vec, add, add_scaled, cross, dot, norm, rotate, rotate_back, scale, sub
+from meltemi.maths.access import no_vec, put1, put3, rot2, vec1, vec2, vec3
+from meltemi.maths.vectors import Vec, add, add_scaled, cross, dot, norm, rotate, rotate_back, scale, sub, sum_lanes
+from meltemi.maths.generic import largest, total, where, whole, zero
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import wind_velocity
 
@@ -154,12 +155,11 @@ def turned_centre(nodes: Float, theta: Vec, b: int, n: int) -> Vec:
 @kernel
 def disk_averages(aero: Float, nodes: Float, machine: Float, flow: Float, rotor: Float) -> None:
     """Mean wind, skew, tip-speed ratio (A-16 to A-18)."""
-    mean = Vec(0.0, 0.0, 0.0)
-    tip = 0.0
+    mean, tip = no_vec(rotor), zero(rotor)
     for b in range(flow.shape[1]):
         for n in range(flow.shape[2]):
-            mean = add_scaled(mean, nodes[AREA, b, n], vec3(flow, WIND, b, n))
-            tip = max(tip, aero[TIP_FACTOR] * flow[RADIUS, b, n])
+            mean = add(mean, sum_lanes(scale(nodes[AREA, b, n], vec3(flow, WIND, b, n))))
+            tip = max(tip, aero[TIP_FACTOR] * largest(flow[RADIUS, b, n]))
     mean = sub(mean, vec1(machine, ex.HUB_VELOCITY))
     shaft = vec1(machine, ex.SHAFT)
     axial, speed = dot(mean, shaft), norm(mean)
@@ -168,12 +168,18 @@ def disk_averages(aero: Float, nodes: Float, machine: Float, flow: Float, rotor:
     put1(rotor, R_WIND, mean)
     rotor[AXIAL_WIND] = axial
     rotor[TIP_RADIUS] = tip
-    rotor[SKEW] = acos(min(max(axial / speed, -1.0), 1.0)) if speed > STILL else 0.0
-    put1(rotor, SKEW_AXIS, scale(1.0 / lateral if lateral > 1e-9 else 0.0, aside))
-    rotor[TIP_RATIO] = machine[ex.ROTOR_SPEED] * tip / axial if abs(axial) > STILL else 0.0
+    rotor[SKEW] = where(speed > STILL, acos(min(max(axial / max(speed, STILL), -1.0), 1.0)), 0.0)
+    put1(rotor, SKEW_AXIS, scale(where(lateral > 1e-9, 1.0 / max(lateral, 1e-9), 0.0), aside))
+    rotor[TIP_RATIO] = quotient(machine[ex.ROTOR_SPEED] * tip, axial)
     # against the whole wind: a rotor that idles across the wind has no wake either
-    ratio = abs(machine[ex.ROTOR_SPEED]) * tip / speed if speed > STILL else 0.0
-    rotor[FADE] = ramp(ratio, aero[FADE_BEGIN], aero[FADE_END])
+    rotor[FADE] = ramp(quotient(abs(machine[ex.ROTOR_SPEED]) * tip, speed), aero[FADE_BEGIN], aero[FADE_END])
+
+
+@kernel
+def quotient(x: float, speed: float) -> float:
+    """x / speed [m/s], zero in still air."""
+    moves = abs(speed) > STILL
+    return where(moves, x / where(moves, speed, 1.0), 0.0)
 
 
 @kernel
@@ -181,11 +187,11 @@ def quasi_steady(
     aero: Float, options: Int, nodes: Float, polars: Float, flow: Float, memory: Float, rotor: Float
 ) -> None:
     """Pass 2: momentum balance at every node, mean induction, time of the inflow."""
-    mean, worst = 0.0, 0.0
+    mean, worst = zero(rotor), zero(rotor)
     curved = 0.5 if options[STALL_MODEL] != STATIC and options[STALL_ROTATION] == CAMBER else 0.0
     for b in range(flow.shape[1]):
         for n in range(flow.shape[2]):
-            a, ap, residual = 0.0, 0.0, 0.0
+            a, ap, residual = zero(flow), zero(flow), zero(flow)
             if options[WAKE] == 1:
                 vx, vy = flow[VX, b, n], flow[VY, b, n]
                 # the lift that is balanced is that in curved flow, at the angle of three quarters of the chord
@@ -197,7 +203,7 @@ def quasi_steady(
                     nodes[SOLID_LENGTH, b, n] / flow[RADIUS, b, n],
                     nodes[TIP_NUMBER, b, n],
                     nodes[HUB_NUMBER, b, n],
-                    int(nodes[POLAR_INDEX, b, n]),
+                    whole(nodes[POLAR_INDEX, b, n]),
                 )
                 solution = induction(
                     strip,
@@ -213,14 +219,14 @@ def quasi_steady(
                 memory[OLD_SLOPE, b, n] = solution.slope
                 # where the loss factor vanishes the wake is fully blocked
                 blocked = nodes[END, b, n] > 0.0
-                a = 1.0 if blocked else solution.a
-                ap = 0.0 if blocked else solution.ap
-                residual = 0.0 if blocked else solution.residual
+                a = where(blocked, 1.0, solution.a)
+                ap = where(blocked, 0.0, solution.ap)
+                residual = where(blocked, 0.0, solution.residual)
             flow[STEADY_AXIAL, b, n] = a
             flow[STEADY_TANGENTIAL, b, n] = ap
             flow[RESIDUAL, b, n] = residual
-            mean += nodes[RING, b, n] * a
-            worst = max(worst, abs(residual))
+            mean += total(nodes[RING, b, n] * a)
+            worst = max(worst, largest(abs(residual)))
     rotor[INDUCTION] = mean
     rotor[R_RESIDUAL] = worst
     variable = options[INFLOW_MODEL] == VARIABLE_TIME
@@ -247,14 +253,14 @@ def loads(
 ) -> None:
     """Pass 3: states of inflow and stall over the step, coefficients and loads (A-19 to A-42, A-47)."""
     shaft, aside = vec1(machine, ex.SHAFT), vec1(rotor, SKEW_AXIS)
-    force, moment = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    force, moment = no_vec(rotor), no_vec(rotor)
     for b in range(flow.shape[1]):
         R = rot2(frame, ex.ROOT_ORIENTATION, b)
         cp, sp = frame[ex.COS_PITCH, b], frame[ex.SIN_PITCH, b]
         radial = Vec(R.xz, R.yz, R.zz)
         in_plane = add_scaled(radial, -dot(radial, shaft), shaft)
         sin_skew = dot(in_plane, aside) / norm(in_plane)
-        F_b, M_b = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+        F_b, M_b = no_vec(load), no_vec(load)
         for n in range(flow.shape[2]):
             induced_velocity(dt, aero, options, nodes, flow, rotor, memory, inflow, sin_skew, b, n)
             section_coefficients(dt, aero, options, nodes, polars, section, flow, memory, stall, b, n)
@@ -277,12 +283,18 @@ def loads(
             put3(load, ex.MOMENT, b, n, M)
             F_b = add(F_b, F)
             M_b = add(M_b, add(M, cross(vec3(motion, ex.POSITION, b, n), F)))
-        force = add(force, rotate(R, F_b))
-        moment = add(moment, rotate(R, M_b))
+        force = add(force, rotate(R, sum_lanes(F_b)))
+        moment = add(moment, rotate(R, sum_lanes(M_b)))
     put1(rotor, R_FORCE, force)
     put1(rotor, R_MOMENT, moment)
     rotor[THRUST] = dot(force, shaft)
     rotor[TORQUE] = dot(moment, shaft)
+
+
+@kernel
+def either(condition: bool, yes: Inflow, no: Inflow) -> Inflow:
+    """One of two states."""
+    return Inflow(where(condition, yes.reduced, no.reduced), where(condition, yes.velocity, no.velocity))
 
 
 @kernel
@@ -337,25 +349,23 @@ def induced_velocity(
     x, y = inflow_state(inflow, b, n)
     x = inflow_advance(x, k, tau_1, tau_2, old_x, new_x, dt)
     y = inflow_advance(y, k, tau_1, tau_2, old_y, new_y, dt)
-    if options[INFLOW_MODEL] == QUASI_STEADY or blocked:
-        x, y = inflow_steady(k, new_x), inflow_steady(k, new_y)
+    at_once = blocked | (options[INFLOW_MODEL] == QUASI_STEADY)
+    x, y = either(at_once, inflow_steady(k, new_x), x), either(at_once, inflow_steady(k, new_y), y)
     put_inflow(inflow, x, y, b, n)
     memory[OLD_X, b, n] = new_x
     memory[OLD_Y, b, n] = new_y
     memory[OLD_TIME, b, n] = rotor[TIME]
     # skewed wake: more induction on the downwind side (Glauert; Pitt & Peters)
-    a = x.velocity / vx if abs(vx) > STILL else 0.0
-    redistribution = 1.0
-    if options[SKEW_MODEL] == 1 and not blocked:
-        chi = (0.6 * a + 1.0) * rotor[SKEW]
-        lean = tan(0.5 * chi) if abs(chi) < 0.5 * pi else 1.0
+    wx = rotor[FADE] * x.velocity
+    if options[SKEW_MODEL] == 1:
+        chi = (0.6 * quotient(x.velocity, vx) + 1.0) * rotor[SKEW]
+        lean = where(abs(chi) < 0.5 * pi, tan(0.5 * chi), 1.0)
         r_R = flow[RADIUS, b, n] / rotor[TIP_RADIUS]
-        redistribution = 1.0 + aero[SKEW_FACTOR] * lean * r_R * sin_skew
-    wx = rotor[FADE] * redistribution * x.velocity
+        wx *= where(blocked, 1.0, 1.0 + aero[SKEW_FACTOR] * lean * r_R * sin_skew)
     wy = rotor[FADE] * y.velocity
     un, ut = vx - wx, vy + wy
-    flow[AXIAL, b, n] = wx / vx if abs(vx) > STILL else 0.0
-    flow[TANGENTIAL, b, n] = wy / vy if abs(vy) > STILL else 0.0
+    flow[AXIAL, b, n] = quotient(wx, vx)
+    flow[TANGENTIAL, b, n] = quotient(wy, vy)
     flow[PHI, b, n] = atan2(un, ut)
     flow[SPEED, b, n] = sqrt(un * un + ut * ut)
     flow[ALPHA, b, n] = wrap(flow[PHI, b, n] - flow[THETA, b, n])
@@ -366,7 +376,7 @@ def turned_flow(options: Int, nodes: Float, flow: Float, b: int, n: int) -> tupl
     """Angle of attack [rad] at 3/4 chord, U / (c/2) [1/s], and the section's rotation (A-31, A-32)."""
     variant, speed, chord = options[STALL_ROTATION], flow[SPEED, b, n], nodes[CHORD, b, n]
     rate = 2.0 * max(speed, STILL) / chord
-    turn = flow[TURN, b, n] if variant != NO_ROTATION else 0.0
+    turn = where(variant != NO_ROTATION, flow[TURN, b, n], 0.0)
     alpha = angle_at_three_quarters(flow[ALPHA, b, n], speed, turn, chord)
     return alpha, rate, section_rotation(variant, turn, flow[PITCHING, b, n], rate)
 
@@ -386,7 +396,7 @@ def section_coefficients(
     n: int,
 ) -> None:
     """Static or dynamic coefficients at one node."""
-    g = int(nodes[POLAR_INDEX, b, n])
+    g = whole(nodes[POLAR_INDEX, b, n])
     alpha, speed = flow[ALPHA, b, n], flow[SPEED, b, n]
     c = static_coefficients(polars, g, alpha)
     lift, drag, moment = c.lift, c.drag, c.moment
@@ -435,7 +445,7 @@ def settle(
             x = inflow_steady(k, flow[STEADY_AXIAL, b, n] * flow[VX, b, n])
             y = inflow_steady(k, flow[STEADY_TANGENTIAL, b, n] * flow[VY, b, n])
             put_inflow(inflow, x, y, b, n)
-            g = int(nodes[POLAR_INDEX, b, n])
+            g = whole(nodes[POLAR_INDEX, b, n])
             alpha, _, rotation = turned_flow(options, nodes, flow, b, n)
             put_stall(stall, stall_steady(aero, polars, section, g, alpha, rotation.pitching), b, n)
 
@@ -456,22 +466,31 @@ def derivatives(
 ) -> None:
     """Time derivatives of the states of inflow and stall, after an evaluation with dt = 0."""
     k, tau_1 = aero[INFLOW_LEAD], rotor[TIME]
-    d_inflow[:] = 0.0
-    d_stall[:] = 0.0
     for b in range(flow.shape[1]):
         for n in range(flow.shape[2]):
-            if options[INFLOW_MODEL] != QUASI_STEADY and nodes[END, b, n] == 0.0:
-                tau_2 = second_time(tau_1, flow[RADIUS, b, n] / rotor[TIP_RADIUS])
-                V_x, V_y = flow[STEADY_AXIAL, b, n] * flow[VX, b, n], flow[STEADY_TANGENTIAL, b, n] * flow[VY, b, n]
-                x, y = inflow_state(inflow, b, n)
-                x_rate = inflow_derivative(x, k, tau_1, tau_2, V_x)
-                y_rate = inflow_derivative(y, k, tau_1, tau_2, V_y)
-                put_inflow(d_inflow, x_rate, y_rate, b, n)
-            if options[STALL_MODEL] != STATIC:
-                g = int(nodes[POLAR_INDEX, b, n])
-                alpha, rate, rotation = turned_flow(options, nodes, flow, b, n)
-                s = stall_state(stall, b, n)
-                # where the model is off its state is not integrated but set
-                if model_weight(section, g, flow[ALPHA, b, n], flow[SPEED, b, n]) > 0.0:
-                    rates = stall_derivative(aero, polars, section, g, s, alpha, rate, rotation.pitching)
-                    put_stall(d_stall, rates, b, n)
+            tau_2 = second_time(tau_1, flow[RADIUS, b, n] / rotor[TIP_RADIUS])
+            V_x, V_y = flow[STEADY_AXIAL, b, n] * flow[VX, b, n], flow[STEADY_TANGENTIAL, b, n] * flow[VY, b, n]
+            x, y = inflow_state(inflow, b, n)
+            x_rate = inflow_derivative(x, k, tau_1, tau_2, V_x)
+            y_rate = inflow_derivative(y, k, tau_1, tau_2, V_y)
+            still = Inflow(zero(flow), zero(flow))
+            at_once = (nodes[END, b, n] > 0.0) | (options[INFLOW_MODEL] == QUASI_STEADY)
+            put_inflow(d_inflow, either(at_once, still, x_rate), either(at_once, still, y_rate), b, n)
+            g = whole(nodes[POLAR_INDEX, b, n])
+            alpha, rate, rotation = turned_flow(options, nodes, flow, b, n)
+            s = stall_state(stall, b, n)
+            s_rate = stall_derivative(aero, polars, section, g, s, alpha, rate, rotation.pitching)
+            # where the model is off its state is not integrated but set
+            weight = model_weight(section, g, flow[ALPHA, b, n], flow[SPEED, b, n])
+            on = (weight > 0.0) & (options[STALL_MODEL] != STATIC)
+            put_stall(
+                d_stall,
+                Stall(
+                    where(on, s_rate.wake_1, 0.0),
+                    where(on, s_rate.wake_2, 0.0),
+                    where(on, s_rate.pressure, 0.0),
+                    where(on, s_rate.attachment, 0.0),
+                ),
+                b,
+                n,
+            )

@@ -31,6 +31,7 @@ from meltemi.aero.lag import lag, lagged
 from meltemi.aero.polars import ATTACHED, ATTACHMENT, DRAG, LIFT, MOMENT, SEPARATED, coefficient, locate
 from meltemi.aero.tables import AERO, SECTION
 from meltemi.core.kernel import kernel
+from meltemi.maths.generic import where
 
 Float = NDArray[float64]
 
@@ -126,13 +127,13 @@ def reduced_rate(rotation: float, rate: float) -> float:
 
 @kernel
 def section_rotation(variant: int, rotation: float, pitching: float, rate: float) -> Rotation:
-    """What the rotation of a section [rad/s], and the pitching in it, do (A-32)."""
+    """What the rotation of a section [rad/s], and the pitching in it, do (A-32); ``rotation`` is 0 if ignored."""
     turning = reduced_rate(rotation, rate)
-    if variant == OPENFAST:
-        return Rotation(turning, turning, turning)
-    if variant == CAMBER:
-        return Rotation(turning, reduced_rate(pitching, rate), 0.0)
-    return Rotation(0.0, 0.0, 0.0)
+    return Rotation(
+        turning,
+        where(variant == CAMBER, reduced_rate(pitching, rate), turning),
+        where(variant == OPENFAST, turning, 0.0),
+    )
 
 
 @kernel
@@ -195,12 +196,12 @@ def stall_advance(
     x4 = lagged(lag(h / aero[T_SEPARATION]), y.attachment, old.attachment, new_attachment)
     x4 = min(max(x4, 0.0), 1.0)
     steady = stall_steady(aero, polars, section, g, alpha, pitching)
-    on = weight > 0.0 or dt == 0.0
+    on = (weight > 0.0) | (dt == 0.0)
     state = Stall(
-        x1 if on else steady.wake_1,
-        x2 if on else steady.wake_2,
-        x3 if on else steady.pressure,
-        x4 if on else steady.attachment,
+        where(on, x1, steady.wake_1),
+        where(on, x2, steady.wake_2),
+        where(on, x3, steady.pressure),
+        where(on, x4, steady.attachment),
     )
     return state, StallInput(alpha, rate, new_pressure, new_attachment)
 

@@ -21,6 +21,7 @@ from meltemi.aero.tables import TOWER_FLOW
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import put2, vec2
 from meltemi.maths.vectors import Vec
+from meltemi.maths.generic import where, whole, zero
 from meltemi.wind.velocity import wind_velocity
 
 Float = NDArray[float64]
@@ -42,7 +43,7 @@ def tower_wind(
       tower_shape: (6 modes, nodes) shapes of the tower modes.
     """
     for n in range(tower.shape[1]):
-        x, y, vx, vy = 0.0, 0.0, 0.0, 0.0
+        x, y, vx, vy = zero(tower), zero(tower), zero(tower), zero(tower)
         for k in range(tower_shape.shape[0] // 6):
             x += tower_shape[6 * k, n] * q[k]
             y += tower_shape[6 * k + 1, n] * q[k]
@@ -60,7 +61,7 @@ def tower_influence(tower: Float, p: Vec) -> Vec:
     last = tower.shape[1] - 1
     step = tower[HEIGHT, 1] - tower[HEIGHT, 0]
     z = min(max((p.z - tower[HEIGHT, 0]) / step, 0.0), last - 1e-9)
-    n = min(max(int(z), 0), last - 1)
+    n = min(max(whole(z), 0), last - 1)
     w = z - n
     radius = 0.5 * (tower[DIAMETER, n] + w * (tower[DIAMETER, n + 1] - tower[DIAMETER, n]))
     U = vec2(tower, TOWER_WIND, n)
@@ -78,10 +79,10 @@ def tower_influence(tower: Float, p: Vec) -> Vec:
     r2 = max(x * x + y * y, 1.0)
     r2 = r2 / max(shrink * shrink, 1e-12)
     x, y = x / max(shrink, 1e-6), y / max(shrink, 1e-6)
-    near = 1.0 if r2 < 4.0 * CLEAR * CLEAR else 0.0
-    du = near * W * (y * y - x * x) / (r2 * r2)
-    dv = near * W * (-2.0 * x * y) / (r2 * r2)
-    return Vec(du * ex - dv * ey, du * ey + dv * ex, 0.0)
+    near = where(r2 < 4.0 * CLEAR * CLEAR, W, 0.0)
+    du = near * (y * y - x * x) / (r2 * r2)
+    dv = near * (-2.0 * x * y) / (r2 * r2)
+    return Vec(du * ex - dv * ey, du * ey + dv * ex, 0.0 * du)
 
 
 @kernel

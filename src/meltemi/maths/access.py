@@ -7,8 +7,15 @@ from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.vectors import Rot, Sym, Vec
+from meltemi.maths.generic import total, zero
 
 Float = NDArray[float64]
+
+
+@kernel
+def no_vec(A: Float) -> Vec:
+    """Zero vector of the kind of number that ``A`` holds: where a sum begins."""
+    return Vec(zero(A), zero(A), zero(A))
 
 
 @kernel
@@ -97,26 +104,26 @@ def put_rot2(A: Float, i: int, b: int, R: Rot) -> None:
 
 @kernel
 def add2(A: Float, i: int, b: int, v: Vec) -> None:
-    """Add a vector to rows i, i+1, i+2 of column b."""
-    A[i, b] += v.x
-    A[i + 1, b] += v.y
-    A[i + 2, b] += v.z
+    """Add the total of a vector to rows i, i+1, i+2 of column b."""
+    A[i, b] += total(v.x)
+    A[i + 1, b] += total(v.y)
+    A[i + 2, b] += total(v.z)
 
 
 @kernel
 def add3(A: Float, i: int, b: int, n: int, v: Vec) -> None:
-    """Add a vector to rows i, i+1, i+2 at (b, n)."""
-    A[i, b, n] += v.x
-    A[i + 1, b, n] += v.y
-    A[i + 2, b, n] += v.z
+    """Add the total of a vector to rows i, i+1, i+2 at (b, n)."""
+    A[i, b, n] += total(v.x)
+    A[i + 1, b, n] += total(v.y)
+    A[i + 2, b, n] += total(v.z)
 
 
 @kernel
 def add_sym2(A: Float, i: int, b: int, J: Sym) -> None:
-    """Add a symmetric matrix to rows i to i+5 of column b."""
-    A[i, b] += J.xx
-    A[i + 1, b] += J.yy
-    A[i + 2, b] += J.zz
-    A[i + 3, b] += J.xy
-    A[i + 4, b] += J.xz
-    A[i + 5, b] += J.yz
+    """Add the total of a symmetric matrix to rows i to i+5 of column b."""
+    A[i, b] += total(J.xx)
+    A[i + 1, b] += total(J.yy)
+    A[i + 2, b] += total(J.zz)
+    A[i + 3, b] += total(J.xy)
+    A[i + 4, b] += total(J.xz)
+    A[i + 5, b] += total(J.yz)

@@ -10,6 +10,7 @@ from math import cos, sin, sqrt
 from typing import NamedTuple
 
 from meltemi.core.kernel import kernel
+from meltemi.maths.generic import total
 
 
 class Vec(NamedTuple):
@@ -79,6 +80,12 @@ def dot(a: Vec, b: Vec) -> float:
 def cross(a: Vec, b: Vec) -> Vec:
     """a x b."""
     return Vec(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+@kernel
+def sum_lanes(a: Vec) -> Vec:
+    """Sum of the vectors that stand in the lanes of one."""
+    return Vec(total(a.x), total(a.y), total(a.z))
 
 
 @kernel

@@ -10,16 +10,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.rotor import settle
-from meltemi.aero.tables import FLOW, INFLOW, MEMORY, ROTOR, STALL
+from meltemi.aero.tables import AERO_NODE, FLOW, INFLOW, MEMORY, ROTOR, STALL
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.signals import DEMANDS, MEASUREMENTS, MOST_PITCH, MOST_TORQUE, N_BLADES
 from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel
 from meltemi.core.tables import Table, View
+from meltemi.numbers.lanes import WIDTH
+from meltemi.numbers.views import FLOATS, LANES, viewer
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.model import Model
 from meltemi.simulation.step import (
@@ -28,6 +32,7 @@ from meltemi.simulation.step import (
     EVERY_OUTPUT,
     LOAD_PARTS,
     N_CLOCK,
+    NODES,
     PARTS,
     SUMMARY,
     WANT_LOADS,
@@ -36,7 +41,7 @@ from meltemi.simulation.step import (
     whole_machine,
 )
 from meltemi.structure.section_loads import APEX_MOMENT
-from meltemi.structure.tables import BODY, MACHINE_LOAD, ROOT_LOAD, STATION_LOAD, TOWER_STATION_LOAD
+from meltemi.structure.tables import BLADE_NODE, BODY, MACHINE_LOAD, ROOT_LOAD, STATION_LOAD, TOWER_STATION_LOAD
 from meltemi.turbine.exchange import DRIVE, FRAME, LOAD, MACHINE, MOTION
 from meltemi.wind.fields import Wind, wind_arrays
 
@@ -45,19 +50,28 @@ LEAST_BRAKE_SPEED = 0.05
 """[rad/s] of the generator, within which the brake's dry friction is smoothed at least."""
 
 
+def aligned(shape: tuple[int, ...]) -> Float:
+    """Zeros that begin at a multiple of 64 bytes, as the processor's widest registers like it."""
+    size = int(np.prod(shape))
+    spare = np.zeros(size + WIDTH)
+    begin = (-spare.ctypes.data // spare.itemsize) % WIDTH
+    return spare[begin : begin + size].reshape(shape)
+
+
 class Arena:
-    """Views cut one after another from one contiguous vector."""
+    """Views cut one after another from one contiguous vector, each beginning at a multiple of 64 bytes."""
 
     def __init__(self, shapes: dict[str, tuple[int, ...]]) -> None:
-        sizes = {name: int(np.prod(shape)) for name, shape in shapes.items()}
-        self.vector = np.zeros(sum(sizes.values()))
-        self.views: dict[str, Float] = {}
         self.begin: dict[str, int] = {}
         at = 0
         for name, shape in shapes.items():
             self.begin[name] = at
-            self.views[name] = self.vector[at : at + sizes[name]].reshape(shape)
-            at += sizes[name]
+            at += -(-int(np.prod(shape)) // WIDTH) * WIDTH
+        self.vector = aligned((at,))
+        self.views: dict[str, Float] = {
+            name: self.vector[self.begin[name] : self.begin[name] + int(np.prod(shape))].reshape(shape)
+            for name, shape in shapes.items()
+        }
 
     def place(self, name: str, index: tuple[int, ...]) -> int:
         """Place in the vector of one entry of a view."""
@@ -81,6 +95,33 @@ SIGNAL_TABLES: dict[str, Table] = {
 """Arrays a channel may ask for, by the table that describes them; q, v and a come on top."""
 
 
+SETTLE_PARTS = "aero aero_options aero_nodes polars section flow rotor inflow stall".split()
+WEIGHTS = {
+    "blade_nodes": [row for row, name in enumerate(BLADE_NODE.names) if not name.startswith("position")],
+    "aero_nodes": [AERO_NODE.index(name) for name in ("length", "area", "ring")],
+}
+"""Rows by which a node counts in sums: zero for the nodes that only fill up the last lanes."""
+
+
+def filled(name: str, array: Float, nodes: int) -> Float:
+    """Constants of the nodes, continued to ``nodes`` by copies of the last one that carry no weight."""
+    missing = nodes - array.shape[-1]
+    result = aligned((*array.shape[:-1], nodes))
+    result[...] = np.concatenate([array, np.repeat(array[..., -1:], missing, axis=-1)], axis=-1)
+    for row in WEIGHTS.get(name, ()):
+        result[row, :, nodes - missing :] = 0.0
+    return result
+
+
+_view_settle = viewer({SETTLE_PARTS.index(name) for name in NODES if name in SETTLE_PARTS})
+
+
+@kernel
+def settled(numbers: int | None, parts: tuple[Any, ...]) -> None:
+    """Steady states of inflow and stall, in a kind of number."""
+    settle(*_view_settle(numbers, parts))
+
+
 @dataclass(frozen=True)
 class Stations:
     """Where section loads are wanted [m]: along the blades from the root, along the tower from its base.
@@ -93,10 +134,20 @@ class Stations:
 
 
 class Case:
-    """Arrays of one simulation of a model in a wind."""
+    """Arrays of one simulation of a model in a wind.
 
-    def __init__(self, model: Model, wind: Wind, stations: Stations | None = None) -> None:
+    ``case[name]`` is the array for people, without the nodes that fill up the last lanes; ``parts`` and
+    ``load_parts`` are the same memory as the kernels take it.
+
+    Args:
+      numbers: the kind of number in which kernels treat the nodes of the blades (docs/numbers.md).
+    """
+
+    def __init__(
+        self, model: Model, wind: Wind, stations: Stations | None = None, *, numbers: int | None = LANES
+    ) -> None:
         stations = stations or Stations()
+        self.numbers = FLOATS if numba.config.DISABLE_JIT else numbers
         self.model = model
         turbine = model.turbine
         for name, places, length in (
@@ -109,7 +160,8 @@ class Case:
         B, N = model.n_blades, model.n_nodes
         K, nq, nc = len(model.blade.names), len(model.coordinates), model.n_core
         M, NT = len(model.tower.names), model.tower_flow.shape[1]
-        sizes = {"blade": B, "node": N}
+        fill = N if self.numbers is FLOATS else -(-N // WIDTH) * WIDTH
+        sizes = {"blade": B, "node": fill}
         self.signals = Arena(
             {
                 "q": (nq,),
@@ -117,8 +169,7 @@ class Case:
                 "a": (nq,),
                 **{
                     name: table.shape(
-                        blade=B,
-                        node=N,
+                        **sizes,
                         station=1 + len(stations.tower) if name == "tower_station" else len(stations.blade),
                     )
                     for name, table in SIGNAL_TABLES.items()
@@ -130,15 +181,15 @@ class Case:
         )
         described = wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter)
         tower_flow = model.tower_flow.copy()
-        self.arrays: dict[str, Any] = {
+        arrays: dict[str, Any] = {
             **self.signals.views,
             **self.aero_state.views,
             "locked": model.locked.copy(),
             "structure": model.structure,
-            "blade_nodes": model.blade_nodes,
+            "blade_nodes": filled("blade_nodes", model.blade_nodes, fill),
             "blade_edges": model.blade_edges,
-            "shape": model.shape,
-            "second": model.second,
+            "shape": filled("shape", model.shape, fill),
+            "second": filled("second", model.second, fill),
             "modal": model.modal,
             "tip_shape": model.tip_shape,
             "tip_second": model.tip_second,
@@ -151,7 +202,7 @@ class Case:
             "actuators": model.actuators,
             "aero": model.aero,
             "aero_options": model.aero_options.copy(),
-            "aero_nodes": model.aero_nodes,
+            "aero_nodes": filled("aero_nodes", model.aero_nodes, fill),
             "polars": model.polars,
             "section": model.section,
             "wind": described.wind,
@@ -160,8 +211,8 @@ class Case:
             "box": described.box,
             "columns": np.zeros((6, nc)),
             "frame": FRAME.zeros(**sizes),
-            "partial": np.zeros((3 * K, B, N)),
-            "load": LOAD.zeros(**sizes),
+            "partial": aligned((3 * K, B, fill)),
+            "load": aligned(LOAD.shape(**sizes)),
             "body": BODY.zeros(blade=B),
             "link": np.zeros((6, B, K)),
             "arm_mass": np.zeros((B, K, K)),
@@ -189,16 +240,14 @@ class Case:
         self.clock = np.zeros(N_CLOCK, dtype=np.int64)
         self.clock[[EVERY_OUTPUT, EVERY_CONTROL]] = 1
         self.clock[CORRECTIONS] = model.options.corrections
+        self.arrays = {name: array[..., :N] if name in NODES else array for name, array in arrays.items()}
         self.arrays["drive"][DRIVE.index("brake_speed")] = LEAST_BRAKE_SPEED
         self.arrays["drive"][DRIVE.index("yaw_held")] = float(model.options.yaw != "free")
-        self.arrays["memory"][MEMORY.index("phi")] = 0.1
-        self.arrays["memory"][MEMORY.index("slope")] = 1.0
-        self.rebind()
-
-    def rebind(self) -> None:
-        """Collect the arguments of the kernels anew after an array was replaced."""
-        self.parts = tuple(self.arrays[name] for name in PARTS)
-        self.load_parts = tuple(self.arrays[name] for name in LOAD_PARTS)
+        arrays["memory"][MEMORY.index("phi")] = 0.1
+        arrays["memory"][MEMORY.index("slope")] = 1.0
+        self.parts = tuple(arrays[name] for name in PARTS)
+        self.load_parts = tuple(arrays[name] for name in LOAD_PARTS)
+        self._settle = tuple(arrays[name] for name in SETTLE_PARTS)
 
     def __getitem__(self, name: str) -> Any:
         return self.arrays[name]
@@ -216,24 +265,13 @@ class Case:
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""
-        evaluate(t, dt, self.parts)
+        evaluate(t, dt, self.numbers, self.parts)
 
     def settle(self, t: float) -> None:
         """Bring inflow and stall into the steady state of the present motion."""
-        a = self.arrays
         for _ in range(6):
             self.evaluate(t)
-            settle(
-                a["aero"],
-                a["aero_options"],
-                a["aero_nodes"],
-                a["polars"],
-                a["section"],
-                a["flow"],
-                a["rotor"],
-                a["inflow"],
-                a["stall"],
-            )
+            settled(self.numbers, self._settle)
         self.evaluate(t)
 
     def loads(self, t: float) -> None:

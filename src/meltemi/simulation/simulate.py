@@ -286,6 +286,7 @@ def advance_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[
         case.signals.vector,
         places,
         output,
+        case.numbers,
         case.parts,
         case.load_parts,
     )

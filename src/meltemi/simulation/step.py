@@ -52,6 +52,7 @@ from meltemi.structure.section_loads import (
     tower_loads,
 )
 from meltemi.structure.tables import STRUCTURE
+from meltemi.numbers.views import viewer
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import series_now, wind_velocity
 
@@ -93,6 +94,8 @@ PARTS = (
     "coupling flow rotor tower_flow tower_push"
 ).split()
 """Arrays of :func:`equations`, in the order of its arguments after t and dt."""
+NODES = "blade_nodes shape second aero_nodes partial motion load flow inflow stall memory".split()
+"""Those whose last axis are the nodes of a blade."""
 LOAD_PARTS = (
     "q v a structure blade_nodes blade_edges shape tip_shape tip_second top_shape tower_nodes tower_shape "
     "columns machine frame partial motion load body link tower_drag apex root chain blade_stations "
@@ -237,14 +240,24 @@ def equations(
     )
 
 
+view_parts = viewer({PARTS.index(name) for name in NODES if name in PARTS})
+
+
 @kernel
-def evaluate(t: float, dt: float, parts: tuple[Any, ...]) -> None:
+def assembled(t: float, dt: float, numbers: int | None, parts: tuple[Any, ...]) -> None:
+    """:func:`equations` in a kind of number."""
+    equations(t, dt, *view_parts(numbers, parts))
+
+
+@kernel
+def evaluate(t: float, dt: float, numbers: int | None, parts: tuple[Any, ...]) -> None:
     """Everything at time ``t``; the accelerations go to ``a``.
 
     Args:
+      numbers: the kind of number in which the nodes of the blades are treated, see ``numbers.views``.
       parts: arrays of :func:`equations` after t and dt.
     """
-    equations(t, dt, *parts)
+    assembled(t, dt, numbers, parts)
     accelerations(
         parts[LOCKED],
         parts[CORE_MASS],
@@ -419,6 +432,7 @@ def advance(
     signals: Float,
     index: Int,
     output: Float,
+    numbers: int | None,
     parts: tuple[Any, ...],
     load_parts: tuple[Any, ...],
 ) -> None:
@@ -431,7 +445,7 @@ def advance(
       signals: one contiguous vector that holds everything a channel may ask for.
       index: (channels,) places in ``signals``.
       output: (rows, channels).
-      parts: arrays of :func:`equations` after t and dt.
+      numbers, parts: as in :func:`evaluate`.
       load_parts: arguments of :func:`section_loads`.
     """
     q, v, a, structure, columns = parts[Q], parts[V], parts[A], parts[P_STRUCTURE], parts[COLUMNS]
@@ -463,7 +477,7 @@ def advance(
                     spare[:] = aero_state
                 else:
                     aero_state[:] = spare
-            evaluate(t, behind, parts)
+            evaluate(t, behind, numbers, parts)
             if step > 0:
                 for j in range(q.shape[0]):
                     v[j] = v_old[j] + 0.5 * dt * (a_old[j] + a[j])

@@ -35,6 +35,7 @@ from meltemi.maths.vectors import (
     sub,
     turn,
 )
+from meltemi.maths.generic import total, zero
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.tables import BLADE_NODE, BODY, STRUCTURE
 from meltemi.turbine import exchange as ex
@@ -97,7 +98,7 @@ def collect_node(
     inertia_moment = add(apply(J, known), cross(w, apply(J, w)))
     N = add(vec3(load, ex.MOMENT, b, n), sub(cross(s, fall), inertia_moment))
 
-    body[B_MASS, b] += m
+    body[B_MASS, b] += total(m)
     add2(body, B_MOMENT, b, add_scaled(s, m, r))
     add_sym2(body, B_INERTIA, b, inertia_about(J, m, s, r))
     add2(body, B_FORCE, b, G)
@@ -109,9 +110,9 @@ def collect_node(
         H = add(apply(J, psi), cross(s, t))
         add3(link, 0, b, k, P)
         add3(link, 3, b, k, add(H, cross(r, P)))
-        arm_force[b, k] += dot(t, G) + dot(psi, N)
+        arm_force[b, k] += total(dot(t, G) + dot(psi, N))
         for j in range(k + 1):
-            arm_mass[b, k, j] += dot(vec3(partial, 3 * j, b, n), P) + dot(vec3(shape, 6 * j + 3, b, n), H)
+            arm_mass[b, k, j] += total(dot(vec3(partial, 3 * j, b, n), P) + dot(vec3(shape, 6 * j + 3, b, n), H))
 
 
 @kernel
@@ -148,7 +149,7 @@ def collect_blades(
     for b in range(motion.shape[1]):
         first = n_core + n_modes * b
         for k in range(n_modes):
-            f = 0.0
+            f = zero(arm_force)
             for j in range(n_modes):
                 f -= modal[0, b, k, j] * q[first + j] + modal[1, b, k, j] * v[first + j]
             arm_force[b, k] = f

@@ -18,7 +18,7 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.maths.access import put1, put2, put3, put_rot1, put_rot2, rot1, vec1, vec2, vec3
+from meltemi.maths.access import no_vec, put1, put2, put3, put_rot1, put_rot2, rot1, vec1, vec2, vec3
 from meltemi.maths.vectors import (
     Vec,
     about_x,
@@ -104,11 +104,11 @@ def tower_top(
       top_second: (3, tower modes, tower modes) displacements of second order there.
     """
     n = top_shape.shape[1]
-    u, du, bias = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
-    theta, rate = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    nothing = no_vec(machine)
+    u, du, bias, theta, rate = nothing, nothing, nothing, nothing, nothing
     for k in range(n):
         phi = Vec(top_shape[0, k], top_shape[1, k], top_shape[2, k])
-        z, zd = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+        z, zd = nothing, nothing
         for m in range(n):
             Z = Vec(top_second[0, k, m], top_second[1, k, m], top_second[2, k, m])
             z = add_scaled(z, q[m], Z)
@@ -173,7 +173,7 @@ def nacelle_and_hub(q: Float, v: Float, p: Float, columns: Float, machine: Float
     put2(columns, 0, n + YAW, cross(yaw_axis, d))
     put2(columns, 3, n + YAW, yaw_axis)
     for k in range(n + GENERATOR, n + TORSION + 1):
-        put2(columns, 0, k, Vec(0.0, 0.0, 0.0))
+        put2(columns, 0, k, no_vec(columns))
         put2(columns, 3, k, shaft)
 
 
@@ -230,10 +230,10 @@ def node_motion(
       partial: (3 modes, blades, nodes) becomes the partial velocities of the nodes in the modes.
     """
     n_modes = shape.shape[0] // 6
-    u, du, bias = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
-    theta, rate = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    nothing = no_vec(motion)
+    u, du, bias, theta, rate = nothing, nothing, nothing, nothing, nothing
     for k in range(n_modes):
-        z, zd = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+        z, zd = nothing, nothing
         for m in range(n_modes):
             Z = vec3(second, 3 * (n_modes * k + m), b, n)
             z = add_scaled(z, q[first + m], Z)

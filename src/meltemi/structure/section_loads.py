@@ -14,7 +14,7 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.maths.access import put1, put2, put3, rot1, rot2, sym2, sym3, vec1, vec2, vec3
+from meltemi.maths.access import no_vec, put1, put2, put3, rot1, rot2, sym2, sym3, vec1, vec2, vec3
 from meltemi.maths.vectors import (
     Sym,
     Vec,
@@ -82,10 +82,10 @@ T_HEIGHT, T_LENGTH, T_MASS, T_INERTIA = TOWER_NODE.slots("height length mass ine
 @kernel
 def from_core(columns: Float, a: Float, n: int, row: int) -> Vec:
     """Sum of the first ``n`` columns times the second derivatives: linear (row 0) or angular (row 3)."""
-    total = Vec(0.0, 0.0, 0.0)
+    x = no_vec(columns)
     for j in range(n):
-        total = add_scaled(total, a[j], vec2(columns, row, j))
-    return total
+        x = add_scaled(x, a[j], vec2(columns, row, j))
+    return x
 
 
 @kernel
@@ -112,7 +112,7 @@ def blade_loads(
     n_core = columns.shape[1]
     n_modes = link.shape[2]
     a_h, b_r = from_core(columns, a, n_core, 0), from_core(columns, a, n_core, 3)
-    total_force, total_moment = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    total_force, total_moment = no_vec(apex), no_vec(apex)
     R_in = rot1(machine, ex.NACELLE)
     top, hub = vec1(machine, ex.TOP_POSITION), vec1(machine, ex.HUB_POSITION)
     for b in range(frame.shape[1]):
@@ -122,7 +122,7 @@ def blade_loads(
         F = sub(vec2(body, B_FORCE, b), add(scale(m, acceleration), cross(spin_rate, s)))
         M = sub(vec2(body, B_TORQUE, b), add(cross(s, acceleration), apply(J, spin_rate)))
         first = n_core + n_modes * b
-        u, theta = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+        u, theta = no_vec(root), no_vec(root)
         for k in range(n_modes):
             F = add_scaled(F, -a[first + k], Vec(link[0, b, k], link[1, b, k], link[2, b, k]))
             M = add_scaled(M, -a[first + k], Vec(link[3, b, k], link[4, b, k], link[5, b, k]))
@@ -212,7 +212,7 @@ def chain_loads(
     put1(out, YAW_MOMENT, rotate_back(R_it, M_o))
     put1(out, TOP_TOTAL_ACCELERATION, rotate_back(R_it, top))
     put1(out, TOP_DEFLECTION, sub(vec1(machine, ex.TOP_POSITION), Vec(0.0, 0.0, p[TOWER_BASE] + p[TOWER_LENGTH])))
-    theta = Vec(0.0, 0.0, 0.0)
+    theta = no_vec(out)
     for k in range(n_tower):
         theta = add_scaled(theta, q[k], Vec(top_shape[3, k], top_shape[4, k], top_shape[5, k]))
     put1(out, TOP_ROTATION, theta)
@@ -251,7 +251,7 @@ def tower_loads(
     for i in range(out.shape[1]):
         cut = stations[i]
         # deflected place of the cut
-        place = Vec(0.0, 0.0, p[TOWER_BASE] + cut)
+        place = add(no_vec(out), Vec(0.0, 0.0, p[TOWER_BASE] + cut))
         for n in range(nodes.shape[1] - 1):
             low, high = nodes[T_HEIGHT, n], nodes[T_HEIGHT, n + 1]
             if cut >= low and cut <= high:
@@ -271,7 +271,7 @@ def tower_loads(
             share = min(max((high - cut) / length, 0.0), 1.0)
             if share <= 0.0:
                 continue
-            u, acceleration, turning = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+            u, acceleration, turning = no_vec(out), no_vec(out), no_vec(out)
             for k in range(n_modes):
                 phi = vec2(shape, 6 * k, n)
                 u = add_scaled(u, q[k], phi)
@@ -312,7 +312,7 @@ def station_loads(
     """
     n_core = columns.shape[1]
     n_modes = shape.shape[0] // 6
-    n_nodes = motion.shape[2]
+    n_nodes = edges.shape[0] - 1
     a_h, b_r = from_core(columns, a, n_core, 0), from_core(columns, a, n_core, 3)
     for b in range(frame.shape[1]):
         R = rot2(frame, ex.ROOT_ORIENTATION, b)
@@ -345,20 +345,20 @@ def station_loads(
                 # the outer part of a cut piece has its middle further out
                 shift = 0.5 * (1.0 - share) * (edges[n + 1] - edges[n])
                 root = p[HUB_RADIUS]
-                arm = sub(add(r, Vec(0.0, 0.0, shift)), station_place(nodes, motion, root, root + stations[i], b))
+                arm = sub(add(r, Vec(0.0, 0.0, shift)), station_place(nodes, motion, root, root + stations[i], b, n_nodes))
                 put3(out, S_FORCE, b, i, add_scaled(vec3(out, S_FORCE, b, i), share, F))
                 put3(out, S_MOMENT, b, i, add_scaled(vec3(out, S_MOMENT, b, i), share, add(M, cross(arm, F))))
 
 
 @kernel
-def station_place(nodes: Float, motion: Float, root: float, z: float, b: int) -> Vec:
+def station_place(nodes: Float, motion: Float, root: float, z: float, b: int, n_nodes: int) -> Vec:
     """Deflected place of a station at ``z`` [m] from the apex, linear between root, nodes and beyond the last."""
     first = nodes[NODE_POSITION + 2, b, 0]
     if z < first:
         w = (z - root) / (first - root)
         return add_scaled(Vec(0.0, 0.0, (1.0 - w) * root), w, vec3(motion, ex.POSITION, b, 0))
     n = 0
-    for i in range(1, motion.shape[2] - 1):
+    for i in range(1, n_nodes - 1):
         if z >= nodes[NODE_POSITION + 2, b, i]:
             n = i
     z0, z1 = nodes[NODE_POSITION + 2, b, n], nodes[NODE_POSITION + 2, b, n + 1]

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import table
 from meltemi.maths.vectors import Vec
+from meltemi.maths.generic import where, whole
 
 Float = NDArray[float64]
 
@@ -120,16 +121,16 @@ def box_velocity(p: Vec, t: float, wind: Float, box: NDArray[float32]) -> Vec:
     ti = (t + (wind[BOX_X] - x) / wind[BOX_SPEED]) / wind[BOX_DT]
     if wind[PERIODIC] > 0.0:
         ti -= nt * floor(ti / nt)
-        i = min(max(int(ti), 0), nt - 1)
-        i1 = i + 1 if i + 1 < nt else 0
+        i = min(max(whole(ti), 0), nt - 1)
+        i1 = where(i + 1 < nt, i + 1, 0)
     else:
         ti = min(max(ti, 0.0), nt - 1.000001)
-        i = min(max(int(ti), 0), nt - 2)
+        i = min(max(whole(ti), 0), nt - 2)
         i1 = i + 1
     yi = min(max((y - wind[BOX_Y]) / wind[BOX_DY], 0.0), ny - 1.000001)
     zi = min(max((p.z - wind[BOX_Z]) / wind[BOX_DZ], 0.0), nz - 1.000001)
     # what is no number must not lead out of the box
-    j, k = min(max(int(yi), 0), ny - 2), min(max(int(zi), 0), nz - 2)
+    j, k = min(max(whole(yi), 0), ny - 2), min(max(whole(zi), 0), nz - 2)
     a, b, d = ti - i, yi - j, zi - k
     w00, w01, w10, w11 = (1.0 - d) * (1.0 - b), (1.0 - d) * b, d * (1.0 - b), d * b
     ground = min(max(p.z / wind[BOX_Z], 0.0), 1.0)
