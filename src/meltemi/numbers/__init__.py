@@ -1,0 +1,1 @@
+"""The number types that kernels can be compiled for."""
