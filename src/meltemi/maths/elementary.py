@@ -248,7 +248,8 @@ def atan2(y: float, x: float) -> float:
     z4 = z2 * z2
     p = _four(z, z2, ATAN_0, ATAN_1, ATAN_2, ATAN_3)
     p = p + z4 * (_four(z, z2, ATAN_4, ATAN_5, ATAN_6, ATAN_7) + z4 * ((ATAN_8 + ATAN_9 * z) + ATAN_10 * z2))
-    angle = where(wide, QUARTER_PI, 0.0) + (t + (t * z) * p)
+    angle = t + (t * z) * p
+    angle = where(wide, QUARTER_PI + angle, angle)
     angle = where(steep, HALF_PI - angle, angle)
     angle = where(x < 0.0, PI - angle, angle)
     return where(y < 0.0, -angle, angle)
