@@ -21,7 +21,7 @@ their rounding counts little. Their coefficients interpolate that part at the ze
 polynomial, computed with 60 digits and rounded; the names end in the power of the polynomial's variable.
 They are summed in groups of four (Estrin), which shortens the chain of dependent operations.
 
-Errors are in units in the last place (ulp) of the result, found by comparison with 50 digits. Arguments
+Errors are in units in the last place (ulp) of the result, found by comparison with 70 digits. Arguments
 must be finite.
 """
 
@@ -221,7 +221,7 @@ def cos(x: float) -> float:
 
 @kernel
 def tan(x: float) -> float:
-    """Tangent to 3 ulp, for |x| up to 1e6."""
+    """Tangent to 3.5 ulp, for |x| up to 1e6."""
     n = floor(x * TWO_OVER_PI + 0.5)
     r = _less_quarters(x, n)
     z = r * r
