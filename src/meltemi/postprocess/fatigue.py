@@ -20,6 +20,34 @@ from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+def cycle_ends(series: ArrayLike) -> tuple[Index, Index, Float]:
+    """Turning points between which the cycles of a series lie.
+
+    Args:
+      series: (T,) values.
+
+    Returns:
+      for each cycle the places in the series of its first and its second turning point, and its count
+      (1 or 0.5), each (n,). A plateau counts as its first value.
+
+    Raises:
+      InputError: the series holds values that are not numbers.
+    """
+    import rainflow
+
+    x = np.asarray(series, dtype=float)
+    if not np.all(np.isfinite(x)):
+        raise InputError("rainflow counting: the series holds values that are not numbers")
+    place = np.flatnonzero(np.append(True, np.diff(x) != 0.0)) if len(x) else np.zeros(0, dtype=np.intp)
+    x = x[place]
+    if len(x) > 1 and abs(np.sign(np.diff(x)).sum()) == len(x) - 1:  # half a cycle, of which the library finds none
+        return place[:1], place[-1:], np.array([0.5])
+    cycles = np.array([(a, b, c) for _, _, c, a, b in rainflow.extract_cycles(x)]).reshape(-1, 3)
+    first, second = cycles[:, :2].astype(np.intp).T
+    return place[first], place[second], cycles[:, 2]
 
 
 def rainflow_cycles(series: ArrayLike) -> tuple[Float, Float, Float]:
@@ -34,16 +62,20 @@ def rainflow_cycles(series: ArrayLike) -> tuple[Float, Float, Float]:
     Raises:
       InputError: the series holds values that are not numbers.
     """
-    import rainflow
-
     x = np.asarray(series, dtype=float)
-    if not np.all(np.isfinite(x)):
-        raise InputError("rainflow counting: the series holds values that are not numbers")
-    x = x[np.append(True, np.diff(x) != 0.0)] if len(x) else x
-    if len(x) > 1 and abs(np.sign(np.diff(x)).sum()) == len(x) - 1:  # half a cycle, of which the library finds none
-        return np.array([np.ptp(x)]), np.array([0.5 * (x[0] + x[-1])]), np.array([0.5])
-    cycles = np.array([(r, m, c) for r, m, c, _, _ in rainflow.extract_cycles(x)]).reshape(-1, 3)
-    return cycles[:, 0], cycles[:, 1], cycles[:, 2]
+    first, second, counts = cycle_ends(x)
+    return np.abs(x[first] - x[second]), 0.5 * (x[first] + x[second]), counts
+
+
+def equivalent_range(ranges: Float, counts: Float, *, duration: float, slope: float, f_eq: float) -> float:
+    """Range of the load that does the damage of these cycles (F-8); see ``damage_equivalent_load``."""
+    for name, value in (("duration", duration), ("slope", slope), ("f_eq", f_eq)):
+        if not value > 0.0:
+            raise InputError(f"damage_equivalent_load: {name} must be positive, found {value!r}")
+    largest = float(ranges.max(initial=0.0))
+    if largest == 0.0:
+        return 0.0
+    return float(largest * (np.sum(counts * (ranges / largest) ** slope) / (f_eq * duration)) ** (1.0 / slope))
 
 
 def damage_equivalent_load(
@@ -61,21 +93,13 @@ def damage_equivalent_load(
     Raises:
       InputError: ``duration``, ``slope``, ``f_eq`` or ``bins`` is not positive.
     """
-    for name, value in (("duration", duration), ("slope", slope), ("f_eq", f_eq)):
-        if not value > 0.0:
-            raise InputError(f"damage_equivalent_load: {name} must be positive, found {value!r}")
     if bins is not None and bins < 1:
         raise InputError(f"damage_equivalent_load: bins must be at least 1, found {bins!r}")
     ranges, _, counts = rainflow_cycles(series)
-    if len(ranges) == 0:
-        return 0.0
-    if bins is not None:
+    if bins is not None and len(ranges):
         width = ranges.max() / bins
         ranges = np.ceil(ranges / width - 1e-12) * width
-    largest = float(ranges.max())
-    if largest == 0.0:
-        return 0.0
-    return float(largest * (np.sum(counts * (ranges / largest) ** slope) / (f_eq * duration)) ** (1.0 / slope))
+    return equivalent_range(ranges, counts, duration=duration, slope=slope, f_eq=f_eq)
 
 
 def usual_slope(channel: Channel) -> float | None:

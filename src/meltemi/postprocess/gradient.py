@@ -1,0 +1,86 @@
+"""Derivatives of statistics of a series with respect to parameters, from the derivatives of the series.
+
+Every statistic is a function of the values of the series alone, smooth but for the choice of instants: that
+of the largest value, and those of the turning points. A small change of a parameter leaves these as they
+are, so they are held. Equations F-12 to F-15 of ``docs/theory/fatigue.md``; cycles by ASTM E1049-85 (2017).
+
+Each function takes the series (T,) and its derivatives (T, P), and returns the value and its derivatives (P,).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.postprocess.fatigue import cycle_ends, equivalent_range
+
+Float = NDArray[np.float64]
+
+
+def _checked(series: ArrayLike, derivatives: ArrayLike) -> tuple[Float, Float]:
+    x, dx = np.asarray(series, dtype=float), np.asarray(derivatives, dtype=float)
+    if x.ndim != 1 or dx.ndim != 2 or len(dx) != len(x) or len(x) == 0:
+        raise InputError(f"derivatives of a series (T,) must be (T, P), T > 0; found {x.shape} and {dx.shape}")
+    return x, dx
+
+
+def mean_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Float]:
+    """Mean of the values (F-12)."""
+    x, dx = _checked(series, derivatives)
+    return float(x.mean()), dx.mean(axis=0)
+
+
+def std_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Float]:
+    """Standard deviation, sum over T (F-12); derivatives 0 if the series is constant."""
+    x, dx = _checked(series, derivatives)
+    if np.ptp(x) == 0.0:
+        return 0.0, np.zeros(dx.shape[1])
+    std = float(x.std())
+    gradient: Float = ((x - x.mean()) / (len(x) * std)) @ dx
+    return std, gradient
+
+
+def min_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Float]:
+    """Smallest value, at the first instant it is reached (F-13)."""
+    x, dx = _checked(series, derivatives)
+    at = int(np.argmin(x))
+    return float(x[at]), dx[at].copy()
+
+
+def max_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Float]:
+    """Largest value, at the first instant it is reached (F-13)."""
+    x, dx = _checked(series, derivatives)
+    at = int(np.argmax(x))
+    return float(x[at]), dx[at].copy()
+
+
+def del_gradient(
+    series: ArrayLike, derivatives: ArrayLike, *, duration: float, slope: float, f_eq: float = 1.0
+) -> tuple[float, Float]:
+    """Damage-equivalent load without bins (F-14, F-15); derivatives 0 if there are no cycles.
+
+    Args:
+      series: (T,) values.
+      derivatives: (T, P) by the parameters.
+      duration: [s] that the series covers, held.
+      slope: m of the S-N curve.
+      f_eq: [Hz] of the equivalent load.
+
+    Returns:
+      the value of ``damage_equivalent_load``, and its derivatives (P,).
+
+    Raises:
+      InputError: shapes do not fit, or ``duration``, ``slope`` or ``f_eq`` is not positive.
+    """
+    x, dx = _checked(series, derivatives)
+    first, second, counts = cycle_ends(x)
+    rise = x[first] - x[second]
+    load = equivalent_range(np.abs(rise), counts, duration=duration, slope=slope, f_eq=f_eq)
+    weights = np.zeros(len(x))  # of the values of the series
+    if load > 0.0:
+        cycle = counts / (f_eq * duration) * (np.abs(rise) / load) ** (slope - 1.0) * np.sign(rise)
+        np.add.at(weights, first, cycle)
+        np.subtract.at(weights, second, cycle)
+    gradient: Float = weights @ dx
+    return load, gradient
