@@ -222,10 +222,10 @@ for _symbol, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">
 _operation(operator.and_, (mask, mask), mask, _both("and_"))
 _operation(operator.or_, (mask, mask), mask, _both("or_"))
 _operation(operator.neg, (lanes,), lanes, lambda b, x: b.fneg(x))
-_operation(abs, (lanes,), lanes, _call("llvm.fabs.v8f64"))
-_operation(math.sqrt, (lanes,), lanes, _call("llvm.sqrt.v8f64"))
+_operation(abs, (lanes,), lanes, _call(f"llvm.fabs.v{WIDTH}f64"))
+_operation(math.sqrt, (lanes,), lanes, _call(f"llvm.sqrt.v{WIDTH}f64"))
 for _function in (floor, math.floor):
-    _operation(_function, (lanes,), lanes, _call("llvm.floor.v8f64"))
+    _operation(_function, (lanes,), lanes, _call(f"llvm.floor.v{WIDTH}f64"))
 # as Python's min and max: the first argument unless the second is beyond it
 _operation(min, (lanes, lanes), lanes, lambda b, x, y: b.select(b.fcmp_ordered("<", y, x), y, x))
 _operation(max, (lanes, lanes), lanes, lambda b, x, y: b.select(b.fcmp_ordered(">", y, x), y, x))
