@@ -62,6 +62,15 @@ def zero(array: Any) -> Any:
 
 
 @_for_floats
+def crossed(x: Any) -> Any:
+    """1 where ``x``, the distance from a switch of the model, changes sign within the difference step of a parameter.
+
+    Only a derivative run can tell (``sensitivity``); elsewhere 0.
+    """
+    return 0.0
+
+
+@_for_floats
 def floor(x: Any) -> Any:
     """Largest whole number that is not above x, as a number of its kind."""
     return float(math.floor(x))

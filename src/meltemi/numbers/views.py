@@ -5,30 +5,44 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from typing import Any
 
-from numba.core import cgutils, types
+from numba.core import cgutils, config, types
 from numba.extending import intrinsic
 
+from meltemi.numbers.duals import DualArrayType, dual_view
 from meltemi.numbers.lanes import WIDTH, LaneArrayType, lane_view
 
 FLOATS, LANES = None, WIDTH
-"""Kinds of numbers."""
+"""Kinds of numbers; the third kind, duals, is the tuple of the arrays of derivatives."""
 
 
-def viewer(nodes: Collection[int]) -> Callable[[Any, Any], Any]:
+def viewer(nodes: Collection[int] = ()) -> Callable[[Any, Any], Any]:
     """A compiled function ``(kind, arrays)`` that gives a tuple of arrays the views of a kind of number.
 
     Args:
       nodes: places in the tuple of the arrays whose last axis is read in lanes.
     """
+    if config.DISABLE_JIT:
+        return lambda kind, arrays: arrays
 
     @intrinsic  # type: ignore[untyped-decorator]
     def view(typing_context: Any, kind: Any, arrays: Any) -> Any:
-        in_lanes = set() if isinstance(kind, types.NoneType) else nodes
-        new = types.Tuple([LaneArrayType(a.ndim) if i in in_lanes else a for i, a in enumerate(arrays)])
+        def seen_as(i: int) -> Any:
+            if isinstance(kind, types.BaseTuple) and isinstance(kind[i], types.Array):
+                return DualArrayType(arrays[i].ndim)
+            if isinstance(kind, types.Integer) and i in nodes:
+                return LaneArrayType(arrays[i].ndim)
+            return arrays[i]
+
+        new = types.Tuple([seen_as(i) for i in range(len(arrays))])
 
         def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            old = cgutils.unpack_tuple(builder, args[1])
-            items = [lane_view(context, builder, arrays[i], x) if i in in_lanes else x for i, x in enumerate(old)]
+            items = cgutils.unpack_tuple(builder, args[1])
+            slopes = cgutils.unpack_tuple(builder, args[0]) if isinstance(kind, types.BaseTuple) else []
+            for i, x in enumerate(items):
+                if isinstance(new[i], LaneArrayType):
+                    items[i] = lane_view(context, builder, arrays[i], x)
+                elif isinstance(new[i], DualArrayType):
+                    items[i] = dual_view(context, builder, arrays[i], x, kind[i], slopes[i])
             result = context.make_tuple(builder, new, items)
             context.nrt.incref(builder, new, result)
             return result

@@ -8,7 +8,7 @@ the kernels see are views of them.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numba
 import numpy as np
@@ -23,6 +23,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import Table, View
 from meltemi.numbers.lanes import WIDTH
+from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.views import FLOATS, LANES, viewer
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.model import Model
@@ -37,10 +38,8 @@ from meltemi.simulation.step import (
     SUMMARY,
     WANT_LOADS,
     evaluate,
-    section_loads,
-    whole_machine,
+    observe,
 )
-from meltemi.structure.section_loads import APEX_MOMENT
 from meltemi.structure.tables import BLADE_NODE, BODY, MACHINE_LOAD, ROOT_LOAD, STATION_LOAD, TOWER_STATION_LOAD
 from meltemi.turbine.exchange import DRIVE, FRAME, LOAD, MACHINE, MOTION
 from meltemi.wind.fields import Wind, wind_arrays
@@ -59,19 +58,26 @@ def aligned(shape: tuple[int, ...]) -> Float:
 
 
 class Arena:
-    """Views cut one after another from one contiguous vector, each beginning at a multiple of 64 bytes."""
+    """Views cut one after another from one contiguous vector, each beginning at a multiple of 64 bytes.
 
-    def __init__(self, shapes: dict[str, tuple[int, ...]]) -> None:
+    With ``duals`` there is a second vector, and views of it, with the derivatives of every entry.
+    """
+
+    def __init__(self, shapes: dict[str, tuple[int, ...]], *, duals: bool = False) -> None:
         self.begin: dict[str, int] = {}
         at = 0
         for name, shape in shapes.items():
             self.begin[name] = at
             at += -(-int(np.prod(shape)) // WIDTH) * WIDTH
         self.vector = aligned((at,))
-        self.views: dict[str, Float] = {
-            name: self.vector[self.begin[name] : self.begin[name] + int(np.prod(shape))].reshape(shape)
-            for name, shape in shapes.items()
-        }
+        self.slopes = aligned((at if duals else 0, N_DERIVATIVES))
+        self.views: dict[str, Float] = {}
+        self.slope_views: dict[str, Float] = {}
+        for name, shape in shapes.items():
+            entries = slice(self.begin[name], self.begin[name] + int(np.prod(shape)))
+            self.views[name] = self.vector[entries].reshape(shape)
+            if duals:
+                self.slope_views[name] = self.slopes[entries].reshape(*shape, N_DERIVATIVES)
 
     def place(self, name: str, index: tuple[int, ...]) -> int:
         """Place in the vector of one entry of a view."""
@@ -95,6 +101,9 @@ SIGNAL_TABLES: dict[str, Table] = {
 """Arrays a channel may ask for, by the table that describes them; q, v and a come on top."""
 
 
+CONSTANT = frozenset("wind series now box aero_options blade_stations tower_stations".split())
+"""Arrays that have no derivatives."""
+Numbers = Literal["lanes", "floats", "duals"]
 SETTLE_PARTS = "aero aero_options aero_nodes polars section flow rotor inflow stall".split()
 WEIGHTS = {
     "blade_nodes": [row for row, name in enumerate(BLADE_NODE.names) if not name.startswith("position")],
@@ -117,7 +126,7 @@ _view_settle = viewer({SETTLE_PARTS.index(name) for name in NODES if name in SET
 
 
 @kernel
-def settled(numbers: int | None, parts: tuple[Any, ...]) -> None:
+def settled(numbers: Any, parts: tuple[Any, ...]) -> None:
     """Steady states of inflow and stall, in a kind of number."""
     settle(*_view_settle(numbers, parts))
 
@@ -140,14 +149,15 @@ class Case:
     ``load_parts`` are the same memory as the kernels take it.
 
     Args:
-      numbers: the kind of number in which kernels treat the nodes of the blades (docs/numbers.md).
+      numbers: the kind of number to compute in: "lanes" treats the nodes of a blade eight at a time, "floats"
+        one by one, "duals" with derivatives, which stand in ``slopes`` by the names of the arrays.
     """
 
     def __init__(
-        self, model: Model, wind: Wind, stations: Stations | None = None, *, numbers: int | None = LANES
+        self, model: Model, wind: Wind, stations: Stations | None = None, *, numbers: Numbers = "lanes"
     ) -> None:
         stations = stations or Stations()
-        self.numbers = FLOATS if numba.config.DISABLE_JIT else numbers
+        lanes, duals = numbers == "lanes" and not numba.config.DISABLE_JIT, numbers == "duals"
         self.model = model
         turbine = model.turbine
         for name, places, length in (
@@ -160,7 +170,7 @@ class Case:
         B, N = model.n_blades, model.n_nodes
         K, nq, nc = len(model.blade.names), len(model.coordinates), model.n_core
         M, NT = len(model.tower.names), model.tower_flow.shape[1]
-        fill = N if self.numbers is FLOATS else -(-N // WIDTH) * WIDTH
+        fill = -(-N // WIDTH) * WIDTH if lanes else N
         sizes = {"blade": B, "node": fill}
         self.signals = Arena(
             {
@@ -174,10 +184,12 @@ class Case:
                     )
                     for name, table in SIGNAL_TABLES.items()
                 },
-            }
+            },
+            duals=duals,
         )
         self.aero_state = Arena(
-            {"inflow": INFLOW.shape(**sizes), "stall": STALL.shape(**sizes), "memory": MEMORY.shape(**sizes)}
+            {"inflow": INFLOW.shape(**sizes), "stall": STALL.shape(**sizes), "memory": MEMORY.shape(**sizes)},
+            duals=duals,
         )
         described = wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter)
         tower_flow = model.tower_flow.copy()
@@ -245,9 +257,21 @@ class Case:
         self.arrays["drive"][DRIVE.index("yaw_held")] = float(model.options.yaw != "free")
         arrays["memory"][MEMORY.index("phi")] = 0.1
         arrays["memory"][MEMORY.index("slope")] = 1.0
+        self.slopes: dict[str, Float] = {**self.signals.slope_views, **self.aero_state.slope_views}
+        if duals:
+            for name, array in arrays.items():
+                if name not in self.slopes and name not in CONSTANT:
+                    self.slopes[name] = np.zeros((*array.shape, N_DERIVATIVES))
+            self.slopes["tower_drag"] = self.slopes["tower_flow"][-3:]
         self.parts = tuple(arrays[name] for name in PARTS)
         self.load_parts = tuple(arrays[name] for name in LOAD_PARTS)
         self._settle = tuple(arrays[name] for name in SETTLE_PARTS)
+        kind = LANES if lanes else FLOATS
+        self.numbers = (FLOATS, kind, FLOATS) if not duals else (
+            FLOATS,
+            *(tuple(self.slopes.get(name) for name in names) for names in (PARTS, LOAD_PARTS)),
+        )
+        self._settle_numbers = tuple(self.slopes.get(name) for name in SETTLE_PARTS) if duals else kind
 
     def __getitem__(self, name: str) -> Any:
         return self.arrays[name]
@@ -265,33 +289,19 @@ class Case:
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""
-        evaluate(t, dt, self.numbers, self.parts)
+        evaluate(t, dt, self.numbers[1], self.parts)
 
     def settle(self, t: float) -> None:
         """Bring inflow and stall into the steady state of the present motion."""
         for _ in range(6):
             self.evaluate(t)
-            settled(self.numbers, self._settle)
+            settled(self._settle_numbers, self._settle)
         self.evaluate(t)
 
     def loads(self, t: float) -> None:
         """Compute section loads and the summary after an evaluation."""
-        section_loads(*self.load_parts)
-        a = self.arrays
-        whole_machine(
-            t,
-            a["v"],
-            self.model.n_core,
-            a["structure"],
-            a["wind"],
-            a["series"],
-            a["now"],
-            a["box"],
-            a["drive"],
-            self.model.turbine.drivetrain.generator_efficiency,
-            a["chain"][APEX_MOMENT],
-            a["summary"],
-        )
+        efficiency = self.model.turbine.drivetrain.generator_efficiency
+        observe(t, efficiency, self.numbers, self.parts, self.load_parts)
 
     def bind(self, controller: Controller, start: StartPoint) -> Entry:
         """Give the case a controller, started at an operating point."""

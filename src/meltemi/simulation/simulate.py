@@ -156,8 +156,8 @@ class Simulation:
         self.output_step = every_output * dt
         self._output = np.full(((self.n_steps - 1) // every_output + 1, len(chosen)), np.nan)
         places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
-        self._arguments = (entry.function, *advance_arguments(case, dt, places, self._output))
-        self._march = compiled_advance(*self._arguments)
+        self._arguments = (entry.function, *march_arguments(case, dt, places, self._output))
+        self._march = compiled_march(*self._arguments)
         self._march(0, *self._arguments)
         self.compile_seconds = compile_seconds() - compiled
         self.prepare_seconds = clock_time.perf_counter() - began - self.compile_seconds
@@ -264,44 +264,43 @@ def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Chann
     return list(found.values())
 
 
-def advance_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[Any, ...]:
-    """Arguments of ``step.advance`` after the number of steps and the controller."""
+def march_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[Any, ...]:
+    """Arguments of ``step.march`` after the number of steps and the controller."""
+    arrays = {
+        **case.arrays,
+        "controller_state": case.controller_state,
+        "measured": case.measured,
+        "v_old": case.v_old,
+        "a_old": case.a_old,
+        "spare": case.spare,
+        "aero_state": case.aero_state.vector,
+        "signals": case.signals.vector,
+        "output": output,
+    }
     return (
         dt,
-        case.clock,
-        case.controller_state,
-        case.measured,
-        case["demands"],
-        case.limits,
         case.model.turbine.drivetrain.generator_efficiency,
-        case["actuators"],
+        case.clock,
+        case.limits,
         case.events,
-        case.v_old,
-        case.a_old,
-        case.spare,
-        case.aero_state.vector,
-        case["summary"],
-        case["root"],
-        case["chain"],
-        case.signals.vector,
         places,
-        output,
         case.numbers,
+        tuple(arrays[name] for name in step.RUN_PARTS),
         case.parts,
         case.load_parts,
     )
 
 
 @cache
-def _advance_for(signature: Any) -> Any:
-    return kernel_for(signature)(step.advance)
+def _march_for(signature: Any) -> Any:
+    return kernel_for(signature)(step.march)
 
 
-def compiled_advance(*arguments: Any) -> Any:
+def compiled_march(*arguments: Any) -> Any:
     """The time loop compiled for its arguments but the first; the controller has the type of all controllers."""
     if numba.config.DISABLE_JIT:
-        return step.advance
-    return _advance_for(types.void(types.int64, ENTRY, *(numba.typeof(argument) for argument in arguments[1:])))
+        return step.march
+    return _march_for(types.void(types.int64, ENTRY, *(numba.typeof(argument) for argument in arguments[1:])))
 
 
 def explain(case: Case, status: Status, t: float, dt: float) -> str:

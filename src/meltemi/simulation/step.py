@@ -99,9 +99,14 @@ NODES = "blade_nodes shape second aero_nodes partial motion load flow inflow sta
 LOAD_PARTS = (
     "q v a structure blade_nodes blade_edges shape tip_shape tip_second top_shape tower_nodes tower_shape "
     "columns machine frame partial motion load body link tower_drag apex root chain blade_stations "
-    "station tower_stations tower_station"
+    "station tower_stations tower_station summary"
 ).split()
-"""Arrays of :func:`section_loads`, in the order of its arguments."""
+"""Arrays of :func:`section_loads`, in the order of its arguments; then the summary."""
+RUN_PARTS = (
+    "controller_state measured demands actuators v_old a_old spare aero_state signals output"
+).split()
+"""Arrays of a run under way, see :func:`advance`."""
+ROOT, CHAIN = LOAD_PARTS.index("root"), LOAD_PARTS.index("chain")
 Q, V, A, P_STRUCTURE, COLUMNS = (PARTS.index(name) for name in ("q", "v", "a", "structure", "columns"))
 P_WIND, P_SERIES, NOW, BOX = (PARTS.index(name) for name in ("wind", "series", "now", "box"))
 P_PITCH, P_DRIVE = PARTS.index("pitch"), PARTS.index("drive")
@@ -240,24 +245,15 @@ def equations(
     )
 
 
+view_run = viewer()
 view_parts = viewer({PARTS.index(name) for name in NODES if name in PARTS})
+view_load_parts = viewer()
 
 
 @kernel
-def assembled(t: float, dt: float, numbers: int | None, parts: tuple[Any, ...]) -> None:
-    """:func:`equations` in a kind of number."""
-    equations(t, dt, *view_parts(numbers, parts))
-
-
-@kernel
-def evaluate(t: float, dt: float, numbers: int | None, parts: tuple[Any, ...]) -> None:
-    """Everything at time ``t``; the accelerations go to ``a``.
-
-    Args:
-      numbers: the kind of number in which the nodes of the blades are treated, see ``numbers.views``.
-      parts: arrays of :func:`equations` after t and dt.
-    """
-    assembled(t, dt, numbers, parts)
+def evaluated(t: float, dt: float, parts: tuple[Any, ...]) -> None:
+    """Everything at time ``t``; the accelerations go to ``a``."""
+    equations(t, dt, *parts)
     accelerations(
         parts[LOCKED],
         parts[CORE_MASS],
@@ -267,6 +263,23 @@ def evaluate(t: float, dt: float, numbers: int | None, parts: tuple[Any, ...]) -
         parts[ARM_FORCE],
         parts[A],
     )
+
+
+@kernel
+def assemble_equations(t: float, dt: float, numbers: Any, parts: tuple[Any, ...]) -> None:
+    """:func:`equations`, with arrays as the host has them.
+
+    Args:
+      numbers: the kind of number to compute in, see ``numbers.views``.
+      parts: arrays of :func:`equations` after t and dt.
+    """
+    equations(t, dt, *view_parts(numbers, parts))
+
+
+@kernel
+def evaluate(t: float, dt: float, numbers: Any, parts: tuple[Any, ...]) -> None:
+    """:func:`evaluated`, with arrays as the host has them."""
+    evaluated(t, dt, view_parts(numbers, parts))
 
 
 @kernel
@@ -402,6 +415,34 @@ def section_loads(
 
 
 @kernel
+def observed(t: float, efficiency: float, parts: tuple[Any, ...], load_parts: tuple[Any, ...]) -> None:
+    """Section loads and summary after an evaluation."""
+    section_loads(*load_parts[:-1])
+    whole_machine(
+        t,
+        parts[V],
+        parts[COLUMNS].shape[1],
+        parts[P_STRUCTURE],
+        parts[P_WIND],
+        parts[P_SERIES],
+        parts[NOW],
+        parts[BOX],
+        parts[P_DRIVE],
+        efficiency,
+        load_parts[CHAIN][SHAFT_TORQUE],
+        load_parts[-1],
+    )
+
+
+@kernel
+def observe(
+    t: float, efficiency: float, numbers: tuple[Any, ...], parts: tuple[Any, ...], load_parts: tuple[Any, ...]
+) -> None:
+    """:func:`observed`, with arrays as the host has them; ``numbers`` are the kinds of run, parts and load_parts."""
+    observed(t, efficiency, view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts))
+
+
+@kernel
 def diverged(q: Float, v: Float) -> bool:
     """A coordinate or velocity is absurd or no number; a million radians are more than a day at rated speed."""
     for i in range(q.shape[0]):
@@ -410,47 +451,34 @@ def diverged(q: Float, v: Float) -> bool:
     return False
 
 
+@kernel
 def advance(
     n_steps: int,
     controller: Callable[[Float, Float, Float, float], None],
     dt: float,
-    clock: Int,
-    controller_state: Float,
-    measured: Float,
-    demands: Float,
-    limits: Float,
     efficiency: float,
-    actuators: Float,
+    clock: Int,
+    limits: Float,
     events: Float,
-    v_old: Float,
-    a_old: Float,
-    spare: Float,
-    aero_state: Float,
-    summary: Float,
-    root: Float,
-    chain: Float,
-    signals: Float,
     index: Int,
-    output: Float,
-    numbers: int | None,
+    run: tuple[Any, ...],
     parts: tuple[Any, ...],
     load_parts: tuple[Any, ...],
 ) -> None:
     """March ``n_steps`` instants, or until something ends the run (``clock[STATUS]``).
 
     Args:
-      v_old, a_old: velocities and accelerations of the last instant.
-      spare: copy of ``aero_state`` for corrections.
-      aero_state: states and memory of inflow and stall, one contiguous vector.
-      signals: one contiguous vector that holds everything a channel may ask for.
-      index: (channels,) places in ``signals``.
-      output: (rows, channels).
-      numbers, parts: as in :func:`evaluate`.
-      load_parts: arguments of :func:`section_loads`.
+      index: (channels,) places in the signals, recorded in the columns of the output.
+      run: arrays RUN_PARTS. ``v_old`` and ``a_old`` are velocities and accelerations of the last instant,
+        ``aero_state`` are states and memory of inflow and stall as one vector, ``spare`` a copy of it for
+        corrections, ``signals`` is everything a channel may ask for, ``output`` has (rows, channels).
+      parts: arrays of :func:`equations` after t and dt.
+      load_parts: arrays LOAD_PARTS.
     """
+    (controller_state, measured, demands, actuators, v_old, a_old, spare, aero_state, signals, output) = run
     q, v, a, structure, columns = parts[Q], parts[V], parts[A], parts[P_STRUCTURE], parts[COLUMNS]
-    wind, series, now, box = parts[P_WIND], parts[P_SERIES], parts[NOW], parts[BOX]
     pitch, drive = parts[P_PITCH], parts[P_DRIVE]
+    root, chain, summary = load_parts[ROOT], load_parts[CHAIN], load_parts[-1]
     n_core = columns.shape[1]
     for _ in range(n_steps):
         step = clock[STEP]
@@ -477,7 +505,7 @@ def advance(
                     spare[:] = aero_state
                 else:
                     aero_state[:] = spare
-            evaluate(t, behind, numbers, parts)
+            evaluated(t, behind, parts)
             if step > 0:
                 for j in range(q.shape[0]):
                     v[j] = v_old[j] + 0.5 * dt * (a_old[j] + a[j])
@@ -486,10 +514,7 @@ def advance(
             return
         due = step % clock[EVERY_OUTPUT] == 0
         if due or clock[WANT_LOADS] == 1:
-            section_loads(*load_parts)
-            whole_machine(
-                t, v, n_core, structure, wind, series, now, box, drive, efficiency, chain[SHAFT_TORQUE], summary
-            )
+            observed(t, efficiency, parts, load_parts)
         if due:
             for j in range(index.shape[0]):
                 output[clock[ROW], j] = signals[index[j]]
@@ -505,3 +530,33 @@ def advance(
         pitch_advance(actuators, demands, pitch, dt)
         drive_advance(actuators, demands, drive, dt)
         clock[STEP] = step + 1
+
+
+def march(
+    n_steps: int,
+    controller: Callable[[Float, Float, Float, float], None],
+    dt: float,
+    efficiency: float,
+    clock: Int,
+    limits: Float,
+    events: Float,
+    index: Int,
+    numbers: tuple[Any, ...],
+    run: tuple[Any, ...],
+    parts: tuple[Any, ...],
+    load_parts: tuple[Any, ...],
+) -> None:
+    """:func:`advance`, with arrays as the host has them; ``numbers`` are the kinds for the three tuples."""
+    advance(
+        n_steps,
+        controller,
+        dt,
+        efficiency,
+        clock,
+        limits,
+        events,
+        index,
+        view_run(numbers[0], run),
+        view_parts(numbers[1], parts),
+        view_load_parts(numbers[2], load_parts),
+    )
