@@ -29,9 +29,10 @@ from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case, Stations
 from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import time_step
+from meltemi.simulation.points import shared_point
 from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start, begin
-from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.simulation.trim import OperatingPoint
 from meltemi.wind.fields import Wind, check_coverage, mean_speed
 
 CHUNK_SECONDS = 0.1
@@ -144,7 +145,7 @@ class Simulation:
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
         began, compiled = clock_time.perf_counter(), compile_seconds()
-        start = start or operating_point(model, wind)
+        start = start or shared_point(model, wind)
         case = Case(model, wind, stations)
         speed = start.rotor_speed * turbine.drivetrain.gear_ratio
         entry = case.bind(
