@@ -175,11 +175,13 @@ class _Batch:
                     return
                 i, case = following
                 name = case.name or f"case_{i + 1:04d}"
-                fresh = name not in self.names
+                taken = name in self.names
                 self.names.add(name)
             try:
-                if not fresh:
+                if taken:
                     raise InputError(f"another case of the batch has the name {name!r}")
+                if Path(name).name != name:
+                    raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
                 self.outcomes[i] = self._one(i, name, case)
             except BaseException as error:
                 words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"

@@ -236,8 +236,8 @@ class Simulation:
             ``control.signals.DEMANDS`` as a vector, in SI. Demands need ``controller=meltemi.fixed()``.
 
         Returns:
-          Measurements at that instant: ``measurements["generator_speed"]``, or all as ``measurements.array``. A demand
-          that is out of range, or a motion that diverges, ends the run: look at ``finished`` and ``status``.
+          Measurements at that instant, a copy: ``measurements["generator_speed"]``, or all as ``measurements.array``.
+          A demand that is out of range, or a motion that diverges, ends the run: look at ``finished`` and ``status``.
 
         Raises:
           InputError: the run is finished, a name is unknown, or another controller has the say.
@@ -270,9 +270,7 @@ class Simulation:
     def _measure(self) -> View:
         case = self.case
         step.sample(int(case.clock[step.STEP]) * self.dt, *self._sensors)
-        measured = case.measured.copy()
-        measured.flags.writeable = False
-        return View(MEASUREMENTS, measured)
+        return View(MEASUREMENTS, case.measured.copy())  # of its own, so it stays as it is
 
     def motion(self) -> tuple[Any, Any]:
         """Coordinates and velocities at the last instant that was computed."""
