@@ -25,9 +25,7 @@ def uses_all(state: Any, measurements: Any, demands: Any, dt: float) -> None:
 
 @pytest.mark.parametrize("sample_time", [None, 0.1])
 @pytest.mark.parametrize("law", ["baseline", "loads"])
-def test_stepping_gives_the_bits_of_the_same_law_as_plug_in(
-    model: Model, law: str, sample_time: float | None
-) -> None:
+def test_stepping_gives_the_bits_of_the_same_law_as_plug_in(model: Model, law: str, sample_time: float | None) -> None:
     if law == "baseline":
         controller = meltemi.baseline(model.turbine.control, sample_time)
     else:

@@ -132,10 +132,12 @@ def test_no_folder_where_none_can_be_made(fresh: Path, monkeypatch: pytest.Monke
     assert kernel.is_cold()
 
 
-def test_a_new_folder_is_cold_until_something_is_compiled(fresh: Path, sources: Path) -> None:
+def test_a_new_folder_is_cold_until_the_time_loop_is_compiled(fresh: Path, sources: Path) -> None:
     place = folder()
     assert kernel.is_cold()
-    (place / "x.nbi").write_text("")
+    (place / "bem.solve-1.py311.nbi").write_text("")
+    assert kernel.is_cold()  # the first run was interrupted
+    (place / "step.advance-1.py311.nbi").write_text("")
     assert not kernel.is_cold()
 
 
@@ -168,8 +170,8 @@ def run(cache: Path, **variables: str) -> list[str]:
 def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     place, signatures, compiled, cold = run(tmp_path)
     assert Path(place).parent == tmp_path / "kernels"
-    assert (signatures, compiled, cold) == ("1", "1", "False")
-    assert run(tmp_path) == [place, "1", "0", "False"]
+    assert (signatures, compiled, cold) == ("1", "1", "True")
+    assert run(tmp_path) == [place, "1", "0", "True"]
 
 
 def test_kernels_work_where_nothing_can_be_written(tmp_path: Path) -> None:
@@ -182,7 +184,7 @@ def test_processes_that_start_at_once_do_not_disturb_each_other(tmp_path: Path) 
     with ThreadPoolExecutor(2) as pool:
         both = list(pool.map(run, [tmp_path, tmp_path]))
     assert both[0][0] == both[1][0]
-    assert run(tmp_path) == [both[0][0], "1", "0", "False"]
+    assert run(tmp_path) == [both[0][0], "1", "0", "True"]
 
 
 def test_signatures_kept_at_once_are_not_mixed_up(tmp_path: Path) -> None:

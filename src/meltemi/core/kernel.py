@@ -93,9 +93,9 @@ def _prune(base: Path, keep: Path) -> None:
 
 
 def is_cold() -> bool:
-    """Nothing has been compiled for this installation yet."""
+    """The time loop, which comes last, has not been compiled for this installation yet."""
     folder = cache_folder()
-    return folder is None or not any(folder.rglob("*.nbi"))
+    return folder is None or not any(folder.rglob("step.advance-*.nbi"))
 
 
 def kernel(function: F) -> F:

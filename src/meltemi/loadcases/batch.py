@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
@@ -128,10 +128,8 @@ def available_cores() -> int:
 class _Batch:
     """A batch under way. Shared between threads: each list and dictionary entry is written by one of them."""
 
-    def __init__(
-        self, cases: Iterable[BatchCase], reduce: Callable[[Result], Any] | None, folder: Path | None
-    ) -> None:
-        self.total = len(cases) if hasattr(cases, "__len__") else 0
+    def __init__(self, cases: Iterable[BatchCase], reduce: Callable[[Result], Any] | None, folder: Path | None) -> None:
+        self.total = len(cases) if isinstance(cases, Sized) else 0
         self.waiting: Iterator[tuple[int, BatchCase]] = enumerate(cases)
         self.reduce, self.folder = reduce, folder
         self.stop = threading.Event()

@@ -17,8 +17,8 @@ import numba
 import numpy as np
 from numba import types
 
-from meltemi.control.baseline import baseline
 from meltemi.control import fixed
+from meltemi.control.baseline import baseline
 from meltemi.control.controller import ENTRY, Controller, StartPoint
 from meltemi.control.signals import DEMANDS, MEASUREMENTS
 from meltemi.core.errors import InputError, Status
@@ -221,8 +221,8 @@ class Simulation:
 
     def reset(self) -> View:
         """Go back to the start, in the same arrays; returns the measurements there."""
-        for now, begin in zip(self._moving, self._begin, strict=True):
-            now[...] = begin
+        for array, values in zip(self._moving, self._begin, strict=True):
+            array[...] = values
         self.case.entry.exception = None
         self.interrupted = False
         self.run_seconds = 0.0
