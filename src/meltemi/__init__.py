@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from meltemi.core.errors import Status as Status
     from meltemi.core.errors import UnsupportedError as UnsupportedError
     from meltemi.environment.site import Environment as Environment
+    from meltemi.loadcases.batch import BatchCase as BatchCase
+    from meltemi.loadcases.batch import Outcome as Outcome
+    from meltemi.loadcases.batch import simulate_batch as simulate_batch
     from meltemi.loadcases.case import LoadCase as LoadCase
     from meltemi.loadcases.case import read_case as read_case
     from meltemi.postprocess.fatigue import damage_equivalent_load as damage_equivalent_load
@@ -70,6 +73,7 @@ _HOME = {
     "control.controller": "Controller StartPoint",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "environment.site": "Environment",
+    "loadcases.batch": "BatchCase Outcome simulate_batch",
     "loadcases.case": "LoadCase read_case",
     "postprocess.fatigue": "damage_equivalent_load equivalent_loads rainflow_cycles",
     "postprocess.files": "read_netcdf write_netcdf",

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numba
@@ -130,10 +132,12 @@ def test_no_folder_where_none_can_be_made(fresh: Path, monkeypatch: pytest.Monke
     assert kernel.is_cold()
 
 
-def test_a_new_folder_is_cold_until_something_is_compiled(fresh: Path, sources: Path) -> None:
+def test_a_new_folder_is_cold_until_the_time_loop_is_compiled(fresh: Path, sources: Path) -> None:
     place = folder()
     assert kernel.is_cold()
-    (place / "x.nbi").write_text("")
+    (place / "bem.solve-1.py311.nbi").write_text("")
+    assert kernel.is_cold()  # the first run was interrupted
+    (place / "step.advance-1.py311.nbi").write_text("")
     assert not kernel.is_cold()
 
 
@@ -148,12 +152,12 @@ print(kernel.cache_folder(), *kernel.statistics(), kernel.is_cold())
 """
 
 
-def run(cache: Path) -> list[str]:
+def run(cache: Path, **variables: str) -> list[str]:
     """A new process that compiles one kernel; what it says about the cache."""
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"}
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", SCRIPT],
-        env={**environment, "MELTEMI_CACHE_DIR": str(cache)},
+        env={**environment, **variables, "MELTEMI_CACHE_DIR": str(cache)},
         capture_output=True,
         text=True,
         timeout=120,
@@ -166,14 +170,49 @@ def run(cache: Path) -> list[str]:
 def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     place, signatures, compiled, cold = run(tmp_path)
     assert Path(place).parent == tmp_path / "kernels"
-    assert (signatures, compiled, cold) == ("1", "1", "False")
-    assert run(tmp_path) == [place, "1", "0", "False"]
+    assert (signatures, compiled, cold) == ("1", "1", "True")
+    assert run(tmp_path) == [place, "1", "0", "True"]
 
 
 def test_kernels_work_where_nothing_can_be_written(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("not a folder")
     place, signatures, _, cold = run(tmp_path / "file")
     assert (place, signatures, cold) == ("None", "1", "True")
+
+
+def test_processes_that_start_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
+    with ThreadPoolExecutor(2) as pool:
+        both = list(pool.map(run, [tmp_path, tmp_path]))
+    assert both[0][0] == both[1][0]
+    assert run(tmp_path) == [both[0][0], "1", "0", "True"]
+
+
+def test_signatures_kept_at_once_are_not_mixed_up(tmp_path: Path) -> None:
+    """Two processes that know of nothing yet keep the machine code of different signatures."""
+    files = [kernel.CacheFile(str(tmp_path), "function", "stamp") for _ in range(3)]
+    for file, key in zip(files, "ab", strict=False):
+        file._load_index = dict
+        file.save(key, f"code of {key}")
+    assert files[2].load("a") in (None, "code of a")
+    assert files[2].load("b") == "code of b"
+    files[2].save("a", "code of a")
+    assert [files[2].load(key) for key in "ab"] == ["code of a", "code of b"]
+
+
+def test_the_installed_package_may_be_read_only(tmp_path: Path) -> None:
+    package = tmp_path / "site" / "meltemi"
+    shutil.copytree(Path(kernel.__file__).parents[1], package, ignore=shutil.ignore_patterns("__pycache__"))
+    before = sorted(package.rglob("*"))
+    for path in (*before, package):
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    try:
+        place, _, compiled, _ = run(tmp_path / "cache", PYTHONPATH=str(package.parent), PYTHONDONTWRITEBYTECODE="1")
+        assert compiled == "1"
+        assert Path(place).is_relative_to(tmp_path / "cache")
+        assert sorted(package.rglob("*")) == before  # nothing was tried there, even by a user who may
+    finally:
+        for path in (*before, package):
+            path.chmod(0o755 if path.is_dir() else 0o644)
 
 
 def test_functions_of_the_user_keep_their_own_cache_folder(fresh: Path) -> None:

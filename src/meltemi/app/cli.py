@@ -397,6 +397,21 @@ def verify(
 
 
 @app.command()
+def warmup() -> None:
+    """Compile everything now, on all cores."""
+    import time
+
+    from meltemi.studies.warmup import STAGES, warmup
+
+    _say(f"Compiling for this machine: this happens once. {len(STAGES)} stages, one process each ...")
+    began = time.perf_counter()
+    folder = warmup(
+        done=lambda s: print(f"{s.name:16s} {s.signatures:4d} signatures, {s.compiled:4d} compiled, {s.seconds:6.1f} s")
+    )
+    print(f"ready in {time.perf_counter() - began:.1f} s: machine code in {folder}")
+
+
+@app.command()
 def bench(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     duration: Annotated[float, typer.Option("--duration", help="Length of the timed run [s].")] = 600.0,

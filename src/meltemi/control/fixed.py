@@ -1,4 +1,4 @@
-"""No control: torque and pitch keep the values of the start. The null variant of a controller."""
+"""No control: demands keep the values of the start, or those given from outside. The null variant of a controller."""
 
 from __future__ import annotations
 
@@ -25,6 +25,10 @@ def update() -> Any:
     return fixed
 
 
-def fixed() -> Controller:
-    """A controller that never changes a demand."""
-    return Controller(update=update(), name="fixed", uses_loads=False)
+def fixed(sample_time: float | None = None) -> Controller:
+    """A controller that never changes a demand; with it a run is stepped from outside.
+
+    Args:
+      sample_time: [s] that ``Simulation.step`` advances; None is one time step.
+    """
+    return Controller(update=update(), sample_time=sample_time, name="fixed", uses_loads=False)

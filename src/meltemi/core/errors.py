@@ -37,6 +37,7 @@ class Status(IntEnum):
     CONTROLLER_RAISED = 2
     CONTROLLER_DEMAND = 3
     INTERRUPTED = 4
+    FAILED = 5
 
     @property
     def message(self) -> str:
@@ -53,6 +54,7 @@ _MESSAGES: dict[Status, str] = {
     Status.CONTROLLER_RAISED: "the controller raised an exception",
     Status.CONTROLLER_DEMAND: "the controller asked for a value that is not a number or out of range",
     Status.INTERRUPTED: "interrupted by the user; the result holds what was computed until then",
+    Status.FAILED: "the case of a batch could not be prepared, or its result not be reduced or written",
 }
 
 

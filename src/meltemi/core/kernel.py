@@ -26,7 +26,8 @@ import llvmlite.binding
 import numba
 import numpy as np
 import platformdirs
-from numba.core import event
+from numba.core import event, typeinfer
+from numba.core.caching import IndexDataCacheFile
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -92,9 +93,9 @@ def _prune(base: Path, keep: Path) -> None:
 
 
 def is_cold() -> bool:
-    """Nothing has been compiled for this installation yet."""
+    """The time loop, which comes last, has not been compiled for this installation yet."""
     folder = cache_folder()
-    return folder is None or not any(folder.rglob("*.nbi"))
+    return folder is None or not any(folder.rglob("step.advance-*.nbi"))
 
 
 def kernel(function: F) -> F:
@@ -128,6 +129,22 @@ def statistics() -> tuple[int, int]:
     return signatures, compiled
 
 
+class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
+    """Numba's record of a function's machine code, with the data files named by what they hold.
+
+    Numba numbers them. Two processes that compile different signatures of a function at the same time then write both
+    under one number, and the next process runs the code of the other signature. Here they can only forget one.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep the machine code ``data`` of a signature."""
+        name = f"{self._index_name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
+        self._save_data(name, data)
+        known = self._load_index()
+        if key not in known:
+            self._save_index({**known, key: name})
+
+
 def _compiled(function: F, *signature: Any) -> F:
     folder = cache_folder()
     options: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy", "nogil": True}
@@ -138,9 +155,17 @@ def _compiled(function: F, *signature: Any) -> F:
         before = numba.config.CACHE_DIR
         numba.config.CACHE_DIR = str(folder)
         try:
-            compiled = numba.njit(*signature, cache=True, **options)(function)
+            compiled = numba.njit(cache=True, **options)(function)
         finally:
             numba.config.CACHE_DIR = before
+        cache, implementation = compiled._cache, compiled._cache._impl
+        cache._cache_file = CacheFile(
+            cache.cache_path, implementation.filename_base, implementation.locator.get_source_stamp()
+        )
+        if signature:
+            with typeinfer.register_dispatcher(compiled):
+                compiled.compile(*signature)
+            compiled.disable_compile()
     if not numba.config.DISABLE_JIT:
         _DISPATCHERS.append(compiled)
     return compiled

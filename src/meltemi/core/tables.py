@@ -109,7 +109,8 @@ class View:
         self.table = table
         self.array = array
 
-    def _rows(self, name: str) -> int | slice:
+    def rows(self, name: str) -> int | slice:
+        """Places of a field's rows in the array."""
         row = self.table.index(name)
         for parts in PARTS.values():
             rows = slice(row, row + len(parts))
@@ -118,11 +119,15 @@ class View:
         return row
 
     def __getitem__(self, name: str) -> NDArray[np.float64]:
-        row: NDArray[np.float64] = self.array[self._rows(name)]
+        row: NDArray[np.float64] = self.array[self.rows(name)]
         return row
 
     def __setitem__(self, name: str, value: Any) -> None:
-        self.array[self._rows(name)] = value
+        self.array[self.rows(name)] = value
+
+    def keys(self) -> tuple[str, ...]:
+        """Names of all rows, so that ``dict(view)`` works."""
+        return self.table.names
 
     def __repr__(self) -> str:
         return f"<{self.table.name}: {', '.join(self.table.names)}>"

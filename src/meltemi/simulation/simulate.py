@@ -6,7 +6,7 @@ import hashlib
 import math
 import platform
 import time as clock_time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -17,18 +17,22 @@ import numba
 import numpy as np
 from numba import types
 
+from meltemi.control import fixed
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import ENTRY, Controller, StartPoint
+from meltemi.control.signals import DEMANDS, MEASUREMENTS
 from meltemi.core.errors import InputError, Status
 from meltemi.core.kernel import compile_seconds, kernel_for
+from meltemi.core.tables import View
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case, Stations
 from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import time_step
+from meltemi.simulation.points import shared_point
 from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start, begin
-from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.simulation.trim import OperatingPoint
 from meltemi.wind.fields import Wind, check_coverage, mean_speed
 
 CHUNK_SECONDS = 0.1
@@ -80,6 +84,14 @@ def simulate(
         start=start,
         stations=stations,
     )
+    march(run, progress)
+    return run.result()
+
+
+def march(
+    run: Simulation, progress: Callable[[float], None] | None = None, stop: Callable[[], bool] | None = None
+) -> None:
+    """March a run to its end, in chunks of about 0.1 s of wall time, or until Ctrl-C or ``stop`` says so."""
     chunk = 100
     try:
         while not run.finished:
@@ -89,13 +101,18 @@ def simulate(
             chunk = int(np.clip(chunk * CHUNK_SECONDS / max(spent, 1e-4), 10, 4 * chunk))
             if progress is not None:
                 progress(run.share)
+            if stop is not None and stop() and not run.finished:
+                run.interrupted = True
     except KeyboardInterrupt:
         run.interrupted = True
-    return run.result()
 
 
 class Simulation:
-    """A run under way: :func:`simulate` in steps of the caller's choice. The arguments are the same."""
+    """A run under way: :func:`simulate` in steps of the caller's choice. The arguments are the same.
+
+    ``advance`` marches under the run's own controller. For co-simulation and learning make it with
+    ``controller=meltemi.fixed(sample_time)`` and call ``reset`` and then ``step`` with demands.
+    """
 
     def __init__(
         self,
@@ -128,7 +145,7 @@ class Simulation:
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
         began, compiled = clock_time.perf_counter(), compile_seconds()
-        start = start or operating_point(model, wind)
+        start = start or shared_point(model, wind)
         case = Case(model, wind, stations)
         speed = start.rotor_speed * turbine.drivetrain.gear_ratio
         entry = case.bind(
@@ -159,6 +176,17 @@ class Simulation:
         self._arguments = (entry.function, *march_arguments(case, dt, places, self._output))
         self._march = compiled_march(*self._arguments)
         self._march(0, *self._arguments)
+        self._moving = (
+            case.signals.vector,
+            case.aero_state.vector,
+            case.measured,
+            case.v_old,
+            case.a_old,
+            case.clock,
+            case.controller_state,
+        )
+        self._begin = tuple(array.copy() for array in self._moving)
+        self._sensors = sample_arguments(case)
         self.compile_seconds = compile_seconds() - compiled
         self.prepare_seconds = clock_time.perf_counter() - began - self.compile_seconds
         self.run_seconds = 0.0
@@ -191,6 +219,59 @@ class Simulation:
         if isinstance(self.case.entry.exception, KeyboardInterrupt):  # came while a controller in Python ran
             self.interrupted = True
 
+    def reset(self) -> View:
+        """Go back to the start, in the same arrays; returns the measurements there."""
+        for array, values in zip(self._moving, self._begin, strict=True):
+            array[...] = values
+        self.case.entry.exception = None
+        self.interrupted = False
+        self.run_seconds = 0.0
+        return self._measure()
+
+    def step(self, demands: Mapping[str, float] | Sequence[float] | None = None) -> View:
+        """March to the next sample instant of the controller under the given demands.
+
+        Args:
+          demands: by name (``"pitch"`` stands for all blades; those left out keep their values) or all of
+            ``control.signals.DEMANDS`` as a vector, in SI. Demands need ``controller=meltemi.fixed()``.
+
+        Returns:
+          Measurements at that instant, a copy: ``measurements["generator_speed"]``, or all as ``measurements.array``.
+          A demand that is out of range, or a motion that diverges, ends the run: look at ``finished`` and ``status``.
+
+        Raises:
+          InputError: the run is finished, a name is unknown, or another controller has the say.
+        """
+        clock = self.case.clock
+        if self.finished:
+            raise InputError(f"step: the run has ended ({self.status.name}); reset() begins it anew")
+        if demands is not None:
+            self._demand(demands)
+        clock[step.WANT_LOADS] = 1
+        every = int(clock[step.EVERY_CONTROL])
+        self.advance(every - int(clock[step.STEP]) % every)
+        return self._measure()
+
+    def _demand(self, demands: Mapping[str, float] | Sequence[float]) -> None:
+        if self.controller.update is not fixed.update():
+            raise InputError(
+                f"step: the controller {self.controller.name!r} makes the demands; "
+                "to give them from outside, make the Simulation with controller=meltemi.fixed()"
+            )
+        now = self.case["demands"]
+        if isinstance(demands, Mapping):
+            for name, value in demands.items():
+                now[_demand_rows(name)] = value
+            return
+        if len(demands) != len(now):
+            raise InputError(f"step: expected {len(now)} demands ({', '.join(DEMANDS.names)}), found {len(demands)}")
+        now[:] = demands
+
+    def _measure(self) -> View:
+        case = self.case
+        step.sample(int(case.clock[step.STEP]) * self.dt, *self._sensors)
+        return View(MEASUREMENTS, case.measured.copy())  # of its own, so it stays as it is
+
     def motion(self) -> tuple[Any, Any]:
         """Coordinates and velocities at the last instant that was computed."""
         case, h = self.case, self.dt
@@ -215,6 +296,11 @@ class Simulation:
             message=explain(self.case, self.status, self.time, self.dt),
             meta=meta,
         )
+
+
+@cache
+def _demand_rows(name: str) -> int | slice:
+    return View(DEMANDS, DEMANDS.zeros()).rows(name)
 
 
 def _multiple(value: float, dt: float, name: str) -> int:
@@ -288,6 +374,23 @@ def march_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[An
         tuple(arrays[name] for name in step.RUN_PARTS),
         case.parts,
         case.load_parts,
+    )
+
+
+def sample_arguments(case: Case) -> tuple[Any, ...]:
+    """Arguments of ``step.sample`` after the time."""
+    return (
+        case["q"],
+        case["v"],
+        case.model.n_core,
+        case["structure"],
+        case["drive"],
+        case["pitch"],
+        case["root"],
+        case["chain"],
+        case["summary"],
+        case.model.turbine.drivetrain.generator_efficiency,
+        case.measured,
     )
 
 

@@ -250,36 +250,60 @@ class _Orbit:
 
     def prescribe(self, psi: float) -> None:
         """Set coordinates, velocities and accelerations of the motion at rotor azimuth ``psi``."""
-        q, v, a = self.case["q"], self.case["v"], self.case["a"]
-        w = self.speed
-        c, s = np.cos(self.B * psi), np.sin(self.B * psi)
-        fast = self.B * w
-        q[: self.core] = self.core_c[0] + self.core_c[1] * c + self.core_s[1] * s
-        v[: self.core] = fast * (self.core_s[1] * c - self.core_c[1] * s)
-        a[: self.core] = -(fast**2) * (self.core_c[1] * c + self.core_s[1] * s)
-        q[self.generator] = psi - q[self.torsion]
-        v[self.generator] = w - v[self.torsion]
-        a[self.generator] = -a[self.torsion]
-        n = np.arange(BLADE_HARMONICS + 1)[:, None]
-        for b in range(self.B):
-            at = slice(self.core + self.K * b, self.core + self.K * (b + 1))
-            angle = n * (psi + 2.0 * np.pi * b / self.B)
-            c_n, s_n = np.cos(angle), np.sin(angle)
-            q[at] = (self.blade_c * c_n + self.blade_s * s_n).sum(axis=0)
-            v[at] = (n * w * (self.blade_s * c_n - self.blade_c * s_n)).sum(axis=0)
-            a[at] = (-((n * w) ** 2) * (self.blade_c * c_n + self.blade_s * s_n)).sum(axis=0)
+        case, motion = self.case, self.motion(np.array([psi]))
+        case["q"][:], case["v"][:], case["a"][:] = motion[:, 0]
 
-    def residual(self, dt: float) -> tuple[Float, Float]:
-        """What is missing in the equations: (core,) and (blades, modes)."""
-        case = self.case
-        assemble_equations(0.0, dt, case.numbers[1], case.parts)
-        A, D, C = case["core_mass"], case["arm_mass"], case["coupling"]
-        A = np.tril(A) + np.tril(A, -1).T
-        D = np.tril(D) + np.tril(D, -1).transpose(0, 2, 1)
-        a_core = case["a"][: self.core]
-        a_blade = case["a"][self.core :].reshape(self.B, self.K)
-        core = case["core_force"] - A @ a_core - np.einsum("bkj,bk->j", C, a_blade)
-        blade = case["arm_force"] - np.einsum("bkl,bl->bk", D, a_blade) - C @ a_core
+    def motion(self, azimuths: Float) -> Float:
+        """(3, azimuths, coordinates) coordinates, velocities and accelerations of the motion.
+
+        All azimuths at once: Python's share of the work is what threads must wait for.
+        """
+        w, fast = self.speed, self.B * self.speed
+        result = np.empty((3, len(azimuths), len(self.case["q"])))
+        q, v, a = result
+        c, s = np.cos(self.B * azimuths)[:, None], np.sin(self.B * azimuths)[:, None]
+        wave = self.core_c[1] * c + self.core_s[1] * s
+        q[:, : self.core] = self.core_c[0] + wave
+        v[:, : self.core] = fast * (self.core_s[1] * c - self.core_c[1] * s)
+        a[:, : self.core] = -(fast**2) * wave
+        q[:, self.generator] = azimuths - q[:, self.torsion]
+        v[:, self.generator] = w - v[:, self.torsion]
+        a[:, self.generator] = -a[:, self.torsion]
+        n = np.arange(BLADE_HARMONICS + 1.0)
+        blades = 2.0 * np.pi / self.B * np.arange(self.B, dtype=float)
+        angle = (azimuths[:, None] + blades)[..., None] * n
+        c, s = np.cos(angle), np.sin(angle)
+        arms = (len(azimuths), self.B * self.K)
+        q[:, self.core :] = (c @ self.blade_c + s @ self.blade_s).reshape(arms)
+        v[:, self.core :] = w * ((n * c) @ self.blade_s - (n * s) @ self.blade_c).reshape(arms)
+        a[:, self.core :] = -(w**2) * ((n**2 * c) @ self.blade_c + (n**2 * s) @ self.blade_s).reshape(arms)
+        return result
+
+    def residuals(self, azimuths: Float, dt: float, observe: Callable[[], None] | None = None) -> tuple[Float, Float]:
+        """What is missing in the equations at azimuths one after another: (azimuths, core), (azimuths, blades, modes).
+
+        Args:
+          dt: [s] from one to the next; 0 holds inflow and stall.
+        """
+        case, motion = self.case, self.motion(azimuths)
+        state = [case[name] for name in ("q", "v", "a")]
+        names = ("core_mass", "arm_mass", "coupling", "core_force", "arm_force")
+        left = [case[name] for name in names]
+        kept = [np.empty((len(azimuths), *array.shape)) for array in left]
+        for i in range(len(azimuths)):
+            for array, values in zip(state, motion, strict=True):
+                array[:] = values[i]
+            assemble_equations(0.0, dt, case.numbers[1], case.parts)
+            for to, array in zip(kept, left, strict=True):
+                to[i] = array
+            if observe is not None:
+                observe()
+        A, D, C, core, blade = kept
+        A, D = (np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2) for M in (A, D))
+        a_core = motion[2, :, : self.core]
+        a_blade = motion[2, :, self.core :].reshape(len(azimuths), self.B, self.K)
+        core -= np.einsum("ijk,ik->ij", A, a_core) + np.einsum("ibkj,ibk->ij", C, a_blade)
+        blade -= np.einsum("ibkl,ibl->ibk", D, a_blade) + np.einsum("ibkj,ij->ibk", C, a_core)
         return core, blade
 
     # corrections --------------------------------------------------------------------------------
@@ -318,21 +342,14 @@ class _Orbit:
     def missing(self, azimuths: Float, dt: float, observe: Callable[[], None] | None = None) -> tuple[Float, float]:
         """What is missing in the equations over a sector, projected on the harmonics in the order of
         :meth:`coefficients`, and the mean torque left over."""
-        B, K = self.B, self.K
+        B = self.B
+        core, blade = self.residuals(azimuths, dt, observe)
+        core_0 = core.sum(axis=0)
+        core_c, core_s = 2.0 * np.cos(B * azimuths) @ core, 2.0 * np.sin(B * azimuths) @ core
         n = np.arange(BLADE_HARMONICS + 1.0)
-        core_0, core_c, core_s = np.zeros((3, self.core))
-        blade_c, blade_s = np.zeros((2, BLADE_HARMONICS + 1, K))
-        for psi in azimuths:
-            self.prescribe(psi)
-            core, blade = self.residual(dt)
-            if observe is not None:
-                observe()
-            core_0 += core
-            core_c += 2.0 * np.cos(B * psi) * core
-            core_s += 2.0 * np.sin(B * psi) * core
-            sector = psi + 2.0 * np.pi / B * np.arange(B, dtype=float)
-            blade_c += 2.0 / B * np.cos(np.outer(n, sector)) @ blade
-            blade_s += 2.0 / B * np.sin(np.outer(n, sector)) @ blade
+        angle = np.multiply.outer(n, azimuths[:, None] + 2.0 * np.pi / B * np.arange(B, dtype=float))
+        blade_c = 2.0 / B * np.tensordot(np.cos(angle), blade, 2)
+        blade_s = 2.0 / B * np.tensordot(np.sin(angle), blade, 2)
         blade_c[0] *= 0.5
         trunk, arm = self.free_core, self.free_blade
         vector = np.concatenate(
@@ -429,7 +446,7 @@ class _Orbit:
         means = np.zeros_like(case.signals.vector)
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
-            self.residual(step / self.speed)
+            equations(0.0, step / self.speed, *case.parts)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
         aero = case.aero_state.vector.copy()

@@ -13,6 +13,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from meltemi.core.errors import InputError, MeltemiError
@@ -27,9 +28,12 @@ CHANNELS = (
 """25 channels beside the time."""
 STAGES = ("evaluation", "section loads", "trim", "controller", "time loop")
 
+BATCH_CASES = 3
+"""Cases a core in the timed batch."""
+
 
 def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
-    """Measure on this machine, on one core.
+    """Measure on this machine: on one core, and a batch on all.
 
     Args:
       duration: [s] of the timed run.
@@ -40,7 +44,9 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
 
     Returns:
       ``import_s``, ``cold_compile_s`` with ``cold_compile_stages``, ``signatures``, ``cached_start_s``,
-      ``us_per_step``, ``real_time_factor``, ``peak_memory_mb`` (the wind field not counted), ``case``.
+      ``us_per_step``, ``real_time_factor``, ``peak_memory_mb`` (the wind field not counted),
+      ``cores``, ``batch_cases``, ``batch_real_time_factor``, ``batch_loss`` (share lost against cores times one core),
+      ``batch_peak_memory_mb`` (all counted), ``case``.
     """
     if not 0.0 < duration < float("inf"):
         raise InputError(f"bench: duration must be a positive number of seconds, found {duration!r}")
@@ -55,6 +61,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
         )
         say(f"a run of {duration:g} s ...")
         run = _child(f"timed_run({duration!r})", folder)
+        say(f"a batch of runs of {duration:g} s on all cores ...")
+        run |= _child(f"timed_batch({duration!r})", folder)
     case = (
         "NREL 5 MW in turbulence, 2 flap + 1 edge + 1 torsion modes a blade, 4 tower modes, drivetrain torsion, "
         f"dynamic inflow and stall, 20 nodes a blade, {len(CHANNELS) - 1} channels at 20 Hz, baseline controller"
@@ -160,6 +168,46 @@ def timed_run(duration: float) -> dict[str, Any]:
     return best
 
 
+def timed_batch(duration: float) -> dict[str, Any]:
+    """Time a batch on all cores against one core: making the winds and preparing the cases count, too."""
+    from meltemi.loadcases.batch import BatchCase, available_cores, simulate_batch
+    from meltemi.simulation.model import build
+    from meltemi.simulation.simulate import simulate
+    from meltemi.turbine.library import load_turbine
+    from meltemi.wind.fields import SteadyWind
+    from meltemi.wind.turbulence import turbulence
+
+    model = build(load_turbine("nrel5mw"))
+    turbine = model.turbine
+    wind = partial(
+        turbulence, 12.0, 0.14, hub_height=turbine.hub_height, rotor_diameter=turbine.rotor_diameter, duration=duration
+    )
+
+    def cases(seeds: range) -> list[BatchCase]:
+        return [BatchCase(model, partial(wind, seed=seed), duration, channels=CHANNELS) for seed in seeds]
+
+    def factor(some: list[BatchCase], workers: int) -> float:
+        began = time.perf_counter()
+        outcomes = simulate_batch(some, workers=workers, reduce=lambda result: result.raise_for_status().status)
+        seconds = time.perf_counter() - began
+        failed = [outcome.message for outcome in outcomes if not outcome.ok]
+        if failed:
+            raise MeltemiError(failed[0])
+        return len(some) * duration / seconds
+
+    simulate(model, SteadyWind(speed=12.0), duration=1.0, channels=CHANNELS)
+    cores = available_cores()
+    one = factor(cases(range(BATCH_CASES)), 1)
+    together = factor(cases(range(BATCH_CASES, BATCH_CASES * (cores + 1))), cores)
+    return {
+        "cores": cores,
+        "batch_cases": BATCH_CASES * cores,
+        "batch_real_time_factor": round(together, 1),
+        "batch_loss": round(1.0 - together / (cores * one), 3),
+        "batch_peak_memory_mb": round(_peak_resident() / 1e6),
+    }
+
+
 def _peak_resident() -> float:
     """[bytes]"""
     import psutil
@@ -175,6 +223,7 @@ def _peak_resident() -> float:
 def report_lines(figures: dict[str, Any]) -> list[str]:
     """The figures for people."""
     staged = ", ".join(f"{name} {s:g} s" for name, s in figures["cold_compile_stages"].items())
+    batch = f"{figures['batch_cases']} cases with their winds on {figures['cores']} cores"
     return [
         figures["case"],
         f"import meltemi          {figures['import_s']:8.3f} s",
@@ -183,4 +232,7 @@ def report_lines(figures: dict[str, Any]) -> list[str]:
         f"time a step             {figures['us_per_step']:8.1f} us   (time step {figures['time_step_s']:g} s)",
         f"real-time factor        {figures['real_time_factor']:8.0f}      (one core)",
         f"peak memory             {figures['peak_memory_mb']:8.0f} MB   (without the wind field)",
+        f"batch, real-time factor {figures['batch_real_time_factor']:8.0f}      ({batch})",
+        f"lost by the batch       {100.0 * figures['batch_loss']:8.0f} %    (against cores times one core)",
+        f"batch, peak memory      {figures['batch_peak_memory_mb']:8.0f} MB   (with the winds)",
     ]

@@ -1,0 +1,228 @@
+"""Many cases on all cores.
+
+Kernels run without Python's global lock, so threads suffice: one case a thread, all of one process, and nothing has
+to be copied or compiled twice. Each case has its own arrays; what one does, the others never see.
+
+A case's wind may be a function: it is made when the case's turn comes and freed with the case. Cases may be a
+generator: it is asked for the next one when a worker is free. So memory holds as many winds as there are workers.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from meltemi.control.controller import Controller
+from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.threads import one_blas_thread
+from meltemi.postprocess.files import write_netcdf
+from meltemi.simulation.case import Stations
+from meltemi.simulation.channels import DEFAULT
+from meltemi.simulation.model import Model
+from meltemi.simulation.result import Result
+from meltemi.simulation.simulate import Simulation, march
+from meltemi.simulation.start import Start
+from meltemi.simulation.trim import OperatingPoint
+from meltemi.wind.fields import Wind
+
+PROGRESS_SECONDS = 0.2
+"""Wall time between calls of ``progress``."""
+
+
+@dataclass(frozen=True)
+class BatchCase:
+    """One case of a batch: the arguments of :func:`meltemi.simulate`.
+
+    Attributes:
+      model: from ``build``, or a function without arguments that makes it when its turn comes.
+      wind: the same; make turbulent winds by functions, so that few are in memory at a time.
+      duration: [s].
+      name: for messages and files; by default ``case_0001`` and so on.
+    """
+
+    model: Model | Callable[[], Model]
+    wind: Wind | Callable[[], Wind]
+    duration: float
+    controller: Controller | None = None
+    channels: Sequence[str] = tuple(DEFAULT)
+    output_step: float = 0.05
+    start: OperatingPoint | Start | None = None
+    stations: Stations | None = None
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one case.
+
+    Attributes:
+      name: of the case.
+      status: how it ended; ``FAILED`` if it could not be prepared, or its result not be reduced or written.
+      message: why, in words; empty if all went well.
+      value: the result, what ``reduce`` made of it, or the file it was written to; None if there is none.
+      error: class of the exception that ended a failed case.
+    """
+
+    name: str
+    status: Status
+    message: str = ""
+    value: Any = None
+    error: type[BaseException] | None = None
+
+    @property
+    def ok(self) -> bool:
+        """The case reached its end."""
+        return self.status is Status.OK
+
+
+def simulate_batch(
+    cases: Iterable[BatchCase],
+    *,
+    reduce: Callable[[Result], Any] | None = None,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Outcome]:
+    """Simulate many cases on all cores.
+
+    A case that fails, whatever the reason, says so in its outcome and harms no other. Ctrl-C ends all cases; what
+    was computed until then is given back.
+
+    Args:
+      cases: any iterable; a generator is asked for a case when a worker is free.
+      reduce: called with each result in its worker; only what it returns is kept.
+      out: folder in which each result is written as ``NAME.nc`` as soon as it is done, instead of being kept.
+      workers: threads; by default one for each core this process may use.
+      progress: called with the share that is done, from the calling thread; a generator of unknown length counts as
+        what has been asked of it.
+
+    Returns:
+      One outcome a case, in their order; after Ctrl-C those that were begun.
+
+    Raises:
+      InputError: ``workers`` or ``out`` is not valid.
+    """
+    if workers is not None and not (isinstance(workers, int) and workers >= 1):
+        raise InputError(f"workers must be a whole number of at least 1, found {workers!r}")
+    folder = None if out is None else Path(out)
+    if folder is not None:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{folder}: cannot be written ({error.strerror or error})") from None
+    return _Batch(cases, reduce, folder).run(workers or available_cores(), progress)
+
+
+def available_cores() -> int:
+    """Cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class _Batch:
+    """A batch under way. Shared between threads: each list and dictionary entry is written by one of them."""
+
+    def __init__(self, cases: Iterable[BatchCase], reduce: Callable[[Result], Any] | None, folder: Path | None) -> None:
+        self.total = len(cases) if isinstance(cases, Sized) else 0
+        self.waiting: Iterator[tuple[int, BatchCase]] = enumerate(cases)
+        self.reduce, self.folder = reduce, folder
+        self.stop = threading.Event()
+        self.next_lock, self.first_lock = threading.Lock(), threading.Lock()
+        self.compiled = False
+        self.names: set[str] = set()
+        self.outcomes: dict[int, Outcome] = {}
+        self.under_way: dict[int, Simulation] = {}
+
+    @one_blas_thread  # once for all threads: the setting belongs to the process
+    def run(self, workers: int, progress: Callable[[float], None] | None) -> list[Outcome]:
+        with ThreadPoolExecutor(workers, thread_name_prefix="meltemi") as pool:
+            futures = [pool.submit(self._work) for _ in range(workers)]
+            try:
+                busy = set(futures)
+                while busy:
+                    done, busy = wait(busy, timeout=PROGRESS_SECONDS)
+                    if progress is not None:
+                        progress(self._share())
+                    if any(future.exception() for future in done):
+                        break  # the iterable of the cases has failed
+            except KeyboardInterrupt:
+                pass
+            finally:
+                self.stop.set()
+        for future in futures:
+            future.result()
+        return [self.outcomes[i] for i in sorted(self.outcomes)]
+
+    def _share(self) -> float:
+        done = len(self.outcomes)
+        running = [run.share for run in list(self.under_way.values())]
+        return (done + sum(running)) / max(self.total, done + len(running), 1)
+
+    def _work(self) -> None:
+        """One worker: case after case until none is left."""
+        while not self.stop.is_set():
+            with self.next_lock:
+                following = next(self.waiting, None)
+                if following is None:
+                    return
+                i, case = following
+                name = case.name or f"case_{i + 1:04d}"
+                taken = name in self.names
+                self.names.add(name)
+            try:
+                if taken:
+                    raise InputError(f"another case of the batch has the name {name!r}")
+                if Path(name).name != name:
+                    raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
+                self.outcomes[i] = self._one(i, name, case)
+            except BaseException as error:
+                words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
+                self.outcomes[i] = Outcome(name, Status.FAILED, words, error=type(error))
+            finally:
+                self.under_way.pop(i, None)
+
+    def _one(self, i: int, name: str, case: BatchCase) -> Outcome:
+        run = self._prepare(case)
+        self.under_way[i] = run
+        march(run, stop=self.stop.is_set)
+        result = run.result()
+        result.meta["case"] = name
+        value: Any = result
+        if self.folder is not None:
+            value = write_netcdf(result, self.folder / f"{name}.nc")
+        if self.reduce is not None:
+            value = self.reduce(result)
+        return Outcome(name, result.status, result.message, value)
+
+    def _prepare(self, case: BatchCase) -> Simulation:
+        with self.first_lock:  # Numba compiles under one lock: the first case compiles, the others find it done
+            if not self.compiled:
+                run = prepare(case)
+                self.compiled = True
+                return run
+        return prepare(case)
+
+
+def prepare(case: BatchCase) -> Simulation:
+    """A case ready to march.
+
+    Raises:
+      InputError: something of it is not valid.
+    """
+    model = case.model if isinstance(case.model, Model) else case.model()
+    return Simulation(
+        model,
+        case.wind() if callable(case.wind) else case.wind,
+        duration=case.duration,
+        controller=case.controller,
+        channels=case.channels,
+        output_step=case.output_step,
+        start=case.start,
+        stations=case.stations,
+    )

@@ -1,0 +1,135 @@
+"""``meltemi warmup``: compile everything now, so that no run has to.
+
+Numba compiles under one lock, so threads do not help: each stage runs in a process of its own. Stages do not depend on
+each other. What one has compiled and put into the cache, the others find there instead of compiling it themselves.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from meltemi.core.errors import InputError, MeltemiError, did_you_mean
+from meltemi.core.kernel import cache_folder, statistics
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What one process did.
+
+    Attributes:
+      name: of the stage.
+      seconds: wall time of its process.
+      signatures: it used, of functions called from Python.
+      compiled: of these that were not in the cache yet.
+    """
+
+    name: str
+    seconds: float
+    signatures: int
+    compiled: int
+
+
+def warmup(
+    stages: Iterable[str] | None = None,
+    *,
+    workers: int | None = None,
+    done: Callable[[Stage], None] = lambda stage: None,
+) -> Path:
+    """Compile all kernels, several stages at a time.
+
+    Args:
+      stages: names from ``STAGES``; by default all.
+      workers: processes at a time; by default one for each core.
+      done: called for each stage that is finished.
+
+    Returns:
+      The folder of the machine code.
+
+    Raises:
+      InputError: there is no such stage, or no folder can be written.
+      MeltemiError: a stage failed.
+    """
+    names = list(STAGES if stages is None else stages)
+    for name in names:
+        if name not in STAGES:
+            raise InputError(f"warmup: no stage {name!r}: {did_you_mean(name, STAGES)}")
+    folder = cache_folder()
+    if folder is None:
+        raise InputError(
+            "warmup: no folder for machine code can be written, so every process compiles anew; "
+            "set MELTEMI_CACHE_DIR to one that can"
+        )
+    with ThreadPoolExecutor(max(1, workers or os.cpu_count() or 1)) as pool:
+        for future in as_completed([pool.submit(_process, name) for name in names]):
+            done(future.result())
+    return folder
+
+
+def _process(name: str) -> Stage:
+    began = time.perf_counter()
+    command = [sys.executable, "-m", "meltemi.studies.warmup", name]
+    ended = subprocess.run(command, capture_output=True, text=True)
+    if ended.returncode:
+        words = ended.stderr.strip().splitlines()
+        raise MeltemiError(f"warmup: {name}: {words[-1] if words else f'exit status {ended.returncode}'}")
+    return Stage(name, time.perf_counter() - began, **json.loads(ended.stdout))
+
+
+def _machine() -> tuple[Any, Any]:
+    """A model and a wind: all turbines, options and winds use the same machine code."""
+    from meltemi.simulation.model import build
+    from meltemi.turbine.library import load_turbine
+    from meltemi.wind.fields import SteadyWind
+
+    return build(load_turbine("nrel5mw")), SteadyWind(speed=12.0)
+
+
+def _runs() -> None:
+    """Trim, time loop, built-in controllers and those in plain Python."""
+    from meltemi.control.controller import Controller
+    from meltemi.simulation.simulate import simulate
+
+    model, wind = _machine()
+    simulate(model, wind, duration=0.1)
+    simulate(model, wind, duration=0.1, controller=Controller(lambda state, measurements, demands, dt: None))
+
+
+def _stepping() -> None:
+    """Runs that are stepped from outside."""
+    from meltemi.control.fixed import fixed
+    from meltemi.simulation.case import Case
+    from meltemi.simulation.simulate import sample_arguments
+    from meltemi.simulation.step import sample
+
+    fixed()
+    sample(0.0, *sample_arguments(Case(*_machine())))
+
+
+def _section_loads() -> None:
+    """What makes output of a motion."""
+    from meltemi.simulation.case import Case
+
+    Case(*_machine()).loads(0.0)
+
+
+STAGES: dict[str, Callable[[], None]] = {
+    "runs": _runs,
+    "section loads": _section_loads,
+    "stepping": _stepping,
+}
+"""What is compiled, by name, the longest first."""
+
+
+if __name__ == "__main__":
+    STAGES[sys.argv[1]]()
+    signatures, compiled = statistics()
+    print(json.dumps({"signatures": signatures, "compiled": compiled}))

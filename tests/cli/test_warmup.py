@@ -1,0 +1,60 @@
+"""Compilation: announced once, and done beforehand by ``meltemi warmup``."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+from terminal import Command
+
+from meltemi import InputError, MeltemiError, Model, SteadyWind, simulate
+from meltemi.app.cli import COLD, main
+from meltemi.core import kernel
+from meltemi.studies import warmup
+
+
+def test_a_cold_start_says_what_happens_and_that_it_happens_once(
+    model: Model, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    simulate(model, SteadyWind(speed=9.0), duration=0.1)
+    arguments = ["meltemi", "run", "nrel5mw", "--wind-speed", "9", "--duration", "0.5", "--out", str(tmp_path)]
+    monkeypatch.setattr(sys, "argv", arguments)
+    for cold in (True, False):
+        if cold:
+            monkeypatch.setattr(kernel, "is_cold", lambda: True)
+        else:
+            monkeypatch.undo()  # the real one: everything is compiled
+            monkeypatch.setattr(sys, "argv", arguments)
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert not end.value.code
+        said = capsys.readouterr().err
+        assert said == (COLD + "\n" if cold else "")
+    assert "Compiling" in COLD
+    assert "once" in COLD
+
+
+def test_warmup_leaves_nothing_to_compile(command: Command) -> None:
+    assert command("warmup").status == 0
+    ran = command("warmup")
+    assert ran.status == 0
+    assert "once" in ran.err
+    assert str(kernel.cache_folder()) in ran.out
+    found = dict(re.findall(r"^(.*?) +\d+ signatures, +(\d+) compiled", ran.out, re.MULTILINE))
+    assert found == dict.fromkeys(warmup.STAGES, "0")
+
+
+def test_a_stage_that_fails_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InputError, match=r"no stage 'run'.*'runs'"):
+        warmup.warmup(["run"])
+    monkeypatch.setitem(warmup.STAGES, "other", lambda: None)  # the process does not know it
+    with pytest.raises(MeltemiError, match=r"warmup: other: KeyError"):
+        warmup.warmup(["other"])
+
+
+def test_without_a_folder_there_is_nothing_to_warm(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(warmup, "cache_folder", lambda: None)
+    with pytest.raises(InputError, match="MELTEMI_CACHE_DIR"):
+        warmup.warmup()

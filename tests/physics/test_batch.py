@@ -1,0 +1,245 @@
+"""Batches: the same bits as single runs; a case that fails harms no other; little memory; Ctrl-C keeps what is done."""
+
+from __future__ import annotations
+
+import gc
+import json
+import subprocess
+import sys
+import threading
+import time
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi import (
+    BatchCase,
+    Controller,
+    InputError,
+    Model,
+    ModelOptions,
+    Outcome,
+    Result,
+    Start,
+    Status,
+    SteadyWind,
+    WindBox,
+    simulate,
+    simulate_batch,
+)
+from meltemi.control import signals as s
+from meltemi.simulation import points
+
+SIZE = {"hub_height": 90.0, "rotor_diameter": 126.0}
+
+
+def box(seed: int, speed: float = 11.0) -> WindBox:
+    return meltemi.turbulence(speed, 0.14, duration=3.0, seed=seed, points=9, **SIZE)
+
+
+def raising(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+    if measurements[s.TIME] >= 0.5:
+        raise RuntimeError("sensor lost")
+
+
+def test_a_batch_gives_the_bits_of_single_runs(model: Model) -> None:
+    other = model.with_parameters(**{"aerodynamics.air_density": 1.1})
+    slow = meltemi.baseline(model.turbine.control, sample_time=0.1)
+    cases = [
+        BatchCase(model, lambda: box(1), 3.0),
+        BatchCase(other, lambda: box(1), 3.0),
+        BatchCase(model, lambda: box(2), 3.0, controller=slow),
+        BatchCase(lambda: model, SteadyWind(speed=9.0), 2.0, channels=["rotor_speed", "RootMyc1"]),
+        BatchCase(model, box(3), 3.0, start=Start(rotor_speed=1.2, generator_torque=3e4)),
+    ]
+    outcomes = simulate_batch(cases, workers=3)
+    alone = [
+        simulate(model, box(1), duration=3.0),
+        simulate(other, box(1), duration=3.0),
+        simulate(model, box(2), duration=3.0, controller=slow),
+        simulate(model, SteadyWind(speed=9.0), duration=2.0, channels=["rotor_speed", "RootMyc1"]),
+        simulate(model, box(3), duration=3.0, start=cases[4].start),
+    ]
+    assert [o.name for o in outcomes] == [f"case_{i:04d}" for i in range(1, 6)]
+    for outcome, run in zip(outcomes, alone, strict=True):
+        assert outcome.ok
+        assert outcome.message == ""
+        assert np.array_equal(outcome.value.data, run.data)
+        assert outcome.value.meta["case"] == outcome.name
+    assert not np.array_equal(alone[0].data, alone[1].data)
+
+
+def test_cases_that_fail_harm_no_other(model: Model) -> None:
+    wild = meltemi.build(model.turbine, ModelOptions(time_step=0.05))
+    small = WindBox(np.full((60, 3, 3, 3), 10.0, np.float32), dt=0.1, dy=10.0, dz=10.0, bottom=80.0, speed=10.0)
+
+    def no_wind() -> WindBox:
+        raise FileNotFoundError("field.bts")
+
+    good = BatchCase(model, lambda: box(1), 3.0)
+    fails = {
+        "diverges": BatchCase(wild, SteadyWind(speed=11.0), 3.0, start=Start(rotor_speed=1.2)),
+        "raises": BatchCase(model, SteadyWind(speed=11.0), 2.0, controller=Controller(raising)),
+        "small": BatchCase(model, small, 3.0),
+        "missing": BatchCase(model, no_wind, 3.0),
+        "short": BatchCase(model, SteadyWind(speed=11.0), -1.0),
+        "no model": BatchCase("nrel5mw", SteadyWind(speed=11.0), 1.0),  # type: ignore[arg-type]
+    }
+    cases = [BatchCase(**{**vars(case), "name": name}) for name, case in fails.items()]
+    cases[2:2] = [good]
+    cases += [good, BatchCase(**{**vars(good), "name": "raises"})]
+    outcomes = simulate_batch(cases, workers=2)
+    by_name: dict[str, Outcome] = {}
+    for outcome in outcomes:
+        by_name.setdefault(outcome.name, outcome)
+    expected: dict[str, tuple[Status, type[BaseException] | None, str]] = {
+        "diverges": (Status.DIVERGED, None, "diverged"),
+        "raises": (Status.CONTROLLER_RAISED, None, "sensor lost"),
+        "small": (Status.FAILED, InputError, "wide"),
+        "missing": (Status.FAILED, FileNotFoundError, "field.bts"),
+        "short": (Status.FAILED, InputError, "duration"),
+        "no model": (Status.FAILED, TypeError, "str"),
+    }
+    for name, (status, error, words) in expected.items():
+        outcome = by_name[name]
+        assert (outcome.status, outcome.error) == (status, error), outcome
+        assert words in outcome.message
+        assert not outcome.ok
+        assert (outcome.value is None) == (status is Status.FAILED)
+    assert len(by_name["raises"].value.time) == 10
+    twice = outcomes[-1]
+    assert (twice.name, twice.status, twice.error) == ("raises", Status.FAILED, InputError)
+    alone = simulate(model, box(1), duration=3.0)
+    for i in (2, len(cases) - 2):
+        assert np.array_equal(outcomes[i].value.data, alone.data)
+
+
+def test_reduce_keeps_only_what_it_returns_and_may_fail(model: Model) -> None:
+    def peak(result: Result) -> float:
+        if result.meta["case"] == "bad":
+            raise ZeroDivisionError("nothing there")
+        return float(result["RootMyc1"].max())
+
+    names = ["good", "bad", "other"]
+    cases = [BatchCase(model, SteadyWind(speed=11.0), 0.5, name=name) for name in names]
+    good, bad, other = simulate_batch(cases, reduce=peak)
+    assert good.value == other.value > 1e6
+    assert (bad.status, bad.error, bad.value) == (Status.FAILED, ZeroDivisionError, None)
+
+
+def test_files_appear_as_soon_as_a_case_is_done(model: Model, tmp_path: Path) -> None:
+    seen: list[list[str]] = []
+
+    def cases() -> Iterator[BatchCase]:
+        for name in ("a", "b", "c"):
+            seen.append(sorted(path.name for path in tmp_path.glob("runs/*.nc")))
+            yield BatchCase(model, SteadyWind(speed=11.0), 0.5, name=name)
+
+    outcomes = simulate_batch(cases(), out=tmp_path / "runs", workers=1)
+    assert seen == [[], ["a.nc"], ["a.nc", "b.nc"]]
+    for outcome in outcomes:
+        assert outcome.value == tmp_path / "runs" / f"{outcome.name}.nc"
+        assert meltemi.read_netcdf(outcome.value).meta["case"] == outcome.name
+    (bad,) = simulate_batch([BatchCase(model, SteadyWind(speed=11.0), 0.5, name="../up")], out=tmp_path / "runs")
+    assert bad.error is InputError
+    assert not (tmp_path / "up.nc").exists()
+
+
+def test_only_as_many_winds_as_workers_are_in_memory(model: Model) -> None:
+    alive = most = 0
+    lock = threading.Lock()
+
+    def count(change: int) -> None:
+        nonlocal alive, most
+        with lock:
+            alive += change
+            most = max(most, alive)
+
+    def cases() -> Iterator[BatchCase]:
+        for seed in range(8):
+
+            def wind(seed: int = seed) -> WindBox:
+                made = box(seed)
+                count(1)
+                weakref.finalize(made, count, -1)
+                return made
+
+            yield BatchCase(model, wind, 0.5, controller=Controller(lambda state, measured, demands, dt: None))
+
+    gc.disable()  # what reference counts do not free stays
+    try:
+        outcomes = simulate_batch(cases(), workers=2, reduce=lambda result: result.status)
+        assert all(outcome.ok for outcome in outcomes)
+        assert most <= 2
+        assert alive == 0
+    finally:
+        gc.enable()
+
+
+def test_progress_rises_to_one(model: Model) -> None:
+    shares: list[float] = []
+    cases = [BatchCase(model, SteadyWind(speed=11.0), 20.0) for _ in range(4)]
+    simulate_batch(cases, workers=2, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_an_operating_point_is_found_once(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[float] = []
+    original = points.operating_point
+
+    def counted(model: Model, wind: Any) -> Any:
+        calls.append(wind.speed)
+        time.sleep(0.1)
+        return original(model, wind)
+
+    monkeypatch.setattr(points, "operating_point", counted)
+    winds = [SteadyWind(speed=speed) for speed in (9.01, 9.02, 9.01, 9.02)]
+    assert all(outcome.ok for outcome in simulate_batch([BatchCase(model, wind, 0.5) for wind in winds], workers=4))
+    assert sorted(calls) == [9.01, 9.02]
+
+
+@pytest.mark.parametrize("change", [{"workers": 0}, {"workers": 1.5}])
+def test_bad_arguments(model: Model, change: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match="workers"):
+        simulate_batch([], **change)
+
+
+def test_no_cases_no_outcomes() -> None:
+    assert simulate_batch([]) == []
+
+
+def test_an_iterable_that_fails_says_so(model: Model) -> None:
+    def cases() -> Iterator[BatchCase]:
+        yield BatchCase(model, SteadyWind(speed=11.0), 0.5)
+        raise KeyError("table of seeds")
+
+    with pytest.raises(KeyError, match="table of seeds"):
+        simulate_batch(cases(), workers=2)
+
+
+INTERRUPTED = """
+import json, signal, threading, time, os, meltemi
+model = meltemi.build(meltemi.load_turbine("nrel5mw"))
+wind = meltemi.SteadyWind(speed=11.0)
+meltemi.simulate(model, wind, duration=0.5)
+lengths = [0.5, *[5000.0] * 5]
+cases = [meltemi.BatchCase(model, wind, duration, channels=["rotor_speed"]) for duration in lengths]
+threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+outcomes = meltemi.simulate_batch(cases, workers=2)
+print(json.dumps([(int(o.status), len(o.value.time)) for o in outcomes]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C cannot be sent to one process")
+def test_interrupt_keeps_what_is_done() -> None:
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=60, check=True)
+    first, *others = json.loads(done.stdout)
+    assert first == [Status.OK, 11]
+    assert len(others) == 2  # the others were not begun
+    assert all(status == Status.INTERRUPTED and 100 < rows < 100_000 for status, rows in others)
