@@ -446,7 +446,7 @@ class _Orbit:
         means = np.zeros_like(case.signals.vector)
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
-            equations(0.0, step / self.speed, *case.parts)
+            assemble_equations(0.0, step / self.speed, case.numbers[1], case.parts)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
         aero = case.aero_state.vector.copy()
