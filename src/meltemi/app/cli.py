@@ -392,12 +392,8 @@ def campbell(
     if speeds and rotor_speeds:
         raise InputError("give one of --wind-speeds, --rotor-speeds")
     described = load_turbine(turbine)
-    if rotor_speeds:
-        turns = [w * pi / 30.0 for w in _speeds(rotor_speeds, "--rotor-speeds", "rpm", zero=True)]
-        wanted: dict[str, list[float]] = {"rotor_speeds": turns}
-    else:
-        winds = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
-        wanted = {"wind_speeds": winds}
+    turns = [w * pi / 30.0 for w in _speeds(rotor_speeds, "--rotor-speeds", "rpm", zero=True)] if rotor_speeds else None
+    winds = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
     out = _folder(out)
     _announce_compilation()
     from meltemi.report.plots import plot_campbell, save
@@ -406,9 +402,14 @@ def campbell(
     from meltemi.simulation.model import build
 
     with _progress("Campbell diagram") as progress:
-        diagram = diagram_of(build(described), air=not (vacuum or rotor_speeds), progress=progress, **wanted)
-    (values,) = wanted.values()
-    last = len(values) - 1
+        diagram = diagram_of(
+            build(described),
+            wind_speeds=None if turns else winds,
+            rotor_speeds=turns,
+            air=not (vacuum or turns),
+            progress=progress,
+        )
+    last = len(diagram.rotor_speed) - 1
     columns = [
         (f"{what}\n{'at first' if i == 0 else 'at last'}", numbers[:, i])
         for i in dict.fromkeys((0, last))

@@ -25,8 +25,8 @@ from meltemi.structure.tables import STRUCTURE
 
 Float = NDArray[np.float64]
 
-LIKE = 0.3
-"""Least likeness of neighbours on one curve."""
+LEAST = 0.8
+"""Least score, of 3, that gives a mode a name."""
 WHIRL = ("collective", "backward whirl", "forward whirl")
 
 
@@ -115,21 +115,23 @@ def campbell(
             found.append([fixed_parts(mode) if speed == 0.0 else mode for mode in modes])
         if progress is not None:
             progress((i + 1) / len(given))
-    stiffness = strain(model)
-    tracks = follow(found, stiffness)
-    turning = any(speed > 0.0 for _, speed, _ in operation)
-    labels = name_tracks(tracks, stiffness, turning)
-    order = sorted(labels, key=lambda j: np.mean([m.frequency for m in tracks[j] if m is not None]))
-    values = np.array(
-        [[[m.frequency, m.damping] if m else [np.nan, np.nan] for m in tracks[j]] for j in order]
-    ).reshape(len(order), len(given), 2)
+    where = np.array(operation)
+    # begin where modes are told apart best: whirling fast in vacuum, little damped by slow wind
+    order = np.argsort(where[:, 0] if air else -where[:, 1], kind="stable")
+    curves = follow(found, [int(i) for i in order], strain(model), bool(np.any(where[:, 1] > 0.0)))
+    labels = sorted(curves, key=lambda n: float(np.mean([m.frequency for m in curves[n] if m is not None])))
+    nan = (np.nan, np.nan)
+    values = [[(m.frequency, m.damping) if m else nan for m in curves[label]] for label in labels]
+    numbers = np.array(values).reshape(len(labels), len(given), 2)
     return Campbell(
-        *np.array(operation).T,
-        tuple(labels[j] for j in order),
-        values[:, :, 0],
-        values[:, :, 1],
-        tuple(tuple(tracks[j]) for j in order),
-        air,
+        wind_speed=where[:, 0],
+        rotor_speed=where[:, 1],
+        pitch=where[:, 2],
+        labels=tuple(labels),
+        frequency=numbers[:, :, 0],
+        damping=numbers[:, :, 1],
+        modes=tuple(tuple(curves[label]) for label in labels),
+        air=air,
     )
 
 
@@ -178,26 +180,6 @@ def likeness(a: Mode, b: Mode, stiffness: dict[str, float]) -> float:
     return float(mac * (1.0 - apart))
 
 
-def follow(found: Sequence[Sequence[Mode]], stiffness: dict[str, float]) -> list[list[Mode | None]]:
-    """Curves of modes through the operating points: neighbours that are most alike."""
-    from scipy.optimize import linear_sum_assignment
-
-    tracks: list[list[Mode | None]] = []
-    last: list[Mode] = []
-    for i, modes in enumerate(found):
-        like = np.array([[likeness(a, b, stiffness) for b in modes] for a in last]).reshape(len(last), len(modes))
-        pairs = {int(k): int(j) for j, k in zip(*linear_sum_assignment(-like), strict=True) if like[j, k] >= LIKE}
-        for track in tracks:
-            track.append(None)
-        for k, mode in enumerate(modes):
-            if k not in pairs:
-                tracks.append([None] * (i + 1))
-                last.append(mode)
-            j = pairs.get(k, len(tracks) - 1)
-            tracks[j][i] = last[j] = mode
-    return tracks
-
-
 def participation(mode: Mode, stiffness: dict[str, float], turning: bool = True) -> dict[str, float]:
     """Shares of the strain energy by what they are called.
 
@@ -223,17 +205,34 @@ def _called(coordinate: str) -> str:
     return {"yaw": "nacelle yaw", "drivetrain": "1st drivetrain torsion"}.get(coordinate, coordinate)
 
 
-def name_tracks(
-    tracks: Sequence[Sequence[Mode | None]], stiffness: dict[str, float], turning: bool = True
-) -> dict[int, str]:
-    """Names of curves by their number, no name twice: those that together hold most of the energy.
+def follow(
+    found: Sequence[Sequence[Mode]], order: Sequence[int], stiffness: dict[str, float], turning: bool = True
+) -> dict[str, list[Mode | None]]:
+    """Curves of modes by name: at each operating point no mode has two names, and no name two modes.
 
-    There are as many names as coordinates; curves that are left over are not of the structure.
+    A mode gets the name that has its strain energy and whose mode at the point before was like it. There are as
+    many names as coordinates; modes that are left over are not of the structure.
+
+    Args:
+      found: modes at each operating point.
+      order: in which the points are gone through.
     """
     from scipy.optimize import linear_sum_assignment
 
-    every = [[participation(m, stiffness, turning) for m in track if m is not None] for track in tracks]
-    names = list(dict.fromkeys(name for shares in every for share in shares for name in share))
-    score = np.array([[sum(s[name] for s in shares) for name in names] for shares in every])
-    pairs = linear_sum_assignment(-score.reshape(len(tracks), len(names)))
-    return {int(j): names[k] for j, k in zip(*pairs, strict=True)}
+    names = list(dict.fromkeys(n for modes in found for m in modes for n in participation(m, stiffness, turning)))
+    curves: dict[str, list[Mode | None]] = {name: [None] * len(found) for name in names}
+    last: dict[str, Mode] = {}
+    for i in order:
+        shares = [participation(mode, stiffness, turning) for mode in found[i]]
+        # Energy counts twice, so that names cross where curves mix and part again. At first there is nothing to be
+        # like; less damping tells the structure from the wake.
+        score = np.array(
+            [
+                [2.0 * s[n] + (likeness(last[n], m, stiffness) if n in last else 1.0 - m.damping) for n in names]
+                for s, m in zip(shares, found[i], strict=True)
+            ]
+        ).reshape(len(shares), len(names))
+        for k, j in zip(*linear_sum_assignment(-score), strict=True):
+            if score[k, j] >= LEAST:
+                curves[names[j]][i] = last[names[j]] = found[i][k]
+    return {name: curve for name, curve in curves.items() if any(curve)}

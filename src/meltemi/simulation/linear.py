@@ -46,7 +46,7 @@ ITERATIONS = 50
 """Of the momentum balance: what is left of its residual must not show in differences."""
 STEPS = {"m": 1e-4, "m/s": 1e-3, "rad": 1e-5, "rad/s": 1e-4, "-": 1e-5, "N m": 1e2}
 """Of the central differences, by unit. Polars are linear between angles of 4e-3 rad: angles stay well below."""
-STRUCTURAL = 0.2
+STRUCTURAL = 0.5
 """Share of coordinates and velocities in a mode's participation factors from which it is one of the structure."""
 PARTS = ("collective", "cosine", "sine")
 
@@ -224,7 +224,7 @@ def linearise(
     names = [tuple(_fixed_name(s.name) if fixed else s.name for s in v) for v in (x, u, y)]
     units = [tuple(s.unit for s in v) for v in (x, u, y)]
     blocks = (total[:n, :n], total[:n, n:], total[n:, :n], total[n:, n:])
-    return LinearModel(*blocks, *names, *units, x0, u0, y0, azimuth, point)  # type: ignore[arg-type]
+    return LinearModel(*blocks, names[0], names[1], names[2], units[0], units[1], units[2], x0, u0, y0, azimuth, point)
 
 
 def linear_case(model: Model, point: OperatingPoint) -> Case:
@@ -268,18 +268,18 @@ def _evaluated(case: Case, rows: Sequence[Variable], loads: bool) -> Float:
     derivatives(*(case[name] for name in names))
     if loads:
         case.loads(0.0)
-    signals = {"signals": case.signals.vector}
-    return np.array([signals.get(name, case.arrays.get(name)).flat[i] for name, i in (row.shows for row in rows)])
+    arrays = {**case.arrays, "signals": case.signals.vector}
+    return np.array([arrays[name].flat[i] for name, i in (row.shows for row in rows)])
 
 
 def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
     """All states that move."""
     model, names = case.model, case.model.coordinates
     generator, torsion = (len(model.tower.names) + i for i in (GENERATOR, TORSION))
-    free = np.flatnonzero(case["locked"] == 0.0)
+    free = [i for i in range(len(names)) if case["locked"][i] == 0.0]
     unit = ["rad" if n in ("yaw", "generator", "drivetrain") or n.endswith("torsion") else "m" for n in names]
     x = []
-    for i in free[free != generator]:
+    for i in (i for i in free if i != generator):
         # the rotor's azimuth is held: where the shaft is twisted, the generator stays back
         moves: tuple[tuple[Place, float], ...] = ((("q", i), 1.0),)
         moves += ((("q", generator), -1.0),) if i == torsion else ()
