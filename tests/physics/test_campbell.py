@@ -56,15 +56,15 @@ def test_standstill_is_the_published_table(vacuum: Campbell) -> None:
 def test_whirl_splits_by_the_rotor_speed(vacuum: Campbell, kind: str) -> None:
     speed = vacuum.rotor_speed[4:]
     split = 0.5 * (curve(vacuum, f"{kind} forward whirl") - curve(vacuum, f"{kind} backward whirl"))[4:]
-    np.testing.assert_allclose(split, speed, rtol=0.02 if kind != "1st flap" else 0.03)
+    np.testing.assert_allclose(split, speed, rtol=0.02)
 
 
 def test_curves_are_smooth_and_whole(vacuum: Campbell) -> None:
     assert np.isfinite(vacuum.frequency).all()
     assert len(vacuum.labels) == 18
     slope = np.abs(np.diff(vacuum.frequency, axis=1)) / np.diff(vacuum.rotor_speed)
-    # no curve is steeper than a whirl, but where collective and forward flap mix below 3 rpm
-    assert np.max(slope[:, 3:]) < 1.1
+    # whirl goes with the speed, and centrifugal stiffening adds half as much for flap modes
+    assert np.max(slope) < 1.6
 
 
 def test_order_of_the_points_does_not_matter(model: Model, vacuum: Campbell) -> None:

@@ -98,6 +98,13 @@ def campbell(
     vacuum = model
     if not air and model.environment.gravity:
         vacuum = build(model.turbine, model.options, model.environment.replace(gravity=0.0))
+    # its speed is held only after steady operation has been found with it
+    locked = np.array(
+        [
+            float(is_locked or (name == "generator" and not free))
+            for name, is_locked in zip(model.coordinates, model.locked, strict=True)
+        ]
+    )
     found, operation = [], []
     for i, value in enumerate(given):
         if rotor_speeds is None:
@@ -107,9 +114,7 @@ def campbell(
             wind, speed, pitch = np.nan, value, 0.0
         operation.append((wind, speed, pitch))
         if air:
-            linear = linearise(model, point, (), (), azimuths=azimuths)
-            held = [name for name in ("v generator",) if name in linear.states and not free]
-            found.append(linear.without(*held).modes())
+            found.append(linearise(replace(model, locked=locked), point, (), (), azimuths=azimuths).modes())
         else:
             modes = natural_modes(vacuum, speed, pitch=pitch, generator_free=free)
             found.append([fixed_parts(mode) if speed == 0.0 else mode for mode in modes])

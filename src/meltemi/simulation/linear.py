@@ -98,21 +98,6 @@ class LinearModel:
     azimuth: float | None
     point: OperatingPoint
 
-    def without(self, *states: str) -> LinearModel:
-        """The model with some states held at the operating point.
-
-        Raises:
-          InputError: there is no such state.
-        """
-        for name in states:
-            if name not in self.states:
-                raise InputError(f"linear model: no state {name!r}: {did_you_mean(name, self.states)}")
-        keep = [i for i, name in enumerate(self.states) if name not in states]
-        changed: dict[str, Any] = dict(self.__dict__)
-        changed.update(A=self.A[np.ix_(keep, keep)], B=self.B[keep], C=self.C[:, keep], x0=self.x0[keep])
-        changed.update({name: tuple(getattr(self, name)[i] for i in keep) for name in ("states", "state_units")})
-        return LinearModel(**changed)
-
     @one_blas_thread
     def modes(self, structural: float = STRUCTURAL) -> list[Mode]:
         """Oscillating modes of the structure, lowest frequency first; their shapes have the coordinates only.
