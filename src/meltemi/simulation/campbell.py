@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.maths.multiblade import blade_matrix
 from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode, natural_modes
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.tables import STRUCTURE
@@ -95,16 +95,13 @@ def campbell(
     if not given:
         raise InputError("campbell: no wind speeds or rotor speeds")
     free = air if generator_free is None else generator_free
-    vacuum = model
-    if not air and model.environment.gravity:
-        vacuum = build(model.turbine, model.options, model.environment.replace(gravity=0.0))
-    # its speed is held only after steady operation has been found with it
-    locked = np.array(
-        [
-            float(is_locked or (name == "generator" and not free))
-            for name, is_locked in zip(model.coordinates, model.locked, strict=True)
-        ]
+    vacuum = replace(
+        model.with_parameters(**{"structure.gravity": 0.0}), environment=model.environment.replace(gravity=0.0)
     )
+    # its speed is held only after steady operation has been found with it
+    locked = model.locked.copy()
+    if not free:
+        locked[model.coordinates.index("generator")] = 1.0
     found, operation = [], []
     for i, value in enumerate(given):
         if rotor_speeds is None:
