@@ -70,8 +70,7 @@ def test_columns_are_differences_of_the_simulation(model: Model, wind_speed: flo
     assert (found.C @ x)[0] == pytest.approx(force, rel=1e-6)
 
 
-def test_no_state_moves_at_the_operating_point(model: Model, point: OperatingPoint) -> None:
-    # the step of the differences does not matter
+def test_the_step_of_the_differences_does_not_matter(model: Model, point: OperatingPoint) -> None:
     columns = []
     for factor in (1.0, 0.2):
         with pytest.MonkeyPatch.context() as patch:
@@ -234,6 +233,31 @@ def test_without_air_it_has_the_natural_modes(turbine: Turbine) -> None:
     for one, two in zip(found, expected, strict=True):
         assert one.frequency == pytest.approx(two.frequency, rel=2e-4)
         assert one.damping == pytest.approx(two.damping, rel=2e-2)
+
+
+def test_modes_of_the_air_are_left_out(fixed: LinearModel) -> None:
+    few, many = fixed.modes(), fixed.modes(structural=0.0)
+    # 7 of the trunk, 4 of each blade, less the turning of the rotor, which does not oscillate
+    assert len(few) == 18
+    assert len(many) > 50
+    assert {m.frequency for m in few} <= {m.frequency for m in many}
+
+
+def test_states_at_any_azimuth_lie_on_the_orbit(model: Model, point: OperatingPoint) -> None:
+    case = Case(model, point.wind)
+    step = 2.0 * np.pi / len(point.revolution)
+    point.put(case, 5.0 * step)
+    generator = model.coordinates.index("generator")
+    expected = point.revolution[5, : len(point.q)].copy()
+    expected[generator] += 5.0 * step
+    np.testing.assert_allclose(case["q"], expected, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(case.aero_state.vector, point.revolution[5, 2 * len(point.q) :], rtol=1e-9, atol=1e-9)
+    # between them: a third of a revolution on, blade 2 is where blade 3 was
+    motion = []
+    for azimuth in (0.1, 0.1 + 2.0 * np.pi / 3.0):
+        point.put(case, azimuth)
+        motion.append(case["q"][model.n_core :].reshape(3, -1).copy())
+    np.testing.assert_allclose(motion[1], np.roll(motion[0], -1, axis=0), rtol=0.0, atol=1e-9)
 
 
 def test_scipy_takes_it(fixed: LinearModel) -> None:
