@@ -57,7 +57,7 @@ class Variable:
 
     Attributes:
       name, unit: for people; SI.
-      value: at the operating point; of outputs and states filled in where they are known.
+      value: of inputs, at the operating point.
       moves: what a unit of it adds to the numbers of a case (states and inputs).
       shows: where the number stands that it is (outputs), or the rate it has (states).
     """
