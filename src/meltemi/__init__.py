@@ -38,9 +38,14 @@ if TYPE_CHECKING:
     from meltemi.postprocess.files import write_netcdf as write_netcdf
     from meltemi.postprocess.statistics import revolution_means as revolution_means
     from meltemi.report.plots import plot as plot
+    from meltemi.report.plots import plot_campbell as plot_campbell
     from meltemi.report.plots import plot_performance as plot_performance
     from meltemi.report.plots import plot_power_curve as plot_power_curve
+    from meltemi.simulation.campbell import Campbell as Campbell
+    from meltemi.simulation.campbell import campbell as campbell
     from meltemi.simulation.case import Stations as Stations
+    from meltemi.simulation.linear import LinearModel as LinearModel
+    from meltemi.simulation.linear import linearise as linearise
     from meltemi.simulation.model import Model as Model
     from meltemi.simulation.model import build as build
     from meltemi.simulation.modes import natural_modes as natural_modes
@@ -78,8 +83,10 @@ _HOME = {
     "postprocess.fatigue": "damage_equivalent_load equivalent_loads rainflow_cycles",
     "postprocess.files": "read_netcdf write_netcdf",
     "postprocess.statistics": "revolution_means",
-    "report.plots": "plot plot_performance plot_power_curve",
+    "report.plots": "plot plot_campbell plot_performance plot_power_curve",
+    "simulation.campbell": "Campbell campbell",
     "simulation.case": "Stations",
+    "simulation.linear": "LinearModel linearise",
     "simulation.model": "Model build",
     "simulation.modes": "natural_modes",
     "simulation.options": "BEDDOES ModelOptions StallConstants",

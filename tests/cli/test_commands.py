@@ -19,7 +19,7 @@ from meltemi import Model, Simulation, Status, SteadyWind
 from meltemi.app.cli import main
 from meltemi.simulation.channels import DEFAULT
 
-COMMANDS = ("run", "turbines", "channels", "power-curve", "verify", "warmup", "bench", "template")
+COMMANDS = ("run", "turbines", "channels", "power-curve", "campbell", "verify", "warmup", "bench", "template")
 
 
 def succeeded(ran: Ran, folder: Path, *names: str) -> None:
@@ -252,6 +252,22 @@ def test_power_curve_over_a_range(command: Command, tmp_path: Path) -> None:
     assert [float(u) for u in speeds] == [14.0, 14.5, 15.0]
 
 
+def test_campbell_at_standstill_is_the_published_table(command: Command, tmp_path: Path) -> None:
+    ran = command("campbell", "nrel5mw", "--rotor-speeds", "0", "--out", tmp_path)
+    succeeded(ran, tmp_path, "campbell.csv", "campbell.png")
+    with (tmp_path / "campbell.csv").open(newline="") as file:
+        found = {row["mode"]: float(row["frequency Hz"]) for row in csv.DictReader(file)}
+    # NREL/TP-500-38060, table 9-1 (ADAMS)
+    assert found["1st drivetrain torsion"] == pytest.approx(0.6094, rel=0.03)
+    assert found["1st edge sine"] == pytest.approx(1.0740, rel=0.03)
+
+
+def test_campbell_with_air(command: Command, tmp_path: Path) -> None:
+    ran = command("campbell", "nrel5mw", "--wind-speeds", "8,16", "--out", tmp_path)
+    succeeded(ran, tmp_path, "campbell.csv", "campbell.png")
+    assert "1st flap backward whirl" in ran.out
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 @pytest.mark.parametrize("flag", ["-h", "--help"])
 def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
@@ -260,7 +276,7 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     assert "Usage: " in ran.out
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
-    assert ("--out" in options) is (name in ("run", "power-curve", "verify", "template"))
+    assert ("--out" in options) is (name in ("run", "power-curve", "campbell", "verify", "template"))
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("-h",)])

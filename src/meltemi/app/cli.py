@@ -356,7 +356,7 @@ def _default_speeds(low: float, high: float) -> list[float]:
     return [float(u) for u in range(int(low) + (low > int(low)), int(high) + 1)]
 
 
-def _speeds(text: str) -> list[float]:
+def _speeds(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero: bool = False) -> list[float]:
     try:
         if ":" in text:
             first, last, step = (float(x) for x in text.split(":"))
@@ -366,10 +366,63 @@ def _speeds(text: str) -> list[float]:
         else:
             found = [float(x) for x in text.split(",")]
     except (ValueError, OverflowError):
-        raise InputError(f"--wind-speeds {text!r}: expected 4,6,8 or 4:24:2 (first:last:step)") from None
-    if not found or not all(0.0 < speed <= 100.0 for speed in found):
-        raise InputError(f"--wind-speeds {text!r}: expected speeds between 0 and 100 m/s")
+        raise InputError(f"{option} {text!r}: expected 4,6,8 or 4:24:2 (first:last:step)") from None
+    if not found or not all(0.0 < speed <= 100.0 or (zero and speed == 0.0) for speed in found):
+        raise InputError(f"{option} {text!r}: expected speeds between 0 and 100 {unit}")
     return found
+
+
+@app.command()
+def campbell(
+    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
+    speeds: Annotated[
+        str | None, typer.Option("--wind-speeds", help="Wind speeds [m/s], e.g. 4,6,8 or 4:24:2.")
+    ] = None,
+    rotor_speeds: Annotated[
+        str | None, typer.Option("--rotor-speeds", help="Instead: rotor speeds [rpm], in vacuum; 0 is standstill.")
+    ] = None,
+    vacuum: Annotated[bool, typer.Option("--vacuum", help="The structure without air, generator speed held.")] = False,
+    out: OutOption = Path("out"),
+) -> None:
+    """Frequencies and damping: table, plot, CSV."""
+    from math import pi
+
+    from meltemi.turbine.library import load_turbine
+
+    if speeds and rotor_speeds:
+        raise InputError("give one of --wind-speeds, --rotor-speeds")
+    described = load_turbine(turbine)
+    turns = [w * pi / 30.0 for w in _speeds(rotor_speeds, "--rotor-speeds", "rpm", zero=True)] if rotor_speeds else None
+    winds = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
+    out = _folder(out)
+    _announce_compilation()
+    from meltemi.report.plots import plot_campbell, save
+    from meltemi.report.tables import campbell_rows, number, write_csv
+    from meltemi.simulation.campbell import campbell as diagram_of
+    from meltemi.simulation.model import build
+
+    with _progress("Campbell diagram") as progress:
+        diagram = diagram_of(
+            build(described),
+            wind_speeds=None if turns else winds,
+            rotor_speeds=turns,
+            air=not (vacuum or turns),
+            progress=progress,
+        )
+    last = len(diagram.rotor_speed) - 1
+    columns = [
+        (f"{what}\n{'at first' if i == 0 else 'at last'}", numbers[:, i])
+        for i in dict.fromkeys((0, last))
+        for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
+    ]
+    rows = [[label, *(number(float(v[j])) for _, v in columns)] for j, label in enumerate(diagram.labels)]
+    _print_table(
+        f"{described.name}: modes {'with air' if diagram.air else 'in vacuum'}",
+        ["mode", *(n for n, _ in columns)],
+        rows,
+    )
+    print(f"wrote {write_csv(out / 'campbell.csv', *campbell_rows(diagram))}")
+    print(f"wrote {save(plot_campbell(diagram), out / 'campbell.png')}")
 
 
 @app.command()

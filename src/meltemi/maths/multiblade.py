@@ -7,6 +7,8 @@ Reference: docs/theory/simulation.md (M-17 to M-19); Bir (2008), NREL/CP-500-425
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -46,3 +48,19 @@ def fixed_frame(
     K = np.linalg.solve(T, stiffness @ T + speed * damping @ T1 - speed**2 * T2)
     D = np.linalg.solve(T, damping @ T - 2.0 * speed * T1)
     return np.asarray(K, dtype=float), np.asarray(D, dtype=float)
+
+
+def rotating_frame(n: int, triples: Sequence[Sequence[int]], azimuth: float) -> tuple[Float, Float]:
+    """(n, n) matrix T from multi-blade to blade coordinates, and its derivative by azimuth.
+
+    Args:
+      triples: places of blades 1 to 3 in the vector, for each quantity of the blades; collective, cosine and
+        sine part stand in the same places. All other places are fixed ones.
+      azimuth: [rad] of blade 1.
+    """
+    T, T1 = np.eye(n), np.zeros((n, n))
+    whole, slope, _ = blade_matrix(azimuth)
+    for triple in triples:
+        T[np.ix_(triple, triple)] = whole
+        T1[np.ix_(triple, triple)] = slope
+    return T, T1

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from meltemi.simulation.campbell import Campbell
     from meltemi.simulation.performance import Performance
     from meltemi.simulation.result import Result
     from meltemi.simulation.trim import OperatingPoint
@@ -153,6 +154,58 @@ def plot_performance(performance: Performance) -> Figure:
         ax.set_ylim(bottom=0.0)
         style(ax)
     axes[0, 0].legend(title="pitch", fontsize=8)
+    return figure
+
+
+MARKERS = "osD^v<>P*X"
+HIGHEST_DAMPING = 25.0
+"""[%] to which the second panel of a Campbell diagram reaches."""
+
+
+def plot_campbell(diagram: Campbell) -> Figure:
+    """Frequency and damping of the modes, and the multiples of the rotor speed that may excite them.
+
+    The curves run over wind speed, or over rotor speed where there is no wind.
+    """
+    windless = bool(np.any(np.isnan(diagram.wind_speed)))
+    rpm = diagram.rotor_speed * 30.0 / np.pi
+    x = rpm if windless else diagram.wind_speed
+    figure, axes = new_figure(1, 2, size=(12.0, 7.5))
+    frequency, damping = diagram.frequency / (2.0 * np.pi), 100.0 * diagram.damping
+    top = 1.05 * float(np.nanmax(frequency, initial=0.1))
+    for n in (1, 3, 6, 9):
+        axes[0, 0].plot(x, n * rpm / 60.0, color="#9aa5ae", linewidth=0.8, linestyle="--")
+        if n * rpm[-1] / 60.0 < top:
+            axes[0, 0].annotate(
+                f"{n}P",
+                (x[-1], n * rpm[-1] / 60.0),
+                xytext=(3, 0),
+                textcoords="offset points",
+                fontsize=7,
+                color="#6b757d",
+            )
+    for j, label in enumerate(diagram.labels):
+        look = {
+            "color": COLOURS[j % len(COLOURS)],
+            "marker": MARKERS[j % len(MARKERS)],
+            "markersize": 4.5,
+            "linewidth": 1.0,
+        }
+        axes[0, 0].plot(x, frequency[j], label=label, **look)
+        axes[0, 1].plot(x, damping[j], **look)
+    axes[0, 0].set_ylim(0.0, top)
+    high = float(np.nanmax(damping, initial=1.0))
+    low = min(0.0, 1.05 * float(np.nanmin(damping, initial=0.0)))
+    axes[0, 1].set_ylim(low, min(1.05 * high, HIGHEST_DAMPING))
+    note = f" (up to {HIGHEST_DAMPING:g} %; flap modes may lie above)" if 1.05 * high > HIGHEST_DAMPING else ""
+    axes[0, 1].axhline(0.0, color=INK, linewidth=0.8)
+    for ax, what, unit in ((axes[0, 0], "natural frequency", "Hz"), (axes[0, 1], f"damping ratio{note}", "%")):
+        ax.set_title(what, fontsize=9, loc="left", color=INK, pad=3)
+        ax.set_ylabel(f"[{unit}]", fontsize=8)
+        ax.set_xlabel("rotor speed [rpm]" if windless else "wind speed [m/s]")
+        style(ax)
+    figure.legend(loc="outside lower center", ncols=5, fontsize=8, frameon=False)
+    figure.suptitle(f"Campbell diagram, {'with air' if diagram.air else 'in vacuum'}", fontsize=10, color=INK)
     return figure
 
 

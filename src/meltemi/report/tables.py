@@ -13,6 +13,7 @@ from meltemi.postprocess.fatigue import equivalent_loads
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from meltemi.simulation.campbell import Campbell
     from meltemi.simulation.result import Result
     from meltemi.simulation.trim import OperatingPoint
 
@@ -110,4 +111,15 @@ def power_curve_rows(points: Sequence[OperatingPoint]) -> tuple[list[str], list[
     channels = [points[0].channels[name] for name in POWER_CURVE]
     head = ["wind\nm/s", *(f"{_SHORT[c.name]}\n{c.display_unit[0]}" for c in channels)]
     rows = [[number(p.wind.speed), *(number(p[c.name] * c.display_unit[1]) for c in channels)] for p in points]
+    return head, rows
+
+
+def campbell_rows(diagram: Campbell) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of a Campbell diagram, one for each mode and operating point."""
+    head = ["mode", "wind m/s", "rotor rpm", "pitch deg", "frequency Hz", "damping %"]
+    operation = (diagram.wind_speed, diagram.rotor_speed * 30.0 / math.pi, diagram.pitch * 180.0 / math.pi)
+    rows = []
+    for label, frequency, damping in zip(diagram.labels, diagram.frequency, diagram.damping, strict=True):
+        for *where, f, d in zip(*operation, frequency, damping, strict=True):
+            rows.append([label, *(number(float(v)) for v in (*where, f / (2.0 * math.pi), 100.0 * d))])
     return head, rows

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.control.actuators import ANGLE
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.threads import one_blas_thread
 from meltemi.maths.multiblade import fixed_frame
@@ -96,17 +97,21 @@ def _check(*arrays: Float) -> None:
 
 
 @one_blas_thread
-def natural_modes(model: Model, rotor_speed: float = 0.0, *, generator_free: bool = False) -> list[Mode]:
+def natural_modes(
+    model: Model, rotor_speed: float = 0.0, *, pitch: float = 0.0, generator_free: bool = False
+) -> list[Mode]:
     """Modes of the machine in vacuum, lowest frequency first.
 
     Args:
       rotor_speed: [rad/s].
+      pitch: [rad] of all blades.
       generator_free: the generator may turn about its mean; otherwise its speed is held.
 
     Raises:
       UnsupportedError: a turning rotor without three blades, or in gravity (its motion is periodic).
     """
     case = vacuum_case(model)
+    case["pitch"][ANGLE] = pitch
     core, modes = model.n_core, len(model.blade.names)
     generator = len(model.tower.names) + GENERATOR
     if rotor_speed and model.n_blades != 3:

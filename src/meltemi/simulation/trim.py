@@ -67,6 +67,7 @@ class OperatingPoint:
       imbalance: [N m] of torque left over, on the low-speed shaft; zero when the speed is free.
       q, v: coordinates and velocities when blade 1 points up.
       aero: states of inflow and stall, and the solver's memory, at that moment.
+      revolution: (azimuths, states) the same three behind one another, at equal steps of the azimuth from 0.
       means: averages over the revolution of every signal.
     """
 
@@ -79,15 +80,24 @@ class OperatingPoint:
     q: Float = field(repr=False)
     v: Float = field(repr=False)
     aero: Float = field(repr=False)
+    revolution: Float = field(repr=False)
     means: Float = field(repr=False)
     channels: dict[str, Channel] = field(repr=False)
     places: dict[str, int] = field(repr=False)
 
-    def put(self, case: Case) -> None:
-        """Write the state into a case of the same model, blade 1 up."""
+    def put(self, case: Case, azimuth: float = 0.0) -> None:
+        """Write the state at an azimuth [rad] of blade 1 into a case of the same model."""
         hold(case, self.pitch, self.generator_torque)
         case["q"][:], case["v"][:] = self.q, self.v
         case.aero_state.vector[:] = self.aero
+        if azimuth:
+            # the Fourier series through the azimuths that are known; the generator turns with the rotor
+            n = len(self.revolution)
+            weight = np.exp(1j * azimuth * np.arange(n // 2 + 1)) / n
+            weight[1 : (n + 1) // 2] *= 2.0
+            state = (weight @ np.fft.rfft(self.revolution, axis=0)).real
+            case["q"][:], case["v"][:], case.aero_state.vector[:] = np.split(state, [len(self.q), 2 * len(self.q)])
+            case["q"][len(case.model.tower.names) + GENERATOR] += azimuth
 
     def __getitem__(self, name: str) -> float:
         """Average over the revolution of a channel, by our name or OpenFAST's, in SI."""
@@ -444,11 +454,14 @@ class _Orbit:
         self.azimuth = 0.0
         step = 2.0 * np.pi / B / SAMPLES
         means = np.zeros_like(case.signals.vector)
+        revolution = []
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
             assemble_equations(0.0, step / self.speed, case.numbers[1], case.parts)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
+            revolution.append(np.concatenate([case["q"], case["v"], case.aero_state.vector]))
+            revolution[-1][self.generator] -= (i + 1) * step
         aero = case.aero_state.vector.copy()
         self.prescribe(0.0)
         model = self.model
@@ -464,6 +477,7 @@ class _Orbit:
             q=case["q"].copy(),
             v=case["v"].copy(),
             aero=aero,
+            revolution=np.roll(revolution, 1, axis=0),
             means=means,
             channels=channels,
             places=places,

@@ -1,0 +1,240 @@
+"""Campbell diagrams: frequencies and damping of the modes over wind speed or rotor speed.
+
+Modes are followed from one operating point to the next by the likeness of their shapes (modal assurance
+criterion), and named after the coordinates that hold their strain energy.
+
+Reference: docs/theory/simulation.md (M-27 to M-30); Allemang (2003), Sound and Vibration 37(8).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.maths.multiblade import blade_matrix
+from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise
+from meltemi.simulation.model import Model
+from meltemi.simulation.modes import Mode, natural_modes
+from meltemi.simulation.trim import operating_point
+from meltemi.structure.tables import STRUCTURE
+
+Float = NDArray[np.float64]
+
+LEAST = 0.8
+"""Least score, of 3, that gives a mode a name."""
+WHIRL = ("collective", "backward whirl", "forward whirl")
+
+
+@dataclass(frozen=True)
+class Campbell:
+    """Modes over operating points.
+
+    Attributes:
+      wind_speed: (n,) [m/s]; NaN without wind.
+      rotor_speed: (n,) [rad/s].
+      pitch: (n,) [rad].
+      labels: names of the modes, e.g. ``"1st flap backward whirl"``.
+      frequency: (modes, n) [rad/s], undamped; NaN where a mode does not oscillate.
+      damping: (modes, n) ratio to critical.
+      modes: for each mode and operating point what was found, or None.
+      air: with the air; otherwise in vacuum.
+    """
+
+    wind_speed: Float
+    rotor_speed: Float
+    pitch: Float
+    labels: tuple[str, ...]
+    frequency: Float = field(repr=False)
+    damping: Float = field(repr=False)
+    modes: tuple[tuple[Mode | None, ...], ...] = field(repr=False)
+    air: bool
+
+
+def campbell(
+    model: Model,
+    *,
+    wind_speeds: Sequence[float] | None = None,
+    rotor_speeds: Sequence[float] | None = None,
+    air: bool = True,
+    generator_free: bool | None = None,
+    azimuths: int = AZIMUTHS // 2,
+    progress: Callable[[float], None] | None = None,
+) -> Campbell:
+    """Frequencies and damping over wind speed or rotor speed.
+
+    With air, the machine is linearised in the fixed frame about its steady operation, torque and pitch held; modes
+    of the air alone are left out. In vacuum it has the rotor speed and pitch of that operation, and no weight.
+
+    Args:
+      wind_speeds: [m/s] of steady wind; rotor speed and pitch are those of steady operation.
+      rotor_speeds: [rad/s] instead, in vacuum and at fine pitch; 0 is standstill.
+      air: with the air, or the structure in vacuum.
+      generator_free: the generator may turn about its mean, or its speed is held; by default free with air.
+      azimuths: see ``linearise``.
+      progress: called with the share that is done.
+
+    Raises:
+      InputError: not one of wind speeds and rotor speeds, or rotor speeds with air.
+      UnsupportedError: a rotor without three blades.
+    """
+    if wind_speeds is not None and rotor_speeds is None:
+        given = [float(value) for value in wind_speeds]
+    elif rotor_speeds is not None and wind_speeds is None:
+        given = [float(value) for value in rotor_speeds]
+    else:
+        raise InputError("campbell: give one of wind_speeds and rotor_speeds")
+    if rotor_speeds is not None and air:
+        raise InputError("campbell: with air the rotor speed follows from the wind: give wind_speeds, or air=False")
+    if model.n_blades != 3:
+        raise UnsupportedError("campbell: the fixed frame needs three blades")
+    if not given:
+        raise InputError("campbell: no wind speeds or rotor speeds")
+    free = air if generator_free is None else generator_free
+    vacuum = replace(
+        model.with_parameters(**{"structure.gravity": 0.0}), environment=model.environment.replace(gravity=0.0)
+    )
+    # its speed is held only after steady operation has been found with it
+    locked = model.locked.copy()
+    if not free:
+        locked[model.coordinates.index("generator")] = 1.0
+    found, operation = [], []
+    for i, value in enumerate(given):
+        if rotor_speeds is None:
+            point = operating_point(model, value)
+            wind, speed, pitch = value, point.rotor_speed, point.pitch
+        else:
+            wind, speed, pitch = np.nan, value, 0.0
+        operation.append((wind, speed, pitch))
+        if air:
+            found.append(linearise(replace(model, locked=locked), point, (), (), azimuths=azimuths).modes())
+        else:
+            modes = natural_modes(vacuum, speed, pitch=pitch, generator_free=free)
+            found.append([fixed_parts(mode) if speed == 0.0 else mode for mode in modes])
+        if progress is not None:
+            progress((i + 1) / len(given))
+    where = np.array(operation)
+    # begin where modes are told apart best: whirling fast in vacuum, little damped by slow wind
+    order = np.argsort(where[:, 0] if air else -where[:, 1], kind="stable")
+    curves = follow(found, [int(i) for i in order], strain(model), bool(np.any(where[:, 1] > 0.0)))
+    labels = sorted(curves, key=lambda n: float(np.mean([m.frequency for m in curves[n] if m is not None])))
+    nan = (np.nan, np.nan)
+    values = [[(m.frequency, m.damping) if m else nan for m in curves[label]] for label in labels]
+    numbers = np.array(values).reshape(len(labels), len(given), 2)
+    return Campbell(
+        wind_speed=where[:, 0],
+        rotor_speed=where[:, 1],
+        pitch=where[:, 2],
+        labels=tuple(labels),
+        frequency=numbers[:, :, 0],
+        damping=numbers[:, :, 1],
+        modes=tuple(tuple(curves[label]) for label in labels),
+        air=air,
+    )
+
+
+def fixed_parts(mode: Mode) -> Mode:
+    """A mode at standstill, blade 1 up, with collective, cosine and sine parts in place of the blades."""
+    shape, names = mode.shape.copy(), list(mode.coordinates)
+    for name in dict.fromkeys(n[8:] for n in names if re.match("blade [123] ", n)):
+        at = [names.index(f"blade {b} {name}") for b in (1, 2, 3)]
+        shape[at] = np.linalg.solve(blade_matrix(0.0)[0], shape[at])
+        for i, part in zip(at, PARTS, strict=True):
+            names[i] = f"{name} {part}"
+    return replace(mode, coordinates=tuple(names), shape=shape / shape[np.argmax(np.abs(shape))])
+
+
+def strain(model: Model) -> dict[str, float]:
+    """Stiffness of each coordinate in the fixed frame: twice the mean strain energy of a unit amplitude."""
+    structure = model.structure
+    found = {f"tower {n}": k for n, k in zip(model.tower.names, np.diag(model.tower_matrix[1]), strict=True)}
+    found["yaw"] = structure[STRUCTURE.index("yaw_stiffness")]
+    found["drivetrain"] = structure[STRUCTURE.index("shaft_stiffness")]
+    for name, k in zip(model.blade.names, np.diag(model.modal[0, 0]), strict=True):
+        # of three blades together: cosine and sine are 1/2 in the mean
+        found.update({f"{name} {part}": k * share for part, share in zip(PARTS, (3.0, 1.5, 1.5), strict=True)})
+    return found
+
+
+def _weighted(mode: Mode, stiffness: dict[str, float]) -> NDArray[np.complex128]:
+    """Amplitudes of the coordinates of ``stiffness``, in its order, whose squares are shares of the strain energy."""
+    amplitude = dict(zip(mode.coordinates, mode.shape, strict=True))
+    shape = np.array([amplitude.get(name, 0.0) * np.sqrt(k) for name, k in stiffness.items()])
+    return np.asarray(shape / max(np.linalg.norm(shape), 1e-300))
+
+
+def _root(mode: Mode) -> complex:
+    """Eigenvalue [1/s]."""
+    return mode.frequency * complex(-mode.damping, np.sqrt(max(1.0 - mode.damping**2, 0.0)))
+
+
+def likeness(a: Mode, b: Mode, stiffness: dict[str, float]) -> float:
+    """1 for the same mode, 0 for modes that have nothing in common: shapes (MAC), and eigenvalues beside each other.
+
+    Shapes alone do not do: with air a heavily damped flap mode and a mode of the wake may move the blades alike.
+    """
+    mac = abs(np.vdot(_weighted(a, stiffness), _weighted(b, stiffness))) ** 2
+    apart = abs(_root(a) - _root(b)) / (abs(_root(a)) + abs(_root(b)))
+    return float(mac * (1.0 - apart))
+
+
+def participation(mode: Mode, stiffness: dict[str, float], turning: bool = True) -> dict[str, float]:
+    """Shares of the strain energy by what they are called.
+
+    With cosine and sine amplitudes c and s, a blade's motion is Re[(c cos psi + s sin psi) exp(i w t)]: the part
+    (c + i s) / 2 goes around with the rotor (forward whirl), the part (c - i s) / 2 against it (backward whirl).
+    """
+    shape = dict(zip(stiffness, _weighted(mode, stiffness), strict=True))
+    shares: dict[str, float] = {}
+    for name, x in shape.items():
+        kind, _, part = name.rpartition(" ")
+        if turning and part in ("cosine", "sine"):
+            c, s = shape[f"{kind} cosine"], shape[f"{kind} sine"]
+            whirl = c - 1j * s if part == "cosine" else c + 1j * s
+            shares[f"{kind} {WHIRL[PARTS.index(part)]}"] = float(abs(whirl) ** 2 / 2.0)
+        else:
+            shares[_called(name)] = float(abs(x) ** 2)
+    return shares
+
+
+def _called(coordinate: str) -> str:
+    if match := re.fullmatch(r"tower (\S+) (.*)", coordinate):
+        return f"{match[1]} tower {match[2]}"
+    return {"yaw": "nacelle yaw", "drivetrain": "1st drivetrain torsion"}.get(coordinate, coordinate)
+
+
+def follow(
+    found: Sequence[Sequence[Mode]], order: Sequence[int], stiffness: dict[str, float], turning: bool = True
+) -> dict[str, list[Mode | None]]:
+    """Curves of modes by name: at each operating point no mode has two names, and no name two modes.
+
+    A mode gets the name that has its strain energy and whose mode at the point before was like it. There are as
+    many names as coordinates; modes that are left over are not of the structure.
+
+    Args:
+      found: modes at each operating point.
+      order: in which the points are gone through.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    names = list(dict.fromkeys(n for modes in found for m in modes for n in participation(m, stiffness, turning)))
+    curves: dict[str, list[Mode | None]] = {name: [None] * len(found) for name in names}
+    last: dict[str, Mode] = {}
+    for i in order:
+        shares = [participation(mode, stiffness, turning) for mode in found[i]]
+        # Energy counts twice, so that names cross where curves mix and part again. At first there is nothing to be
+        # like; less damping tells the structure from the wake.
+        score = np.array(
+            [
+                [2.0 * s[n] + (likeness(last[n], m, stiffness) if n in last else 1.0 - m.damping) for n in names]
+                for s, m in zip(shares, found[i], strict=True)
+            ]
+        ).reshape(len(shares), len(names))
+        for k, j in zip(*linear_sum_assignment(-score), strict=True):
+            if score[k, j] >= LEAST:
+                curves[names[j]][i] = last[names[j]] = found[i][k]
+    return {name: curve for name, curve in curves.items() if any(curve)}

@@ -1,0 +1,388 @@
+"""Linear models of the machine about its steady operation.
+
+    dx/dt = A x + B u,   y = C x + D u          (deviations from the operating point)
+
+States are the free coordinates and their velocities, the states of inflow and stall, and those of the pitch
+actuators. The rotor's azimuth is none: it is what the matrices depend on. At a fixed azimuth they belong to the
+blades; in the fixed frame blade quantities are collective, cosine and sine parts, and the matrices are averaged
+over a revolution.
+
+Reference: docs/theory/simulation.md (M-20 to M-26); Bir (2008), NREL/CP-500-42553.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.aero.rotor import derivatives
+from meltemi.aero.stall import model_weight
+from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, STALL
+from meltemi.control.actuators import ACCELERATION, ANGLE, RATE
+from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
+from meltemi.core.threads import one_blas_thread
+from meltemi.maths.multiblade import rotating_frame
+from meltemi.simulation.case import Case
+from meltemi.simulation.channels import Channel, catalogue, find
+from meltemi.simulation.model import Model
+from meltemi.simulation.modes import Mode
+from meltemi.simulation.trim import SAMPLES, OperatingPoint
+from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.turbine import exchange as ex
+from meltemi.wind.velocity import SERIES
+
+Float = NDArray[np.float64]
+Place = tuple[str, int]
+"""An array of a case, and the place of one number in it."""
+
+AZIMUTHS = 12
+"""Rotor positions in a third of a revolution over which the fixed frame's matrices are averaged."""
+ITERATIONS = 50
+"""Of the momentum balance: what is left of its residual must not show in differences."""
+STEPS = {"m": 1e-4, "m/s": 1e-3, "rad": 1e-5, "rad/s": 1e-4, "-": 1e-5, "N m": 1e2}
+"""Of the central differences, by unit. Polars are linear between angles of 4e-3 rad: angles stay well below."""
+STRUCTURAL = 0.5
+"""Share of coordinates and velocities in a mode's participation factors from which it is one of the structure."""
+PARTS = ("collective", "cosine", "sine")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A state, input or output.
+
+    Attributes:
+      name, unit: for people; SI.
+      value: of inputs, at the operating point.
+      moves: what a unit of it adds to the numbers of a case (states and inputs).
+      shows: where the number stands that it is (outputs), or the rate it has (states).
+    """
+
+    name: str
+    unit: str
+    moves: tuple[tuple[Place, float], ...] = ()
+    shows: Place = ("", 0)
+    value: float = 0.0
+
+
+@dataclass(frozen=True)
+class LinearModel:
+    """A linear model, of deviations from steady operation in SI units.
+
+    Attributes:
+      A, B, C, D: (n, n), (n, inputs), (outputs, n), (outputs, inputs).
+      states, inputs, outputs: names; in the fixed frame those of blades end with ``collective``, ``cosine``, ``sine``.
+      state_units, input_units, output_units: SI units.
+      x0, u0, y0: values at the operating point, from which deviations count; averages in the fixed frame.
+      azimuth: [rad] of blade 1, or None in the fixed frame.
+      point: the operating point.
+    """
+
+    A: Float = field(repr=False)
+    B: Float = field(repr=False)
+    C: Float = field(repr=False)
+    D: Float = field(repr=False)
+    states: tuple[str, ...] = field(repr=False)
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    state_units: tuple[str, ...] = field(repr=False)
+    input_units: tuple[str, ...] = field(repr=False)
+    output_units: tuple[str, ...] = field(repr=False)
+    x0: Float = field(repr=False)
+    u0: Float = field(repr=False)
+    y0: Float = field(repr=False)
+    azimuth: float | None
+    point: OperatingPoint
+
+    @one_blas_thread
+    def modes(self, structural: float = STRUCTURAL) -> list[Mode]:
+        """Oscillating modes of the structure, lowest frequency first; their shapes have the coordinates only.
+
+        Args:
+          structural: least share of coordinates and velocities in the participation factors; 0 lists all modes,
+            those of the air alone as well.
+        """
+        from scipy.linalg import eig
+
+        value, left, right = eig(self.A, left=True)
+        factor = np.abs(left.conj() * right)
+        motion = np.array([re.match(r"[qv] ", name) is not None for name in self.states])
+        place = np.flatnonzero([name.startswith("q ") for name in self.states])
+        share = factor[motion].sum(axis=0) / factor.sum(axis=0)
+        names = tuple(self.states[i][2:] for i in place)
+        found = []
+        for i in np.argsort(np.abs(value)):
+            if value[i].imag > 1e-6 and share[i] >= structural and len(place):
+                shape = right[place, i]
+                shape = shape / shape[np.argmax(np.abs(shape))]
+                found.append(Mode(float(abs(value[i])), float(-value[i].real / abs(value[i])), names, shape))
+        return found
+
+    def to_scipy(self) -> Any:
+        """The same as ``scipy.signal.StateSpace``."""
+        from scipy.signal import StateSpace
+
+        return StateSpace(self.A, self.B, self.C, self.D)
+
+    def to_control(self) -> Any:
+        """The same as ``control.StateSpace``, with names.
+
+        Raises:
+          InputError: the package ``control`` is not installed.
+        """
+        try:
+            import control
+        except ImportError:
+            raise InputError("to_control needs the package 'control': pip install 'meltemi[control]'") from None
+        names = {key: list(getattr(self, key)) for key in ("states", "inputs", "outputs")}
+        return control.ss(self.A, self.B, self.C, self.D, name="meltemi", **names)
+
+
+@one_blas_thread
+def linearise(
+    model: Model,
+    point: OperatingPoint,
+    inputs: Sequence[str] = ("generator_torque", "pitch", "wind_speed"),
+    outputs: Sequence[str] = ("rotor_speed", "tower_top_fore_aft"),
+    *,
+    azimuth: float | None = None,
+    azimuths: int = AZIMUTHS,
+) -> LinearModel:
+    """Linear model about steady operation.
+
+    Args:
+      point: from ``operating_point`` with the same model.
+      inputs: ``generator_torque``, ``pitch`` (of all blades), ``pitch_1`` to ``pitch_3``, ``wind_speed`` (the same
+        everywhere), ``vertical_wind``, ``wind_direction``, ``horizontal_shear``, ``vertical_shear`` (linear, as
+        in a ``WindSeries``), ``shear_exponent``, ``yaw``, ``yaw_rate`` (of the yaw drive). Pitch is the demand.
+      outputs: channels, by our names or OpenFAST's, but the azimuth.
+      azimuth: [rad] of blade 1, for the model at this azimuth; by default the one in the fixed frame. There, a
+        channel or input of one blade brings in those of the other two.
+      azimuths: over how many rotor positions in a third of a revolution the matrices are averaged; a divisor of 12.
+
+    Raises:
+      InputError: a name is unknown.
+      UnsupportedError: the fixed frame of a rotor without three blades.
+    """
+    fixed = azimuth is None
+    if fixed and model.n_blades != 3:
+        raise UnsupportedError("the fixed frame needs three blades; give the azimuth of a model that turns")
+    if azimuths < 1 or SAMPLES % azimuths:
+        raise InputError(f"linearise: azimuths must divide {SAMPLES}, found {azimuths!r}")
+    case = linear_case(model, point)
+    channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates)
+    outputs = [find(name, channels).name for name in outputs]
+    u = _inputs(case, point, _of_all_blades(inputs) if fixed else inputs)
+    y = _outputs(case, [channels[name] for name in (_of_all_blades(outputs) if fixed else outputs)])
+    places = [azimuth] if azimuth is not None else list(2.0 * np.pi / 3.0 / azimuths * np.arange(azimuths))
+    x = _states(case, point, places, "yaw_rate" in inputs)
+    n, m = len(x), len(u)
+    turns = np.array([float(s.name in ("v generator", "v drivetrain")) for s in x])
+    total: Float = np.zeros((n + len(y), n + m))
+    x0, y0 = np.zeros(n), np.zeros(len(y))
+    for psi in places:
+        point.put(case, psi)
+        state = np.array([case[s.moves[0][0][0]].flat[s.moves[0][0][1]] for s in x])
+        J = jacobian(case, (*x, *u), (*x, *y))
+        shown = np.array([case.signals.vector[v.shows[1]] for v in y])
+        if fixed:
+            T_x, slope = rotating_frame(n, _triples(x), psi)
+            T_u, T_y = (rotating_frame(len(v), _triples(v), psi)[0] for v in (u, y))
+            left, right = (np.zeros((len(a) + len(b), len(a) + len(b))) for a, b in ((T_x, T_y), (T_x, T_u)))
+            left[:n, :n], left[n:, n:] = np.linalg.inv(T_x), np.linalg.inv(T_y)
+            right[:n, :n], right[n:, n:] = T_x, T_u
+            state, shown = left[:n, :n] @ state, left[n:, n:] @ shown
+            J = left @ J @ right
+            # dz/dt = inv(T) dx/dt - speed inv(T) T' z: the frame turns with the speed at present, a state
+            turning = left[:n, :n] @ slope
+            J[:n, :n] -= point.rotor_speed * turning + np.outer(turning @ state, turns)
+        total += J / len(places)
+        x0, y0 = x0 + state / len(places), y0 + shown / len(places)
+    u0 = np.array([v.value for v in u])
+    if fixed:
+        T = rotating_frame(m, _triples(u), 0.0)[0]
+        u0 = np.linalg.solve(T, u0) if m else u0
+    names = [tuple(_fixed_name(s.name) if fixed else s.name for s in v) for v in (x, u, y)]
+    units = [tuple(s.unit for s in v) for v in (x, u, y)]
+    blocks = (total[:n, :n], total[:n, n:], total[n:, :n], total[n:, n:])
+    return LinearModel(*blocks, names[0], names[1], names[2], units[0], units[1], units[2], x0, u0, y0, azimuth, point)
+
+
+def linear_case(model: Model, point: OperatingPoint) -> Case:
+    """A case whose evaluations are smooth enough for differences, with room for the rates of the air's states."""
+    case = Case(model, point.wind)
+    case["aero_options"][AERO_OPTIONS.index("iterations")] = ITERATIONS
+    for name in ("inflow", "stall"):
+        case.arrays[f"d_{name}"] = np.zeros_like(case[name])
+    return case
+
+
+def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
+    """(rows, columns) derivatives of rates and outputs with respect to states and inputs, by central differences.
+
+    Args:
+      case: at the state about which is linearised; it is left as it was, and evaluated there.
+      columns: states and inputs: what a unit of each adds to the arrays of the case (``moves``).
+      rows: states and outputs: where rates and outputs stand after an evaluation (``shows``).
+    """
+    J: Float = np.zeros((len(rows), len(columns)))
+    loads = any(row.shows[0] == "signals" for row in rows)
+    for j, column in enumerate(columns):
+        step = STEPS[column.unit]
+        places = [(case[array].reshape(-1), i, weight) for (array, i), weight in column.moves]
+        before = [array[i] for array, i, _ in places]
+        values = []
+        for sign in (1.0, -1.0):
+            for (array, i, weight), start in zip(places, before, strict=True):
+                array[i] = start + sign * step * weight
+            values.append(_evaluated(case, rows, loads))
+        for (array, i, _), start in zip(places, before, strict=True):
+            array[i] = start
+        J[:, j] = (values[0] - values[1]) / (2.0 * step)
+    _evaluated(case, rows, loads)
+    return J
+
+
+def _evaluated(case: Case, rows: Sequence[Variable], loads: bool) -> Float:
+    case.evaluate(0.0)
+    names = "aero aero_options aero_nodes polars section flow rotor inflow stall d_inflow d_stall".split()
+    derivatives(*(case[name] for name in names))
+    if loads:
+        case.loads(0.0)
+    arrays = {**case.arrays, "signals": case.signals.vector}
+    return np.array([arrays[name].flat[i] for name, i in (row.shows for row in rows)])
+
+
+def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
+    """All states that move."""
+    model, names = case.model, case.model.coordinates
+    generator, torsion = (len(model.tower.names) + i for i in (GENERATOR, TORSION))
+    free = [i for i in range(len(names)) if case["locked"][i] == 0.0]
+    unit = ["rad" if n in ("yaw", "generator", "drivetrain") or n.endswith("torsion") else "m" for n in names]
+    x = []
+    for i in (i for i in free if i != generator):
+        # the rotor's azimuth is held: where the shaft is twisted, the generator stays back
+        moves: tuple[tuple[Place, float], ...] = ((("q", i), 1.0),)
+        moves += ((("q", generator), -1.0),) if i == torsion else ()
+        x.append(Variable(f"q {names[i]}", unit[i], moves, ("v", i)))
+    x += [Variable(f"v {names[i]}", f"{unit[i]}/s", ((("v", i), 1.0),), ("a", i)) for i in free]
+    air = (("inflow", INFLOW, _lagging(case)), ("stall", STALL, _stalling(case, point, azimuths)))
+    for array, table, active in air:
+        for f, entry in enumerate(table.fields):
+            for b, n in np.argwhere(active):
+                place = int(np.ravel_multi_index((f, b, n), case[array].shape))
+                name = f"blade {b + 1} node {n + 1} {array} {entry.name}"
+                x.append(Variable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
+    if model.turbine.pitch_actuator.kind != "ideal":
+        w, z = model.parameter("actuators.pitch_frequency"), model.parameter("actuators.pitch_damping")
+        B = model.n_blades
+        for row, what, unit_, slope in ((ANGLE, "pitch", "rad", -w * w), (RATE, "pitch rate", "rad/s", -2.0 * z * w)):
+            for b in range(B):
+                moves = ((("pitch", row * B + b), 1.0), (("pitch", ACCELERATION * B + b), slope))
+                rate = ("pitch", (RATE if row == ANGLE else ACCELERATION) * B + b)
+                x.append(Variable(f"blade {b + 1} {what}", unit_, moves, rate))
+    if yaw:
+        x.append(Variable("yaw command", "rad", ((("drive", ex.YAW_COMMAND), 1.0),), ("drive", ex.YAW_COMMAND_RATE)))
+    return x
+
+
+def _lagging(case: Case) -> NDArray[np.bool_]:
+    """(blades, nodes) where the induced velocity has states of its own."""
+    options = case["aero_options"]
+    none = options[AERO_OPTIONS.index("inflow")] == 0 or options[AERO_OPTIONS.index("wake")] == 0
+    return (case["aero_nodes"][AERO_NODE.index("end")] == 0.0) & (not none)
+
+
+def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> NDArray[np.bool_]:
+    """(blades, nodes) where dynamic stall acts, all around the revolution."""
+    nodes, flow = case["aero_nodes"], case["flow"]
+    weight = np.full(nodes.shape[1:], float(case["aero_options"][AERO_OPTIONS.index("stall")] != 0))
+    for psi in azimuths:
+        point.put(case, psi)
+        case.evaluate(0.0)
+        for (b, n), now in np.ndenumerate(weight):
+            alpha, speed = flow[FLOW.index("alpha"), b, n], flow[FLOW.index("speed"), b, n]
+            polar = int(nodes[AERO_NODE.index("polar"), b, n])
+            weight[b, n] = min(now, model_weight(case["section"], polar, alpha, speed))
+    # all blades come by everywhere
+    active: NDArray[np.bool_] = np.broadcast_to(weight.min(axis=0) > 0.0, weight.shape)
+    return active
+
+
+def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Variable]:
+    model, B = case.model, case.model.n_blades
+    wind = point.wind
+    w2 = model.parameter("actuators.pitch_frequency") ** 2
+    ideal = model.turbine.pitch_actuator.kind == "ideal"
+    row, gain = (ANGLE, 1.0) if ideal else (ACCELERATION, w2)
+    pitch = [((("pitch", row * B + b), gain),) for b in range(B)]
+    known = {
+        "generator_torque": Variable("", "N m", ((("drive", ex.GENERATOR_TORQUE), 1.0),), value=point.generator_torque),
+        "pitch": Variable("", "rad", tuple(p for (p,) in pitch), value=point.pitch),
+        **{f"pitch_{b + 1}": Variable("", "rad", pitch[b], value=point.pitch) for b in range(B)},
+        "yaw": Variable("", "rad", ((("drive", ex.YAW_COMMAND), 1.0),)),
+        "yaw_rate": Variable("", "rad/s", ((("drive", ex.YAW_COMMAND_RATE), 1.0),)),
+    }
+    columns = {
+        "wind_speed": ("gust", wind.speed),
+        "vertical_wind": ("vertical", 0.0),
+        "wind_direction": ("direction", wind.direction),
+        "horizontal_shear": ("horizontal_shear", 0.0),
+        "vertical_shear": ("vertical_shear", 0.0),
+        "shear_exponent": ("exponent", wind.shear_exponent),
+    }
+    for name, (column, value) in columns.items():
+        i = SERIES.index(column)
+        known[name] = Variable("", SERIES.fields[i].unit, ((("series", i), 1.0),), value=value)
+    found = []
+    for name in names:
+        if name not in known:
+            raise InputError(f"linearise: no input {name!r}: {did_you_mean(name, known)}")
+        found.append(Variable(name, known[name].unit, known[name].moves, value=known[name].value))
+    return found
+
+
+def _outputs(case: Case, channels: Sequence[Channel]) -> list[Variable]:
+    found = []
+    for channel in channels:
+        array, what = channel.source
+        if channel.wrap or array == "demands" or (array, what) in (("q", "generator"), ("summary", "time")):
+            raise InputError(f"linearise: {channel.name!r} is no output of a linear model")
+        found.append(Variable(channel.name, channel.unit, shows=("signals", case.place(channel))))
+    return found
+
+
+def _blade_of(name: str) -> tuple[str, int, str] | None:
+    """A name before the number of its blade, the number, and what comes after; None for what is of no blade."""
+    match = re.fullmatch(r"((?:[qv] )?blade )([123])( .*)", name) or re.fullmatch(r"(.*_)([123])()", name)
+    return (match[1], int(match[2]), match[3]) if match else None
+
+
+def _of_all_blades(names: Sequence[str]) -> list[str]:
+    """The names, and where one is of a blade those of all three, each once."""
+    found: dict[str, None] = {}
+    for name in names:
+        of = _blade_of(name)
+        found.update(dict.fromkeys([name] if of is None else [f"{of[0]}{b}{of[2]}" for b in (1, 2, 3)]))
+    return list(found)
+
+
+def _triples(variables: Sequence[Variable]) -> list[list[int]]:
+    """Places of the three blades, for each quantity of theirs."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for i, variable in enumerate(variables):
+        if of := _blade_of(variable.name):
+            groups.setdefault((of[0], of[2]), []).append(i)
+    return list(groups.values())
+
+
+def _fixed_name(name: str) -> str:
+    """``q blade 1 1st flap`` is ``q 1st flap collective``, ``pitch_2`` is ``pitch_cosine``."""
+    of = _blade_of(name)
+    if of is None:
+        return name
+    return f"{of[0]}{PARTS[of[1] - 1]}" if not of[2] else f"{of[0].replace('blade ', '')}{of[2][1:]} {PARTS[of[1] - 1]}"
