@@ -14,7 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.rotor import settle
+from meltemi.aero.rotor import derivatives, settle
 from meltemi.aero.tables import AERO_NODE, FLOW, INFLOW, MEMORY, ROTOR, STALL
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
@@ -101,10 +101,11 @@ SIGNAL_TABLES: dict[str, Table] = {
 """Arrays a channel may ask for, by the table that describes them; q, v and a come on top."""
 
 
-CONSTANT = frozenset("wind series now box aero_options blade_stations tower_stations".split())
+CONSTANT = frozenset("box aero_options blade_stations tower_stations".split())
 """Arrays that have no derivatives."""
 Numbers = Literal["lanes", "floats", "duals"]
-SETTLE_PARTS = "aero aero_options aero_nodes polars section flow rotor inflow stall".split()
+AIR_PARTS = "aero aero_options aero_nodes polars section flow rotor inflow stall d_inflow d_stall".split()
+"""Arrays of ``aero.rotor.derivatives``; ``settle`` takes all but the last two."""
 WEIGHTS = {
     "blade_nodes": [row for row, name in enumerate(BLADE_NODE.names) if not name.startswith("position")],
     "aero_nodes": [AERO_NODE.index(name) for name in ("length", "area", "ring")],
@@ -122,13 +123,19 @@ def filled(name: str, array: Float, nodes: int) -> Float:
     return result
 
 
-_view_settle = viewer({SETTLE_PARTS.index(name) for name in NODES if name in SETTLE_PARTS})
+_view_air = viewer({i for i, name in enumerate(AIR_PARTS) if name in NODES})
 
 
 @kernel
 def settled(numbers: Any, parts: tuple[Any, ...]) -> None:
-    """Steady states of inflow and stall, in a kind of number."""
-    settle(*_view_settle(numbers, parts))
+    """Steady states of inflow and stall."""
+    settle(*_view_air(numbers, parts)[:-2])
+
+
+@kernel
+def rates(numbers: Any, parts: tuple[Any, ...]) -> None:
+    """Time derivatives of the states of inflow and stall."""
+    derivatives(*_view_air(numbers, parts))
 
 
 @dataclass(frozen=True)
@@ -225,6 +232,8 @@ class Case:
             "frame": FRAME.zeros(**sizes),
             "partial": aligned((3 * K, B, fill)),
             "load": aligned(LOAD.shape(**sizes)),
+            "d_inflow": aligned(INFLOW.shape(**sizes)),
+            "d_stall": aligned(STALL.shape(**sizes)),
             "body": BODY.zeros(blade=B),
             "link": np.zeros((6, B, K)),
             "arm_mass": np.zeros((B, K, K)),
@@ -265,13 +274,14 @@ class Case:
             self.slopes["tower_drag"] = self.slopes["tower_flow"][-3:]
         self.parts = tuple(arrays[name] for name in PARTS)
         self.load_parts = tuple(arrays[name] for name in LOAD_PARTS)
-        self._settle = tuple(arrays[name] for name in SETTLE_PARTS)
+        self._air_parts = tuple(arrays[name] for name in AIR_PARTS)
         kind = LANES if lanes else FLOATS
-        self.numbers = (FLOATS, kind, FLOATS) if not duals else (
-            FLOATS,
-            *(tuple(self.slopes.get(name) for name in names) for names in (PARTS, LOAD_PARTS)),
-        )
-        self._settle_numbers = tuple(self.slopes.get(name) for name in SETTLE_PARTS) if duals else kind
+        self.numbers, self._air_numbers = (FLOATS, kind, FLOATS), kind
+        if duals:
+            self._air_numbers, *of_parts = (
+                tuple(self.slopes.get(name) for name in names) for names in (AIR_PARTS, PARTS, LOAD_PARTS)
+            )
+            self.numbers = (FLOATS, *of_parts)
 
     def __getitem__(self, name: str) -> Any:
         return self.arrays[name]
@@ -287,6 +297,19 @@ class Case:
             return self.signals.place(array, (self.model.coordinates.index(row),))
         return self.signals.place(array, (self.view(array).table.index(row), *channel.index))
 
+    def air(self) -> Float:
+        """States and memory of inflow and stall as one vector, whatever the kind of number."""
+        return np.concatenate([self.arrays[name].reshape(-1) for name in self.aero_state.views])
+
+    def put_air(self, values: Float) -> None:
+        """Set what :meth:`air` gives, with the last node's copies."""
+        at = 0
+        for name, array in self.aero_state.views.items():
+            shown = self.arrays[name]
+            shown[...] = values[at : at + shown.size].reshape(shown.shape)
+            array[..., shown.shape[-1] :] = shown[..., -1:]
+            at += shown.size
+
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""
         evaluate(t, dt, self.numbers[1], self.parts)
@@ -295,8 +318,12 @@ class Case:
         """Bring inflow and stall into the steady state of the present motion."""
         for _ in range(6):
             self.evaluate(t)
-            settled(self._settle_numbers, self._settle)
+            settled(self._air_numbers, self._air_parts)
         self.evaluate(t)
+
+    def rates(self) -> None:
+        """Compute the time derivatives of the states of inflow and stall after an evaluation."""
+        rates(self._air_numbers, self._air_parts)
 
     def loads(self, t: float) -> None:
         """Compute section loads and the summary after an evaluation."""

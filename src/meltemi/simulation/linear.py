@@ -20,13 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.rotor import derivatives
 from meltemi.aero.stall import model_weight
 from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, STALL
 from meltemi.control.actuators import ACCELERATION, ANGLE, RATE
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.threads import one_blas_thread
 from meltemi.maths.multiblade import rotating_frame
+from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
@@ -42,10 +42,8 @@ Place = tuple[str, int]
 
 AZIMUTHS = 12
 """Rotor positions in a third of a revolution over which the fixed frame's matrices are averaged."""
-ITERATIONS = 50
-"""Of the momentum balance: what is left of its residual must not show in differences."""
-STEPS = {"m": 1e-4, "m/s": 1e-3, "rad": 1e-5, "rad/s": 1e-4, "-": 1e-5, "N m": 1e2}
-"""Of the central differences, by unit. Polars are linear between angles of 4e-3 rad: angles stay well below."""
+ITERATIONS = 20
+"""Of the momentum balance: enough for its derivatives to converge as well."""
 STRUCTURAL = 0.5
 """Share of coordinates and velocities in a mode's participation factors from which it is one of the structure."""
 PARTS = ("collective", "cosine", "sine")
@@ -213,48 +211,45 @@ def linearise(
 
 
 def linear_case(model: Model, point: OperatingPoint) -> Case:
-    """A case whose evaluations are smooth enough for differences, with room for the rates of the air's states."""
-    case = Case(model, point.wind)
+    """A case that computes with derivatives, its momentum balance converged to rounding."""
+    case = Case(model, point.wind, numbers="duals")
     case["aero_options"][AERO_OPTIONS.index("iterations")] = ITERATIONS
-    for name in ("inflow", "stall"):
-        case.arrays[f"d_{name}"] = np.zeros_like(case[name])
     return case
 
 
 def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
-    """(rows, columns) derivatives of rates and outputs with respect to states and inputs, by central differences.
+    """(rows, columns) exact derivatives of rates and outputs with respect to states and inputs.
 
     Args:
-      case: at the state about which is linearised; it is left as it was, and evaluated there.
+      case: of duals, at the state about which is linearised.
       columns: states and inputs: what a unit of each adds to the arrays of the case (``moves``).
       rows: states and outputs: where rates and outputs stand after an evaluation (``shows``).
     """
     J: Float = np.zeros((len(rows), len(columns)))
     loads = any(row.shows[0] == "signals" for row in rows)
-    for j, column in enumerate(columns):
-        step = STEPS[column.unit]
-        places = [(case[array].reshape(-1), i, weight) for (array, i), weight in column.moves]
-        before = [array[i] for array, i, _ in places]
-        values = []
-        for sign in (1.0, -1.0):
-            for (array, i, weight), start in zip(places, before, strict=True):
-                array[i] = start + sign * step * weight
-            values.append(_evaluated(case, rows, loads))
-        for (array, i, _), start in zip(places, before, strict=True):
-            array[i] = start
-        J[:, j] = (values[0] - values[1]) / (2.0 * step)
-    _evaluated(case, rows, loads)
+    slopes = {**case.slopes, "signals": case.signals.slopes}
+    for first in range(0, len(columns), N_DERIVATIVES):
+        some = columns[first : first + N_DERIVATIVES]
+        case.slopes["memory"][...] = 0.0  # where the solver begins is no variable
+        for k, column in enumerate(some):
+            for (array, i), weight in column.moves:
+                slopes[array].reshape(-1, N_DERIVATIVES)[i, k] = weight
+        evaluate_rates(case, loads)
+        for r, row in enumerate(rows):
+            array, i = row.shows
+            J[r, first : first + len(some)] = slopes[array].reshape(-1, N_DERIVATIVES)[i, : len(some)]
+        for column in some:
+            for (array, i), _ in column.moves:
+                slopes[array].reshape(-1, N_DERIVATIVES)[i] = 0.0
     return J
 
 
-def _evaluated(case: Case, rows: Sequence[Variable], loads: bool) -> Float:
+def evaluate_rates(case: Case, loads: bool) -> None:
+    """Rates of all states, and section loads where outputs need them."""
     case.evaluate(0.0)
-    names = "aero aero_options aero_nodes polars section flow rotor inflow stall d_inflow d_stall".split()
-    derivatives(*(case[name] for name in names))
+    case.rates()
     if loads:
         case.loads(0.0)
-    arrays = {**case.arrays, "signals": case.signals.vector}
-    return np.array([arrays[name].flat[i] for name, i in (row.shows for row in rows)])
 
 
 def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:

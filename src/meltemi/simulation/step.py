@@ -94,7 +94,7 @@ PARTS = (
     "coupling flow rotor tower_flow tower_push"
 ).split()
 """Arrays of :func:`equations`, in the order of its arguments after t and dt."""
-NODES = "blade_nodes shape second aero_nodes partial motion load flow inflow stall memory".split()
+NODES = "blade_nodes shape second aero_nodes partial motion load flow inflow stall memory d_inflow d_stall".split()
 """Those whose last axis are the nodes of a blade."""
 LOAD_PARTS = (
     "q v a structure blade_nodes blade_edges shape tip_shape tip_second top_shape tower_nodes tower_shape "

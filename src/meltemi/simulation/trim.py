@@ -89,14 +89,15 @@ class OperatingPoint:
         """Write the state at an azimuth [rad] of blade 1 into a case of the same model."""
         hold(case, self.pitch, self.generator_torque)
         case["q"][:], case["v"][:] = self.q, self.v
-        case.aero_state.vector[:] = self.aero
+        case.put_air(self.aero)
         if azimuth:
             # the Fourier series through the azimuths that are known; the generator turns with the rotor
             n = len(self.revolution)
             weight = np.exp(1j * azimuth * np.arange(n // 2 + 1)) / n
             weight[1 : (n + 1) // 2] *= 2.0
             state = (weight @ np.fft.rfft(self.revolution, axis=0)).real
-            case["q"][:], case["v"][:], case.aero_state.vector[:] = np.split(state, [len(self.q), 2 * len(self.q)])
+            case["q"][:], case["v"][:], air = np.split(state, [len(self.q), 2 * len(self.q)])
+            case.put_air(air)
             case["q"][len(case.model.tower.names) + GENERATOR] += azimuth
 
     def __getitem__(self, name: str) -> float:
@@ -460,9 +461,9 @@ class _Orbit:
             assemble_equations(0.0, step / self.speed, case.numbers[1], case.parts)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
-            revolution.append(np.concatenate([case["q"], case["v"], case.aero_state.vector]))
+            revolution.append(np.concatenate([case["q"], case["v"], case.air()]))
             revolution[-1][self.generator] -= (i + 1) * step
-        aero = case.aero_state.vector.copy()
+        aero = case.air()
         self.prescribe(0.0)
         model = self.model
         channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates)
