@@ -29,7 +29,7 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.extending import models, overload, register_model
 
 from meltemi.maths import elementary
-from meltemi.maths.generic import anywhere, floor, largest, split, total, two_to, where, whole, zero
+from meltemi.maths.generic import anywhere, crossed, floor, largest, split, total, two_to, where, whole, zero
 
 WIDTH = 8
 """Lanes of a number: a register of AVX-512, two of AVX2."""
@@ -258,6 +258,7 @@ def _fold(name: str) -> Any:
     return generate
 
 
+_operation(crossed, (lanes,), types.float64, lambda b, x: ir.Constant(_F64, 0.0))
 _operation(total, (lanes,), types.float64, _fold("fadd"))
 _operation(largest, (lanes,), types.float64, _fold("max"))
 _operation(anywhere, (mask,), types.boolean, _fold("or_"))

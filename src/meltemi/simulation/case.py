@@ -282,6 +282,9 @@ class Case:
                 tuple(self.slopes.get(name) for name in names) for names in (AIR_PARTS, PARTS, LOAD_PARTS)
             )
             self.numbers = (FLOATS, *of_parts)
+            for name in ("measured", "v_old", "a_old", "spare"):
+                self.slopes[name] = np.zeros((*getattr(self, name).shape, N_DERIVATIVES))
+            self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
 
     def __getitem__(self, name: str) -> Any:
         return self.arrays[name]
@@ -335,5 +338,8 @@ class Case:
         self.controller = controller
         self.controller_state = controller.initial_state(start)
         self.clock[WANT_LOADS] = int(controller.uses_loads)
-        self.entry = Entry(controller, self.controller_state, self.measured, self.arrays["demands"])
+        duals = bool(self.slopes)
+        if duals:
+            self.slopes["controller_state"] = np.zeros((*self.controller_state.shape, N_DERIVATIVES))
+        self.entry = Entry(controller, self.controller_state, self.measured, self.arrays["demands"], duals=duals)
         return self.entry

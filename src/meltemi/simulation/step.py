@@ -36,7 +36,7 @@ from meltemi.aero.rotor import AIR_DENSITY, disk_averages, loads, quasi_steady, 
 from meltemi.aero.tables import AERO_OPTIONS
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control import signals as sg
-from meltemi.control.actuators import ANGLE, drive_advance, pitch_advance
+from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, pitch_advance
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import table
 from meltemi.maths.vectors import Vec
@@ -297,6 +297,7 @@ def sample(
     structure: Float,
     drive: Float,
     pitch: Float,
+    actuators: Float,
     root: Float,
     chain: Float,
     summary: Float,
@@ -315,7 +316,7 @@ def sample(
     measured[sg.YAW] = q[n]
     measured[sg.YAW_RATE] = v[n]
     for b in range(pitch.shape[1]):
-        measured[sg.PITCH + b] = pitch[ANGLE, b]
+        measured[sg.PITCH + b] = pitch[ANGLE, b] - actuators[OFFSET + b]
         measured[sg.OUT_OF_PLANE_MOMENT + b] = root[R_MOMENT + 1, b]
         measured[sg.IN_PLANE_MOMENT + b] = root[R_MOMENT, b]
     u, w = summary[HUB_WIND], summary[HUB_WIND + 1]
@@ -484,7 +485,7 @@ def advance(
         step = clock[STEP]
         t = step * dt
         if step % clock[EVERY_CONTROL] == 0:
-            sample(t, q, v, n_core, structure, drive, pitch, root, chain, summary, efficiency, measured)
+            sample(t, q, v, n_core, structure, drive, pitch, actuators, root, chain, summary, efficiency, measured)
             try:
                 controller(controller_state, measured, demands, clock[EVERY_CONTROL] * dt)
             except Exception:
