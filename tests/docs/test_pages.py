@@ -8,7 +8,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = ("README.md", "docs/getting-started.md", "docs/guide/controllers.md", "docs/guide/operating-points.md")
+PAGES = (
+    "README.md",
+    "docs/getting-started.md",
+    "docs/guide/controllers.md",
+    "docs/guide/batches.md",
+    "docs/guide/operating-points.md",
+)
 
 
 @pytest.mark.parametrize("page", PAGES)
