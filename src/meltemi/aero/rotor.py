@@ -56,8 +56,8 @@ from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, MEM
 from meltemi.aero.tower_flow import tower_influence
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import no_vec, put1, put3, rot2, vec1, vec2, vec3
-from meltemi.maths.vectors import Vec, add, add_scaled, cross, dot, norm, rotate, rotate_back, scale, sub, sum_lanes
 from meltemi.maths.generic import crossed, largest, total, where, whole, zero
+from meltemi.maths.vectors import Vec, add, add_scaled, cross, dot, norm, rotate, rotate_back, scale, sub, sum_lanes
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import wind_velocity
 

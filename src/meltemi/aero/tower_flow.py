@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from meltemi.aero.tables import TOWER_FLOW
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import put2, vec2
-from meltemi.maths.vectors import Vec
 from meltemi.maths.generic import whole, zero
+from meltemi.maths.vectors import Vec
 from meltemi.wind.velocity import wind_velocity
 
 Float = NDArray[float64]
@@ -29,6 +29,7 @@ Float = NDArray[float64]
 HEIGHT, DIAMETER, TOWER_DRAG_COEFFICIENT, TOWER_PIECE, AXIS_X, AXIS_Y, TOWER_WIND, TOWER_FORCE = TOWER_FLOW.slots(
     "height diameter drag length x y wind force"
 )
+
 
 @kernel
 def tower_wind(

@@ -175,9 +175,7 @@ def parameters(control: BaselineControl) -> Float:
     return x
 
 
-def baseline(
-    control: BaselineControl, sample_time: float | None = None, *, smoothing: float = 0.0
-) -> Controller:
+def baseline(control: BaselineControl, sample_time: float | None = None, *, smoothing: float = 0.0) -> Controller:
     """The baseline controller with the settings of a turbine.
 
     Args:

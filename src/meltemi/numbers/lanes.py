@@ -25,7 +25,7 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_cast, lower_getattr
 from numba.core.typeconv import Conversion
-from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_global, infer_getattr, signature
+from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
 from numba.extending import models, overload, register_model
 
 from meltemi.maths import elementary
@@ -43,7 +43,7 @@ _BYTES = 8
 # types ----------------------------------------------------------------------------------------------
 
 
-class LanesType(types.Type):  # type: ignore[misc]
+class LanesType(types.Type):
     """Eight float64."""
 
     def can_convert_from(self, context: Any, other: Any) -> Any:
@@ -53,19 +53,19 @@ class LanesType(types.Type):  # type: ignore[misc]
         return self if isinstance(other, (types.Float, types.Integer)) else None
 
 
-class IntLanesType(types.Type):  # type: ignore[misc]
+class IntLanesType(types.Type):
     """Eight int32: places in an array."""
 
 
-class MaskType(types.Type):  # type: ignore[misc]
+class MaskType(types.Type):
     """Eight truth values."""
 
 
-class PlacesType(types.UniTuple):  # type: ignore[misc]
+class PlacesType(types.UniTuple):
     """Index of eight places in an array."""
 
 
-class LaneArrayType(types.Type):  # type: ignore[misc]
+class LaneArrayType(types.Type):
     """An array whose last axis is read eight entries at a time."""
 
     def __init__(self, ndim: int) -> None:
@@ -78,7 +78,7 @@ lanes, int_lanes, mask = LanesType("lanes"), IntLanesType("int_lanes"), MaskType
 
 def _primitive(cls: Any, backend: Any) -> None:
     @register_model(cls)
-    class _Model(models.PrimitiveModel):  # type: ignore[misc]
+    class _Model(models.PrimitiveModel):
         def __init__(self, manager: Any, frontend: Any) -> None:
             super().__init__(manager, frontend, backend)
 
@@ -90,7 +90,7 @@ register_model(PlacesType)(models.UniTupleModel)
 
 
 @register_model(LaneArrayType)
-class _LaneArrayModel(models.StructModel):  # type: ignore[misc]
+class _LaneArrayModel(models.StructModel):
     def __init__(self, manager: Any, frontend: Any) -> None:
         members = [("data", types.CPointer(types.float64)), ("shape", types.UniTuple(types.intp, frontend.ndim))]
         super().__init__(manager, frontend, members)
@@ -108,7 +108,7 @@ def lane_view(context: Any, builder: Any, kind: Any, array: Any) -> Any:
 
 
 @infer_getattr
-class _LaneArrayAttributes(AttributeTemplate):  # type: ignore[misc]
+class _LaneArrayAttributes(AttributeTemplate):
     key = LaneArrayType
 
     def resolve_shape(self, array: Any) -> Any:
@@ -171,7 +171,7 @@ def _operation(function: Any, kinds: tuple[Any, ...], result: Any, generate: Any
     """
     plain = {lanes: _NUMBER, int_lanes: (types.Integer,), mask: (types.Boolean,)}
 
-    class Rule(AbstractTemplate):  # type: ignore[misc]
+    class Rule(AbstractTemplate):
         key = function
 
         def generic(self, args: Any, kws: Any) -> Any:
@@ -216,7 +216,13 @@ for _symbol, _in_place, _float_name, _int_name in (
             _operation(_function, (int_lanes, int_lanes), int_lanes, _both(_int_name))
         _operation(_function, (lanes, lanes), lanes, _both(_float_name))
 
-for _symbol, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">="), (operator.eq, "==")):
+for _symbol, _sign in (
+    (operator.lt, "<"),
+    (operator.le, "<="),
+    (operator.gt, ">"),
+    (operator.ge, ">="),
+    (operator.eq, "=="),
+):
     _operation(_symbol, (int_lanes, int_lanes), mask, lambda b, x, y, s=_sign: b.icmp_signed(s, x, y))
     _operation(_symbol, (lanes, lanes), mask, lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y))
 _operation(operator.and_, (mask, mask), mask, _both("and_"))
@@ -244,9 +250,7 @@ def _fold(name: str) -> Any:
         while width > 1:
             width //= 2
             parts = [
-                builder.shuffle_vector(
-                    x, x, ir.Constant(ir.VectorType(_I32, width), [first + i for i in range(width)])
-                )
+                builder.shuffle_vector(x, x, ir.Constant(ir.VectorType(_I32, width), [first + i for i in range(width)]))
                 for first in (0, width)
             ]
             if name == "max":
@@ -285,7 +289,7 @@ def _mantissa(builder: Any, x: Any) -> Any:
     return m, builder.sitofp(builder.trunc(exponent, _VI), _VF)
 
 
-class _Split(AbstractTemplate):  # type: ignore[misc]
+class _Split(AbstractTemplate):
     key = split
 
     def generic(self, args: Any, kws: Any) -> Any:
@@ -328,7 +332,7 @@ def _atan2(y: Any, x: Any) -> Any:
 
 
 @infer_global(operator.getitem)
-class _GetItem(AbstractTemplate):  # type: ignore[misc]
+class _GetItem(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         array, index = args
         if not isinstance(index, types.BaseTuple):
@@ -341,13 +345,14 @@ class _GetItem(AbstractTemplate):  # type: ignore[misc]
 
 
 @infer_global(operator.setitem)
-class _SetItem(AbstractTemplate):  # type: ignore[misc]
+class _SetItem(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         array, index, value = args
-        if isinstance(array, LaneArrayType) and isinstance(index, types.BaseTuple) and len(index) == array.ndim:
-            if value == lanes or isinstance(value, _NUMBER):
-                return signature(types.none, array, types.UniTuple(types.intp, array.ndim), lanes)
-        return None
+        if not (isinstance(array, LaneArrayType) and isinstance(index, types.BaseTuple) and len(index) == array.ndim):
+            return None
+        if value != lanes and not isinstance(value, _NUMBER):
+            return None
+        return signature(types.none, array, types.UniTuple(types.intp, array.ndim), lanes)
 
 
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
@@ -389,7 +394,7 @@ def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return found if kind.dtype == types.float64 else builder.fpext(found, _VF)
 
 
-class _Zero(AbstractTemplate):  # type: ignore[misc]
+class _Zero(AbstractTemplate):
     key = zero
 
     def generic(self, args: Any, kws: Any) -> Any:

@@ -23,8 +23,8 @@ from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Control
 from meltemi.control.signals import DEMANDS, MEASUREMENTS
 from meltemi.core.errors import InputError, Status
 from meltemi.core.kernel import compile_seconds, kernel_for
-from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.core.tables import View
+from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case, Numbers, Stations
 from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
@@ -381,7 +381,7 @@ def march_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[An
         case.limits,
         case.events,
         places,
-        (tuple(case.slopes.get(name) for name in step.RUN_PARTS), *case.numbers[1:]) if case.slopes else case.numbers,
+        (case.kinds(step.RUN_PARTS), *case.numbers[1:]) if case.slopes else case.numbers,
         tuple(arrays[name] for name in step.RUN_PARTS),
         case.parts,
         case.load_parts,

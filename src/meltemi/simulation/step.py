@@ -40,6 +40,7 @@ from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, pitch_advanc
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import table
 from meltemi.maths.vectors import Vec
+from meltemi.numbers.views import viewer
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, blade_frames, blade_motion, nacelle_and_hub, tower_top
 from meltemi.structure.section_loads import (
@@ -52,7 +53,6 @@ from meltemi.structure.section_loads import (
     tower_loads,
 )
 from meltemi.structure.tables import STRUCTURE
-from meltemi.numbers.views import viewer
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import series_now, wind_velocity
 
@@ -102,9 +102,7 @@ LOAD_PARTS = (
     "station tower_stations tower_station summary"
 ).split()
 """Arrays of :func:`section_loads`, in the order of its arguments; then the summary."""
-RUN_PARTS = (
-    "controller_state measured demands actuators v_old a_old spare aero_state signals output"
-).split()
+RUN_PARTS = ("controller_state measured demands actuators v_old a_old spare aero_state signals output").split()
 """Arrays of a run under way, see :func:`advance`."""
 ROOT, CHAIN = LOAD_PARTS.index("root"), LOAD_PARTS.index("chain")
 Q, V, A, P_STRUCTURE, COLUMNS = (PARTS.index(name) for name in ("q", "v", "a", "structure", "columns"))

@@ -225,7 +225,9 @@ def directions(
         raise InputError(f"sensitivity: parameters must be a list of at least one path, found {parameters!r}")
     for name in steps:
         if name not in parameters:
-            raise InputError(f"sensitivity: a step for {name!r}, which is no parameter: {did_you_mean(name, parameters)}")
+            raise InputError(
+                f"sensitivity: a step for {name!r}, which is no parameter: {did_you_mean(name, parameters)}"
+            )
     twice = {name for name in parameters if list(parameters).count(name) > 1}
     if twice:
         raise InputError(f"sensitivity: parameter {sorted(twice)[0]!r} is named twice")
@@ -277,7 +279,9 @@ def _of_controller(name: str, entry: str, model: Model, controller: Controller) 
     state = controller.initial_state(StartPoint(12.0, 1.0, 0.0, 0.0))
     rows = list(BASELINE.names) if controller.name == "baseline" else [str(i) for i in range(len(state))]
     if entry not in rows:
-        raise InputError(f"sensitivity: the controller {controller.name!r} has no {entry!r}: {did_you_mean(entry, rows)}")
+        raise InputError(
+            f"sensitivity: the controller {controller.name!r} has no {entry!r}: {did_you_mean(entry, rows)}"
+        )
     row = rows.index(entry)
     return Direction(name, float(state[row]), RELATIVE_STEP * (abs(float(state[row])) or 1.0), state=(row, 1.0))
 
@@ -324,7 +328,9 @@ ARRAYS = (
 def matched(model: Model, reference: Model) -> Model:
     """A model whose modes have the signs of those of a reference: the sign of an eigenvector is anybody's choice."""
     signs = [
-        np.where(np.einsum("knc,knc->k", getattr(model, m).modes.shape, getattr(reference, m).modes.shape) < 0, -1.0, 1.0)
+        np.where(
+            np.einsum("knc,knc->k", getattr(model, m).modes.shape, getattr(reference, m).modes.shape) < 0, -1.0, 1.0
+        )
         for m in ("blade", "tower")
     ]
     b, t = signs
