@@ -39,19 +39,10 @@ ACTUATOR = table(
 )
 """Parameters."""
 
-(
-    PITCH_IDEAL,
-    PITCH_FREQUENCY,
-    PITCH_DAMPING,
-    PITCH_RATE,
-    PITCH_MINIMUM,
-    PITCH_MAXIMUM,
-    BRAKE_TORQUE,
-    YAW_RATE,
-    OFFSET,
-) = ACTUATOR.slots(
-    "pitch_ideal pitch_frequency pitch_damping pitch_rate pitch_minimum pitch_maximum brake_torque yaw_rate pitch_offset"
+PITCH_IDEAL, PITCH_FREQUENCY, PITCH_DAMPING, PITCH_RATE, PITCH_MINIMUM, PITCH_MAXIMUM = ACTUATOR.slots(
+    "pitch_ideal pitch_frequency pitch_damping pitch_rate pitch_minimum pitch_maximum"
 )
+BRAKE_TORQUE, YAW_RATE, OFFSET = ACTUATOR.slots("brake_torque yaw_rate pitch_offset")
 
 PITCH = table(
     "pitch",

@@ -157,7 +157,7 @@ def sensitivity(
             numbers="duals",
             prepare=lambda case, some=some: seed(case, some),  # type: ignore[misc]
         )
-        share = (lambda s, n=number: progress((n + s) / len(rounds))) if progress is not None else None  # type: ignore[misc]
+        share = (lambda s, n=number: progress((n + s) / len(rounds))) if progress is not None else None
         march(run, share)
         result = run.result()
         # derivatives were carried for a step of each parameter
