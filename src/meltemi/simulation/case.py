@@ -319,7 +319,7 @@ class Case:
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""
-        evaluate(t, dt, self.numbers[1], self.parts)
+        evaluate(t, dt, self.numbers, self.parts, True)
 
     def settle(self, t: float) -> None:
         """Bring inflow and stall into the steady state of the present motion."""
