@@ -91,11 +91,14 @@ PARTS = (
     "q v a locked structure blade_nodes shape second modal top_shape top_second tower_matrix tower_weight "
     "tower_shape aero aero_options aero_nodes polars section wind series now box pitch drive inflow stall "
     "memory columns machine frame partial motion load body link arm_mass arm_force core_mass core_force "
-    "coupling flow rotor tower_flow tower_push"
+    "coupling flow rotor tower_flow tower_lanes tower_push"
 ).split()
 """Arrays of :func:`equations`, in the order of its arguments after t and dt."""
-NODES = "blade_nodes shape second aero_nodes partial motion load flow inflow stall memory d_inflow d_stall".split()
-"""Those whose last axis are the nodes of a blade."""
+NODES = (
+    "blade_nodes shape second aero_nodes partial motion load flow inflow stall memory d_inflow d_stall "
+    "tower_shape tower_lanes"
+).split()
+"""Those whose last axis are the nodes of a blade or of the tower; ``tower_lanes`` is ``tower_flow``, read in lanes."""
 LOAD_PARTS = (
     "q v a structure blade_nodes blade_edges shape tip_shape tip_second top_shape tower_nodes tower_shape "
     "columns machine frame partial motion load body link tower_drag apex root chain blade_stations "
@@ -166,6 +169,7 @@ def equations(
     flow: Float,
     rotor: Float,
     tower_flow: Float,
+    tower_lanes: Float,
     tower_push: Float,
 ) -> None:
     """The assembled equations of motion at time ``t`` for coordinates q and velocities v.
@@ -184,7 +188,7 @@ def equations(
     blade_motion(q, v, n_core, shape, second, blade_nodes, frame, partial, motion)
     # wind and aerodynamic loads
     series_now(t, series, now)
-    tower_wind(t, q, v, tower_shape, wind, now, box, tower_flow)
+    tower_wind(t, q, v, tower_shape, wind, now, box, tower_lanes)
     relative_wind(t, aero, aero_options, aero_nodes, wind, now, box, tower_flow, machine, frame, pitch, motion, flow)
     disk_averages(aero, aero_nodes, machine, flow, rotor)
     quasi_steady(aero, aero_options, aero_nodes, polars, flow, memory, rotor)
@@ -205,7 +209,7 @@ def equations(
         stall,
         load,
     )
-    tower_load(aero_options[TOWER_DRAG] * aero[AIR_DENSITY], tower_flow, tower_shape, tower_push)
+    tower_load(aero_options[TOWER_DRAG] * aero[AIR_DENSITY], tower_lanes, tower_shape, tower_push)
     # equations of motion
     collect_blades(
         q,
