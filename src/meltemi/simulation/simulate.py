@@ -425,8 +425,10 @@ def explain(case: Case, status: Status, t: float, dt: float) -> str:
         return ""
     name = case.controller.name
     if status is Status.DIVERGED:
-        q, v = np.abs(case["q"]), np.abs(case["v"])
-        worst = int(np.argmax(np.where(np.isfinite(q) & np.isfinite(v), q + v, np.inf)))
+        # once one coordinate is no number all are, within a step: the last velocities tell which went first
+        last = np.where(np.isfinite(case["v"]), case["v"], case.v_old)
+        size = np.abs(case["q"]) + np.abs(last)
+        worst = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
         return (
             f"at t = {t:.3f} s {status.message} "
             f"(worst: {case.model.coordinates[worst]!r}, q = {case['q'][worst]:.3g}, dq/dt = {case['v'][worst]:.3g}; "
