@@ -467,18 +467,24 @@ def warmup() -> None:
 @app.command()
 def bench(
     json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
-    duration: Annotated[float, typer.Option("--duration", help="Length of the timed run [s].")] = 600.0,
+    duration: Annotated[float, typer.Option("--duration", help="Length of the timed runs [s].")] = 600.0,
+    page: Annotated[
+        Path | None, typer.Option("--page", help="Write the benchmark page of the docs to this file.")
+    ] = None,
 ) -> None:
     """Measure compile time, run time, memory."""
-    from meltemi.studies.bench import benchmark, report_lines
+    from meltemi.studies import bench as study
 
-    figures = benchmark(duration=duration, say=_say)
+    figures = study.benchmark(duration=duration, say=_say)
+    if page is not None:
+        page.write_text(study.page(figures), encoding="utf-8")
+        print(f"wrote {page}")
     if json:
         import json as json_format
 
         print(json_format.dumps(figures, indent=2))
     else:
-        for line in report_lines(figures):
+        for line in study.report_lines(figures):
             print(line)
 
 
