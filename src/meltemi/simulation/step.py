@@ -491,10 +491,12 @@ def advance(
         behind = dt if step > 0 else 0.0
         for i in range(1 + clock[CORRECTIONS]):
             if clock[CORRECTIONS] > 0:
-                if i == 0:
-                    spare[:] = aero_state
-                else:
-                    aero_state[:] = spare
+                # entry by entry: copies of whole arrays compile a check of shapes that takes seconds
+                for j in range(spare.shape[0]):
+                    if i == 0:
+                        spare[j] = aero_state[j]
+                    else:
+                        aero_state[j] = spare[j]
             evaluate(t, behind, numbers, parts, True)
             if step > 0:
                 for j in range(q.shape[0]):

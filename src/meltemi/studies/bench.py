@@ -59,8 +59,7 @@ OPENFAST = (
     ("dynamic inflow and dynamic stall, DT 0.01 s", 7.2),
     ("quasi-steady wake and static polars, DT 0.01 s", 8.2),
 )
-"""OpenFAST 5.0.0, the same turbine and controller: CPU time on one core of a shared server of the kind below; its results
-at DT 0.01 and 0.005 agree within 0.2 %, so 0.01 is its fastest step of equal accuracy."""
+"""OpenFAST 5.0.0, the same turbine and controller: settings and times real time, by CPU time on one core."""
 
 
 def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda text: None) -> dict[str, Any]:

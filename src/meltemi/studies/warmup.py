@@ -121,7 +121,20 @@ def _section_loads() -> None:
     Case(*_machine()).loads(0.0)
 
 
+def _derivatives() -> None:
+    """Linear models and sensitivities: the kernels with dual numbers."""
+    from meltemi.simulation.linear import linearise
+    from meltemi.simulation.trim import operating_point
+    from meltemi.studies.sensitivity import sensitivity
+
+    model, wind = _machine()
+    start = operating_point(model, wind)
+    linearise(model, start, azimuth=0.0)
+    sensitivity(model, wind, ["pitch_offset"], duration=0.1, start=start)
+
+
 STAGES: dict[str, Callable[[], None]] = {
+    "derivatives": _derivatives,
     "runs": _runs,
     "section loads": _section_loads,
     "stepping": _stepping,
