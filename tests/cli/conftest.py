@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from terminal import Command, Ran
 
-from meltemi.app.cli import COLD, main
+from meltemi.app.cli import main
+from meltemi.core.kernel import COLD
 
 
 @pytest.fixture

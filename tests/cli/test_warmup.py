@@ -10,8 +10,9 @@ import pytest
 from terminal import Command
 
 from meltemi import InputError, MeltemiError, Model, SteadyWind, simulate
-from meltemi.app.cli import COLD, main
+from meltemi.app.cli import main
 from meltemi.core import kernel
+from meltemi.core.kernel import COLD
 from meltemi.studies import warmup
 
 
@@ -22,6 +23,7 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
     arguments = ["meltemi", "run", "nrel5mw", "--wind-speed", "9", "--duration", "0.5", "--out", str(tmp_path)]
     monkeypatch.setattr(sys, "argv", arguments)
     for cold in (True, False):
+        kernel._LOOKED.clear()
         if cold:
             monkeypatch.setattr(kernel, "is_cold", lambda: True)
         else:

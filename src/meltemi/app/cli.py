@@ -30,7 +30,6 @@ app = typer.Typer(
 )
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
-COLD = "Compiling for this machine: this happens once and takes about half a minute ..."
 
 
 def main() -> None:
@@ -97,13 +96,6 @@ def _print_table(*arguments: Any, **keywords: Any) -> None:
     wide.print(rich_table(*arguments, **keywords))
 
 
-def _announce_compilation() -> None:
-    from meltemi.core.kernel import is_cold
-
-    if is_cold():
-        _say(COLD)
-
-
 def _folder(out: Path) -> Path:
     """The output folder, writable, or a clear error before anything is computed."""
     try:
@@ -164,7 +156,6 @@ def run(
         turbine = case_turbine(case, folder)
         out = _folder(out)
         wind = case_wind(case, turbine, folder)
-        _announce_compilation()
         model = build(turbine, case.options, case.environment)
         with _progress(f"{turbine.name}, {case.duration:g} s") as progress:
             result = simulate(
@@ -334,7 +325,6 @@ def power_curve(
     described = load_turbine(turbine)
     wanted = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
     out = _folder(out)
-    _announce_compilation()
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
     from meltemi.simulation.model import build
@@ -395,7 +385,6 @@ def campbell(
     turns = [w * pi / 30.0 for w in _speeds(rotor_speeds, "--rotor-speeds", "rpm", zero=True)] if rotor_speeds else None
     winds = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
     out = _folder(out)
-    _announce_compilation()
     from meltemi.report.plots import plot_campbell, save
     from meltemi.report.tables import campbell_rows, number, write_csv
     from meltemi.simulation.campbell import campbell as diagram_of
@@ -435,7 +424,6 @@ def verify(
 ) -> None:
     """Compare with closed forms and OpenFAST."""
     out = _folder(out)
-    _announce_compilation()
     from meltemi.studies.verify import verification
 
     with _progress("verification") as progress:

@@ -16,6 +16,7 @@ import hashlib
 import os
 import platform
 import shutil
+import sys
 import time
 from collections.abc import Callable
 from functools import cache
@@ -96,6 +97,18 @@ def is_cold() -> bool:
     """The time loop, which comes last, has not been compiled for this installation yet."""
     folder = cache_folder()
     return folder is None or not any(folder.rglob("step.advance-*.nbi"))
+
+
+COLD = "Compiling for this machine: this happens once and takes about half a minute ..."
+_LOOKED: set[str] = set()
+
+
+def announce() -> None:
+    """Say on stderr that a first run compiles, once in a process, so that nobody wonders what it waits for."""
+    if not _LOOKED:
+        _LOOKED.add("cold" if is_cold() else "warm")
+        if "cold" in _LOOKED:
+            print(COLD, file=sys.stderr, flush=True)
 
 
 def kernel(function: F) -> F:

@@ -21,7 +21,7 @@ from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.signals import DEMANDS, MEASUREMENTS, MOST_PITCH, MOST_TORQUE, N_BLADES
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import kernel
+from meltemi.core.kernel import announce, kernel
 from meltemi.core.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.lanes import WIDTH
@@ -165,6 +165,7 @@ class Case:
     def __init__(
         self, model: Model, wind: Wind, stations: Stations | None = None, *, numbers: Numbers = "lanes"
     ) -> None:
+        announce()
         stations = stations or Stations()
         lanes, duals = numbers == "lanes" and not numba.config.DISABLE_JIT, numbers == "duals"
         self.model = model
