@@ -72,6 +72,9 @@ def options(
 @contextmanager
 def _progress(what: str) -> Iterator[Callable[[float], None]]:
     """A progress bar on a terminal; silence otherwise."""
+    from meltemi.core.kernel import announce
+
+    announce()  # before the bar, which would wrap it
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
