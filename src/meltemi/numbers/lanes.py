@@ -25,7 +25,7 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_cast, lower_getattr
 from numba.core.typeconv import Conversion
-from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_global, infer_getattr, signature
+from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
 from numba.extending import models, overload, register_model
 
 from meltemi.maths import elementary
@@ -216,9 +216,17 @@ for _symbol, _in_place, _float_name, _int_name in (
             _operation(_function, (int_lanes, int_lanes), int_lanes, _both(_int_name))
         _operation(_function, (lanes, lanes), lanes, _both(_float_name))
 
-for _symbol, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">="), (operator.eq, "==")):
+for _symbol, _sign in (
+    (operator.lt, "<"),
+    (operator.le, "<="),
+    (operator.gt, ">"),
+    (operator.ge, ">="),
+    (operator.eq, "=="),
+):
     _operation(_symbol, (int_lanes, int_lanes), mask, lambda b, x, y, s=_sign: b.icmp_signed(s, x, y))
     _operation(_symbol, (lanes, lanes), mask, lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y))
+_operation(operator.ne, (int_lanes, int_lanes), mask, lambda b, x, y: b.icmp_signed("!=", x, y))
+_operation(operator.ne, (lanes, lanes), mask, lambda b, x, y: b.fcmp_unordered("!=", x, y))
 _operation(operator.and_, (mask, mask), mask, _both("and_"))
 _operation(operator.or_, (mask, mask), mask, _both("or_"))
 _operation(operator.neg, (lanes,), lanes, lambda b, x: b.fneg(x))
@@ -244,9 +252,7 @@ def _fold(name: str) -> Any:
         while width > 1:
             width //= 2
             parts = [
-                builder.shuffle_vector(
-                    x, x, ir.Constant(ir.VectorType(_I32, width), [first + i for i in range(width)])
-                )
+                builder.shuffle_vector(x, x, ir.Constant(ir.VectorType(_I32, width), [first + i for i in range(width)]))
                 for first in (0, width)
             ]
             if name == "max":
@@ -343,10 +349,11 @@ class _GetItem(AbstractTemplate):  # type: ignore[misc]
 class _SetItem(AbstractTemplate):  # type: ignore[misc]
     def generic(self, args: Any, kws: Any) -> Any:
         array, index, value = args
-        if isinstance(array, LaneArrayType) and isinstance(index, types.BaseTuple) and len(index) == array.ndim:
-            if value == lanes or isinstance(value, _NUMBER):
-                return signature(types.none, array, types.UniTuple(types.intp, array.ndim), lanes)
-        return None
+        if not isinstance(array, LaneArrayType) or not isinstance(index, types.BaseTuple) or len(index) != array.ndim:
+            return None
+        if value != lanes and not isinstance(value, _NUMBER):
+            return None
+        return signature(types.none, array, types.UniTuple(types.intp, array.ndim), lanes)
 
 
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
