@@ -12,6 +12,7 @@ PAGES = (
     "README.md",
     "docs/getting-started.md",
     "docs/guide/controllers.md",
+    "docs/guide/batches.md",
     "docs/guide/operating-points.md",
     "docs/guide/linear.md",
 )

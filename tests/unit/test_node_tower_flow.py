@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import TOWER_FLOW
-from meltemi.aero.tower_flow import CLEAR, tower_influence, tower_load, tower_wind
+from meltemi.aero.tower_flow import tower_influence, tower_load, tower_wind
 from meltemi.core.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind, wind_arrays
@@ -48,7 +48,7 @@ def around(W: float, direction: float, R: float, dx: float, dy: float) -> tuple[
 
 @steady
 @given(
-    r=st.floats(1.0, 1.9 * CLEAR),
+    r=st.floats(1.0, 38.0),
     psi=angles,
     direction=angles,
     W=st.floats(0.1, 40.0),
@@ -100,13 +100,6 @@ def test_inside_the_tower_the_wind_stays_bounded(r: float, psi: float) -> None:
     assert found == pytest.approx((10.0 * (y * y - x * x), -20.0 * x * y, 0.0), abs=1e-12)
 
 
-def test_far_away_there_is_none() -> None:
-    near, far = (tower_influence(cylinder(), Vec(-2.0 * CLEAR * RADIUS * s, 0.0, 40.0)) for s in (0.999, 1.001))
-    assert far == (0.0, 0.0, 0.0)
-    # what is left at 20 diameters: 1 / 40^2
-    assert near.x == pytest.approx(-10.0 / (2.0 * CLEAR) ** 2, rel=0.01)
-
-
 def test_in_still_air_there_is_none() -> None:
     assert tower_influence(cylinder((0.0, 0.0)), Vec(-5.0, 0.0, 40.0)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
 
@@ -151,10 +144,8 @@ def test_the_end_above_the_top_is_smooth() -> None:
     z = TOP + RADIUS * np.linspace(-0.1, 1.2, 1301)
     u = np.array([tower_influence(cylinder(), Vec(-6.0, 0.0, float(h))).x for h in z])
     assert np.all(np.diff(u) >= -1e-12)
-    # cos^2: slope at most pi/2 of the whole in a radius, down to what is left at 20 diameters
-    small = 10.0 / (2.0 * CLEAR) ** 2
-    assert np.abs(np.diff(u)).max() <= max(0.5 * pi * 1e-3 * abs(u[0]), small) * 1.01
-    assert np.sort(np.abs(np.diff(u)))[-2] <= 0.5 * pi * 1e-3 * abs(u[0]) * 1.01
+    # cos^2: slope at most pi/2 of the whole in a radius
+    assert np.abs(np.diff(u)).max() <= 0.5 * pi * 1e-3 * abs(u[0]) * 1.01
 
 
 # wind on the tower

@@ -94,9 +94,16 @@ class Induction(NamedTuple):
 def loss_factor(tip_number: float, hub_number: float, sin_phi: float) -> float:
     """Prandtl's factor F for tip and hub (A-9)."""
     s = max(sin_phi, 1e-9)
-    tip = acos(exp(-tip_number / s))
-    hub = acos(exp(-hub_number / s))
-    return max((4.0 / (pi * pi)) * tip * hub, LOSS_FLOOR)
+    return max((4.0 / (pi * pi)) * end_angle(tip_number, s) * end_angle(hub_number, s), LOSS_FLOOR)
+
+
+@kernel
+def end_angle(number: float, s: float) -> float:
+    """arc cos(exp(-number / s)): the loss at one end; far from it a right angle to the last digit."""
+    angle = 0.5 * pi + 0.0 * s
+    if anywhere(number < 40.0 * s):
+        angle = acos(exp(-number / s))
+    return angle
 
 
 @kernel

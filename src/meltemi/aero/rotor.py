@@ -33,7 +33,10 @@ from meltemi.aero.inflow import (
 )
 from meltemi.aero.stall import (
     CAMBER,
+    DYNAMIC,
+    FADE_TO,
     NO_ROTATION,
+    SLOW_FROM,
     STATIC,
     Rotation,
     Stall,
@@ -53,8 +56,8 @@ from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, MEM
 from meltemi.aero.tower_flow import tower_influence
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import no_vec, put1, put3, rot2, vec1, vec2, vec3
+from meltemi.maths.generic import crossed, largest, total, where, whole, zero
 from meltemi.maths.vectors import Vec, add, add_scaled, cross, dot, norm, rotate, rotate_back, scale, sub, sum_lanes
-from meltemi.maths.generic import largest, total, where, whole, zero
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import wind_velocity
 
@@ -87,8 +90,8 @@ R_WIND, AXIAL_WIND, SKEW, SKEW_AXIS, TIP_RATIO, FADE, INDUCTION, TIME, TIP_RADIU
 R_FORCE, R_MOMENT, THRUST, TORQUE, R_RESIDUAL = ROTOR.slots("force moment thrust torque residual")
 I_REDUCED_X, I_X, I_REDUCED_Y, I_Y = INFLOW.slots("reduced_x x reduced_y y")
 S_WAKE_1, S_WAKE_2, S_PRESSURE, S_ATTACHMENT = STALL.slots("wake_1 wake_2 pressure attachment")
-OLD_PHI, OLD_SLOPE, OLD_X, OLD_Y, OLD_TIME, OLD_ALPHA, OLD_RATE, OLD_PRESSURE, OLD_ATTACHMENT = MEMORY.slots(
-    "phi slope induced_x induced_y time alpha rate pressure attachment"
+OLD_PHI, OLD_SLOPE, OLD_X, OLD_Y, OLD_TIME, OLD_ALPHA, OLD_RATE, OLD_PRESSURE, OLD_ATTACHMENT, SWITCHES = MEMORY.slots(
+    "phi slope induced_x induced_y time alpha rate pressure attachment switches"
 )
 SLOW, MOST_CAMBER = 1.0, 0.1
 """[m/s], [rad] limits of the curved flow's angle in the momentum balance, for rotors at rest."""
@@ -403,6 +406,7 @@ def section_coefficients(
     if options[STALL_MODEL] != STATIC:
         alpha_34, rate, rotation = turned_flow(options, nodes, flow, b, n)
         weight = model_weight(section, g, alpha, speed)
+        memory[SWITCHES, b, n] += section[g, DYNAMIC] * (crossed(abs(alpha) - FADE_TO) + crossed(speed - SLOW_FROM))
         old = StallInput(
             memory[OLD_ALPHA, b, n], memory[OLD_RATE, b, n], memory[OLD_PRESSURE, b, n], memory[OLD_ATTACHMENT, b, n]
         )

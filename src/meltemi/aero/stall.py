@@ -31,7 +31,7 @@ from meltemi.aero.lag import lag, lagged
 from meltemi.aero.polars import ATTACHED, ATTACHMENT, DRAG, LIFT, MOMENT, SEPARATED, coefficient, locate
 from meltemi.aero.tables import AERO, SECTION
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import where
+from meltemi.maths.generic import anywhere, where
 
 Float = NDArray[float64]
 
@@ -94,7 +94,9 @@ def wrap(angle: float) -> float:
 def ramp(x: float, low: float, high: float) -> float:
     """0 below ``low``, 1 above ``high``, half a cosine between."""
     t = min(max((x - low) / (high - low), 0.0), 1.0)
-    return 0.5 - 0.5 * cos(pi * t)
+    if anywhere((t > 0.0) & (t < 1.0)):
+        return 0.5 - 0.5 * cos(pi * t)
+    return t
 
 
 @kernel
@@ -195,14 +197,16 @@ def stall_advance(
     new_attachment = static_attachment(polars, section, g, x3)
     x4 = lagged(lag(h / aero[T_SEPARATION]), y.attachment, old.attachment, new_attachment)
     x4 = min(max(x4, 0.0), 1.0)
-    steady = stall_steady(aero, polars, section, g, alpha, pitching)
-    on = (weight > 0.0) | (dt == 0.0)
-    state = Stall(
-        where(on, x1, steady.wake_1),
-        where(on, x2, steady.wake_2),
-        where(on, x3, steady.pressure),
-        where(on, x4, steady.attachment),
-    )
+    state = Stall(x1, x2, x3, x4)
+    off = (weight <= 0.0) & (dt > 0.0)
+    if anywhere(off):
+        steady = stall_steady(aero, polars, section, g, alpha, pitching)
+        state = Stall(
+            where(off, steady.wake_1, x1),
+            where(off, steady.wake_2, x2),
+            where(off, steady.pressure, x3),
+            where(off, steady.attachment, x4),
+        )
     return state, StallInput(alpha, rate, new_pressure, new_attachment)
 
 

@@ -134,6 +134,7 @@ MEMORY = table(
     rate       | 1/s   | relative speed over half the chord of the last step
     pressure   | -     | attached lift coefficient of the last step
     attachment | -     | static degree of attachment of the last step
+    switches   | -     | times the stall model would have come or gone within a difference step, in derivative runs
     """,
 )
 """What integrator and solver remember of the last step; not part of the physical state."""

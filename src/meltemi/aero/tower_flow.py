@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from meltemi.aero.tables import TOWER_FLOW
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import put2, vec2
+from meltemi.maths.generic import whole, zero
 from meltemi.maths.vectors import Vec
-from meltemi.maths.generic import where, whole, zero
 from meltemi.wind.velocity import wind_velocity
 
 Float = NDArray[float64]
@@ -29,8 +29,6 @@ Float = NDArray[float64]
 HEIGHT, DIAMETER, TOWER_DRAG_COEFFICIENT, TOWER_PIECE, AXIS_X, AXIS_Y, TOWER_WIND, TOWER_FORCE = TOWER_FLOW.slots(
     "height diameter drag length x y wind force"
 )
-CLEAR = 20.0
-"""Tower diameters beyond which there is no influence."""
 
 
 @kernel
@@ -79,9 +77,8 @@ def tower_influence(tower: Float, p: Vec) -> Vec:
     r2 = max(x * x + y * y, 1.0)
     r2 = r2 / max(shrink * shrink, 1e-12)
     x, y = x / max(shrink, 1e-6), y / max(shrink, 1e-6)
-    near = where(r2 < 4.0 * CLEAR * CLEAR, W, 0.0)
-    du = near * (y * y - x * x) / (r2 * r2)
-    dv = near * (-2.0 * x * y) / (r2 * r2)
+    du = W * (y * y - x * x) / (r2 * r2)
+    dv = W * (-2.0 * x * y) / (r2 * r2)
     return Vec(du * ex - dv * ey, du * ey + dv * ex, 0.0 * du)
 
 

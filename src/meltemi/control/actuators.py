@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from meltemi.control import signals as s
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import table
+from meltemi.maths.generic import crossed
 from meltemi.turbine import exchange as ex
 
 Float = NDArray[float64]
@@ -33,15 +34,15 @@ ACTUATOR = table(
     pitch_maximum     | rad   | limit
     brake_torque      | N m   | of the full brake, on the generator's shaft
     yaw_rate          | rad/s | limit of the yaw drive
+    pitch_offset blades | rad | by which each blade stands beyond what its actuator believes
     """,
 )
 """Parameters."""
 
-PITCH_IDEAL, PITCH_FREQUENCY, PITCH_DAMPING, PITCH_RATE, PITCH_MINIMUM, PITCH_MAXIMUM, BRAKE_TORQUE, YAW_RATE = (
-    ACTUATOR.slots(
-        "pitch_ideal pitch_frequency pitch_damping pitch_rate pitch_minimum pitch_maximum brake_torque yaw_rate"
-    )
+PITCH_IDEAL, PITCH_FREQUENCY, PITCH_DAMPING, PITCH_RATE, PITCH_MINIMUM, PITCH_MAXIMUM = ACTUATOR.slots(
+    "pitch_ideal pitch_frequency pitch_damping pitch_rate pitch_minimum pitch_maximum"
 )
+BRAKE_TORQUE, YAW_RATE, OFFSET = ACTUATOR.slots("brake_torque yaw_rate pitch_offset")
 
 PITCH = table(
     "pitch",
@@ -50,11 +51,12 @@ PITCH = table(
     angle        | rad     | pitch angle
     rate         | rad/s   | its rate
     acceleration | rad/s^2 | its acceleration over the last step
+    switches     | -       | limits that a difference step would have reached or left, in derivative runs
     """,
 )
 """State of the pitch actuators."""
 
-ANGLE, RATE, ACCELERATION = PITCH.slots("angle rate acceleration")
+ANGLE, RATE, ACCELERATION, SWITCHES = PITCH.slots("angle rate acceleration switches")
 
 
 @kernel
@@ -77,22 +79,26 @@ def second_order_step(x: float, v: float, w: float, z: float, dt: float) -> tupl
 def pitch_advance(p: Float, demands: Float, pitch: Float, dt: float) -> None:
     """Pitch angles after ``dt`` under held demands; with the ideal actuator at once."""
     for b in range(pitch.shape[1]):
-        demand = min(max(demands[s.PITCH_DEMAND + b], p[PITCH_MINIMUM]), p[PITCH_MAXIMUM])
-        angle, rate = pitch[ANGLE, b], pitch[RATE, b]
+        demand = demands[s.PITCH_DEMAND + b]
+        if dt > 0.0:
+            pitch[SWITCHES, b] += crossed(demand - p[PITCH_MINIMUM]) + crossed(demand - p[PITCH_MAXIMUM])
+        demand = min(max(demand, p[PITCH_MINIMUM]), p[PITCH_MAXIMUM])
+        angle, rate = pitch[ANGLE, b] - p[OFFSET + b], pitch[RATE, b]
         if p[PITCH_IDEAL] > 0.0:
-            pitch[ANGLE, b] = demand
+            pitch[ANGLE, b] = demand + p[OFFSET + b]
             continue
         if dt <= 0.0:
             continue
         error, new_rate = second_order_step(angle - demand, rate, p[PITCH_FREQUENCY], p[PITCH_DAMPING], dt)
         new = demand + error
+        pitch[SWITCHES, b] += crossed(abs(new_rate) - p[PITCH_RATE])
         limited = min(max(new_rate, -p[PITCH_RATE]), p[PITCH_RATE])
         if limited != new_rate:
             new = angle + 0.5 * (rate + limited) * dt
         if new < p[PITCH_MINIMUM] or new > p[PITCH_MAXIMUM]:
             new = min(max(new, p[PITCH_MINIMUM]), p[PITCH_MAXIMUM])
-            limited = 0.0
-        pitch[ANGLE, b] = new
+            limited = 0.0 * limited
+        pitch[ANGLE, b] = new + p[OFFSET + b]
         pitch[RATE, b] = limited
         pitch[ACCELERATION, b] = (limited - rate) / dt
 

@@ -11,7 +11,7 @@ Reference: docs/theory/control.md (C-1 to C-9).
 from __future__ import annotations
 
 from functools import cache
-from math import exp
+from math import exp, tanh
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from meltemi.control import signals as s
 from meltemi.control.controller import UPDATE, Controller, StartPoint
 from meltemi.core.kernel import kernel, kernel_for
 from meltemi.core.tables import View, table
+from meltemi.maths.generic import crossed, whole
 from meltemi.turbine.definition import BaselineControl
 
 Float = NDArray[float64]
@@ -49,10 +50,12 @@ BASELINE = table(
     minimum_pitch     | rad         | limit
     maximum_pitch     | rad         | limit
     pitch_rate        | rad/s       | limit
+    smoothing         | rad         | of pitch, over which the torque law changes at power_pitch; 0 switches at once
     speed             | rad/s       | state: filtered generator speed
     integral          | rad         | state: integral of the speed error, rad/s times s
     torque            | N m         | state: last torque
     pitch             | rad         | state: last pitch
+    switches          | -           | state: branches that a difference step would have changed, in derivative runs
     """,
 )
 """State vector: parameters first, so that another turbine needs no other compilation."""
@@ -63,27 +66,54 @@ FILTER, CUT_IN, OPTIMAL, TRANSITION, RATED, SYNCHRONOUS, SLOPE, GAIN, RATED_POWE
         "optimal_gain rated_power maximum_torque torque_rate"
     )
 )
-POWER_PITCH, REFERENCE, KP, KI, HALVING, MIN_PITCH, MAX_PITCH, PITCH_RATE = BASELINE.slots(
+POWER_PITCH, REFERENCE, KP, KI, HALVING, MIN_PITCH, MAX_PITCH, PITCH_RATE, SMOOTHING = BASELINE.slots(
     "power_pitch reference_speed proportional_gain integral_gain gain_halving_pitch "
-    "minimum_pitch maximum_pitch pitch_rate"
+    "minimum_pitch maximum_pitch pitch_rate smoothing"
 )
-SPEED, INTEGRAL, TORQUE, PITCH = BASELINE.slots("speed integral torque pitch")
+SPEED, INTEGRAL, TORQUE, PITCH, SWITCHES = BASELINE.slots("speed integral torque pitch switches")
+
+
+@kernel
+def law_torque(x: Float, speed: float) -> float:
+    """Torque [N m] of regions 1 to 2 1/2 for a generator speed [rad/s] (C-2 to C-4)."""
+    if speed <= x[CUT_IN]:
+        return 0.0 * speed
+    if speed < x[OPTIMAL]:
+        return (speed - x[CUT_IN]) / (x[OPTIMAL] - x[CUT_IN]) * x[GAIN] * x[OPTIMAL] * x[OPTIMAL]
+    if speed < x[TRANSITION]:
+        return x[GAIN] * speed * speed
+    return x[SLOPE] * (speed - x[SYNCHRONOUS])
 
 
 @kernel
 def steady_torque(x: Float, speed: float, pitch: float) -> float:
-    """Torque [N m] of the regions for a generator speed [rad/s] and the last pitch [rad] (C-2 to C-5)."""
-    if speed >= x[RATED] or pitch >= x[POWER_PITCH]:
-        torque = x[RATED_POWER] / max(speed, 1e-3)
-    elif speed <= x[CUT_IN]:
-        torque = 0.0
-    elif speed < x[OPTIMAL]:
-        torque = (speed - x[CUT_IN]) / (x[OPTIMAL] - x[CUT_IN]) * x[GAIN] * x[OPTIMAL] * x[OPTIMAL]
-    elif speed < x[TRANSITION]:
-        torque = x[GAIN] * speed * speed
+    """Torque [N m] of the regions for a generator speed [rad/s] and the last pitch [rad] (C-2 to C-5).
+
+    Held power begins at once at ``power_pitch``, or gradually if there is smoothing (C-5a).
+    """
+    held = x[RATED_POWER] / max(speed, 1e-3)
+    if x[SMOOTHING] > 0.0 and speed < x[RATED]:
+        share = 0.5 + 0.5 * tanh((pitch - x[POWER_PITCH]) / x[SMOOTHING])
+        torque = law_torque(x, speed) + share * (held - law_torque(x, speed))
+    elif speed >= x[RATED] or pitch >= x[POWER_PITCH]:
+        torque = held
     else:
-        torque = x[SLOPE] * (speed - x[SYNCHRONOUS])
+        torque = law_torque(x, speed)
     return min(torque, x[MAX_TORQUE])
+
+
+@kernel
+def switches_near(x: Float, speed: float, torque_change: float, pitch: float, integral: float) -> float:
+    """How many of the law's switches a difference step would change, in derivative runs.
+
+    Args:
+      torque_change, pitch, integral: what the limits are applied to.
+    """
+    gradual = x[SMOOTHING] > 0.0
+    near = 0.0 if gradual else crossed(x[PITCH] - x[POWER_PITCH]) + crossed(speed - x[RATED])
+    near += crossed(speed - x[CUT_IN]) + crossed(speed - x[OPTIMAL]) + crossed(speed - x[TRANSITION])
+    near += crossed(torque_change) + crossed(pitch - x[MIN_PITCH]) + crossed(pitch - x[MAX_PITCH])
+    return near + crossed(integral)
 
 
 @kernel
@@ -92,22 +122,24 @@ def _update(x: Float, measured: Float, demands: Float, dt: float) -> None:
     alpha = exp(-dt * x[FILTER])
     x[SPEED] = (1.0 - alpha) * measured[s.GENERATOR_SPEED] + alpha * x[SPEED]
     # torque
-    wanted = steady_torque(x, x[SPEED], x[PITCH])
+    change = steady_torque(x, x[SPEED], x[PITCH]) - x[TORQUE]
     step = x[TORQUE_RATE] * dt
-    x[TORQUE] += min(max(wanted - x[TORQUE], -step), step)
+    x[TORQUE] += min(max(change, -step), step)
     # pitch
     schedule = 1.0 / (1.0 + x[PITCH] / x[HALVING])
     error = x[SPEED] - x[REFERENCE]
-    x[INTEGRAL] += error * dt
+    integral = x[INTEGRAL] + error * dt
     low, high = x[MIN_PITCH] / (schedule * x[KI]), x[MAX_PITCH] / (schedule * x[KI])
-    x[INTEGRAL] = min(max(x[INTEGRAL], low), high)
+    x[INTEGRAL] = min(max(integral, low), high)
     wanted = schedule * (x[KP] * error + x[KI] * x[INTEGRAL])
+    x[SWITCHES] += switches_near(x, x[SPEED], abs(change) - step, wanted, integral - low)
     wanted = min(max(wanted, x[MIN_PITCH]), x[MAX_PITCH])
     step = x[PITCH_RATE] * dt
+    x[SWITCHES] += crossed(abs(wanted - x[PITCH]) - step)
     x[PITCH] += min(max(wanted - x[PITCH], -step), step)
     x[PITCH] = min(max(x[PITCH], x[MIN_PITCH]), x[MAX_PITCH])
     demands[s.GENERATOR_TORQUE] = x[TORQUE]
-    for blade in range(int(measured[s.N_BLADES])):
+    for blade in range(whole(measured[s.N_BLADES])):
         demands[s.PITCH_DEMAND + blade] = x[PITCH]
 
 
@@ -143,12 +175,19 @@ def parameters(control: BaselineControl) -> Float:
     return x
 
 
-def baseline(control: BaselineControl, sample_time: float | None = None) -> Controller:
-    """The baseline controller with the settings of a turbine."""
+def baseline(control: BaselineControl, sample_time: float | None = None, *, smoothing: float = 0.0) -> Controller:
+    """The baseline controller with the settings of a turbine.
+
+    Args:
+      sample_time: [s] between calls; by default every time step.
+      smoothing: [rad] of pitch over which the torque goes from the law of region 2 1/2 to held power; by default it
+        jumps there, as published, which has no derivative.
+    """
 
     def init(start: StartPoint) -> Float:
         x = parameters(control)
         view = View(BASELINE, x)
+        view["smoothing"] = smoothing
         schedule = 1.0 / (1.0 + start.pitch / control.pitch.gain_halving_pitch)
         view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
         view["integral"] = start.pitch / (schedule * control.pitch.integral_gain)

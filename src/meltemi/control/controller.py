@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from meltemi.control.signals import CALLBACK, DEMANDS, MEASUREMENTS
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel_for
+from meltemi.numbers.duals import DualArrayType
 
 Vector = NDArray[np.float64]
 Update = Callable[[Vector, Vector, Vector, float], None]
@@ -34,6 +35,10 @@ UPDATE = types.void(_V, _V, _V, types.float64)
 """Signature of ``update(state, measurements, demands, dt)``."""
 ENTRY = types.FunctionType(UPDATE)
 """The type through which every controller enters the time loop."""
+_D = DualArrayType(1)
+UPDATE_DUALS = types.void(_D, _D, _D, types.float64)
+ENTRY_DUALS = types.FunctionType(UPDATE_DUALS)
+"""The same for runs with derivatives."""
 
 
 @dataclass(frozen=True)
@@ -95,12 +100,16 @@ class Entry:
       exception: what a plain Python controller raised, if it did.
     """
 
-    def __init__(self, controller: Controller, state: Vector, measurements: Vector, demands: Vector) -> None:
+    def __init__(
+        self, controller: Controller, state: Vector, measurements: Vector, demands: Vector, *, duals: bool = False
+    ) -> None:
         self.exception: BaseException | None = None
         self._callback: Any = None
         update: Any = controller.update
         if numba.config.DISABLE_JIT:
             self.function = update
+        elif duals:
+            self.function = dual_entry(controller)
         elif isinstance(update, numba.core.dispatcher.Dispatcher):
             self.function = compiled_entry(update)
         else:
@@ -122,6 +131,32 @@ class Entry:
 
 
 _ENTRIES: dict[Any, Any] = {}
+
+
+def dual_entry(controller: Controller) -> Any:
+    """A controller's update compiled for derivatives.
+
+    Raises:
+      InputError: it is plain Python, or does what duals cannot.
+    """
+    update: Any = controller.update
+    if not isinstance(update, numba.core.dispatcher.Dispatcher):
+        raise InputError(
+            f"controller {controller.name!r} has no derivatives: it is plain Python; decorate its update by numba.njit"
+        )
+    if (update, "duals") not in _ENTRIES:
+        ours = update.__module__.startswith("meltemi.")
+        try:
+            compile_it = kernel_for(UPDATE_DUALS) if ours else numba.njit(UPDATE_DUALS)
+            _ENTRIES[update, "duals"] = compile_it(update.py_func)
+        except numba.core.errors.NumbaError as error:
+            lines = [line for line in str(error).splitlines() if line.strip()]
+            raise InputError(
+                f"controller {controller.name!r} has no derivatives: it does what they are not defined for "
+                f"({lines[-1].strip() if lines else error}); arithmetic, comparisons, min, max, abs and the functions "
+                "of math are"
+            ) from None
+    return _ENTRIES[update, "duals"]
 
 
 def compiled_entry(update: Any) -> Any:

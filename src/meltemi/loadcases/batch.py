@@ -178,7 +178,7 @@ class _Batch:
             try:
                 if taken:
                     raise InputError(f"another case of the batch has the name {name!r}")
-                if Path(name).name != name:
+                if self.folder is not None and Path(name).name != name:
                     raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
                 self.outcomes[i] = self._one(i, name, case)
             except BaseException as error:

@@ -6,8 +6,8 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.maths.vectors import Rot, Sym, Vec
 from meltemi.maths.generic import total, zero
+from meltemi.maths.vectors import Rot, Sym, Vec
 
 Float = NDArray[float64]
 

@@ -38,7 +38,7 @@ _NUMBER = (types.Float, types.Integer)
 # types ----------------------------------------------------------------------------------------------
 
 
-class DualType(types.Type):  # type: ignore[misc]
+class DualType(types.Type):
     """A float64 and eight derivatives."""
 
     def can_convert_from(self, context: Any, other: Any) -> Any:
@@ -48,7 +48,7 @@ class DualType(types.Type):  # type: ignore[misc]
         return self if isinstance(other, _NUMBER) else None
 
 
-class DualArrayType(types.Type):  # type: ignore[misc]
+class DualArrayType(types.Type):
     """An array of values and one of their derivatives."""
 
     def __init__(self, ndim: int) -> None:
@@ -60,13 +60,13 @@ dual = DualType("dual")
 
 
 @register_model(DualType)
-class _DualModel(models.StructModel):  # type: ignore[misc]
+class _DualModel(models.StructModel):
     def __init__(self, manager: Any, frontend: Any) -> None:
         super().__init__(manager, frontend, [("value", types.float64), ("slopes", lanes)])
 
 
 @register_model(DualArrayType)
-class _DualArrayModel(models.StructModel):  # type: ignore[misc]
+class _DualArrayModel(models.StructModel):
     def __init__(self, manager: Any, frontend: Any) -> None:
         pointer = types.CPointer(types.float64)
         members = [("values", pointer), ("slopes", pointer), ("shape", types.UniTuple(types.intp, frontend.ndim))]
@@ -109,7 +109,7 @@ def _operation(function: Any, count: int, result: Any, generate: Any) -> None:
       generate: (context, builder, *duals) -> LLVM value.
     """
 
-    class Rule(AbstractTemplate):  # type: ignore[misc]
+    class Rule(AbstractTemplate):
         key = function
 
         def generic(self, args: Any, kws: Any) -> Any:
@@ -234,7 +234,7 @@ for _function in (floor, math.floor):
     _operation(_function, 1, types.float64, lambda c, b, x: _call(b, "llvm.floor.f64", x.value))
 
 
-class _Where(AbstractTemplate):  # type: ignore[misc]
+class _Where(AbstractTemplate):
     key = where
 
     def generic(self, args: Any, kws: Any) -> Any:
@@ -267,13 +267,13 @@ _operation(crossed, 1, types.float64, _within_step)
 # elementary functions -------------------------------------------------------------------------------
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def value(typing_context: Any, x: Any) -> Any:
     """The value of a dual."""
     return types.float64(dual), lambda context, builder, signature, args: builder.extract_value(args[0], 0)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def chain(typing_context: Any, f: Any, slope: Any, x: Any) -> Any:
     """The dual with value f and the derivatives of x times a slope."""
 
@@ -345,7 +345,7 @@ for _function, _implementation in (
     _define(_function, _implementation)
 
 
-@intrinsic  # type: ignore[untyped-decorator]
+@intrinsic
 def as_dual(typing_context: Any, x: Any) -> Any:
     """A number as a dual."""
     return dual(dual), lambda context, builder, signature, args: args[0]
@@ -380,7 +380,7 @@ def dual_view(context: Any, builder: Any, kind: Any, values: Any, slopes_kind: A
 
 
 @infer_getattr
-class _DualArrayAttributes(AttributeTemplate):  # type: ignore[misc]
+class _DualArrayAttributes(AttributeTemplate):
     key = DualArrayType
 
     def resolve_shape(self, array: Any) -> Any:
@@ -407,7 +407,7 @@ def _to_index(context: Any, builder: Any, old: Any, new: Any, i: Any) -> Any:
 
 
 @infer_global(operator.getitem)
-class _GetItem(AbstractTemplate):  # type: ignore[misc]
+class _GetItem(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         array, index = args
         if not isinstance(array, DualArrayType):
@@ -420,7 +420,7 @@ class _GetItem(AbstractTemplate):  # type: ignore[misc]
 
 
 @infer_global(operator.setitem)
-class _SetItem(AbstractTemplate):  # type: ignore[misc]
+class _SetItem(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         array, index, x = args
         if not isinstance(array, DualArrayType):
@@ -515,7 +515,7 @@ def _copy(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return context.get_dummy_value()
 
 
-class _Zero(AbstractTemplate):  # type: ignore[misc]
+class _Zero(AbstractTemplate):
     key = zero
 
     def generic(self, args: Any, kws: Any) -> Any:

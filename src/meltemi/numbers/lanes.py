@@ -29,7 +29,7 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.extending import models, overload, register_model
 
 from meltemi.maths import elementary
-from meltemi.maths.generic import anywhere, floor, largest, split, total, two_to, where, whole, zero
+from meltemi.maths.generic import anywhere, crossed, floor, largest, split, total, two_to, where, whole, zero
 
 WIDTH = 8
 """Lanes of a number: a register of AVX-512, two of AVX2."""
@@ -43,7 +43,7 @@ _BYTES = 8
 # types ----------------------------------------------------------------------------------------------
 
 
-class LanesType(types.Type):  # type: ignore[misc]
+class LanesType(types.Type):
     """Eight float64."""
 
     def can_convert_from(self, context: Any, other: Any) -> Any:
@@ -53,19 +53,19 @@ class LanesType(types.Type):  # type: ignore[misc]
         return self if isinstance(other, (types.Float, types.Integer)) else None
 
 
-class IntLanesType(types.Type):  # type: ignore[misc]
+class IntLanesType(types.Type):
     """Eight int32: places in an array."""
 
 
-class MaskType(types.Type):  # type: ignore[misc]
+class MaskType(types.Type):
     """Eight truth values."""
 
 
-class PlacesType(types.UniTuple):  # type: ignore[misc]
+class PlacesType(types.UniTuple):
     """Index of eight places in an array."""
 
 
-class LaneArrayType(types.Type):  # type: ignore[misc]
+class LaneArrayType(types.Type):
     """An array whose last axis is read eight entries at a time."""
 
     def __init__(self, ndim: int) -> None:
@@ -78,7 +78,7 @@ lanes, int_lanes, mask = LanesType("lanes"), IntLanesType("int_lanes"), MaskType
 
 def _primitive(cls: Any, backend: Any) -> None:
     @register_model(cls)
-    class _Model(models.PrimitiveModel):  # type: ignore[misc]
+    class _Model(models.PrimitiveModel):
         def __init__(self, manager: Any, frontend: Any) -> None:
             super().__init__(manager, frontend, backend)
 
@@ -90,7 +90,7 @@ register_model(PlacesType)(models.UniTupleModel)
 
 
 @register_model(LaneArrayType)
-class _LaneArrayModel(models.StructModel):  # type: ignore[misc]
+class _LaneArrayModel(models.StructModel):
     def __init__(self, manager: Any, frontend: Any) -> None:
         members = [("data", types.CPointer(types.float64)), ("shape", types.UniTuple(types.intp, frontend.ndim))]
         super().__init__(manager, frontend, members)
@@ -108,7 +108,7 @@ def lane_view(context: Any, builder: Any, kind: Any, array: Any) -> Any:
 
 
 @infer_getattr
-class _LaneArrayAttributes(AttributeTemplate):  # type: ignore[misc]
+class _LaneArrayAttributes(AttributeTemplate):
     key = LaneArrayType
 
     def resolve_shape(self, array: Any) -> Any:
@@ -171,7 +171,7 @@ def _operation(function: Any, kinds: tuple[Any, ...], result: Any, generate: Any
     """
     plain = {lanes: _NUMBER, int_lanes: (types.Integer,), mask: (types.Boolean,)}
 
-    class Rule(AbstractTemplate):  # type: ignore[misc]
+    class Rule(AbstractTemplate):
         key = function
 
         def generic(self, args: Any, kws: Any) -> Any:
@@ -264,6 +264,7 @@ def _fold(name: str) -> Any:
     return generate
 
 
+_operation(crossed, (lanes,), types.float64, lambda b, x: ir.Constant(_F64, 0.0))
 _operation(total, (lanes,), types.float64, _fold("fadd"))
 _operation(largest, (lanes,), types.float64, _fold("max"))
 _operation(anywhere, (mask,), types.boolean, _fold("or_"))
@@ -290,7 +291,7 @@ def _mantissa(builder: Any, x: Any) -> Any:
     return m, builder.sitofp(builder.trunc(exponent, _VI), _VF)
 
 
-class _Split(AbstractTemplate):  # type: ignore[misc]
+class _Split(AbstractTemplate):
     key = split
 
     def generic(self, args: Any, kws: Any) -> Any:
@@ -333,7 +334,7 @@ def _atan2(y: Any, x: Any) -> Any:
 
 
 @infer_global(operator.getitem)
-class _GetItem(AbstractTemplate):  # type: ignore[misc]
+class _GetItem(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         array, index = args
         if not isinstance(index, types.BaseTuple):
@@ -346,10 +347,10 @@ class _GetItem(AbstractTemplate):  # type: ignore[misc]
 
 
 @infer_global(operator.setitem)
-class _SetItem(AbstractTemplate):  # type: ignore[misc]
+class _SetItem(AbstractTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         array, index, value = args
-        if not isinstance(array, LaneArrayType) or not isinstance(index, types.BaseTuple) or len(index) != array.ndim:
+        if not (isinstance(array, LaneArrayType) and isinstance(index, types.BaseTuple) and len(index) == array.ndim):
             return None
         if value != lanes and not isinstance(value, _NUMBER):
             return None
@@ -395,7 +396,7 @@ def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return found if kind.dtype == types.float64 else builder.fpext(found, _VF)
 
 
-class _Zero(AbstractTemplate):  # type: ignore[misc]
+class _Zero(AbstractTemplate):
     key = zero
 
     def generic(self, args: Any, kws: Any) -> Any:

@@ -24,7 +24,7 @@ def viewer(nodes: Collection[int] = ()) -> Callable[[Any, Any], Any]:
     if config.DISABLE_JIT:
         return lambda kind, arrays: arrays
 
-    @intrinsic  # type: ignore[untyped-decorator]
+    @intrinsic
     def view(typing_context: Any, kind: Any, arrays: Any) -> Any:
         def seen_as(i: int) -> Any:
             if isinstance(kind, types.BaseTuple) and isinstance(kind[i], types.Array):

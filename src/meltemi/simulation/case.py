@@ -7,6 +7,7 @@ the kernels see are views of them.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -22,8 +23,8 @@ from meltemi.control.signals import DEMANDS, MEASUREMENTS, MOST_PITCH, MOST_TORQ
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import Table, View
-from meltemi.numbers.lanes import WIDTH
 from meltemi.numbers.duals import N_DERIVATIVES
+from meltemi.numbers.lanes import WIDTH
 from meltemi.numbers.views import FLOATS, LANES, viewer
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.model import Model
@@ -276,15 +277,21 @@ class Case:
         self.load_parts = tuple(arrays[name] for name in LOAD_PARTS)
         self._air_parts = tuple(arrays[name] for name in AIR_PARTS)
         kind = LANES if lanes else FLOATS
-        self.numbers, self._air_numbers = (FLOATS, kind, FLOATS), kind
+        self.numbers: tuple[Any, Any, Any] = (FLOATS, kind, FLOATS)
+        self._air_numbers: Any = kind
         if duals:
-            self._air_numbers, *of_parts = (
-                tuple(self.slopes.get(name) for name in names) for names in (AIR_PARTS, PARTS, LOAD_PARTS)
-            )
-            self.numbers = (FLOATS, *of_parts)
+            self._air_numbers = self.kinds(AIR_PARTS)
+            self.numbers = (FLOATS, self.kinds(PARTS), self.kinds(LOAD_PARTS))
+            for name in ("measured", "v_old", "a_old", "spare"):
+                self.slopes[name] = np.zeros((*getattr(self, name).shape, N_DERIVATIVES))
+            self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
 
     def __getitem__(self, name: str) -> Any:
         return self.arrays[name]
+
+    def kinds(self, names: Sequence[str]) -> tuple[Any, ...]:
+        """Arrays of derivatives, None for an array that has none: duals as a kind of number."""
+        return tuple(self.slopes.get(name) for name in names)
 
     def view(self, name: str) -> View:
         """A signal array with its rows by name."""
@@ -335,5 +342,8 @@ class Case:
         self.controller = controller
         self.controller_state = controller.initial_state(start)
         self.clock[WANT_LOADS] = int(controller.uses_loads)
-        self.entry = Entry(controller, self.controller_state, self.measured, self.arrays["demands"])
+        duals = bool(self.slopes)
+        if duals:
+            self.slopes["controller_state"] = np.zeros((*self.controller_state.shape, N_DERIVATIVES))
+        self.entry = Entry(controller, self.controller_state, self.measured, self.arrays["demands"], duals=duals)
         return self.entry

@@ -108,7 +108,7 @@ class Model:
         Raises:
           InputError: unknown name; the message gives the closest ones.
         """
-        array, row = self._find(name)
+        array, row = self.find_parameter(name)
         return float(getattr(self, array)[row])
 
     def with_parameters(self, **values: float) -> Model:
@@ -116,11 +116,11 @@ class Model:
         given in a dictionary: ``model.with_parameters(**{"aerodynamics.air_density": 1.1})``."""
         changed: dict[str, Float] = {}
         for name, value in values.items():
-            array, row = self._find(name.replace("__", "."))
+            array, row = self.find_parameter(name.replace("__", "."))
             changed.setdefault(array, getattr(self, array).copy())[row] = value
         return replace(self, **changed)  # type: ignore[arg-type]
 
-    def _find(self, name: str) -> tuple[str, int]:
+    def find_parameter(self, name: str) -> tuple[str, int]:
         for table, array in _PARAMETERS:
             prefix = f"{table.name}."
             if name.startswith(prefix) and name[len(prefix) :] in table.names:

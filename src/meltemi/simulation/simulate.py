@@ -19,13 +19,14 @@ from numba import types
 
 from meltemi.control import fixed
 from meltemi.control.baseline import baseline
-from meltemi.control.controller import ENTRY, Controller, StartPoint
+from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, StartPoint
 from meltemi.control.signals import DEMANDS, MEASUREMENTS
 from meltemi.core.errors import InputError, Status
 from meltemi.core.kernel import compile_seconds, kernel_for
 from meltemi.core.tables import View
+from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
-from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case, Stations
+from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case, Numbers, Stations
 from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import time_step
@@ -108,7 +109,11 @@ def march(
 
 
 class Simulation:
-    """A run under way: :func:`simulate` in steps of the caller's choice. The arguments are the same.
+    """A run under way: :func:`simulate` in steps of the caller's choice. The arguments are the same, and two more.
+
+    Args:
+      numbers: the kind of number to compute in, see ``Case``.
+      prepare: called with the case before it is set to its start.
 
     ``advance`` marches under the run's own controller. For co-simulation and learning make it with
     ``controller=meltemi.fixed(sample_time)`` and call ``reset`` and then ``step`` with demands.
@@ -125,6 +130,8 @@ class Simulation:
         output_step: float = 0.05,
         start: OperatingPoint | Start | None = None,
         stations: Stations | None = None,
+        numbers: Numbers = "lanes",
+        prepare: Callable[[Case], None] | None = None,
     ) -> None:
         turbine = model.turbine
         if not (math.isfinite(duration) and duration > 0.0):
@@ -146,7 +153,7 @@ class Simulation:
 
         began, compiled = clock_time.perf_counter(), compile_seconds()
         start = start or shared_point(model, wind)
-        case = Case(model, wind, stations)
+        case = Case(model, wind, stations, numbers=numbers)
         speed = start.rotor_speed * turbine.drivetrain.gear_ratio
         entry = case.bind(
             controller,
@@ -156,6 +163,8 @@ class Simulation:
         # it has h c / J = 0.4, below the bound of 0.5 with room for the shaft (docs/theory/simulation.md, M-7)
         brake_step = turbine.drivetrain.brake_torque * dt / turbine.drivetrain.generator_inertia
         case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.5 * brake_step)
+        if prepare is not None:
+            prepare(case)
         start.put(case)
         begin(case)
         case.clock[step.EVERY_OUTPUT], case.clock[step.EVERY_CONTROL] = every_output, every_control
@@ -172,6 +181,8 @@ class Simulation:
         self.interrupted = False
         self.output_step = every_output * dt
         self._output = np.full(((self.n_steps - 1) // every_output + 1, len(chosen)), np.nan)
+        if numbers == "duals":
+            case.slopes["output"] = np.zeros((*self._output.shape, N_DERIVATIVES))
         places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
         self._arguments = (entry.function, *march_arguments(case, dt, places, self._output))
         self._march = compiled_march(*self._arguments)
@@ -370,7 +381,7 @@ def march_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[An
         case.limits,
         case.events,
         places,
-        case.numbers,
+        (case.kinds(step.RUN_PARTS), *case.numbers[1:]) if case.slopes else case.numbers,
         tuple(arrays[name] for name in step.RUN_PARTS),
         case.parts,
         case.load_parts,
@@ -386,6 +397,7 @@ def sample_arguments(case: Case) -> tuple[Any, ...]:
         case["structure"],
         case["drive"],
         case["pitch"],
+        case["actuators"],
         case["root"],
         case["chain"],
         case["summary"],
@@ -403,7 +415,8 @@ def compiled_march(*arguments: Any) -> Any:
     """The time loop compiled for its arguments but the first; the controller has the type of all controllers."""
     if numba.config.DISABLE_JIT:
         return step.march
-    return _march_for(types.void(types.int64, ENTRY, *(numba.typeof(argument) for argument in arguments[1:])))
+    entry = ENTRY_DUALS if arguments[0].signatures == [UPDATE_DUALS.args] else ENTRY
+    return _march_for(types.void(types.int64, entry, *(numba.typeof(argument) for argument in arguments[1:])))
 
 
 def explain(case: Case, status: Status, t: float, dt: float) -> str:

@@ -36,10 +36,11 @@ from meltemi.aero.rotor import AIR_DENSITY, disk_averages, loads, quasi_steady, 
 from meltemi.aero.tables import AERO_OPTIONS
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control import signals as sg
-from meltemi.control.actuators import ANGLE, drive_advance, pitch_advance
+from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, pitch_advance
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import table
 from meltemi.maths.vectors import Vec
+from meltemi.numbers.views import viewer
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, blade_frames, blade_motion, nacelle_and_hub, tower_top
 from meltemi.structure.section_loads import (
@@ -52,7 +53,6 @@ from meltemi.structure.section_loads import (
     tower_loads,
 )
 from meltemi.structure.tables import STRUCTURE
-from meltemi.numbers.views import viewer
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import series_now, wind_velocity
 
@@ -102,9 +102,7 @@ LOAD_PARTS = (
     "station tower_stations tower_station summary"
 ).split()
 """Arrays of :func:`section_loads`, in the order of its arguments; then the summary."""
-RUN_PARTS = (
-    "controller_state measured demands actuators v_old a_old spare aero_state signals output"
-).split()
+RUN_PARTS = ("controller_state measured demands actuators v_old a_old spare aero_state signals output").split()
 """Arrays of a run under way, see :func:`advance`."""
 ROOT, CHAIN = LOAD_PARTS.index("root"), LOAD_PARTS.index("chain")
 Q, V, A, P_STRUCTURE, COLUMNS = (PARTS.index(name) for name in ("q", "v", "a", "structure", "columns"))
@@ -297,6 +295,7 @@ def sample(
     structure: Float,
     drive: Float,
     pitch: Float,
+    actuators: Float,
     root: Float,
     chain: Float,
     summary: Float,
@@ -315,7 +314,7 @@ def sample(
     measured[sg.YAW] = q[n]
     measured[sg.YAW_RATE] = v[n]
     for b in range(pitch.shape[1]):
-        measured[sg.PITCH + b] = pitch[ANGLE, b]
+        measured[sg.PITCH + b] = pitch[ANGLE, b] - actuators[OFFSET + b]
         measured[sg.OUT_OF_PLANE_MOMENT + b] = root[R_MOMENT + 1, b]
         measured[sg.IN_PLANE_MOMENT + b] = root[R_MOMENT, b]
     u, w = summary[HUB_WIND], summary[HUB_WIND + 1]
@@ -484,7 +483,7 @@ def advance(
         step = clock[STEP]
         t = step * dt
         if step % clock[EVERY_CONTROL] == 0:
-            sample(t, q, v, n_core, structure, drive, pitch, root, chain, summary, efficiency, measured)
+            sample(t, q, v, n_core, structure, drive, pitch, actuators, root, chain, summary, efficiency, measured)
             try:
                 controller(controller_state, measured, demands, clock[EVERY_CONTROL] * dt)
             except Exception:

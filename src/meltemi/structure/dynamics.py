@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import add2, add3, add_sym2, rot1, rot2, sym2, sym3, vec1, vec2, vec3
+from meltemi.maths.generic import total, zero
 from meltemi.maths.solve import solve_arrow
 from meltemi.maths.vectors import (
     Sym,
@@ -35,7 +36,6 @@ from meltemi.maths.vectors import (
     sub,
     turn,
 )
-from meltemi.maths.generic import total, zero
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.tables import BLADE_NODE, BODY, STRUCTURE
 from meltemi.turbine import exchange as ex

@@ -345,7 +345,9 @@ def station_loads(
                 # the outer part of a cut piece has its middle further out
                 shift = 0.5 * (1.0 - share) * (edges[n + 1] - edges[n])
                 root = p[HUB_RADIUS]
-                arm = sub(add(r, Vec(0.0, 0.0, shift)), station_place(nodes, motion, root, root + stations[i], b, n_nodes))
+                arm = sub(
+                    add(r, Vec(0.0, 0.0, shift)), station_place(nodes, motion, root, root + stations[i], b, n_nodes)
+                )
                 put3(out, S_FORCE, b, i, add_scaled(vec3(out, S_FORCE, b, i), share, F))
                 put3(out, S_MOMENT, b, i, add_scaled(vec3(out, S_MOMENT, b, i), share, add(M, cross(arm, F))))
 

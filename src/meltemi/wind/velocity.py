@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import table
-from meltemi.maths.vectors import Vec
 from meltemi.maths.generic import where, whole
+from meltemi.maths.vectors import Vec
 
 Float = NDArray[float64]
 
