@@ -268,5 +268,8 @@ def test_derivatives_are_those_of_differences(turbine: Turbine, what: str) -> No
                 corners += int((np.abs(central - exact[:, k]) > limit).sum())
             left = np.min([left, *(np.abs(found - exact[:, k]) for found in valid)], axis=0)
         bad = left > limit
-        assert not bad.any(), (column.name, [(rows[r].name, float(left[r]), float(limit[r])) for r in np.flatnonzero(bad)])
+        assert not bad.any(), (
+            column.name,
+            [(rows[r].name, float(left[r]), float(limit[r])) for r in np.flatnonzero(bad)],
+        )
     assert corners < 3e-3 * exact.size
