@@ -107,12 +107,6 @@ def end_angle(number: float, s: float) -> float:
 
 
 @kernel
-def not_zero(x: float) -> float:
-    """``x``, kept away from zero, to divide by."""
-    return where(abs(x) > 1e-6, x, where(x >= 0.0, 1e-6, -1e-6))
-
-
-@kernel
 def balance(
     strip: Strip,
     polars: Float,
@@ -141,7 +135,7 @@ def balance(
     F = loss_factor(strip.tip_number, strip.hub_number, abs(s))
     q = strip.solidity / (4.0 * F)
     kappa = q * cx
-    safe = not_zero(s)
+    safe = where(abs(s) > 1e-6, s, where(s >= 0.0, 1e-6, -1e-6))
     momentum = s + kappa / safe
     high = (5.0 / 3.0 - F) * s + sqrt(max(2.0 * F * kappa - (4.0 / 3.0 - F) * F * s * s, 0.0))
     use_high = (buhl == 1) & (kappa > 0.0) & ((s <= 0.0) | (kappa > (2.0 / 3.0) * s * s))
@@ -198,6 +192,6 @@ def induction(
     # the last secant step improves the guess for the next time at no cost
     step = x - now.residual / slope
     guess = where((step > PHI_LOW) & (step < PHI_HIGH), step, x)
-    a = 1.0 - sin(x) / not_zero(now.axial)
-    ap = cos(x) / not_zero(now.tangential) - 1.0
+    a = 1.0 - sin(x) / where(abs(now.axial) > 1e-6, now.axial, 1e-6)
+    ap = cos(x) / where(abs(now.tangential) > 1e-6, now.tangential, 1e-6) - 1.0
     return Induction(min(max(a, -1.0), 1.5), min(max(ap, -1.0), 1.0), guess, slope, now.residual)

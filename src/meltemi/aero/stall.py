@@ -129,8 +129,8 @@ def reduced_rate(rotation: float, rate: float) -> float:
 
 @kernel
 def section_rotation(variant: int, rotation: float, pitching: float, rate: float) -> Rotation:
-    """What the rotation of a section [rad/s], and the pitching in it, do (A-32); ``rotation`` is 0 if ignored."""
-    turning = reduced_rate(rotation, rate)
+    """What the rotation of a section [rad/s], and the pitching in it, do (A-32)."""
+    turning = where(variant == NO_ROTATION, 0.0, reduced_rate(rotation, rate))
     return Rotation(
         turning,
         where(variant == CAMBER, reduced_rate(pitching, rate), turning),

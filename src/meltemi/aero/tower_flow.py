@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from meltemi.aero.tables import TOWER_FLOW
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import put2, vec2
-from meltemi.maths.generic import whole, zero
+from meltemi.maths.generic import total, whole, zero
 from meltemi.maths.vectors import Vec
 from meltemi.wind.velocity import wind_velocity
 
@@ -97,7 +97,7 @@ def tower_load(air_density: float, tower: Float, tower_shape: Float, load: Float
         speed = sqrt(U.x * U.x + U.y * U.y)
         area = tower[DIAMETER, n] * tower[TOWER_PIECE, n]
         push = 0.5 * air_density * tower[TOWER_DRAG_COEFFICIENT, n] * area * speed
-        F = Vec(push * U.x, push * U.y, 0.0)
+        F = Vec(push * U.x, push * U.y, zero(tower))
         put2(tower, TOWER_FORCE, n, F)
         for k in range(load.shape[0]):
-            load[k] += tower_shape[6 * k, n] * F.x + tower_shape[6 * k + 1, n] * F.y
+            load[k] += total(tower_shape[6 * k, n] * F.x + tower_shape[6 * k + 1, n] * F.y)

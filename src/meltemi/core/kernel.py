@@ -95,7 +95,7 @@ def _prune(base: Path, keep: Path) -> None:
 def is_cold() -> bool:
     """The time loop, which comes last, has not been compiled for this installation yet."""
     folder = cache_folder()
-    return folder is None or not any(folder.rglob("step.march-*.nbi"))
+    return folder is None or not any(folder.rglob("step.advance-*.nbi"))
 
 
 def kernel(function: F) -> F:

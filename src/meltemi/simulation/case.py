@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.rotor import derivatives, settle
-from meltemi.aero.tables import AERO_NODE, FLOW, INFLOW, MEMORY, ROTOR, STALL
+from meltemi.aero.tables import AERO_NODE, FLOW, INFLOW, MEMORY, ROTOR, STALL, TOWER_FLOW
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.signals import DEMANDS, MEASUREMENTS, MOST_PITCH, MOST_TORQUE, N_BLADES
@@ -108,6 +108,7 @@ Numbers = Literal["lanes", "floats", "duals"]
 AIR_PARTS = "aero aero_options aero_nodes polars section flow rotor inflow stall d_inflow d_stall".split()
 """Arrays of ``aero.rotor.derivatives``; ``settle`` takes all but the last two."""
 WEIGHTS = {
+    "tower_flow": [TOWER_FLOW.index("length")],
     "blade_nodes": [row for row, name in enumerate(BLADE_NODE.names) if not name.startswith("position")],
     "aero_nodes": [AERO_NODE.index(name) for name in ("length", "area", "ring")],
 }
@@ -120,7 +121,7 @@ def filled(name: str, array: Float, nodes: int) -> Float:
     result = aligned((*array.shape[:-1], nodes))
     result[...] = np.concatenate([array, np.repeat(array[..., -1:], missing, axis=-1)], axis=-1)
     for row in WEIGHTS.get(name, ()):
-        result[row, :, nodes - missing :] = 0.0
+        result[row, ..., nodes - missing :] = 0.0
     return result
 
 
@@ -200,7 +201,8 @@ class Case:
             duals=duals,
         )
         described = wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter)
-        tower_flow = model.tower_flow.copy()
+        tower_fill = -(-NT // WIDTH) * WIDTH if lanes else NT
+        tower_flow = filled("tower_flow", model.tower_flow, tower_fill)
         arrays: dict[str, Any] = {
             **self.signals.views,
             **self.aero_state.views,
@@ -218,7 +220,7 @@ class Case:
             "tower_matrix": model.tower_matrix,
             "tower_weight": model.tower_weight,
             "tower_nodes": model.tower_nodes,
-            "tower_shape": model.tower_shape,
+            "tower_shape": filled("tower_shape", model.tower_shape, tower_fill),
             "actuators": model.actuators,
             "aero": model.aero,
             "aero_options": model.aero_options.copy(),
@@ -243,6 +245,7 @@ class Case:
             "core_force": np.zeros(nc),
             "coupling": np.zeros((B, K, nc)),
             "tower_flow": tower_flow,
+            "tower_lanes": tower_flow,
             "tower_push": np.zeros(M),
             "tower_drag": tower_flow[-3:],
             "apex": np.zeros(6),
@@ -262,7 +265,8 @@ class Case:
         self.clock = np.zeros(N_CLOCK, dtype=np.int64)
         self.clock[[EVERY_OUTPUT, EVERY_CONTROL]] = 1
         self.clock[CORRECTIONS] = model.options.corrections
-        self.arrays = {name: array[..., :N] if name in NODES else array for name, array in arrays.items()}
+        ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in NODES}}
+        self.arrays = {name: array[..., : ends[name]] if name in ends else array for name, array in arrays.items()}
         self.arrays["drive"][DRIVE.index("brake_speed")] = LEAST_BRAKE_SPEED
         self.arrays["drive"][DRIVE.index("yaw_held")] = float(model.options.yaw != "free")
         arrays["memory"][MEMORY.index("phi")] = 0.1
@@ -272,6 +276,7 @@ class Case:
             for name, array in arrays.items():
                 if name not in self.slopes and name not in CONSTANT:
                     self.slopes[name] = np.zeros((*array.shape, N_DERIVATIVES))
+            self.slopes["tower_lanes"] = self.slopes["tower_flow"]
             self.slopes["tower_drag"] = self.slopes["tower_flow"][-3:]
         self.parts = tuple(arrays[name] for name in PARTS)
         self.load_parts = tuple(arrays[name] for name in LOAD_PARTS)
@@ -319,7 +324,7 @@ class Case:
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""
-        evaluate(t, dt, self.numbers[1], self.parts)
+        evaluate(t, dt, self.numbers, self.parts, True)
 
     def settle(self, t: float) -> None:
         """Bring inflow and stall into the steady state of the present motion."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.core.tables import View
 from meltemi.simulation.case import Case
-from meltemi.simulation.step import assemble_equations
+from meltemi.simulation.step import evaluate
 from meltemi.structure.dynamics import STIFFNESS, WEIGHT
 from meltemi.structure.kinematics import N_SHAFT, TORSION, YAW
 from meltemi.structure.tables import BLADE_NODE, STRUCTURE
@@ -18,7 +18,7 @@ from meltemi.turbine.exchange import FRAME, MACHINE, MOTION, YAW_COMMAND, YAW_HE
 
 def mechanical_energy(case: Case) -> tuple[float, float, float]:
     """Kinetic, elastic and gravitational energy [J] for the present coordinates and velocities."""
-    assemble_equations(0.0, 0.0, case.numbers[1], case.parts)
+    evaluate(0.0, 0.0, case.numbers, case.parts, False)
     model = case.model
     q, v, n = case["q"], case["v"], model.n_core
     A, D = (np.tril(m) + np.tril(m, -1).swapaxes(-1, -2) for m in (case["core_mass"], case["arm_mass"]))

@@ -184,8 +184,8 @@ class Simulation:
         if numbers == "duals":
             case.slopes["output"] = np.zeros((*self._output.shape, N_DERIVATIVES))
         places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
-        self._arguments = (entry.function, *march_arguments(case, dt, places, self._output))
-        self._march = compiled_march(*self._arguments)
+        self._arguments = (entry.function, *advance_arguments(case, dt, places, self._output))
+        self._march = compiled_advance(*self._arguments)
         self._march(0, *self._arguments)
         self._moving = (
             case.signals.vector,
@@ -361,8 +361,8 @@ def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Chann
     return list(found.values())
 
 
-def march_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[Any, ...]:
-    """Arguments of ``step.march`` after the number of steps and the controller."""
+def advance_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[Any, ...]:
+    """Arguments of ``step.advance`` after the number of steps and the controller."""
     arrays = {
         **case.arrays,
         "controller_state": case.controller_state,
@@ -407,16 +407,16 @@ def sample_arguments(case: Case) -> tuple[Any, ...]:
 
 
 @cache
-def _march_for(signature: Any) -> Any:
-    return kernel_for(signature)(step.march)
+def _advance_for(signature: Any) -> Any:
+    return kernel_for(signature)(step.advance)
 
 
-def compiled_march(*arguments: Any) -> Any:
+def compiled_advance(*arguments: Any) -> Any:
     """The time loop compiled for its arguments but the first; the controller has the type of all controllers."""
     if numba.config.DISABLE_JIT:
-        return step.march
+        return step.advance
     entry = ENTRY_DUALS if arguments[0].signatures == [UPDATE_DUALS.args] else ENTRY
-    return _march_for(types.void(types.int64, entry, *(numba.typeof(argument) for argument in arguments[1:])))
+    return _advance_for(types.void(types.int64, entry, *(numba.typeof(argument) for argument in arguments[1:])))
 
 
 def explain(case: Case, status: Status, t: float, dt: float) -> str:
@@ -425,8 +425,10 @@ def explain(case: Case, status: Status, t: float, dt: float) -> str:
         return ""
     name = case.controller.name
     if status is Status.DIVERGED:
-        q, v = np.abs(case["q"]), np.abs(case["v"])
-        worst = int(np.argmax(np.where(np.isfinite(q) & np.isfinite(v), q + v, np.inf)))
+        # once one coordinate is no number all are, within a step: the last velocities tell which went first
+        last = np.where(np.isfinite(case["v"]), case["v"], case.v_old)
+        size = np.abs(case["q"]) + np.abs(last)
+        worst = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
         return (
             f"at t = {t:.3f} s {status.message} "
             f"(worst: {case.model.coordinates[worst]!r}, q = {case['q'][worst]:.3g}, dq/dt = {case['v'][worst]:.3g}; "

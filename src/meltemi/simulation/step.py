@@ -91,11 +91,14 @@ PARTS = (
     "q v a locked structure blade_nodes shape second modal top_shape top_second tower_matrix tower_weight "
     "tower_shape aero aero_options aero_nodes polars section wind series now box pitch drive inflow stall "
     "memory columns machine frame partial motion load body link arm_mass arm_force core_mass core_force "
-    "coupling flow rotor tower_flow tower_push"
+    "coupling flow rotor tower_flow tower_lanes tower_push"
 ).split()
 """Arrays of :func:`equations`, in the order of its arguments after t and dt."""
-NODES = "blade_nodes shape second aero_nodes partial motion load flow inflow stall memory d_inflow d_stall".split()
-"""Those whose last axis are the nodes of a blade."""
+NODES = (
+    "blade_nodes shape second aero_nodes partial motion load flow inflow stall memory d_inflow d_stall "
+    "tower_shape tower_lanes"
+).split()
+"""Those whose last axis are the nodes of a blade or of the tower; ``tower_lanes`` is ``tower_flow``, read in lanes."""
 LOAD_PARTS = (
     "q v a structure blade_nodes blade_edges shape tip_shape tip_second top_shape tower_nodes tower_shape "
     "columns machine frame partial motion load body link tower_drag apex root chain blade_stations "
@@ -166,6 +169,7 @@ def equations(
     flow: Float,
     rotor: Float,
     tower_flow: Float,
+    tower_lanes: Float,
     tower_push: Float,
 ) -> None:
     """The assembled equations of motion at time ``t`` for coordinates q and velocities v.
@@ -184,7 +188,7 @@ def equations(
     blade_motion(q, v, n_core, shape, second, blade_nodes, frame, partial, motion)
     # wind and aerodynamic loads
     series_now(t, series, now)
-    tower_wind(t, q, v, tower_shape, wind, now, box, tower_flow)
+    tower_wind(t, q, v, tower_shape, wind, now, box, tower_lanes)
     relative_wind(t, aero, aero_options, aero_nodes, wind, now, box, tower_flow, machine, frame, pitch, motion, flow)
     disk_averages(aero, aero_nodes, machine, flow, rotor)
     quasi_steady(aero, aero_options, aero_nodes, polars, flow, memory, rotor)
@@ -205,7 +209,7 @@ def equations(
         stall,
         load,
     )
-    tower_load(aero_options[TOWER_DRAG] * aero[AIR_DENSITY], tower_flow, tower_shape, tower_push)
+    tower_load(aero_options[TOWER_DRAG] * aero[AIR_DENSITY], tower_lanes, tower_shape, tower_push)
     # equations of motion
     collect_blades(
         q,
@@ -249,35 +253,26 @@ view_load_parts = viewer()
 
 
 @kernel
-def evaluated(t: float, dt: float, parts: tuple[Any, ...]) -> None:
-    """Everything at time ``t``; the accelerations go to ``a``."""
-    equations(t, dt, *parts)
-    accelerations(
-        parts[LOCKED],
-        parts[CORE_MASS],
-        parts[CORE_FORCE],
-        parts[ARM_MASS],
-        parts[COUPLING],
-        parts[ARM_FORCE],
-        parts[A],
-    )
-
-
-@kernel
-def assemble_equations(t: float, dt: float, numbers: Any, parts: tuple[Any, ...]) -> None:
-    """:func:`equations`, with arrays as the host has them.
+def evaluate(t: float, dt: float, numbers: tuple[Any, ...], parts: tuple[Any, ...], solve: bool) -> None:
+    """Everything at time ``t``; the accelerations go to ``a``.
 
     Args:
-      numbers: the kind of number to compute in, see ``numbers.views``.
-      parts: arrays of :func:`equations` after t and dt.
+      numbers: the kinds of number in which to compute, see ``numbers.views``, for run, parts and load parts.
+      parts: arrays of :func:`equations` after t and dt, as the host has them.
+      solve: False leaves the equations of motion assembled.
     """
-    equations(t, dt, *view_parts(numbers, parts))
-
-
-@kernel
-def evaluate(t: float, dt: float, numbers: Any, parts: tuple[Any, ...]) -> None:
-    """:func:`evaluated`, with arrays as the host has them."""
-    evaluated(t, dt, view_parts(numbers, parts))
+    seen = view_parts(numbers[1], parts)
+    equations(t, dt, *seen)
+    if solve:
+        accelerations(
+            seen[LOCKED],
+            seen[CORE_MASS],
+            seen[CORE_FORCE],
+            seen[ARM_MASS],
+            seen[COUPLING],
+            seen[ARM_FORCE],
+            seen[A],
+        )
 
 
 @kernel
@@ -414,31 +409,26 @@ def section_loads(
 
 
 @kernel
-def observed(t: float, efficiency: float, parts: tuple[Any, ...], load_parts: tuple[Any, ...]) -> None:
-    """Section loads and summary after an evaluation."""
-    section_loads(*load_parts[:-1])
-    whole_machine(
-        t,
-        parts[V],
-        parts[COLUMNS].shape[1],
-        parts[P_STRUCTURE],
-        parts[P_WIND],
-        parts[P_SERIES],
-        parts[NOW],
-        parts[BOX],
-        parts[P_DRIVE],
-        efficiency,
-        load_parts[CHAIN][SHAFT_TORQUE],
-        load_parts[-1],
-    )
-
-
-@kernel
 def observe(
     t: float, efficiency: float, numbers: tuple[Any, ...], parts: tuple[Any, ...], load_parts: tuple[Any, ...]
 ) -> None:
-    """:func:`observed`, with arrays as the host has them; ``numbers`` are the kinds of run, parts and load_parts."""
-    observed(t, efficiency, view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts))
+    """Section loads and summary after an evaluation."""
+    seen, loads_seen = view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts)
+    section_loads(*loads_seen[:-1])
+    whole_machine(
+        t,
+        seen[V],
+        seen[COLUMNS].shape[1],
+        seen[P_STRUCTURE],
+        seen[P_WIND],
+        seen[P_SERIES],
+        seen[NOW],
+        seen[BOX],
+        seen[P_DRIVE],
+        efficiency,
+        loads_seen[CHAIN][SHAFT_TORQUE],
+        loads_seen[-1],
+    )
 
 
 @kernel
@@ -450,7 +440,6 @@ def diverged(q: Float, v: Float) -> bool:
     return False
 
 
-@kernel
 def advance(
     n_steps: int,
     controller: Callable[[Float, Float, Float, float], None],
@@ -460,6 +449,7 @@ def advance(
     limits: Float,
     events: Float,
     index: Int,
+    numbers: tuple[Any, ...],
     run: tuple[Any, ...],
     parts: tuple[Any, ...],
     load_parts: tuple[Any, ...],
@@ -471,14 +461,15 @@ def advance(
       run: arrays RUN_PARTS. ``v_old`` and ``a_old`` are velocities and accelerations of the last instant,
         ``aero_state`` are states and memory of inflow and stall as one vector, ``spare`` a copy of it for
         corrections, ``signals`` is everything a channel may ask for, ``output`` has (rows, channels).
-      parts: arrays of :func:`equations` after t and dt.
-      load_parts: arrays LOAD_PARTS.
+      numbers, parts, load_parts: as in :func:`evaluate` and :func:`observe`.
     """
-    (controller_state, measured, demands, actuators, v_old, a_old, spare, aero_state, signals, output) = run
-    q, v, a, structure, columns = parts[Q], parts[V], parts[A], parts[P_STRUCTURE], parts[COLUMNS]
-    pitch, drive = parts[P_PITCH], parts[P_DRIVE]
-    root, chain, summary = load_parts[ROOT], load_parts[CHAIN], load_parts[-1]
-    n_core = columns.shape[1]
+    (controller_state, measured, demands, actuators, v_old, a_old, spare, aero_state, signals, output) = view_run(
+        numbers[0], run
+    )
+    seen, loads_seen = view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts)
+    q, v, a, structure, n_core = seen[Q], seen[V], seen[A], seen[P_STRUCTURE], seen[COLUMNS].shape[1]
+    pitch, drive = seen[P_PITCH], seen[P_DRIVE]
+    root, chain, summary = loads_seen[ROOT], loads_seen[CHAIN], loads_seen[-1]
     for _ in range(n_steps):
         step = clock[STEP]
         t = step * dt
@@ -504,7 +495,7 @@ def advance(
                     spare[:] = aero_state
                 else:
                     aero_state[:] = spare
-            evaluated(t, behind, parts)
+            evaluate(t, behind, numbers, parts, True)
             if step > 0:
                 for j in range(q.shape[0]):
                     v[j] = v_old[j] + 0.5 * dt * (a_old[j] + a[j])
@@ -513,7 +504,7 @@ def advance(
             return
         due = step % clock[EVERY_OUTPUT] == 0
         if due or clock[WANT_LOADS] == 1:
-            observed(t, efficiency, parts, load_parts)
+            observe(t, efficiency, numbers, parts, load_parts)
         if due:
             for j in range(index.shape[0]):
                 output[clock[ROW], j] = signals[index[j]]
@@ -529,33 +520,3 @@ def advance(
         pitch_advance(actuators, demands, pitch, dt)
         drive_advance(actuators, demands, drive, dt)
         clock[STEP] = step + 1
-
-
-def march(
-    n_steps: int,
-    controller: Callable[[Float, Float, Float, float], None],
-    dt: float,
-    efficiency: float,
-    clock: Int,
-    limits: Float,
-    events: Float,
-    index: Int,
-    numbers: tuple[Any, ...],
-    run: tuple[Any, ...],
-    parts: tuple[Any, ...],
-    load_parts: tuple[Any, ...],
-) -> None:
-    """:func:`advance`, with arrays as the host has them; ``numbers`` are the kinds for the three tuples."""
-    advance(
-        n_steps,
-        controller,
-        dt,
-        efficiency,
-        clock,
-        limits,
-        events,
-        index,
-        view_run(numbers[0], run),
-        view_parts(numbers[1], parts),
-        view_load_parts(numbers[2], load_parts),
-    )

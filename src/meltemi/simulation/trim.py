@@ -31,7 +31,7 @@ from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.start import hold
-from meltemi.simulation.step import ABSURD, assemble_equations
+from meltemi.simulation.step import ABSURD, evaluate
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, mean_speed
@@ -307,7 +307,7 @@ class _Orbit:
         for i in range(len(azimuths)):
             for array, values in zip(state, motion, strict=True):
                 array[:] = values[i]
-            assemble_equations(0.0, dt, case.numbers[1], case.parts)
+            evaluate(0.0, dt, case.numbers, case.parts, False)
             for to, array in zip(kept, left, strict=True):
                 to[i] = array
             if observe is not None:
@@ -461,7 +461,7 @@ class _Orbit:
         revolution = []
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
-            assemble_equations(0.0, step / self.speed, case.numbers[1], case.parts)
+            evaluate(0.0, step / self.speed, case.numbers, case.parts, False)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
             revolution.append(np.concatenate([case["q"], case["v"], case.air()]))
