@@ -13,7 +13,6 @@ from scipy.linalg import expm
 
 import meltemi
 from meltemi import InputError, LinearModel, Model, ModelOptions, OperatingPoint, Result, SteadyWind, Turbine, linearise
-from meltemi.simulation import linear
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import standard
 
@@ -68,17 +67,6 @@ def test_columns_are_differences_of_the_simulation(model: Model, wind_speed: flo
     np.testing.assert_allclose((found.A @ x)[rows], expected[rows], rtol=1e-6, atol=1e-6 * np.abs(expected).max())
     force = (ahead["rotor_thrust"] - behind["rotor_thrust"]) / (2.0 * h)
     assert (found.C @ x)[0] == pytest.approx(force, rel=1e-6)
-
-
-def test_the_step_of_the_differences_does_not_matter(model: Model, point: OperatingPoint) -> None:
-    columns = []
-    for factor in (1.0, 0.2):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(linear, "STEPS", {unit: factor * step for unit, step in linear.STEPS.items()})
-            columns.append(linearise(model, point, INPUTS, OUTPUTS, azimuth=0.5))
-    for name in "BCD":
-        one, two = (getattr(found, name) for found in columns)
-        np.testing.assert_allclose(one, two, rtol=1e-5, atol=1e-6 * np.abs(one).max())
 
 
 def response(found: LinearModel, which: str, size: float, time: Float) -> Float:

@@ -58,7 +58,7 @@ def tower_influence(tower: Float, p: Vec) -> Vec:
     """Velocity [m/s] that the tower adds to the wind at point p, inertial axes (A-43 to A-45)."""
     last = tower.shape[1] - 1
     step = tower[HEIGHT, 1] - tower[HEIGHT, 0]
-    z = min(max((p.z - tower[HEIGHT, 0]) / step, 0.0), last - 1e-9)
+    z = min(max((p.z - tower[HEIGHT, 0]) / step, 0.0), last)
     n = min(max(whole(z), 0), last - 1)
     w = z - n
     radius = 0.5 * (tower[DIAMETER, n] + w * (tower[DIAMETER, n + 1] - tower[DIAMETER, n]))

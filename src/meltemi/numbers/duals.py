@@ -22,6 +22,7 @@ from numba.core import cgutils, types
 from numba.core.imputils import lower_builtin, lower_cast, lower_getattr
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
+from numba.cpython import slicing
 from numba.extending import intrinsic, models, overload, register_model
 
 from meltemi.maths.generic import crossed, floor, largest, total, where, whole, zero
@@ -172,7 +173,9 @@ for _functions, _generate in (
 
 
 def _comparison(sign: str) -> Any:
-    return lambda context, builder, x, y: builder.fcmp_ordered(sign, x.value, y.value)
+    """What is no number is unequal to everything, and in no other relation."""
+    name = "fcmp_unordered" if sign == "!=" else "fcmp_ordered"
+    return lambda context, builder, x, y: getattr(builder, name)(sign, x.value, y.value)
 
 
 for _function, _sign in (
@@ -422,7 +425,7 @@ class _SetItem(AbstractTemplate):
         array, index, x = args
         if not isinstance(array, DualArrayType):
             return None
-        if isinstance(index, types.SliceType):
+        if isinstance(index, types.SliceType) and not index.has_step:
             if x == array:
                 return signature(types.none, array, index, array)
             return signature(types.none, array, index, dual)
@@ -470,42 +473,45 @@ def _store(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return context.get_dummy_value()
 
 
-def _entries(builder: Any, proxy: Any) -> Any:
-    count = _I64(1)
-    for length in cgutils.unpack_tuple(builder, proxy.shape):
-        count = builder.mul(count, length)
-    return count
+def _places(context: Any, builder: Any, kind: Any, index: Any, array: Any) -> tuple[Any, Any]:
+    """The first entry and the number of entries of a slice of the first axis."""
+    first, *others = cgutils.unpack_tuple(builder, array.shape)
+    rows = context.make_helper(builder, kind, index)
+    slicing.fix_slice(builder, rows, first)
+    begin, count = rows.start, slicing.get_slice_length(builder, rows)
+    for length in others:
+        begin, count = builder.mul(begin, length), builder.mul(count, length)
+    return begin, count
 
 
-def _nth(builder: Any, proxy: Any, i: Any) -> tuple[Any, Any]:
+def _nth(builder: Any, array: Any, i: Any) -> tuple[Any, Any]:
     return (
-        builder.gep(proxy.values, [i], source_etype=_F64),
-        builder.gep(proxy.slopes, [builder.mul(i, i.type(WIDTH))], source_etype=_F64),
+        builder.gep(array.values, [i], source_etype=_F64),
+        builder.gep(array.slopes, [builder.mul(i, i.type(WIDTH))], source_etype=_F64),
     )
 
 
 @lower_builtin(operator.setitem, DualArrayType, types.SliceType, DualType)
 def _fill(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    """A[:] = x, for the whole array only."""
-    proxy = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
-    with cgutils.for_range(builder, _entries(builder, proxy)) as loop:
-        _write(builder, args[2], *_nth(builder, proxy, loop.index))
+    """A[i:j] = x."""
+    to = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
+    begin, count = _places(context, builder, sig.args[1], args[1], to)
+    with cgutils.for_range(builder, count) as loop:
+        _write(builder, args[2], *_nth(builder, to, builder.add(begin, loop.index)))
     return context.get_dummy_value()
 
 
 @lower_builtin(operator.setitem, DualArrayType, types.SliceType, DualArrayType)
 def _copy(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    """A[:] = B, for whole arrays of one shape only."""
+    """A[i:j] = B, which has the shape of that part."""
     to = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
     source = cgutils.create_struct_proxy(sig.args[2])(context, builder, args[2])
-    with cgutils.for_range(builder, _entries(builder, to)) as loop:
+    begin, count = _places(context, builder, sig.args[1], args[1], to)
+    with cgutils.for_range(builder, count) as loop:
         values, slopes = _nth(builder, source, loop.index)
         vector = builder.load(builder.bitcast(slopes, _VF.as_pointer()), align=8, typ=_VF)
-        _write(
-            builder,
-            _give(context, builder, builder.load(values, typ=_F64), vector),
-            *_nth(builder, to, loop.index),
-        )
+        x = _give(context, builder, builder.load(values, typ=_F64), vector)
+        _write(builder, x, *_nth(builder, to, builder.add(begin, loop.index)))
     return context.get_dummy_value()
 
 

@@ -225,6 +225,8 @@ for _symbol, _sign in (
 ):
     _operation(_symbol, (int_lanes, int_lanes), mask, lambda b, x, y, s=_sign: b.icmp_signed(s, x, y))
     _operation(_symbol, (lanes, lanes), mask, lambda b, x, y, s=_sign: b.fcmp_ordered(s, x, y))
+_operation(operator.ne, (int_lanes, int_lanes), mask, lambda b, x, y: b.icmp_signed("!=", x, y))
+_operation(operator.ne, (lanes, lanes), mask, lambda b, x, y: b.fcmp_unordered("!=", x, y))
 _operation(operator.and_, (mask, mask), mask, _both("and_"))
 _operation(operator.or_, (mask, mask), mask, _both("or_"))
 _operation(operator.neg, (lanes,), lanes, lambda b, x: b.fneg(x))

@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW
+from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW, STALL
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
 from meltemi.core.errors import InputError
@@ -98,6 +98,9 @@ class OperatingPoint:
             state = (weight @ np.fft.rfft(self.revolution, axis=0)).real
             case["q"][:], case["v"][:], air = np.split(state, [len(self.q), 2 * len(self.q)])
             case.put_air(air)
+            # between the azimuths a series overshoots: the attachment must not leave its range
+            attachment = case.aero_state.views["stall"][STALL.index("attachment")]
+            np.clip(attachment, 0.0, 1.0, out=attachment)
             case["q"][len(case.model.tower.names) + GENERATOR] += azimuth
 
     def __getitem__(self, name: str) -> float:
