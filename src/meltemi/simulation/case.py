@@ -341,7 +341,7 @@ class Case:
     def loads(self, t: float) -> None:
         """Compute section loads and the summary after an evaluation."""
         efficiency = self.model.turbine.drivetrain.generator_efficiency
-        observe(t, efficiency, self.numbers, self.parts, self.load_parts)
+        observe(t, efficiency, self.numbers, self.parts, self.load_parts, True)
 
     def bind(self, controller: Controller, start: StartPoint) -> Entry:
         """Give the case a controller, started at an operating point."""

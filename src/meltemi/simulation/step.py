@@ -359,6 +359,7 @@ def whole_machine(
 
 @kernel
 def section_loads(
+    everywhere: bool,
     q: Float,
     v: Float,
     a: Float,
@@ -388,9 +389,11 @@ def section_loads(
     tower_stations: Float,
     tower_station: Float,
 ) -> None:
-    """All section loads after an evaluation."""
+    """Section loads after an evaluation: at roots, hub and yaw bearing, and ``everywhere`` along tower and blades."""
     blade_loads(q, a, structure, columns, machine, frame, body, link, tip_shape, tip_second, apex, root)
     chain_loads(q, v, a, structure, columns, machine, apex, top_shape, chain)
+    if not everywhere:
+        return
     tower_loads(q, a, structure, machine, apex, tower_nodes, tower_shape, tower_drag, tower_stations, tower_station)
     station_loads(
         a,
@@ -410,11 +413,16 @@ def section_loads(
 
 @kernel
 def observe(
-    t: float, efficiency: float, numbers: tuple[Any, ...], parts: tuple[Any, ...], load_parts: tuple[Any, ...]
+    t: float,
+    efficiency: float,
+    numbers: tuple[Any, ...],
+    parts: tuple[Any, ...],
+    load_parts: tuple[Any, ...],
+    everywhere: bool,
 ) -> None:
-    """Section loads and summary after an evaluation."""
+    """Section loads and summary after an evaluation; only ``everywhere`` for outputs, for controllers the nearest."""
     seen, loads_seen = view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts)
-    section_loads(*loads_seen[:-1])
+    section_loads(everywhere, *loads_seen[:-1])
     whole_machine(
         t,
         seen[V],
@@ -506,7 +514,7 @@ def advance(
             return
         due = step % clock[EVERY_OUTPUT] == 0
         if due or clock[WANT_LOADS] == 1:
-            observe(t, efficiency, numbers, parts, load_parts)
+            observe(t, efficiency, numbers, parts, load_parts, due)
         if due:
             for j in range(index.shape[0]):
                 output[clock[ROW], j] = signals[index[j]]

@@ -310,6 +310,8 @@ def station_loads(
       stations: (stations,) [m] from the root.
       out: table STATION_LOAD.
     """
+    if stations.shape[0] == 0:
+        return
     n_core = columns.shape[1]
     n_modes = shape.shape[0] // 6
     n_nodes = edges.shape[0] - 1
