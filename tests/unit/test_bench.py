@@ -1,0 +1,71 @@
+"""The benchmark's report and page: every figure that is measured is shown."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from meltemi.studies import bench
+
+ROOT = Path(__file__).parents[2]
+RUN = {"us_per_step": 12.3, "real_time_factor": 777, "time_step_s": 0.01}
+
+
+def figures() -> dict[str, Any]:
+    numbers = iter(range(101, 999))
+    return {
+        "machine": {**bench.machine(), "processor": "some processor"},
+        "import_s": 0.0111,
+        "stages": {f"stage {i}": (float(next(numbers)), next(numbers)) for i in range(5)},
+        "cold_compile_s": 33.3,
+        "signatures": next(numbers),
+        "beyond": {f"something {i}": float(next(numbers)) for i in range(4)},
+        "cached_start_s": 1.23,
+        "runs": {name: {**RUN, "real_time_factor": next(numbers)} for name in bench.VARIANTS},
+        "floats": {**RUN, "us_per_step": 50.0},
+        "derivatives": {**RUN, "us_per_step": 75.0},
+        "peak_memory_mb": next(numbers),
+        "controllers": {
+            "section loads at every step": 1.7,
+            "compiled": 0.3,
+            "empty, in plain Python": 0.4,
+            "individual pitch in plain Python at 80 Hz, real-time factor": next(numbers),
+            "step() from Python": 34.5,
+        },
+        "cores": 64,
+        "batch_cases": next(numbers),
+        "batch_real_time_factor": next(numbers),
+        "batch_loss": 0.0789,
+        "batch_peak_memory_mb": next(numbers),
+        "case": "some case",
+    }
+
+
+def test_the_page_shows_every_figure() -> None:
+    f = figures()
+    page = bench.page(f)
+    assert re.findall(r"\{[a-z_]*\}", page) == []
+    shown = [*f["runs"], *f["stages"], *f["beyond"], "some case", "some processor", "1.50 times", "**33.3**"]
+    shown += [str(run["real_time_factor"]) for run in f["runs"].values()]
+    shown += [str(f[name]) for name in ("signatures", "peak_memory_mb", "batch_cases", "batch_real_time_factor")]
+    shown += [name for name, _ in bench.OPENFAST]
+    for text in shown:
+        assert text in page, text
+
+
+def test_the_report_shows_the_same() -> None:
+    f = figures()
+    report = "\n".join(bench.report_lines(f))
+    for text in (*f["runs"], *f["stages"], *f["beyond"], *f["controllers"], "1.50 x floats", "7.9 %"):
+        assert text in report, text
+
+
+def test_the_page_of_the_documentation_is_the_one_that_is_written() -> None:
+    """Remake it with `meltemi bench --page docs/performance.md` after a change of its text or its rows."""
+    page = (ROOT / "docs" / "performance.md").read_text(encoding="utf-8")
+    template = (Path(bench.__file__).parent / "bench_page.md").read_text(encoding="utf-8")
+    headings = [line for line in template.splitlines() if line.startswith("#")]
+    assert [line for line in page.splitlines() if line.startswith("#")] == headings
+    for name in (*bench.VARIANTS, *(name for name, _ in bench.OPENFAST)):
+        assert f"| {name} |" in page, name
