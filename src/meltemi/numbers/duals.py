@@ -56,7 +56,12 @@ class DualArrayType(types.Type):
         super().__init__(name=f"DualArray({ndim})")
 
 
+class IndexType(types.UniTuple):
+    """Index of an entry, or of a part, of a dual array."""
+
+
 dual = DualType("dual")
+register_model(IndexType)(models.UniTupleModel)
 
 
 @register_model(DualType)
@@ -395,15 +400,20 @@ def _shape(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 def _index(array: Any, index: Any) -> Any:
     """The index as a tuple type: of all axes, or of the first ones for a part of the array."""
     if isinstance(index, types.Integer):
-        return types.UniTuple(types.intp, 1)
+        return IndexType(types.intp, 1)
     if isinstance(index, types.BaseTuple) and len(index) <= array.ndim:
-        return types.UniTuple(types.intp, len(index)) if all(isinstance(i, types.Integer) for i in index) else None
+        return IndexType(types.intp, len(index)) if all(isinstance(i, types.Integer) for i in index) else None
     return None
 
 
-@lower_cast(types.Integer, types.UniTuple)
-def _to_index(context: Any, builder: Any, old: Any, new: Any, i: Any) -> Any:
-    return context.make_tuple(builder, new, [context.cast(builder, i, old, types.intp)])
+@lower_cast(types.Integer, IndexType)
+@lower_cast(types.UniTuple, IndexType)
+@lower_cast(types.Tuple, IndexType)
+def _to_index(context: Any, builder: Any, old: Any, new: Any, index: Any) -> Any:
+    single = isinstance(old, types.Integer)
+    kinds, at = ([old], [index]) if single else (list(old), cgutils.unpack_tuple(builder, index))
+    places = [context.cast(builder, i, kind, types.intp) for kind, i in zip(kinds, at, strict=True)]
+    return context.make_tuple(builder, new, places)
 
 
 @infer_global(operator.getitem)
@@ -449,7 +459,7 @@ def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> tup
     return values, slopes, shape[len(at) :]
 
 
-@lower_builtin(operator.getitem, DualArrayType, types.UniTuple)
+@lower_builtin(operator.getitem, DualArrayType, IndexType)
 def _load(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     values, slopes, left = _place(context, builder, sig.args[0], *args)
     if left:
@@ -466,7 +476,7 @@ def _write(builder: Any, x: Any, values: Any, slopes: Any) -> None:
     builder.store(builder.extract_value(x, 1), builder.bitcast(slopes, _VF.as_pointer()), align=8)
 
 
-@lower_builtin(operator.setitem, DualArrayType, types.UniTuple, DualType)
+@lower_builtin(operator.setitem, DualArrayType, IndexType, DualType)
 def _store(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     values, slopes, _ = _place(context, builder, sig.args[0], *args[:2])
     _write(builder, args[2], values, slopes)
