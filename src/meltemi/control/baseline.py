@@ -111,11 +111,17 @@ def switches_near(x: Float, speed: float, torque_change: float, pitch: float, lo
       low, high: by how much the integral is within its limits.
     """
     gradual = x[SMOOTHING] > 0.0
-    near = 0.0 if gradual else crossed(x[PITCH] - x[POWER_PITCH]) + crossed(speed - x[RATED])
-    near += crossed(speed - x[CUT_IN]) + crossed(speed - x[OPTIMAL]) + crossed(speed - x[TRANSITION])
-    near += crossed(torque_change) + crossed(pitch - x[MIN_PITCH]) + crossed(pitch - x[MAX_PITCH])
-    if x[PITCH] >= x[POWER_PITCH]:
+    near = 0.0
+    if not gradual and speed < x[RATED]:
+        near += crossed(x[PITCH] - x[POWER_PITCH])
+    if not gradual and x[PITCH] < x[POWER_PITCH]:
+        near += crossed(speed - x[RATED])
+    # laws that have a share in the torque: 1 - tanh(4) is less than 1e-3
+    if x[PITCH] < x[POWER_PITCH] + 4.0 * x[SMOOTHING]:
+        near += crossed(speed - x[CUT_IN]) + crossed(speed - x[OPTIMAL]) + crossed(speed - x[TRANSITION])
+    if x[PITCH] > x[POWER_PITCH] - 4.0 * x[SMOOTHING]:
         near += crossed(speed - x[RATED_POWER] / x[MAX_TORQUE])
+    near += crossed(torque_change) + crossed(pitch - x[MIN_PITCH]) + crossed(pitch - x[MAX_PITCH])
     return near + crossed(low) + crossed(high)
 
 

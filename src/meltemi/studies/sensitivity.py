@@ -43,7 +43,7 @@ Float = NDArray[np.float64]
 
 RELATIVE_STEP = 1e-4
 """Change over the value of a parameter by which switches are judged."""
-OFFSET_STEP = 1e-4
+OFFSET_STEP = 1e-5
 """[rad] the same of pitch offsets, which are usually zero."""
 DIFFERENCE_STEP = 1e-3
 """Step of :func:`differences` over that: polars and wind boxes are piecewise linear, and at a larger step their kinks
@@ -144,7 +144,7 @@ def sensitivity(
 
     Args:
       parameters: paths, see :func:`direction`. Eight cost little more than one; more are taken eight at a time.
-      steps: changes by parameter for which switches are counted; by default 1e-4 of the value, 1e-4 rad for pitch
+      steps: changes by parameter for which switches are counted; by default 1e-4 of the value, 1e-5 rad for pitch
         offsets.
       model, wind, duration, controller, channels, output_step, start, stations, progress: as in ``simulate``.
 
@@ -214,7 +214,7 @@ def differences(
     """The runs with a parameter one step below and above, and the step: what derivatives are checked with.
 
     Args:
-      step: by default 1e-7 of the value, 1e-7 rad for pitch offsets: small, since polars and wind boxes have kinks.
+      step: by default 1e-7 of the value, 1e-8 rad for pitch offsets: small, since polars and wind boxes have kinks.
       model, wind, controller, start: as in ``sensitivity``.
       arguments: others of ``simulate``.
     """
