@@ -4,12 +4,13 @@ The objective weighs what the pitch loop is there for against what it costs:
 
     J = 0.4 std(rotor speed) + 0.4 DEL(tower base, fore-aft, m = 4) + 0.2 travel of the blades,
 
-each over its value with the published gains, so that J = 1 there. A run with derivatives gives J and its gradient by both
-gains at once; SciPy's L-BFGS-B does the rest, in the logarithms of the gains. The result is then tried in winds it has
-not seen.
+each over its value with the published gains, so that J = 1 there. A run with derivatives gives J and its gradient by
+both gains at once; SciPy's L-BFGS-B does the rest, in the logarithms of the gains. The result is then tried in winds it
+has not seen.
 
 Derivatives hold the controller's first state. The baseline law begins with the integral I = pitch / (G K_I), which
-changes with K_I, and an error in it would last: so the derivative by it is asked for, too, and enters by the chain rule.
+changes with K_I. An error in it would soon be forgotten, but not the angle by which it turns the rotor meanwhile. So the
+derivative by it is asked for, too, and enters by the chain rule.
 
     python examples/tune_pitch.py --out tuned
 """
