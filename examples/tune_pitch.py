@@ -9,8 +9,8 @@ both gains at once; SciPy's L-BFGS-B does the rest, in the logarithms of the gai
 has not seen.
 
 Derivatives hold the controller's first state. The baseline law begins with the integral I = pitch / (G K_I), which
-changes with K_I. An error in it would soon be forgotten, but not the angle by which it turns the rotor meanwhile. So the
-derivative by it is asked for, too, and enters by the chain rule.
+changes with K_I. An error in it would soon be forgotten, but not the angle by which it turns the rotor meanwhile. So
+the derivative by it is asked for, too, and enters by the chain rule.
 
     python examples/tune_pitch.py --out tuned
 """
@@ -120,7 +120,7 @@ def main(arguments: list[str] | None = None) -> None:
     print("18 m/s, seed 1:")
     tuning = Tuning(model, wind(18.0, 1), duration)
     bounds = [(np.log(0.25), np.log(4.0))] * 2
-    settings = {"maxiter": given.iterations, "ftol": 1e-6}
+    settings = {"maxiter": given.iterations, "ftol": 1e-5}
     best = minimize(tuning, np.zeros(2), jac=True, method="L-BFGS-B", bounds=bounds, options=settings)
     factors = np.exp(best.x)
     print(f"J = {best.fun:.4f} after {len(tuning.path)} runs: {best.message}")
