@@ -59,6 +59,9 @@ if TYPE_CHECKING:
     from meltemi.simulation.start import Start as Start
     from meltemi.simulation.trim import OperatingPoint as OperatingPoint
     from meltemi.simulation.trim import operating_point as operating_point
+    from meltemi.studies.sensitivity import Sensitivity as Sensitivity
+    from meltemi.studies.sensitivity import differences as differences
+    from meltemi.studies.sensitivity import sensitivity as sensitivity
     from meltemi.turbine.definition import Turbine as Turbine
     from meltemi.turbine.library import list_turbines as list_turbines
     from meltemi.turbine.library import load_turbine as load_turbine
@@ -95,6 +98,7 @@ _HOME = {
     "simulation.simulate": "Simulation simulate",
     "simulation.start": "Start",
     "simulation.trim": "OperatingPoint operating_point",
+    "studies.sensitivity": "Sensitivity differences sensitivity",
     "turbine.definition": "Turbine",
     "turbine.library": "list_turbines load_turbine write_turbine",
     "wind.fields": "SteadyWind WindBox WindSeries",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ PAGES = (
     "docs/guide/batches.md",
     "docs/guide/operating-points.md",
     "docs/guide/linear.md",
+    "docs/guide/sensitivities.md",
 )
 
 
@@ -29,6 +31,15 @@ def test_code_on_the_page_runs(page: str, tmp_path: Path, monkeypatch: pytest.Mo
     assert plots
     for plot in plots:
         assert (tmp_path / plot).stat().st_size > 10_000
+
+
+def test_the_example_tunes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    example = runpy.run_path(str(ROOT / "examples" / "tune_pitch.py"))
+    example["main"](["--duration", "20", "--iterations", "1", "--out", str(tmp_path)])
+    values = [float(value) for value in re.findall(r"J = (\d\.\d+)  ", capsys.readouterr().out)]
+    assert values[0] == pytest.approx(1.0)
+    assert min(values) < 0.99
+    assert (tmp_path / "series.png").stat().st_size > 10_000
 
 
 def test_readme_has_ten_lines() -> None:

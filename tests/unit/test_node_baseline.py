@@ -21,6 +21,7 @@ from meltemi.control import baseline as law
 from meltemi.control import signals as s
 from meltemi.control.baseline import BASELINE, baseline, parameters, steady_torque
 from meltemi.control.controller import StartPoint
+from meltemi.core.errors import InputError
 from meltemi.core.tables import View
 from meltemi.turbine.definition import BaselineControl, Turbine
 
@@ -322,3 +323,30 @@ def test_a_sample_time_is_handed_on(control: BaselineControl) -> None:
     assert baseline(control).sample_time is None
     assert baseline(control, sample_time=0.1).sample_time == 0.1
     assert baseline(control).name == "baseline"
+
+
+def test_smoothing(control: BaselineControl) -> None:
+    """Held power comes gradually (C-5a); without smoothing the law is the published one to the bit."""
+    start = StartPoint(11.0, 118.0, 0.0, 3.5e4)
+    assert View(BASELINE, baseline(control).initial_state(start))["smoothing"] == 0.0
+    sharp, smooth = parameters(control), parameters(control)
+    width = 0.005
+    smooth[law.SMOOTHING] = width
+    speed, threshold = 115.0, control.torque.power_pitch
+    low, high = law.law_torque(sharp, speed), min(control.torque.rated_power / speed, control.torque.maximum_torque)
+    assert steady_torque(sharp, speed, threshold - 1e-12) == low
+    assert steady_torque(sharp, speed, threshold) == high
+    assert steady_torque(smooth, speed, threshold) == pytest.approx(0.5 * (low + high), rel=1e-12)
+    share = np.array([(steady_torque(smooth, speed, threshold + k * width) - low) / (high - low) for k in (-4, 1, 4)])
+    assert share == pytest.approx(0.5 + 0.5 * np.tanh([-4.0, 1.0, 4.0]), rel=1e-9)
+    # above the speed of region 3 nothing changes, and at it nothing jumps
+    rated = control.torque.rated_speed
+    for pitch in (0.0, threshold, 0.1):
+        assert steady_torque(smooth, rated + 1.0, pitch) == steady_torque(sharp, rated + 1.0, pitch)
+        assert steady_torque(smooth, rated * (1.0 - 1e-10), pitch) == pytest.approx(steady_torque(smooth, rated, pitch))
+
+
+@pytest.mark.parametrize("width", [-0.01, np.inf, np.nan])
+def test_smoothing_is_an_angle(control: BaselineControl, width: float) -> None:
+    with pytest.raises(InputError, match="smoothing"):
+        baseline(control, smoothing=width)

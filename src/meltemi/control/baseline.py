@@ -10,17 +10,17 @@ Reference: docs/theory/control.md (C-1 to C-9).
 
 from __future__ import annotations
 
-from functools import cache
+import math
 from math import exp, tanh
-from typing import Any
 
 import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.control import signals as s
-from meltemi.control.controller import UPDATE, Controller, StartPoint
-from meltemi.core.kernel import kernel, kernel_for
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel
 from meltemi.core.tables import View, table
 from meltemi.maths.generic import crossed, whole
 from meltemi.turbine.definition import BaselineControl
@@ -103,21 +103,30 @@ def steady_torque(x: Float, speed: float, pitch: float) -> float:
 
 
 @kernel
-def switches_near(x: Float, speed: float, torque_change: float, pitch: float, integral: float) -> float:
+def switches_near(x: Float, speed: float, torque_change: float, pitch: float, low: float, high: float) -> float:
     """How many of the law's switches a difference step would change, in derivative runs.
 
     Args:
-      torque_change, pitch, integral: what the limits are applied to.
+      torque_change, pitch: what the limits are applied to.
+      low, high: by how much the integral is within its limits.
     """
     gradual = x[SMOOTHING] > 0.0
-    near = 0.0 if gradual else crossed(x[PITCH] - x[POWER_PITCH]) + crossed(speed - x[RATED])
-    near += crossed(speed - x[CUT_IN]) + crossed(speed - x[OPTIMAL]) + crossed(speed - x[TRANSITION])
+    near = 0.0
+    if not gradual and speed < x[RATED]:
+        near += crossed(x[PITCH] - x[POWER_PITCH])
+    if not gradual and x[PITCH] < x[POWER_PITCH]:
+        near += crossed(speed - x[RATED])
+    # laws that have a share in the torque: 1 - tanh(4) is less than 1e-3
+    if x[PITCH] < x[POWER_PITCH] + 4.0 * x[SMOOTHING]:
+        near += crossed(speed - x[CUT_IN]) + crossed(speed - x[OPTIMAL]) + crossed(speed - x[TRANSITION])
+    if x[PITCH] > x[POWER_PITCH] - 4.0 * x[SMOOTHING]:
+        near += crossed(speed - x[RATED_POWER] / x[MAX_TORQUE])
     near += crossed(torque_change) + crossed(pitch - x[MIN_PITCH]) + crossed(pitch - x[MAX_PITCH])
-    return near + crossed(integral)
+    return near + crossed(low) + crossed(high)
 
 
 @kernel
-def _update(x: Float, measured: Float, demands: Float, dt: float) -> None:
+def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
     """One call of the controller."""
     alpha = exp(-dt * x[FILTER])
     x[SPEED] = (1.0 - alpha) * measured[s.GENERATOR_SPEED] + alpha * x[SPEED]
@@ -132,7 +141,7 @@ def _update(x: Float, measured: Float, demands: Float, dt: float) -> None:
     low, high = x[MIN_PITCH] / (schedule * x[KI]), x[MAX_PITCH] / (schedule * x[KI])
     x[INTEGRAL] = min(max(integral, low), high)
     wanted = schedule * (x[KP] * error + x[KI] * x[INTEGRAL])
-    x[SWITCHES] += switches_near(x, x[SPEED], abs(change) - step, wanted, integral - low)
+    x[SWITCHES] += switches_near(x, x[SPEED], abs(change) - step, wanted, integral - low, high - integral)
     wanted = min(max(wanted, x[MIN_PITCH]), x[MAX_PITCH])
     step = x[PITCH_RATE] * dt
     x[SWITCHES] += crossed(abs(wanted - x[PITCH]) - step)
@@ -141,17 +150,6 @@ def _update(x: Float, measured: Float, demands: Float, dt: float) -> None:
     demands[s.GENERATOR_TORQUE] = x[TORQUE]
     for blade in range(whole(measured[s.N_BLADES])):
         demands[s.PITCH_DEMAND + blade] = x[PITCH]
-
-
-@cache
-def update() -> Any:
-    """The compiled update, for the entry's signature."""
-
-    @kernel_for(UPDATE)
-    def baseline(state: Float, measurements: Float, demands: Float, dt: float) -> None:
-        _update(state, measurements, demands, dt)
-
-    return baseline
 
 
 def parameters(control: BaselineControl) -> Float:
@@ -180,9 +178,12 @@ def baseline(control: BaselineControl, sample_time: float | None = None, *, smoo
 
     Args:
       sample_time: [s] between calls; by default every time step.
-      smoothing: [rad] of pitch over which the torque goes from the law of region 2 1/2 to held power; by default it
-        jumps there, as published, which has no derivative.
+      smoothing: [rad] of pitch, zero or more: half the width over which the torque goes from the law of region 2 1/2 to
+        held power (C-5a); zero, the published law, jumps there, where it has no derivative.
     """
+
+    if not (math.isfinite(smoothing) and smoothing >= 0.0):
+        raise InputError(f"baseline: smoothing must be zero or a positive angle [rad], found {smoothing!r}")
 
     def init(start: StartPoint) -> Float:
         x = parameters(control)
@@ -193,4 +194,11 @@ def baseline(control: BaselineControl, sample_time: float | None = None, *, smoo
         view["integral"] = start.pitch / (schedule * control.pitch.integral_gain)
         return x
 
-    return Controller(update=update(), init=init, sample_time=sample_time, name="baseline", uses_loads=False)
+    return Controller(
+        update=update,
+        init=init,
+        sample_time=sample_time,
+        name="baseline",
+        uses_loads=False,
+        state_names=tuple(BASELINE.names),
+    )

@@ -68,6 +68,8 @@ class Controller:
       sample_time: [s] between calls; None calls it every time step.
       name: for messages.
       uses_loads: whether it reads loads, accelerations or wind; a run is a little faster when it does not.
+      state_names: of the entries of the state vector, for derivatives by them. In one of the name ``switches`` update
+        may sum what ``meltemi.maths.generic.crossed`` gives for the distance from each of its switches.
     """
 
     update: Update
@@ -75,6 +77,7 @@ class Controller:
     sample_time: float | None = None
     name: str = ""
     uses_loads: bool = True
+    state_names: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not callable(self.update):
@@ -89,6 +92,10 @@ class Controller:
         state = np.atleast_1d(np.asarray(self.init(start), dtype=np.float64)).copy()
         if state.ndim != 1 or not np.all(np.isfinite(state)):
             raise InputError(f"controller {self.name!r}: init must give a vector of finite numbers")
+        if self.state_names and len(self.state_names) != len(state):
+            raise InputError(
+                f"controller {self.name!r}: {len(self.state_names)} state_names for a state of {len(state)} entries"
+            )
         return state
 
 
@@ -133,6 +140,10 @@ class Entry:
 _ENTRIES: dict[Any, Any] = {}
 
 
+def _ours(update: Any) -> bool:
+    return bool(update.__module__.startswith("meltemi."))
+
+
 def dual_entry(controller: Controller) -> Any:
     """A controller's update compiled for derivatives.
 
@@ -145,9 +156,8 @@ def dual_entry(controller: Controller) -> Any:
             f"controller {controller.name!r} has no derivatives: it is plain Python; decorate its update by numba.njit"
         )
     if (update, "duals") not in _ENTRIES:
-        ours = update.__module__.startswith("meltemi.")
         try:
-            compile_it = kernel_for(UPDATE_DUALS) if ours else numba.njit(UPDATE_DUALS)
+            compile_it = kernel_for(UPDATE_DUALS) if _ours(update) else numba.njit(UPDATE_DUALS)
             _ENTRIES[update, "duals"] = compile_it(update.py_func)
         except numba.core.errors.NumbaError as error:
             lines = [line for line in str(error).splitlines() if line.strip()]
@@ -166,7 +176,8 @@ def compiled_entry(update: Any) -> Any:
     if update not in _ENTRIES:
         try:
             cached = not isinstance(update._cache, NullCache)  # as its author asked
-            _ENTRIES[update] = numba.njit(UPDATE, cache=cached)(update.py_func)
+            compile_it = kernel_for(UPDATE) if _ours(update) else numba.njit(UPDATE, cache=cached)
+            _ENTRIES[update] = compile_it(update.py_func)
         except (numba.core.errors.NumbaError, TypeError) as error:
             first = str(error).strip().splitlines()
             raise InputError(

@@ -16,33 +16,38 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import MEMORY
 from meltemi.control.actuators import ACTUATOR, PITCH
-from meltemi.control.baseline import BASELINE, baseline
-from meltemi.control.baseline import SWITCHES as CONTROLLER_SWITCHES
-from meltemi.control.controller import Controller
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.control.baseline import baseline
+from meltemi.control.controller import Controller, StartPoint, dual_entry
+from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 from meltemi.core.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
-from meltemi.simulation.case import CONSTANT, Case, Stations
-from meltemi.simulation.channels import DEFAULT, find
+from meltemi.simulation.case import Case, Stations
+from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.model import Model, build
+from meltemi.simulation.modes import time_step
+from meltemi.simulation.points import shared_point
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.simulation.start import Start
-from meltemi.simulation.trim import OperatingPoint, operating_point
-from meltemi.wind.fields import Wind
+from meltemi.simulation.trim import OperatingPoint
+from meltemi.wind.fields import Wind, mean_speed
 
 Float = NDArray[np.float64]
 
 RELATIVE_STEP = 1e-4
-"""Difference step over the value of a parameter."""
-STEPS = {"pitch_offset": 1e-4}
-"""[rad] difference steps of parameters that are usually zero."""
+"""Change over the value of a parameter by which switches are judged."""
+OFFSET_STEP = 1e-5
+"""[rad] the same of pitch offsets, which are usually zero."""
+DIFFERENCE_STEP = 1e-3
+"""Step of :func:`differences` over that: polars and wind boxes are piecewise linear, and at a larger step their kinks
+show in a difference; at a smaller one, rounding."""
 TABLE_STEP = 1e-3
 """Relative change of the turbine for differences of the model's tables."""
 
@@ -54,7 +59,7 @@ class Direction:
     Attributes:
       name: the path.
       value: of the parameter; 1 for factors.
-      step: difference step, by which switches are judged.
+      step: by which switches are judged.
       arrays: change of the model's arrays for a unit of the parameter.
       state: (row, change) of the controller's state.
     """
@@ -74,9 +79,10 @@ class Sensitivity:
       result: the run.
       parameters: names.
       values: of the parameters; a factor on an array is 1.
-      steps: difference steps, by which switches are judged.
+      steps: changes of the parameters by which switches are judged.
       slopes: (T, channels, parameters) derivatives of the series.
-      switches: how often a branch or limit would have changed within a difference step of a parameter, by where.
+      switches: how often a branch or limit would have changed within a step of a parameter, by where. A
+        controller's are its own to count: None if it does not.
     """
 
     result: Result
@@ -84,22 +90,29 @@ class Sensitivity:
     values: tuple[float, ...]
     steps: tuple[float, ...]
     slopes: Float = field(repr=False)
-    switches: dict[str, int]
+    switches: dict[str, int | None]
 
-    def _series(self, channel: str, skip: float) -> tuple[Float, Float]:
-        names = [c.name for c in self.result.channels]
-        name = find(channel, {c.name: c for c in self.result.channels}).name
-        after = self.result.time >= skip
-        column = names.index(name)
+    def series(self, channel: str, *, skip: float = 0.0) -> tuple[Float, Float]:
+        """Values (T,) of a channel from ``skip`` [s] on, and their derivatives (T, parameters).
+
+        Raises:
+          RunError: the run did not reach its end.
+          InputError: the channel was not recorded, or nothing is left.
+        """
+        self.result.raise_for_status()
+        column = self.result.names.index(self.result.channel(channel).name)
+        after = self.result.time >= skip - 1e-9
+        if np.count_nonzero(after) < 2:
+            raise InputError(f"sensitivity: skip {skip:g} s leaves nothing of {self.result.time[-1]:g} s")
         return self.result.data[after, column], self.slopes[after, column]
 
     def mean(self, channel: str, *, skip: float = 0.0) -> tuple[float, Float]:
-        """Mean of a channel after ``skip`` [s], and its derivatives (parameters,)."""
-        return mean_gradient(*self._series(channel, skip))
+        """Mean of a channel from ``skip`` [s] on, and its derivatives (parameters,)."""
+        return mean_gradient(*self.series(channel, skip=skip))
 
     def std(self, channel: str, *, skip: float = 0.0) -> tuple[float, Float]:
         """Standard deviation of a channel, and its derivatives (parameters,)."""
-        return std_gradient(*self._series(channel, skip))
+        return std_gradient(*self.series(channel, skip=skip))
 
     def fatigue(self, channel: str, slope: float, *, skip: float = 0.0, f_eq: float = 1.0) -> tuple[float, Float]:
         """Damage-equivalent load of a channel (ranges not binned), and its derivatives (parameters,).
@@ -108,8 +121,8 @@ class Sensitivity:
           slope: Woehler exponent.
           f_eq: [Hz].
         """
-        series, slopes = self._series(channel, skip)
-        duration = float(self.result.time[-1] - skip)
+        series, slopes = self.series(channel, skip=skip)
+        duration = float(self.result.time[-1] - self.result.time[-len(series)])
         return del_gradient(series, slopes, duration=duration, slope=slope, f_eq=f_eq)
 
 
@@ -131,17 +144,25 @@ def sensitivity(
 
     Args:
       parameters: paths, see :func:`direction`. Eight cost little more than one; more are taken eight at a time.
-      steps: difference steps by parameter, for the count of switches; by default 1e-4 of the value, 1e-4 rad for a
-        pitch offset.
+      steps: changes by parameter for which switches are counted; by default 1e-4 of the value, 1e-5 rad for pitch
+        offsets.
       model, wind, duration, controller, channels, output_step, start, stations, progress: as in ``simulate``.
+
+    Returns:
+      The run and the derivatives. A run that diverges or whose controller fails ends early with a status.
 
     Raises:
       InputError: a parameter is unknown, or the controller has no derivatives.
+      KeyboardInterrupt: half the derivatives would be of no use.
     """
+    if numba.config.DISABLE_JIT:
+        raise InputError("sensitivity: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     controller = controller or baseline(model.turbine.control)
-    start = start or operating_point(model, wind)
-    ways = directions(model, parameters, controller, start, steps or {})
-    parts, switches = [], dict.fromkeys(("controller", "pitch limits", "stall"), 0)
+    dual_entry(controller)  # refuses those that have no derivatives
+    start = start or shared_point(model, wind)
+    ways = directions(model, parameters, controller, first_point(model, wind, start), steps or {})
+    switches: dict[str, int | None] = {}
+    found: Float | None = None
     rounds = range(0, len(ways), N_DERIVATIVES)
     for number, first in enumerate(rounds):
         some = ways[first : first + N_DERIVATIVES]
@@ -157,20 +178,25 @@ def sensitivity(
             numbers="duals",
             prepare=lambda case, some=some: seed(case, some),  # type: ignore[misc]
         )
-        share = (lambda s, n=number: progress((n + s) / len(rounds))) if progress is not None else None
-        march(run, share)
+        march(run, None if progress is None else lambda s, n=number: progress((n + s) / len(rounds)))  # type: ignore[misc]
+        if run.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
         result = run.result()
+        if found is None:
+            found = np.empty((*result.data.shape, len(ways)))
         # derivatives were carried for a step of each parameter
-        found = run.case.slopes["output"][: len(result.time), :, : len(some)]
-        parts.append(found / np.array([way.step for way in some]))
+        slopes = run.case.slopes["output"][: len(result.time), :, : len(some)]
+        np.divide(slopes, [way.step for way in some], out=found[..., first : first + len(some)])
         for name, count in count_switches(run.case, controller).items():
-            switches[name] += count
+            switches[name] = None if count is None else count + (switches.get(name) or 0)
+    assert found is not None
+    result.meta["parameters"] = {way.name: way.value for way in ways}
     return Sensitivity(
         result=result,
         parameters=tuple(way.name for way in ways),
         values=tuple(way.value for way in ways),
         steps=tuple(way.step for way in ways),
-        slopes=np.concatenate(parts, axis=2),
+        slopes=found,
         switches=switches,
     )
 
@@ -188,32 +214,49 @@ def differences(
     """The runs with a parameter one step below and above, and the step: what derivatives are checked with.
 
     Args:
-      arguments: as in ``simulate``.
+      step: by default 1e-7 of the value, 1e-8 rad for pitch offsets: small, since polars and wind boxes have kinks.
+      model, wind, controller, start: as in ``sensitivity``.
+      arguments: others of ``simulate``.
     """
     controller = controller or baseline(model.turbine.control)
-    start = start or operating_point(model, wind)
-    (way,) = directions(model, [parameter], controller, start, {} if step is None else {parameter: step})
+    start = start or shared_point(model, wind)
+    steps = {} if step is None else {parameter: step}
+    (way,) = directions(model, [parameter], controller, first_point(model, wind, start), steps)
+    size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
+    options = model.options.replace(time_step=model.options.time_step or time_step(model))
     found = []
-    for sign in (-1.0, 1.0):
-        moved = {name: getattr(model, name) + sign * way.step * change for name, change in way.arrays.items()}
+    for change in (-size, size):
+        moved: dict[str, Any] = {name: getattr(model, name) + change * array for name, array in way.arrays.items()}
 
-        def prepare(case: Case, size: float = sign * way.step) -> None:
+        def prepare(case: Case, change: float = change) -> None:
             if way.state is not None:
-                case.controller_state[way.state[0]] += size * way.state[1]
+                case.controller_state[way.state[0]] += change * way.state[1]
 
         run = Simulation(
-            replace(model, **moved), wind, controller=controller, start=start, prepare=prepare, **arguments
+            replace(model, options=options, **moved),
+            wind,
+            controller=controller,
+            start=start,
+            prepare=prepare,
+            **arguments,
         )
         march(run)
         found.append(run.result())
-    return found[0], found[1], way.step
+    return found[0], found[1], size
+
+
+def first_point(model: Model, wind: Wind, start: OperatingPoint | Start) -> StartPoint:
+    """Where the controller of a run starts."""
+    turbine = model.turbine
+    speed = start.rotor_speed * turbine.drivetrain.gear_ratio
+    return StartPoint(mean_speed(wind, turbine.hub_height), speed, start.pitch, start.generator_torque)
 
 
 def directions(
     model: Model,
     parameters: Sequence[str],
     controller: Controller,
-    start: OperatingPoint | Start,
+    start: StartPoint,
     steps: Mapping[str, float],
 ) -> list[Direction]:
     """What each parameter changes.
@@ -233,7 +276,7 @@ def directions(
         raise InputError(f"sensitivity: parameter {sorted(twice)[0]!r} is named twice")
     found = []
     for name in parameters:
-        way = direction(model, name, controller)
+        way = direction(model, name, controller, start)
         size = float(steps.get(name, way.step))
         if not 0.0 < size < np.inf:
             raise InputError(f"sensitivity: the step of {name!r} must be a positive number, found {size!r}")
@@ -241,13 +284,13 @@ def directions(
     return found
 
 
-def direction(model: Model, name: str, controller: Controller) -> Direction:
+def direction(model: Model, name: str, controller: Controller, start: StartPoint) -> Direction:
     """What a parameter changes in a run.
 
-    ``controller.NAME`` is an entry of the controller's state vector, of the baseline controller by name, of others by
-    number; ``pitch_offset`` stands for those of all blades; ``structure.NAME``, ``aerodynamics.NAME`` and
-    ``actuators.NAME`` are the parameters of ``Model.parameter_names``; ``turbine.PATH`` is an entry of the
-    turbine's description, or a factor on it where it is a list of numbers.
+    ``controller.NAME`` is an entry of the controller's state vector by its name, or by its number if the controller
+    names none; ``pitch_offset`` stands for those of all blades; ``structure.NAME``, ``aerodynamics.NAME`` and
+    ``actuators.NAME`` are the parameters of ``Model.parameter_names``; ``turbine.PATH`` is a number in the turbine's
+    description, or a factor on it where it is a list of numbers.
 
     Raises:
       InputError: there is no such parameter.
@@ -256,34 +299,28 @@ def direction(model: Model, name: str, controller: Controller) -> Direction:
         change = np.zeros_like(model.actuators)
         first = ACTUATOR.index("pitch_offset")
         change[first : first + MAX_BLADES] = 1.0
-        return Direction(name, 0.0, STEPS[name], {"actuators": change})
+        return Direction(name, 0.0, OFFSET_STEP, {"actuators": change})
     kind, _, rest = name.partition(".")
-    if kind == "controller":
-        return _of_controller(name, rest, model, controller)
     if kind == "turbine" and rest:
         return _of_turbine(name, rest, model)
-    names = [*model.parameter_names(), "pitch_offset", *(f"controller.{row}" for row in BASELINE.names)]
+    state = controller.initial_state(start)
+    entries = [f"controller.{row}" for row in controller.state_names or range(len(state))]
+    if name in entries:
+        row = entries.index(name)
+        value = float(state[row])
+        return Direction(name, value, RELATIVE_STEP * (abs(value) or 1.0), state=(row, 1.0))
+    if kind == "controller":
+        raise InputError(f"sensitivity: {controller.name!r} has no {name!r}: {did_you_mean(name, entries)}")
     if name not in model.parameter_names():
-        raise InputError(f"sensitivity: no parameter {name!r}: {did_you_mean(name, names)}")
+        names = [*model.parameter_names(), "pitch_offset", *entries]
+        hint = "; entries of the turbine's description are turbine.PATH" if kind in vars(model.turbine) else ""
+        raise InputError(f"sensitivity: no parameter {name!r}: {did_you_mean(name, names)}{hint}")
     array, row = model.find_parameter(name)
     change = np.zeros_like(getattr(model, array))
     change[row] = 1.0
     value = model.parameter(name)
-    step = STEPS["pitch_offset"] if "pitch_offset" in name else RELATIVE_STEP * abs(value)
-    return Direction(name, value, step or RELATIVE_STEP, {array: change})
-
-
-def _of_controller(name: str, entry: str, model: Model, controller: Controller) -> Direction:
-    from meltemi.control.controller import StartPoint
-
-    state = controller.initial_state(StartPoint(12.0, 1.0, 0.0, 0.0))
-    rows = list(BASELINE.names) if controller.name == "baseline" else [str(i) for i in range(len(state))]
-    if entry not in rows:
-        raise InputError(
-            f"sensitivity: the controller {controller.name!r} has no {entry!r}: {did_you_mean(entry, rows)}"
-        )
-    row = rows.index(entry)
-    return Direction(name, float(state[row]), RELATIVE_STEP * (abs(float(state[row])) or 1.0), state=(row, 1.0))
+    step = OFFSET_STEP if "pitch_offset" in name else RELATIVE_STEP * (abs(value) or 1.0)
+    return Direction(name, value, step, {array: change})
 
 
 def _of_turbine(name: str, path: str, model: Model) -> Direction:
@@ -305,8 +342,11 @@ def _of_turbine(name: str, path: str, model: Model) -> Direction:
     sides = []
     for sign in (-1.0, 1.0):
         moved = np.asarray(target) * (1.0 + sign * step) if factor else value + sign * step
-        turbine = model.turbine.replace(**{path: moved.tolist() if isinstance(moved, np.ndarray) else moved})
-        sides.append(matched(build(turbine, model.options, model.environment), model))
+        try:
+            turbine = model.turbine.replace(**{path: moved.tolist() if isinstance(moved, np.ndarray) else moved})
+            sides.append(matched(build(turbine, model.options, model.environment), model))
+        except (ValueError, MeltemiError) as error:
+            raise InputError(f"sensitivity: {name!r} cannot be changed by {sign * step:g}: {error}") from None
     arrays = {}
     for array in ARRAYS:
         low, high = (getattr(side, array) for side in sides)
@@ -315,6 +355,9 @@ def _of_turbine(name: str, path: str, model: Model) -> Direction:
         change = (high - low) / (2.0 * step)
         if np.any(change):
             arrays[array] = change
+    if not arrays:
+        hint = "; parameters of the controller are controller.NAME" if path.startswith("control.") else ""
+        raise InputError(f"sensitivity: {name!r} changes nothing in the model's tables{hint}")
     return Direction(name, value, RELATIVE_STEP * (abs(value) or 1.0), arrays)
 
 
@@ -355,20 +398,17 @@ def seed(case: Case, ways: Sequence[Direction]) -> None:
     """Give the arrays of a case the derivatives by the parameters, for a step of each."""
     for k, way in enumerate(ways):
         for name, change in way.arrays.items():
-            if name in CONSTANT:
-                raise InputError(f"sensitivity: {way.name!r} changes {name}, which has no derivatives")
-            if name in case.slopes:
-                case.slopes[name][..., k] += way.step * change
+            case.slopes[name][..., k] += way.step * change
         if way.state is not None:
             row, change_of_state = way.state
             case.slopes["controller_state"][row, k] += way.step * change_of_state
 
 
-def count_switches(case: Case, controller: Controller) -> dict[str, int]:
-    """Branches and limits that would have changed within a difference step (a controller's, of the baseline only)."""
-    state = case.controller_state
+def count_switches(case: Case, controller: Controller) -> dict[str, int | None]:
+    """Branches and limits that would have changed within a step."""
+    names = controller.state_names
     return {
-        "controller": int(state[CONTROLLER_SWITCHES]) if controller.name == "baseline" else 0,
+        "controller": int(case.controller_state[names.index("switches")]) if "switches" in names else None,
         "pitch limits": int(case["pitch"][PITCH.index("switches")].sum()),
         "stall": int(case["memory"][MEMORY.index("switches")].sum()),
     }

@@ -1,0 +1,368 @@
+"""Derivatives of runs against central differences of runs.
+
+What a difference is taken over: a step that moves the recorded channel which moves most by 1e-6 of its standard
+deviation (rms over the run). It is small, since polars and wind boxes are piecewise linear: the difference has an error
+of the first order wherever a kink falls into the step. With a smaller step rounding takes over.
+
+What errors are relative to: the derivative of the statistic, or a tenth of the rms of the series' derivative where that
+is more. The rms is the most that mean and standard deviation can change by. Where changes of both signs cancel, the
+rest cannot be compared to more digits than its parts have.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi import (
+    Controller,
+    InputError,
+    Model,
+    ModelOptions,
+    Result,
+    RunError,
+    Sensitivity,
+    Simulation,
+    Start,
+    StartPoint,
+    Status,
+    SteadyWind,
+    WindBox,
+    differences,
+    sensitivity,
+    simulate,
+)
+from meltemi.control import signals as s
+from meltemi.maths.generic import crossed
+from meltemi.numbers.duals import N_DERIVATIVES
+from meltemi.simulation.simulate import march
+from meltemi.studies.sensitivity import matched
+
+SECONDS = 40.0
+CHANNELS = ("rotor_speed", "root_moment_out_of_plane_1", "tower_base_moment_fore_aft", "pitch_1")
+PARAMETERS = (
+    "controller.proportional_gain",
+    "controller.integral_gain",
+    "controller.gain_halving_pitch",
+    "controller.filter_frequency",
+    "controller.rated_power",
+    "pitch_offset",
+    "actuators.pitch_offset_2",
+    "aerodynamics.air_density",
+    "turbine.blade.structure.flap_stiffness",
+    "turbine.tower.damping.fore_aft",
+    "structure.hub_mass",
+)
+SLOPE = 4.0
+MOVE = 1e-6
+
+
+def box(speed: float, seed: int) -> WindBox:
+    return meltemi.turbulence(speed, 0.14, duration=SECONDS, seed=seed, hub_height=90.0, rotor_diameter=126.0)
+
+
+def statistics(result: Result, channel: str) -> tuple[float, float, float]:
+    x = result[channel]
+    return x.mean(), x.std(), meltemi.damage_equivalent_load(x, duration=SECONDS, slope=SLOPE)
+
+
+def gradients(found: Sensitivity, channel: str) -> list[tuple[float, Any]]:
+    return [found.mean(channel), found.std(channel), found.fatigue(channel, SLOPE)]
+
+
+def errors(found: Sensitivity, number: int, **arguments: Any) -> Any:
+    """(channels, 3) relative errors of mean, standard deviation and equivalent load by a parameter."""
+    name = found.parameters[number]
+    spread = {c: float(np.sqrt(np.mean(found.series(c)[1][:, number] ** 2))) for c in CHANNELS}
+    step = MOVE / max(spread[c] / found.std(c)[0] for c in CHANNELS)
+    low, high, step = differences(parameter=name, step=step, duration=SECONDS, channels=CHANNELS, **arguments)
+    low.raise_for_status()
+    high.raise_for_status()
+    rows = []
+    for channel in CHANNELS:
+        change = (np.array(statistics(high, channel)) - statistics(low, channel)) / (2.0 * step)
+        exact = np.array([gradient[number] for _, gradient in gradients(found, channel)])
+        rows.append(np.abs(exact - change) / np.maximum(np.abs(change), 0.1 * spread[channel]))
+    return np.array(rows)
+
+
+@pytest.fixture(scope="module")
+def wind() -> WindBox:
+    return box(20.0, 3)
+
+
+@pytest.fixture(scope="module")
+def found(model: Model, wind: WindBox) -> Sensitivity:
+    assert len(PARAMETERS) > N_DERIVATIVES
+    return sensitivity(model, wind, PARAMETERS, duration=SECONDS, channels=CHANNELS)
+
+
+@pytest.mark.parametrize("name", PARAMETERS)
+def test_derivatives_are_limits_of_differences(found: Sensitivity, model: Model, wind: WindBox, name: str) -> None:
+    number = PARAMETERS.index(name)
+    error = errors(found, number, model=model, wind=wind)
+    assert error[:, :2].max() < 1e-5
+    assert error[:, 2].max() < 1e-4
+    assert np.all(np.abs(found.slopes[..., number]).max(axis=0) > 0.0)
+
+
+def test_nothing_switches_at_20_metres_a_second(found: Sensitivity) -> None:
+    assert found.switches == {"controller": 0, "pitch limits": 0, "stall": 0}
+    assert found.result["pitch_1"].min() > 0.1
+
+
+def test_the_run_is_that_of_floats(found: Sensitivity, model: Model, wind: WindBox) -> None:
+    run = Simulation(model, wind, duration=SECONDS, channels=CHANNELS, numbers="floats")
+    march(run)
+    for result in (run.result(), simulate(model, wind, duration=SECONDS, channels=CHANNELS)):
+        assert np.all(np.abs(found.result.data - result.data).max(axis=0) < 1e-9 * np.abs(result.data).max(axis=0))
+    assert found.result.meta["parameters"] == dict(zip(found.parameters, found.values, strict=True))
+
+
+def test_values_are_those_of_the_usual_functions(found: Sensitivity) -> None:
+    for channel in CHANNELS:
+        values = [value for value, _ in gradients(found, channel)]
+        assert np.allclose(values, statistics(found.result, channel), rtol=1e-12)
+    late = found.result.between(20.0, SECONDS)["RootMyc1"]
+    assert found.mean("RootMyc1", skip=20.0)[0] == late.mean()
+    expected = meltemi.damage_equivalent_load(late, duration=SECONDS - 20.0, slope=10.0)
+    assert found.fatigue("RootMyc1", 10.0, skip=20.0)[0] == pytest.approx(expected, rel=1e-12)
+
+
+def test_near_rated_with_smoothing(model: Model) -> None:
+    wind, law = box(11.4, 4), meltemi.baseline(model.turbine.control, smoothing=0.01)
+    assert simulate(model, wind, duration=SECONDS)["pitch_1"].min() == 0.0
+    names = PARAMETERS[:8]
+    found = sensitivity(model, wind, names, duration=SECONDS, channels=CHANNELS, controller=law)
+    for number in range(len(names)):
+        assert errors(found, number, model=model, wind=wind, controller=law).max() < 1e-3
+
+
+def test_switches_are_counted(model: Model) -> None:
+    wind = box(11.4, 4)
+    arguments: dict[str, Any] = {"duration": SECONDS, "channels": CHANNELS}
+    usual = sensitivity(model, wind, ["controller.rated_power"], **arguments)
+    wide = sensitivity(model, wind, ["controller.rated_power"], steps={"controller.rated_power": 1e5}, **arguments)
+    tiny = sensitivity(model, wind, ["controller.rated_power"], steps={"controller.rated_power": 1e-3}, **arguments)
+    assert wide.switches["controller"] > usual.switches["controller"] >= tiny.switches["controller"] == 0  # type: ignore[operator]
+    assert wide.switches["pitch limits"] > 0  # type: ignore[operator]
+    # the step decides what is counted, not the derivative
+    assert np.allclose(wide.slopes, tiny.slopes, rtol=1e-9, atol=1e-12 * np.abs(tiny.slopes).max())
+    storm = sensitivity(
+        model,
+        SteadyWind(speed=28.0, direction=0.5),
+        ["pitch_offset"],
+        steps={"pitch_offset": 0.05},
+        duration=10.0,
+        controller=meltemi.fixed(),
+        start=Start(rotor_speed=0.3, pitch=0.9),
+    )
+    assert storm.switches["stall"] > 0  # type: ignore[operator]
+    assert storm.switches["controller"] is None
+
+
+def test_tables_by_differences_follow_models_that_are_built_anew(model: Model, wind: WindBox) -> None:
+    name = "turbine.blade.structure.flap_stiffness"
+    point = meltemi.operating_point(model, 20.0)
+    found = sensitivity(model, wind, [name], duration=20.0, channels=CHANNELS, start=point)
+    given = model.turbine.blade.structure.flap_stiffness
+    assert given is not None
+    sides = []
+    for factor in (1.0 - 1e-4, 1.0 + 1e-4):
+        turbine = model.turbine.replace(**{name.removeprefix("turbine."): (factor * given).tolist()})
+        built = matched(meltemi.build(turbine), model)
+        sides.append(simulate(built, wind, duration=20.0, channels=CHANNELS, start=point))
+    for channel in CHANNELS:
+        exact = found.series(channel)[1][:, 0]
+        change = (sides[1][channel] - sides[0][channel]) / 2e-4
+        assert np.abs(change - exact).max() < 2e-3 * np.abs(exact).max()
+
+
+def test_matched_modes_move_the_machine_alike(model: Model) -> None:
+    """With the signs of all modes turned, the same turbine."""
+    from dataclasses import replace
+
+    turned = replace(
+        model,
+        **{
+            name: replace(getattr(model, name), modes=replace(member.modes, shape=-member.modes.shape))
+            for name, member in (("blade", model.blade), ("tower", model.tower))
+        },
+    )
+    other = matched(model, turned)
+    assert not np.array_equal(other.shape, model.shape)
+    start = Start(rotor_speed=1.267, pitch=0.3, generator_torque=4e4)
+    ours, theirs = (simulate(m, box(20.0, 3), duration=5.0, start=start) for m in (model, other))
+    assert np.all(np.abs(ours.data - theirs.data).max(axis=0) <= 1e-9 * np.abs(ours.data).max(axis=0))
+
+
+GAIN, REFERENCE, COUNT = range(3)
+
+
+@numba.njit
+def proportional(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+    error = measurements[s.GENERATOR_SPEED] - state[REFERENCE]
+    pitch = min(max(0.3 + state[GAIN] * error, 0.0), 1.5)
+    state[COUNT] += crossed(error)
+    demands[s.GENERATOR_TORQUE] = 5.29661e6 / max(measurements[s.GENERATOR_SPEED], 1.0)
+    for blade in range(3):
+        demands[s.PITCH_DEMAND + blade] = pitch
+
+
+def plain(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+    demands[s.GENERATOR_TORQUE] = 4e4
+
+
+@numba.njit
+def sliced(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+    demands[s.GENERATOR_TORQUE] = 4e4 * measurements[s.PITCH : s.PITCH + 3].mean()
+
+
+def begin(start: StartPoint) -> list[float]:
+    return [0.004, start.generator_speed, 0.0]
+
+
+def test_own_controllers(model: Model, wind: WindBox) -> None:
+    named = Controller(proportional, init=begin, name="mine", state_names=("gain", "reference", "switches"))
+    names = ["controller.gain", "controller.reference", "aerodynamics.air_density"]
+    found = sensitivity(model, wind, names, duration=SECONDS, channels=CHANNELS, controller=named)
+    assert found.values[:2] == pytest.approx([0.004, 122.9096], rel=1e-3)
+    for number in range(3):
+        error = errors(found, number, model=model, wind=wind, controller=named)
+        assert error[:, :2].max() < 1e-5
+        assert error[:, 2].max() < 1e-4
+    assert found.switches["controller"] is not None
+    numbered = Controller(proportional, init=begin)
+    other = sensitivity(model, wind, ["controller.0"], duration=SECONDS, channels=CHANNELS, controller=numbered)
+    assert np.allclose(other.slopes[..., 0], found.slopes[..., 0], rtol=1e-9)
+    assert other.switches["controller"] is None
+
+
+def test_a_compiled_controller_around_the_baseline(model: Model, wind: WindBox) -> None:
+    law = meltemi.baseline(model.turbine.control)
+    inner = law.update
+
+    @numba.njit
+    def around(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        inner(state, measurements, demands, dt)
+        demands[s.PITCH_DEMAND] += 1e-9 * measurements[s.OUT_OF_PLANE_MOMENT]
+
+    own = Controller(around, init=law.init, state_names=law.state_names)
+    names = ["controller.proportional_gain", "pitch_offset"]
+    found = sensitivity(model, wind, names, duration=SECONDS, channels=CHANNELS, controller=own)
+    for number in range(2):
+        assert errors(found, number, model=model, wind=wind, controller=own).max() < 1e-4
+
+
+def refused(model: Model, parameters: Any, words: str, **arguments: Any) -> None:
+    with pytest.raises(InputError, match=words):
+        sensitivity(model, SteadyWind(speed=18.0), parameters, **{"duration": 1.0, **arguments})
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ([], "at least one"),
+        ("pitch_offset", "list"),
+        (["pitch_offset", "pitch_offset"], "twice"),
+        (["aerodynamics.air_densty"], "no parameter.*air_density"),
+        (["controller.proportional"], "has no.*controller.proportional_gain"),
+        (["blade.structure.flap_stiffness"], "turbine.PATH"),
+        (["turbine.blade.structure.flap_stifness"], "flap_stiffness"),
+        (["turbine.name"], "no number"),
+        (["turbine.n_blades"], "n_blades.*cannot be changed"),
+        (["turbine.control.pitch.proportional_gain"], "controller.NAME"),
+        (["turbine.drivetrain.generator_efficiency"], "changes nothing"),
+        (["nonsense"], "no parameter"),
+    ],
+)
+def test_parameters_that_are_refused(model: Model, parameters: Any, words: str) -> None:
+    refused(model, parameters, words)
+
+
+def test_other_refusals(model: Model) -> None:
+    some = ["pitch_offset"]
+    refused(model, some, "plain.*plain Python.*njit", controller=Controller(plain))
+    refused(model, some, "sliced.*no derivatives", controller=Controller(sliced))
+    refused(model, some, "step for", steps={"pitch_ofset": 1.0})
+    refused(model, some, "positive", steps={"pitch_offset": -1.0})
+    refused(model, some, "state_names", controller=Controller(proportional, state_names=("a", "b")))
+    refused(model, some, "duration", duration=-1.0)
+
+
+def test_locked_two_bladed_and_stations(model: Model) -> None:
+    turbine = model.turbine.replace(n_blades=2)
+    two = meltemi.build(turbine, ModelOptions(locked=("tower",)))
+    stations = meltemi.Stations(blade=(20.0,))
+    arguments: dict[str, Any] = {
+        "wind": SteadyWind(speed=16.0),
+        "start": Start(rotor_speed=1.267, pitch=0.2, generator_torque=4e4),
+        "duration": 5.0,
+        "channels": ["RootMyc1", "azimuth", "tower_top_fore_aft"],
+        "stations": stations,
+    }
+    found = sensitivity(two, parameters=["structure.gravity", "aerodynamics.air_density"], **arguments)
+    assert found.slopes.shape == (101, len(found.result.channels), 2)
+    low, high, step = differences(two, parameter="aerodynamics.air_density", **arguments)
+    for i, channel in enumerate(found.result.channels):
+        change = high.data[:, i] - low.data[:, i]
+        if channel.wrap:  # slopes are those of the angle, without the jump at a full turn
+            change = (change + np.pi) % (2.0 * np.pi) - np.pi
+        exact = found.slopes[:, i, 1]
+        assert np.abs(change / (2.0 * step) - exact).max() <= 1e-4 * np.abs(exact).max()
+    assert np.all(found.slopes[:, found.result.names.index("tower_top_fore_aft")] == 0.0)
+
+
+def test_a_run_that_diverges_has_no_statistics(model: Model) -> None:
+    wild = meltemi.build(model.turbine, ModelOptions(time_step=0.05))
+    names = [f"structure.{name}" for name in "hub_mass gravity tilt precone overhang gear_ratio nacelle_mass".split()]
+    found = sensitivity(
+        wild,
+        SteadyWind(speed=11.0),
+        [*names, "pitch_offset", "aerodynamics.air_density"],
+        duration=3.0,
+        start=Start(rotor_speed=1.2),
+    )
+    assert found.result.status is Status.DIVERGED
+    assert found.slopes.shape == (*found.result.data.shape, 9)
+    with pytest.raises(RunError, match="diverged"):
+        found.mean("rotor_speed")
+
+
+def test_statistics_of_what_is_not_there(found: Sensitivity) -> None:
+    with pytest.raises(InputError, match="leaves nothing"):
+        found.mean("rotor_speed", skip=SECONDS)
+    with pytest.raises(InputError, match="rotor_speed"):
+        found.std("rotor_sped")
+
+
+def test_progress_and_interrupts(model: Model) -> None:
+    shares: list[float] = []
+    names = [name for name in model.parameter_names() if name.startswith("structure.hub")][:3] + list(PARAMETERS[:6])
+    sensitivity(model, SteadyWind(speed=18.0), names, duration=20.0, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+    def stop(share: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sensitivity(model, SteadyWind(speed=18.0), ["pitch_offset"], duration=20.0, progress=stop)
+
+
+def seconds(model: Model, wind: WindBox, numbers: Any) -> Iterator[float]:
+    for _ in range(3):
+        run = Simulation(model, wind, duration=SECONDS, numbers=numbers)
+        began = time.thread_time()
+        march(run)
+        yield time.thread_time() - began
+
+
+def test_eight_parameters_cost_at_most_two_and_a_half_runs(model: Model, wind: WindBox) -> None:
+    assert min(seconds(model, wind, "duals")) < 2.5 * min(seconds(model, wind, "floats"))
