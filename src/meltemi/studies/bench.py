@@ -263,7 +263,7 @@ def timed_runs(duration: float) -> dict[str, Any]:
     """Time a step of each variant, and peak memory of the first."""
     from meltemi.control.baseline import baseline
     from meltemi.simulation.trim import operating_point
-    from meltemi.studies.sensitivity import directions, seed
+    from meltemi.studies.sensitivity import directions, first_point, seed
 
     wind = _turbulence(duration)
     runs: dict[str, dict[str, float]] = {}
@@ -273,7 +273,7 @@ def timed_runs(duration: float) -> dict[str, Any]:
             peak = round((_peak_resident() - wind.velocity.nbytes) / 1e6)
     model, short = _model(), min(duration, 120.0)
     controller, start = baseline(model.turbine.control), operating_point(model, wind)
-    ways = directions(model, PARAMETERS, controller, start, {})
+    ways = directions(model, PARAMETERS, controller, first_point(model, wind, start), {})
     floats = _timed(model, wind, short, numbers="floats", start=start)
     duals = _timed(model, wind, short, numbers="duals", start=start, prepare=lambda case: seed(case, ways))
     return {"runs": runs, "floats": floats, "derivatives": duals, "peak_memory_mb": peak}
