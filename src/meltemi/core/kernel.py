@@ -29,6 +29,7 @@ import numpy as np
 import platformdirs
 from numba.core import event, typeinfer
 from numba.core.caching import IndexDataCacheFile
+from numba.core.types import unliteral
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -181,4 +182,15 @@ def _compiled(function: F, *signature: Any) -> F:
             compiled.disable_compile()
     if not numba.config.DISABLE_JIT:
         _DISPATCHERS.append(compiled)
+        _for_all_constants(compiled)
     return compiled
+
+
+def _for_all_constants(dispatcher: Any) -> None:
+    """Let calls with other constants share one compilation: Numba would compile f(A, 3) apart from f(A, 6)."""
+    resolve = dispatcher.get_call_template
+
+    def shared(arguments: Any, keywords: Any) -> Any:
+        return resolve(tuple(unliteral(a) for a in arguments), {k: unliteral(a) for k, a in keywords.items()})
+
+    dispatcher.get_call_template = shared

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from typing import Any
 
+from llvmlite import ir
 from numba.core import cgutils, config, types
 from numba.extending import intrinsic
 
@@ -43,9 +44,13 @@ def viewer(nodes: Collection[int] = ()) -> Callable[[Any, Any], Any]:
                     items[i] = lane_view(context, builder, arrays[i], x)
                 elif isinstance(new[i], DualArrayType):
                     items[i] = dual_view(context, builder, arrays[i], x, kind[i], slopes[i])
-            result = context.make_tuple(builder, new, items)
-            context.nrt.incref(builder, new, result)
-            return result
+                elif isinstance(new[i], types.Array):
+                    # without its owner: the host keeps the memory, and nothing need be counted
+                    array = context.make_array(new[i])(context, builder, x)
+                    array.meminfo = ir.Constant(array.meminfo.type, None)
+                    array.parent = ir.Constant(array.parent.type, None)
+                    items[i] = array._getvalue()
+            return context.make_tuple(builder, new, items)
 
         return new(kind, arrays), generate
 

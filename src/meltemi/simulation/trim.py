@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,13 +26,14 @@ from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW, STALL
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
 from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel
 from meltemi.core.threads import one_blas_thread
 from meltemi.core.yamlfile import validated
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.start import hold
-from meltemi.simulation.step import ABSURD, evaluate
+from meltemi.simulation.step import ABSURD, PARTS, A, Q, V, evaluate
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, mean_speed
@@ -236,6 +238,45 @@ def _root(f: Callable[[float], float], low: float, high: float, step: float) -> 
     return x
 
 
+KEPT = tuple(PARTS.index(name) for name in ("core_mass", "arm_mass", "coupling", "core_force", "arm_force"))
+P_FLOW, P_INFLOW = PARTS.index("flow"), PARTS.index("inflow")
+STEADY_AXIAL, STEADY_TANGENTIAL, VX, VY = FLOW.slots("steady_axial steady_tangential vx vy")
+I_X, I_Y = INFLOW.slots("x y")
+
+
+@kernel
+def along(
+    dt: float,
+    motion: Float,
+    numbers: tuple[Any, ...],
+    parts: tuple[Any, ...],
+    left: tuple[Float, ...],
+    kept: tuple[Float, ...],
+    lack: Float,
+) -> None:
+    """Evaluate a motion, one instant after another, and keep the equations of each.
+
+    Args:
+      dt: [s] between the instants.
+      motion: (3, instants, coordinates) coordinates, velocities and accelerations.
+      left: flat views of what an evaluation leaves, the arrays KEPT.
+      kept: (instants, entries) each, where it is kept.
+      lack: (2, blades, nodes) gets the sums of quasi-steady minus lagged induced velocity, normal and tangential.
+    """
+    q, v, a, flow, inflow = parts[Q], parts[V], parts[A], parts[P_FLOW], parts[P_INFLOW]
+    for i in range(motion.shape[1]):
+        for j in range(q.shape[0]):
+            q[j], v[j], a[j] = motion[0, i, j], motion[1, i, j], motion[2, i, j]
+        evaluate(0.0, dt, numbers, parts, False)
+        for k in range(5):
+            for j in range(left[k].shape[0]):
+                kept[k][i, j] = left[k][j]
+        for b in range(flow.shape[1]):
+            for n in range(flow.shape[2]):
+                lack[0, b, n] += flow[STEADY_AXIAL, b, n] * flow[VX, b, n] - inflow[I_X, b, n]
+                lack[1, b, n] += flow[STEADY_TANGENTIAL, b, n] * flow[VY, b, n] - inflow[I_Y, b, n]
+
+
 class _Orbit:
     """The periodic motion of a model in a steady wind, improved sweep by sweep."""
 
@@ -259,6 +300,8 @@ class _Orbit:
         self.speed = self.pitch = self.torque = 0.0
         self.level = MEAN_ONLY
         self.correct: dict[int, Float] = {}
+        # by how much the quasi-steady induced velocity exceeds the lagged one, summed over a sector
+        self.lack = np.zeros((2, *self.case.parts[PARTS.index("flow")].shape[1:]))
 
     # motion -------------------------------------------------------------------------------------
 
@@ -293,29 +336,22 @@ class _Orbit:
         a[:, self.core :] = -(w**2) * ((n**2 * c) @ self.blade_c + (n**2 * s) @ self.blade_s).reshape(arms)
         return result
 
-    def residuals(self, azimuths: Float, dt: float, observe: Callable[[], None] | None = None) -> tuple[Float, Float]:
+    def residuals(self, azimuths: Float, dt: float) -> tuple[Float, Float]:
         """What is missing in the equations at azimuths one after another: (azimuths, core), (azimuths, blades, modes).
 
         Args:
           dt: [s] from one to the next; 0 holds inflow and stall.
         """
-        case, motion = self.case, self.motion(azimuths)
-        state = [case[name] for name in ("q", "v", "a")]
-        names = ("core_mass", "arm_mass", "coupling", "core_force", "arm_force")
-        left = [case[name] for name in names]
-        kept = [np.empty((len(azimuths), *array.shape)) for array in left]
-        for i in range(len(azimuths)):
-            for array, values in zip(state, motion, strict=True):
-                array[:] = values[i]
-            evaluate(0.0, dt, case.numbers, case.parts, False)
-            for to, array in zip(kept, left, strict=True):
-                to[i] = array
-            if observe is not None:
-                observe()
-        A, D, C, core, blade = kept
+        case, motion, n = self.case, self.motion(azimuths), len(azimuths)
+        shapes = [case[PARTS[part]].shape for part in KEPT]
+        kept = tuple(np.empty((n, int(np.prod(shape)))) for shape in shapes)
+        self.lack[:] = 0.0
+        left = tuple(case.parts[part].reshape(-1) for part in KEPT)
+        along(dt, motion, case.numbers, case.parts, left, kept, self.lack)
+        A, D, C, core, blade = (array.reshape(n, *shape) for array, shape in zip(kept, shapes, strict=True))
         A, D = (np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2) for M in (A, D))
         a_core = motion[2, :, : self.core]
-        a_blade = motion[2, :, self.core :].reshape(len(azimuths), self.B, self.K)
+        a_blade = motion[2, :, self.core :].reshape(n, self.B, self.K)
         core -= np.einsum("ijk,ik->ij", A, a_core) + np.einsum("ibkj,ibk->ij", C, a_blade)
         blade -= np.einsum("ibkl,ibl->ibk", D, a_blade) + np.einsum("ibkj,ij->ibk", C, a_core)
         return core, blade
@@ -353,11 +389,11 @@ class _Orbit:
         self.blade_c[:, blade] += parts[2].reshape(BLADE_HARMONICS + 1, -1)
         self.blade_s[1:, blade] += parts[3].reshape(BLADE_HARMONICS, -1)
 
-    def missing(self, azimuths: Float, dt: float, observe: Callable[[], None] | None = None) -> tuple[Float, float]:
+    def missing(self, azimuths: Float, dt: float) -> tuple[Float, float]:
         """What is missing in the equations over a sector, projected on the harmonics in the order of
         :meth:`coefficients`, and the mean torque left over."""
         B = self.B
-        core, blade = self.residuals(azimuths, dt, observe)
+        core, blade = self.residuals(azimuths, dt)
         core_0 = core.sum(axis=0)
         core_c, core_s = 2.0 * np.cos(B * azimuths) @ core, 2.0 * np.sin(B * azimuths) @ core
         n = np.arange(BLADE_HARMONICS + 1.0)
@@ -423,16 +459,7 @@ class _Orbit:
         """March 1/B revolution, correct motion and mean inflow; returns the mean torque left over."""
         case = self.case
         step = 2.0 * np.pi / self.B / SAMPLES
-        steady, state = np.zeros((2, *case["flow"].shape[1:])), np.zeros((2, *case["flow"].shape[1:]))
-        rows = [FLOW.index(name) for name in ("steady_axial", "steady_tangential", "vx", "vy")]
-        lagged = [INFLOW.index("x"), INFLOW.index("y")]
-
-        def observe() -> None:
-            flow = case["flow"]
-            steady[:] += flow[rows[:2]] * flow[rows[2:]]
-            state[:] += case["inflow"][lagged]
-
-        missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed, observe)
+        missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed)
         self.azimuth += step * SAMPLES
         change = np.zeros(len(missing))
         unknowns = self.unknowns()
@@ -440,8 +467,8 @@ class _Orbit:
         self.move(change)
         # dynamic inflow follows in many seconds: bring its mean over the revolution there at once
         k = self.model.parameter("aerodynamics.inflow_lead")
-        lack = (steady - state).mean(axis=1, keepdims=True) / SAMPLES
         inflow = case["inflow"]
+        lack = self.lack[..., : inflow.shape[-1]].mean(axis=1, keepdims=True) / SAMPLES
         for i, (reduced, velocity) in enumerate((("reduced_x", "x"), ("reduced_y", "y"))):
             inflow[INFLOW.index(velocity)] += lack[i]
             inflow[INFLOW.index(reduced)] += (1.0 - k) * lack[i]
