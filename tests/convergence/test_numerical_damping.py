@@ -1,4 +1,4 @@
-"""The default step resolves every mode: what the time integration does to their damping is small against the physical one."""
+"""The default step resolves every mode: the time integration hardly changes their damping."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ import numpy as np
 import platformdirs
 from numba.core import event, typeinfer
 from numba.core.caching import IndexDataCacheFile
-from numba.core.types import unliteral
+from numba.core.types.misc import unliteral
 
 F = TypeVar("F", bound=Callable[..., Any])
 
