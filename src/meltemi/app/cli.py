@@ -99,7 +99,7 @@ def _print_table(*arguments: Any, **keywords: Any) -> None:
     wide.print(rich_table(*arguments, **keywords))
 
 
-def _folder(out: Path) -> Path:
+def _folder(out: Path, option: str = "--out") -> Path:
     """The output folder, writable, or a clear error before anything is computed."""
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -107,7 +107,7 @@ def _folder(out: Path) -> Path:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise InputError(f"--out {out}: cannot be written ({error.strerror or error})") from None
+        raise InputError(f"{option} {out}: cannot be written ({error.strerror or error})") from None
     return out
 
 
@@ -466,6 +466,8 @@ def bench(
     """Measure compile time, run time, memory."""
     from meltemi.studies import bench as study
 
+    if page is not None:
+        _folder(page.parent, "--page")  # minutes before it is written
     figures = study.benchmark(duration=duration, say=_say)
     if page is not None:
         page.write_text(study.page(figures), encoding="utf-8")
