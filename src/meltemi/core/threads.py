@@ -1,4 +1,4 @@
-"""One thread for linear algebra.
+"""Threads: one for linear algebra, as many as cores for everything else.
 
 The matrices here are small. Several threads of the BLAS library gain nothing on them, and where other processes
 use the cores they wait for each other most of the time. One thread also keeps the last digit the same.
@@ -6,12 +6,20 @@ use the cores they wait for each other most of the time. One thread also keeps t
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+def available_cores() -> int:
+    """Cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:

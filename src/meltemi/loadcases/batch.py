@@ -9,7 +9,6 @@ generator: it is asked for the next one when a worker is free. So memory holds a
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
@@ -19,7 +18,7 @@ from typing import Any
 
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError, Status
-from meltemi.core.threads import one_blas_thread
+from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.postprocess.files import write_netcdf
 from meltemi.simulation.case import Stations
 from meltemi.simulation.channels import DEFAULT
@@ -116,13 +115,6 @@ def simulate_batch(
         except OSError as error:
             raise InputError(f"{folder}: cannot be written ({error.strerror or error})") from None
     return _Batch(cases, reduce, folder).run(workers or available_cores(), progress)
-
-
-def available_cores() -> int:
-    """Cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 class _Batch:

@@ -227,10 +227,10 @@ def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) 
     """
     J: Float = np.zeros((len(rows), len(columns)))
     loads = any(row.shows[0] == "signals" for row in rows)
-    slopes = {**case.slopes, "signals": case.signals.slopes}
+    slopes = case.slopes
     for first in range(0, len(columns), N_DERIVATIVES):
         some = columns[first : first + N_DERIVATIVES]
-        case.slopes["memory"][...] = 0.0  # where the solver begins is no variable
+        slopes["memory"][...] = 0.0  # where the solver begins is no variable
         for k, column in enumerate(some):
             for (array, i), weight in column.moves:
                 slopes[array].reshape(-1, N_DERIVATIVES)[i, k] = weight

@@ -121,6 +121,7 @@ class Model:
         return replace(self, **changed)  # type: ignore[arg-type]
 
     def find_parameter(self, name: str) -> tuple[str, int]:
+        """Array of the model and row in it that hold a scalar parameter; InputError as :meth:`parameter`."""
         for table, array in _PARAMETERS:
             prefix = f"{table.name}."
             if name.startswith(prefix) and name[len(prefix) :] in table.names:

@@ -154,11 +154,7 @@ class Simulation:
         began, compiled = clock_time.perf_counter(), compile_seconds()
         start = start or shared_point(model, wind)
         case = Case(model, wind, stations, numbers=numbers)
-        speed = start.rotor_speed * turbine.drivetrain.gear_ratio
-        entry = case.bind(
-            controller,
-            StartPoint(mean_speed(wind, turbine.hub_height), speed, start.pitch, start.generator_torque),
-        )
+        entry = case.bind(controller, first_point(model, wind, start))
         # dry friction acts over a speed that a step of full braking cannot jump across: as a damper on the generator
         # it has h c / J = 0.4, below the bound of 0.5 with room for the shaft (docs/theory/simulation.md, M-7)
         brake_step = turbine.drivetrain.brake_torque * dt / turbine.drivetrain.generator_inertia
@@ -307,6 +303,13 @@ class Simulation:
             message=explain(self.case, self.status, self.time, self.dt),
             meta=meta,
         )
+
+
+def first_point(model: Model, wind: Wind, start: OperatingPoint | Start) -> StartPoint:
+    """Where the controller of a run starts."""
+    turbine = model.turbine
+    speed = start.rotor_speed * turbine.drivetrain.gear_ratio
+    return StartPoint(mean_speed(wind, turbine.hub_height), speed, start.pitch, start.generator_torque)
 
 
 @cache

@@ -259,8 +259,9 @@ def _timed(model: Any, wind: Any, duration: float, **arguments: Any) -> dict[str
 def timed_runs(duration: float) -> dict[str, Any]:
     """Time a step of each variant, and peak memory of the first."""
     from meltemi.control.baseline import baseline
+    from meltemi.simulation.simulate import first_point
     from meltemi.simulation.trim import operating_point
-    from meltemi.studies.sensitivity import directions, first_point, seed
+    from meltemi.studies.sensitivity import directions, seed
 
     wind = _turbulence(duration)
     runs: dict[str, dict[str, float]] = {}
@@ -362,7 +363,8 @@ def timed_controllers(duration: float) -> dict[str, float]:
 
 def timed_batch(duration: float) -> dict[str, Any]:
     """Time a batch on all cores against one core: making the winds and preparing the cases count, too."""
-    from meltemi.loadcases.batch import BatchCase, available_cores, simulate_batch
+    from meltemi.core.threads import available_cores
+    from meltemi.loadcases.batch import BatchCase, simulate_batch
     from meltemi.simulation.model import build
     from meltemi.simulation.simulate import simulate
     from meltemi.turbine.library import load_turbine

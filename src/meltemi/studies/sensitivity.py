@@ -34,10 +34,10 @@ from meltemi.simulation.model import Model, build
 from meltemi.simulation.modes import time_step
 from meltemi.simulation.points import shared_point
 from meltemi.simulation.result import Result
-from meltemi.simulation.simulate import Simulation, march
+from meltemi.simulation.simulate import Simulation, first_point, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.wind.fields import Wind, mean_speed
+from meltemi.wind.fields import Wind
 
 Float = NDArray[np.float64]
 
@@ -243,13 +243,6 @@ def differences(
         march(run)
         found.append(run.result())
     return found[0], found[1], size
-
-
-def first_point(model: Model, wind: Wind, start: OperatingPoint | Start) -> StartPoint:
-    """Where the controller of a run starts."""
-    turbine = model.turbine
-    speed = start.rotor_speed * turbine.drivetrain.gear_ratio
-    return StartPoint(mean_speed(wind, turbine.hub_height), speed, start.pitch, start.generator_torque)
 
 
 def directions(

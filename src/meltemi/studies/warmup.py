@@ -7,7 +7,6 @@ each other. What one has compiled and put into the cache, the others find there 
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import time
@@ -19,6 +18,7 @@ from typing import Any
 
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.core.kernel import cache_folder, statistics
+from meltemi.core.threads import available_cores
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def warmup(
             "warmup: no folder for machine code can be written, so every process compiles anew; "
             "set MELTEMI_CACHE_DIR to one that can"
         )
-    with ThreadPoolExecutor(max(1, workers or os.cpu_count() or 1)) as pool:
+    with ThreadPoolExecutor(max(1, workers or available_cores())) as pool:
         for future in as_completed([pool.submit(_process, name) for name in names]):
             done(future.result())
     return folder
