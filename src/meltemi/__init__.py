@@ -72,6 +72,8 @@ if TYPE_CHECKING:
     from meltemi.wind.files import read_bts as read_bts
     from meltemi.wind.files import read_wnd as read_wnd
     from meltemi.wind.turbulence import turbulence as turbulence
+    from meltemi.wind.turbulent import HubSeries as HubSeries
+    from meltemi.wind.turbulent import TurbulentWind as TurbulentWind
 
 __version__ = "0.1.0"
 
@@ -104,6 +106,7 @@ _HOME = {
     "wind.fields": "SteadyWind WindBox WindSeries",
     "wind.files": "read_bts read_wnd",
     "wind.turbulence": "turbulence",
+    "wind.turbulent": "HubSeries TurbulentWind",
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names.split()}
 __all__ = [*sorted(_MODULE_OF), "__version__"]

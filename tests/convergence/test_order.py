@@ -11,7 +11,6 @@ import pytest
 import meltemi
 from meltemi import ModelOptions, Turbine, simulate
 from meltemi.simulation.modes import STEP_LIMIT, highest_frequency, time_step
-from meltemi.studies.verify.transient import series
 
 STEPS = (0.01, 0.005, 0.0025, 0.00125)
 
@@ -21,7 +20,7 @@ def response(turbine: Turbine, dt: float, **options: Any) -> Any:
     model = meltemi.build(turbine, ModelOptions(time_step=dt, torsion_modes=0, **options))
     time = np.arange(0.0, 12.0, 0.05)
     gust = 1.5 * (1.0 - np.cos(2.0 * np.pi * np.clip((time - 1.0) / 6.0, 0.0, 1.0)))
-    wind = series(time, np.full_like(time, 9.0), 0.2, gust, "gust")
+    wind = meltemi.WindSeries(time=time, speed=9.0, exponent=0.2, gust=gust)
     return simulate(
         model,
         wind,

@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
@@ -59,7 +59,7 @@ class WindSeries(Record):
     speed: Vector
     """(T,) [m/s]."""
     direction: Vector
-    """(T,) [rad]."""
+    """(T,) [rad]; zero by default, like all that follow."""
     vertical: Vector
     """(T,) [m/s]."""
     horizontal_shear: Vector
@@ -75,6 +75,34 @@ class WindSeries(Record):
     reference_length: float | None = Field(default=None, gt=0.0)
     """[m]; the rotor diameter by default."""
     source: str = ""
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self,
+            *,
+            time: ArrayLike,
+            speed: ArrayLike,
+            direction: ArrayLike = 0.0,
+            vertical: ArrayLike = 0.0,
+            horizontal_shear: ArrayLike = 0.0,
+            exponent: ArrayLike = 0.0,
+            vertical_shear: ArrayLike = 0.0,
+            gust: ArrayLike = 0.0,
+            reference_height: float | None = None,
+            reference_length: float | None = None,
+            source: str = "",
+        ) -> None: ...
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill(cls, data: Any) -> Any:
+        """Columns left out are zero, numbers are constant in time."""
+        if not isinstance(data, dict) or "time" not in data:
+            return data
+        n = np.size(data["time"])
+        columns = {name: data.get(name, 0.0) for name in SERIES.names if name in data or name != "speed"}
+        return data | {name: np.full(n, v) if isinstance(v, int | float) else v for name, v in columns.items()}
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -19,35 +19,19 @@ CHANNELS = ("azimuth", "Wind1VelX", "GenPwr", "RotSpeed", "BldPitch1", "RtFldFxh
             "TwrBsMyt")  # fmt: skip
 
 
-def series(time: Float, speed: Float, exponent: float, gust: Float, source: str) -> WindSeries:
-    """A uniform wind that changes in time."""
-    zero = np.zeros_like(time)
-    return WindSeries(
-        time=time,
-        speed=speed,
-        direction=zero,
-        vertical=zero,
-        horizontal_shear=zero,
-        exponent=np.full_like(time, exponent),
-        vertical_shear=zero,
-        gust=gust,
-        source=source,
-    )
-
-
 def gust_wind() -> WindSeries:
     """The extreme operating gust of the reference: IEC 61400-1 ed. 3, 6.3.2.2, T = 10.5 s, from 80 s."""
     amplitude, period, begin = 5.18862, 10.5, 80.0
     time = np.concatenate([[0.0], begin + np.arange(0.0, period + 0.025, 0.05), [1e4]])
     x = np.clip((time - begin) / period, 0.0, 1.0)
     gust = -0.37 * amplitude * np.sin(3.0 * np.pi * x) * (1.0 - np.cos(2.0 * np.pi * x))
-    return series(time, np.full_like(time, 12.0), 0.2, gust, "extreme operating gust at 12 m/s")
+    return WindSeries(time=time, speed=12.0, exponent=0.2, gust=gust, source="extreme operating gust at 12 m/s")
 
 
 def step_wind() -> WindSeries:
     """From 10 to 11 m/s at 120 s."""
     time = np.array([0.0, 120.0, 120.1, 1e4])
-    return series(time, np.array([10.0, 10.0, 11.0, 11.0]), 0.0, np.zeros(4), "wind step from 10 to 11 m/s")
+    return WindSeries(time=time, speed=[10.0, 10.0, 11.0, 11.0], source="wind step from 10 to 11 m/s")
 
 
 def gust() -> Comparison:

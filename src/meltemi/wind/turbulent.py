@@ -1,0 +1,84 @@
+"""Turbulent wind as a user describes it; the field itself is made when a run or a file asks for it."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from meltemi.core.record import Record, Vector
+
+
+class HubSeries(Record):
+    """Wind measured at the hub, which a turbulent field shall pass through."""
+
+    time: Vector
+    """(T,) [s] increasing; time 0 is the begin of the run."""
+    u: Vector
+    """(T,) [m/s] along the mean wind, mean included."""
+    v: Vector | None = None
+    """(T,) [m/s] to the left looking downwind; free if not given."""
+    w: Vector | None = None
+    """(T,) [m/s] upwards; free if not given."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        n = len(self.time)
+        if n < 2:
+            raise ValueError("time needs at least 2 entries")
+        if np.any(np.diff(self.time) <= 0.0):
+            i = int(np.flatnonzero(np.diff(self.time) <= 0.0)[0])
+            raise ValueError(f"time must increase, but entry {i + 2} ({self.time[i + 1]:g} s) does not")
+        for name in ("u", "v", "w"):
+            values = getattr(self, name)
+            if values is not None and len(values) != n:
+                raise ValueError(f"{name} must have {n} entries like time, found {len(values)}")
+        return self
+
+
+class TurbulentWind(Record):
+    """A mean wind with shear, and turbulence of a given spectrum, coherence and intensity."""
+
+    speed: float = Field(gt=0.0, le=100.0)
+    """[m/s] mean at hub height."""
+    intensity: float = Field(ge=0.0, lt=2.0)
+    """Standard deviation of the longitudinal component over the mean speed, at hub height [-]; 0.14 is 14 %."""
+    seed: int = Field(default=1, ge=0, lt=2**63)
+    """The same seed gives the same field."""
+    spectrum: Literal["kaimal", "vonkarman", "mann"] = "kaimal"
+    edition: Literal[2, 3, 4] = 3
+    """Of IEC 61400-1, whose scale, coherence and constants are used."""
+    coherent: Literal["u", "all"] = "u"
+    """Components that are coherent across the rotor: u alone, as the standard has it, or v and w like u. Mann's
+    turbulence has a coherence of its own."""
+    shear_exponent: float = Field(default=0.2, gt=-1.0, lt=1.0)
+    """Of the mean wind's power law [-]."""
+    roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
+    """[m] length of the logarithmic profile, used instead of the power law when above zero."""
+    direction: float = Field(default=0.0, ge=-3.2, le=3.2)
+    """[rad] clockwise seen from above."""
+    veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
+    """[rad/m] turning of the mean direction with height."""
+    scaled: bool = True
+    """The standard deviation at the hub is exactly the one asked for. If not, it scatters as that of any sample of
+    this length."""
+    periodic: bool = False
+    """The field lasts as long as the run and begins again; if not, it is longer by what passes the turbine before
+    and after."""
+    points: int = Field(default=25, ge=3, le=201)
+    """Grid points across the rotor's grid; an odd number has one at the hub."""
+    dt: float = Field(default=0.1, gt=0.0, le=10.0)
+    """[s] between planes."""
+    hub_series: HubSeries | None = None
+    """Measured wind that the field has at the hub."""
+
+    @property
+    def label(self) -> str:
+        """What it is, for titles and meta data."""
+        name = {"kaimal": "Kaimal", "vonkarman": "von Karman", "mann": "Mann"}[self.spectrum]
+        parts = [f"{name} turbulence {self.speed:g} m/s", f"intensity {100.0 * self.intensity:.3g} %"]
+        parts.append(f"roughness {self.roughness:g} m" if self.roughness else f"shear exponent {self.shear_exponent:g}")
+        if self.hub_series is not None:
+            parts.append("through a measured series")
+        return ", ".join([*parts, f"seed {self.seed}"])
