@@ -1,151 +1,225 @@
-"""Turbulent wind boxes: Kaimal spectra with the exponential coherence of IEC 61400-1.
+"""Turbulent fields: from a described wind, a grid and a duration to a box.
 
-The longitudinal component is coherent across the grid, the lateral and vertical ones are
-independent from point to point, as in TurbSim's IECKAI. Method of Veers (1988): at each frequency the
-matrix of cross-spectra is factorised and drives independent phases. Where neighbouring points no longer
-know of each other the matrix is the identity and costs nothing.
-
-Reference: docs/theory/wind.md (W-7 to W-10); IEC 61400-1 ed. 3, B.14 to B.16; Veers (1988), SAND88-0152.
+Reference: docs/theory/wind.md (W-7 to W-22).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft, linalg
 
 from meltemi.core.errors import InputError
-from meltemi.core.threads import one_blas_thread
+from meltemi.turbine.definition import Turbine
+from meltemi.wind import exponential, mann
 from meltemi.wind.fields import WindBox
+from meltemi.wind.grid import Grid, grid_for
+from meltemi.wind.spectra import CONSTANTS, coherence_decay, densities, scale_parameter
+from meltemi.wind.synthesis import FIELD_STREAM, GAP_STREAM, Spectrum, add_noise, synthesise
+from meltemi.wind.turbulent import HubSeries, TurbulentWind
 
 Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
-DECAY = 12.0
-"""Coherence decay of edition 3."""
-SCALE_LIMIT, SCALE_SLOPE, SCALE_HEIGHT = 42.0, 0.7, 60.0
-"""Longitudinal scale parameter: 0.7 z below 60 m, 42 m above."""
-INTEGRAL_SCALES = (8.1, 2.7, 0.66)
-"""Integral scales of u, v, w over the scale parameter."""
-COMPONENT_SIGMAS = (1.0, 0.8, 0.5)
-"""Standard deviations of u, v, w over that of u."""
-INCOHERENT = 1e-3
-"""Coherence of neighbouring points below which they are taken as independent."""
 MOST_POINTS = 3e8
-"""Points in space and time of a field; they take 12 bytes each, and three times that while it is made."""
-CHUNK = 32
-"""Frequencies factorised at once."""
+"""Points in space and time of a field; they take 12 bytes each."""
+MARGIN = 1.0
+"""[s] before and after what passes the turbine."""
 
 
-@one_blas_thread
-def turbulence(
-    speed: float,
-    intensity: float,
-    *,
-    hub_height: float,
-    rotor_diameter: float,
+def generate_field(
+    wind: TurbulentWind,
+    size: Turbine | Grid,
     duration: float,
-    seed: int = 1,
-    shear_exponent: float = 0.2,
-    points: int = 15,
-    dt: float = 0.1,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> WindBox:
-    """A turbulent field that covers a rotor for a while.
+    """The field of a turbulent wind.
 
     Args:
-      speed: [m/s] mean at hub height.
-      intensity: standard deviation of u over the mean speed at hub height [-].
-      hub_height: [m].
-      rotor_diameter: [m]; the square grid is 20 % larger.
-      duration: [s] of the run it is for; the box is longer by what passes before and after.
-      seed: the same seed gives the same field.
-      shear_exponent: of the mean wind.
-      points: grid points across and up.
-      dt: [s] between planes.
+      wind: what it shall be.
+      size: a turbine, which the grid then covers with its tower, or the grid itself.
+      duration: [s] of the run it is for.
+      progress: called with the share that is done.
 
     Raises:
-      InputError: an argument is not sensible.
+      InputError: the field does not fit into memory, or the rotor comes too close to the ground.
     """
-    for name, value in (("speed", speed), ("hub_height", hub_height), ("rotor_diameter", rotor_diameter), ("dt", dt)):
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"turbulence: {name} must be positive, found {value!r}")
-    for name, count, least, most in (("seed", seed, 0, 2**64 - 1), ("points", points, 2, 41)):
-        if not isinstance(count, int | np.integer) or not least <= count <= most:
-            raise InputError(f"turbulence: {name} must be an integer between {least} and {most}, found {count!r}")
-    if not -1.0 < shear_exponent < 1.0:
-        raise InputError(f"turbulence: shear_exponent must be between -1 and 1, found {shear_exponent!r}")
-    if not 0.0 <= intensity < 1.0:
-        raise InputError(f"turbulence: intensity must be between 0 and 1 (0.14 is 14 %), found {intensity!r}")
+    grid = size if isinstance(size, Grid) else grid_for(size, wind.points)
     if not (math.isfinite(duration) and duration > 0.0):
         raise InputError(f"turbulence: duration must be positive, found {duration!r}")
-    width = 1.2 * rotor_diameter
-    bottom = hub_height - 0.5 * width
-    if bottom <= 0.0:
-        width = 2.0 * (hub_height - 1.0)
-        bottom = 1.0
-        if width < rotor_diameter:
-            raise InputError("turbulence: the rotor comes too close to the ground for a grid around it")
-    step = width / (points - 1)
-    planes = (duration + 1.5 * width / speed + 2.0) / dt
-    if planes * points**2 > MOST_POINTS:
+    passes = 0.0 if wind.periodic else 1.5 * grid.width / wind.speed + 2.0 * MARGIN
+    planes = (duration + passes) / wind.dt
+    if planes * grid.points_y * grid.points_z > MOST_POINTS:
         raise InputError(
-            f"turbulence: a field of {planes:.3g} planes with {points} x {points} points does not fit into memory: "
-            "a higher speed, a shorter duration, fewer points or a larger dt make it smaller"
+            f"turbulence: a field of {planes:.3g} planes with {grid.points_z} x {grid.points_y} points does not fit "
+            "into memory: a higher speed, a shorter duration, fewer points or a larger dt make it smaller"
         )
-    n = 2 * math.ceil(planes / 2.0)
-    y = -0.5 * width + step * np.arange(points)
-    z = bottom + step * np.arange(points)
-    grid_y, grid_z = (a.ravel() for a in np.meshgrid(y, z))
-    distance = np.hypot(grid_y[:, None] - grid_y, grid_z[:, None] - grid_z)
-    rng = np.random.Generator(np.random.Philox(seed))
-    frequency = np.arange(1, n // 2 + 1) / (n * dt)
-    scale = min(SCALE_SLOPE * hub_height, SCALE_LIMIT)
-    velocity = np.empty((n, points * points, 3), dtype=np.float32)
-    for component in range(3):
-        sigma = COMPONENT_SIGMAS[component] * intensity * speed
-        amplitude = _amplitudes(frequency, speed, sigma, INTEGRAL_SCALES[component] * scale, n * dt)
-        spectrum = np.exp(2j * np.pi * rng.random((n // 2, points * points)))
-        if component == 0:
-            _correlate(spectrum, frequency, distance, speed, INTEGRAL_SCALES[0] * scale)
-        spectrum *= amplitude[:, None]
-        whole = np.concatenate([np.zeros((1, points * points)), spectrum])
-        series = np.fft.irfft(whole, n=n, axis=0) * n
-        # the hub's standard deviation is met exactly
-        centre = points * (points // 2) + points // 2
-        velocity[:, :, component] = series * (sigma / max(float(series[:, centre].std()), 1e-12))
-    velocity[:, :, 0] += (speed * (grid_z / hub_height) ** shear_exponent).astype(np.float32)
+    n = max(2 * round(0.5 * planes), 4) if wind.periodic else _even_fast(math.ceil(planes))
+    measured = hub_amplitudes(wind, grid, n) if wind.hub_series is not None else {}
+    velocity = synthesise(
+        spectrum_of(wind, grid, n),
+        grid,
+        n,
+        wind.seed,
+        mean=mean_profile(wind, grid),
+        sigmas=_targets(wind),
+        measured=measured,
+        progress=progress,
+    )
     return WindBox(
-        velocity=velocity.reshape(n, points, points, 3),
-        dt=dt,
-        dy=step,
-        dz=step,
-        bottom=bottom,
-        speed=speed,
-        hub_height=hub_height,
+        velocity=velocity,
+        dt=wind.dt,
+        dy=grid.dy,
+        dz=grid.dz,
+        bottom=grid.bottom,
+        speed=wind.speed,
+        hub_height=grid.hub_height,
         periodic=True,
-        source=(
-            f"Kaimal turbulence {speed:g} m/s, intensity {intensity:g}, seed {seed}, "
-            f"shear exponent {shear_exponent:g}, {points} x {points} points, every {dt:g} s, {n * dt:g} s"
-        ),
+        direction=wind.direction,
+        source=wind.label,
     )
 
 
-def _amplitudes(f: Float, speed: float, sigma: float, length: float, duration: float) -> Float:
-    """Half the amplitude of each Fourier component of a Kaimal spectrum (W-7)."""
-    x = f * length / speed
-    density = sigma**2 * 4.0 * length / speed / (1.0 + 6.0 * x) ** (5.0 / 3.0)
-    result: Float = np.sqrt(0.5 * density / duration)
+def _even_fast(n: int) -> int:
+    """The next even number with small prime factors."""
+    while True:
+        n = fft.next_fast_len(n + n % 2, real=True)
+        if n % 2 == 0:
+            return n
+        n += 1
+
+
+def mean_profile(wind: TurbulentWind, grid: Grid) -> Float:
+    """(Z, 3) [m/s] mean wind of the rows, in the axes of the box."""
+    z = grid.z
+    if wind.roughness > 0.0:
+        speed = wind.speed * np.maximum(np.log(z / wind.roughness) / math.log(grid.hub_height / wind.roughness), 0.0)
+    else:
+        speed = wind.speed * (z / grid.hub_height) ** wind.shear_exponent
+    turned = wind.veer * (z - grid.hub_height)
+    return np.stack([speed * np.cos(turned), -speed * np.sin(turned), np.zeros_like(z)], axis=1)
+
+
+def sigmas(wind: TurbulentWind) -> tuple[float, float, float]:
+    """[m/s] standard deviations of u, v, w that the spectra stand for."""
+    sigma = wind.intensity * wind.speed
+    if wind.spectrum == "mann":
+        u, v, w = np.sqrt(mann.one_point(mann.GAMMA).variances[:3])
+        return sigma, float(sigma * v / u), float(sigma * w / u)
+    u, v, w = CONSTANTS[wind.spectrum].sigmas
+    return u * sigma, v * sigma, w * sigma
+
+
+def _targets(wind: TurbulentWind) -> tuple[float | None, float | None, float | None]:
+    return sigmas(wind) if wind.scaled else (None, None, None)
+
+
+def target_densities(wind: TurbulentWind, hub_height: float, f: Float) -> Float:
+    """(4, F) one-sided densities [m^2/s^2/Hz] of u, v, w, and the co-spectrum of u and w, at frequencies [Hz] above 0."""
+    scale = scale_parameter(wind.edition, hub_height)
+    sigma = wind.intensity * wind.speed
+    if wind.spectrum != "mann":
+        return np.vstack([densities(wind.spectrum, f, wind.speed, sigma, scale), np.zeros_like(f)])
+    point = mann.one_point(mann.GAMMA)
+    factor = 2.0 * np.pi * CONSTANTS["mann"].lengths[0] * scale / wind.speed
+    return 2.0 * sigma**2 / point.variances[0] * factor * point(factor * f)
+
+
+def spectrum_of(wind: TurbulentWind, grid: Grid, n: int) -> Spectrum:
+    """What the field of a wind shall have at the frequencies of ``n`` planes."""
+    f = np.arange(1, n // 2) / (n * wind.dt)
+    variances = 0.5 * f[0] * target_densities(wind, grid.hub_height, f)
+    return (_mann if wind.spectrum == "mann" else _exponential)(wind, grid, f, variances)
+
+
+def _exponential(wind: TurbulentWind, grid: Grid, f: Float, variances: Float) -> Spectrum:
+    kappa = coherence_decay(wind.spectrum, wind.edition, f, wind.speed, scale_parameter(wind.edition, grid.hub_height))
+    some = kappa[kappa * min(grid.dy, grid.dz) < exponential.REACH]
+    components = (0,) if wind.coherent == "u" else (0, 1, 2)
+    row, column = grid.hub
+    to_hub = np.hypot((grid.z - grid.z[row])[:, None], grid.y - grid.y[column])
+
+    def coherent() -> Iterator[tuple[slice, Complex, Float]]:
+        streams = [FIELD_STREAM + c for c in components]
+        for bins, fields in exponential.coherent_fields(some, grid, wind.seed, streams):
+            for c, field in zip(components, fields, strict=True):
+                field *= np.sqrt(variances[c, bins])[:, None, None]
+            covered = np.zeros((4, fields.shape[1]))
+            covered[list(components)] = variances[list(components), bins]
+            yield bins, fields, covered
+
+    def with_hub(m: int) -> Complex:
+        result = np.zeros((3, 3, *to_hub.shape), np.complex128)
+        for c in components:
+            result[c, c] = variances[c, m] * np.exp(-kappa[m] * to_hub)
+        return result
+
+    return Spectrum(variances, components, len(some), coherent(), with_hub)
+
+
+def _mann(wind: TurbulentWind, grid: Grid, f: Float, variances: Float) -> Spectrum:
+    length = CONSTANTS["mann"].lengths[0] * scale_parameter(wind.edition, grid.hub_height)
+    k1 = 2.0 * np.pi * f * length / wind.speed
+    some = k1[k1 * min(grid.dy, grid.dz) < mann.INDEPENDENT * length]
+    point = mann.one_point(mann.GAMMA)
+    unit = wind.intensity**2 * wind.speed**2 / point.variances[0] * k1[0]  # variance of a step of k1
+
+    def coherent() -> Iterator[tuple[slice, Complex, Float]]:
+        made = mann.sheared_fields(some, grid, length, mann.GAMMA, wind.seed, FIELD_STREAM)
+        for m, (fields, covered) in enumerate(made):
+            yield slice(m, m + 1), math.sqrt(unit) * fields[:, None], unit * covered[:, None]
+
+    def with_hub(m: int) -> Complex:
+        return unit * mann.covariance_with(grid.hub, float(k1[m]), grid, length, mann.GAMMA)
+
+    return Spectrum(variances, (0, 1, 2), len(some), coherent(), with_hub)
+
+
+def hub_amplitudes(wind: TurbulentWind, grid: Grid, n: int) -> dict[int, Complex]:
+    """Complex amplitudes (n / 2 + 1,) of the measured components at the hub, without the mean wind.
+
+    The box is a ring in time. Where nothing was measured the series is continued by what is random under the
+    condition of what was (W-20): the precision matrix of a stationary series on a ring is circulant, so the gap is the
+    solution of a Toeplitz system.
+    """
+    series = wind.hub_series
+    assert series is not None
+    time = wind.dt * np.arange(n) - 0.5 * grid.width / wind.speed  # at which a plane passes the tower axis
+    if wind.periodic:
+        time %= n * wind.dt
+    known = (time >= series.time[0]) & (time <= series.time[-1])
+    if not known.any():
+        raise InputError(
+            f"hub series: it reaches from {series.time[0]:g} s to {series.time[-1]:g} s, the field from {time[0]:g} s to "
+            f"{time[-1]:g} s"
+        )
+    f = np.arange(1, n // 2) / (n * wind.dt)
+    half = 0.5 * f[0] * target_densities(wind, grid.hub_height, f)[:3]
+    result: dict[int, Complex] = {}
+    for c, values in enumerate((series.u, series.v, series.w)):
+        if values is None:
+            continue
+        variance = np.concatenate([half[c, :1], half[c], half[c, -1:]])
+        fluctuation = np.interp(time, series.time, values) - (wind.speed if c == 0 else 0.0)
+        result[c] = fft.rfft(_continued(fluctuation, known, variance, wind.seed, c), norm="forward")
     return result
 
 
-def _correlate(spectrum: NDArray[np.complex128], f: Float, distance: Float, speed: float, length: float) -> None:
-    """Give independent phases the coherence of the longitudinal component, in place (W-8, W-9)."""
-    spacing = float(np.min(distance[distance > 0.0]))
-    for i in range(0, len(f), CHUNK):
-        some = f[i : i + CHUNK]
-        decay = DECAY * np.sqrt((some / speed) ** 2 + (0.12 / length) ** 2)
-        if math.exp(-float(decay[0]) * spacing) < INCOHERENT:
-            break
-        coherence = np.exp(-decay[:, None, None] * distance)
-        factor = np.linalg.cholesky(coherence)
-        spectrum[i : i + CHUNK] = np.einsum("fij,fj->fi", factor, spectrum[i : i + CHUNK])
+def _continued(series: Float, known: NDArray[np.bool_], variance: Float, seed: int, component: int) -> Float:
+    """A series (n,) on a ring, of given variances of its amplitudes (n / 2 + 1,), as it is where it is known."""
+    if known.all():
+        return series
+    n = len(series)
+    amplitudes = np.zeros((1, n // 2 + 1), np.complex128)
+    add_noise(amplitudes, np.sqrt(variance[1:-1]), seed, 0, GAP_STREAM + component)
+    free = fft.irfft(amplitudes[0], n, norm="forward")
+    precision = fft.irfft(1.0 / variance, n)
+    begin = int(np.flatnonzero(known & ~np.roll(known, -1))[0]) + 1  # of the gap
+    gap = (begin + np.arange(n - int(known.sum()))) % n
+    difference = np.where(known, series - free, 0.0)
+    pull = fft.irfft(fft.rfft(difference) / variance, n)
+    difference[gap] = -linalg.solve_toeplitz(precision[: len(gap)], pull[gap])
+    return free + difference

@@ -1,0 +1,110 @@
+"""Grids of wind fields, sized by the turbine."""
+
+from __future__ import annotations
+
+import math
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from meltemi.core.errors import InputError
+from meltemi.core.record import Record
+from meltemi.turbine.definition import Turbine
+
+WIDTH = 1.2
+"""Of a grid, over the rotor diameter."""
+LOWEST = 0.02
+"""Height of the lowest row over that of the hub."""
+
+
+class Grid(Record):
+    """Points across the wind, upright and centred on the rotor axis."""
+
+    points_y: int = Field(ge=2, le=1001)
+    """Columns."""
+    points_z: int = Field(ge=2, le=1001)
+    """Rows."""
+    dy: float = Field(gt=0.0)
+    """[m] between columns."""
+    dz: float = Field(gt=0.0)
+    """[m] between rows."""
+    bottom: float = Field(gt=0.0)
+    """[m] height of the lowest row."""
+    hub_height: float = Field(gt=0.0)
+    """[m] where mean speed and intensity hold."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not self.bottom <= self.hub_height <= self.top:
+            raise ValueError(
+                f"hub_height {self.hub_height:g} m lies outside the grid, which reaches from {self.bottom:g} m to "
+                f"{self.top:g} m"
+            )
+        return self
+
+    @property
+    def width(self) -> float:
+        """[m]."""
+        return (self.points_y - 1) * self.dy
+
+    @property
+    def top(self) -> float:
+        """[m] height of the highest row."""
+        return self.bottom + (self.points_z - 1) * self.dz
+
+    @property
+    def y(self) -> NDArray[np.float64]:
+        """(Y,) [m] of the columns, to the left looking downwind."""
+        return self.dy * np.arange(self.points_y) - 0.5 * self.width
+
+    @property
+    def z(self) -> NDArray[np.float64]:
+        """(Z,) [m] of the rows."""
+        return self.bottom + self.dz * np.arange(self.points_z)
+
+    @property
+    def hub(self) -> tuple[int, int]:
+        """Row and column of the point that is nearest to the hub."""
+        return int(np.argmin(np.abs(self.z - self.hub_height))), self.points_y // 2
+
+
+def grid_for(
+    turbine: Turbine, points: int = 25, *, width: float | None = None, tower: bool = True
+) -> Grid:
+    """A grid that covers rotor and tower, with a point at the hub if ``points`` is odd.
+
+    Args:
+      turbine: gives hub height and rotor diameter.
+      points: columns; rows have about the same spacing.
+      width: [m]; 1.2 rotor diameters by default. The grid reaches as far above the hub.
+      tower: it reaches down to 2 % of the hub height; if not, as far below the hub as above.
+
+    Raises:
+      InputError: ``points`` or ``width`` is too small, or the rotor comes too close to the ground.
+    """
+    hub, diameter = turbine.hub_height, turbine.rotor_diameter
+    width = WIDTH * diameter if width is None else width
+    if isinstance(points, bool) or not isinstance(points, int) or points < 3:
+        raise InputError(f"grid: points must be a whole number of at least 3, found {points!r}")
+    if not (math.isfinite(width) and width >= diameter):
+        raise InputError(f"grid: it is {width:g} m wide, the rotor needs {diameter:.1f} m")
+    lowest = LOWEST * hub
+    if hub - 0.5 * diameter < lowest:
+        raise InputError(
+            f"grid: the rotor reaches down to {hub - 0.5 * diameter:.1f} m, the lowest row stands at {lowest:.1f} m"
+        )
+    dy = width / (points - 1)
+    below = hub - (lowest if tower else max(hub - 0.5 * width, lowest))
+    rows_below = max(round(below / dy), 1)
+    dz = below / rows_below
+    rows_above = math.ceil(0.5 * width / dz - 1e-9)
+    return Grid(
+        points_y=points,
+        points_z=rows_below + 1 + rows_above,
+        dy=dy,
+        dz=dz,
+        bottom=hub - below,
+        hub_height=hub,
+    )
