@@ -114,8 +114,8 @@ def main(arguments: list[str] | None = None) -> None:
     model = meltemi.build(turbine)
 
     def wind(speed: float, seed: int) -> meltemi.WindBox:
-        size = {"hub_height": turbine.hub_height, "rotor_diameter": turbine.rotor_diameter}
-        return meltemi.turbulence(speed, 0.14, duration=duration, seed=seed, **size)
+        turbulent = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=seed)
+        return meltemi.generate_field(turbulent, turbine, duration)
 
     print("18 m/s, seed 1:")
     tuning = Tuning(model, wind(18.0, 1), duration)

@@ -71,7 +71,9 @@ if TYPE_CHECKING:
     from meltemi.wind.fields import WindSeries as WindSeries
     from meltemi.wind.files import read_bts as read_bts
     from meltemi.wind.files import read_wnd as read_wnd
-    from meltemi.wind.turbulence import turbulence as turbulence
+    from meltemi.wind.grid import Grid as Grid
+    from meltemi.wind.grid import grid_for as grid_for
+    from meltemi.wind.turbulence import generate_field as generate_field
     from meltemi.wind.turbulent import HubSeries as HubSeries
     from meltemi.wind.turbulent import TurbulentWind as TurbulentWind
 
@@ -105,7 +107,8 @@ _HOME = {
     "turbine.library": "list_turbines load_turbine write_turbine",
     "wind.fields": "SteadyWind WindBox WindSeries",
     "wind.files": "read_bts read_wnd",
-    "wind.turbulence": "turbulence",
+    "wind.grid": "Grid grid_for",
+    "wind.turbulence": "generate_field",
     "wind.turbulent": "HubSeries TurbulentWind",
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names.split()}

@@ -25,7 +25,8 @@ WIND = SteadyWind(speed=11.0)
 
 
 def box() -> meltemi.WindBox:
-    return meltemi.turbulence(11.0, 0.14, hub_height=90.0, rotor_diameter=126.0, duration=5.0)
+    wind = meltemi.TurbulentWind(speed=11.0, intensity=0.14)
+    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), 5.0)
 
 
 def read_only_box() -> meltemi.WindBox:
@@ -185,7 +186,7 @@ def test_another_processor_gives_the_same_within_1e_8(tmp_path: Path) -> None:
     code = f"""
 import numpy as np, meltemi
 model = meltemi.build(meltemi.load_turbine("nrel5mw"))
-wind = meltemi.turbulence(11.0, 0.14, hub_height=90.0, rotor_diameter=126.0, duration=60.0)
+wind = meltemi.TurbulentWind(speed=11.0, intensity=0.14)
 np.save(r"{tmp_path}/NAME.npy", meltemi.simulate(model, wind, duration=60.0).data)
 """
     cache = str(tmp_path / "cache")

@@ -218,7 +218,7 @@ def test_measurements_agree_with_the_record(model: Model) -> None:
 
 
 def test_baseline_holds_the_speed_above_rated(model: Model) -> None:
-    wind = meltemi.turbulence(18.0, 0.1, hub_height=90.0, rotor_diameter=126.0, duration=60.0)
+    wind = meltemi.TurbulentWind(speed=18.0, intensity=0.1)
     result = simulate(model, wind, duration=60.0, channels=["RotSpeed", "GenPwr", "BldPitch1"])
     assert result["RotSpeed"].mean() == pytest.approx(12.1 * np.pi / 30.0, rel=0.01)
     assert result["GenPwr"].mean() == pytest.approx(5e6, rel=0.01)
@@ -227,7 +227,7 @@ def test_baseline_holds_the_speed_above_rated(model: Model) -> None:
 
 def test_options_of_a_controller_reach_it(turbine: Turbine) -> None:
     slow = turbine.replace(**{"control.pitch.rate_limit": 0.002})
-    wind = meltemi.turbulence(14.0, 0.15, hub_height=90.0, rotor_diameter=126.0, duration=40.0)
+    wind = meltemi.TurbulentWind(speed=14.0, intensity=0.15)
     fast_run, slow_run = (
         simulate(meltemi.build(t, ModelOptions(torsion_modes=0)), wind, duration=40.0, channels=["BldPitch1"])
         for t in (turbine, slow)

@@ -91,7 +91,7 @@ def test_what_is_refused(model: Model) -> None:
 
 
 def test_reset_forgets_everything(model: Model) -> None:
-    wind = meltemi.turbulence(11.0, 0.14, hub_height=90.0, rotor_diameter=126.0, duration=2.0, points=9)
+    wind = meltemi.TurbulentWind(speed=11.0, intensity=0.14, points=9)
     for controller in (None, Controller(uses_all)):
         run = Simulation(model, wind, duration=2.0, channels=["all"], controller=controller)
         fresh = simulate(model, wind, duration=2.0, channels=["all"], controller=controller)

@@ -50,7 +50,7 @@ def test_default_step_resolves_the_highest_mode(turbine: Turbine) -> None:
 
 
 def test_default_step_is_converged_in_turbulence(turbine: Turbine) -> None:
-    wind = meltemi.turbulence(14.0, 0.14, hub_height=90.0, rotor_diameter=126.0, duration=120.0, seed=3)
+    wind = meltemi.TurbulentWind(speed=14.0, intensity=0.14, seed=3)
     names = ["RootMyc1", "RootMxc1", "TwrBsMyt", "RotSpeed", "RotTorq"]
     runs = []
     for dt in (None, 0.0025):

@@ -35,11 +35,10 @@ from meltemi import (
 from meltemi.control import signals as s
 from meltemi.simulation import points
 
-SIZE = {"hub_height": 90.0, "rotor_diameter": 126.0}
-
 
 def box(seed: int, speed: float = 11.0) -> WindBox:
-    return meltemi.turbulence(speed, 0.14, duration=3.0, seed=seed, points=9, **SIZE)
+    wind = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=seed, points=9)
+    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), 3.0)
 
 
 def raising(state: Any, measurements: Any, demands: Any, dt: float) -> None:

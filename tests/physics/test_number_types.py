@@ -18,8 +18,12 @@ from meltemi.simulation.channels import catalogue
 from meltemi.simulation.simulate import Simulation
 
 Float = NDArray[np.float64]
-HUB = {"hub_height": 90.0, "rotor_diameter": 126.0}
 LAST = 3.06
+
+
+def turbulent(speed: float, intensity: float, duration: float) -> meltemi.WindBox:
+    wind = meltemi.TurbulentWind(speed=speed, intensity=intensity)
+    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), duration)
 
 
 def series() -> meltemi.WindSeries:
@@ -35,7 +39,7 @@ WINDS: dict[str, Callable[[], Any]] = {
     "storm": lambda: SteadyWind(speed=40.0, direction=1.2),
     "still": lambda: SteadyWind(speed=0.0),
     "series": series,
-    "box": lambda: meltemi.turbulence(11.0, 0.18, duration=20.0, **HUB),
+    "box": lambda: turbulent(11.0, 0.18, 20.0),
 }
 
 
@@ -133,7 +137,7 @@ def test_nodes_that_fill_lanes_have_no_weight(turbine: Turbine) -> None:
 def compared(turbine: Turbine, speed: float, duration: float, options: dict[str, Any]) -> tuple[Float, Float]:
     """(time, channels) of floats, and of lanes, in turbulence; without those that are nothing but rounding."""
     model = meltemi.build(turbine, ModelOptions(**options))
-    wind = meltemi.turbulence(speed, 0.16, duration=duration, **HUB)
+    wind = turbulent(speed, 0.16, duration)
     found = []
     for numbers in ("floats", "lanes"):
         run = Simulation(model, wind, duration=duration, channels=["all"], numbers=numbers)

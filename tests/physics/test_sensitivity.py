@@ -64,7 +64,8 @@ MOVE = 1e-6
 
 
 def box(speed: float, seed: int) -> WindBox:
-    return meltemi.turbulence(speed, 0.14, duration=SECONDS, seed=seed, hub_height=90.0, rotor_diameter=126.0)
+    wind = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=seed)
+    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), SECONDS)
 
 
 def statistics(result: Result, channel: str) -> tuple[float, float, float]:

@@ -185,7 +185,7 @@ def test_energy_is_kept(turbine: Turbine, blades: int) -> None:
 def test_section_loads_agree_with_the_springs_they_pass_through(turbine: Turbine) -> None:
     """Shaft torque and yaw moment from outboard inertia and air equal what spring and damper carry."""
     model = meltemi.build(turbine)
-    wind = meltemi.turbulence(14.0, 0.15, hub_height=90.0, rotor_diameter=126.0, duration=30.0)
+    wind = meltemi.TurbulentWind(speed=14.0, intensity=0.15)
     channels = ["rotor_torque", "yaw_moment_z", "q drivetrain", "nacelle_yaw", "rotor_speed", "generator_speed"]
     result = simulate(model, wind, duration=30.0, channels=channels, output_step=0.01)
     d = turbine.drivetrain

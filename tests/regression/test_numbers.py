@@ -43,7 +43,7 @@ def run(wind: Wind, options: ModelOptions, **keywords: Any) -> dict[str, dict[st
 
 
 def turbulent(**options: Any) -> dict[str, dict[str, float]]:
-    wind = meltemi.turbulence(12.0, 0.14, hub_height=90.0, rotor_diameter=126.0, duration=20.0, seed=3)
+    wind = meltemi.TurbulentWind(speed=12.0, intensity=0.14, seed=3)
     return run(wind, ModelOptions(**options))
 
 

@@ -3,8 +3,8 @@
 Kernels run without Python's global lock, so threads suffice: one case a thread, all of one process, and nothing has
 to be copied or compiled twice. Each case has its own arrays; what one does, the others never see.
 
-A case's wind may be a function: it is made when the case's turn comes and freed with the case. Cases may be a
-generator: it is asked for the next one when a worker is free. So memory holds as many winds as there are workers.
+The field of a turbulent wind is made when the case's turn comes and freed with the case. Cases may be a generator: it
+is asked for the next one when a worker is free. So memory holds as many fields as there are workers.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.wind.fields import Wind
+from meltemi.wind.turbulence import AnyWind
 
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
@@ -39,13 +39,14 @@ class BatchCase:
 
     Attributes:
       model: from ``build``, or a function without arguments that makes it when its turn comes.
-      wind: the same; make turbulent winds by functions, so that few are in memory at a time.
+      wind: the same. The field of a ``TurbulentWind`` is made when the case's turn comes and freed with it; a
+        ``WindBox`` may be shared by many cases.
       duration: [s].
       name: for messages and files; by default ``case_0001`` and so on.
     """
 
     model: Model | Callable[[], Model]
-    wind: Wind | Callable[[], Wind]
+    wind: AnyWind | Callable[[], AnyWind]
     duration: float
     controller: Controller | None = None
     channels: Sequence[str] = tuple(DEFAULT)

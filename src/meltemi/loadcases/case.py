@@ -13,9 +13,10 @@ from meltemi.environment.site import Environment
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.options import ModelOptions
 from meltemi.turbine.library import load_turbine
-from meltemi.wind.fields import SteadyWind, Wind
+from meltemi.wind.fields import SteadyWind
 from meltemi.wind.files import read_bts, read_wnd
-from meltemi.wind.turbulence import turbulence
+from meltemi.wind.turbulence import AnyWind
+from meltemi.wind.turbulent import TurbulentWind
 
 if TYPE_CHECKING:
     from meltemi.turbine.definition import Turbine
@@ -38,18 +39,10 @@ class SteadyCase(Record):
     """[rad]."""
 
 
-class TurbulenceCase(Record):
-    """A turbulent field made for the turbine (Kaimal spectra)."""
+class TurbulenceCase(TurbulentWind):
+    """A turbulent field made for the turbine."""
 
     kind: Literal["turbulence"] = "turbulence"
-    speed: float = Field(gt=0.0, le=100.0)
-    """[m/s] mean at hub height."""
-    intensity: float = Field(ge=0.0, lt=1.0)
-    """Standard deviation over mean speed [-]."""
-    seed: int = Field(default=1, ge=0)
-    shear_exponent: float = Field(default=0.2, gt=-1.0, lt=1.0)
-    points: int = Field(default=15, ge=5, le=41)
-    """Grid points across and up."""
 
 
 class FileCase(Record):
@@ -114,22 +107,13 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
     return case.replace(**changes)
 
 
-def case_wind(case: LoadCase, turbine: Turbine, folder: Path) -> Wind:
+def case_wind(case: LoadCase, turbine: Turbine, folder: Path) -> AnyWind:
     """The wind of a case; paths are relative to ``folder``."""
     w = case.wind
     if isinstance(w, SteadyCase):
         return SteadyWind(**w.model_dump(exclude={"kind"}))
     if isinstance(w, TurbulenceCase):
-        return turbulence(
-            w.speed,
-            w.intensity,
-            hub_height=turbine.hub_height,
-            rotor_diameter=turbine.rotor_diameter,
-            duration=case.duration,
-            seed=w.seed,
-            shear_exponent=w.shear_exponent,
-            points=w.points,
-        )
+        return TurbulentWind(**w.model_dump(exclude={"kind"}))
     return (read_bts if w.kind == "bts" else read_wnd)(folder / w.file)
 
 

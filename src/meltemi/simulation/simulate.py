@@ -35,6 +35,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.wind.fields import Wind, check_coverage, mean_speed
+from meltemi.wind.turbulence import AnyWind, realised
 
 CHUNK_SECONDS = 0.1
 """Wall time between looks at progress and the keyboard."""
@@ -42,7 +43,7 @@ CHUNK_SECONDS = 0.1
 
 def simulate(
     model: Model,
-    wind: Wind,
+    wind: AnyWind,
     *,
     duration: float,
     controller: Controller | None = None,
@@ -59,7 +60,7 @@ def simulate(
 
     Args:
       model: from ``build``.
-      wind: steady, a series, or a turbulent box.
+      wind: steady, a series, a turbulent wind, of which the field is made for the run, or such a field.
       duration: [s].
       controller: by default the baseline controller with the turbine's settings.
       channels: what to record, by our names or OpenFAST's; ``"all"`` among them records everything.
@@ -122,7 +123,7 @@ class Simulation:
     def __init__(
         self,
         model: Model,
-        wind: Wind,
+        wind: AnyWind,
         *,
         duration: float,
         controller: Controller | None = None,
@@ -142,6 +143,8 @@ class Simulation:
         every_output = _multiple(output_step, dt, "output_step")
         stations = stations or Stations()
         chosen = choose(model, channels, stations)
+        began, compiled = clock_time.perf_counter(), compile_seconds()
+        wind = realised(wind, turbine, duration)
         reach = turbine.nacelle.overhang + turbine.rotor_radius * math.sin(turbine.hub.precone + turbine.nacelle.tilt)
         check_coverage(
             wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
@@ -151,7 +154,6 @@ class Simulation:
             raise InputError(f"controller: expected a meltemi.Controller, found {type(controller).__name__}")
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
-        began, compiled = clock_time.perf_counter(), compile_seconds()
         start = start or shared_point(model, wind)
         case = Case(model, wind, stations, numbers=numbers)
         entry = case.bind(controller, first_point(model, wind, start))

@@ -36,7 +36,9 @@ from meltemi.simulation.start import hold
 from meltemi.simulation.step import ABSURD, PARTS, A, Q, V, evaluate
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine import exchange as ex
-from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, mean_speed
+from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, mean_speed
+from meltemi.wind.turbulence import AnyWind
+from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
 
@@ -112,7 +114,7 @@ class OperatingPoint:
 
 @one_blas_thread
 def operating_point(
-    model: Model, wind: float | Wind, *, rotor_speed: float | None = None, pitch: float | None = None
+    model: Model, wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
 ) -> OperatingPoint:
     """Steady operation of a turbine in steady wind.
 
@@ -172,10 +174,12 @@ def _secant(f: Callable[[float], float], x: float, step: float) -> float:
     return x
 
 
-def steady_wind(wind: Wind, hub_height: float) -> SteadyWind:
+def steady_wind(wind: AnyWind, hub_height: float) -> SteadyWind:
     """The steady wind that a wind begins with, or a turbulent one's mean with its shear."""
     if isinstance(wind, SteadyWind):
         return wind
+    if isinstance(wind, TurbulentWind):
+        return SteadyWind(**{name: getattr(wind, name) for name in SteadyWind.model_fields if hasattr(wind, name)})
     speed = mean_speed(wind, hub_height)
     if isinstance(wind, WindSeries):
         begin = {"speed": speed, "shear_exponent": wind.exponent[0], "direction": wind.direction[0]}

@@ -14,7 +14,6 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from math import cos, sin
 from pathlib import Path
 from typing import Any
@@ -234,9 +233,11 @@ def _model(**options: Any) -> Any:
 
 
 def _turbulence(duration: float) -> Any:
-    from meltemi.wind.turbulence import turbulence
+    from meltemi.turbine.library import load_turbine
+    from meltemi.wind.turbulence import generate_field
+    from meltemi.wind.turbulent import TurbulentWind
 
-    return turbulence(12.0, 0.14, hub_height=90.0, rotor_diameter=126.0, duration=duration, seed=1)
+    return generate_field(TurbulentWind(speed=12.0, intensity=0.14), load_turbine("nrel5mw"), duration)
 
 
 def _timed(model: Any, wind: Any, duration: float, **arguments: Any) -> dict[str, float]:
@@ -369,16 +370,13 @@ def timed_batch(duration: float) -> dict[str, Any]:
     from meltemi.simulation.simulate import simulate
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
-    from meltemi.wind.turbulence import turbulence
+    from meltemi.wind.turbulent import TurbulentWind
 
     model = build(load_turbine("nrel5mw"))
-    turbine = model.turbine
-    wind = partial(
-        turbulence, 12.0, 0.14, hub_height=turbine.hub_height, rotor_diameter=turbine.rotor_diameter, duration=duration
-    )
 
     def cases(seeds: range) -> list[BatchCase]:
-        return [BatchCase(model, partial(wind, seed=seed), duration, channels=CHANNELS) for seed in seeds]
+        winds = [TurbulentWind(speed=12.0, intensity=0.14, seed=seed) for seed in seeds]
+        return [BatchCase(model, wind, duration, channels=CHANNELS) for wind in winds]
 
     def factor(some: list[BatchCase], workers: int) -> float:
         began = time.perf_counter()

@@ -37,7 +37,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, first_point, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.wind.fields import Wind
+from meltemi.wind.turbulence import AnyWind, realised
 
 Float = NDArray[np.float64]
 
@@ -128,7 +128,7 @@ class Sensitivity:
 
 def sensitivity(
     model: Model,
-    wind: Wind,
+    wind: AnyWind,
     parameters: Sequence[str],
     *,
     duration: float,
@@ -159,6 +159,7 @@ def sensitivity(
         raise InputError("sensitivity: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     controller = controller or baseline(model.turbine.control)
     dual_entry(controller)  # refuses those that have no derivatives
+    wind = realised(wind, model.turbine, duration)
     start = start or shared_point(model, wind)
     ways = directions(model, parameters, controller, first_point(model, wind, start), steps or {})
     switches: dict[str, int | None] = {}
@@ -203,7 +204,7 @@ def sensitivity(
 
 def differences(
     model: Model,
-    wind: Wind,
+    wind: AnyWind,
     parameter: str,
     *,
     controller: Controller | None = None,
@@ -219,6 +220,7 @@ def differences(
       arguments: others of ``simulate``.
     """
     controller = controller or baseline(model.turbine.control)
+    wind = realised(wind, model.turbine, arguments["duration"])
     start = start or shared_point(model, wind)
     steps = {} if step is None else {parameter: step}
     (way,) = directions(model, [parameter], controller, first_point(model, wind, start), steps)

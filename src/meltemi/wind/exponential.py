@@ -87,9 +87,7 @@ def cut_out(modes: Complex, grid: Grid) -> Complex:
     return fft.ifft(across, axis=-1, norm="forward")[..., : grid.points_y]
 
 
-def coherent_fields(
-    kappa: Float, grid: Grid, seed: int, streams: list[int]
-) -> Iterator[tuple[slice, Complex]]:
+def coherent_fields(kappa: Float, grid: Grid, seed: int, streams: list[int]) -> Iterator[tuple[slice, Complex]]:
     """Complex fields of unit variance with coherence exp(-kappa r) at successive frequencies.
 
     Args:
@@ -105,6 +103,7 @@ def coherent_fields(
     ]
     for some, size in groups(sizes):
         quarter = np.sqrt(eigenvalues(kappa[some], size, grid.dz, grid.dy) / (size[0] * size[1]))
-        weight = quarter[:, *np.ix_(*(np.minimum(np.arange(n), n - np.arange(n)) for n in size))]
+        row, column = (np.minimum(np.arange(n), n - np.arange(n)) for n in size)
+        weight = quarter[:, row[:, None], column]
         fields = [cut_out(weight * torus_noise(seed, range(some.start, some.stop), s, size), grid) for s in streams]
         yield some, np.stack(fields)

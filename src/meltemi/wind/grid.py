@@ -57,12 +57,12 @@ class Grid(Record):
     @property
     def y(self) -> NDArray[np.float64]:
         """(Y,) [m] of the columns, to the left looking downwind."""
-        return self.dy * np.arange(self.points_y) - 0.5 * self.width
+        return self.dy * np.arange(self.points_y, dtype=np.float64) - 0.5 * self.width
 
     @property
     def z(self) -> NDArray[np.float64]:
         """(Z,) [m] of the rows."""
-        return self.bottom + self.dz * np.arange(self.points_z)
+        return self.bottom + self.dz * np.arange(self.points_z, dtype=np.float64)
 
     @property
     def hub(self) -> tuple[int, int]:
@@ -70,9 +70,7 @@ class Grid(Record):
         return int(np.argmin(np.abs(self.z - self.hub_height))), self.points_y // 2
 
 
-def grid_for(
-    turbine: Turbine, points: int = 25, *, width: float | None = None, tower: bool = True
-) -> Grid:
+def grid_for(turbine: Turbine, points: int = 25, *, width: float | None = None, tower: bool = True) -> Grid:
     """A grid that covers rotor and tower, with a point at the hub if ``points`` is odd.
 
     Args:

@@ -121,7 +121,7 @@ def integrate_across(k1: Float, table: Float, radii: Float, turns: int, out: Flo
 def shear(
     k1: float, k3: Float, k2: Float, weight_3: Float, weight_2: Float, table: Float, modes: Complex, sums: Float
 ) -> None:
-    """Turn normal numbers ``modes`` (3, K3, K2) into u, v, w of the modes; ``sums`` (4,) their covered 11, 22, 33, 13."""
+    """Turn normal numbers ``modes`` (3, K3, K2) into u, v, w of the modes; ``sums`` (4,) are their 11, 22, 33, 13."""
     psi = np.zeros((3, 3))
     sums[:] = 0.0
     for i in range(len(k3)):

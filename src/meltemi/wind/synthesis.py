@@ -185,9 +185,7 @@ def _condition(
     for i in range(some.stop - some.start):
         m = some.start + i
         missing = [
-            measured[c][m + 1]
-            - at_hub[c, 0, m + 1]
-            - fields[spectrum.components.index(c), i, grid.hub[0], grid.hub[1]]
+            measured[c][m + 1] - at_hub[c, 0, m + 1] - fields[spectrum.components.index(c), i, grid.hub[0], grid.hub[1]]
             for c in given
         ]
         total = np.array([[v[0, i], 0.0, v[3, i]], [0.0, v[1, i], 0.0], [v[3, i], 0.0, v[2, i]]])

@@ -15,11 +15,11 @@ from scipy import fft, linalg
 from meltemi.core.errors import InputError
 from meltemi.turbine.definition import Turbine
 from meltemi.wind import exponential, mann
-from meltemi.wind.fields import WindBox
+from meltemi.wind.fields import Wind, WindBox
 from meltemi.wind.grid import Grid, grid_for
 from meltemi.wind.spectra import CONSTANTS, coherence_decay, densities, scale_parameter
 from meltemi.wind.synthesis import FIELD_STREAM, GAP_STREAM, Spectrum, add_noise, synthesise
-from meltemi.wind.turbulent import HubSeries, TurbulentWind
+from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -118,7 +118,7 @@ def _targets(wind: TurbulentWind) -> tuple[float | None, float | None, float | N
 
 
 def target_densities(wind: TurbulentWind, hub_height: float, f: Float) -> Float:
-    """(4, F) one-sided densities [m^2/s^2/Hz] of u, v, w, and the co-spectrum of u and w, at frequencies [Hz] above 0."""
+    """(4, F) one-sided densities [m^2/s^2/Hz] of u, v, w and the co-spectrum uw, at frequencies [Hz] above 0."""
     scale = scale_parameter(wind.edition, hub_height)
     sigma = wind.intensity * wind.speed
     if wind.spectrum != "mann":
@@ -193,8 +193,8 @@ def hub_amplitudes(wind: TurbulentWind, grid: Grid, n: int) -> dict[int, Complex
     known = (time >= series.time[0]) & (time <= series.time[-1])
     if not known.any():
         raise InputError(
-            f"hub series: it reaches from {series.time[0]:g} s to {series.time[-1]:g} s, the field from {time[0]:g} s to "
-            f"{time[-1]:g} s"
+            f"hub series: it reaches from {series.time[0]:g} s to {series.time[-1]:g} s, "
+            f"the field from {time[0]:g} s to {time[-1]:g} s"
         )
     f = np.arange(1, n // 2) / (n * wind.dt)
     half = 0.5 * f[0] * target_densities(wind, grid.hub_height, f)[:3]
@@ -223,3 +223,12 @@ def _continued(series: Float, known: NDArray[np.bool_], variance: Float, seed: i
     pull = fft.irfft(fft.rfft(difference) / variance, n)
     difference[gap] = -linalg.solve_toeplitz(precision[: len(gap)], pull[gap])
     return free + difference
+
+
+AnyWind = Wind | TurbulentWind
+"""What a run takes as wind."""
+
+
+def realised(wind: AnyWind, turbine: Turbine, duration: float) -> Wind:
+    """The wind as kernels can take it: a turbulent one becomes the field for the turbine and the run."""
+    return generate_field(wind, turbine, duration) if isinstance(wind, TurbulentWind) else wind
