@@ -293,7 +293,7 @@ def test_recurrence_periods_belong_to_edition_2(make: Any, turbine: Turbine) -> 
 
 
 def test_operating_gust_of_the_reference_runs(turbine: Turbine, reference: Path) -> None:
-    # made by another hand for the OpenFAST runs: 12 m/s, class B, at 80 s, amplitude 5.18862 m/s, eight decimals
+    # the file of the OpenFAST runs: 12 m/s, category B, at 80 s, amplitude 5.18862 m/s, eight decimals
     other = meltemi.read_wnd(reference / "openfast" / "wind" / "eog12.wnd")
     ours = eog(turbine, 12.0, "IIB", begin=80.0)
     inside = (other.time >= 80.0) & (other.time <= 90.5)
