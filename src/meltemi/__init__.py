@@ -73,6 +73,24 @@ if TYPE_CHECKING:
     from meltemi.wind.files import read_wnd as read_wnd
     from meltemi.wind.grid import Grid as Grid
     from meltemi.wind.grid import grid_for as grid_for
+    from meltemi.wind.iec import iec_wind as iec_wind
+    from meltemi.wind.iec_classes import WindClass as WindClass
+    from meltemi.wind.iec_classes import extreme_speed as extreme_speed
+    from meltemi.wind.iec_classes import sigma_etm as sigma_etm
+    from meltemi.wind.iec_classes import sigma_ntm as sigma_ntm
+    from meltemi.wind.iec_classes import wind_class as wind_class
+    from meltemi.wind.iec_gusts import ecd as ecd
+    from meltemi.wind.iec_gusts import ecg as ecg
+    from meltemi.wind.iec_gusts import edc as edc
+    from meltemi.wind.iec_gusts import eog as eog
+    from meltemi.wind.iec_gusts import ews_horizontal as ews_horizontal
+    from meltemi.wind.iec_gusts import ews_vertical as ews_vertical
+    from meltemi.wind.iec_winds import etm as etm
+    from meltemi.wind.iec_winds import ewm_steady as ewm_steady
+    from meltemi.wind.iec_winds import ewm_turbulent as ewm_turbulent
+    from meltemi.wind.iec_winds import ntm as ntm
+    from meltemi.wind.iec_winds import nwp as nwp
+    from meltemi.wind.superposition import with_gust as with_gust
     from meltemi.wind.turbulence import generate_field as generate_field
     from meltemi.wind.turbulent import HubSeries as HubSeries
     from meltemi.wind.turbulent import TurbulentWind as TurbulentWind
@@ -109,6 +127,11 @@ _HOME = {
     "wind.files": "read_bts read_wnd",
     "wind.grid": "Grid grid_for",
     "wind.turbulence": "generate_field",
+    "wind.iec": "iec_wind",
+    "wind.iec_classes": "WindClass extreme_speed sigma_etm sigma_ntm wind_class",
+    "wind.iec_gusts": "ecd ecg edc eog ews_horizontal ews_vertical",
+    "wind.iec_winds": "etm ewm_steady ewm_turbulent ntm nwp",
+    "wind.superposition": "with_gust",
     "wind.turbulent": "HubSeries TurbulentWind",
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names.split()}

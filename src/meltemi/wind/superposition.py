@@ -1,0 +1,62 @@
+"""A coherent gust on turbulence: what changes in a series, added to a turbulent box.
+
+Reference: docs/theory/iec.md (I-1); the axes and the time of a plane are those of docs/theory/wind.md (W-2, W-5).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from meltemi.core.errors import InputError
+from meltemi.wind.fields import WindBox, WindSeries
+
+
+def with_gust(box: WindBox, gust: WindSeries) -> WindBox:
+    """A turbulent box with the gust, direction change and shear of a series.
+
+    Each plane gets what the series has when the plane passes the tower axis. Mean speed, profile and direction are
+    the box's; of the series counts what it adds: its gust, vertical speed and linear shears, and the change of speed
+    and direction since its begin. Turbulence turns with the wind.
+
+    A periodic box would bring the gust back, or jump where it begins again. It is written out instead: the result is
+    longer by its width and not periodic, and covers every run that lasts as long as the box.
+
+    Args:
+      box: turbulent field.
+      gust: series, for example from ``eog`` or ``ecd``.
+
+    Returns:
+      The box with the gust; the planes pass the tower axis when the series says.
+
+    Raises:
+      InputError: the profile of the series changes in time, or its shear has no reference length or height.
+    """
+    if np.ptp(gust.exponent) > 0.0:
+        raise InputError(f"{gust.label}: a power law that changes in time cannot be added to a box")
+    velocity = box.velocity
+    if box.periodic:
+        more = math.ceil(box.width / box.speed / box.dt) + 1
+        velocity = np.take(velocity, np.arange(len(velocity) + more), axis=0, mode="wrap")
+    time = np.arange(len(velocity)) * box.dt - 0.5 * box.width / box.speed
+
+    def now(name: str, *, change: bool = False) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        column = getattr(gust, name)
+        return np.interp(time, gust.time, column - column[0] if change else column)[:, None, None]
+
+    added = now("speed", change=True) + now("gust")
+    turned = now("direction", change=True)
+    if np.any(gust.horizontal_shear) or np.any(gust.vertical_shear):
+        height = gust.reference_height or box.hub_height
+        if gust.reference_length is None or height is None:
+            raise InputError(f"{gust.label}: its shear needs a reference_length and a reference_height")
+        y = (np.arange(velocity.shape[2]) * box.dy - 0.5 * box.width) * np.cos(turned)
+        z = np.arange(velocity.shape[1])[:, None] * box.dz + box.bottom - height
+        shear = now("horizontal_shear") * y + now("vertical_shear") * z
+        added = added + now("speed") * shear / gust.reference_length
+    u, v, w = (velocity[..., c].astype(np.float64) for c in range(3))
+    u, c, s = u + added, np.cos(turned), np.sin(turned)
+    combined = np.stack([u * c + v * s, v * c - u * s, w + now("vertical")], axis=-1).astype(np.float32)
+    return replace(box, velocity=combined, periodic=False, source=f"{box.label} with {gust.label}")
