@@ -85,12 +85,15 @@ def read_wind_netcdf(path: str | Path) -> WindBox:
     Raises:
       InputError: the file is missing, cut off, or does not hold a wind box.
     """
+    import h5py
     import xarray as xr
 
     path = Path(path)
     with reading(path) as (_, size):
         pass
     try:
+        with h5py.File(path) as file:  # h5netcdf complains on the terminal if it meets damage first
+            _ = [dict(part.attrs) for part in (file, *file.values())]
         with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as data:
             shape = tuple(int(data.sizes[name]) for name in ("time", "z", "y"))
             # compression makes a file a thousand times smaller at most
