@@ -31,6 +31,7 @@ IMPROVED = struct.Struct("<l6f")  # type 4: components; latitude, roughness, hei
 GENERAL = struct.Struct("<2l")  # types 7 and 8: size of the header, components
 GRID = struct.Struct("<3flf3f4l")  # dz, dy, dx; half the planes; speed; 3 lengths; unused, seed, rows, columns
 LENGTHS = struct.Struct("<6f")  # of v and w, if there are three components
+MADE_HERE = "summary in the layout of TurbSim, written by meltemi"
 TAIL = {7: 8, 8: 64}
 """[bytes] that follow for these types: coherence, or what Mann's generator was given."""
 
@@ -141,12 +142,18 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
       Paths of both files.
 
     Raises:
-      InputError: the box has a direction, the path has another suffix, or a file cannot be written.
+      InputError: the box has a direction, the path ends with ``.sum``, a summary of another program has the name
+        (that of TurbSim for a ``.bts`` file, say), or a file cannot be written.
     """
     path = Path(path)
     refuse_direction(box, "a Bladed .wnd file")
     if path.suffix.lower() == ".sum":
         raise InputError(f"{path}: expected the name of the field, {path.with_suffix('.wnd').name}")
+    note = path.with_suffix(".sum")
+    if note.is_file() and MADE_HERE not in text_of(note):
+        raise InputError(
+            f"{path}: {note.name} beside it was made by another program and would be lost: give the field another name"
+        )
     nt, nz, ny, _ = box.velocity.shape
     speed = float(np.float32(box.speed))
     percent = [float(np.float32(100.0 * s / speed)) for s in _deviations(box.velocity, speed)]
@@ -157,6 +164,7 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
     header += GRID.pack(box.dz, box.dy, box.dt * box.speed, nt // 2, speed, 0.0, 0.0, 0.0, 0, 0, nz, ny)
     header += LENGTHS.pack(*[0.0] * 6)
     summary = _SUMMARY.format(
+        made_here=MADE_HERE,
         hub=hub,
         height=height,
         width=box.width,
@@ -166,7 +174,7 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
         base=box.bottom,
         periodic="Creating a PERIODIC output file.\n" if box.periodic else "",
     )
-    paths = [path, path.with_suffix(".sum")]
+    paths = [path, note]
     with replacing(*paths) as (field, text):
         with field.open("wb") as file:
             file.write(header)
@@ -179,7 +187,7 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
 # InflowWind looks for these words in this order, and for "periodic" anywhere after the height offset; old versions
 # want "TurbSim" in the second line.
 _SUMMARY = """
-TurbSim - summary in the layout of TurbSim, written by meltemi
+TurbSim - {made_here}
 
          F  Clockwise rotation when looking downwind?
   {hub:.9g}  Hub height [m]

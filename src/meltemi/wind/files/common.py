@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.wind.fields import WindBox
 
-CHUNK = 1 << 20
+CHUNK = 1 << 18
 """Numbers that are converted at once, so that a field is not in memory three times."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from meltemi.core.errors import InputError
 from meltemi.core.yamlfile import validated
 from meltemi.wind.fields import WindSeries
-from meltemi.wind.files.common import replacing, text_of
+from meltemi.wind.files.common import reading, replacing, text_of
 
 COLUMNS = ("time", "speed", "direction", "vertical", "horizontal_shear", "exponent", "vertical_shear", "gust")
 HEAD = """\
@@ -30,6 +30,9 @@ def read_wnd(path: str | Path) -> WindSeries:
       InputError: the file is missing or a line cannot be read; the message names the line.
     """
     path = Path(path)
+    with reading(path) as (file, _):
+        if file.read(2) == b"\x9d\xff":  # -99
+            raise InputError(f"{path}: a Bladed-style field, no uniform wind: read it with meltemi.read_wind")
     lines = text_of(path).splitlines()
     rows: list[list[float]] = []
     for number, line in enumerate(lines, 1):
