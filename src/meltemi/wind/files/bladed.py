@@ -74,7 +74,7 @@ def read_bladed(path: str | Path) -> WindBox:
 
     Fields of Bladed itself, which have no summary and no mean wind, are not read.
 
-    Source: TurbSim user's guide (B. Jonkman 2016), appendix D; OpenFAST, InflowWind_IO.f90, Bladed_ReadHeader1,
+    Source: TurbSim user's guide (B. Jonkman 2016), on Bladed-style binary files; OpenFAST, InflowWind_IO.f90, Bladed_ReadHeader1,
     Bladed_ReadTurbSimSummary and Bladed_ReadGrids.
 
     Raises:

@@ -29,7 +29,7 @@ COUNTS = 65535.0
 def read_bts(path: str | Path) -> WindBox:
     """Read a TurbSim full-field file.
 
-    Source: TurbSim user's guide (B. Jonkman 2016), appendix E. A header, a description, then for each time step
+    Source: TurbSim user's guide (B. Jonkman 2016), appendix D. A header, a description, then for each time step
     the grid as 16-bit integers: u, v, w of a point together, points from right to left (looking downwind: y from
     negative to positive), rows from bottom to top. Tower points below the grid, which follow each step's grid, are
     not used.
