@@ -74,8 +74,8 @@ def read_bladed(path: str | Path) -> WindBox:
 
     Fields of Bladed itself, which have no summary and no mean wind, are not read.
 
-    Source: TurbSim user's guide (B. Jonkman 2016), on Bladed-style binary files; OpenFAST, InflowWind_IO.f90, Bladed_ReadHeader1,
-    Bladed_ReadTurbSimSummary and Bladed_ReadGrids.
+    Source: TurbSim user's guide (B. Jonkman 2016), on Bladed-style binary files; OpenFAST,
+    InflowWind_IO.f90, Bladed_ReadHeader1, Bladed_ReadTurbSimSummary and Bladed_ReadGrids.
 
     Raises:
       InputError: a file is missing, is no such file, is cut off, or the two do not belong together.
@@ -132,7 +132,7 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
     within half a step. A box without a hub height gets that of the middle of its grid. An odd number of planes is
     written in full; InflowWind reads all of them.
 
-    Source: as for :func:`read_bladed`; TurbSim, TS_FileIO.f90, WrBinBLADED, has the same scales.
+    Source: as for :func:`read_bladed`; OpenFAST, IfW_FFWind_Base.f90, WrBinBladed, has the same scales.
 
     Args:
       box: what to write.

@@ -99,7 +99,7 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
     all the same (OpenFAST issue 256), and so does this function.
     ``dataclasses.replace(box, velocity=box.velocity[::-1])`` turns the box round.
 
-    Source: OpenFAST, InflowWind_IO.f90, IfW_HAWC_Init; HAWC2 manual, commands of the block ``mann``.
+    Source: OpenFAST, InflowWind_IO.f90, IfW_HAWC_Init.
 
     Args:
       path: of one of the three files, ``NAME-u.bin``, ``NAME_u.bin`` or ``NAMEu.bin``.
