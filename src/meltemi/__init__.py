@@ -69,8 +69,21 @@ if TYPE_CHECKING:
     from meltemi.wind.fields import SteadyWind as SteadyWind
     from meltemi.wind.fields import WindBox as WindBox
     from meltemi.wind.fields import WindSeries as WindSeries
+    from meltemi.wind.files import Hawc2Grid as Hawc2Grid
+    from meltemi.wind.files import read_bladed as read_bladed
     from meltemi.wind.files import read_bts as read_bts
+    from meltemi.wind.files import read_hawc2 as read_hawc2
+    from meltemi.wind.files import read_hub_csv as read_hub_csv
+    from meltemi.wind.files import read_wind as read_wind
+    from meltemi.wind.files import read_wind_netcdf as read_wind_netcdf
     from meltemi.wind.files import read_wnd as read_wnd
+    from meltemi.wind.files import write_bladed as write_bladed
+    from meltemi.wind.files import write_bts as write_bts
+    from meltemi.wind.files import write_hawc2 as write_hawc2
+    from meltemi.wind.files import write_hub_csv as write_hub_csv
+    from meltemi.wind.files import write_wind as write_wind
+    from meltemi.wind.files import write_wind_netcdf as write_wind_netcdf
+    from meltemi.wind.files import write_wnd as write_wnd
     from meltemi.wind.grid import Grid as Grid
     from meltemi.wind.grid import grid_for as grid_for
     from meltemi.wind.iec import iec_wind as iec_wind
@@ -124,7 +137,10 @@ _HOME = {
     "turbine.definition": "Turbine",
     "turbine.library": "list_turbines load_turbine write_turbine",
     "wind.fields": "SteadyWind WindBox WindSeries",
-    "wind.files": "read_bts read_wnd",
+    "wind.files": (
+        "Hawc2Grid read_bladed read_bts read_hawc2 read_hub_csv read_wind read_wind_netcdf read_wnd "
+        "write_bladed write_bts write_hawc2 write_hub_csv write_wind write_wind_netcdf write_wnd"
+    ),
     "wind.grid": "Grid grid_for",
     "wind.turbulence": "generate_field",
     "wind.iec": "iec_wind",

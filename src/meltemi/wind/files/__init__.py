@@ -1,0 +1,21 @@
+"""Wind files: one module a format, and a table of them."""
+
+from __future__ import annotations
+
+from meltemi.wind.files.bladed import read_bladed as read_bladed
+from meltemi.wind.files.bladed import write_bladed as write_bladed
+from meltemi.wind.files.bts import read_bts as read_bts
+from meltemi.wind.files.bts import write_bts as write_bts
+from meltemi.wind.files.formats import FORMATS as FORMATS
+from meltemi.wind.files.formats import read_wind as read_wind
+from meltemi.wind.files.formats import write_wind as write_wind
+from meltemi.wind.files.hawc2 import Hawc2Grid as Hawc2Grid
+from meltemi.wind.files.hawc2 import read_hawc2 as read_hawc2
+from meltemi.wind.files.hawc2 import write_hawc2 as write_hawc2
+from meltemi.wind.files.hub_csv import hub_series as hub_series
+from meltemi.wind.files.hub_csv import read_hub_csv as read_hub_csv
+from meltemi.wind.files.hub_csv import write_hub_csv as write_hub_csv
+from meltemi.wind.files.netcdf import read_wind_netcdf as read_wind_netcdf
+from meltemi.wind.files.netcdf import write_wind_netcdf as write_wind_netcdf
+from meltemi.wind.files.uniform import read_wnd as read_wnd
+from meltemi.wind.files.uniform import write_wnd as write_wnd
