@@ -570,17 +570,9 @@ def test_speed_and_direction_of_a_series_count_from_its_begin() -> None:
     np.testing.assert_allclose(added[12], 0.0, atol=5e-6)
 
 
-def test_a_periodic_box_is_written_out_once(turbine: Turbine) -> None:
-    plain = field(periodic=True)
-    box = with_gust(plain, ecd(turbine, 12.0, begin=5.0))
-    assert not box.periodic
-    # 12 s for its width, so that a run as long as the box is covered
-    assert len(box.velocity) == NT + 25
-    meltemi.wind.fields.check_coverage(box, hub_height=HUB, radius=50.0, reach=40.0, duration=NT * DT)
-    before = with_gust(plain, WindSeries(time=[0.0], speed=[1.0]))
-    for t in (0.0, 3.3, 39.0):
-        p = (5.0, 13.0, 80.0)
-        np.testing.assert_allclose(velocity(before, p, t), velocity(plain, p, t), rtol=0.0, atol=1e-6)
+def test_a_periodic_box_is_refused(turbine: Turbine) -> None:
+    with pytest.raises(InputError, match="the gust would come again: make it with periodic=False"):
+        with_gust(field(periodic=True), ecd(turbine, 12.0))
 
 
 def test_the_label_of_a_box_with_a_gust(turbine: Turbine) -> None:

@@ -157,9 +157,9 @@ def box(velocities: np.ndarray | None = None, **changes: Any) -> WindBox:
 WIDTH = (NY - 1) * DY
 
 
-def at_plane(i: float, x: float = 0.0) -> float:
-    """Time at which plane ``i`` passes x: plane 0 stands half the width downwind at time 0."""
-    return i * DT - (0.5 * WIDTH - x) / SPEED
+def at_plane(i: float, x: float = 0.0, lead: float = 0.5 * WIDTH) -> float:
+    """Time at which plane ``i`` passes x: plane 0 stands half the width downwind at time 0, periodic at the tower."""
+    return i * DT - (lead - x) / SPEED
 
 
 @pytest.mark.parametrize("i", range(NT))
@@ -167,7 +167,7 @@ def test_grid_points_have_their_own_velocity(i: int) -> None:
     field = box(periodic=True)
     for k in range(NZ):
         for j in range(NY):
-            found = velocity(field, (2.0, -0.5 * WIDTH + j * DY, BOTTOM + k * DZ), at_plane(i, 2.0))
+            found = velocity(field, (2.0, -0.5 * WIDTH + j * DY, BOTTOM + k * DZ), at_plane(i, 2.0, 0.0))
             # edges are met a millionth of a cell inside
             np.testing.assert_allclose(found, field.velocity[i, k, j], rtol=0.0, atol=2e-4)
 
@@ -175,6 +175,12 @@ def test_grid_points_have_their_own_velocity(i: int) -> None:
 def test_first_plane_stands_half_the_width_downwind_at_time_zero() -> None:
     field = box()
     found = velocity(field, (0.5 * WIDTH, -0.5 * WIDTH + DY, BOTTOM + DZ), 0.0)
+    np.testing.assert_allclose(found, field.velocity[0, 1, 1], rtol=SINGLE, atol=SINGLE)
+
+
+def test_first_plane_of_a_periodic_box_stands_at_the_tower_at_time_zero() -> None:
+    field = box(periodic=True)
+    found = velocity(field, (0.0, -0.5 * WIDTH + DY, BOTTOM + DZ), 0.0)
     np.testing.assert_allclose(found, field.velocity[0, 1, 1], rtol=SINGLE, atol=SINGLE)
 
 
@@ -206,7 +212,7 @@ def test_a_periodic_box_repeats_after_all_its_planes(t: float, n: int, y: float,
 
 def test_a_periodic_box_goes_from_its_last_plane_to_its_first() -> None:
     field = box(periodic=True)
-    found = velocity(field, (0.0, -0.5 * WIDTH + DY, BOTTOM + DZ), at_plane(NT - 0.75))
+    found = velocity(field, (0.0, -0.5 * WIDTH + DY, BOTTOM + DZ), at_plane(NT - 0.75, lead=0.0))
     expected = 0.75 * field.velocity[-1, 1, 1] + 0.25 * field.velocity[0, 1, 1]
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=50.0 * SINGLE)
 

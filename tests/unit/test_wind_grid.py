@@ -49,7 +49,7 @@ def test_a_grid_that_cannot_be_is_refused(turbine: Turbine, arguments: dict[str,
 
 
 def test_a_rotor_near_the_ground_is_refused(turbine: Turbine) -> None:
-    low = turbine.replace(**{"tower.height": 62.0})
+    low = turbine.replace(**{"tower.base_height": -26.0})
     with pytest.raises(InputError, match="the rotor reaches down to"):
         grid_for(low)
 

@@ -125,8 +125,9 @@ class WindSeries(Record):
 class WindBox:
     """A turbulent field on a grid, carried past the turbine with its mean speed.
 
-    At time 0 the first plane stands half the grid's width downwind of the tower, so that a yawed rotor is
-    inside: the wind at (x, y, z) and time t is that of plane (t + (width / 2 - x) / speed) / dt.
+    At time 0 the first plane stands half the grid's width downwind of the tower, so that a yawed rotor is inside; of
+    a periodic field it stands at the tower. So it is in OpenFAST, too. The wind at (x, y, z) and time t is that of
+    plane (t + (lead - x) / speed) / dt.
 
     Attributes:
       velocity: (T, Z, Y, 3) [m/s] including the mean; y to the left looking downwind, z up.
@@ -176,6 +177,16 @@ class WindBox:
         return (self.velocity.shape[2] - 1) * self.dy
 
     @property
+    def lead(self) -> float:
+        """[m] downwind of the tower axis, where the first plane stands at time 0."""
+        return 0.0 if self.periodic else 0.5 * self.width
+
+    @property
+    def passing(self) -> NDArray[np.float64]:
+        """(T,) [s] times at which the planes pass the tower axis."""
+        return self.dt * np.arange(len(self.velocity), dtype=np.float64) - self.lead / self.speed
+
+    @property
     def top(self) -> float:
         """[m] height of the highest row above ground."""
         return self.bottom + (self.velocity.shape[1] - 1) * self.dz
@@ -223,7 +234,7 @@ def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArr
     if isinstance(wind, WindBox):
         view["kind"] = 1.0
         view["box_speed"], view["box_dt"], view["box_dy"], view["box_dz"] = wind.speed, wind.dt, wind.dy, wind.dz
-        view["box_y"], view["box_z"], view["box_x"] = -0.5 * wind.width, wind.bottom, 0.5 * wind.width
+        view["box_y"], view["box_z"], view["box_x"] = -0.5 * wind.width, wind.bottom, wind.lead
         view["box_direction"], view["periodic"] = wind.direction, float(wind.periodic)
         return WindArrays(array, NO_SERIES, np.ascontiguousarray(wind.velocity, dtype=np.float32))
     if wind.reference_height is not None:
@@ -282,9 +293,9 @@ def check_coverage(wind: Wind, *, hub_height: float, radius: float, reach: float
             f"it was made for a hub height of {wind.hub_height:g} m, the turbine's is {hub_height:.1f} m "
             "(in Python, dataclasses.replace(box, hub_height=None) uses it all the same)"
         )
-    needed = duration + (0.5 * wind.width + reach) / wind.speed
+    needed = duration + (wind.lead + reach) / wind.speed
     if not wind.periodic and wind.duration < needed:
-        longest = wind.duration - (0.5 * wind.width + reach) / wind.speed
+        longest = wind.duration - (wind.lead + reach) / wind.speed
         problems.append(
             f"it is {wind.duration:.1f} s long, a run of {duration:g} s needs {needed:.1f} s "
             f"(half its width passes the rotor before the end); the longest run is {max(longest, 0.0):.1f} s"

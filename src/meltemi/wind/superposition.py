@@ -5,7 +5,6 @@ Reference: docs/theory/iec.md (I-1); the axes and the time of a plane are those 
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -21,9 +20,6 @@ def with_gust(box: WindBox, gust: WindSeries) -> WindBox:
     the box's; of the series counts what it adds: its gust, vertical speed and linear shears, and the change of speed
     and direction since its begin. Turbulence turns with the wind.
 
-    A periodic box would bring the gust back, or jump where it begins again. It is written out instead: the result is
-    longer by its width and not periodic, and covers every run that lasts as long as the box.
-
     Args:
       box: turbulent field.
       gust: series, for example from ``eog`` or ``ecd``.
@@ -32,15 +28,14 @@ def with_gust(box: WindBox, gust: WindSeries) -> WindBox:
       The box with the gust; the planes pass the tower axis when the series says.
 
     Raises:
-      InputError: the profile of the series changes in time, or its shear has no reference length or height.
+      InputError: the profile of the series changes in time, its shear has no reference length or height, or the box
+        is periodic: the gust would come again.
     """
     if np.ptp(gust.exponent) > 0.0:
         raise InputError(f"{gust.label}: a power law that changes in time cannot be added to a box")
-    velocity = box.velocity
     if box.periodic:
-        more = math.ceil(box.width / box.speed / box.dt) + 1
-        velocity = np.take(velocity, np.arange(len(velocity) + more), axis=0, mode="wrap")
-    time = np.arange(len(velocity)) * box.dt - 0.5 * box.width / box.speed
+        raise InputError(f"{box.label}: it is periodic, and the gust would come again: make it with periodic=False")
+    velocity, time = box.velocity, box.passing
 
     def now(name: str, *, change: bool = False) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
         column = getattr(gust, name)
@@ -59,4 +54,4 @@ def with_gust(box: WindBox, gust: WindSeries) -> WindBox:
     u, v, w = (velocity[..., c].astype(np.float64) for c in range(3))
     u, c, s = u + added, np.cos(turned), np.sin(turned)
     combined = np.stack([u * c + v * s, v * c - u * s, w + now("vertical")], axis=-1).astype(np.float32)
-    return replace(box, velocity=combined, periodic=False, source=f"{box.label} with {gust.label}")
+    return replace(box, velocity=combined, source=f"{box.label} with {gust.label}")

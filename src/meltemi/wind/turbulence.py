@@ -58,13 +58,17 @@ def generate_field(
             "into memory: a higher speed, a shorter duration, fewer points or a larger dt make it smaller"
         )
     n = max(2 * round(0.5 * planes), 4) if wind.periodic else _even_fast(math.ceil(planes))
+    mean = mean_profile(wind, grid)
     measured = hub_amplitudes(wind, grid, n) if wind.hub_series is not None else {}
+    for component, amplitudes in measured.items():  # the mean of what was measured belongs to the mean wind
+        mean[:, component] += amplitudes[0].real * (mean[:, 0] / wind.speed if component == 0 else 1.0)
+        amplitudes[0] = 0.0
     velocity = synthesise(
         spectrum_of(wind, grid, n),
         grid,
         n,
         wind.seed,
-        mean=mean_profile(wind, grid),
+        mean=mean,
         sigmas=_targets(wind),
         measured=measured,
         progress=progress,
@@ -77,7 +81,7 @@ def generate_field(
         bottom=grid.bottom,
         speed=wind.speed,
         hub_height=grid.hub_height,
-        periodic=True,
+        periodic=wind.periodic,
         direction=wind.direction,
         source=wind.label,
     )
@@ -187,9 +191,8 @@ def hub_amplitudes(wind: TurbulentWind, grid: Grid, n: int) -> dict[int, Complex
     """
     series = wind.hub_series
     assert series is not None
-    time = wind.dt * np.arange(n) - 0.5 * grid.width / wind.speed  # at which a plane passes the tower axis
-    if wind.periodic:
-        time %= n * wind.dt
+    lead = 0.0 if wind.periodic else 0.5 * grid.width  # see WindBox
+    time = wind.dt * np.arange(n) - lead / wind.speed
     known = (time >= series.time[0]) & (time <= series.time[-1])
     if not known.any():
         raise InputError(

@@ -98,8 +98,7 @@ def hub_series(box: WindBox, height: float | None = None) -> HubSeries:
     b, d = 0.5 * (columns - 1) - j, (z - box.bottom) / box.dz - k
     corners: NDArray[np.float64] = box.velocity[:, k : k + 2, j : j + 2].astype(float)
     at_hub = np.einsum("tkjc,k,j->tc", corners, [1.0 - d, d], [1.0 - b, b])
-    time = box.dt * np.arange(len(at_hub)) - 0.5 * box.width / box.speed
-    return HubSeries(time=np.round(time, 9), u=at_hub[:, 0], v=at_hub[:, 1], w=at_hub[:, 2])
+    return HubSeries(time=np.round(box.passing, 9), u=at_hub[:, 0], v=at_hub[:, 1], w=at_hub[:, 2])
 
 
 def _cells(line: str) -> list[str]:
