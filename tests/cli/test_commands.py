@@ -167,11 +167,45 @@ def test_the_templates_other_winds_are_valid(command: Command, tmp_path: Path, b
     ours = re.search(r"^wind:\n(  .*\n)+", text, re.MULTILINE)
     others = re.findall(r"^# (wind: .*)$", text, re.MULTILINE)
     assert ours is not None
-    assert len(others) == 3
+    assert len(others) == 4
     for i, wind in enumerate(others):
         (tmp_path / "a.yaml").write_text(text.replace(ours[0], wind + "\n").replace("duration: 60.0", "duration: 5.0"))
         ran = command("run", tmp_path / "a.yaml", "--out", tmp_path / str(i))
         assert ran.status == 0, ran.err
+
+
+@pytest.mark.parametrize(
+    ("options", "label"),
+    [
+        (("--ntm", "--class", "IIB", "--wind-speed", 20, "--seed", 1), "Kaimal turbulence 20 m/s, intensity 14.4 %"),
+        (("--iec", "ETM", "--class", "IA", "--wind-speed", 8, "--spectrum", "mann"), "Mann turbulence 8 m/s"),
+        (("--iec", "EOG", "--class", "IIB", "--wind-speed", 12), "IEC EOG 12 m/s"),
+        (("--wind-speed", 9, "--turbulence", 0.1, "--spectrum", "vonkarman", "--edition", 2), "von Karman turbulence"),
+    ],
+)
+def test_winds_of_the_standard_need_no_file(
+    command: Command, tmp_path: Path, options: tuple[object, ...], label: str
+) -> None:
+    out = tmp_path / "out"
+    ran = command("run", "nrel5mw", *options, "--duration", 5, "--out", out)
+    succeeded(ran, out, *RUN)
+    assert label in ran.out
+    again = command("run", out / "case.yaml", "--out", tmp_path / "again")
+    assert again.status == 0, again.err
+    assert (tmp_path / "again" / "statistics.csv").read_bytes() == (out / "statistics.csv").read_bytes()
+
+
+def test_a_case_takes_a_measured_series(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "mast.csv").write_text("time [s],u [m/s]\n0,9\n5,11\n20,12\n")
+    (tmp_path / "a.yaml").write_text(
+        "turbine: nrel5mw\nduration: 5.0\nchannels: [wind_x]\n"
+        "wind: {kind: turbulence, speed: 10.0, intensity: 0.1, hub_file: mast.csv}\n"
+    )
+    ran = command("run", tmp_path / "a.yaml", "--out", tmp_path / "out")
+    assert ran.status == 0, ran.err
+    wind = meltemi.read_netcdf(tmp_path / "out" / "result.nc")
+    expected = 9.0 + 2.0 / 5.0 * wind.time  # between the planes linear, as the series is
+    np.testing.assert_allclose(wind.data[2:, 0], expected[2:], rtol=0.0, atol=0.01)
 
 
 def test_the_template_of_a_turbine_runs(command: Command, tmp_path: Path) -> None:

@@ -7,18 +7,25 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
     from meltemi.loadcases.case import LoadCase
     from meltemi.simulation.result import Result
+
+SpectrumOption = Annotated[
+    str | None, typer.Option("--spectrum", help="Of turbulence: kaimal, vonkarman, mann [kaimal].")
+]
+ClassOption = Annotated[str | None, typer.Option("--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")]
+EditionOption = Annotated[int | None, typer.Option("--edition", help="Of IEC 61400-1: 2, 3, 4 [3].")]
 
 app = typer.Typer(
     help="Flexible wind turbines in turbulent wind, under control, and their loads.",
@@ -28,8 +35,6 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 
 
 def main() -> None:
@@ -69,48 +74,6 @@ def options(
     """Flexible wind turbines in turbulent wind, under control, and their loads."""
 
 
-@contextmanager
-def _progress(what: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar on a terminal; silence otherwise."""
-    from meltemi.core.kernel import announce
-
-    announce()  # before the bar, which would wrap it
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(what, total=1.0)
-        yield lambda share: bar.update(task, completed=share)
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr)
-
-
-def _print_table(*arguments: Any, **keywords: Any) -> None:
-    from rich.console import Console
-
-    from meltemi.report.tables import rich_table
-
-    console = Console()
-    wide = console if console.is_terminal else Console(width=160)
-    wide.print(rich_table(*arguments, **keywords))
-
-
-def _folder(out: Path, option: str = "--out") -> Path:
-    """The output folder, writable, or a clear error before anything is computed."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        probe = out / ".meltemi-probe"
-        probe.touch()
-        probe.unlink()
-    except OSError as error:
-        raise InputError(f"{option} {out}: cannot be written ({error.strerror or error})") from None
-    return out
-
-
 @app.command()
 def run(
     target: Annotated[str, typer.Argument(help="A turbine's name, or the YAML file of a turbine or a case.")],
@@ -124,8 +87,17 @@ def run(
     shear: Annotated[
         float | None, typer.Option("--shear", help="Power-law exponent [0 in steady wind, 0.2 in turbulence].")
     ] = None,
-    bts: Annotated[Path | None, typer.Option("--bts", help="TurbSim full-field file.")] = None,
-    wnd: Annotated[Path | None, typer.Option("--wnd", help="Uniform wind file.")] = None,
+    spectrum: SpectrumOption = None,
+    iec: Annotated[
+        str | None, typer.Option("--iec", help="Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).")
+    ] = None,
+    ntm: Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")] = False,
+    wind_class: ClassOption = None,
+    edition: EditionOption = None,
+    wind_file: Annotated[
+        Path | None,
+        typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc."),
+    ] = None,
     duration: Annotated[float | None, typer.Option("--duration", help="Length of the run [s] [60].")] = None,
     channels: Annotated[
         str | None,
@@ -139,8 +111,11 @@ def run(
         "--turbulence": intensity,
         "--seed": seed,
         "--shear": shear,
-        "--bts": bts,
-        "--wnd": wnd,
+        "--spectrum": spectrum,
+        "--iec": "NTM" if ntm else iec,
+        "--class": wind_class,
+        "--edition": edition,
+        "--wind-file": wind_file,
         "--duration": duration,
         "--channels": channels,
     }
@@ -157,10 +132,10 @@ def run(
 
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
-        out = _folder(out)
         wind = case_wind(case, turbine, folder)
+        out = folder_for(out)
         model = build(turbine, case.options, case.environment)
-        with _progress(f"{turbine.name}, {case.duration:g} s") as progress:
+        with progress_bar(f"{turbine.name}, {case.duration:g} s") as progress:
             result = simulate(
                 model,
                 wind,
@@ -177,7 +152,7 @@ def run(
     from meltemi.report.tables import statistics_rows
 
     head, rows = statistics_rows(result)
-    _print_table(f"{turbine.name}: {result.meta['wind']}", head, rows, text_columns=3)
+    print_table(f"{turbine.name}: {result.meta['wind']}", head, rows, text_columns=3)
     meta = result.meta
     print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
     print(
@@ -188,7 +163,7 @@ def run(
     for file in files:
         print(f"wrote {file}")
     if result.status is not Status.OK:
-        _say(f"the run ended early: {result.message}")
+        say(f"the run ended early: {result.message}")
         raise typer.Exit(130 if result.status is Status.INTERRUPTED else 1)
 
 
@@ -215,22 +190,7 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     from meltemi.core.yamlfile import validated
     from meltemi.loadcases.case import LoadCase
 
-    winds = [name for name in ("--wind-speed", "--bts", "--wnd") if name in given]
-    if len(winds) != 1:
-        raise InputError(f"give one of --wind-speed, --bts, --wnd{', not ' + ' and '.join(winds) if winds else ''}")
-    wind: dict[str, Any]
-    if "--wind-speed" not in given:
-        for name in ("--shear", "--turbulence", "--seed"):
-            if name in given:
-                raise InputError(f"{name}: a wind file brings its own shear and turbulence")
-        (name,) = winds
-        wind = {"kind": name.strip("-"), "file": str(given[name].absolute())}
-    else:
-        kind = "turbulence" if "--turbulence" in given else "steady"
-        if kind == "steady" and "--seed" in given:
-            raise InputError("--seed: steady wind has none; give --turbulence, too")
-        keys = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed", "--shear": "shear_exponent"}
-        wind = {"kind": kind, **{key: given[name] for name, key in keys.items() if name in given}}
+    wind = _wind_of_options(given)
     path = Path(target)
     data: dict[str, Any] = {
         "turbine": str(path.absolute()) if path.is_file() else target,
@@ -240,6 +200,38 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     if "--channels" in given:
         data["channels"] = [name.strip() for name in given["--channels"].split(",") if name.strip()]
     return validated(data, LoadCase, "command line")
+
+
+def _wind_of_options(given: dict[str, Any]) -> dict[str, Any]:
+    """The wind of a case from the options of ``run``."""
+
+    def only(*allowed: str, because: str) -> None:
+        for name in ("--turbulence", "--seed", "--shear", "--spectrum", "--class", "--edition"):
+            if name in given and name not in allowed:
+                raise InputError(f"{name}: {because}")
+
+    if "--wind-file" in given:
+        for name in ("--wind-speed", "--iec"):
+            if name in given:
+                raise InputError(f"give one of {name}, --wind-file")
+        only(because="a wind file brings its own shear and turbulence")
+        return {"kind": "file", "file": str(given["--wind-file"].absolute())}
+    keys = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
+    wind = {key: given[name] for name, key in keys.items() if name in given}
+    further = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
+    more = {key: given[name] for name, key in further.items() if name in given}
+    if "--iec" in given:
+        named = {"--class": "wind_class", "--edition": "edition"}
+        wind |= {key: given[name] for name, key in named.items() if name in given}
+        return {"kind": "iec", "model": given["--iec"], **wind, "turbulence": more}
+    if "--wind-speed" not in given:
+        raise InputError("give one of --wind-speed, --iec (or --ntm), --wind-file")
+    if "--turbulence" in given:
+        only("--turbulence", "--seed", "--shear", "--spectrum", "--edition", because="give --iec (or --ntm), too")
+        edition = {"edition": given["--edition"]} if "--edition" in given else {}
+        return {"kind": "turbulence", **wind, **more, **edition}
+    only("--shear", because="steady wind has none; give --turbulence or --ntm, too")
+    return {"kind": "steady", **wind, **more}
 
 
 def _is_case(path: Path) -> bool:
@@ -282,7 +274,7 @@ def turbines() -> None:
                 f"{t.hub_height:.1f}",
             ]
         )
-    _print_table("Library", ["name", "what", "source", "MW", "rotor m", "hub m"], rows, text_columns=3)
+    print_table("Library", ["name", "what", "source", "MW", "rotor m", "hub m"], rows, text_columns=3)
 
 
 @app.command()
@@ -310,7 +302,7 @@ def channels(
     if not chosen:
         raise InputError(f"no channel has {search!r} in its name or description")
     rows = [[c.name, c.alias, c.unit, c.sign, c.description] for c in chosen]
-    _print_table("Channels", ["name", "OpenFAST", "unit", "positive", "what"], rows, text_columns=5)
+    print_table("Channels", ["name", "OpenFAST", "unit", "positive", "what"], rows, text_columns=5)
     print("Blade nodes are numbered from 1 at the root: node_<n>_alpha_<blade>. Coordinates are 'q <name>'.")
 
 
@@ -327,7 +319,7 @@ def power_curve(
 
     described = load_turbine(turbine)
     wanted = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
-    out = _folder(out)
+    out = folder_for(out)
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
     from meltemi.simulation.model import build
@@ -335,12 +327,12 @@ def power_curve(
 
     model = build(described)
     points = []
-    with _progress("operating points") as progress:
+    with progress_bar("operating points") as progress:
         for i, speed in enumerate(wanted):
             points.append(operating_point(model, speed))
             progress((i + 1) / len(wanted))
     head, rows = power_curve_rows(points)
-    _print_table(f"{described.name}: steady operation", head, rows)
+    print_table(f"{described.name}: steady operation", head, rows)
     print(f"wrote {write_csv(out / 'power_curve.csv', [h.replace(chr(10), ' ') for h in head], rows)}")
     print(f"wrote {save(plot_power_curve(points), out / 'power_curve.png')}")
 
@@ -387,13 +379,13 @@ def campbell(
     described = load_turbine(turbine)
     turns = [w * pi / 30.0 for w in _speeds(rotor_speeds, "--rotor-speeds", "rpm", zero=True)] if rotor_speeds else None
     winds = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
-    out = _folder(out)
+    out = folder_for(out)
     from meltemi.report.plots import plot_campbell, save
     from meltemi.report.tables import campbell_rows, number, write_csv
     from meltemi.simulation.campbell import campbell as diagram_of
     from meltemi.simulation.model import build
 
-    with _progress("Campbell diagram") as progress:
+    with progress_bar("Campbell diagram") as progress:
         diagram = diagram_of(
             build(described),
             wind_speeds=None if turns else winds,
@@ -408,7 +400,7 @@ def campbell(
         for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
     ]
     rows = [[label, *(number(float(v[j])) for _, v in columns)] for j, label in enumerate(diagram.labels)]
-    _print_table(
+    print_table(
         f"{described.name}: modes {'with air' if diagram.air else 'in vacuum'}",
         ["mode", *(n for n, _ in columns)],
         rows,
@@ -426,13 +418,13 @@ def verify(
     out: OutOption = Path("out"),
 ) -> None:
     """Compare with closed forms and OpenFAST."""
-    out = _folder(out)
+    out = folder_for(out)
     from meltemi.studies.verify import verification
 
-    with _progress("verification") as progress:
+    with progress_bar("verification") as progress:
         report = verification(quick=quick, reference=reference, progress=progress)
     for table in report.tables:
-        _print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
+        print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
     print(report.summary())
     for path in report.write(out):
         print(f"wrote {path}")
@@ -447,7 +439,7 @@ def warmup() -> None:
 
     from meltemi.studies.warmup import STAGES, warmup
 
-    _say(f"Compiling for this machine: this happens once. {len(STAGES)} stages, one process each ...")
+    say(f"Compiling for this machine: this happens once. {len(STAGES)} stages, one process each ...")
     began = time.perf_counter()
     folder = warmup(
         done=lambda s: print(f"{s.name:16s} {s.signatures:4d} signatures, {s.compiled:4d} compiled, {s.seconds:6.1f} s")
@@ -467,8 +459,8 @@ def bench(
     from meltemi.studies import bench as study
 
     if page is not None:
-        _folder(page.parent, "--page")  # minutes before it is written
-    figures = study.benchmark(duration=duration, say=_say)
+        folder_for(page.parent, "--page")  # minutes before it is written
+    figures = study.benchmark(duration=duration, say=say)
     if page is not None:
         page.write_text(study.page(figures), encoding="utf-8")
         print(f"wrote {page}")

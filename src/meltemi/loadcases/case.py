@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
 from meltemi.environment.site import Environment
@@ -14,7 +15,8 @@ from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.options import ModelOptions
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.files import read_bts, read_wnd
+from meltemi.wind.files import read_hub_csv, read_wind
+from meltemi.wind.iec import iec_wind
 from meltemi.wind.turbulence import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
 
@@ -43,17 +45,48 @@ class TurbulenceCase(TurbulentWind):
     """A turbulent field made for the turbine."""
 
     kind: Literal["turbulence"] = "turbulence"
+    hub_file: str | None = None
+    """Path of a CSV file with the wind that the field has at the hub, relative to the case file."""
+
+
+class IecCase(Record):
+    """A wind of IEC 61400-1 by its name."""
+
+    kind: Literal["iec"] = "iec"
+    model: str
+    """NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH or EWSV."""
+    wind_class: str | None = None
+    """Class and turbulence category, e.g. IIB."""
+    edition: Literal[2, 3, 4] | None = None
+    """Of the standard; 3 by default."""
+    speed: float | None = Field(default=None, gt=0.0, le=100.0)
+    """[m/s] at hub height; EWM has that of its class."""
+    sign: Literal[1, -1] | None = None
+    """Of a direction change or shear."""
+    begin: float | None = None
+    """[s] of a transient; 60 by default."""
+    years: Literal[1, 50] | None = None
+    """Recurrence period of the gusts of edition 2."""
+    intensity: float | None = None
+    """Of turbulence [-], in place of the class's."""
+    steady: bool | None = None
+    """Of EWM: steady in place of turbulent."""
+    seed: int | None = None
+    """Of turbulence."""
+    turbulence: dict[str, Any] = Field(default_factory=dict)
+    """Other settings of turbulence: spectrum, coherent, shear_exponent, points and so on."""
 
 
 class FileCase(Record):
-    """A wind file: TurbSim full field (.bts) or uniform wind (.wnd)."""
+    """A wind file: TurbSim (.bts), Bladed (.wnd), uniform (.wnd), HAWC2 (.bin), netCDF (.nc)."""
 
-    kind: Literal["bts", "wnd"]
+    kind: Literal["file", "bts", "wnd"]
+    """All three read any of these files."""
     file: str
     """Path, relative to the case file."""
 
 
-WindCase = Annotated[SteadyCase | TurbulenceCase | FileCase, Field(discriminator="kind")]
+WindCase = Annotated[SteadyCase | TurbulenceCase | IecCase | FileCase, Field(discriminator="kind")]
 
 
 class LoadCase(Record):
@@ -104,6 +137,8 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
         changes["turbine"] = str((folder / case.turbine).absolute())
     if isinstance(case.wind, FileCase):
         changes["wind.file"] = str((folder / case.wind.file).absolute())
+    if isinstance(case.wind, TurbulenceCase) and case.wind.hub_file is not None:
+        changes["wind.hub_file"] = str((folder / case.wind.hub_file).absolute())
     return case.replace(**changes)
 
 
@@ -113,8 +148,14 @@ def case_wind(case: LoadCase, turbine: Turbine, folder: Path) -> AnyWind:
     if isinstance(w, SteadyCase):
         return SteadyWind(**w.model_dump(exclude={"kind"}))
     if isinstance(w, TurbulenceCase):
-        return TurbulentWind(**w.model_dump(exclude={"kind"}))
-    return (read_bts if w.kind == "bts" else read_wnd)(folder / w.file)
+        measured = {} if w.hub_file is None else {"hub_series": read_hub_csv(folder / w.hub_file)}
+        return TurbulentWind(**(w.model_dump(exclude={"kind", "hub_file"}) | measured))
+    if isinstance(w, IecCase):
+        given = w.model_dump(exclude={"kind", "turbulence"}, exclude_none=True)
+        if twice := given.keys() & w.turbulence.keys():
+            raise InputError(f"wind.turbulence: {', '.join(sorted(twice))} is given twice")
+        return iec_wind(turbine=turbine, **given, **w.turbulence)
+    return read_wind(folder / w.file)
 
 
 TEMPLATE = """\
@@ -123,14 +164,16 @@ TEMPLATE = """\
 turbine: nrel5mw             # a name from `meltemi turbines`, or the path of a .yaml file
 
 wind:
-  kind: turbulence           # or: steady, bts, wnd
+  kind: turbulence           # or: iec, steady, file
   speed: 12.0                # m/s, mean at hub height
   intensity: 0.14            # standard deviation over mean
   seed: 1                    # the same seed gives the same field
   shear_exponent: 0.2        # of the mean wind
+  spectrum: kaimal           # kaimal, vonkarman, mann
 # wind: {kind: steady, speed: 12.0, shear_exponent: 0.2, direction: 0.0}
-# wind: {kind: bts, file: field.bts}
-# wind: {kind: wnd, file: gust.wnd}
+# wind: {kind: iec, model: NTM, wind_class: IIB, speed: 12.0, seed: 1}
+# wind: {kind: iec, model: EOG, wind_class: IIB, speed: 12.0, begin: 30.0}
+# wind: {kind: file, file: field.bts}    # TurbSim, Bladed, HAWC2, netCDF or uniform wind
 
 duration: 60.0               # s
 

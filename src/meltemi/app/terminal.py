@@ -1,0 +1,59 @@
+"""What the commands share: progress, tables, and the folder for results."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from meltemi.core.errors import InputError
+
+OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
+
+
+@contextmanager
+def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
+    """A progress bar on a terminal; silence otherwise."""
+    from meltemi.core.kernel import announce
+
+    announce()  # before the bar, which would wrap it
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+def say(text: str) -> None:
+    """Print beside the results, on stderr."""
+    print(text, file=sys.stderr)
+
+
+def print_table(*arguments: Any, **keywords: Any) -> None:
+    """Print a table as :func:`meltemi.report.tables.rich_table` makes it."""
+    from rich.console import Console
+
+    from meltemi.report.tables import rich_table
+
+    console = Console()
+    wide = console if console.is_terminal else Console(width=160)
+    wide.print(rich_table(*arguments, **keywords))
+
+
+def folder_for(out: Path, option: str = "--out") -> Path:
+    """The output folder, writable, or a clear error before anything is computed."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        probe = out / ".meltemi-probe"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(f"{option} {out}: cannot be written ({error.strerror or error})") from None
+    return out
