@@ -8,7 +8,7 @@ its images is positive definite whatever kappa, and differs from exp(-kappa r) o
 
 Low frequencies need a large torus, but they are few; high ones need hardly more than the grid.
 
-Reference: docs/theory/wind.md (W-9 to W-12).
+Reference: docs/theory/wind.md (W-10 to W-12).
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ GRADING, CORE = 0.5, 0.3
 
 @cache
 def lifetimes(gamma: float) -> Float:
-    """Logarithm of beta = Gamma k^(-2/3) / sqrt(2F1(1/3, 17/6; 4/3; -k^-2)), the shear that an eddy has seen (W-15)."""
+    """Logarithm of beta = Gamma k^(-2/3) / sqrt(2F1(1/3, 17/6; 4/3; -k^-2)), the shear that an eddy has seen (W-14)."""
     k = np.exp(np.linspace(log(LOWEST), log(HIGHEST), ENTRIES))
     beta: Float = np.log(gamma * k ** (-2.0 / 3.0)) - 0.5 * np.log(special.hyp2f1(1 / 3, 17 / 6, 4 / 3, -(k**-2.0)))
     return beta
@@ -71,8 +71,8 @@ def root(k1: float, k2: float, k3: float, table: Float, psi: Float) -> None:
     """A square root ``psi`` (3, 3) of the spectral tensor, Phi = psi psi^T, for unit L and isotropic deviation.
 
     Before the shearing the mode had the wave vector k0 = (k1, k2, k3 + beta k1) and the velocity sqrt(E / 4 pi) / k0^2
-    times k0 x n with normal numbers n (W-16). The shearing turns vertical motion into horizontal one by zeta_1, zeta_2
-    (W-17).
+    times k0 x n with normal numbers n (W-15). The shearing turns vertical motion into horizontal one by zeta_1, zeta_2
+    (W-16).
     """
     k = k1 * k1 + k2 * k2 + k3 * k3  # squared, like k0 and h
     beta = lifetime(k, table)

@@ -1,6 +1,6 @@
 """Spectra and coherence of IEC 61400-1: the editions as data, Kaimal's and von Karman's one-sided densities.
 
-Reference: docs/theory/wind.md (W-7, W-8); IEC 61400-1 ed. 2 (1999), annex B; ed. 3 (2005), annex B, B.13 to B.16;
+Reference: docs/theory/wind.md (W-8, W-9); IEC 61400-1 ed. 2 (1999), annex B; ed. 3 (2005), annex B, B.13 to B.16;
 ed. 4 (2019), annex C.
 """
 
@@ -102,7 +102,7 @@ def densities(spectrum: Literal["kaimal", "vonkarman"], f: Float, speed: float, 
 
 
 def coherence_decay(spectrum: str, edition: int, f: Float, speed: float, scale: float) -> Float:
-    """Decay kappa [1/m] of the coherence exp(-kappa r) at frequencies [Hz] (ed. 3, B.16; W-8)."""
+    """Decay kappa [1/m] of the coherence exp(-kappa r) at frequencies [Hz] (ed. 3, B.16; W-9)."""
     e = EDITIONS[edition]
     kappa: Float = e.decay * np.hypot(f / speed, OFFSET / (e.coherence_length[spectrum] * scale))
     return kappa

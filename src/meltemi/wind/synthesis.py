@@ -4,7 +4,7 @@ Every frequency has a complex field across the wind, a sum of two parts: one tha
 :mod:`meltemi.wind.exponential` or :mod:`meltemi.wind.mann`, and one that is independent from point to point. From the
 frequency on at which neighbours are independent only the latter is left, and it costs next to nothing.
 
-Reference: docs/theory/wind.md (W-9 to W-12, W-20, W-21).
+Reference: docs/theory/wind.md (W-7, W-12, W-20).
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ def _condition(
     seed: int,
     hub: int,
 ) -> None:
-    """Make fields those among all random ones that are as measured at the hub (W-21); the hub itself is set later."""
+    """Make fields those among all random ones that are as measured at the hub (W-20); the hub itself is set later."""
     given = [c for c in spectrum.components if c in measured]
     if not given:
         return

@@ -186,7 +186,7 @@ def hub_amplitudes(wind: TurbulentWind, grid: Grid, n: int) -> dict[int, Complex
     """Complex amplitudes (n / 2 + 1,) of the measured components at the hub, without the mean wind.
 
     The box is a ring in time. Where nothing was measured the series is continued by what is random under the
-    condition of what was (W-20): the precision matrix of a stationary series on a ring is circulant, so the gap is the
+    condition of what was (W-21): the precision matrix of a stationary series on a ring is circulant, so the gap is the
     solution of a Toeplitz system.
     """
     series = wind.hub_series
