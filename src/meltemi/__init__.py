@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from meltemi.report.plots import plot_campbell as plot_campbell
     from meltemi.report.plots import plot_performance as plot_performance
     from meltemi.report.plots import plot_power_curve as plot_power_curve
+    from meltemi.report.wind_plots import plot_wind as plot_wind
     from meltemi.simulation.campbell import Campbell as Campbell
     from meltemi.simulation.campbell import campbell as campbell
     from meltemi.simulation.case import Stations as Stations
@@ -73,6 +74,10 @@ if TYPE_CHECKING:
     from meltemi.wind.files import read_wnd as read_wnd
     from meltemi.wind.grid import Grid as Grid
     from meltemi.wind.grid import grid_for as grid_for
+    from meltemi.wind.statistics import coherence as coherence
+    from meltemi.wind.statistics import field_statistics as field_statistics
+    from meltemi.wind.statistics import series_statistics as series_statistics
+    from meltemi.wind.statistics import spectrum as spectrum
     from meltemi.wind.turbulence import generate_field as generate_field
     from meltemi.wind.turbulent import HubSeries as HubSeries
     from meltemi.wind.turbulent import TurbulentWind as TurbulentWind
@@ -91,6 +96,7 @@ _HOME = {
     "postprocess.files": "read_netcdf write_netcdf",
     "postprocess.statistics": "revolution_means",
     "report.plots": "plot plot_campbell plot_performance plot_power_curve",
+    "report.wind_plots": "plot_wind",
     "simulation.campbell": "Campbell campbell",
     "simulation.case": "Stations",
     "simulation.linear": "LinearModel linearise",
@@ -108,6 +114,7 @@ _HOME = {
     "wind.fields": "SteadyWind WindBox WindSeries",
     "wind.files": "read_bts read_wnd",
     "wind.grid": "Grid grid_for",
+    "wind.statistics": "coherence field_statistics series_statistics spectrum",
     "wind.turbulence": "generate_field",
     "wind.turbulent": "HubSeries TurbulentWind",
 }

@@ -7,8 +7,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.wind.statistics import COMPONENTS, FieldStatistics, SeriesStatistics
+from meltemi.wind.velocity import SERIES
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -42,6 +46,52 @@ def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
             [channel.name, channel.alias, row["unit"], *(number(row[k]) for k in ("mean", "std", "min", "max")), load]
         )
     return ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", "DEL 1 Hz"], rows
+
+
+def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the statistics of a field: at the hub, averaged over the grid, and of the calmest and the
+    roughest point. The scales of the grid are those of the average autocorrelation."""
+    head = [
+        "where",
+        "component",
+        "mean m/s",
+        "std m/s",
+        "intensity %",
+        "min m/s",
+        "max m/s",
+        "time scale s",
+        "length m",
+    ]
+    hub = found.row, found.column
+    share = 100.0 * found.intensity
+    rows = []
+    for c, name in enumerate(COMPONENTS):
+        time, length = float(found.hub_time_scale[c]), float(found.hub_length_scale[c])
+        moments = (x[*hub, c] for x in (found.mean, found.std, share, found.lowest, found.highest))
+        rows.append(["hub", name, *(number(float(x)) for x in moments), number(time), number(length)])
+    for c, name in enumerate(COMPONENTS):
+        time, length = float(found.grid_time_scale[c]), float(found.grid_length_scale[c])
+        moments = (x[..., c].mean() for x in (found.mean, found.std, share))
+        extremes = found.lowest[..., c].min(), found.highest[..., c].max()
+        rows.append(["grid", name, *(number(float(x)) for x in (*moments, *extremes)), number(time), number(length)])
+    for where, pick in (("lowest of the grid", np.min), ("highest of the grid", np.max)):
+        for c, name in enumerate(COMPONENTS):
+            each = (found.mean, found.std, share, found.lowest, found.highest)
+            rows.append([where, name, *(number(float(pick(x[..., c]))) for x in each), "", ""])
+    return head, rows
+
+
+def series_rows(found: SeriesStatistics) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the statistics of a uniform wind, directions in degrees."""
+    units = {name: field.unit for name, field in zip(SERIES.names, SERIES.fields, strict=True)}
+    rows = []
+    for i, name in enumerate(found.names):
+        unit = units.get(name, "m/s")
+        factor = 180.0 / math.pi if unit == "rad" else 1.0
+        values = (found.mean[i], found.std[i], found.lowest[i], found.highest[i])
+        text = name.replace("_", " ")
+        rows.append([text, "deg" if unit == "rad" else unit, *(number(float(x) * factor) for x in values)])
+    return ["column", "unit", "mean", "std", "min", "max"], rows
 
 
 def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], text_columns: int = 1) -> Table:

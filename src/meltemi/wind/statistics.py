@@ -27,13 +27,15 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Component = Literal["u", "v", "w"]
 
-COMPONENTS = ("u", "v", "w")
+COMPONENTS: tuple[Component, Component, Component] = ("u", "v", "w")
 VALUES_AT_ONCE = 200_000
 """Of a field that are held in double precision."""
 POINTS_FOR_SCALES = 100
 """Points of the grid, evenly chosen, whose autocorrelations are averaged."""
 CALM = 1e-6
 """Deviation over the speed below which a component is constant, but for rounding."""
+ROUNDING = 1e-3
+"""[m] of heights in files."""
 PER_DECADE = 12
 """Frequency bands."""
 
@@ -153,7 +155,7 @@ def hub_point(box: WindBox, hub_height: float | None = None) -> tuple[int, int]:
     """
     if hub_height is None:
         hub_height = box.hub_height if box.hub_height is not None else 0.5 * (box.bottom + box.top)
-    if not box.bottom - 0.5 * box.dz <= hub_height <= box.top + 0.5 * box.dz:
+    if not box.bottom - ROUNDING <= hub_height <= box.top + ROUNDING:
         raise InputError(
             f"{box.label}: a hub height of {hub_height:g} m lies outside the field, which reaches from {box.bottom:g} m"
             f" to {box.top:g} m"
@@ -166,8 +168,8 @@ def field_statistics(box: WindBox, hub_height: float | None = None) -> FieldStat
     """Mean, deviation, extremes and integral scales of a field, at the hub and over the grid.
 
     The integral time scale is the autocorrelation integrated up to its first zero; the length scale is that times the
-    speed of the box (Taylor). A sample's own mean is taken off first, so both are too small where the sample is not much
-    longer than the scale. Over the grid it is that of the average autocorrelation of up to about 100 points.
+    speed of the box (Taylor). A sample's own mean is taken off first, so both are too small where the sample is not
+    much longer than the scale. Over the grid it is that of the average autocorrelation of up to about 100 points.
 
     Args:
       box: a field.
@@ -219,7 +221,7 @@ def _moments(box: WindBox) -> tuple[Float, Float, Float, Float]:
     variance = np.maximum(squares / len(v) - total**2, 0.0)
     shape = box.velocity.shape[1:]
     found = (first + total, np.sqrt(variance), lowest.astype(np.float64), highest.astype(np.float64))
-    return tuple(values.reshape(shape) for values in found)  # type: ignore[return-value]
+    return tuple(values.reshape(shape) for values in found)
 
 
 def _time_scales(series: NDArray[np.floating], box: WindBox, small: float) -> Float:
@@ -295,8 +297,8 @@ def spectrum(
       box: a field.
       component: u, v or w, in the axes of the box.
       where: at the point nearest to the hub, or averaged over all points.
-      per_decade: bands, equally wide in the logarithm of the frequency, over which periodograms are averaged; bands that
-        hold no frequency are left out. None gives every frequency alone; the sum of these densities over their spacing
+      per_decade: bands, equally wide in the logarithm of the frequency, over which periodograms are averaged; bands
+        that hold no frequency are left out. None gives every frequency alone; the sum of these densities over their spacing
         is the variance.
       hub_height: [m]; that of the box by default, or its middle if it has none.
 

@@ -28,7 +28,7 @@ MOST_POINTS = 3e8
 """Points in space and time of a field; they take 12 bytes each."""
 MARGIN = 1.0
 """[s] before and after what passes the turbine."""
-CUTOFF = 40.0
+CUTOFF = 25.0
 """Wave number across the wind over hypot(k1, 1), up to which a target coherence is integrated."""
 FORGOTTEN = 10.0
 """Wave number along the wind times separation from which on Mann's coherence counts as none."""
@@ -165,10 +165,11 @@ def target_coherence(wind: TurbulentWind, hub_height: float, f: Float, dy: float
         k = float(k1[m])
         highest = CUTOFF * math.hypot(k, 1.0)
         (k3, weight_3), (k2, weight_2) = mann.graded(k, highest, z), mann.graded(k, highest, y)
+        k2, weight_2 = k2[len(k2) // 2 :], 2.0 * weight_2[len(k2) // 2 :]  # auto-spectra are even in k2
         phi = np.empty((3, 3, len(k3), len(k2)))
         mann.tensor(-k, k3, k2, mann.lifetimes(mann.GAMMA), phi)
-        wave_3, wave_2 = weight_3 * np.exp(1j * k3 * z), weight_2 * np.exp(1j * k2 * y)
-        result[:, m] = [(wave_3 @ phi[c, c] @ wave_2).real / point[c, m] for c in range(3)]
+        for c in range(3):
+            result[c, m] = (weight_3 * np.cos(k3 * z)) @ phi[c, c] @ (weight_2 * np.cos(k2 * y)) / point[c, m]
     return result
 
 
