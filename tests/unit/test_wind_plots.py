@@ -67,7 +67,7 @@ def test_the_series_is_that_of_the_hub(figures: dict[str, Any], field: WindBox) 
 
 def test_spectra_stand_beside_the_target(figures: dict[str, Any], field: WindBox) -> None:
     for ax in figures["spectra"].axes:
-        assert legend(ax) == ["two thirds", "hub", "mean over the grid", "target"]
+        assert legend(ax) == ["two thirds of samples", "hub", "mean over the grid", "target"]
         assert len(dashed(ax)) == 1
         assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
         assert "grid steps, 37.8 m" in ax.texts[0].get_text()

@@ -7,12 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.wind.statistics import COMPONENTS, FieldStatistics, SeriesStatistics
-from meltemi.wind.velocity import SERIES
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -20,6 +16,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.campbell import Campbell
     from meltemi.simulation.result import Result
     from meltemi.simulation.trim import OperatingPoint
+    from meltemi.wind.statistics import FieldStatistics, SeriesStatistics
 
 
 def number(value: float) -> str:
@@ -49,8 +46,13 @@ def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of the statistics of a field: at the hub, averaged over the grid, and of the calmest and the
-    roughest point. The scales of the grid are those of the average autocorrelation."""
+    """Head and rows of the statistics of a field: at the hub, over the grid, and the lowest and highest of its points.
+
+    Of the grid, means, deviations and intensities are averages over its points, minimum and maximum are the extremes,
+    and scales are those of the average autocorrelation.
+    """
+    from meltemi.wind.statistics import CALM, COMPONENTS
+
     head = [
         "where",
         "component",
@@ -62,27 +64,30 @@ def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
         "time scale s",
         "length m",
     ]
-    hub = found.row, found.column
-    share = 100.0 * found.intensity
-    rows = []
-    for c, name in enumerate(COMPONENTS):
-        time, length = float(found.hub_time_scale[c]), float(found.hub_length_scale[c])
-        moments = (x[*hub, c] for x in (found.mean, found.std, share, found.lowest, found.highest))
-        rows.append(["hub", name, *(number(float(x)) for x in moments), number(time), number(length)])
-    for c, name in enumerate(COMPONENTS):
-        time, length = float(found.grid_time_scale[c]), float(found.grid_length_scale[c])
-        moments = (x[..., c].mean() for x in (found.mean, found.std, share))
-        extremes = found.lowest[..., c].min(), found.highest[..., c].max()
-        rows.append(["grid", name, *(number(float(x)) for x in (*moments, *extremes)), number(time), number(length)])
-    for where, pick in (("lowest of the grid", np.min), ("highest of the grid", np.max)):
-        for c, name in enumerate(COMPONENTS):
-            each = (found.mean, found.std, share, found.lowest, found.highest)
-            rows.append([where, name, *(number(float(pick(x[..., c]))) for x in each), "", ""])
+    mean = found.mean * (abs(found.mean) > CALM * found.speed)  # no rounding errors in a table
+    values = (mean, found.std, 100.0 * found.intensity, found.lowest, found.highest)
+    rows: list[list[str]] = []
+
+    def add(where: str, c: int, *numbers: float) -> None:
+        rows.append([where, COMPONENTS[c], *(number(float(x)) for x in numbers), *[""] * (7 - len(numbers))])
+
+    for c in range(3):
+        at_hub = (x[found.row, found.column, c] for x in values)
+        add("hub", c, *at_hub, found.hub_time_scale[c], found.hub_length_scale[c])
+    for c in range(3):
+        averages, extremes = (x[..., c].mean() for x in values[:3]), (values[3][..., c].min(), values[4][..., c].max())
+        add("grid", c, *averages, *extremes, found.grid_time_scale[c], found.grid_length_scale[c])
+    for c in range(3):
+        add("lowest of the grid", c, *(x[..., c].min() for x in values))
+    for c in range(3):
+        add("highest of the grid", c, *(x[..., c].max() for x in values))
     return head, rows
 
 
 def series_rows(found: SeriesStatistics) -> tuple[list[str], list[list[str]]]:
     """Head and rows of the statistics of a uniform wind, directions in degrees."""
+    from meltemi.wind.velocity import SERIES
+
     units = {name: field.unit for name, field in zip(SERIES.names, SERIES.fields, strict=True)}
     rows = []
     for i, name in enumerate(found.names):

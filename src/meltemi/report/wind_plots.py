@@ -121,7 +121,7 @@ def plot_hub(box: WindBox, turbine: Turbine | None = None) -> Figure:
 
 def _passing(box: WindBox) -> Float:
     """(T,) [s] at which the planes pass the tower."""
-    time: Float = box.dt * np.arange(len(box.velocity)) - 0.5 * box.width / box.speed
+    time: Float = box.dt * np.arange(len(box.velocity), dtype=np.float64) - 0.5 * box.width / box.speed
     return time
 
 
@@ -133,8 +133,9 @@ def _clean(value: float) -> float:
 def plot_spectra(box: WindBox, turbine: Turbine | None = None, target: TurbulentWind | None = None) -> Figure:
     """Spectra f S of the components at the hub and averaged over the grid, and what they shall be.
 
-    The band holds two thirds of what estimates at one point scatter: about the target, or about the estimates at the
-    hub if there is none. A field that was scaled to its standard deviation has the target's shape, shifted as a whole.
+    Two thirds of the estimates at one point scatter within the band about the target; without one, the band about the
+    hub's estimates holds the truth as often. A field that was scaled to its standard deviation has the target's shape,
+    shifted as a whole.
 
     Args:
       box: a field.
@@ -157,7 +158,7 @@ def plot_spectra(box: WindBox, turbine: Turbine | None = None, target: Turbulent
         else:  # where estimates are
             low, high = (x * target_densities(target, height, hub.f)[c] for x in (low, high))
         ax.fill_between(
-            hub.f, hub.f * low, hub.f * high, color=COLOURS[c], alpha=0.17, linewidth=0.0, label="two thirds"
+            hub.f, hub.f * low, hub.f * high, color=COLOURS[c], alpha=0.17, linewidth=0.0, label="two thirds of samples"
         )
         ax.plot(hub.f, hub.f * hub.density, color=COLOURS[c], linewidth=0.8, marker="o", markersize=2.5, label="hub")
         ax.plot(grid.f, grid.f * grid.density, color=COLOURS[c], linewidth=1.8, label="mean over the grid")

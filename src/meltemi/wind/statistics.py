@@ -298,8 +298,8 @@ def spectrum(
       component: u, v or w, in the axes of the box.
       where: at the point nearest to the hub, or averaged over all points.
       per_decade: bands, equally wide in the logarithm of the frequency, over which periodograms are averaged; bands
-        that hold no frequency are left out. None gives every frequency alone; the sum of these densities over their spacing
-        is the variance.
+        that hold no frequency are left out. None gives every frequency alone; the sum of these densities times
+        their spacing is the variance.
       hub_height: [m]; that of the box by default, or its middle if it has none.
 
     Raises:
