@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from meltemi.report.plots import plot_campbell as plot_campbell
     from meltemi.report.plots import plot_performance as plot_performance
     from meltemi.report.plots import plot_power_curve as plot_power_curve
+    from meltemi.report.wind_plots import plot_wind as plot_wind
     from meltemi.simulation.campbell import Campbell as Campbell
     from meltemi.simulation.campbell import campbell as campbell
     from meltemi.simulation.case import Stations as Stations
@@ -104,6 +105,10 @@ if TYPE_CHECKING:
     from meltemi.wind.iec_winds import ntm as ntm
     from meltemi.wind.iec_winds import nwp as nwp
     from meltemi.wind.superposition import with_gust as with_gust
+    from meltemi.wind.statistics import coherence as coherence
+    from meltemi.wind.statistics import field_statistics as field_statistics
+    from meltemi.wind.statistics import series_statistics as series_statistics
+    from meltemi.wind.statistics import spectrum as spectrum
     from meltemi.wind.turbulence import generate_field as generate_field
     from meltemi.wind.turbulent import HubSeries as HubSeries
     from meltemi.wind.turbulent import TurbulentWind as TurbulentWind
@@ -122,6 +127,7 @@ _HOME = {
     "postprocess.files": "read_netcdf write_netcdf",
     "postprocess.statistics": "revolution_means",
     "report.plots": "plot plot_campbell plot_performance plot_power_curve",
+    "report.wind_plots": "plot_wind",
     "simulation.campbell": "Campbell campbell",
     "simulation.case": "Stations",
     "simulation.linear": "LinearModel linearise",
@@ -142,6 +148,7 @@ _HOME = {
         "write_bladed write_bts write_hawc2 write_hub_csv write_wind write_wind_netcdf write_wnd"
     ),
     "wind.grid": "Grid grid_for",
+    "wind.statistics": "coherence field_statistics series_statistics spectrum",
     "wind.turbulence": "generate_field",
     "wind.iec": "iec_wind",
     "wind.iec_classes": "WindClass extreme_speed sigma_etm sigma_ntm wind_class",

@@ -17,6 +17,7 @@ PAGES = (
     "docs/guide/operating-points.md",
     "docs/guide/linear.md",
     "docs/guide/sensitivities.md",
+    "docs/guide/wind.md",
 )
 
 

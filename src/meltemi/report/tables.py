@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.campbell import Campbell
     from meltemi.simulation.result import Result
     from meltemi.simulation.trim import OperatingPoint
+    from meltemi.wind.statistics import FieldStatistics, SeriesStatistics
 
 
 def number(value: float) -> str:
@@ -42,6 +43,60 @@ def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
             [channel.name, channel.alias, row["unit"], *(number(row[k]) for k in ("mean", "std", "min", "max")), load]
         )
     return ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", "DEL 1 Hz"], rows
+
+
+def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the statistics of a field: at the hub, over the grid, and the lowest and highest of its points.
+
+    Of the grid, means, deviations and intensities are averages over its points, minimum and maximum are the extremes,
+    and scales are those of the average autocorrelation.
+    """
+    from meltemi.wind.statistics import CALM, COMPONENTS
+
+    head = [
+        "where",
+        "component",
+        "mean m/s",
+        "std m/s",
+        "intensity %",
+        "min m/s",
+        "max m/s",
+        "time scale s",
+        "length m",
+    ]
+    mean = found.mean * (abs(found.mean) > CALM * found.speed)  # no rounding errors in a table
+    values = (mean, found.std, 100.0 * found.intensity, found.lowest, found.highest)
+    rows: list[list[str]] = []
+
+    def add(where: str, c: int, *numbers: float) -> None:
+        rows.append([where, COMPONENTS[c], *(number(float(x)) for x in numbers), *[""] * (7 - len(numbers))])
+
+    for c in range(3):
+        at_hub = (x[found.row, found.column, c] for x in values)
+        add("hub", c, *at_hub, found.hub_time_scale[c], found.hub_length_scale[c])
+    for c in range(3):
+        averages, extremes = (x[..., c].mean() for x in values[:3]), (values[3][..., c].min(), values[4][..., c].max())
+        add("grid", c, *averages, *extremes, found.grid_time_scale[c], found.grid_length_scale[c])
+    for c in range(3):
+        add("lowest of the grid", c, *(x[..., c].min() for x in values))
+    for c in range(3):
+        add("highest of the grid", c, *(x[..., c].max() for x in values))
+    return head, rows
+
+
+def series_rows(found: SeriesStatistics) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of the statistics of a uniform wind, directions in degrees."""
+    from meltemi.wind.velocity import SERIES
+
+    units = {name: field.unit for name, field in zip(SERIES.names, SERIES.fields, strict=True)}
+    rows = []
+    for i, name in enumerate(found.names):
+        unit = units.get(name, "m/s")
+        factor = 180.0 / math.pi if unit == "rad" else 1.0
+        values = (found.mean[i], found.std[i], found.lowest[i], found.highest[i])
+        text = name.replace("_", " ")
+        rows.append([text, "deg" if unit == "rad" else unit, *(number(float(x) * factor) for x in values)])
+    return ["column", "unit", "mean", "std", "min", "max"], rows
 
 
 def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], text_columns: int = 1) -> Table:
