@@ -85,31 +85,31 @@ if TYPE_CHECKING:
     from meltemi.wind.files import write_wind as write_wind
     from meltemi.wind.files import write_wind_netcdf as write_wind_netcdf
     from meltemi.wind.files import write_wnd as write_wnd
-    from meltemi.wind.grid import Grid as Grid
-    from meltemi.wind.grid import grid_for as grid_for
-    from meltemi.wind.iec import iec_wind as iec_wind
-    from meltemi.wind.iec_classes import WindClass as WindClass
-    from meltemi.wind.iec_classes import extreme_speed as extreme_speed
-    from meltemi.wind.iec_classes import sigma_etm as sigma_etm
-    from meltemi.wind.iec_classes import sigma_ntm as sigma_ntm
-    from meltemi.wind.iec_classes import wind_class as wind_class
-    from meltemi.wind.iec_gusts import ecd as ecd
-    from meltemi.wind.iec_gusts import ecg as ecg
-    from meltemi.wind.iec_gusts import edc as edc
-    from meltemi.wind.iec_gusts import eog as eog
-    from meltemi.wind.iec_gusts import ews_horizontal as ews_horizontal
-    from meltemi.wind.iec_gusts import ews_vertical as ews_vertical
-    from meltemi.wind.iec_winds import etm as etm
-    from meltemi.wind.iec_winds import ewm_steady as ewm_steady
-    from meltemi.wind.iec_winds import ewm_turbulent as ewm_turbulent
-    from meltemi.wind.iec_winds import ntm as ntm
-    from meltemi.wind.iec_winds import nwp as nwp
-    from meltemi.wind.superposition import with_gust as with_gust
-    from meltemi.wind.statistics import coherence as coherence
+    from meltemi.wind.iec.classes import WindClass as WindClass
+    from meltemi.wind.iec.classes import extreme_speed as extreme_speed
+    from meltemi.wind.iec.classes import sigma_etm as sigma_etm
+    from meltemi.wind.iec.classes import sigma_ntm as sigma_ntm
+    from meltemi.wind.iec.classes import wind_class as wind_class
+    from meltemi.wind.iec.gusts import ecd as ecd
+    from meltemi.wind.iec.gusts import ecg as ecg
+    from meltemi.wind.iec.gusts import edc as edc
+    from meltemi.wind.iec.gusts import eog as eog
+    from meltemi.wind.iec.gusts import ews_horizontal as ews_horizontal
+    from meltemi.wind.iec.gusts import ews_vertical as ews_vertical
+    from meltemi.wind.iec.models import iec_wind as iec_wind
+    from meltemi.wind.iec.winds import etm as etm
+    from meltemi.wind.iec.winds import ewm_steady as ewm_steady
+    from meltemi.wind.iec.winds import ewm_turbulent as ewm_turbulent
+    from meltemi.wind.iec.winds import ntm as ntm
+    from meltemi.wind.iec.winds import nwp as nwp
     from meltemi.wind.statistics import field_statistics as field_statistics
     from meltemi.wind.statistics import series_statistics as series_statistics
-    from meltemi.wind.statistics import spectrum as spectrum
-    from meltemi.wind.turbulence import generate_field as generate_field
+    from meltemi.wind.statistics import wind_coherence as wind_coherence
+    from meltemi.wind.statistics import wind_spectrum as wind_spectrum
+    from meltemi.wind.superposition import with_gust as with_gust
+    from meltemi.wind.turbulence.field import generate_field as generate_field
+    from meltemi.wind.turbulence.grid import Grid as Grid
+    from meltemi.wind.turbulence.grid import grid_for as grid_for
     from meltemi.wind.turbulent import HubSeries as HubSeries
     from meltemi.wind.turbulent import TurbulentWind as TurbulentWind
 
@@ -147,13 +147,13 @@ _HOME = {
         "Hawc2Grid read_bladed read_bts read_hawc2 read_hub_csv read_wind read_wind_netcdf read_wnd "
         "write_bladed write_bts write_hawc2 write_hub_csv write_wind write_wind_netcdf write_wnd"
     ),
-    "wind.grid": "Grid grid_for",
-    "wind.statistics": "coherence field_statistics series_statistics spectrum",
-    "wind.turbulence": "generate_field",
-    "wind.iec": "iec_wind",
-    "wind.iec_classes": "WindClass extreme_speed sigma_etm sigma_ntm wind_class",
-    "wind.iec_gusts": "ecd ecg edc eog ews_horizontal ews_vertical",
-    "wind.iec_winds": "etm ewm_steady ewm_turbulent ntm nwp",
+    "wind.turbulence.grid": "Grid grid_for",
+    "wind.statistics": "field_statistics series_statistics wind_coherence wind_spectrum",
+    "wind.turbulence.field": "generate_field",
+    "wind.iec.models": "iec_wind",
+    "wind.iec.classes": "WindClass extreme_speed sigma_etm sigma_ntm wind_class",
+    "wind.iec.gusts": "ecd ecg edc eog ews_horizontal ews_vertical",
+    "wind.iec.winds": "etm ewm_steady ewm_turbulent ntm nwp",
     "wind.superposition": "with_gust",
     "wind.turbulent": "HubSeries TurbulentWind",
 }

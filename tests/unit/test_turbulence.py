@@ -16,7 +16,7 @@ from pydantic import ValidationError
 import meltemi
 from meltemi import Grid, HubSeries, InputError, Turbine, TurbulentWind, WindBox, generate_field
 from meltemi.wind.fields import check_coverage
-from meltemi.wind.turbulence import sigmas
+from meltemi.wind.turbulence.targets import sigmas
 
 GRID = Grid(points_y=9, points_z=10, dy=18.0, dz=17.0, bottom=5.0, hub_height=90.0)
 DURATION = 300.0

@@ -15,14 +15,14 @@ from meltemi import (
     TurbulentWind,
     WindBox,
     WindSeries,
-    coherence,
     field_statistics,
     series_statistics,
-    spectrum,
+    wind_coherence,
+    wind_spectrum,
 )
 from meltemi.report.tables import field_rows, series_rows
 from meltemi.wind.statistics import hub_point
-from meltemi.wind.turbulence import target_coherence
+from meltemi.wind.turbulence.targets import target_coherence
 
 Float = NDArray[np.float64]
 DT, SPEED = 0.1, 10.0
@@ -101,7 +101,7 @@ def test_the_hub_is_the_nearest_point() -> None:
 @pytest.mark.parametrize("where", ["hub", "grid"])
 def test_a_spectrum_integrates_to_the_variance(n: int, where: Any) -> None:
     b = box(SPEED + exponential(n, 5, 2.0))
-    found = spectrum(b, "u", where=where, per_decade=None)
+    found = wind_spectrum(b, "u", where=where, per_decade=None)
     variance = b.velocity[..., 0].astype(np.float64).var(axis=0)
     wanted = variance.mean() if where == "grid" else variance[hub_point(b)]
     assert found.density.sum() / (n * DT) == pytest.approx(wanted, rel=1e-6)
@@ -110,15 +110,15 @@ def test_a_spectrum_integrates_to_the_variance(n: int, where: Any) -> None:
 
 def test_bands_hold_every_frequency_once() -> None:
     b = box(noise(1000, 3, 4))
-    fine, found = spectrum(b, "u", per_decade=None), spectrum(b, "u", per_decade=5)
+    fine, found = wind_spectrum(b, "u", per_decade=None), wind_spectrum(b, "u", per_decade=5)
     assert found.count.sum() == len(fine.f) == 500
     assert np.sum(found.density * found.count) == pytest.approx(fine.density.sum())
     assert np.all(np.diff(found.f) > 0.0)
-    assert spectrum(b, "u", where="grid", per_decade=5).count[-1] == 12 * found.count[-1]
+    assert wind_spectrum(b, "u", where="grid", per_decade=5).count[-1] == 12 * found.count[-1]
 
 
 def test_the_spectrum_of_noise_is_flat_within_its_error() -> None:
-    found = spectrum(box(noise(4000, 10, 10)), "u", where="grid")
+    found = wind_spectrum(box(noise(4000, 10, 10)), "u", where="grid")
     error = (found.density / (2.0 * DT) - 1.0) * np.sqrt(found.count)  # points are independent
     assert np.abs(error).max() < 4.0
     assert error.std() == pytest.approx(1.0, abs=0.4)
@@ -126,7 +126,7 @@ def test_the_spectrum_of_noise_is_flat_within_its_error() -> None:
 
 def test_a_sinusoid_stands_at_its_frequency() -> None:
     t = DT * np.arange(1000)
-    found = spectrum(box(np.sin(2.0 * np.pi * 0.2 * t)[:, None, None] * np.ones((2, 2))), "u", per_decade=None)
+    found = wind_spectrum(box(np.sin(2.0 * np.pi * 0.2 * t)[:, None, None] * np.ones((2, 2))), "u", per_decade=None)
     assert found.f[np.argmax(found.density)] == pytest.approx(0.2)
     assert found.density.max() == pytest.approx(0.5 * 1000 * DT, rel=1e-5)
 
@@ -135,35 +135,35 @@ def test_a_sinusoid_stands_at_its_frequency() -> None:
 def test_what_is_the_same_everywhere_is_coherent_and_noise_is_not(direction: Any) -> None:
     same, own = noise(2000, 1, 1) * np.ones((6, 6)), noise(2000, 6, 6, seed=1)
     b = box(same, own, -same + own)
-    np.testing.assert_allclose(coherence(b, "u", [10.0, 20.0], direction=direction).coherence, 1.0, rtol=1e-6)
-    found = coherence(b, "v", [10.0, 20.0], direction=direction)
+    np.testing.assert_allclose(wind_coherence(b, "u", [10.0, 20.0], direction=direction).coherence, 1.0, rtol=1e-6)
+    found = wind_coherence(b, "v", [10.0, 20.0], direction=direction)
     assert np.abs(found.coherence * np.sqrt(found.count)).max() < 4.0
     # half of the variance in common
-    half = coherence(b, "w", [10.0], direction=direction)
+    half = wind_coherence(b, "w", [10.0], direction=direction)
     assert np.average(half.coherence[0], weights=half.count[0]) == pytest.approx(0.5, abs=0.03)
 
 
 def test_coherence_keeps_its_sign_and_its_direction() -> None:
     signs = np.array([1.0, -1.0, 1.0, -1.0])
     b = box(noise(500, 1, 1) * signs * np.ones((3, 1)))
-    lateral = coherence(b, "u", [9.0, 11.0, 20.0])
+    lateral = wind_coherence(b, "u", [9.0, 11.0, 20.0])
     np.testing.assert_array_equal(lateral.separation, [10.0, 20.0])
     np.testing.assert_allclose(lateral.coherence, np.array([[-1.0], [1.0]]) * np.ones_like(lateral.f), rtol=1e-6)
     assert lateral.count.sum(axis=1).tolist() == [250 * 9, 250 * 6]
-    np.testing.assert_allclose(coherence(b, "u", [5.0], direction="vertical").coherence, 1.0, rtol=1e-6)
+    np.testing.assert_allclose(wind_coherence(b, "u", [5.0], direction="vertical").coherence, 1.0, rtol=1e-6)
 
 
 def test_what_cannot_be_asked_is_refused() -> None:
     b = box(noise(100, 3, 3))
     with pytest.raises(InputError, match="no component 'x'"):
-        spectrum(b, "x")  # type: ignore[arg-type]
+        wind_spectrum(b, "x")  # type: ignore[arg-type]
     for separations in ([], [2.0], [10.0, 30.0]):
         with pytest.raises(InputError, match="separations must lie between 10 m and 20 m"):
-            coherence(b, "u", separations)
+            wind_coherence(b, "u", separations)
     with pytest.raises(InputError, match="at least 1 band"):
-        spectrum(b, "u", per_decade=0)
+        wind_spectrum(b, "u", per_decade=0)
     with pytest.raises(InputError, match="at least 4 planes, found 3"):
-        spectrum(box(noise(3, 3, 3)), "u")
+        wind_spectrum(box(noise(3, 3, 3)), "u")
 
 
 def test_targets_of_coherence() -> None:
@@ -191,7 +191,7 @@ def test_mann_fields_have_the_target() -> None:
     field = generate_field(wind, grid, 4000.0)
     for direction, apart in (("lateral", (10.0, 0.0)), ("vertical", (0.0, 10.0))):
         for c, name in enumerate("uvw"):
-            found = coherence(field, name, [10.0], direction=direction)  # type: ignore[arg-type]
+            found = wind_coherence(field, name, [10.0], direction=direction)  # type: ignore[arg-type]
             wanted = target_coherence(wind, 90.0, found.f, *apart)[c]
             some = found.f > 0.02
             np.testing.assert_allclose(found.coherence[0][some], wanted[some], atol=0.06)

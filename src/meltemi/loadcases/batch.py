@@ -27,7 +27,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.wind.turbulence import AnyWind
+from meltemi.wind.turbulence.field import AnyWind
 
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""

@@ -16,8 +16,8 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.files import read_hub_csv, read_wind
-from meltemi.wind.iec import iec_wind
-from meltemi.wind.turbulence import AnyWind
+from meltemi.wind.iec.models import iec_wind
+from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
 
 if TYPE_CHECKING:

@@ -16,9 +16,14 @@ from meltemi.core.errors import InputError
 from meltemi.report.plots import COLOURS, INK, new_figure, style
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
-from meltemi.wind.grid import Grid
-from meltemi.wind.statistics import COMPONENTS, coherence, field_statistics, hub_point, spectrum
-from meltemi.wind.turbulence import AnyWind, generate_field, mean_profile, sigmas, target_coherence, target_densities
+from meltemi.wind.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
+from meltemi.wind.turbulence.field import (
+    AnyWind,
+    generate_field,
+    mean_profile,
+)
+from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.targets import sigmas, target_coherence, target_densities
 from meltemi.wind.turbulent import TurbulentWind
 
 if TYPE_CHECKING:
@@ -150,8 +155,8 @@ def plot_spectra(box: WindBox, turbine: Turbine | None = None, target: Turbulent
     finest = box.speed / (2.0 * max(box.dy, box.dz))
     levels = []
     for c, (name, ax) in enumerate(zip(COMPONENTS, axes[0], strict=True)):
-        grid = spectrum(box, name, where="grid")
-        hub = spectrum(box, name, hub_height=height)
+        grid = wind_spectrum(box, name, where="grid")
+        hub = wind_spectrum(box, name, hub_height=height)
         low, high = (gammaincinv(hub.count, share) / hub.count for share in TWO_THIRDS)
         if target is None:  # where the truth is
             low, high = hub.density / high, hub.density / low
@@ -222,7 +227,7 @@ def plot_coherence(
         wanted = separations if separations is not None else [max(s * size, step) for s in SHARES]
         targets: dict[float, Float] = {}
         for c, (name, ax) in enumerate(zip(COMPONENTS, axes[row], strict=True)):
-            found = coherence(box, name, wanted, direction=direction, per_decade=6)  # type: ignore[arg-type]
+            found = wind_coherence(box, name, wanted, direction=direction, per_decade=6)  # type: ignore[arg-type]
             for i, r in enumerate(found.separation):
                 colour = COLOURS[i % len(COLOURS)]
                 ax.plot(

@@ -35,7 +35,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.wind.fields import Wind, check_coverage, mean_speed
-from meltemi.wind.turbulence import AnyWind, realised
+from meltemi.wind.turbulence.field import AnyWind, realised
 
 CHUNK_SECONDS = 0.1
 """Wall time between looks at progress and the keyboard."""

@@ -37,7 +37,7 @@ from meltemi.simulation.step import ABSURD, PARTS, A, Q, V, evaluate
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, mean_speed
-from meltemi.wind.turbulence import AnyWind
+from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]

@@ -234,7 +234,7 @@ def _model(**options: Any) -> Any:
 
 def _turbulence(duration: float) -> Any:
     from meltemi.turbine.library import load_turbine
-    from meltemi.wind.turbulence import generate_field
+    from meltemi.wind.turbulence.field import generate_field
     from meltemi.wind.turbulent import TurbulentWind
 
     return generate_field(TurbulentWind(speed=12.0, intensity=0.14), load_turbine("nrel5mw"), duration)

@@ -37,7 +37,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, first_point, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.wind.turbulence import AnyWind, realised
+from meltemi.wind.turbulence.field import AnyWind, realised
 
 Float = NDArray[np.float64]
 

@@ -283,7 +283,7 @@ def series_statistics(wind: WindSeries | SteadyWind) -> SeriesStatistics:
     )
 
 
-def spectrum(
+def wind_spectrum(
     box: WindBox,
     component: Component,
     *,
@@ -325,7 +325,7 @@ def spectrum(
     return SpectrumEstimate(_middle(f, starts, size), np.add.reduceat(density, starts) / size, size * points)
 
 
-def coherence(
+def wind_coherence(
     box: WindBox,
     component: Component,
     separations: Sequence[float] | Float,

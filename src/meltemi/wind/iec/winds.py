@@ -1,4 +1,4 @@
-"""Winds of IEC 61400-1 that are steady or turbulent: NWP, NTM, ETM and EWM. The transients are in ``iec_gusts.py``.
+"""Winds of IEC 61400-1 that are steady or turbulent: NWP, NTM, ETM and EWM. The transients are in ``gusts.py``.
 
 Reference: docs/theory/iec.md; IEC 61400-1 ed. 3, clauses 6.3.1 and 6.3.2.
 """
@@ -10,7 +10,7 @@ from typing import Any, Literal
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.yamlfile import validated
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.iec_classes import (
+from meltemi.wind.iec.classes import (
     STORM_INTENSITY,
     Edition,
     WindClass,

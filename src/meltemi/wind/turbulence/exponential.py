@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from meltemi.wind.grid import Grid
-from meltemi.wind.random import noise
+from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.random import noise
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -1,8 +1,8 @@
 """Turbulent fields on a grid from what a spectrum says, frequency by frequency, and by FFT in time.
 
-Every frequency has a complex field across the wind, a sum of two parts: one that is coherent, made by
-:mod:`meltemi.wind.exponential` or :mod:`meltemi.wind.mann`, and one that is independent from point to point. From the
-frequency on at which neighbours are independent only the latter is left, and it costs next to nothing.
+Every frequency has a complex field across the wind, a sum of two parts: one that is coherent, made by ``exponential``
+or ``mann``, and one that is independent from point to point. From the frequency on at which neighbours are
+independent only the latter is left, and it costs next to nothing.
 
 Reference: docs/theory/wind.md (W-7, W-12, W-20).
 """
@@ -18,8 +18,8 @@ from scipy import fft
 
 from meltemi.core.kernel import kernel
 from meltemi.core.threads import one_blas_thread
-from meltemi.wind.grid import Grid
-from meltemi.wind.random import noise
+from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.random import noise
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]

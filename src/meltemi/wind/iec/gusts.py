@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import WindSeries
-from meltemi.wind.iec_classes import (
+from meltemi.wind.iec.classes import (
     Edition,
     WindClass,
     as_class,
@@ -27,8 +27,8 @@ from meltemi.wind.iec_classes import (
     positive_speed,
     sigma_ntm,
 )
-from meltemi.wind.iec_winds import NORMAL_EXPONENT
-from meltemi.wind.spectra import scale_parameter
+from meltemi.wind.iec.winds import NORMAL_EXPONENT
+from meltemi.wind.turbulence.spectra import scale_parameter
 
 Sign = Literal[1, -1]
 STEP = 0.05

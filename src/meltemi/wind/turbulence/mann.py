@@ -29,8 +29,8 @@ from scipy.interpolate import CubicSpline
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.elementary import exp
-from meltemi.wind.grid import Grid
-from meltemi.wind.random import noise
+from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.random import noise
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]

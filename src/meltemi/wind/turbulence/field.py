@@ -10,15 +10,17 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft, linalg
+from scipy import fft
 
 from meltemi.core.errors import InputError
 from meltemi.turbine.definition import Turbine
-from meltemi.wind import exponential, mann
 from meltemi.wind.fields import Wind, WindBox
-from meltemi.wind.grid import Grid, grid_for
-from meltemi.wind.spectra import CONSTANTS, coherence_decay, densities, scale_parameter
-from meltemi.wind.synthesis import FIELD_STREAM, GAP_STREAM, Spectrum, add_noise, synthesise
+from meltemi.wind.turbulence import exponential, mann
+from meltemi.wind.turbulence.grid import Grid, grid_for
+from meltemi.wind.turbulence.measured import hub_amplitudes
+from meltemi.wind.turbulence.spectra import CONSTANTS, coherence_decay, scale_parameter
+from meltemi.wind.turbulence.synthesis import FIELD_STREAM, Spectrum, synthesise
+from meltemi.wind.turbulence.targets import sigmas, target_densities
 from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
@@ -28,10 +30,6 @@ MOST_POINTS = 3e8
 """Points in space and time of a field; they take 12 bytes each."""
 MARGIN = 1.0
 """[s] before and after what passes the turbine."""
-CUTOFF = 25.0
-"""Wave number across the wind over hypot(k1, 1), up to which a target coherence is integrated."""
-FORGOTTEN = 10.0
-"""Wave number along the wind times separation from which on Mann's coherence counts as none."""
 
 
 def generate_field(
@@ -111,70 +109,8 @@ def mean_profile(wind: TurbulentWind, grid: Grid) -> Float:
     return np.stack([speed * np.cos(turned), -speed * np.sin(turned), np.zeros_like(z)], axis=1)
 
 
-def sigmas(wind: TurbulentWind) -> tuple[float, float, float]:
-    """[m/s] standard deviations of u, v, w that the spectra stand for."""
-    sigma = wind.intensity * wind.speed
-    if wind.spectrum == "mann":
-        u, v, w = np.sqrt(mann.one_point(mann.GAMMA).variances[:3])
-        return sigma, float(sigma * v / u), float(sigma * w / u)
-    u, v, w = CONSTANTS[wind.spectrum].sigmas
-    return u * sigma, v * sigma, w * sigma
-
-
 def _targets(wind: TurbulentWind) -> tuple[float | None, float | None, float | None]:
     return sigmas(wind) if wind.scaled else (None, None, None)
-
-
-def target_densities(wind: TurbulentWind, hub_height: float, f: Float) -> Float:
-    """(4, F) one-sided densities [m^2/s^2/Hz] of u, v, w and the co-spectrum uw, at frequencies [Hz] above 0."""
-    scale = scale_parameter(wind.edition, hub_height)
-    sigma = wind.intensity * wind.speed
-    if wind.spectrum != "mann":
-        return np.vstack([densities(wind.spectrum, f, wind.speed, sigma, scale), np.zeros_like(f)])
-    point = mann.one_point(mann.GAMMA)
-    factor = 2.0 * np.pi * CONSTANTS["mann"].lengths[0] * scale / wind.speed
-    return 2.0 * sigma**2 / point.variances[0] * factor * point(factor * f)
-
-
-def target_coherence(wind: TurbulentWind, hub_height: float, f: Float, dy: float, dz: float = 0.0) -> Float:
-    """Real part of the coherence that two points of a wind's field shall have.
-
-    Mann's is the tensor's integral over the wave vectors across the wind (W-14), on wave numbers graded for the
-    separation; what lies beyond CUTOFF counts as incoherent, which makes it too small by less than 0.01.
-
-    Args:
-      wind: what it shall be.
-      hub_height: [m], which gives the scales.
-      f: (F,) [Hz] above 0.
-      dy, dz: [m] from one point to the other.
-
-    Returns:
-      (3, F) [-] of u, v, w.
-    """
-    f = np.asarray(f, np.float64)
-    apart = math.hypot(dy, dz)
-    if apart == 0.0:
-        return np.ones((3, len(f)))
-    scale = scale_parameter(wind.edition, hub_height)
-    result = np.zeros((3, len(f)))
-    if wind.spectrum != "mann":
-        components = 1 if wind.coherent == "u" else 3
-        result[:components] = np.exp(-coherence_decay(wind.spectrum, wind.edition, f, wind.speed, scale) * apart)
-        return result
-    length = CONSTANTS["mann"].lengths[0] * scale
-    k1 = 2.0 * np.pi * f * length / wind.speed
-    point = mann.one_point(mann.GAMMA)(k1)
-    y, z = abs(dy) / length, abs(dz) / length
-    for m in np.flatnonzero(k1 * apart < FORGOTTEN * length):
-        k = float(k1[m])
-        highest = CUTOFF * math.hypot(k, 1.0)
-        (k3, weight_3), (k2, weight_2) = mann.graded(k, highest, z), mann.graded(k, highest, y)
-        k2, weight_2 = k2[len(k2) // 2 :], 2.0 * weight_2[len(k2) // 2 :]  # auto-spectra are even in k2
-        phi = np.empty((3, 3, len(k3), len(k2)))
-        mann.tensor(-k, k3, k2, mann.lifetimes(mann.GAMMA), phi)
-        for c in range(3):
-            result[c, m] = (weight_3 * np.cos(k3 * z)) @ phi[c, c] @ (weight_2 * np.cos(k2 * y)) / point[c, m]
-    return result
 
 
 def spectrum_of(wind: TurbulentWind, grid: Grid, n: int) -> Spectrum:
@@ -225,52 +161,6 @@ def _mann(wind: TurbulentWind, grid: Grid, f: Float, variances: Float) -> Spectr
         return unit * mann.covariance_with(grid.hub, float(k1[m]), grid, length, mann.GAMMA)
 
     return Spectrum(variances, (0, 1, 2), len(some), coherent(), with_hub)
-
-
-def hub_amplitudes(wind: TurbulentWind, grid: Grid, n: int) -> dict[int, Complex]:
-    """Complex amplitudes (n / 2 + 1,) of the measured components at the hub, without the mean wind.
-
-    The box is a ring in time. Where nothing was measured the series is continued by what is random under the
-    condition of what was (W-21): the precision matrix of a stationary series on a ring is circulant, so the gap is the
-    solution of a Toeplitz system.
-    """
-    series = wind.hub_series
-    assert series is not None
-    lead = 0.0 if wind.periodic else 0.5 * grid.width  # see WindBox
-    time = wind.dt * np.arange(n) - lead / wind.speed
-    known = (time >= series.time[0]) & (time <= series.time[-1])
-    if not known.any():
-        raise InputError(
-            f"hub series: it reaches from {series.time[0]:g} s to {series.time[-1]:g} s, "
-            f"the field from {time[0]:g} s to {time[-1]:g} s"
-        )
-    f = np.arange(1, n // 2) / (n * wind.dt)
-    half = 0.5 * f[0] * target_densities(wind, grid.hub_height, f)[:3]
-    result: dict[int, Complex] = {}
-    for c, values in enumerate((series.u, series.v, series.w)):
-        if values is None:
-            continue
-        variance = np.concatenate([half[c, :1], half[c], half[c, -1:]])
-        fluctuation = np.interp(time, series.time, values) - (wind.speed if c == 0 else 0.0)
-        result[c] = fft.rfft(_continued(fluctuation, known, variance, wind.seed, c), norm="forward")
-    return result
-
-
-def _continued(series: Float, known: NDArray[np.bool_], variance: Float, seed: int, component: int) -> Float:
-    """A series (n,) on a ring, of given variances of its amplitudes (n / 2 + 1,), as it is where it is known."""
-    if known.all():
-        return series
-    n = len(series)
-    amplitudes = np.zeros((1, n // 2 + 1), np.complex128)
-    add_noise(amplitudes, np.sqrt(variance[1:-1]), seed, 0, GAP_STREAM + component)
-    free = fft.irfft(amplitudes[0], n, norm="forward")
-    precision = fft.irfft(1.0 / variance, n)
-    begin = int(np.flatnonzero(known & ~np.roll(known, -1))[0]) + 1  # of the gap
-    gap = (begin + np.arange(n - int(known.sum()))) % n
-    difference = np.where(known, series - free, 0.0)
-    pull = fft.irfft(fft.rfft(difference) / variance, n)
-    difference[gap] = -linalg.solve_toeplitz(precision[: len(gap)], pull[gap])
-    return free + difference
 
 
 AnyWind = Wind | TurbulentWind

@@ -16,9 +16,9 @@ from typing import Any, Literal
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind, WindSeries
-from meltemi.wind.iec_classes import Edition, WindClass, as_class
-from meltemi.wind.iec_gusts import ecd, ecg, edc, eog, ews_horizontal, ews_vertical
-from meltemi.wind.iec_winds import TURBULENCE, etm, ewm_steady, ewm_turbulent, ntm, nwp
+from meltemi.wind.iec.classes import Edition, WindClass, as_class
+from meltemi.wind.iec.gusts import ecd, ecg, edc, eog, ews_horizontal, ews_vertical
+from meltemi.wind.iec.winds import TURBULENCE, etm, ewm_steady, ewm_turbulent, ntm, nwp
 from meltemi.wind.turbulent import TurbulentWind
 
 IecWind = SteadyWind | WindSeries | TurbulentWind

@@ -1,0 +1,1 @@
+"""Turbulent fields: random numbers, spectra, coherence, and their synthesis on a grid."""
