@@ -15,17 +15,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say
+from meltemi.app.wind import ClassOption, EditionOption, SpectrumOption, wind
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
     from meltemi.loadcases.case import LoadCase
     from meltemi.simulation.result import Result
-
-SpectrumOption = Annotated[
-    str | None, typer.Option("--spectrum", help="Of turbulence: kaimal, vonkarman, mann [kaimal].")
-]
-ClassOption = Annotated[str | None, typer.Option("--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")]
-EditionOption = Annotated[int | None, typer.Option("--edition", help="Of IEC 61400-1: 2, 3, 4 [3].")]
 
 app = typer.Typer(
     help="Flexible wind turbines in turbulent wind, under control, and their loads.",
@@ -355,6 +350,9 @@ def _speeds(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero
     if not found or not all(0.0 < speed <= 100.0 or (zero and speed == 0.0) for speed in found):
         raise InputError(f"{option} {text!r}: expected speeds between 0 and 100 {unit}")
     return found
+
+
+app.command()(wind)
 
 
 @app.command()

@@ -16,11 +16,12 @@ OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results."
 
 
 @contextmanager
-def progress_bar(what: str) -> Iterator[Callable[[float], None]]:
-    """A progress bar on a terminal; silence otherwise."""
+def progress_bar(what: str, *, compiles: bool = True) -> Iterator[Callable[[float], None]]:
+    """A progress bar on a terminal; silence otherwise. What ``compiles`` says so the first time."""
     from meltemi.core.kernel import announce
 
-    announce()  # before the bar, which would wrap it
+    if compiles:
+        announce()  # before the bar, which would wrap it
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
