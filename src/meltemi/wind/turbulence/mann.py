@@ -200,10 +200,11 @@ def graded(k1: float, highest: float, width: float) -> tuple[Float, Float]:
 def wave_numbers(k1: float, grid: Grid, length: float) -> tuple[tuple[Float, Float], tuple[Float, Float]]:
     """Graded wave numbers and weights, vertical and lateral.
 
-    They reach to what the grid resolves; where k1 itself comes near that, to twice as much, whose images the grid
-    sees at lower wave numbers.
+    They reach to what the grid resolves; where k1 itself comes near that, or the grid is coarse, to twice or three times
+    as much, whose images the grid sees at lower wave numbers.
     """
-    factor = 1.0 if k1 * max(grid.dy, grid.dz) < 0.3 * length else 2.0
+    step = max(grid.dy, grid.dz) / length
+    factor = 1.0 if k1 * step < 0.3 and step < 0.3 else 2.0 if k1 * step < 1.5 else 3.0
     height = (grid.points_z - 1) * grid.dz
     return (
         graded(k1, factor * pi * length / grid.dz, height / length),

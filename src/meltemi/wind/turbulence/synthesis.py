@@ -123,14 +123,20 @@ def synthesise(
     points = grid.points_z * grid.points_y
     covered = np.zeros_like(spectrum.variances)
     coherent = np.empty((len(spectrum.components), points, spectrum.count), np.complex128)
+    pull = np.zeros((3, bins), np.complex128)
     for some, fields, parts in spectrum.coherent:
         covered[:, some] = parts
         if measured:
             rest = factors(spectrum.variances[:, some] - parts)
-            _condition(spectrum, some, fields, rest, measured, grid, seed, hub)
+            pull[:, some] = _condition(spectrum, some, fields, rest, measured, grid, seed, hub)
         coherent[:, :, some] = fields.reshape(*fields.shape[:2], points).transpose(0, 2, 1)
         progress(0.5 * some.stop / bins)
     independent = factors(spectrum.variances - covered)
+    if 0 in measured:  # beyond the coherent frequencies
+        alone = np.zeros((1, bins + 2), np.complex128)
+        add_noise(alone, independent.uu, seed, hub, POINT_STREAM)
+        late = slice(spectrum.count, None)
+        pull[0, late] = (measured[0] - alone[0])[1:-1][late] / spectrum.variances[0, late]
 
     def spectra(component: int, first: int, last: int) -> Complex:
         """(P, n / 2 + 1) of a component at some points."""
@@ -139,8 +145,11 @@ def synthesise(
             out[:, 1 : spectrum.count + 1] = coherent[spectrum.components.index(component), first:last]
         for stream, factor in independent.of(component):
             add_noise(out, factor, seed, first, POINT_STREAM + stream)
-        if component in measured and first <= hub < last:
-            out[hub - first] = measured[component]
+        if first <= hub < last:
+            if component in measured:
+                out[hub - first] = measured[component]
+            elif component == 2:  # its remainder goes with that of u, which is known now
+                out[hub - first, 1:-1] += independent.wu * independent.uu * pull[0]
         return out
 
     scale = []
@@ -170,11 +179,16 @@ def _condition(
     grid: Grid,
     seed: int,
     hub: int,
-) -> None:
-    """Make fields those among all random ones that are as measured at the hub (W-20); the hub itself is set later."""
+) -> Complex:
+    """Make fields those among all random ones that are as measured at the hub (W-20); the hub itself is set later.
+
+    Returns:
+      (3, b) what is measured less what was there, over its covariance: times a covariance it is the change.
+    """
     given = [c for c in spectrum.components if c in measured]
+    pull = np.zeros((3, some.stop - some.start), np.complex128)
     if not given:
-        return
+        return pull
     at_hub = np.zeros((3, 1, spectrum.variances.shape[1] + 2), np.complex128)
     for component in given:
         for stream, factor in rest.of(component):
@@ -188,8 +202,14 @@ def _condition(
             measured[c][m + 1] - at_hub[c, 0, m + 1] - fields[spectrum.components.index(c), i, grid.hub[0], grid.hub[1]]
             for c in given
         ]
-        total = np.array([[v[0, i], 0.0, v[3, i]], [0.0, v[1, i], 0.0], [v[3, i], 0.0, v[2, i]]])
-        weights = np.linalg.solve(total[np.ix_(given, given)], np.array(missing))
+        pull[given, i] = np.linalg.solve(_at_point(v[:, i])[np.ix_(given, given)], np.array(missing))
         column = spectrum.column(m)
         for c, component in enumerate(spectrum.components):
-            fields[c, i] += np.einsum("g,gzy->zy", weights, column[component, given])
+            fields[c, i] += np.einsum("g,gzy->zy", pull[given, i], column[component, given])
+    return pull
+
+
+def _at_point(variances: Float) -> Float:
+    """Covariance (3, 3) of u, v, w at a point."""
+    uu, vv, ww, uw = variances
+    return np.array([[uu, 0.0, uw], [0.0, vv, 0.0], [uw, 0.0, ww]])
