@@ -70,6 +70,7 @@ if TYPE_CHECKING:
     from meltemi.wind.fields import SteadyWind as SteadyWind
     from meltemi.wind.fields import WindBox as WindBox
     from meltemi.wind.fields import WindSeries as WindSeries
+    from meltemi.wind.fields import at_speed as at_speed
     from meltemi.wind.files import Hawc2Grid as Hawc2Grid
     from meltemi.wind.files import read_bladed as read_bladed
     from meltemi.wind.files import read_bts as read_bts
@@ -142,7 +143,7 @@ _HOME = {
     "studies.sensitivity": "Sensitivity differences sensitivity",
     "turbine.definition": "Turbine",
     "turbine.library": "list_turbines load_turbine write_turbine",
-    "wind.fields": "SteadyWind WindBox WindSeries",
+    "wind.fields": "SteadyWind WindBox WindSeries at_speed",
     "wind.files": (
         "Hawc2Grid read_bladed read_bts read_hawc2 read_hub_csv read_wind read_wind_netcdf read_wnd "
         "write_bladed write_bts write_hawc2 write_hub_csv write_wind write_wind_netcdf write_wnd"

@@ -101,7 +101,7 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
 
 @pytest.mark.parametrize("what", CHANGES)
 def test_nothing_is_compiled_again(turbine: Turbine, model: Model, what: str) -> None:
-    simulate(model, WIND, duration=1.0)
+    simulate(model, box(), duration=1.0)
     before = statistics()
     result = CHANGES[what](turbine)
     assert statistics() == before

@@ -33,6 +33,7 @@ def figures() -> dict[str, Any]:
             "individual pitch in plain Python at 80 Hz, real-time factor": next(numbers),
             "step() from Python": 34.5,
         },
+        "fields": {name: {"seconds": 0.25 + i, "peak_memory_mb": 400 + i} for i, name in enumerate(bench.FIELDS)},
         "cores": 64,
         "batch_cases": next(numbers),
         "batch_real_time_factor": next(numbers),
@@ -50,6 +51,7 @@ def test_the_page_shows_every_figure() -> None:
     shown += [str(run["real_time_factor"]) for run in f["runs"].values()]
     shown += [str(f[name]) for name in ("signatures", "peak_memory_mb", "batch_cases", "batch_real_time_factor")]
     shown += [name for name, _ in bench.OPENFAST]
+    shown += [f"| {name} | **{i}.25** | {400 + i} |" for i, name in enumerate(f["fields"])]
     for text in shown:
         assert text in page, text
 
@@ -57,7 +59,7 @@ def test_the_page_shows_every_figure() -> None:
 def test_the_report_shows_the_same() -> None:
     f = figures()
     report = "\n".join(bench.report_lines(f))
-    for text in (*f["runs"], *f["stages"], *f["beyond"], *f["controllers"], "1.50 x floats", "7.9 %"):
+    for text in (*f["runs"], *f["stages"], *f["beyond"], *f["controllers"], *f["fields"], "1.50 x floats", "7.9 %"):
         assert text in report, text
 
 

@@ -10,7 +10,7 @@ import pytest
 from pydantic import ValidationError
 
 from meltemi.core.errors import InputError
-from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, check_coverage
+from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, at_speed, check_coverage
 
 NT, NZ, NY = 200, 15, 15
 WIND = np.full((NT, NZ, NY, 3), 8.0, dtype=np.float32)
@@ -163,3 +163,14 @@ def test_the_longest_run_that_is_named_is_long_enough() -> None:
     check_coverage(BOX, **{**RUN, "duration": longest})
     with pytest.raises(InputError, match="long"):
         check_coverage(BOX, **{**RUN, "duration": longest + 1e-6})
+
+
+def test_a_field_at_another_speed_has_the_same_eddies() -> None:
+    fast = at_speed(BOX, 2.0 * BOX.speed)
+    assert (fast.speed, fast.dt) == (2.0 * BOX.speed, 0.5 * BOX.dt)  # the same distance between planes
+    mean, faster = (box.velocity.astype(float).mean(axis=(0, 2)) for box in (BOX, fast))
+    np.testing.assert_allclose(faster, 2.0 * mean, rtol=1e-5, atol=1e-5)
+    fluctuations = [box.velocity - box.velocity.mean(axis=(0, 2))[:, None] for box in (BOX, fast)]
+    np.testing.assert_allclose(fluctuations[1], fluctuations[0], atol=1e-4)
+    with pytest.raises(InputError, match="speed must be a positive number, found -1"):
+        at_speed(BOX, -1.0)

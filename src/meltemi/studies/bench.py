@@ -61,6 +61,20 @@ OPENFAST = (
 """OpenFAST 5.0.0, the same turbine and controller: settings and times real time, by CPU time on one core."""
 
 
+FIELDS: dict[str, tuple[int, dict[str, Any]]] = {
+    "31 x 31, Kaimal, u coherent": (31, {}),
+    "31 x 31, Kaimal, u, v, w coherent": (31, {"coherent": "all"}),
+    "31 x 31, Mann": (31, {"spectrum": "mann"}),
+    "61 x 61, Kaimal, u, v, w coherent": (61, {"coherent": "all"}),
+    "61 x 61, Mann": (61, {"spectrum": "mann"}),
+}
+"""Turbulent fields that are timed: points across and up, and settings."""
+FIELD_SECONDS, FIELD_STEP = 700.0, 0.05
+"""[s] they last, and between planes."""
+TURBSIM = "277 to 640 s for 31 x 31 points, u coherent"
+"""TurbSim's time for such a field, by CPU time on one core; about a fifth of it if built with flush-to-zero."""
+
+
 def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda text: None) -> dict[str, Any]:
     """Measure on this machine: on one core, and a batch on all.
 
@@ -75,9 +89,10 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
       ``machine`` (processor, versions, date), ``import_s``, ``stages`` (compilation: seconds and signatures by stage),
       ``cold_compile_s``, ``signatures``, ``beyond`` (what compiles on first use), ``cached_start_s``, ``runs``
       (microseconds a step, real-time factor and step of each variant), ``floats`` and ``derivatives`` (the first
-      variant one node at a time, and with eight derivatives), ``controllers``, ``peak_memory_mb`` (the wind field not
-      counted), ``cores``, ``batch_cases``, ``batch_real_time_factor``, ``batch_loss`` (share lost against cores times
-      one core), ``batch_peak_memory_mb`` (all counted), ``case``.
+      variant one node at a time, and with eight derivatives), ``controllers``, ``fields`` (seconds and peak memory of
+      making turbulence), ``peak_memory_mb`` (the wind field not counted), ``cores``, ``batch_cases``,
+      ``batch_real_time_factor``, ``batch_loss`` (share lost against cores times one core), ``batch_peak_memory_mb``
+      (all counted), ``case``.
     """
     if not 0.0 < duration < float("inf"):
         raise InputError(f"bench: duration must be a positive number of seconds, found {duration!r}")
@@ -96,6 +111,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
         runs = _child(f"timed_runs({duration!r})", folder)
         say("controllers ...")
         controllers = _child(f"timed_controllers({min(duration, 120.0)!r})", folder)
+        say("turbulent fields ...")
+        fields = {name: _child(f"timed_field({name!r})", folder) for name in FIELDS}
         say(f"a batch of runs of {duration:g} s on all cores ...")
         batch = _child(f"timed_batch({duration!r})", folder)
     return {
@@ -108,6 +125,7 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
         "cached_start_s": round(cached_start_s, 2),
         **runs,
         "controllers": controllers,
+        "fields": fields,
         **batch,
         "case": (
             "NREL 5 MW in turbulence (12 m/s), 2 flap + 1 edge + 1 torsion modes a blade, 4 tower modes, drivetrain "
@@ -191,6 +209,8 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
     mark("operating point")
     simulate(model, wind, duration=duration, start=start, channels=CHANNELS)
     mark("controller and time loop")
+    _turbulence(duration)
+    mark("turbulence")
     return found
 
 
@@ -220,6 +240,7 @@ def beyond() -> dict[str, float]:
     timed("the door for controllers in plain Python", lambda: simulate(model, wind, duration=1.0, controller=slow))
     point = operating_point(model, wind)
     timed("derivatives of an evaluation (linear models)", lambda: linearise(model, point, azimuth=0.0))
+    timed("Mann's turbulence", lambda: _turbulence(1.0, spectrum="mann"))
     timed("derivatives of a run", lambda: sensitivity(model, wind, ["pitch_offset"], duration=1.0))
     return found
 
@@ -232,12 +253,12 @@ def _model(**options: Any) -> Any:
     return build(load_turbine("nrel5mw"), ModelOptions(**options))
 
 
-def _turbulence(duration: float) -> Any:
+def _turbulence(duration: float, **settings: Any) -> Any:
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.turbulence.field import generate_field
     from meltemi.wind.turbulent import TurbulentWind
 
-    return generate_field(TurbulentWind(speed=12.0, intensity=0.14), load_turbine("nrel5mw"), duration)
+    return generate_field(TurbulentWind(speed=12.0, intensity=0.14, **settings), load_turbine("nrel5mw"), duration)
 
 
 def _timed(model: Any, wind: Any, duration: float, **arguments: Any) -> dict[str, float]:
@@ -276,6 +297,25 @@ def timed_runs(duration: float) -> dict[str, Any]:
     floats = _timed(model, wind, short, numbers="floats", start=start)
     duals = _timed(model, wind, short, numbers="duals", start=start, prepare=lambda case: seed(case, ways))
     return {"runs": runs, "floats": floats, "derivatives": duals, "peak_memory_mb": peak}
+
+
+def timed_field(name: str) -> dict[str, float]:
+    """Seconds that a turbulent field takes, the fastest of some, and the peak memory of the process, field included."""
+    from meltemi.wind.turbulence.field import generate_field
+    from meltemi.wind.turbulence.grid import Grid
+    from meltemi.wind.turbulent import TurbulentWind
+
+    points, settings = FIELDS[name]
+    step = 151.2 / (points - 1)
+    grid = Grid(points_y=points, points_z=points, dy=step, dz=step, bottom=14.4, hub_height=90.0)
+    wind = TurbulentWind(speed=12.0, intensity=0.14, dt=FIELD_STEP, periodic=True, **settings)
+    generate_field(wind, grid, 10.0)  # compiles
+    best = float("inf")
+    for _ in range(REPEATS):
+        began = time.perf_counter()
+        generate_field(wind, grid, FIELD_SECONDS)
+        best = min(best, time.perf_counter() - began)
+    return {"seconds": round(best, 2), "peak_memory_mb": round(_peak_resident() / 1e6)}
 
 
 def _nothing(state: Any, measurements: Any, demands: Any, dt: float) -> None:
@@ -435,6 +475,9 @@ def report_lines(figures: dict[str, Any]) -> list[str]:
     for name, value in f["controllers"].items():
         factor = "factor" in name
         lines.append(line(f"controller: {name}", value, "" if factor else "us", "" if factor else "a call more"))
+    for name, field in f["fields"].items():
+        note = f"{FIELD_SECONDS:g} s at {1.0 / FIELD_STEP:g} Hz, {field['peak_memory_mb']} MB"
+        lines.append(line(f"turbulence, {name}", field["seconds"], "s", note, 2))
     lines.append(line("peak memory", f["peak_memory_mb"], "MB", "without the wind field", 0))
     batch = f"{f['batch_cases']} cases with their winds on {f['cores']} cores"
     lines.append(line("real-time factor of a batch", f["batch_real_time_factor"], "", batch, 0))
@@ -452,6 +495,10 @@ def page(figures: dict[str, Any]) -> str:
             for name, run in f["runs"].items()
         ],
         "openfast": [f"| {name} | {factor:g} |" for name, factor in OPENFAST],
+        "fields": [
+            f"| {name} | **{field['seconds']:.2f}** | {field['peak_memory_mb']} |"
+            for name, field in f["fields"].items()
+        ],
         "stages": [f"| {name} | {seconds:.1f} | {n} |" for name, (seconds, n) in f["stages"].items()],
         "beyond": [f"| {name} | {seconds:.1f} |" for name, seconds in f["beyond"].items()],
     }
@@ -462,6 +509,8 @@ def page(figures: dict[str, Any]) -> str:
     values = {
         **{key: "\n".join(lines) for key, lines in rows.items()},
         "case": f["case"],
+        "turbsim": TURBSIM,
+        "field": f"{FIELD_SECONDS:g} s at {1.0 / FIELD_STEP:g} Hz, 12 m/s",
         "machine": f"{m['processor']} ({m['cores']} cores), {m['system']}, {m['versions']}, {m['date']}",
         "import": f"{f['import_s']:.3f}",
         "cold": f"{f['cold_compile_s']:.1f}",

@@ -103,6 +103,15 @@ def _runs() -> None:
     simulate(model, wind, duration=0.1, controller=Controller(lambda state, measurements, demands, dt: None))
 
 
+def _turbulence() -> None:
+    """Turbulent fields."""
+    from meltemi.turbine.library import load_turbine
+    from meltemi.wind.turbulence.field import generate_field
+    from meltemi.wind.turbulent import TurbulentWind
+
+    generate_field(TurbulentWind(speed=12.0, intensity=0.1, spectrum="mann", points=5), load_turbine("nrel5mw"), 1.0)
+
+
 def _stepping() -> None:
     """Runs that are stepped from outside."""
     from meltemi.control.fixed import fixed
@@ -138,6 +147,7 @@ STAGES: dict[str, Callable[[], None]] = {
     "runs": _runs,
     "section loads": _section_loads,
     "stepping": _stepping,
+    "turbulence": _turbulence,
 }
 """What is compiled, by name, the longest first."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
@@ -207,6 +207,26 @@ class WindBox:
             repr((self.dt, self.dy, self.dz, self.bottom, self.speed, self.periodic, self.direction)).encode()
         )
         return digest.hexdigest()[:16]
+
+
+def at_speed(box: WindBox, speed: float) -> WindBox:
+    """The same eddies carried past by another mean wind.
+
+    Planes keep their distance and pass faster or slower; the mean profile grows with the speed, the fluctuations stay.
+    (``dataclasses.replace(box, speed=...)`` keeps the time between planes instead, and stretches the eddies.)
+
+    Args:
+      box: any.
+      speed: [m/s].
+
+    Raises:
+      InputError: the speed is not positive.
+    """
+    if not 0.0 < speed < np.inf:
+        raise InputError(f"{box.label}: speed must be a positive number, found {speed!r}")
+    mean = box.velocity.mean(axis=(0, 2), dtype=np.float64)
+    velocity = box.velocity + ((speed / box.speed - 1.0) * mean).astype(np.float32)[:, None]
+    return replace(box, velocity=velocity, dt=box.dt * box.speed / speed, speed=speed)
 
 
 Wind = SteadyWind | WindSeries | WindBox

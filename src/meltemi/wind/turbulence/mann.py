@@ -124,14 +124,25 @@ def shear(
     """Turn normal numbers ``modes`` (3, K3, K2) into u, v, w of the modes; ``sums`` (4,) are their 11, 22, 33, 13."""
     psi = np.zeros((3, 3))
     sums[:] = 0.0
+    half = (
+        len(k2) // 2
+    )  # wave numbers are symmetric about zero, and with -k2 four entries of the root change their sign
     for i in range(len(k3)):
-        for j in range(len(k2)):
+        for j in range(half, len(k2)):
             root(k1, k2[j], k3[i], table, psi)
             area = weight_3[i] * weight_2[j]
-            add_products(psi, area, sums)
-            a, b, c = modes[0, i, j], modes[1, i, j], modes[2, i, j]
-            for m in range(3):
-                modes[m, i, j] = sqrt(area) * (psi[m, 0] * a + psi[m, 1] * b + psi[m, 2] * c)
+            add_products(psi, 2.0 * area, sums)
+            sway(psi, sqrt(area), modes[:, i, j])
+            psi[0, 0], psi[0, 2], psi[1, 1], psi[2, 0] = -psi[0, 0], -psi[0, 2], -psi[1, 1], -psi[2, 0]
+            sway(psi, sqrt(area), modes[:, i, len(k2) - 1 - j])
+
+
+@kernel
+def sway(psi: Float, amplitude: float, mode: Complex) -> None:
+    """Turn three normal numbers ``mode`` into velocities, in place."""
+    a, b, c = mode[0], mode[1], mode[2]
+    for m in range(3):
+        mode[m] = amplitude * (psi[m, 0] * a + psi[m, 1] * b + psi[m, 2] * c)
 
 
 @kernel
@@ -200,8 +211,8 @@ def graded(k1: float, highest: float, width: float) -> tuple[Float, Float]:
 def wave_numbers(k1: float, grid: Grid, length: float) -> tuple[tuple[Float, Float], tuple[Float, Float]]:
     """Graded wave numbers and weights, vertical and lateral.
 
-    They reach to what the grid resolves; where k1 itself comes near that, or the grid is coarse, to twice or three times
-    as much, whose images the grid sees at lower wave numbers.
+    They reach to what the grid resolves; where k1 itself comes near that, or the grid is coarse, to twice or three
+    times as much, whose images the grid sees at lower wave numbers.
     """
     step = max(grid.dy, grid.dz) / length
     factor = 1.0 if k1 * step < 0.3 and step < 0.3 else 2.0 if k1 * step < 1.5 else 3.0
