@@ -48,7 +48,7 @@ SCALE = {2: 21.0, 3: 42.0}
 """[m] scale parameter at a hub height of 90 m."""
 BANDS = ((1, 12), (13, 60), (61, 200), (201, 500), (501, 1199))
 """Numbers of the frequencies; those below 0.02 Hz, 0.1 Hz, 0.33 Hz, 0.83 Hz and all the others."""
-METHOD = {"kaimal": 1e-3, "vonkarman": 1e-3, "mann": 0.015}
+METHOD = {"kaimal": 1e-3, "vonkarman": 1e-3, "mann": 0.01}
 """Error of the coherence that the method is allowed, beside that of the sample."""
 
 
@@ -380,7 +380,7 @@ def test_spectra(spectrum: str, component: int) -> None:
     for band in BANDS:
         found, expected, error = quadratic(spectrum, component, np.eye(49) / 49.0 + 0j, band)
         assert expected == pytest.approx(1.0, abs=1e-9)
-        assert abs(found - 1.0) < SIGMAS * error + 0.003, band
+        assert abs(found - 1.0) < (2.0 if band == BANDS[0] else SIGMAS) * error + 0.003, band
         if error < 0.05 / SIGMAS:
             assert abs(found - 1.0) < 0.05, band
 
