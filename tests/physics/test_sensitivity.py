@@ -60,11 +60,11 @@ PARAMETERS = (
     "structure.hub_mass",
 )
 SLOPE = 4.0
-MOVE = 1e-6
+MOVE = 2e-7
 
 
 def box(speed: float, seed: int) -> WindBox:
-    wind = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=seed)
+    wind = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=seed, points=9)
     return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), SECONDS)
 
 

@@ -215,6 +215,7 @@ def test_progress_ends_with_the_whole() -> None:
         ({"points": 2.5}, "valid integer"),
         ({"dt": 0.0}, "greater than 0"),
         ({"gust": 1.0}, "Extra inputs"),
+        ({"intensity": 0.0, "hub_series": {"time": [0.0, 1.0], "u": [1.0, 2.0]}}, "intensity must be above 0"),
     ],
 )
 def test_what_cannot_be_is_refused(changes: dict[str, Any], message: str) -> None:

@@ -73,6 +73,12 @@ class TurbulentWind(Record):
     hub_series: HubSeries | None = None
     """Measured wind that the field has at the hub."""
 
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.hub_series is not None and self.intensity == 0.0:
+            raise ValueError("intensity must be above 0 for a field through a measured series")
+        return self
+
     @property
     def label(self) -> str:
         """What it is, for titles and meta data."""
