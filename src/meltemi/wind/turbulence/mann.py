@@ -200,8 +200,8 @@ def graded(k1: float, highest: float, width: float) -> tuple[Float, Float]:
 def wave_numbers(k1: float, grid: Grid, length: float) -> tuple[tuple[Float, Float], tuple[Float, Float]]:
     """Graded wave numbers and weights, vertical and lateral.
 
-    They reach to what the grid resolves; where k1 itself comes near that, or the grid is coarse, to twice or three times
-    as much, whose images the grid sees at lower wave numbers.
+    They reach to what the grid resolves; where k1 itself comes near that, or the grid is coarse, to twice or three
+    times as much, whose images the grid sees at lower wave numbers.
     """
     step = max(grid.dy, grid.dz) / length
     factor = 1.0 if k1 * step < 0.3 and step < 0.3 else 2.0 if k1 * step < 1.5 else 3.0
