@@ -347,7 +347,7 @@ def test_a_file_is_looked_at_as_it_is(command: Command, tmp_path: Path, bts: Cal
 
 
 def test_a_hub_above_the_field(command: Command, tmp_path: Path, bts: Callable[..., Path], turbine: Turbine) -> None:
-    content = turbine.replace(**{"tower.height": 250.0}).content()
+    content = turbine.replace(**{"tower.base_height": 150.0}).content()
     with (tmp_path / "high.yaml").open("w", encoding="utf-8") as file:
         YAML(typ="safe", pure=True).dump(content, file)
     ran = command("wind", "--from", bts(), "--turbine", tmp_path / "high.yaml", "--out", tmp_path / "out")
@@ -398,8 +398,13 @@ def test_an_interrupted_field_leaves_nothing(command: Command, tmp_path: Path, m
             r"a\.yaml: wind\.turbulence: seed is given twice",
         ),
         ("{kind: iek, model: NTM}", r"a\.yaml:2: wind.*'iek'.*"),
-        ("{kind: file}", r"a\.yaml:\d: wind\S*file: missing"),
-        ("{kind: file, fil: a.bts}", r"a\.yaml:2: wind\S*fil: unknown key; did you mean 'file'"),
+        ("{kind: file}", r"a\.yaml:2: wind\.file: missing \(Path, relative to the case file"),
+        ("{kind: file, file: 3}", r"a\.yaml:2: wind\.file: expected a string, found 3"),
+        (
+            "{model: NTM}",
+            r"a\.yaml:2: wind\.kind: missing \(one of 'steady', 'turbulence', 'iec', 'file', 'bts', 'wnd'\)",
+        ),
+        ("{kind: file, fil: a.bts}", r"a\.yaml:2: wind\.fil: unknown key; did you mean 'file'"),
         ("{kind: file, file: none.bts}", r"a\.yaml: .*none\.bts: cannot be read \(No such file"),
         ("{kind: file, file: a.yaml}", r"'\.yaml' is no suffix of a wind file"),
         ("{kind: turbulence, speed: 9.0, intensity: 0.1, hubfile: x}", r"a\.yaml:2: wind\S*hubfile: unknown key; did"),
