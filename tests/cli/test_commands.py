@@ -310,7 +310,7 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     assert "Usage: " in ran.out
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
-    assert ("--out" in options) is (name in ("run", "power-curve", "campbell", "verify", "template"))
+    assert ("--out" in options) is (name in ("run", "power-curve", "wind", "campbell", "verify", "template"))
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("-h",)])
