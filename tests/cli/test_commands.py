@@ -19,7 +19,7 @@ from meltemi import Model, Simulation, Status, SteadyWind
 from meltemi.app.cli import main
 from meltemi.simulation.channels import DEFAULT
 
-COMMANDS = ("run", "turbines", "channels", "power-curve", "campbell", "verify", "warmup", "bench", "template")
+COMMANDS = ("run", "turbines", "channels", "power-curve", "wind", "campbell", "verify", "warmup", "bench", "template")
 
 
 def succeeded(ran: Ran, folder: Path, *names: str) -> None:
@@ -310,7 +310,7 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     assert "Usage: " in ran.out
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
-    assert ("--out" in options) is (name in ("run", "power-curve", "campbell", "verify", "template"))
+    assert ("--out" in options) is (name in ("run", "power-curve", "wind", "campbell", "verify", "template"))
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("-h",)])

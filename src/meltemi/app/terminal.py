@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -46,6 +46,21 @@ def print_table(*arguments: Any, **keywords: Any) -> None:
     console = Console()
     wide = console if console.is_terminal else Console(width=160)
     wide.print(rich_table(*arguments, **keywords))
+
+
+@contextmanager
+def results_in(out: Path) -> Iterator[Path]:
+    """The output folder; what was made of it goes again if nothing is written into it."""
+    new = [folder for folder in (out, *out.parents) if not folder.exists()]
+    try:
+        yield folder_for(out)
+    except KeyboardInterrupt:
+        say("interrupted")
+        raise
+    finally:
+        for folder in new:
+            with suppress(OSError):  # only empty ones can be removed
+                folder.rmdir()
 
 
 def folder_for(out: Path, option: str = "--out") -> Path:

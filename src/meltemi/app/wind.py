@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
     from meltemi.turbine.definition import Turbine
     from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
+    from meltemi.wind.iec.models import IecModel
     from meltemi.wind.turbulent import TurbulentWind
 
 SpectrumOption = Annotated[
@@ -20,8 +22,10 @@ SpectrumOption = Annotated[
 ]
 ClassOption = Annotated[str | None, typer.Option("--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")]
 EditionOption = Annotated[int | None, typer.Option("--edition", help="Of IEC 61400-1: 2, 3, 4 [3].")]
-SUFFIXES = {"bts": ".bts", "bladed": ".wnd", "hawc2": ".bin", "netcdf": ".nc"}
-"""Of a field in each format."""
+SUFFIXES = {"bts": ".bts", "bladed": ".wnd", "hawc2": ".bin", "netcdf": ".nc", "uniform": ".wnd"}
+"""Of a wind in each format; the last is that of a series, the others are those of a field."""
+FIGURES = ("series", "spectra", "coherence", "section", "profile")
+"""All that a wind may have."""
 
 
 def wind(
@@ -61,7 +65,7 @@ def wind(
     years: Annotated[int | None, typer.Option("--years", help="Of the gusts of edition 2: 1, 50.")] = None,
     steady: Annotated[bool, typer.Option("--steady", help="EWM: steady in place of turbulent.")] = False,
     file_format: Annotated[
-        str | None, typer.Option("--format", help="Of a field: bts, bladed, hawc2, netcdf [bts].")
+        str | None, typer.Option("--format", help="Of a field: bts, bladed, hawc2, netcdf [bts]; of a series: uniform.")
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -76,9 +80,10 @@ def wind(
         "periodic": periodic or None,
         "scaled": False if unscaled else None,
     }
-    named = {"wind_class": wind_class, "edition": edition, "speed": speed, "intensity": intensity, "years": years}
-    transient = {"sign": sign, "begin": begin}
-    options: dict[str, Any] = {name: v for name, v in (settings | named | transient).items() if v is not None}
+    named = {"wind_class": wind_class, "edition": edition, "speed": speed, "intensity": intensity}
+    transient = {"sign": sign, "begin": begin, "years": years}
+    every = settings | named | transient | {"steady": steady or None}
+    options: dict[str, Any] = {name: v for name, v in every.items() if v is not None}
     if (model is None) == (source is None):
         raise InputError("give one of a model (like NTM) and --from FILE")
     from meltemi.turbine.library import load_turbine
@@ -86,33 +91,50 @@ def wind(
     if source is not None:
         own = {"--duration": duration, "--width": width, "--hub-series": hub_series, "--gust": gust}
         given = [*(_option(n) for n in options), *(n for n, v in own.items() if v is not None)]
-        if given or steady:
-            raise InputError(f"{', '.join(given) or '--steady'}: a wind file is looked at as it is")
-        _look(_read(source), load_turbine(turbine) if turbine else None, out, file_format)
+        if given:
+            raise InputError(f"{', '.join(given)}: a wind file is looked at as it is; leave it out")
+        found = _read(source)
+        _check_format(file_format, found)
+        described = load_turbine(turbine) if turbine else None
+        with results_in(out):
+            _look(found, described, out, file_format)
         return
     assert model is not None
     used = load_turbine(turbine or "nrel5mw")
-    if gust is not None:
-        onto = {n: options.pop(n) for n in transient if n in options}
-        onto |= {n: options[n] for n in named if n in options}
-    if hub_series is not None:
+    from meltemi.wind.iec.models import MODELS, iec_wind
+    from meltemi.wind.turbulent import TurbulentWind
+
+    onto = {n: options.pop(n) for n in transient if gust is not None and n in options}
+    name = model.upper()
+    if name in MODELS:  # else the error says so
+        _check_options(MODELS[name], options)
+    if hub_series is not None and name in MODELS and MODELS[name].kind == "turbulent" and not steady:
         from meltemi.wind.files import read_hub_csv
 
         options["hub_series"] = read_hub_csv(hub_series)
-    from meltemi.wind.iec.models import iec_wind
-    from meltemi.wind.turbulent import TurbulentWind
+    made: SteadyWind | WindSeries | TurbulentWind = iec_wind(name, turbine=used, **options)
+    if not isinstance(made, TurbulentWind):
+        others = {"--duration": duration, "--width": width, "--hub-series": hub_series, "--gust": gust}
+        for option, value in others.items():
+            if value is not None:
+                raise InputError(f"{option}: {name} makes no turbulent field; leave it out")
+    _check_format(file_format, made)
+    seconds = 600.0 if duration is None else duration
+    added = None
+    if gust is not None and isinstance(made, TurbulentWind):
+        onto |= {n: options[n] for n in named if n in options} | {"speed": made.speed}
+        added = _gust(gust.upper(), used, onto, seconds, periodic)
+    with results_in(out):
+        if isinstance(made, TurbulentWind):
+            box = _field(made, used, seconds, width, added)
+            box = replace(box, source=f"{name}, {box.label}")
+            _look(box, used, out, file_format or "bts", made if added is None else None)
+        else:
+            _look(made, used, out, "uniform")
 
-    made: SteadyWind | WindSeries | WindBox | TurbulentWind = iec_wind(
-        model.upper(), turbine=used, steady=steady or None, **options
-    )
-    target = None
-    if isinstance(made, TurbulentWind):
-        target = made
-        added = None if gust is None else iec_wind(gust.upper(), turbine=used, **onto)
-        made = _field(made, used, 600.0 if duration is None else duration, width, added, out)
-    else:
-        _only_turbulent({"--width": width, "--gust": gust, "--format": file_format, "--duration": duration}, model)
-    _look(made, used, out, file_format or "bts", target if gust is None else None)
+
+UNREACHABLE = ("roughness", "direction", "veer")
+"""What only Python and case files set."""
 
 
 def _option(name: str) -> str:
@@ -121,10 +143,60 @@ def _option(name: str) -> str:
     return special.get(name, f"--{name.replace('_', '-')}")
 
 
-def _only_turbulent(options: dict[str, Any], model: str) -> None:
-    for name, value in options.items():
-        if value is not None:
-            raise InputError(f"{name}: {model.upper()} makes no turbulent field")
+def _check_options(model: IecModel, options: dict[str, Any], of: str = "") -> None:
+    """Refuse options that a model does not take and miss those it needs, as they are called here."""
+    from meltemi.wind.iec.models import SITUATION
+
+    steady = "steady" in options and model.make_steady is not None
+    takes = model.takes(steady=steady)
+    for name in options:
+        if name not in (*takes, *SITUATION):
+            valid = [_option(n) for n in takes if n not in (*SITUATION, *UNREACHABLE)]
+            raise InputError(
+                f"{_option(name)} is no option of {of}{model.name}{' --steady' * steady} ({model.title}); "
+                f"it has {', '.join(valid)}"
+            )
+    if missing := [_option(n) for n in model.needs(steady=steady) if n not in options and n != "turbine"]:
+        raise InputError(f"{of}{model.name} ({model.title}) needs {' and '.join(missing)}")
+
+
+def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | TurbulentWind) -> None:
+    """Before anything is computed: can a wind be written in this format?"""
+    if name is None:
+        return
+    from meltemi.core.errors import did_you_mean
+    from meltemi.wind.fields import SteadyWind, WindSeries
+
+    if name not in SUFFIXES:
+        raise InputError(f"--format {name}: {did_you_mean(name, SUFFIXES)}")
+    if isinstance(wind, SteadyWind):
+        raise InputError(f"--format {name}: {wind.label} needs no file; leave it out")
+    if isinstance(wind, WindSeries) != (name == "uniform"):
+        what, valid = (
+            ("a series", "uniform") if isinstance(wind, WindSeries) else ("a field", "bts, bladed, hawc2 or netcdf")
+        )
+        raise InputError(f"--format {name}: {wind.label} is {what}; expected {valid}")
+
+
+def _gust(name: str, turbine: Turbine, options: dict[str, Any], duration: float, periodic: bool) -> WindSeries:
+    """The transient of ``--gust``, of which only what it takes is passed on."""
+    from meltemi.core.errors import did_you_mean
+    from meltemi.wind.fields import WindSeries
+    from meltemi.wind.iec.models import MODELS, SITUATION, iec_wind
+
+    transients = [m.name for m in MODELS.values() if m.kind == "transient"]
+    if name not in transients:
+        raise InputError(f"--gust: there is no transient {name!r}; {did_you_mean(name, transients)}")
+    takes = (*MODELS[name].takes(), *SITUATION, "sign", "begin", "years")
+    options = {n: v for n, v in options.items() if n in takes}
+    _check_options(MODELS[name], options, "--gust ")
+    if periodic:
+        raise InputError(f"--periodic: the field begins again, and --gust {name} would come again; leave one out")
+    found = iec_wind(name, turbine=turbine, **options)
+    assert isinstance(found, WindSeries)
+    if found.time[0] >= duration:
+        raise InputError(f"--gust: {found.label} begins when the run of {duration:g} s is over; choose another --begin")
+    return found
 
 
 def _read(path: Path) -> WindBox | WindSeries:
@@ -148,18 +220,13 @@ def _field(
     turbine: Turbine,
     duration: float,
     width: float | None,
-    gust: SteadyWind | WindSeries | TurbulentWind | None,
-    out: Path,
+    gust: WindSeries | None,
 ) -> WindBox:
-    from meltemi.wind.fields import WindSeries
     from meltemi.wind.superposition import with_gust
     from meltemi.wind.turbulence.field import generate_field
     from meltemi.wind.turbulence.grid import grid_for
 
-    if gust is not None and not isinstance(gust, WindSeries):
-        raise InputError(f"--gust: {gust.label} is no transient; expected EOG, EDC, ECD, ECG, EWSH or EWSV")
     grid = grid_for(turbine, described.points, width=width)
-    folder_for(out)
     with progress_bar(described.label, compiles=False) as progress:
         box = generate_field(described, grid, duration, progress)
     return box if gust is None else with_gust(box, gust)
@@ -173,7 +240,6 @@ def _look(
     target: TurbulentWind | None = None,
 ) -> None:
     """Table, figures and, if a format is given, the wind itself as a file."""
-    from meltemi.core.errors import did_you_mean
     from meltemi.report.plots import save
     from meltemi.report.tables import field_rows, series_rows, write_csv
     from meltemi.report.wind_plots import plot_wind
@@ -181,23 +247,21 @@ def _look(
     from meltemi.wind.files import write_wind
     from meltemi.wind.statistics import field_statistics, series_statistics
 
-    if file_format is not None and file_format not in SUFFIXES:
-        raise InputError(f"--format {file_format}: {did_you_mean(file_format, SUFFIXES)}")
     height = None if turbine is None else turbine.hub_height
     if isinstance(found, WindBox):
         head, rows = field_rows(field_statistics(found, height))
     else:
         head, rows = series_rows(series_statistics(found))
-    out = folder_for(out)
+    figures = plot_wind(found, turbine, target=target)
     files: list[Path] = []
     if file_format is not None and not isinstance(found, SteadyWind):
-        if isinstance(found, WindBox):
-            files += write_wind(found, out / f"wind{SUFFIXES[file_format]}", file_format)
-        else:
-            files += write_wind(found, out / "wind.wnd")
+        files += write_wind(found, out / f"wind{SUFFIXES[file_format]}", file_format)
     files.append(write_csv(out / "statistics.csv", head, rows))
-    for name, figure in plot_wind(found, turbine, target=target).items():
-        files.append(save(figure, out / f"{name}.png"))
+    for name in FIGURES:
+        if name in figures:
+            files.append(save(figures[name], out / f"{name}.png"))
+        else:
+            (out / f"{name}.png").unlink(missing_ok=True)  # of another wind
     print_table(found.label, head, rows, text_columns=2)
     if isinstance(found, WindBox):
         print(_size(found))

@@ -105,7 +105,7 @@ def explain(error: ValidationError, kind: type[BaseModel], where: str, data: Any
     seen: set[tuple[tuple[int | str, ...], str]] = set()
     for problem in error.errors(include_url=False):
         message = _message(problem, kind)
-        location = _keys(problem, data)
+        location = _keys(problem, kind, data)
         if (location, message) in seen:
             continue
         seen.add((location, message))
@@ -116,10 +116,12 @@ def explain(error: ValidationError, kind: type[BaseModel], where: str, data: Any
     return "\n".join(lines)
 
 
-def _keys(problem: Any, data: Any) -> tuple[int | str, ...]:
+def _keys(problem: Any, kind: type[BaseModel], data: Any) -> tuple[int | str, ...]:
     """The key path of a problem as it stands in the file: pydantic adds names of alternatives that are no keys."""
     keys: list[int | str] = []
-    for part in problem["loc"]:
+    for i, part in enumerate(problem["loc"]):
+        if _tagged(_annotations_at(kind, problem["loc"][:i]), part):
+            continue
         holds = isinstance(data, dict) and part in data
         if holds or (isinstance(data, list | tuple) and isinstance(part, int) and part < len(data)):
             data = data[part]
@@ -143,7 +145,8 @@ def _message(problem: Any, kind: type[BaseModel]) -> str:
     if what in ("value_error", "assertion_error"):
         return str(problem["ctx"]["error"])
     if what == "union_tag_not_found":
-        tags = [v for record in _alternatives_at(kind, location) for v in _literals(record)]
+        by = problem["ctx"]["discriminator"].strip("'")
+        tags = [v for r in _alternatives_at(kind, location) for v in get_args(r.model_fields[by].annotation)]
         return f"missing (one of {', '.join(repr(t) for t in tags)})"
     if what == "union_tag_invalid":
         tags = [tag.strip(" '") for tag in problem["ctx"]["expected_tags"].split(",")]
@@ -163,18 +166,26 @@ def _record_at(kind: type[BaseModel], location: Sequence[int | str]) -> type[Bas
 
 def _alternatives_at(kind: type[BaseModel], location: Sequence[int | str]) -> list[type[BaseModel]]:
     """The record classes a key path may lead to."""
+    return [c for c in _annotations_at(kind, location) if isinstance(c, type) and issubclass(c, BaseModel)]
+
+
+def _annotations_at(kind: type[BaseModel], location: Sequence[int | str]) -> list[Any]:
     found: list[Any] = [kind]
     for part in location:
-        found = [inner for outer in found for inner in _inside(outer, part)]
-    return [c for c in found if isinstance(c, type) and issubclass(c, BaseModel)]
+        found = _tagged(found, part) or [inner for outer in found for inner in _inside(outer, part)]
+    return found
+
+
+def _tagged(found: list[Any], part: int | str) -> list[Any]:
+    """Of several alternatives the one with this tag, which pydantic puts into the path; nothing if it is a key."""
+    records = [c for c in found if isinstance(c, type) and issubclass(c, BaseModel)]
+    return [c for c in records if part in _literals(c)] if len(records) > 1 else []
 
 
 def _inside(outer: Any, part: int | str) -> list[Any]:
     """The annotations one step down a key path."""
     if isinstance(outer, type) and issubclass(outer, BaseModel):
-        if part in outer.model_fields:
-            return _alternatives(outer.model_fields[str(part)].annotation)
-        return [outer] if part in _literals(outer) else []  # pydantic puts the tag of an alternative into the path
+        return _alternatives(outer.model_fields[str(part)].annotation) if part in outer.model_fields else []
     return _alternatives(get_args(outer)[-1 if isinstance(part, str) else 0]) if get_args(outer) else []
 
 

@@ -28,7 +28,8 @@ def number(value: float) -> str:
     size = abs(value)
     if size >= 1e6 or size < 1e-3:
         return f"{value:.3e}"
-    return f"{value:.{max(0, 3 - math.floor(math.log10(size)))}f}"
+    exponent = int(f"{size:.3e}"[-3:])  # of the rounded value: 9.9999 has two digits before the point
+    return f"{value:.{max(0, 3 - exponent)}f}"
 
 
 def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:

@@ -384,7 +384,7 @@ def plot_profile(
     label = "mean of a row, and the range of its points" if field else None
     speed_panel.plot(speed, z, color=COLOURS[0], label=label)
     if field:
-        speed_panel.legend(fontsize=8, loc="lower right")
+        speed_panel.legend(fontsize=7, loc="upper left")
     speed_panel.set_xlabel("horizontal speed [m/s]")
     speed_panel.set_title("mean speed", fontsize=9, loc="left", color=INK, pad=3)
     direction_panel.plot(np.degrees(direction), z, color=COLOURS[0])
@@ -452,7 +452,8 @@ def plot_series(wind: WindSeries) -> Figure:
             text = f"from {_clean(low):.4g} to {_clean(high):.4g} {unit}"
             ax.set_title(text, fontsize=8, loc="right", color=INK, pad=3)
         if len(lines) > 1:
-            ax.legend(fontsize=7, ncols=3, loc="center right")
+            above = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "frameon": False, "borderpad": 0.0}
+            ax.legend(fontsize=7, ncols=3, **above)
     axes[-1, 0].set_xlabel("time [s]")
     _title(figure, wind.label)
     return figure

@@ -273,12 +273,14 @@ def series_statistics(wind: WindSeries | SteadyWind) -> SeriesStatistics:
         square = ((d[:, 1:] ** 2 + d[:, 1:] * d[:, :-1] + d[:, :-1] ** 2) / 3.0) @ share
     else:
         mean, square = x[:, 0], np.zeros(len(x))
+    lowest, highest = x.min(axis=1), x.max(axis=1)
+    constant = lowest == highest  # without the rounding errors of an average
     return SeriesStatistics(
         names=("hub_speed", *names),
-        mean=mean,
-        std=np.sqrt(np.maximum(square, 0.0)),
-        lowest=x.min(axis=1),
-        highest=x.max(axis=1),
+        mean=np.where(constant, lowest, mean),
+        std=np.where(constant, 0.0, np.sqrt(np.maximum(square, 0.0))),
+        lowest=lowest,
+        highest=highest,
         duration=duration,
     )
 

@@ -31,6 +31,8 @@ from meltemi.wind.iec.winds import NORMAL_EXPONENT
 from meltemi.wind.turbulence.spectra import scale_parameter
 
 Sign = Literal[1, -1]
+LATEST = 1e6
+"""[s] begin: no run is longer."""
 STEP = 0.05
 """[s] between rows while something changes."""
 EOG_TIME, EOG_TIME_50, EDC_TIME, RISE_TIME, EWS_TIME = 10.5, 14.0, 6.0, 10.0, 12.0
@@ -301,6 +303,8 @@ def _series(
     """The columns from the begin on; a series is constant before and after by itself."""
     if not 0.0 <= begin < math.inf:
         raise InputError(f"{model}: begin must be zero or a positive time in seconds, found {begin!r}")
+    if begin > LATEST:
+        raise InputError(f"{model}: begin: expected at most {LATEST:g} s, found {begin!r}")
     parts = [f"IEC {model}{'' if sign is None else '+' if sign > 0 else '-'} {speed:g} m/s", label, f"at {begin:g} s"]
     return WindSeries(
         time=begin + duration * _course(duration),

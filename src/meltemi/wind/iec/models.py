@@ -16,7 +16,7 @@ from typing import Any, Literal
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind, WindSeries
-from meltemi.wind.iec.classes import Edition, WindClass, as_class
+from meltemi.wind.iec.classes import CLASSES, Edition, WindClass, as_class
 from meltemi.wind.iec.gusts import ecd, ecg, edc, eog, ews_horizontal, ews_vertical
 from meltemi.wind.iec.winds import TURBULENCE, etm, ewm_steady, ewm_turbulent, ntm, nwp
 from meltemi.wind.turbulent import TurbulentWind
@@ -162,4 +162,6 @@ def iec_wind(
     if used is not None and used not in m.editions:
         known = " or ".join(str(e) for e in m.editions)
         raise InputError(f"{model} ({m.title}) is not in edition {used}; expected edition {known}")
+    if isinstance(wind_class, str) and not any(wind_class in classes for classes in CLASSES.values()):
+        as_class(wind_class, edition)  # what a model ignores shall be right, too
     return _function(m, steady_form)(**given)

@@ -15,6 +15,8 @@ from meltemi.turbine.definition import Turbine
 
 WIDTH = 1.2
 """Of a grid, over the rotor diameter."""
+MOST_ROWS = 1001
+"""And columns."""
 LOWEST = 0.02
 """Height of the lowest row over that of the hub."""
 
@@ -22,9 +24,9 @@ LOWEST = 0.02
 class Grid(Record):
     """Points across the wind, upright and centred on the rotor axis."""
 
-    points_y: int = Field(ge=2, le=1001)
+    points_y: int = Field(ge=2, le=MOST_ROWS)
     """Columns."""
-    points_z: int = Field(ge=2, le=1001)
+    points_z: int = Field(ge=2, le=MOST_ROWS)
     """Rows."""
     dy: float = Field(gt=0.0)
     """[m] between columns."""
@@ -98,6 +100,11 @@ def grid_for(turbine: Turbine, points: int = 25, *, width: float | None = None, 
     rows_below = max(round(below / dy), 1)
     dz = below / rows_below
     rows_above = math.ceil(0.5 * width / dz - 1e-9)
+    if rows_below + 1 + rows_above > MOST_ROWS:
+        raise InputError(
+            f"grid: {width:g} m wide with {points} points it has {rows_below + 1 + rows_above} rows, expected at most "
+            f"{MOST_ROWS}: make it narrower"
+        )
     return Grid(
         points_y=points,
         points_z=rows_below + 1 + rows_above,
