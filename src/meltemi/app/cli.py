@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, results_in, say
 from meltemi.app.wind import ClassOption, EditionOption, SpectrumOption, wind
 from meltemi.core.errors import InputError, MeltemiError
 
@@ -128,7 +128,7 @@ def run(
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
         wind = case_wind(case, turbine, folder)
-        out = folder_for(out)
+    with _named(path if written else None), results_in(out):
         model = build(turbine, case.options, case.environment)
         with progress_bar(f"{turbine.name}, {case.duration:g} s") as progress:
             result = simulate(
@@ -140,10 +140,10 @@ def run(
                 stations=Stations(case.blade_stations, case.tower_stations),
                 progress=progress,
             )
-    files = _write(result, out)
-    if not (written and path.resolve() == (out / "case.yaml").resolve()):
-        write_record(self_contained(case, folder), out / "case.yaml")
-        files.append(out / "case.yaml")
+        files = _write(result, out)
+        if not (written and path.resolve() == (out / "case.yaml").resolve()):
+            write_record(self_contained(case, folder), out / "case.yaml")
+            files.append(out / "case.yaml")
     from meltemi.report.tables import statistics_rows
 
     head, rows = statistics_rows(result)
