@@ -1,0 +1,194 @@
+"""Series without some of their frequencies: what a perfect controller of those harmonics would leave.
+
+A band is removed ideally: its frequencies of the discrete Fourier transform are set to zero, all others stay, to the
+phase. Whole periods of tones in a band go and those outside stay exactly, and the variance falls by just what the band
+held. Records that do not close have two errors, both small in a record of many periods:
+
+* Of a tone that does not fit the record a share of about 1 / (pi^2 N) of its variance stays, N the number of
+  frequencies of the record between the tone and the edge of the band.
+* The jump J from a record's end to its begin has a part in every band: of its variance about J^2 / (2 pi^2) (1/a - 1/b)
+  is taken with the band, a and b the numbers of periods of its edges in the record. A drift of several standard
+  deviations is better taken out first and given back after, ``detrend="linear"``. The line is fitted to what lies
+  outside the bands: whole periods of a tone have a slope too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import nan
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
+from meltemi.postprocess.spectra import even_series
+from meltemi.simulation.result import Result
+
+Float = NDArray[np.float64]
+Band = tuple[float, float]
+"""[Hz] from, to; both included."""
+Detrend = Literal["constant", "linear"]
+
+
+@dataclass(frozen=True)
+class Ceiling:
+    """Deviation and equivalent load of a series, and after the ideal removal of bands.
+
+    Attributes:
+      bands: [Hz] what was removed.
+      slope: m of the S-N curve.
+      std, std_left: standard deviation before and after, in the unit of the series.
+      load, load_left: damage-equivalent load before and after, in the unit of the series.
+    """
+
+    bands: tuple[Band, ...]
+    slope: float
+    std: float
+    std_left: float
+    load: float
+    load_left: float
+
+    @property
+    def std_change(self) -> float:
+        """Change of the standard deviation, over its value before; NaN for a constant series."""
+        return self.std_left / self.std - 1.0 if self.std > 0.0 else nan
+
+    @property
+    def load_change(self) -> float:
+        """Change of the equivalent load, over its value before; NaN for a constant series."""
+        return self.load_left / self.load - 1.0 if self.load > 0.0 else nan
+
+
+def harmonic_bands(rotor_frequency: float, multiples: Sequence[float], half_width: float) -> tuple[Band, ...]:
+    """Bands about multiples of the rotor frequency.
+
+    Args:
+      rotor_frequency: [Hz] see ``rotor_frequency``.
+      multiples: 1 for 1P, 2 for 2P.
+      half_width: of each band, over the rotor frequency: 0.25 takes 0.75P to 1.25P.
+
+    Raises:
+      InputError: something is not positive, or a band would reach below zero.
+    """
+    if not rotor_frequency > 0.0 or not half_width > 0.0:
+        raise InputError("harmonic_bands: rotor_frequency and half_width must be positive")
+    bands = tuple(((n - half_width) * rotor_frequency, (n + half_width) * rotor_frequency) for n in multiples)
+    _check(bands, "harmonic_bands")
+    return bands
+
+
+def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend: Detrend = "constant") -> Float:
+    """The series without the frequencies of the bands; its mean always stays.
+
+    Args:
+      series: (T,) values.
+      dt: [s] between them.
+      bands: [Hz] pairs from, to, both included; they may overlap.
+      detrend: what is kept from the removal: the mean, or a line.
+
+    Returns:
+      (T,) in the unit of the series.
+
+    Raises:
+      InputError: a band is empty or holds no frequency of the record, or values are not finite.
+    """
+    where = "remove_bands"
+    x, dt, _ = even_series(series, None, dt, where)
+    _check(bands, where)
+    if detrend not in ("constant", "linear"):
+        raise InputError(f"{where}: detrend must be 'constant' or 'linear', found {detrend!r}")
+    frequency = np.fft.rfftfreq(len(x), dt)
+    rounding = 1e-9 / (len(x) * dt)
+    taken = np.zeros(len(frequency), dtype=bool)
+    for low, high in bands:
+        inside = (frequency >= low - rounding) & (frequency <= high + rounding)
+        if not inside.any():
+            raise InputError(
+                f"{where}: {low:g} to {high:g} Hz holds no frequency of the record, "
+                f"which are {1.0 / (len(x) * dt):g} Hz apart up to {frequency[-1]:g} Hz"
+            )
+        taken |= inside
+    taken[0] = False
+    if not taken.any():
+        return x.copy()
+
+    def outside(y: Float) -> Float:
+        amplitudes = np.fft.rfft(y)
+        amplitudes[taken] = 0.0
+        kept: Float = np.fft.irfft(amplitudes, len(y))
+        return kept
+
+    rest = outside(x)
+    if detrend == "constant":
+        return rest
+    line = np.linspace(-0.5, 0.5, len(x))
+    ramp = outside(line)
+    # with nearly everything taken nothing is left to tell a line from what is removed: there is none then
+    steep = float(ramp @ ramp)
+    slope = float(ramp @ (rest - rest.mean())) / steep if steep > 1e-12 * float(line @ line) else 0.0
+    left: Float = rest + slope * (line - ramp)
+    return left
+
+
+def ceiling(
+    source: Result | ArrayLike,
+    channel: str | None = None,
+    *,
+    bands: Sequence[Band],
+    dt: float | None = None,
+    slope: float | None = None,
+    f_eq: float = 1.0,
+    between: tuple[float, float] | None = None,
+    detrend: Detrend = "constant",
+) -> Ceiling:
+    """How far the deviation and the equivalent load of a series fall when bands are removed ideally.
+
+    This is what a controller could reach that takes away these harmonics wholly and adds nothing elsewhere. It is no
+    strict bound on equivalent loads, which also depend on how harmonics meet.
+
+    Args:
+      source: a result, with ``channel``, or (T,) values, with ``dt``.
+      channel: name of the channel.
+      bands: [Hz] pairs from, to; see ``harmonic_bands``.
+      dt: [s] between the values of a bare series.
+      slope: m of the S-N curve; the usual one of a channel unless given.
+      f_eq: [Hz] of the equivalent load.
+      between: [s] part that is judged; bands are removed from the whole series, as short records tell them badly apart.
+        For a bare series from its own begin.
+      detrend: see ``remove_bands``.
+
+    Raises:
+      InputError: the slope of a bare series is missing, a band is empty, or ``between`` holds fewer than two values.
+    """
+    where = "ceiling"
+    x, step, found = even_series(source, channel, dt, where)
+    if slope is None:
+        slope = usual_slope(found) if found else None
+        if slope is None:
+            raise InputError(f"{where}: give the slope of the S-N curve, which is known for channels of loads only")
+    left = remove_bands(x, step, bands, detrend=detrend)
+    if between is not None:
+        time = source.time if isinstance(source, Result) else step * np.arange(len(x))
+        part = (time >= between[0] - 1e-6 * step) & (time <= between[1] + 1e-6 * step)
+        x, left = x[part], left[part]
+        if len(x) < 2:
+            raise InputError(f"{where}: between {between[0]:g} and {between[1]:g} s lie fewer than two values")
+    duration = (len(x) - 1) * step
+    load, load_left = (damage_equivalent_load(y, duration=duration, slope=slope, f_eq=f_eq) for y in (x, left))
+    return Ceiling(
+        bands=tuple((float(low), float(high)) for low, high in bands),
+        slope=slope,
+        std=float(x.std()),
+        std_left=float(left.std()),
+        load=load,
+        load_left=load_left,
+    )
+
+
+def _check(bands: Sequence[Band], where: str) -> None:
+    for low, high in bands:
+        if not 0.0 <= low < high:
+            raise InputError(f"{where}: a band must go from at least 0 Hz upwards, found {low:g} to {high:g} Hz")
