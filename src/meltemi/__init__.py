@@ -31,16 +31,40 @@ if TYPE_CHECKING:
     from meltemi.loadcases.batch import simulate_batch as simulate_batch
     from meltemi.loadcases.case import LoadCase as LoadCase
     from meltemi.loadcases.case import read_case as read_case
+    from meltemi.postprocess.bands import Ceiling as Ceiling
+    from meltemi.postprocess.bands import ceiling as ceiling
+    from meltemi.postprocess.bands import harmonic_bands as harmonic_bands
+    from meltemi.postprocess.bands import remove_bands as remove_bands
+    from meltemi.postprocess.ensemble import EnsembleEntry as EnsembleEntry
+    from meltemi.postprocess.ensemble import EnsembleTable as EnsembleTable
+    from meltemi.postprocess.ensemble import Estimate as Estimate
+    from meltemi.postprocess.ensemble import ensemble_load as ensemble_load
+    from meltemi.postprocess.ensemble import ensemble_table as ensemble_table
+    from meltemi.postprocess.ensemble import lifetime_del as lifetime_del
+    from meltemi.postprocess.ensemble import mean_interval as mean_interval
+    from meltemi.postprocess.ensemble import rayleigh_weights as rayleigh_weights
+    from meltemi.postprocess.ensemble import travel as travel
     from meltemi.postprocess.fatigue import damage_equivalent_load as damage_equivalent_load
     from meltemi.postprocess.fatigue import equivalent_loads as equivalent_loads
     from meltemi.postprocess.fatigue import rainflow_cycles as rainflow_cycles
     from meltemi.postprocess.files import read_netcdf as read_netcdf
     from meltemi.postprocess.files import write_netcdf as write_netcdf
+    from meltemi.postprocess.spectra import Peak as Peak
+    from meltemi.postprocess.spectra import PowerSpectrum as PowerSpectrum
+    from meltemi.postprocess.spectra import average_spectra as average_spectra
+    from meltemi.postprocess.spectra import decibels as decibels
+    from meltemi.postprocess.spectra import peak as peak
+    from meltemi.postprocess.spectra import power_spectrum as power_spectrum
+    from meltemi.postprocess.spectra import rotor_frequency as rotor_frequency
     from meltemi.postprocess.statistics import revolution_means as revolution_means
+    from meltemi.report.ensemble_tables import ensemble_rows as ensemble_rows
     from meltemi.report.plots import plot as plot
     from meltemi.report.plots import plot_campbell as plot_campbell
     from meltemi.report.plots import plot_performance as plot_performance
     from meltemi.report.plots import plot_power_curve as plot_power_curve
+    from meltemi.report.spectra_plots import plot_spectra as plot_spectra
+    from meltemi.report.tables import rich_table as rich_table
+    from meltemi.report.tables import write_csv as write_csv
     from meltemi.report.wind_plots import plot_wind as plot_wind
     from meltemi.simulation.campbell import Campbell as Campbell
     from meltemi.simulation.campbell import campbell as campbell
@@ -124,10 +148,19 @@ _HOME = {
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",
     "loadcases.case": "LoadCase read_case",
+    "postprocess.bands": "Ceiling ceiling harmonic_bands remove_bands",
+    "postprocess.ensemble": (
+        "EnsembleEntry EnsembleTable Estimate ensemble_load ensemble_table lifetime_del mean_interval "
+        "rayleigh_weights travel"
+    ),
     "postprocess.fatigue": "damage_equivalent_load equivalent_loads rainflow_cycles",
     "postprocess.files": "read_netcdf write_netcdf",
+    "postprocess.spectra": ("Peak PowerSpectrum average_spectra decibels peak power_spectrum rotor_frequency"),
     "postprocess.statistics": "revolution_means",
+    "report.ensemble_tables": "ensemble_rows",
     "report.plots": "plot plot_campbell plot_performance plot_power_curve",
+    "report.spectra_plots": "plot_spectra",
+    "report.tables": "rich_table write_csv",
     "report.wind_plots": "plot_wind",
     "simulation.campbell": "Campbell campbell",
     "simulation.case": "Stations",

@@ -14,6 +14,7 @@ PAGES = (
     "docs/getting-started.md",
     "docs/guide/controllers.md",
     "docs/guide/batches.md",
+    "docs/guide/results.md",
     "docs/guide/operating-points.md",
     "docs/guide/linear.md",
     "docs/guide/sensitivities.md",

@@ -1,0 +1,320 @@
+"""Numbers over seeds: means with their confidence, changes seed by seed, equivalent loads of ensembles and lifetimes.
+
+Schemes that ran in the same winds are compared seed by seed: the change of each seed against the first scheme is
+formed first and averaged then. What differs from seed to seed, mostly the wind, falls out, so intervals of changes are
+much narrower than those of the values suggest. Intervals are Student's: they hold for numbers that scatter normally
+from seed to seed, and say nothing about other errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import exp, inf, nan, pi, sqrt
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.postprocess.spectra import even_series
+from meltemi.simulation.result import Result
+
+Float = NDArray[np.float64]
+Seed = TypeVar("Seed")
+
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Mean of some numbers and the interval in which the mean of the population lies with a given probability.
+
+    Attributes:
+      mean: of the numbers.
+      half_width: of the interval; NaN for a single number.
+      std: standard deviation of the numbers, from n - 1; NaN for a single number.
+      n: how many numbers.
+    """
+
+    mean: float
+    half_width: float
+    std: float
+    n: int
+
+    @property
+    def low(self) -> float:
+        return self.mean - self.half_width
+
+    @property
+    def high(self) -> float:
+        return self.mean + self.half_width
+
+
+@dataclass(frozen=True)
+class EnsembleEntry:
+    """A quantity of a scheme over all seeds.
+
+    Attributes:
+      quantity, scheme: what it is, and of which scheme.
+      value: mean over seeds, in the unit of the quantity.
+      change: mean of the changes, the ratio to the first scheme minus one, formed for each seed; None for the first
+        scheme, NaN if it is zero for some seed.
+      load: equivalent load of the ensemble, see ``ensemble_load``; None for quantities that are none.
+      load_change: of that load against the first scheme's, minus one; None for the first scheme.
+    """
+
+    quantity: str
+    scheme: str
+    value: Estimate
+    change: Estimate | None = None
+    load: float | None = None
+    load_change: float | None = None
+
+
+@dataclass(frozen=True)
+class EnsembleTable:
+    """Quantities of schemes over seeds.
+
+    Attributes:
+      quantities, schemes: names, in the order in which they were given; the first scheme is the base of changes.
+      seeds: how many.
+      confidence: probability of the intervals.
+      entries: one for each quantity and scheme, scheme by scheme within a quantity.
+    """
+
+    quantities: tuple[str, ...]
+    schemes: tuple[str, ...]
+    seeds: int
+    confidence: float
+    entries: tuple[EnsembleEntry, ...]
+
+    def __iter__(self) -> Iterator[EnsembleEntry]:
+        return iter(self.entries)
+
+    def entry(self, quantity: str, scheme: str) -> EnsembleEntry:
+        """The entry of a quantity and a scheme.
+
+        Raises:
+          InputError: there is none.
+        """
+        for name, names in ((quantity, self.quantities), (scheme, self.schemes)):
+            if name not in names:
+                raise InputError(f"ensemble: no {name!r}: {did_you_mean(name, names)}")
+        return self.entries[self.quantities.index(quantity) * len(self.schemes) + self.schemes.index(scheme)]
+
+
+def mean_interval(values: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
+    """Mean and Student's confidence interval of independent numbers, such as one of each seed.
+
+    Args:
+      values: (n,) numbers.
+      confidence: probability of the interval.
+
+    Raises:
+      InputError: there are no values, or ``confidence`` does not lie between 0 and 1.
+    """
+    from scipy.stats import t
+
+    x = np.asarray(values, dtype=float)
+    if x.ndim != 1 or not len(x):
+        raise InputError(f"mean_interval: values must be a row of numbers, found shape {x.shape}")
+    if not 0.0 < confidence < 1.0:
+        raise InputError(f"mean_interval: confidence must lie between 0 and 1, found {confidence!r}")
+    n = len(x)
+    std = float(x.std(ddof=1)) if n > 1 else nan
+    quantile = float(t.ppf(0.5 * (1.0 + confidence), n - 1)) if n > 1 else nan
+    return Estimate(mean=float(x.mean()), half_width=quantile * std / sqrt(n), std=std, n=n)
+
+
+def ensemble_load(loads: ArrayLike, slope: float, weights: ArrayLike | None = None) -> float:
+    """Equivalent load of several series together, (sum w L^m / sum w)^(1/m): their damages add up, not their loads.
+
+    Args:
+      loads: (n,) equivalent loads, all for the same duration and f_eq.
+      slope: m of the S-N curve.
+      weights: (n,) shares of time; equal by default.
+
+    Raises:
+      InputError: there are no loads, one is negative, or ``slope`` is not positive.
+    """
+    x = _loads(loads, slope, "ensemble_load")
+    w = np.ones(len(x)) if weights is None else np.asarray(weights, dtype=float)
+    if w.shape != x.shape or not np.all(w >= 0.0) or not w.sum() > 0.0:
+        raise InputError("ensemble_load: there must be a weight for each load, none negative, not all zero")
+    return _power_mean(x, w / w.sum(), slope)
+
+
+def ensemble_table(
+    values: Mapping[Seed, Mapping[str, Mapping[str, float]]],
+    slopes: Mapping[str, float] | None = None,
+    *,
+    confidence: float = CONFIDENCE,
+) -> EnsembleTable:
+    """Means, intervals, and changes against the first scheme, of numbers of several schemes in the same winds.
+
+    Args:
+      values: for each seed and scheme the quantities, ``values[seed][scheme][quantity]``, all in the same unit from
+        seed to seed. The first scheme of the first seed is the base.
+      slopes: m of the S-N curve for quantities that are equivalent loads; for these the ensemble's load is given too.
+      confidence: probability of the intervals.
+
+    Raises:
+      InputError: there are no numbers, a seed lacks a scheme or a scheme a quantity that the first one has or has
+        others, a number is not finite, or a slope belongs to no quantity.
+    """
+    where = "ensemble_table"
+    slopes = slopes or {}
+    first = next(iter(values.values()), {})
+    schemes = tuple(first)
+    quantities = tuple(first[schemes[0]]) if schemes else ()
+    if not quantities:
+        raise InputError(f"{where}: no numbers")
+    for seed, of_seed in values.items():
+        if set(of_seed) != set(schemes):
+            raise InputError(f"{where}: seed {seed!r} has the schemes {_list(of_seed)}, the first {_list(schemes)}")
+        for scheme, found in of_seed.items():
+            if set(found) != set(quantities):
+                differing = sorted(set(found) ^ set(quantities))
+                raise InputError(f"{where}: seed {seed!r}, scheme {scheme!r}: not for all there is {_list(differing)}")
+            for quantity, value in found.items():
+                if not np.isfinite(value):
+                    raise InputError(f"{where}: seed {seed!r}, scheme {scheme!r}: {quantity} is {value!r}")
+    for quantity in slopes:
+        if quantity not in quantities:
+            raise InputError(f"{where}: slope of {quantity!r}: {did_you_mean(quantity, quantities)}")
+    entries = []
+    for quantity in quantities:
+        base = np.array([of_seed[schemes[0]][quantity] for of_seed in values.values()], dtype=float)
+        m = slopes.get(quantity)
+        base_load = None if m is None else ensemble_load(base, m)
+        for scheme in schemes:
+            x = np.array([of_seed[scheme][quantity] for of_seed in values.values()], dtype=float)
+            load = None if m is None else ensemble_load(x, m)
+            change, load_change = None, None
+            if scheme != schemes[0]:
+                change = mean_interval(_ratio(x, base) - 1.0, confidence)
+                if load is not None and base_load is not None:
+                    load_change = load / base_load - 1.0 if base_load > 0.0 else nan
+            entries.append(EnsembleEntry(quantity, scheme, mean_interval(x, confidence), change, load, load_change))
+    return EnsembleTable(quantities, schemes, len(values), confidence, tuple(entries))
+
+
+def travel(source: Result | ArrayLike, channel: str | None = None, *, dt: float | None = None) -> float:
+    """Mean of the magnitude of an actuator's rate: the way it goes per second, its duty.
+
+    Args:
+      source: a result, with ``channel`` (such as ``pitch_1``), or (T,) angles, with ``dt``.
+      channel: name of the channel.
+      dt: [s] between the values of a bare series.
+
+    Returns:
+      integral of |rate| over time, over the duration, in the unit of the series per second. Turning points between
+      values are missed, so it is a little low for a coarse series.
+
+    Raises:
+      InputError: what is needed beside the source is missing, or values are not finite or not evenly spaced.
+    """
+    x, step, _ = even_series(source, channel, dt, "travel")
+    return float(np.abs(np.diff(x)).sum() / ((len(x) - 1) * step))
+
+
+def rayleigh_weights(speeds: ArrayLike, mean_speed: float, edges: Sequence[float] | None = None) -> Float:
+    """Shares of time of bins of wind speed in a Rayleigh distribution.
+
+    Source: IEC 61400-1, eq. (8) of edition 3: P(V) = 1 - exp(-pi (V / (2 V_ave))^2).
+
+    Args:
+      speeds: (n,) [m/s] ascending, one in each bin.
+      mean_speed: [m/s] yearly mean at the hub, 0.2 V_ref for a standard class.
+      edges: (n + 1,) [m/s] of the bins; half-way between the speeds by default, the outer ones as wide outwards as
+        inwards.
+
+    Returns:
+      (n,) probabilities; their sum is below one by what lies outside the edges.
+
+    Raises:
+      InputError: speeds or edges do not ascend, a speed lies outside its bin, or a single speed has no edges.
+    """
+    where = "rayleigh_weights"
+    v = np.asarray(speeds, dtype=float)
+    if v.ndim != 1 or not len(v) or not np.all(np.isfinite(v)) or not np.all(np.diff(v) > 0.0) or v[0] < 0.0:
+        raise InputError(f"{where}: speeds must be a row of ascending numbers, none negative")
+    if not 0.0 < mean_speed < inf:
+        raise InputError(f"{where}: mean_speed must be positive, found {mean_speed!r}")
+    if edges is None:
+        if len(v) < 2:
+            raise InputError(f"{where}: a single speed needs the edges of its bin")
+        middle = 0.5 * (v[1:] + v[:-1])
+        e = np.concatenate([[max(2.0 * v[0] - middle[0], 0.0)], middle, [2.0 * v[-1] - middle[-1]]])
+    else:
+        e = np.asarray(edges, dtype=float)
+        if e.shape != (len(v) + 1,) or np.any(np.isnan(e)) or e[0] < 0.0 or np.any(np.diff(e) <= 0.0):
+            raise InputError(f"{where}: {len(v)} speeds need {len(v) + 1} ascending edges, none negative")
+        if np.any(v < e[:-1]) or np.any(v > e[1:]):
+            raise InputError(f"{where}: each speed must lie between the edges of its bin")
+    beyond = np.array([exp(-pi * (x / (2.0 * mean_speed)) ** 2) for x in e])
+    weights: Float = beyond[:-1] - beyond[1:]
+    return weights
+
+
+def lifetime_del(
+    speeds: ArrayLike,
+    loads: ArrayLike,
+    *,
+    slope: float,
+    mean_speed: float,
+    edges: Sequence[float] | None = None,
+    operating_time: bool = False,
+) -> float:
+    """Damage-equivalent load over a lifetime in a Rayleigh distribution of the wind speed, (sum p_i DEL_i^m)^(1/m).
+
+    Args:
+      speeds: (n,) [m/s] ascending.
+      loads: (n,) equivalent loads at these speeds, all for the same f_eq; of several seeds see ``ensemble_load``.
+      slope: m of the S-N curve.
+      mean_speed: [m/s] yearly mean at the hub.
+      edges: (n + 1,) [m/s] of the bins, see ``rayleigh_weights``.
+      operating_time: N_eq counts the time within the edges only, so the p_i sum to one; otherwise it counts all time,
+        and what lies outside does no damage.
+
+    Returns:
+      in the unit of the loads, for the same f_eq. Transients between speeds and starts and stops are not in it.
+
+    Raises:
+      InputError: as ``rayleigh_weights``; a load is missing or negative, or ``slope`` is not positive.
+    """
+    x = _loads(loads, slope, "lifetime_del")
+    weights = rayleigh_weights(speeds, mean_speed, edges)
+    if x.shape != weights.shape:
+        raise InputError(f"lifetime_del: found {len(x)} loads for {len(weights)} speeds")
+    if operating_time:
+        weights = weights / weights.sum()
+    return _power_mean(x, weights, slope)
+
+
+def _loads(loads: ArrayLike, slope: float, where: str) -> Float:
+    x = np.asarray(loads, dtype=float)
+    if x.ndim != 1 or not len(x) or not np.all(np.isfinite(x)) or np.any(x < 0.0):
+        raise InputError(f"{where}: loads must be a row of finite numbers, none negative")
+    if not 0.0 < slope < inf:
+        raise InputError(f"{where}: slope must be positive, found {slope!r}")
+    return x
+
+
+def _power_mean(x: Float, weights: Float, m: float) -> float:
+    """(sum w x^m)^(1/m), scaled by the largest against overflow."""
+    largest = float(x.max())
+    if largest == 0.0:
+        return 0.0
+    return float(largest * np.sum(weights * (x / largest) ** m) ** (1.0 / m))
+
+
+def _ratio(x: Float, base: Float) -> Float:
+    ratio = np.full(len(x), nan)
+    np.divide(x, base, out=ratio, where=base != 0.0)
+    return ratio
+
+
+def _list(names: Iterator[str] | Sequence[str] | Mapping[str, object]) -> str:
+    return ", ".join(names) or "none"

@@ -1,0 +1,91 @@
+"""Spectra of runs beside each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from meltemi.core.errors import InputError
+from meltemi.postprocess.spectra import RESOLUTION, average_spectra, power_spectrum, rotor_frequency
+from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.simulation.result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+FAINT = "#9aa5ae"
+ABOVE = 1.6
+"""Of the last harmonic that is marked, how far the figure reaches unless said otherwise."""
+WITHOUT_ROTOR = 1.0
+"""[Hz] to which it reaches where no harmonics are marked."""
+
+
+def plot_spectra(
+    results: Mapping[str, Result | Sequence[Result]],
+    channel: str,
+    *,
+    resolution: float = RESOLUTION,
+    harmonics: Sequence[int] = (1, 2, 3),
+    highest: float | None = None,
+    ax: Axes | None = None,
+) -> Axes:
+    """Power spectral densities of a channel of several runs in one panel, in units for people.
+
+    Multiples of the rotor frequency, the mean of all runs that tell it, are marked.
+
+    Args:
+      results: runs by name; several runs under one name, such as seeds, are averaged.
+      channel: name of the channel.
+      resolution: [Hz] see ``power_spectrum``.
+      harmonics: that are marked.
+      highest: [Hz] to which the figure reaches; a little above the last harmonic by default.
+      ax: where to draw.
+
+    Raises:
+      InputError: there is nothing to plot, or a run is shorter than the resolution needs.
+    """
+    runs = {name: [some] if isinstance(some, Result) else list(some) for name, some in results.items()}
+    if not runs or not all(runs.values()):
+        raise InputError("plot_spectra: no results")
+    if ax is None:
+        ax = new_figure(1, size=(9.0, 4.2))[1][0, 0]
+    every = [run for some in runs.values() for run in some]
+    turning = [rotor_frequency(run) for run in every if "rotor_speed" in run or "azimuth" in run]
+    rotor = float(np.mean(turning)) if turning else 0.0
+    marked = [n for n in harmonics if rotor > 0.0]
+    if highest is None:
+        highest = ABOVE * max(marked) * rotor if marked else WITHOUT_ROTOR
+    about = every[0].channel(channel)
+    unit, factor = about.display_unit
+    shown: list[float] = []
+    for i, (name, some) in enumerate(runs.items()):
+        spectrum = average_spectra([power_spectrum(run, channel, resolution=resolution) for run in some])
+        # at zero frequency stands what is left of the mean
+        part = (spectrum.frequency > 0.0) & (spectrum.frequency <= highest)
+        density = spectrum.density[part] * factor**2
+        ax.semilogy(spectrum.frequency[part], density, linewidth=1.1, label=name, color=COLOURS[i % len(COLOURS)])
+        shown += [float(value) for value in density if value > 0.0]
+    for n in marked:
+        ax.axvline(n * rotor, color=FAINT, linewidth=0.8, linestyle="--", zorder=0.5)
+        if n * rotor <= highest:
+            ax.annotate(
+                f"{n}P",
+                (n * rotor, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(2, -9),
+                textcoords="offset points",
+                fontsize=8,
+                color="#6b757d",
+            )
+    ax.set_xlim(0.0, highest)
+    if shown:
+        ax.set_ylim(0.5 * min(shown), 3.0 * max(shown))
+    ax.set_title(f"{about.name.replace('_', ' ')}, power spectral density", fontsize=9, loc="left", color=INK, pad=3)
+    ax.set_xlabel("frequency [Hz]")
+    ax.set_ylabel(f"[({unit})$^2$/Hz]", fontsize=8)
+    if len(runs) > 1:
+        ax.legend(fontsize=8)
+    style(ax)
+    return ax
