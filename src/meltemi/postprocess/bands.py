@@ -4,8 +4,8 @@ A band is removed ideally: its frequencies of the discrete Fourier transform are
 phase. Whole periods of tones in a band go and those outside stay exactly, and the variance falls by just what the band
 held. Records that do not close have two errors, both small in a record of many periods:
 
-* Of a tone that does not fit the record a share of about 1 / (pi^2 N) of its variance stays, N the number of
-  frequencies of the record between the tone and the edge of the band.
+* Of a tone that does not fit the record a share of about 1 / (pi^2 N) of its variance stays, at worst twice that, N the
+  number of frequencies of the record between the tone and the edge of the band.
 * The jump J from a record's end to its begin has a part in every band: of its variance about J^2 / (2 pi^2) (1/a - 1/b)
   is taken with the band, a and b the numbers of periods of its edges in the record. A drift of several standard
   deviations is better taken out first and given back after, ``detrend="linear"``. The line is fitted to what lies
