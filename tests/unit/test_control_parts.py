@@ -51,9 +51,7 @@ ROTOR = 1.2671
 """[rad/s] 12.1 revolutions per minute."""
 ZETA = 0.25
 RATES = (0.0125, 0.05, 0.2)
-compiled: Any = (
-    (lambda f: f) if numba.config.DISABLE_JIT else numba.njit(fastmath=FAST_MATH, error_model="numpy")
-)
+compiled: Any = (lambda f: f) if numba.config.DISABLE_JIT else numba.njit(fastmath=FAST_MATH, error_model="numpy")
 
 
 def filtered(kind: str, signal: Float, w: Float | float, dt: float, zeta: float = ZETA) -> Float:
@@ -123,7 +121,8 @@ def test_no_change_of_the_centre_feeds_a_filter() -> None:
     """The states' sum of squares falls at every call without input, whatever the centre does, standstill included."""
     rng = np.random.default_rng(3)
     x = np.array([1.0, -2.0])
-    for w, zeta in zip(rng.uniform(-200.0, 200.0, 2000) * rng.integers(0, 2, 2000), rng.uniform(0.0, 2.0, 2000)):
+    centres, dampings = rng.uniform(-200.0, 200.0, 2000) * rng.integers(0, 2, 2000), rng.uniform(0.0, 2.0, 2000)
+    for w, zeta in zip(centres, dampings, strict=True):
         before = x @ x
         band_pass(x, 0, 0.0, w, zeta, 0.05)
         assert x @ x <= before * (1.0 + 1e-14)
@@ -222,7 +221,7 @@ def test_offset_undoes_the_lag_of_filter_and_actuator() -> None:
     t = 0.05 * np.arange(2000)
     demand = np.array([to_blade(1.0, 0.0, 1, 3, ROTOR * a, 1, phi) for a in t])
     out = filtered("band_pass", filtered("low_pass", demand, 4.0, 0.05), 1.1 * ROTOR, 0.05)
-    wanted = abs(g_low * g_band) * np.cos(blade_angle(ROTOR * t, 1, 3))
+    wanted = abs(g_low * g_band) * np.cos([blade_angle(ROTOR * a, 1, 3) for a in t])
     np.testing.assert_allclose(out[1500:], wanted[1500:], atol=1e-6)
 
 
@@ -259,9 +258,10 @@ def test_noise_repeats_with_its_seed() -> None:
     np.testing.assert_array_equal(first, [0.5 * normal(k, 0, 2) for k in range(50)])
     assert not np.any(first == other)
     assert x[0, 0] == 5.0 and x[0, 3] == 50.0
-    for seed, stream in ((-1, 0), (2**32, 0), (0.5, 0), (0, -1)):
+    wrong: tuple[tuple[Any, int], ...] = ((-1, 0), (2**32, 0), (0.5, 0), (0, -1))
+    for seed, stream in wrong:
         with pytest.raises(InputError, match="whole number"):
-            noise_start(x[0], 0, seed, stream)  # type: ignore[arg-type]
+            noise_start(x[0], 0, seed, stream)
 
 
 @pytest.mark.parametrize("samples", [0, 1, 2, 7])
@@ -412,7 +412,7 @@ N_STATES = 40
 
 
 def individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) -> None:
-    """All parts in one law: what a user writes. The place 0 is the centre's share, 1 the damping, 2 the delay's count."""
+    """All parts in one law: what a user writes. Place 0 is the centre over the speed, 1 the damping, 2 the offset."""
     speed, azimuth = measurements[0], measurements[1]
     for i in range(3):
         moment = delay(state, 3 + 2 * i, measurements[2 + i] + noise(state, 36, state[39]), 1)
@@ -439,7 +439,7 @@ def start_of_all() -> Float:
 def run_of_all(slopes: tuple[Any, ...] | None, *arrays: Float) -> None:
     view, law = viewer(), compiled(individual_pitch)
 
-    @compiled
+    @compiled  # type: ignore[untyped-decorator]
     def march(numbers: Any, arrays: tuple[Any, ...]) -> None:
         state, measurements, demands = view(numbers, arrays)
         for k in range(100):
@@ -457,27 +457,28 @@ def test_derivatives_by_gains_equal_differences() -> None:
     places = [0, 1, 2, 18 + KP, 18 + KI, 18 + 4, 28 + WEIGHTS.index("shear"), 39]
     assert len(places) == N_DERIVATIVES
 
-    def demands_of(x: Float) -> Float:
+    def outputs(x: Float) -> Float:
+        """All demands, and the integral, whose demand is at a limit for a part of the run."""
         demands = np.zeros(6)
         run_of_all(None, x, np.array([ROTOR, 0.0, 0.0, 0.0, 0.0]), demands)
-        return demands
+        return np.append(demands, x[18 + INTEGRAL])
 
     x, measured, demands = start_of_all(), np.array([ROTOR, 0.0, 0.0, 0.0, 0.0]), np.zeros(6)
-    dx, d_measured, d_demands = (np.zeros((len(a), N_DERIVATIVES)) for a in (x, measured, demands))
-    dx[places, range(N_DERIVATIVES)] = 1.0
-    run_of_all((dx, d_measured, d_demands), x, measured, demands)
-    np.testing.assert_allclose(demands, demands_of(start_of_all()), rtol=1e-13)
-    print(x[18:27], demands)
+    d_x, d_measured, d_demands = (np.zeros((len(a), N_DERIVATIVES)) for a in (x, measured, demands))
+    d_x[places, range(N_DERIVATIVES)] = 1.0
+    run_of_all((d_x, d_measured, d_demands), x, measured, demands)
+    found = np.append(d_demands, d_x[18 + INTEGRAL, np.newaxis], axis=0)
+    np.testing.assert_allclose(np.append(demands, x[18 + INTEGRAL]), outputs(start_of_all()), rtol=1e-12)
     for k, place in enumerate(places):
         ends = []
         for sign in (1.0, -1.0):
             other = start_of_all()
             other[place] += sign * 1e-6
-            ends.append(demands_of(other))
+            ends.append(outputs(other))
         difference = (ends[0] - ends[1]) / 2e-6
         size = np.abs(difference).max()
         assert size > 1e-4
-        np.testing.assert_allclose(d_demands[:, k], difference, atol=1e-7 * max(size, 1e-2))
+        np.testing.assert_allclose(found[:, k], difference, atol=1e-7 * max(size, 1e-2))
 
 
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="compiled code only")

@@ -45,7 +45,7 @@ EXPONENT, RADIUS, HUB_HEIGHT, SHEAR, TOWER_RADIUS, CLEARANCE = WEIGHTS.slots(
 )
 
 _LEAST = 0.01
-"""Smallest height over hub height, and smallest share of the wind that the tower leaves: both logarithms stay finite."""
+"""Smallest height over hub height, and share of the wind that a tower leaves, so that logarithms stay finite."""
 
 
 @kernel

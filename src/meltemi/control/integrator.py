@@ -41,7 +41,7 @@ INTEGRATOR = table(
     integral             | demand             | state: integral part I of the demand
     derivative           | error/s            | state: filtered derivative of the error
     error                | error              | state: that of the last call
-    switches             | -                  | limits that a difference step would have reached or left, in derivative runs
+    switches             | -                  | state: limits that a difference step would have reached, in derivative runs
     """,
 )
 """Settings and state of one axis."""

@@ -54,9 +54,7 @@ def to_fixed(x: Float, at: int, blades: int, azimuth: float, harmonic: int) -> t
 
 
 @kernel
-def to_blade(
-    tilt: float, yaw: float, blade: int, blades: int, azimuth: float, harmonic: int, offset: float
-) -> float:
+def to_blade(tilt: float, yaw: float, blade: int, blades: int, azimuth: float, harmonic: int, offset: float) -> float:
     """Value for one blade from tilt and yaw part (C-19).
 
     Args:
