@@ -41,7 +41,7 @@ INTEGRATOR = table(
     integral             | demand             | state: integral part I of the demand
     derivative           | error/s            | state: filtered derivative of the error
     error                | error              | state: that of the last call
-    switches             | -                  | state: limits that a difference step would have reached, in derivative runs
+    switches             | -                  | limits that a difference step would have reached, in derivative runs
     """,
 )
 """Settings and state of one axis."""
@@ -59,7 +59,8 @@ def integrator(x: Float, at: int, error: float, low: float, high: float, dt: flo
     Args:
       x: vector with settings and state from the place ``at`` on.
       error: what is to become zero, of any unit; times a schedule if gains have one.
-      low, high: limits of the demand now.
+      low: limit of the demand now.
+      high: limit of the demand now.
       dt: [s] since the last call.
 
     Returns:
@@ -105,7 +106,9 @@ def integrator_settings(
     """Checked settings and state of an axis, for a slice of a controller's state vector.
 
     Args:
-      proportional_gain, integral_gain, derivative_gain: of any sign.
+      proportional_gain: k_p, of any sign, as the other gains.
+      integral_gain: k_i.
+      derivative_gain: k_d.
       derivative_frequency: [rad/s] corner of the derivative's low-pass; needed with a derivative gain.
       tracking_time: [s] of back-calculation; 0: clamping.
       integral: of the demand, at the start.

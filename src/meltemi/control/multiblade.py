@@ -58,7 +58,8 @@ def to_blade(tilt: float, yaw: float, blade: int, blades: int, azimuth: float, h
     """Value for one blade from tilt and yaw part (C-19).
 
     Args:
-      tilt, yaw: of any unit.
+      tilt: cosine part, of any unit.
+      yaw: sine part.
       blade: 0 for the first one.
       blades: number N of blades.
       azimuth: [rad] of the first blade.
