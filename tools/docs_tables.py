@@ -116,6 +116,8 @@ def arrays() -> str:
         "control.signals",
         "control.baseline",
         "control.actuators",
+        "control.feedforward",
+        "control.integrator",
         "simulation.step",
     ):
         home = import_module(f"meltemi.{module}")

@@ -1,0 +1,127 @@
+"""Feed-forward of the collective pitch by azimuth: each blade's share of what shear and tower shadow do to the wind.
+
+    K_i = N V_i^m / sum V_j^m,   sum K_i = N,   theta_i = K_i theta_collective
+
+with V_i the wind at one radius of blade i: a power law of the height above ground, and a potential flow around the
+tower below the hub. The exponent m is 2, since the torque of a blade goes with the square of the wind. The weights need
+the azimuth alone, no load sensor. Only ratios count, so V is that over the wind at the hub.
+
+Settings lie in a vector from the place ``at`` on, one behind the other as in ``WEIGHTS``.
+
+Reference: docs/theory/control.md (C-22 and C-23).
+"""
+
+from __future__ import annotations
+
+from math import cos, exp, isfinite, log, sin
+
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.control.multiblade import blade_angle
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel
+from meltemi.core.tables import View, table
+from meltemi.maths.generic import zero
+
+Float = NDArray[float64]
+
+WEIGHTS = table(
+    "feed-forward weights",
+    "",
+    """
+    exponent     | - | m, of the wind in the weights
+    radius       | m | from the rotor axis, at which a blade's wind is taken
+    hub_height   | m | above ground
+    shear        | - | exponent of the power law of the height
+    tower_radius | m | at the height the blade passes; 0 is no tower
+    clearance    | m | from the tower's axis to the blade that passes it
+    """,
+)
+"""Settings of the weights."""
+
+EXPONENT, RADIUS, HUB_HEIGHT, SHEAR, TOWER_RADIUS, CLEARANCE = WEIGHTS.slots(
+    "exponent radius hub_height shear tower_radius clearance"
+)
+
+_LEAST = 0.01
+"""Smallest height over hub height, and share of the wind that a tower leaves, so that logarithms stay finite."""
+
+
+@kernel
+def blade_wind(x: Float, at: int, angle: float) -> float:
+    """Wind at the blade at an azimuth [rad], over that at the hub (C-22)."""
+    above, aside = x[at + RADIUS] * cos(angle), x[at + RADIUS] * sin(angle)
+    height = max(1.0 + above / x[at + HUB_HEIGHT], _LEAST)
+    wind = exp(x[at + SHEAR] * log(height))
+    if x[at + TOWER_RADIUS] > 0.0:
+        # in tower radii; from the hub down in full, and gone one tower radius above it, so nothing jumps
+        c, y = x[at + CLEARANCE] / x[at + TOWER_RADIUS], aside / x[at + TOWER_RADIUS]
+        share = min(max(1.0 - above / x[at + TOWER_RADIUS], 0.0), 1.0)
+        square = c * c + y * y
+        wind *= max(1.0 - share * (c * c - y * y) / (square * square), _LEAST)
+    return wind
+
+
+@kernel
+def weight(x: Float, at: int, blade: int, blades: int, azimuth: float) -> float:
+    """Weight of blade 0, 1, ... (C-23).
+
+    Args:
+      x: vector with the settings from the place ``at`` on.
+      blades: number N of blades.
+      azimuth: [rad] of the first blade.
+    """
+    mine, total = zero(x), zero(x)
+    for i in range(blades):
+        power = exp(x[at + EXPONENT] * log(blade_wind(x, at, blade_angle(azimuth, i, blades))))
+        total += power
+        if i == blade:
+            mine += power
+    return blades * mine / total
+
+
+def weight_settings(
+    *,
+    radius: float,
+    hub_height: float,
+    shear: float,
+    tower_radius: float = 0.0,
+    clearance: float = 0.0,
+    exponent: float = 2.0,
+) -> Float:
+    """Checked settings of the weights, for a slice of a controller's state vector.
+
+    Args:
+      radius: [m] at which a blade's wind is taken; two thirds of the rotor radius is the torque-weighted mean.
+      hub_height: [m] above ground.
+      shear: exponent of the power law.
+      tower_radius: [m] where the blade at ``radius`` passes; 0 is no tower.
+      clearance: [m] there from the tower's axis to the blade, larger than the tower's radius.
+      exponent: m of the weights.
+
+    Raises:
+      InputError: a number that cannot be.
+    """
+    values = {
+        "exponent": exponent,
+        "radius": radius,
+        "hub_height": hub_height,
+        "shear": shear,
+        "tower_radius": tower_radius,
+        "clearance": clearance,
+    }
+    for name, value in values.items():
+        if not (isfinite(value) and value >= 0.0):
+            raise InputError(f"feed-forward weights: {name} must be zero or a positive number, found {value!r}")
+    if not radius < hub_height:
+        raise InputError(f"feed-forward weights: radius {radius:g} m must be below hub_height {hub_height:g} m")
+    if tower_radius > 0.0 and not clearance > tower_radius:
+        raise InputError(
+            f"feed-forward weights: clearance {clearance:g} m must be larger than tower_radius {tower_radius:g} m"
+        )
+    x = WEIGHTS.zeros()
+    view = View(WEIGHTS, x)
+    for name, value in values.items():
+        view[name] = value
+    return x

@@ -1,0 +1,169 @@
+"""Discrete filters for controllers: low-pass, band-pass and notch, whose centre may move at every call.
+
+With s the Laplace variable, w the corner or centre frequency and zeta the damping ratio:
+
+    low-pass   w / (s + w)
+    band-pass  2 zeta w s / (s^2 + 2 zeta w s + w^2)
+    notch      (s^2 + w^2) / (s^2 + 2 zeta w s + w^2)
+
+Their integrators follow the trapezoidal rule with g = tan(w dt / 2) in place of w dt / 2 (bilinear transform,
+prewarped), so each is exact at w: the band-pass has gain 1 and no phase there, the notch nothing, the low-pass
+1 / sqrt(2) and -45 degrees. The states are those of the two integrators. Their sum of squares never grows of itself,
+whatever w and zeta are from call to call: a centre that follows the rotor speed cannot make a filter unstable.
+
+The states of a filter lie in a vector from the place ``at`` on, such as the state vector of a controller. To start at
+a constant signal without a jump, call ``low_pass_start`` or ``second_order_start`` once.
+
+Reference: docs/theory/control.md (C-14 to C-17); Zavalishin (2012), sections 3.10 and 4.1; Wishnick (2014).
+"""
+
+from __future__ import annotations
+
+import cmath
+from math import isfinite, pi, tan
+
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel
+
+Float = NDArray[float64]
+
+LOW_PASS_STATES, SECOND_ORDER_STATES = 1, 2
+"""How many places of a vector the filters take."""
+
+_LAST = 1.5
+"""Largest half angle w dt / 2 a filter uses: near half the sampling rate (pi / 2) the tangent would change its sign."""
+
+
+@kernel
+def half_angle(w: float, dt: float) -> float:
+    """Prewarped g = tan(w dt / 2) of a frequency [rad/s], of either sign, kept below half the sampling rate."""
+    return tan(min(0.5 * abs(w) * dt, _LAST))
+
+
+@kernel
+def low_pass(x: Float, at: int, signal: float, w: float, dt: float) -> float:
+    """One call of a first-order low-pass (C-15).
+
+    Args:
+      x: vector that holds its state at the place ``at``.
+      signal: the input, of any unit.
+      w: [rad/s] corner frequency.
+      dt: [s] since the last call.
+
+    Returns:
+      The output, in the input's unit.
+    """
+    g = half_angle(w, dt)
+    change = g / (1.0 + g) * (signal - x[at])
+    output = x[at] + change
+    x[at] = output + change
+    return output
+
+
+@kernel
+def band(x: Float, at: int, signal: float, w: float, zeta: float, dt: float) -> float:
+    """Band-pass part of a signal; the step of both second-order filters (C-16)."""
+    g, k = half_angle(w, dt), 2.0 * zeta
+    first = (x[at] + g * (signal - x[at + 1])) / (1.0 + g * (g + k))
+    second = x[at + 1] + g * first
+    x[at] = 2.0 * first - x[at]
+    x[at + 1] = 2.0 * second - x[at + 1]
+    return k * first
+
+
+@kernel
+def band_pass(x: Float, at: int, signal: float, w: float, zeta: float, dt: float) -> float:
+    """One call of a second-order band-pass (C-16).
+
+    Args:
+      x: vector that holds its two states from the place ``at`` on.
+      signal: the input, of any unit.
+      w: [rad/s] centre frequency, at which gain is 1 and phase 0.
+      zeta: damping ratio; the width between gains of 1 / sqrt(2) is 2 zeta w.
+      dt: [s] since the last call.
+
+    Returns:
+      The output, in the input's unit.
+    """
+    return band(x, at, signal, w, zeta, dt)
+
+
+@kernel
+def notch(x: Float, at: int, signal: float, w: float, zeta: float, dt: float) -> float:
+    """One call of a notch, which is the signal without its band-pass part; arguments as for ``band_pass`` (C-16)."""
+    return signal - band(x, at, signal, w, zeta, dt)
+
+
+@kernel
+def low_pass_start(x: Float, at: int, signal: float) -> None:
+    """State of a low-pass that has had a constant signal for long."""
+    x[at] = signal
+
+
+@kernel
+def second_order_start(x: Float, at: int, signal: float) -> None:
+    """States of a band-pass or notch that has had a constant signal for long."""
+    x[at] = 0.0
+    x[at + 1] = signal
+
+
+def response(kind: str, frequency: float, w: float, zeta: float, dt: float) -> complex:
+    """Frequency response of a filter as it is computed, for the design of phase offsets (C-17).
+
+    Args:
+      kind: ``low_pass``, ``band_pass`` or ``notch``.
+      frequency: [rad/s] of the signal, below half the sampling rate.
+      w: [rad/s] corner or centre frequency.
+      zeta: damping ratio; a low-pass has none.
+      dt: [s] between calls; 0 gives the continuous filter.
+    """
+    if frequency * dt >= pi:
+        raise InputError(f"response: {frequency:g} rad/s is not below half the sampling rate, {pi / dt:g} rad/s")
+    s = 1j * frequency / w if dt == 0.0 else 1j * tan(0.5 * frequency * dt) / half_angle(w, dt)
+    if kind == "low_pass":
+        return 1.0 / (1.0 + s)
+    below = s * s + 2.0 * zeta * s + 1.0
+    if kind == "band_pass":
+        return 2.0 * zeta * s / below
+    if kind == "notch":
+        return (s * s + 1.0) / below
+    raise InputError(f"response: kind must be 'low_pass', 'band_pass' or 'notch', found {kind!r}")
+
+
+def lag(*responses: complex) -> float:
+    """Phase [rad] by which a chain of frequency responses lags behind its input."""
+    return -sum(cmath.phase(g) for g in responses)
+
+
+def check_harmonic(harmonic: int, speed: float, sample_time: float, blades: int = 3) -> None:
+    """Refuse a multiple of the rotor speed that a sampled controller cannot see or the blades cannot make.
+
+    Args:
+      harmonic: multiple n of the rotor speed.
+      speed: [rad/s] largest rotor speed.
+      sample_time: [s] between calls.
+      blades: number of blades.
+
+    Raises:
+      InputError: n is no positive whole number; n times the speed is not below half the sampling rate; or the blades
+        cannot tell cosine from sine part, which needs 2 n to be no multiple of their number.
+    """
+    if harmonic != int(harmonic) or harmonic < 1:
+        raise InputError(f"harmonic must be a whole number from 1 on, found {harmonic!r}")
+    for name, value in (("speed", speed), ("sample_time", sample_time)):
+        if not (isfinite(value) and value > 0.0):
+            raise InputError(f"harmonic {harmonic}: {name} must be positive, found {value!r}")
+    highest = pi / sample_time
+    if harmonic * speed >= highest:
+        raise InputError(
+            f"harmonic {harmonic} of {speed:g} rad/s is {harmonic * speed:g} rad/s, not below half the sampling rate, "
+            f"{highest:g} rad/s: use a sample_time below {pi / (harmonic * speed):.4g} s"
+        )
+    if (2 * harmonic) % blades == 0:
+        raise InputError(
+            f"harmonic {harmonic}: {blades} blades cannot tell its cosine from its sine part; "
+            "2 n must be no multiple of their number"
+        )

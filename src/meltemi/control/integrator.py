@@ -1,0 +1,141 @@
+"""A PI or PID law with limits that does not wind up, one for each axis of a controller.
+
+    wanted = k_p e + I + k_d de/dt,   demand = wanted within [low, high]
+
+The limits come with every call: what the actuator can do now, by angle, by rate, or after other demands have had their
+share. The integral I is in the unit of the demand, so gains may change without a jump. It does not wind up, by one of
+
+- clamping (``tracking_time`` 0): while the demand is at a limit, the integral takes no step that leads further beyond;
+- back-calculation (``tracking_time`` T > 0): the integral is drawn towards the limit with the time constant T.
+
+Where the limits act later, as on the blades after the inverse of the multi-blade coordinates, leave those here wide
+and call ``give_back`` with what was done. Settings and state lie in a vector from the place ``at`` on, one behind the
+other as in ``INTEGRATOR``.
+
+Reference: docs/theory/control.md (C-24 to C-26); Åström and Hägglund (2006), section 3.5.
+"""
+
+from __future__ import annotations
+
+from math import exp, isfinite
+
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel
+from meltemi.core.tables import View, table
+from meltemi.maths.generic import crossed
+
+Float = NDArray[float64]
+
+INTEGRATOR = table(
+    "integrator",
+    "",
+    """
+    proportional_gain    | demand/error       | k_p
+    integral_gain        | demand/error/s     | k_i
+    derivative_gain      | demand s/error     | k_d
+    derivative_frequency | rad/s              | corner of the low-pass of the derivative
+    tracking_time        | s                  | T of back-calculation; 0: clamping
+    integral             | demand             | state: integral part I of the demand
+    derivative           | error/s            | state: filtered derivative of the error
+    error                | error              | state: that of the last call
+    switches             | -                  | limits that a difference step would have reached, in derivative runs
+    """,
+)
+"""Settings and state of one axis."""
+
+KP, KI, KD, CORNER, TRACKING, INTEGRAL, DERIVATIVE, ERROR, SWITCHES = INTEGRATOR.slots(
+    "proportional_gain integral_gain derivative_gain derivative_frequency tracking_time "
+    "integral derivative error switches"
+)
+
+
+@kernel
+def integrator(x: Float, at: int, error: float, low: float, high: float, dt: float) -> float:
+    """One call of the law (C-24 to C-26).
+
+    Args:
+      x: vector with settings and state from the place ``at`` on.
+      error: what is to become zero, of any unit; times a schedule if gains have one.
+      low: limit of the demand now.
+      high: limit of the demand now.
+      dt: [s] since the last call.
+
+    Returns:
+      The demand, within the limits.
+    """
+    keep = exp(-x[at + CORNER] * dt)
+    x[at + DERIVATIVE] = keep * x[at + DERIVATIVE] + (1.0 - keep) * (error - x[at + ERROR]) / dt
+    x[at + ERROR] = error
+    step = x[at + KI] * error * dt
+    wanted = x[at + KP] * error + x[at + INTEGRAL] + step + x[at + KD] * x[at + DERIVATIVE]
+    x[at + SWITCHES] += crossed(wanted - low) + crossed(wanted - high)
+    demand = min(max(wanted, low), high)
+    if x[at + TRACKING] > 0.0:
+        x[at + INTEGRAL] += step
+        give_back(x, at, wanted, demand, dt)
+    elif (demand - wanted) * step >= 0.0:
+        x[at + INTEGRAL] += step
+    return demand
+
+
+@kernel
+def give_back(x: Float, at: int, wanted: float, done: float, dt: float) -> None:
+    """Draw the integral towards what was done of what was wanted, by back-calculation (C-26).
+
+    Without ``tracking_time`` the integral follows at once.
+    """
+    share = 1.0
+    if x[at + TRACKING] > 0.0:
+        share = 1.0 - exp(-dt / x[at + TRACKING])
+    x[at + INTEGRAL] += share * (done - wanted)
+
+
+def integrator_settings(
+    *,
+    proportional_gain: float = 0.0,
+    integral_gain: float = 0.0,
+    derivative_gain: float = 0.0,
+    derivative_frequency: float = 0.0,
+    tracking_time: float = 0.0,
+    integral: float = 0.0,
+    error: float = 0.0,
+) -> Float:
+    """Checked settings and state of an axis, for a slice of a controller's state vector.
+
+    Args:
+      proportional_gain: k_p, of any sign, as the other gains.
+      integral_gain: k_i.
+      derivative_gain: k_d.
+      derivative_frequency: [rad/s] corner of the derivative's low-pass; needed with a derivative gain.
+      tracking_time: [s] of back-calculation; 0: clamping.
+      integral: of the demand, at the start.
+      error: at the start, so that the derivative begins with none.
+
+    Raises:
+      InputError: a number that cannot be.
+    """
+    values = {
+        "proportional_gain": proportional_gain,
+        "integral_gain": integral_gain,
+        "derivative_gain": derivative_gain,
+        "derivative_frequency": derivative_frequency,
+        "tracking_time": tracking_time,
+        "integral": integral,
+        "error": error,
+    }
+    for name, value in values.items():
+        if not isfinite(value):
+            raise InputError(f"integrator: {name} must be a finite number, found {value!r}")
+    for name in ("derivative_frequency", "tracking_time"):
+        if values[name] < 0.0:
+            raise InputError(f"integrator: {name} must be zero or positive, found {values[name]!r}")
+    if derivative_gain != 0.0 and derivative_frequency == 0.0:
+        raise InputError("integrator: a derivative_gain needs a derivative_frequency [rad/s], found 0")
+    x = INTEGRATOR.zeros()
+    view = View(INTEGRATOR, x)
+    for name, value in values.items():
+        view[name] = value
+    return x

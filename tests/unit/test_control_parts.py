@@ -1,0 +1,492 @@
+"""Parts of load controllers against their transfer functions, exact identities and numbers by hand.
+
+Filters run on long sampled sines; their response is the sum over whole periods. Where nothing but rounding separates
+the two sides the tolerance is 1e-9, at the end of transients 1e-6.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from meltemi.control.controller import UPDATE_DUALS
+from meltemi.control.feedforward import WEIGHTS, blade_wind, weight, weight_settings
+from meltemi.control.filters import (
+    LOW_PASS_STATES,
+    SECOND_ORDER_STATES,
+    band_pass,
+    check_harmonic,
+    lag,
+    low_pass,
+    low_pass_start,
+    notch,
+    response,
+    second_order_start,
+)
+from meltemi.control.integrator import INTEGRAL, INTEGRATOR, KI, KP, give_back, integrator, integrator_settings
+from meltemi.control.multiblade import add_to_blades, blade_angle, to_blade, to_fixed
+from meltemi.control.sensors import (
+    NOISE_STATES,
+    delay,
+    delay_start,
+    delay_states,
+    noise,
+    noise_start,
+    normal,
+    philox,
+)
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import FAST_MATH
+from meltemi.numbers.duals import N_DERIVATIVES
+from meltemi.numbers.views import FLOATS, viewer
+
+Float = NDArray[np.float64]
+ROTOR = 1.2671
+"""[rad/s] 12.1 revolutions per minute."""
+ZETA = 0.25
+RATES = (0.0125, 0.05, 0.2)
+compiled: Any = (lambda f: f) if numba.config.DISABLE_JIT else numba.njit(fastmath=FAST_MATH, error_model="numpy")
+
+
+def filtered(kind: str, signal: Float, w: Float | float, dt: float, zeta: float = ZETA) -> Float:
+    """A signal behind a filter from rest, with a centre that may move."""
+    x, out = np.zeros(5), np.zeros(len(signal))
+    centre = np.broadcast_to(w, signal.shape)
+    for k, value in enumerate(signal):
+        if kind == "low_pass":
+            out[k] = low_pass(x, 2, value, centre[k], dt)
+        else:
+            out[k] = {"band_pass": band_pass, "notch": notch}[kind](x, 2, value, centre[k], zeta, dt)
+    assert not x[:2].any() and (kind != "low_pass" or not x[3:].any())  # only its own places
+    return out
+
+
+def analytic(kind: str, frequency: float, w: float, zeta: float = ZETA) -> complex:
+    s = 1j * frequency
+    below = s * s + 2.0 * zeta * w * s + w * w
+    return {"low_pass": w / (s + w), "band_pass": 2.0 * zeta * w * s / below, "notch": (s * s + w * w) / below}[kind]
+
+
+def measured_response(kind: str, frequency: float, w: float, dt: float) -> complex:
+    """Gain and phase by projection of the end of a sine, after 25 of the slowest time constants."""
+    lead = int(25.0 / (min(ZETA, 1.0) * w * dt))
+    t = dt * np.arange(lead + 4000)
+    out = filtered(kind, np.cos(frequency * t), w, dt)
+    basis = np.stack([np.cos(frequency * t), -np.sin(frequency * t)], 1)
+    (re, im), *_ = np.linalg.lstsq(basis[lead:], out[lead:], rcond=None)
+    return complex(re, im)
+
+
+@pytest.mark.parametrize("dt", RATES)
+@pytest.mark.parametrize("kind", ["low_pass", "band_pass", "notch"])
+def test_response_is_the_analytic_one(kind: str, dt: float) -> None:
+    """At the centre exactly; elsewhere that of the continuous filter at the warped frequency, everywhere."""
+    w = 2.0 * ROTOR
+    centre = measured_response(kind, w, w, dt)
+    assert abs(centre - analytic(kind, w, w)) < 1e-6
+    if kind == "band_pass":
+        assert abs(abs(centre) - 1.0) < 1e-6 and abs(math.atan2(centre.imag, centre.real)) < 1e-6
+    for ratio in (0.25, 0.5, 0.9, 1.5, 3.0):
+        if ratio * w * dt > 3.0:
+            continue
+        found = measured_response(kind, ratio * w, w, dt)
+        warped = w * math.tan(0.5 * ratio * w * dt) / math.tan(0.5 * w * dt)
+        assert abs(found - analytic(kind, warped, w)) < 1e-6
+        assert abs(found - response(kind, ratio * w, w, ZETA, dt)) < 1e-6
+        # and the error of sampling is of the order (w dt)^2
+        assert abs(found - analytic(kind, ratio * w, w)) < 0.5 * (max(ratio, 1.0) * w * dt) ** 2
+        assert response(kind, ratio * w, w, ZETA, 0.0) == pytest.approx(analytic(kind, ratio * w, w), abs=1e-14)
+
+
+def test_a_signal_at_a_moving_centre_passes_unchanged() -> None:
+    """The rotor speeds up from 0.8 to 1.27 rad/s in a minute: 2P stays within 2 % through the band-pass."""
+    dt = 0.05
+    t = dt * np.arange(4000)
+    speed = 0.8 + 0.47 * np.clip((t - 80.0) / 60.0, 0.0, 1.0)
+    psi = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * dt)])
+    out = filtered("band_pass", np.cos(2.0 * psi), 2.0 * speed, dt)
+    assert np.abs(out - np.cos(2.0 * psi))[1200:].max() < 0.02
+    held = filtered("band_pass", np.cos(2.0 * psi), 2.0 * 0.8, dt)
+    assert np.abs(held - np.cos(2.0 * psi))[3200:].max() > 0.5
+    assert np.abs(filtered("notch", np.cos(2.0 * psi), 2.0 * speed, dt))[1200:].max() < 0.02
+
+
+def test_no_change_of_the_centre_feeds_a_filter() -> None:
+    """The states' sum of squares falls at every call without input, whatever the centre does, standstill included."""
+    rng = np.random.default_rng(3)
+    x = np.array([1.0, -2.0])
+    centres, dampings = rng.uniform(-200.0, 200.0, 2000) * rng.integers(0, 2, 2000), rng.uniform(0.0, 2.0, 2000)
+    for w, zeta in zip(centres, dampings, strict=True):
+        before = x @ x
+        band_pass(x, 0, 0.0, w, zeta, 0.05)
+        assert x @ x <= before * (1.0 + 1e-14)
+
+
+def test_a_started_filter_gives_no_jump() -> None:
+    x = np.full(LOW_PASS_STATES + 2 * SECOND_ORDER_STATES, np.nan)
+    low_pass_start(x, 0, 7.0)
+    second_order_start(x, 1, 7.0)
+    second_order_start(x, 3, 7.0)
+    for w in (1.0, 2.0, 0.3):
+        assert low_pass(x, 0, 7.0, w, 0.05) == 7.0
+        assert band_pass(x, 1, 7.0, w, ZETA, 0.05) == 0.0
+        assert notch(x, 3, 7.0, w, ZETA, 0.05) == 7.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((2, 1.27, 2.0), "half the sampling rate"),
+        ((1, np.pi, 1.0), "half the sampling rate"),
+        ((0, 1.27, 0.1), "from 1 on"),
+        ((1.5, 1.27, 0.1), "whole"),
+        ((3, 1.27, 0.1), "3 blades"),
+        ((1, 1.27, 0.1, 2), "2 blades"),
+        ((1, 0.0, 0.1), "speed"),
+        ((1, 1.27, -0.1), "sample_time"),
+    ],
+)
+def test_harmonics_that_cannot_be_are_refused(arguments: tuple[Any, ...], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        check_harmonic(*arguments)
+
+
+def test_harmonics_that_can_be_are_not() -> None:
+    for harmonic in (1, 2, 4, 5):
+        check_harmonic(harmonic, 1.2671, 0.05)
+    with pytest.raises(InputError, match="sampling"):
+        response("notch", 100.0, 1.0, 0.2, 0.05)
+    with pytest.raises(InputError, match="kind"):
+        response("high_pass", 1.0, 1.0, 0.2, 0.05)
+
+
+# multi-blade coordinates ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("blades", [3, 4, 5])
+@pytest.mark.parametrize("harmonic", [1, 2])
+def test_a_signal_at_its_harmonic_comes_back(harmonic: int, blades: int) -> None:
+    if (2 * harmonic) % blades == 0:
+        return
+    for psi in np.linspace(0.0, 7.0, 23):
+        angles = harmonic * (psi + 2.0 * np.pi * np.arange(blades) / blades)
+        x = np.full(blades + 3, 99.0)
+        x[2 : 2 + blades] = 1.3 * np.cos(angles) - 0.7 * np.sin(angles)
+        tilt, yaw = to_fixed(x, 2, blades, psi, harmonic)
+        assert (tilt, yaw) == pytest.approx((1.3, -0.7), abs=1e-12)
+        back = [to_blade(tilt, yaw, i, blades, psi, harmonic, 0.0) for i in range(blades)]
+        np.testing.assert_allclose(back, x[2 : 2 + blades], atol=1e-12)
+        ahead = np.ones(blades + 1)
+        add_to_blades(ahead, 1, blades, tilt, yaw, psi, harmonic, 0.4)
+        np.testing.assert_allclose(ahead[1:], 1.0 + 1.3 * np.cos(angles + 0.4) - 0.7 * np.sin(angles + 0.4), atol=1e-12)
+        assert ahead[0] == 1.0
+
+
+@pytest.mark.parametrize("harmonic", [1, 2])
+def test_recovery_behind_the_band_pass(harmonic: int) -> None:
+    """A pure nP signal of all blades, filtered about nP, transformed and back, is the signal."""
+    dt, w = 0.05, harmonic * ROTOR
+    t = dt * np.arange(2600)
+    angle = harmonic * (ROTOR * t[:, None] + 2.0 * np.pi * np.arange(3) / 3.0)
+    blades = 0.8 * np.cos(angle) + 0.5 * np.sin(angle)
+    out = np.stack([filtered("band_pass", blades[:, i], w, dt) for i in range(3)], 1)
+    for k in range(2500, 2600):
+        tilt, yaw = to_fixed(np.ascontiguousarray(out[k]), 0, 3, ROTOR * t[k], harmonic)
+        assert (tilt, yaw) == pytest.approx((0.8, 0.5), abs=1e-9)
+        back = [to_blade(tilt, yaw, i, 3, ROTOR * t[k], harmonic, 0.0) for i in range(3)]
+        np.testing.assert_allclose(back, blades[k], atol=1e-9)
+
+
+@pytest.mark.parametrize(("seen", "frame"), [(1, 2), (2, 1)])
+def test_the_other_harmonic_appears_as_3p(seen: int, frame: int) -> None:
+    psi = 2.0 * np.pi * np.arange(64) / 64
+    tilt, yaw = np.array(
+        [to_fixed(np.cos(seen * (p + 2.0 * np.pi * np.arange(3) / 3.0)), 0, 3, p, frame) for p in psi]
+    ).T
+    np.testing.assert_allclose(tilt, np.cos(3.0 * psi), atol=1e-12)
+    np.testing.assert_allclose(yaw, np.sin(3.0 * psi), atol=1e-12)
+
+
+def test_offset_undoes_the_lag_of_filter_and_actuator() -> None:
+    """A demand that leads by the lag of what lies behind it arrives in phase."""
+    g_low, g_band = response("low_pass", ROTOR, 4.0, 0.0, 0.05), response("band_pass", ROTOR, 1.1 * ROTOR, ZETA, 0.05)
+    phi = lag(g_low, g_band)
+    assert phi == pytest.approx(-math.atan2(g_low.imag, g_low.real) - math.atan2(g_band.imag, g_band.real), abs=1e-14)
+    t = 0.05 * np.arange(2000)
+    demand = np.array([to_blade(1.0, 0.0, 1, 3, ROTOR * a, 1, phi) for a in t])
+    out = filtered("band_pass", filtered("low_pass", demand, 4.0, 0.05), 1.1 * ROTOR, 0.05)
+    wanted = abs(g_low * g_band) * np.cos([blade_angle(ROTOR * a, 1, 3) for a in t])
+    np.testing.assert_allclose(out[1500:], wanted[1500:], atol=1e-6)
+
+
+# sensors ------------------------------------------------------------------------------------------------------
+
+
+def test_bits_are_those_of_the_published_generator() -> None:
+    """Known answers distributed with Random123."""
+    ones = 0xFFFFFFFF
+    assert philox(0, 0, 0) == (0xFF1DAE59, 0x6CD10DF2)
+    assert philox(ones, ones, ones) == (0x2C3F628B, 0xAB4FD7AD)
+    assert philox(0x243F6A88, 0x85A308D3, 0x13198A2E) == (0xDD7CE038, 0xF62A4C12)
+
+
+def test_noise_is_white_and_normal() -> None:
+    n = 20000
+    z = np.array([normal(k, 0, 5) for k in range(n)])
+    assert abs(z.mean()) < 4.0 / math.sqrt(n)
+    assert abs(z.std() - 1.0) < 4.0 / math.sqrt(2.0 * n)
+    assert abs((z**3).mean()) < 4.0 * math.sqrt(6.0 / n)
+    assert abs((z**4).mean() - 3.0) < 4.0 * math.sqrt(24.0 / n)
+    for shift in (1, 2, 3, 10):
+        assert abs((z[shift:] * z[:-shift]).mean()) < 4.0 / math.sqrt(n)
+    other, stream = np.array([[normal(k, 0, 6), normal(k, 1, 5)] for k in range(n)]).T
+    assert abs((z * other).mean()) < 4.0 / math.sqrt(n) and abs((z * stream).mean()) < 4.0 / math.sqrt(n)
+
+
+def test_noise_repeats_with_its_seed() -> None:
+    x = np.full((3, NOISE_STATES + 1), 5.0)
+    for row, (seed, stream) in zip(x, ((2, 0), (2, 0), (3, 0)), strict=True):
+        noise_start(row, 1, seed, stream)
+    first, again, other = (np.array([noise(row, 1, 0.5) for _ in range(50)]) for row in x)
+    np.testing.assert_array_equal(first, again)
+    np.testing.assert_array_equal(first, [0.5 * normal(k, 0, 2) for k in range(50)])
+    assert not np.any(first == other)
+    assert x[0, 0] == 5.0 and x[0, 3] == 50.0
+    wrong: tuple[tuple[Any, int], ...] = ((-1, 0), (2**32, 0), (0.5, 0), (0, -1))
+    for seed, stream in wrong:
+        with pytest.raises(InputError, match="whole number"):
+            noise_start(x[0], 0, seed, stream)
+
+
+@pytest.mark.parametrize("samples", [0, 1, 2, 7])
+def test_delay_is_exact(samples: int) -> None:
+    x = np.full(2 + delay_states(samples), -1.0)
+    delay_start(x, 1, 3.0, samples)
+    signal = np.random.default_rng(1).normal(size=50)
+    out = np.array([delay(x, 1, value, samples) for value in signal])
+    np.testing.assert_array_equal(out, np.concatenate([np.full(samples, 3.0), signal])[:50])
+    assert x[0] == -1.0 and x[-1] == -1.0
+    for wrong in (-1, 0.5):
+        with pytest.raises(InputError, match="whole"):
+            delay_states(wrong)  # type: ignore[arg-type]
+
+
+# feed-forward -------------------------------------------------------------------------------------------------
+
+
+def weights(x: Float, psi: float) -> Float:
+    return np.array([weight(x, 0, i, 3, psi) for i in range(3)])
+
+
+def test_weights_of_shear() -> None:
+    """Reference turbine, two thirds of the radius, power law 0.2: 0.790 below to 1.180 above, 1P amplitude 0.195."""
+    x = weight_settings(radius=42.0, hub_height=90.0, shear=0.2)
+    psi = np.radians(np.arange(0.0, 360.0, 1.0))
+    k = np.array([weights(x, p) for p in psi])
+    np.testing.assert_allclose(k.sum(axis=1), 3.0, atol=1e-12)
+    assert k[:, 0].min() == pytest.approx(0.790, abs=0.002) and k[:, 0].argmin() == 180
+    assert k[:, 0].max() == pytest.approx(1.180, abs=0.002) and k[:, 0].argmax() == 0
+    assert 2.0 * (k[:, 0] * np.cos(psi)).mean() == pytest.approx(0.195, abs=0.001)
+    np.testing.assert_allclose(k[:, 1], np.roll(k[:, 0], -120), atol=1e-12)
+    # by hand, blade 1 up
+    v = [(1.0 + 42.0 / 90.0) ** 0.2, (1.0 - 21.0 / 90.0) ** 0.2]
+    assert k[0, 0] == pytest.approx(3.0 * v[0] ** 2 / (v[0] ** 2 + 2.0 * v[1] ** 2), abs=1e-12)
+    np.testing.assert_allclose(weights(weight_settings(radius=42.0, hub_height=90.0, shear=0.0), 1.0), 1.0, atol=1e-14)
+
+
+def test_weights_with_a_tower() -> None:
+    """Behind the tower the potential flow by hand; above the hub none; no jump anywhere."""
+    x = weight_settings(radius=42.0, hub_height=90.0, shear=0.2, tower_radius=2.4, clearance=5.0)
+    none = weight_settings(radius=42.0, hub_height=90.0, shear=0.2)
+    assert blade_wind(x, 0, np.pi) == pytest.approx((1.0 - 42.0 / 90.0) ** 0.2 * (1.0 - (2.4 / 5.0) ** 2), abs=1e-12)
+    y = 42.0 * np.sin(2.5)
+    dip = 1.0 - 2.4**2 * (25.0 - y * y) / (25.0 + y * y) ** 2
+    assert blade_wind(x, 0, 2.5) == pytest.approx(blade_wind(none, 0, 2.5) * dip, abs=1e-12)
+    assert blade_wind(x, 0, 0.3) == blade_wind(none, 0, 0.3)
+    k = np.array([weights(x, p) for p in np.radians(np.arange(0.0, 360.0, 0.05))])
+    np.testing.assert_allclose(k.sum(axis=1), 3.0, atol=1e-12)
+    assert k[:, 0].min() == pytest.approx(0.52, abs=0.02)
+    assert np.abs(np.diff(k[:, 0])).max() < 0.005
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"radius": 90.0}, "below hub_height"),
+        ({"shear": -0.1}, "shear"),
+        ({"exponent": math.nan}, "exponent"),
+        ({"tower_radius": 2.0}, "clearance"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused(change: dict[str, float], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        weight_settings(**{"radius": 42.0, "hub_height": 90.0, "shear": 0.2, **change})
+
+
+# integrator ---------------------------------------------------------------------------------------------------
+
+
+def test_law_within_its_limits() -> None:
+    """The integral of a constant error, its proportional part, and the derivative of a ramp."""
+    x = np.full(len(INTEGRATOR) + 1, 9.0)
+    x[1:] = integrator_settings(proportional_gain=2.0, integral_gain=0.5, integral=0.3)
+    for _ in range(40):
+        demand = integrator(x, 1, 0.1, -9.0, 9.0, 0.05)
+    assert demand == pytest.approx(0.2 + 0.3 + 0.5 * 0.1 * 2.0, abs=1e-12)
+    assert x[0] == 9.0
+    x = integrator_settings(derivative_gain=2.0, derivative_frequency=5.0)
+    for k in range(1, 200):
+        demand = integrator(x, 0, 0.3 * 0.05 * k, -9.0, 9.0, 0.05)
+    assert demand == pytest.approx(0.6, abs=1e-12)
+    x = integrator_settings(derivative_gain=2.0, derivative_frequency=5.0, error=0.7)
+    assert integrator(x, 0, 0.7, -9.0, 9.0, 0.05) == 0.0
+
+
+def loop(tracking_time: float, limit: float = 1.0) -> tuple[Float, Float]:
+    """Speed and demand of dv/dt = demand - load under PI; for 60 s the load is twice what the limit allows."""
+    dt = 0.01
+    x = integrator_settings(proportional_gain=1.4, integral_gain=1.0, tracking_time=tracking_time)
+    v, speeds, demands = 0.0, [], []
+    for k in range(12000):
+        u = integrator(x, 0, 0.0 - v, -limit, limit, dt)
+        v += dt * (u - (0.5 if k > 6000 else 1.2))
+        speeds.append(v)
+        demands.append(u)
+    return np.array(speeds), np.array(demands)
+
+
+def recovery(tracking_time: float) -> float:
+    """Time [s] at the limit after an error, held at 2 for a minute, has become -0.5; proportional gain 1."""
+    dt = 0.01
+    x = integrator_settings(proportional_gain=1.0, integral_gain=0.5, tracking_time=tracking_time)
+    for _ in range(6000):
+        assert integrator(x, 0, 2.0, -1.0, 1.0, dt) == 1.0
+    for k in range(6000):
+        if integrator(x, 0, -0.5, -1.0, 1.0, dt) < 1.0:
+            return k * dt
+    return math.inf
+
+
+@pytest.mark.parametrize("tracking_time", [0.0, 0.5])
+def test_recovery_from_a_limit(tracking_time: float) -> None:
+    """Less than the law's time constant k_p / k_i of 2 s; one that winds up takes two minutes and more."""
+    assert recovery(tracking_time) < 2.0
+    assert recovery(1e9) > 60.0
+    speed, demand = loop(tracking_time)
+    assert np.abs(demand).max() <= 1.0
+    assert np.abs(speed[-1]) < 1e-3
+
+
+def test_giving_back_draws_the_integral_to_what_was_done() -> None:
+    x = integrator_settings(integral_gain=1.0, tracking_time=2.0, integral=3.0)
+    for _ in range(40):
+        give_back(x, 0, x[INTEGRAL], 1.0, 0.05)
+    assert x[INTEGRAL] == pytest.approx(1.0 + 2.0 * math.exp(-1.0), abs=1e-12)
+    x = integrator_settings(integral_gain=1.0, integral=3.0)
+    give_back(x, 0, 3.0, 1.0, 0.05)
+    assert x[INTEGRAL] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"integral_gain": math.inf}, "finite"),
+        ({"tracking_time": -1.0}, "tracking_time"),
+        ({"derivative_gain": 1.0}, "derivative_frequency"),
+    ],
+)
+def test_laws_that_cannot_be_are_refused(change: dict[str, float], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        integrator_settings(**change)
+
+
+# derivatives --------------------------------------------------------------------------------------------------
+
+N_STATES = 40
+
+
+def individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+    """All parts in one law: what a user writes. Place 0 is the centre over the speed, 1 the damping, 2 the offset."""
+    speed, azimuth = measurements[0], measurements[1]
+    for i in range(3):
+        moment = delay(state, 3 + 2 * i, measurements[2 + i] + noise(state, 36, state[39]), 1)
+        low = low_pass(state, 9 + i, moment, 4.0 * speed, dt)
+        demands[3 + i] = band_pass(state, 12 + 2 * i, low, state[0] * speed, state[1], dt)
+    tilt, yaw = to_fixed(demands, 3, 3, azimuth, 1)
+    kept = notch(state, 34, tilt, 3.0 * speed, 0.2, dt)
+    up = integrator(state, 18, kept, -0.03, 0.03, dt)
+    for i in range(3):
+        demands[i] = up * weight(state, 28, i, 3, azimuth)
+    add_to_blades(demands, 0, 3, up, 0.1 * yaw, azimuth, 1, state[2])
+
+
+def start_of_all() -> Float:
+    x = np.zeros(N_STATES)
+    x[:3] = 1.0, 0.3, 0.4
+    x[18:27] = integrator_settings(proportional_gain=0.05, integral_gain=0.02, tracking_time=1.5)
+    x[28:34] = weight_settings(radius=42.0, hub_height=90.0, shear=0.2, tower_radius=2.4, clearance=5.0)
+    noise_start(x, 36, 4)
+    x[39] = 0.1
+    return x
+
+
+def run_of_all(slopes: tuple[Any, ...] | None, *arrays: Float) -> None:
+    view, law = viewer(), compiled(individual_pitch)
+
+    @compiled  # type: ignore[untyped-decorator]
+    def march(numbers: Any, arrays: tuple[Any, ...]) -> None:
+        state, measurements, demands = view(numbers, arrays)
+        for k in range(100):
+            measurements[1] = 0.05 * k * measurements[0]
+            for i in range(3):
+                measurements[2 + i] = math.cos(measurements[1] + 2.1 * i) + 0.3
+            law(state, measurements, demands, 0.05)
+
+    march(FLOATS if slopes is None else slopes, arrays)
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="duals exist in compiled code only")
+def test_derivatives_by_gains_equal_differences() -> None:
+    """By centre, damping, offset, two gains, tracking time, shear and noise: the eight derivatives at once."""
+    places = [0, 1, 2, 18 + KP, 18 + KI, 18 + 4, 28 + WEIGHTS.index("shear"), 39]
+    assert len(places) == N_DERIVATIVES
+
+    def outputs(x: Float) -> Float:
+        """All demands, and the integral, whose demand is at a limit for a part of the run."""
+        demands = np.zeros(6)
+        run_of_all(None, x, np.array([ROTOR, 0.0, 0.0, 0.0, 0.0]), demands)
+        return np.append(demands, x[18 + INTEGRAL])
+
+    x, measured, demands = start_of_all(), np.array([ROTOR, 0.0, 0.0, 0.0, 0.0]), np.zeros(6)
+    d_x, d_measured, d_demands = (np.zeros((len(a), N_DERIVATIVES)) for a in (x, measured, demands))
+    d_x[places, range(N_DERIVATIVES)] = 1.0
+    run_of_all((d_x, d_measured, d_demands), x, measured, demands)
+    found = np.append(d_demands, d_x[18 + INTEGRAL, np.newaxis], axis=0)
+    np.testing.assert_allclose(np.append(demands, x[18 + INTEGRAL]), outputs(start_of_all()), rtol=1e-12)
+    for k, place in enumerate(places):
+        ends = []
+        for sign in (1.0, -1.0):
+            other = start_of_all()
+            other[place] += sign * 1e-6
+            ends.append(outputs(other))
+        difference = (ends[0] - ends[1]) / 2e-6
+        size = np.abs(difference).max()
+        assert size > 1e-4
+        np.testing.assert_allclose(found[:, k], difference, atol=1e-7 * max(size, 1e-2))
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="compiled code only")
+def test_parts_compile_into_a_user_controller() -> None:
+    """For floats and for derivative runs, as the simulation compiles a user's function."""
+    law: Callable[..., None] = numba.njit(individual_pitch)
+    x, demands = start_of_all(), np.zeros(6)
+    for _ in range(3):
+        law(x, np.array([ROTOR, 0.3, 1.0, 0.5, -0.2]), demands, 0.05)
+    assert np.all(np.isfinite(demands)) and demands.any()
+    numba.njit(UPDATE_DUALS)(individual_pitch)
