@@ -402,6 +402,7 @@ def sample_arguments(case: Case) -> tuple[Any, ...]:
         case["structure"],
         case["drive"],
         case["pitch"],
+        case["flap"],
         case["actuators"],
         case["root"],
         case["chain"],
