@@ -48,9 +48,10 @@ TIME, GENERATOR_SPEED, ROTOR_SPEED, AZIMUTH, TORQUE, POWER, PITCH = MEASUREMENTS
 OUT_OF_PLANE_MOMENT, IN_PLANE_MOMENT, YAW, YAW_RATE = MEASUREMENTS.slots(
     "out_of_plane_moment in_plane_moment yaw yaw_rate"
 )
-WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION, FLAP, N_BLADES, CALLBACK = (
-    MEASUREMENTS.slots("wind_speed wind_direction fore_aft_acceleration side_side_acceleration flap n_blades callback")
+WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION = MEASUREMENTS.slots(
+    "wind_speed wind_direction fore_aft_acceleration side_side_acceleration"
 )
+FLAP, N_BLADES, CALLBACK = MEASUREMENTS.slots("flap n_blades callback")
 
 DEMANDS = table(
     "demands",

@@ -106,6 +106,11 @@ class Model:
         """Coordinates below the blades."""
         return len(self.tower.names) + N_SHAFT
 
+    @property
+    def n_flaps(self) -> int:
+        """Flaps of each blade."""
+        return len(self.flap_nodes)
+
     def parameter_names(self) -> list[str]:
         """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
         return [f"{table.name}.{name}" for table, _ in _PARAMETERS for name in table.names]

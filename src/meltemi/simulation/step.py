@@ -90,10 +90,9 @@ ABSURD = 1e6
 
 PARTS = (
     "q v a locked structure blade_nodes shape second modal top_shape top_second tower_matrix tower_weight "
-    "tower_shape aero aero_options aero_nodes polars section flap_nodes increments flap wind series now box pitch drive "
-    "inflow stall "
-    "memory columns machine frame partial motion load body link arm_mass arm_force core_mass core_force "
-    "coupling flow rotor tower_flow tower_lanes tower_push"
+    "tower_shape aero aero_options aero_nodes polars section flap_nodes increments flap wind series now box pitch "
+    "drive inflow stall memory columns machine frame partial motion load body link arm_mass arm_force core_mass "
+    "core_force coupling flow rotor tower_flow tower_lanes tower_push"
 ).split()
 """Arrays of :func:`equations`, in the order of its arguments after t and dt."""
 NODES = (

@@ -240,7 +240,7 @@ class FlapIncrements(Record):
     """What a flap's deflection adds to the coefficients of a section."""
 
     angle_of_attack: Vector
-    """(A,) [rad] increasing; beyond its ends the increments fade out within 16 degrees, as the flow is stalled there."""
+    """(A,) [rad] increasing; beyond its ends the increments fade out within 16 degrees, where the flow is stalled."""
     deflection: Vector
     """(D,) [rad] increasing, with 0; positive with the trailing edge towards the pressure side."""
     lift: Array
