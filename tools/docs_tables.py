@@ -75,14 +75,16 @@ def _kind(annotation: Any) -> str:
 
 
 def channels(group: str) -> str:
-    """Channels of a group: machine, blade, node, station, tower_station."""
+    """Channels of a group: machine, blade, flap, node, station, tower_station."""
     from meltemi.simulation.channels import catalogue
 
-    all_channels = catalogue(n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1)
+    all_channels = catalogue(n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1)
     chosen = []
     for c in all_channels.values():
         first, *_ = c.name.split("_")
-        home = {"node": "node", "station": "station"}.get(first, "blade" if c.name.endswith("_1") else "machine")
+        home = {"node": "node", "station": "station", "flap": "flap"}.get(
+            first, "blade" if c.name.endswith("_1") else "machine"
+        )
         if c.name.startswith("tower_station"):
             home = "tower_station"
         if home == group:

@@ -87,7 +87,11 @@ if TYPE_CHECKING:
     from meltemi.studies.sensitivity import Sensitivity as Sensitivity
     from meltemi.studies.sensitivity import differences as differences
     from meltemi.studies.sensitivity import sensitivity as sensitivity
+    from meltemi.turbine.definition import Flap as Flap
+    from meltemi.turbine.definition import FlapIncrements as FlapIncrements
     from meltemi.turbine.definition import Turbine as Turbine
+    from meltemi.turbine.flaps import naca64618_flap as naca64618_flap
+    from meltemi.turbine.flaps import with_flaps as with_flaps
     from meltemi.turbine.library import list_turbines as list_turbines
     from meltemi.turbine.library import load_turbine as load_turbine
     from meltemi.turbine.library import write_turbine as write_turbine
@@ -174,7 +178,8 @@ _HOME = {
     "simulation.start": "Start",
     "simulation.trim": "OperatingPoint operating_point",
     "studies.sensitivity": "Sensitivity differences sensitivity",
-    "turbine.definition": "Turbine",
+    "turbine.definition": "Flap FlapIncrements Turbine",
+    "turbine.flaps": "naca64618_flap with_flaps",
     "turbine.library": "list_turbines load_turbine write_turbine",
     "wind.fields": "SteadyWind WindBox WindSeries at_speed",
     "wind.files": (

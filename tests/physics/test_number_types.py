@@ -233,7 +233,7 @@ def test_derivatives_are_those_of_differences(turbine: Turbine, what: str) -> No
     model = meltemi.build(turbine.replace(**{"pitch_actuator.kind": "second_order"}), ModelOptions(**options))
     point = meltemi.operating_point(model, SteadyWind(speed=speed, shear_exponent=0.14, direction=0.1))
     case = linear.linear_case(model, point)
-    channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates)
+    channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps)
     fixed = (("q", "generator"), ("summary", "time"))
     shown = [
         channel

@@ -16,11 +16,13 @@ from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find, stand
 from meltemi.simulation.simulate import choose, model_channels
 from meltemi.turbine.definition import Turbine
 
-EVERYTHING = catalogue(3, 20, 2, 2, ["1st fore-aft", "yaw", "generator", "drivetrain", "blade 1 1st torsion"])
+EVERYTHING = catalogue(3, 20, 2, 2, ["1st fore-aft", "yaw", "generator", "drivetrain", "blade 1 1st torsion"], 2)
 UNITS = {"s", "rad", "rad/s", "rad/s^2", "m", "m/s", "m/s^2", "N", "N m", "N/m", "N m/m", "W", "-"}
 
 
-@pytest.mark.parametrize("channel", [pytest.param(c, id=c.name) for c in catalogue(1, 1, 1, 1, ["1st flap"]).values()])
+@pytest.mark.parametrize(
+    "channel", [pytest.param(c, id=c.name) for c in catalogue(1, 1, 1, 1, ["1st flap"], 1).values()]
+)
 def test_a_channel_describes_itself(channel: Channel) -> None:
     assert channel.name
     assert channel.unit in UNITS

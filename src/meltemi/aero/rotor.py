@@ -21,6 +21,7 @@ from numpy import float32, float64, int64
 from numpy.typing import NDArray
 
 from meltemi.aero.bem import STILL, Strip, induction
+from meltemi.aero.flaps import Increment, equivalent_angle, flap_increment
 from meltemi.aero.inflow import (
     QUASI_STEADY,
     VARIABLE_TIME,
@@ -52,6 +53,7 @@ from meltemi.aero.stall import (
     static_coefficients,
     wrap,
 )
+from meltemi.aero.stall import SLOPE as STALL_SLOPE
 from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, MEMORY, ROTOR, STALL
 from meltemi.aero.tower_flow import tower_influence
 from meltemi.core.kernel import kernel
@@ -186,8 +188,29 @@ def quotient(x: float, speed: float) -> float:
 
 
 @kernel
+def flapped(
+    flap_nodes: Float, increments: Float, flap: Float, section: Float, g: int, alpha: float, b: int, n: int
+) -> tuple[Increment, float]:
+    """What the flaps add at a node, and the angle [rad] that stands for their lift."""
+    if flap_nodes.shape[0] == 0:
+        return Increment(0.0 * alpha, 0.0 * alpha, 0.0 * alpha), 0.0 * alpha
+    added = flap_increment(flap_nodes, increments, flap, alpha, b, n)
+    return added, equivalent_angle(added.lift, section[g, STALL_SLOPE])
+
+
+@kernel
 def quasi_steady(
-    aero: Float, options: Int, nodes: Float, polars: Float, flow: Float, memory: Float, rotor: Float
+    aero: Float,
+    options: Int,
+    nodes: Float,
+    polars: Float,
+    section: Float,
+    flap_nodes: Float,
+    increments: Float,
+    flap: Float,
+    flow: Float,
+    memory: Float,
+    rotor: Float,
 ) -> None:
     """Pass 2: momentum balance at every node, mean induction, time of the inflow."""
     mean, worst = zero(rotor), zero(rotor)
@@ -199,14 +222,18 @@ def quasi_steady(
                 vx, vy = flow[VX, b, n], flow[VY, b, n]
                 # the lift that is balanced is that in curved flow, at the angle of three quarters of the chord
                 camber = curved * flow[TURN, b, n] * nodes[CHORD, b, n] / max(sqrt(vx * vx + vy * vy), SLOW)
+                g = whole(nodes[POLAR_INDEX, b, n])
+                # so is that of flaps, at the angle of attack where the solver begins
+                last = wrap(memory[OLD_PHI, b, n] - flow[THETA, b, n])
+                _, bent = flapped(flap_nodes, increments, flap, section, g, last, b, n)
                 strip = Strip(
                     vx,
                     vy,
-                    flow[THETA, b, n] - min(max(camber, -MOST_CAMBER), MOST_CAMBER),
+                    flow[THETA, b, n] - min(max(camber, -MOST_CAMBER), MOST_CAMBER) - bent,
                     nodes[SOLID_LENGTH, b, n] / flow[RADIUS, b, n],
                     nodes[TIP_NUMBER, b, n],
                     nodes[HUB_NUMBER, b, n],
-                    whole(nodes[POLAR_INDEX, b, n]),
+                    g,
                 )
                 solution = induction(
                     strip,
@@ -244,6 +271,9 @@ def loads(
     nodes: Float,
     polars: Float,
     section: Float,
+    flap_nodes: Float,
+    increments: Float,
+    flap: Float,
     machine: Float,
     frame: Float,
     motion: Float,
@@ -266,7 +296,9 @@ def loads(
         F_b, M_b = no_vec(load), no_vec(load)
         for n in range(flow.shape[2]):
             induced_velocity(dt, aero, options, nodes, flow, rotor, memory, inflow, sin_skew, b, n)
-            section_coefficients(dt, aero, options, nodes, polars, section, flow, memory, stall, b, n)
+            section_coefficients(
+                dt, aero, options, nodes, polars, section, flap_nodes, increments, flap, flow, memory, stall, b, n
+            )
             # loads per length in strip axes, then in blade axes on the node
             cb, sb = flow[COS_BEND, b, n], flow[SIN_BEND, b, n]
             pressure = 0.5 * aero[AIR_DENSITY] * flow[SPEED, b, n] * flow[SPEED, b, n] * nodes[CHORD, b, n]
@@ -392,6 +424,9 @@ def section_coefficients(
     nodes: Float,
     polars: Float,
     section: Float,
+    flap_nodes: Float,
+    increments: Float,
+    flap: Float,
     flow: Float,
     memory: Float,
     stall: Float,
@@ -403,6 +438,7 @@ def section_coefficients(
     alpha, speed = flow[ALPHA, b, n], flow[SPEED, b, n]
     c = static_coefficients(polars, g, alpha)
     lift, drag, moment = c.lift, c.drag, c.moment
+    added, bent = flapped(flap_nodes, increments, flap, section, g, alpha, b, n)
     if options[STALL_MODEL] != STATIC:
         alpha_34, rate, rotation = turned_flow(options, nodes, flow, b, n)
         weight = model_weight(section, g, alpha, speed)
@@ -411,20 +447,20 @@ def section_coefficients(
             memory[OLD_ALPHA, b, n], memory[OLD_RATE, b, n], memory[OLD_PRESSURE, b, n], memory[OLD_ATTACHMENT, b, n]
         )
         y, new = stall_advance(
-            aero, polars, section, g, stall_state(stall, b, n), old, alpha_34, rate, rotation.pitching, weight, dt
+            aero, polars, section, g, stall_state(stall, b, n), old, alpha_34, rate, rotation.pitching, weight, dt, bent
         )
         put_stall(stall, y, b, n)
         memory[OLD_ALPHA, b, n] = new.alpha
         memory[OLD_RATE, b, n] = new.rate
         memory[OLD_PRESSURE, b, n] = new.pressure
         memory[OLD_ATTACHMENT, b, n] = new.attachment
-        d = stall_coefficients(aero, polars, section, g, y, alpha_34, rotation)
+        d = stall_coefficients(aero, polars, section, g, y, alpha_34, rotation, bent)
         lift += weight * (d.lift - lift)
         drag += weight * (d.drag - drag)
         moment += weight * (d.moment - moment)
-    flow[LIFT, b, n] = lift
-    flow[DRAG, b, n] = drag
-    flow[MOMENT, b, n] = moment
+    flow[LIFT, b, n] = lift + added.lift
+    flow[DRAG, b, n] = drag + added.drag
+    flow[MOMENT, b, n] = moment + added.moment
 
 
 @kernel
@@ -434,6 +470,9 @@ def settle(
     nodes: Float,
     polars: Float,
     section: Float,
+    flap_nodes: Float,
+    increments: Float,
+    flap: Float,
     flow: Float,
     rotor: Float,
     inflow: Float,
@@ -451,7 +490,8 @@ def settle(
             put_inflow(inflow, x, y, b, n)
             g = whole(nodes[POLAR_INDEX, b, n])
             alpha, _, rotation = turned_flow(options, nodes, flow, b, n)
-            put_stall(stall, stall_steady(aero, polars, section, g, alpha, rotation.pitching), b, n)
+            _, bent = flapped(flap_nodes, increments, flap, section, g, flow[ALPHA, b, n], b, n)
+            put_stall(stall, stall_steady(aero, polars, section, g, alpha, rotation.pitching, bent), b, n)
 
 
 @kernel
@@ -461,6 +501,9 @@ def derivatives(
     nodes: Float,
     polars: Float,
     section: Float,
+    flap_nodes: Float,
+    increments: Float,
+    flap: Float,
     flow: Float,
     rotor: Float,
     inflow: Float,
@@ -483,7 +526,8 @@ def derivatives(
             g = whole(nodes[POLAR_INDEX, b, n])
             alpha, rate, rotation = turned_flow(options, nodes, flow, b, n)
             s = stall_state(stall, b, n)
-            s_rate = stall_derivative(aero, polars, section, g, s, alpha, rate, rotation.pitching)
+            _, bent = flapped(flap_nodes, increments, flap, section, g, flow[ALPHA, b, n], b, n)
+            s_rate = stall_derivative(aero, polars, section, g, s, alpha, rate, rotation.pitching, bent)
             # where the model is off its state is not integrated but set
             weight = model_weight(section, g, flow[ALPHA, b, n], flow[SPEED, b, n])
             on = (weight > 0.0) & (options[STALL_MODEL] != STATIC)

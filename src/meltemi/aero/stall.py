@@ -139,9 +139,10 @@ def section_rotation(variant: int, rotation: float, pitching: float, rate: float
 
 
 @kernel
-def effective_angle(aero: Float, y: Stall, alpha: float) -> float:
-    """alpha_E [rad] (A-33)."""
-    return alpha * (1.0 - aero[A1] - aero[A2]) + y.wake_1 + y.wake_2
+def effective_angle(aero: Float, y: Stall, alpha: float, flap: float = 0.0) -> float:
+    """alpha_E [rad] (A-33), without the angle ``flap`` [rad] that stands for a flap's lift (A-48)."""
+    lagged_share = aero[A1] + aero[A2]
+    return alpha * (1.0 - lagged_share) + y.wake_1 + y.wake_2 - lagged_share * flap
 
 
 @kernel
@@ -159,10 +160,12 @@ def static_attachment(polars: Float, section: Float, g: int, pressure: float) ->
 
 
 @kernel
-def stall_steady(aero: Float, polars: Float, section: Float, g: int, alpha: float, pitching: float) -> Stall:
+def stall_steady(
+    aero: Float, polars: Float, section: Float, g: int, alpha: float, pitching: float, flap: float = 0.0
+) -> Stall:
     """State in which nothing changes."""
-    x1, x2 = aero[A1] * alpha, aero[A2] * alpha
-    pressure = attached_lift(section, g, effective_angle(aero, Stall(x1, x2, 0.0, 0.0), alpha), pitching)
+    x1, x2 = aero[A1] * (alpha + flap), aero[A2] * (alpha + flap)
+    pressure = attached_lift(section, g, effective_angle(aero, Stall(x1, x2, 0.0, 0.0), alpha, flap), pitching)
     return Stall(x1, x2, pressure, static_attachment(polars, section, g, pressure))
 
 
@@ -179,6 +182,7 @@ def stall_advance(
     pitching: float,
     weight: float,
     dt: float,
+    flap: float = 0.0,
 ) -> tuple[Stall, StallInput]:
     """State after ``dt``, and the input to remember for the next step (A-36 to A-38).
 
@@ -188,11 +192,13 @@ def stall_advance(
     Args:
       old: input at the beginning of the step.
       alpha, rate, pitching: alpha [rad], U / (c/2) [1/s] and T omega_p at its end.
+      flap: [rad] angle that stands for the flaps' lift, at its end.
     """
     h = 0.5 * (old.rate + rate) * dt
-    x1 = lagged(lag(aero[B1] * h), y.wake_1, aero[A1] * old.alpha, aero[A1] * alpha)
-    x2 = lagged(lag(aero[B2] * h), y.wake_2, aero[A2] * old.alpha, aero[A2] * alpha)
-    new_pressure = attached_lift(section, g, effective_angle(aero, Stall(x1, x2, 0.0, 0.0), alpha), pitching)
+    driving = alpha + flap
+    x1 = lagged(lag(aero[B1] * h), y.wake_1, aero[A1] * old.alpha, aero[A1] * driving)
+    x2 = lagged(lag(aero[B2] * h), y.wake_2, aero[A2] * old.alpha, aero[A2] * driving)
+    new_pressure = attached_lift(section, g, effective_angle(aero, Stall(x1, x2, 0.0, 0.0), alpha, flap), pitching)
     x3 = lagged(lag(h / aero[T_PRESSURE]), y.pressure, old.pressure, new_pressure)
     new_attachment = static_attachment(polars, section, g, x3)
     x4 = lagged(lag(h / aero[T_SEPARATION]), y.attachment, old.attachment, new_attachment)
@@ -200,26 +206,34 @@ def stall_advance(
     state = Stall(x1, x2, x3, x4)
     off = (weight <= 0.0) & (dt > 0.0)
     if anywhere(off):
-        steady = stall_steady(aero, polars, section, g, alpha, pitching)
+        steady = stall_steady(aero, polars, section, g, alpha, pitching, flap)
         state = Stall(
             where(off, steady.wake_1, x1),
             where(off, steady.wake_2, x2),
             where(off, steady.pressure, x3),
             where(off, steady.attachment, x4),
         )
-    return state, StallInput(alpha, rate, new_pressure, new_attachment)
+    return state, StallInput(driving, rate, new_pressure, new_attachment)
 
 
 @kernel
 def stall_derivative(
-    aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rate: float, pitching: float
+    aero: Float,
+    polars: Float,
+    section: Float,
+    g: int,
+    y: Stall,
+    alpha: float,
+    rate: float,
+    pitching: float,
+    flap: float = 0.0,
 ) -> Stall:
     """Time derivative of the state."""
-    pressure = attached_lift(section, g, effective_angle(aero, y, alpha), pitching)
+    pressure = attached_lift(section, g, effective_angle(aero, y, alpha, flap), pitching)
     attachment = static_attachment(polars, section, g, y.pressure)
     return Stall(
-        aero[B1] * rate * (aero[A1] * alpha - y.wake_1),
-        aero[B2] * rate * (aero[A2] * alpha - y.wake_2),
+        aero[B1] * rate * (aero[A1] * (alpha + flap) - y.wake_1),
+        aero[B2] * rate * (aero[A2] * (alpha + flap) - y.wake_2),
         rate / aero[T_PRESSURE] * (pressure - y.pressure),
         rate / aero[T_SEPARATION] * (attachment - y.attachment),
     )
@@ -227,10 +241,10 @@ def stall_derivative(
 
 @kernel
 def stall_coefficients(
-    aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rotation: Rotation
+    aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rotation: Rotation, flap: float = 0.0
 ) -> Coefficients:
-    """Coefficients from the state and the angle of attack at 3/4 chord (A-39 to A-40)."""
-    alpha_E = effective_angle(aero, y, alpha)
+    """Coefficients from the state and the angle of attack at 3/4 chord (A-39 to A-40), the flaps' increments apart."""
+    alpha_E = effective_angle(aero, y, alpha, flap)
     at = locate(polars, alpha_E)
     f, x4 = coefficient(polars, g, at, ATTACHMENT), min(max(y.attachment, 0.0), 1.0)
     circulatory = x4 * coefficient(polars, g, at, ATTACHED) + (1.0 - x4) * coefficient(polars, g, at, SEPARATED)

@@ -283,7 +283,7 @@ def channels(
     from meltemi.simulation.channels import catalogue, find
 
     if explain is not None:
-        c = find(explain, catalogue(n_nodes=20, blade_stations=3, tower_stations=3))
+        c = find(explain, catalogue(n_nodes=20, blade_stations=3, tower_stations=3, flaps=4))
         unit, factor = c.display_unit
         print(f"{c.name}")
         print(f"  OpenFAST     {c.alias or 'no such channel'}")
@@ -293,7 +293,9 @@ def channels(
         print(f"  positive     {c.sign}")
         return
     text = (search or "").lower()
-    chosen = [c for c in catalogue(n_nodes=1).values() if text in f"{c.name} {c.alias} {c.description}".lower()]
+    chosen = [
+        c for c in catalogue(n_nodes=1, flaps=1).values() if text in f"{c.name} {c.alias} {c.description}".lower()
+    ]
     if not chosen:
         raise InputError(f"no channel has {search!r} in its name or description")
     rows = [[c.name, c.alias, c.unit, c.sign, c.description] for c in chosen]

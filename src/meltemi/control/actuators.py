@@ -14,9 +14,12 @@ from math import cos, cosh, exp, sin, sinh, sqrt
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
+from meltemi.aero.flaps import RATE as FLAP_RATE
+from meltemi.aero.flaps import SWITCHES as FLAP_SWITCHES
 from meltemi.control import signals as s
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import table
+from meltemi.core.tables import MAX_BLADES, table
 from meltemi.maths.generic import crossed
 from meltemi.turbine import exchange as ex
 
@@ -101,6 +104,54 @@ def pitch_advance(p: Float, demands: Float, pitch: Float, dt: float) -> None:
         pitch[ANGLE, b] = new + p[OFFSET + b]
         pitch[RATE, b] = limited
         pitch[ACCELERATION, b] = (limited - rate) / dt
+
+
+FLAP_ACTUATOR = table(
+    "flap actuators",
+    "flap",
+    """
+    ideal     | -     | 1: the flap follows the demand at once
+    frequency | rad/s | natural frequency
+    damping   | -     | damping ratio
+    rate      | rad/s | limit
+    minimum   | rad   | limit
+    maximum   | rad   | limit
+    """,
+)
+"""Parameters of the flaps' actuators."""
+
+F_IDEAL, F_FREQUENCY, F_DAMPING, F_RATE, F_MINIMUM, F_MAXIMUM = FLAP_ACTUATOR.slots(
+    "ideal frequency damping rate minimum maximum"
+)
+
+
+@kernel
+def flap_advance(p: Float, demands: Float, flap: Float, dt: float) -> None:
+    """Deflections after ``dt`` under held demands; with ideal actuators at once, within their limits."""
+    for j in range(flap.shape[1]):
+        for b in range(flap.shape[2]):
+            demand = demands[s.FLAP_DEMAND + MAX_BLADES * j + b]
+            low, high, most = p[F_MINIMUM, j], p[F_MAXIMUM, j], p[F_RATE, j]
+            if dt > 0.0:
+                flap[FLAP_SWITCHES, j, b] += crossed(demand - low) + crossed(demand - high)
+            demand = min(max(demand, low), high)
+            angle, rate = flap[FLAP_ANGLE, j, b], flap[FLAP_RATE, j, b]
+            if p[F_IDEAL, j] > 0.0:
+                flap[FLAP_ANGLE, j, b] = demand
+                continue
+            if dt <= 0.0:
+                continue
+            error, new_rate = second_order_step(angle - demand, rate, p[F_FREQUENCY, j], p[F_DAMPING, j], dt)
+            new = demand + error
+            flap[FLAP_SWITCHES, j, b] += crossed(abs(new_rate) - most)
+            limited = min(max(new_rate, -most), most)
+            if limited != new_rate:
+                new = angle + 0.5 * (rate + limited) * dt
+            if new < low or new > high:
+                new = min(max(new, low), high)
+                limited = 0.0 * limited
+            flap[FLAP_ANGLE, j, b] = new
+            flap[FLAP_RATE, j, b] = limited
 
 
 @kernel

@@ -35,6 +35,7 @@ MEASUREMENTS = table(
     wind_direction             | rad     | there, clockwise from above
     fore_aft_acceleration      | m/s^2   | of the tower top, downwind
     side_side_acceleration     | m/s^2   | of the tower top, to the left looking downwind
+    flap flaps                 | rad     | deflection of flap i of each blade, one flap behind the other
     n_blades                   | -       | number of blades
     callback                   | -       | internal: address of a controller in plain Python
     """,
@@ -47,9 +48,10 @@ TIME, GENERATOR_SPEED, ROTOR_SPEED, AZIMUTH, TORQUE, POWER, PITCH = MEASUREMENTS
 OUT_OF_PLANE_MOMENT, IN_PLANE_MOMENT, YAW, YAW_RATE = MEASUREMENTS.slots(
     "out_of_plane_moment in_plane_moment yaw yaw_rate"
 )
-WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION, N_BLADES, CALLBACK = MEASUREMENTS.slots(
-    "wind_speed wind_direction fore_aft_acceleration side_side_acceleration n_blades callback"
+WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION = MEASUREMENTS.slots(
+    "wind_speed wind_direction fore_aft_acceleration side_side_acceleration"
 )
+FLAP, N_BLADES, CALLBACK = MEASUREMENTS.slots("flap n_blades callback")
 
 DEMANDS = table(
     "demands",
@@ -59,12 +61,16 @@ DEMANDS = table(
     pitch blades     | rad   | pitch angle of each blade
     brake            | -     | share of the full brake torque
     yaw_rate         | rad/s | of the yaw drive, counter-clockwise from above
+    flap flaps       | rad   | deflection of flap i of each blade, trailing edge towards the pressure side
     """,
 )
 """What a controller can ask for. Demands keep their values until they are changed."""
 
-GENERATOR_TORQUE, PITCH_DEMAND, BRAKE, YAW_RATE_DEMAND = DEMANDS.slots("generator_torque pitch brake yaw_rate")
+GENERATOR_TORQUE, PITCH_DEMAND, BRAKE, YAW_RATE_DEMAND, FLAP_DEMAND = DEMANDS.slots(
+    "generator_torque pitch brake yaw_rate flap"
+)
 
-MOST_TORQUE, MOST_PITCH = 5.0, 0.5
+MOST_TORQUE, MOST_PITCH, MOST_FLAP = 5.0, 0.5, 1.6
 """A torque demand may reach this multiple of the turbine's largest torque, a pitch demand go this far [rad] beyond
-the actuator's range. A controller that asks for more ends the run with its name and time."""
+the actuator's range, a flap be asked for this deflection [rad]. A controller that asks for more ends the run with its
+name and time."""

@@ -34,9 +34,12 @@ PARTS = {
     "rotation": ("xx", "xy", "xz", "yx", "yy", "yz", "zx", "zy", "zz"),
     "symmetric": ("xx", "yy", "zz", "xy", "xz", "yz"),
     "blades": ("1", "2", "3"),
+    "flaps": tuple(f"{flap}_{blade}" for flap in range(1, 5) for blade in range(1, 4)),
 }
-"""Fields that are vectors, rotation matrices (row by row), symmetric matrices or one number a blade."""
+"""Fields that are vectors, rotation matrices (row by row), symmetric matrices, one number a blade or one for each of up
+to four flaps of each blade."""
 MAX_BLADES = len(PARTS["blades"])
+MAX_FLAPS = len(PARTS["flaps"]) // MAX_BLADES
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +66,7 @@ class Table:
     def index(self, name: str) -> int:
         """Row of the named field, the first one of a vector or matrix; unknown names get the closest ones."""
         names = self.names
-        for candidate in (name, f"{name}_x", f"{name}_xx", f"{name}_1"):
+        for candidate in (name, f"{name}_x", f"{name}_xx", f"{name}_1", f"{name}_1_1"):
             if candidate in names:
                 return names.index(candidate)
         raise InputError(f"{self.name} has no {name!r}: {did_you_mean(name, names)}")

@@ -15,11 +15,12 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.aero.flaps import FLAP
 from meltemi.aero.rotor import derivatives, settle
 from meltemi.aero.tables import AERO_NODE, FLOW, INFLOW, MEMORY, ROTOR, STALL, TOWER_FLOW
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
-from meltemi.control.signals import DEMANDS, MEASUREMENTS, MOST_PITCH, MOST_TORQUE, N_BLADES
+from meltemi.control.signals import DEMANDS, MEASUREMENTS, MOST_FLAP, MOST_PITCH, MOST_TORQUE, N_BLADES
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import announce, kernel
 from meltemi.core.tables import Table, View
@@ -92,6 +93,7 @@ SIGNAL_TABLES: dict[str, Table] = {
     "chain": MACHINE_LOAD,
     "root": ROOT_LOAD,
     "pitch": PITCH,
+    "flap": FLAP,
     "drive": DRIVE,
     "demands": DEMANDS,
     "flow": FLOW,
@@ -102,10 +104,12 @@ SIGNAL_TABLES: dict[str, Table] = {
 """Arrays a channel may ask for, by the table that describes them; q, v and a come on top."""
 
 
-CONSTANT = frozenset("box aero_options blade_stations tower_stations".split())
+CONSTANT = frozenset("box aero_options flap_nodes increments blade_stations tower_stations".split())
 """Arrays that have no derivatives."""
 Numbers = Literal["lanes", "floats", "duals"]
-AIR_PARTS = "aero aero_options aero_nodes polars section flow rotor inflow stall d_inflow d_stall".split()
+AIR_PARTS = (
+    "aero aero_options aero_nodes polars section flap_nodes increments flap flow rotor inflow stall d_inflow d_stall"
+).split()
 """Arrays of ``aero.rotor.derivatives``; ``settle`` takes all but the last two."""
 WEIGHTS = {
     "tower_flow": [TOWER_FLOW.index("length")],
@@ -181,7 +185,7 @@ class Case:
         K, nq, nc = len(model.blade.names), len(model.coordinates), model.n_core
         M, NT = len(model.tower.names), model.tower_flow.shape[1]
         fill = -(-N // WIDTH) * WIDTH if lanes else N
-        sizes = {"blade": B, "node": fill}
+        sizes = {"blade": B, "node": fill, "flap": model.flap_nodes.shape[0]}
         self.signals = Arena(
             {
                 "q": (nq,),
@@ -227,6 +231,9 @@ class Case:
             "aero_options": model.aero_options.copy(),
             "aero_nodes": filled("aero_nodes", model.aero_nodes, fill),
             "polars": model.polars,
+            "flap_nodes": filled("flap_nodes", model.flap_nodes, fill),
+            "increments": model.increments,
+            "flap_actuators": model.flap_actuators,
             "section": model.section,
             "wind": described.wind,
             "series": described.series,
@@ -260,6 +267,7 @@ class Case:
         most["generator_torque"] = MOST_TORQUE * turbine.control.torque.maximum_torque
         most["pitch"] = MOST_PITCH + max(abs(actuator.minimum), abs(actuator.maximum))
         most["brake"] = most["yaw_rate"] = 1.0
+        most["flap"] = MOST_FLAP
         self.events = np.zeros((0, 4))
         self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
         self.spare = np.zeros_like(self.aero_state.vector)

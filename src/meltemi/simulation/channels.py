@@ -71,6 +71,7 @@ def catalogue(
     blade_stations: int = 0,
     tower_stations: int = 0,
     coordinates: Iterable[str] = (),
+    flaps: int = 0,
 ) -> dict[str, Channel]:
     """All channels of a turbine by name.
 
@@ -79,12 +80,17 @@ def catalogue(
       n_nodes: nodes of each blade (their channels are numbered from 1 at the root).
       blade_stations, tower_stations: further stations at which section loads are wanted.
       coordinates: names of the generalised coordinates; each becomes a channel, and its velocity.
+      flaps: of each blade.
     """
     found = [_channel(row, ()) for row in _rows("machine")]
     for b in range(1, n_blades + 1):
         for row in _rows("blade"):
             index = () if row[-1].startswith("demands.") else (b - 1,)
             found.append(_channel(row, index, b=b))
+        for f in range(1, flaps + 1):
+            for row in _rows("flap"):
+                place = () if row[-1].startswith("demands.") else (f - 1, b - 1)
+                found.append(_channel(row, place, b=b, f=f))
         for n in range(1, n_nodes + 1):
             found += [_channel(row, (b - 1, n - 1), b=b, n=n) for row in _rows("node")]
         for n in range(1, blade_stations + 1):

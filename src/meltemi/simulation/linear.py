@@ -172,7 +172,7 @@ def linearise(
     if azimuths < 1 or SAMPLES % azimuths:
         raise InputError(f"linearise: azimuths must divide {SAMPLES}, found {azimuths!r}")
     case = linear_case(model, point)
-    channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates)
+    channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps)
     outputs = [find(name, channels).name for name in outputs]
     u = _inputs(case, point, _of_all_blades(inputs) if fixed else inputs)
     y = _outputs(case, [channels[name] for name in (_of_all_blades(outputs) if fixed else outputs)])

@@ -13,10 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator, RectBivariateSpline
 
 from meltemi.aero import stall_tables
+from meltemi.aero.flaps import ALPHAS, DELTAS
+from meltemi.aero.flaps import STEP as INCREMENT_STEP
 from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, POLAR, SECTION, TOWER_FLOW
-from meltemi.control.actuators import ACTUATOR
+from meltemi.control.actuators import ACTUATOR, FLAP_ACTUATOR
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.tables import MAX_BLADES, Table, View
 from meltemi.core.threads import one_blas_thread
@@ -29,6 +32,8 @@ from meltemi.turbine.definition import Airfoil, Turbine
 
 Float = NDArray[np.float64]
 
+FLAP_FADE = np.radians(16.0)
+"""[rad] beyond the angles of attack of a flap's data, over which its increments fade out."""
 POLAR_STEP = np.radians(0.25)
 """[rad] grid of the polars; the usual half and whole degrees of polar files lie on it."""
 FADE_BEGIN, FADE_END = 1.0, 2.0
@@ -83,6 +88,9 @@ class Model:
     section: Float
     tower_flow: Float
     actuators: Float
+    flap_nodes: Float
+    increments: Float
+    flap_actuators: Float
 
     @property
     def n_blades(self) -> int:
@@ -97,6 +105,11 @@ class Model:
     def n_core(self) -> int:
         """Coordinates below the blades."""
         return len(self.tower.names) + N_SHAFT
+
+    @property
+    def n_flaps(self) -> int:
+        """Flaps of each blade."""
+        return len(self.flap_nodes)
 
     def parameter_names(self) -> list[str]:
         """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
@@ -208,6 +221,9 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         section=section,
         tower_flow=_tower_flow(turbine, tower_layout),
         actuators=_actuators(turbine, options),
+        flap_nodes=_flap_nodes(turbine, blade_layout),
+        increments=_increments(turbine),
+        flap_actuators=_flap_actuators(turbine),
     )
 
 
@@ -545,6 +561,44 @@ def _tower_flow(turbine: Turbine, layout: NodeLayout) -> Float:
     v["height"] = t.base_height + layout.position
     v["diameter"] = np.interp(layout.position, t.position, t.diameter)
     v["drag"], v["length"] = t.drag_coefficient, layout.length
+    return array
+
+
+def _flap_nodes(turbine: Turbine, layout: NodeLayout) -> Float:
+    """(F, blades, nodes) share of each node's length that a flap covers."""
+    inner, outer = layout.edges[:-1], layout.edges[1:]
+    length = turbine.blade.length
+    shares = np.zeros((len(turbine.blade.flaps), turbine.n_blades, len(layout.position)))
+    for share, flap in zip(shares, turbine.blade.flaps, strict=True):
+        covered = np.minimum(outer, flap.end * length) - np.maximum(inner, flap.begin * length)
+        share[:] = np.maximum(covered, 0.0) / np.maximum(outer - inner, 1e-9)
+    return shares
+
+
+def _increments(turbine: Turbine) -> Float:
+    """(F, ALPHAS DELTAS, 3) increments on the grid of the kernels: bicubic between the data, faded beyond stall."""
+    result = np.zeros((len(turbine.blade.flaps), ALPHAS * DELTAS, 3))
+    alpha = INCREMENT_STEP * (np.arange(ALPHAS) - ALPHAS // 2)
+    delta = INCREMENT_STEP * (np.arange(DELTAS) - DELTAS // 2)
+    for table, flap in zip(result, turbine.blade.flaps, strict=True):
+        d = flap.increments
+        inside, bent = np.clip(alpha, *d.angle_of_attack[[0, -1]]), np.clip(delta, *d.deflection[[0, -1]])
+        fade = 0.5 + 0.5 * np.cos(np.pi * np.minimum(np.abs(alpha - inside) / FLAP_FADE, 1.0))
+        lift = RectBivariateSpline(d.angle_of_attack, d.deflection, d.lift)(inside, bent)
+        drag, moment = (PchipInterpolator(d.deflection, x)(bent) for x in (d.drag, d.moment))
+        grid = np.stack([lift, np.broadcast_to(drag, lift.shape), np.broadcast_to(moment, lift.shape)], axis=-1)
+        table[:] = (fade[:, None, None] * grid).reshape(-1, 3)
+    return result
+
+
+def _flap_actuators(turbine: Turbine) -> Float:
+    flaps = turbine.blade.flaps
+    array = FLAP_ACTUATOR.zeros(flap=len(flaps))
+    v = View(FLAP_ACTUATOR, array)
+    v["ideal"] = [float(f.frequency is None) for f in flaps]
+    v["frequency"] = [f.frequency or 1.0 for f in flaps]
+    for name in ("damping", "rate", "minimum", "maximum"):
+        v[name] = [getattr(f, name) for f in flaps]
     return array
 
 

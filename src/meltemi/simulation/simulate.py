@@ -336,7 +336,9 @@ def _multiple(value: float, dt: float, name: str) -> int:
 def model_channels(model: Model, stations: Stations | None = None) -> dict[str, Channel]:
     """Everything that can be recorded of a model."""
     stations = stations or Stations()
-    return catalogue(model.n_blades, model.n_nodes, len(stations.blade), len(stations.tower), model.coordinates)
+    return catalogue(
+        model.n_blades, model.n_nodes, len(stations.blade), len(stations.tower), model.coordinates, model.n_flaps
+    )
 
 
 def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Channel]:
@@ -402,6 +404,7 @@ def sample_arguments(case: Case) -> tuple[Any, ...]:
         case["structure"],
         case["drive"],
         case["pitch"],
+        case["flap"],
         case["actuators"],
         case["root"],
         case["chain"],

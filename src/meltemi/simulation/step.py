@@ -32,13 +32,14 @@ from typing import Any
 from numpy import float32, float64, int64
 from numpy.typing import NDArray
 
+from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
 from meltemi.aero.rotor import AIR_DENSITY, disk_averages, loads, quasi_steady, relative_wind
 from meltemi.aero.tables import AERO_OPTIONS
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control import signals as sg
-from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, pitch_advance
+from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance, pitch_advance
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import table
+from meltemi.core.tables import MAX_BLADES, table
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
@@ -89,13 +90,13 @@ ABSURD = 1e6
 
 PARTS = (
     "q v a locked structure blade_nodes shape second modal top_shape top_second tower_matrix tower_weight "
-    "tower_shape aero aero_options aero_nodes polars section wind series now box pitch drive inflow stall "
-    "memory columns machine frame partial motion load body link arm_mass arm_force core_mass core_force "
-    "coupling flow rotor tower_flow tower_lanes tower_push"
+    "tower_shape aero aero_options aero_nodes polars section flap_nodes increments flap wind series now box pitch "
+    "drive inflow stall memory columns machine frame partial motion load body link arm_mass arm_force core_mass "
+    "core_force coupling flow rotor tower_flow tower_lanes tower_push"
 ).split()
 """Arrays of :func:`equations`, in the order of its arguments after t and dt."""
 NODES = (
-    "blade_nodes shape second aero_nodes partial motion load flow inflow stall memory d_inflow d_stall "
+    "blade_nodes shape second aero_nodes flap_nodes partial motion load flow inflow stall memory d_inflow d_stall "
     "tower_shape tower_lanes"
 ).split()
 """Those whose last axis are the nodes of a blade or of the tower; ``tower_lanes`` is ``tower_flow``, read in lanes."""
@@ -105,12 +106,14 @@ LOAD_PARTS = (
     "station tower_stations tower_station summary"
 ).split()
 """Arrays of :func:`section_loads`, in the order of its arguments; then the summary."""
-RUN_PARTS = ("controller_state measured demands actuators v_old a_old spare aero_state signals output").split()
+RUN_PARTS = (
+    "controller_state measured demands actuators flap_actuators v_old a_old spare aero_state signals output"
+).split()
 """Arrays of a run under way, see :func:`advance`."""
 ROOT, CHAIN = LOAD_PARTS.index("root"), LOAD_PARTS.index("chain")
 Q, V, A, P_STRUCTURE, COLUMNS = (PARTS.index(name) for name in ("q", "v", "a", "structure", "columns"))
 P_WIND, P_SERIES, NOW, BOX = (PARTS.index(name) for name in ("wind", "series", "now", "box"))
-P_PITCH, P_DRIVE = PARTS.index("pitch"), PARTS.index("drive")
+P_PITCH, P_DRIVE, P_FLAP = (PARTS.index(name) for name in ("pitch", "drive", "flap"))
 LOCKED, CORE_MASS, CORE_FORCE, ARM_MASS, COUPLING, ARM_FORCE = (
     PARTS.index(name) for name in ("locked", "core_mass", "core_force", "arm_mass", "coupling", "arm_force")
 )
@@ -144,6 +147,9 @@ def equations(
     aero_nodes: Float,
     polars: Float,
     section: Float,
+    flap_nodes: Float,
+    increments: Float,
+    flap: Float,
     wind: Float,
     series: Float,
     now: Float,
@@ -191,7 +197,7 @@ def equations(
     tower_wind(t, q, v, tower_shape, wind, now, box, tower_lanes)
     relative_wind(t, aero, aero_options, aero_nodes, wind, now, box, tower_flow, machine, frame, pitch, motion, flow)
     disk_averages(aero, aero_nodes, machine, flow, rotor)
-    quasi_steady(aero, aero_options, aero_nodes, polars, flow, memory, rotor)
+    quasi_steady(aero, aero_options, aero_nodes, polars, section, flap_nodes, increments, flap, flow, memory, rotor)
     loads(
         dt,
         aero,
@@ -199,6 +205,9 @@ def equations(
         aero_nodes,
         polars,
         section,
+        flap_nodes,
+        increments,
+        flap,
         machine,
         frame,
         motion,
@@ -290,6 +299,7 @@ def sample(
     structure: Float,
     drive: Float,
     pitch: Float,
+    flap: Float,
     actuators: Float,
     root: Float,
     chain: Float,
@@ -312,6 +322,9 @@ def sample(
         measured[sg.PITCH + b] = pitch[ANGLE, b] - actuators[OFFSET + b]
         measured[sg.OUT_OF_PLANE_MOMENT + b] = root[R_MOMENT + 1, b]
         measured[sg.IN_PLANE_MOMENT + b] = root[R_MOMENT, b]
+    for j in range(flap.shape[1]):
+        for b in range(flap.shape[2]):
+            measured[sg.FLAP + MAX_BLADES * j + b] = flap[FLAP_ANGLE, j, b]
     u, w = summary[HUB_WIND], summary[HUB_WIND + 1]
     measured[sg.WIND_SPEED] = sqrt(u * u + w * w)
     measured[sg.WIND_DIRECTION] = atan2(-w, u)
@@ -471,18 +484,30 @@ def advance(
         corrections, ``signals`` is everything a channel may ask for, ``output`` has (rows, channels).
       numbers, parts, load_parts: as in :func:`evaluate` and :func:`observe`.
     """
-    (controller_state, measured, demands, actuators, v_old, a_old, spare, aero_state, signals, output) = view_run(
-        numbers[0], run
-    )
+    (
+        controller_state,
+        measured,
+        demands,
+        actuators,
+        flap_actuators,
+        v_old,
+        a_old,
+        spare,
+        aero_state,
+        signals,
+        output,
+    ) = view_run(numbers[0], run)
     seen, loads_seen = view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts)
     q, v, a, structure, n_core = seen[Q], seen[V], seen[A], seen[P_STRUCTURE], seen[COLUMNS].shape[1]
-    pitch, drive = seen[P_PITCH], seen[P_DRIVE]
+    pitch, drive, flap = seen[P_PITCH], seen[P_DRIVE], seen[P_FLAP]
     root, chain, summary = loads_seen[ROOT], loads_seen[CHAIN], loads_seen[-1]
     for _ in range(n_steps):
         step = clock[STEP]
         t = step * dt
         if step % clock[EVERY_CONTROL] == 0:
-            sample(t, q, v, n_core, structure, drive, pitch, actuators, root, chain, summary, efficiency, measured)
+            sample(
+                t, q, v, n_core, structure, drive, pitch, flap, actuators, root, chain, summary, efficiency, measured
+            )
             try:
                 controller(controller_state, measured, demands, clock[EVERY_CONTROL] * dt)
             except Exception:
@@ -495,6 +520,7 @@ def advance(
             clock[NEXT_EVENT] += 1
         pitch_advance(actuators, demands, pitch, 0.0)
         drive_advance(actuators, demands, drive, 0.0)
+        flap_advance(flap_actuators, demands, flap, 0.0)
         # physics at t: complete the velocities of the step that ends here
         behind = dt if step > 0 else 0.0
         for i in range(1 + clock[CORRECTIONS]):
@@ -529,4 +555,5 @@ def advance(
             a_old[j] = a_now
         pitch_advance(actuators, demands, pitch, dt)
         drive_advance(actuators, demands, drive, dt)
+        flap_advance(flap_actuators, demands, flap, dt)
         clock[STEP] = step + 1

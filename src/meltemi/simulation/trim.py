@@ -500,7 +500,7 @@ class _Orbit:
         aero = case.air()
         self.prescribe(0.0)
         model = self.model
-        channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates)
+        channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps)
         places = {name: case.place(channel) for name, channel in channels.items()}
         return OperatingPoint(
             wind=self.wind,

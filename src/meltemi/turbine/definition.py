@@ -236,11 +236,80 @@ class BladeStructure(Record):
         return self
 
 
+class FlapIncrements(Record):
+    """What a flap's deflection adds to the coefficients of a section."""
+
+    angle_of_attack: Vector
+    """(A,) [rad] increasing; beyond its ends the increments fade out within 16 degrees, where the flow is stalled."""
+    deflection: Vector
+    """(D,) [rad] increasing, with 0; positive with the trailing edge towards the pressure side."""
+    lift: Array
+    """(A, D) increment of the lift coefficient; zero at deflection 0."""
+    drag: Vector
+    """(D,) increment of the drag coefficient."""
+    moment: Vector
+    """(D,) increment of the moment coefficient about the aerodynamic centre, nose up."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        a, d = self.angle_of_attack, self.deflection
+        for name, values in (("angle_of_attack", a), ("deflection", d)):
+            if len(values) < 4 or np.any(np.diff(values) <= 0.0):
+                raise ValueError(f"{name} must have at least 4 entries and increase")
+        if 0.0 not in d:
+            raise ValueError("deflection must contain 0")
+        if self.lift.shape != (len(a), len(d)):
+            raise ValueError(f"lift must have shape ({len(a)}, {len(d)}), but has {self.lift.shape}")
+        for name in ("drag", "moment"):
+            if len(getattr(self, name)) != len(d):
+                raise ValueError(f"{name} must have {len(d)} entries like deflection, found {len(getattr(self, name))}")
+        zero = int(np.flatnonzero(d == 0.0)[0])
+        if np.any(self.lift[:, zero] != 0.0) or self.drag[zero] != 0.0 or self.moment[zero] != 0.0:
+            raise ValueError("increments must be zero at deflection 0")
+        return self
+
+
+class Flap(Record):
+    """A trailing-edge flap of each blade, and its actuator."""
+
+    begin: float = Field(ge=0.0, lt=1.0)
+    """Inner end, share of the blade's length from the root."""
+    end: float = Field(gt=0.0, le=1.0)
+    """Outer end, share of the blade's length."""
+    chord_fraction: float = Field(gt=0.0, lt=1.0)
+    """Chord of the flap over that of the section, for information: what it does is in the increments."""
+    minimum: float = Field(le=0.0)
+    """[rad] limit of the deflection."""
+    maximum: float = Field(ge=0.0)
+    """[rad] limit of the deflection."""
+    rate: float = Field(gt=0.0)
+    """[rad/s] limit."""
+    frequency: float | None = Field(default=None, gt=0.0)
+    """[rad/s] natural frequency of the actuator; without it the flap follows at once."""
+    damping: float = Field(default=0.7, gt=0.0)
+    """Damping ratio of the actuator [-]."""
+    increments: FlapIncrements
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.begin >= self.end:
+            raise ValueError(f"begin {self.begin:g} must lie inside end {self.end:g}")
+        if self.minimum >= self.maximum:
+            raise ValueError(f"minimum {self.minimum:g} rad must be less than maximum {self.maximum:g} rad")
+        d = self.increments.deflection
+        if self.minimum < d[0] - 1e-9 or self.maximum > d[-1] + 1e-9:
+            raise ValueError(f"the limits lie outside increments.deflection, {d[0]:g} to {d[-1]:g} rad")
+        return self
+
+
 class Blade(Record):
     """One blade; all blades of a turbine are alike."""
 
     aerodynamics: BladeAerodynamics
     structure: BladeStructure
+    flaps: tuple[Flap, ...] = ()
+    """Trailing-edge flaps, up to four."""
     source: str = ""
 
     @property
@@ -253,6 +322,8 @@ class Blade(Record):
         for part in (self.aerodynamics, self.structure):
             if abs(part.position[0]) > 1e-6:
                 raise ValueError(f"position must begin with 0 (the blade root), but begins with {part.position[0]:g} m")
+        if len(self.flaps) > 4:
+            raise ValueError(f"flaps: {len(self.flaps)} are given, up to 4 are supported")
         a, s = self.aerodynamics.position[-1], self.structure.position[-1]
         if abs(a - s) > 1e-3 * max(a, s):
             raise ValueError(f"the blade is {a:g} m long in aerodynamics.position, but {s:g} m in structure.position")

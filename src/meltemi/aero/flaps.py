@@ -1,0 +1,96 @@
+"""Trailing-edge flaps: what a deflection adds to the coefficients of a section.
+
+The increments of lift, drag and moment are tables in angle of attack and deflection. Static coefficients are the
+polar's plus the increments. In dynamic stall the lift of a flap is unsteady as if it were camber: as an angle
+
+    Delta alpha = Delta C_l(alpha, delta) / C_La
+
+it drives the wake lags together with the angle of attack, and is taken off the effective angle again before polars are
+read (A-48). So lift builds up after Wagner, the steady state is the polar's plus the increment, and separation is that
+of the section without deflection; what the flap changes in it is in the increments. The air that a moving
+flap accelerates is left out: for a tenth of the chord it is small below 5 Hz.
+
+Reference: docs/theory/aerodynamics.md (A-48, A-49).
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import NamedTuple
+
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.core.kernel import kernel
+from meltemi.core.tables import table
+from meltemi.maths.generic import where, whole
+
+Float = NDArray[float64]
+
+FLAP = table(
+    "flap",
+    "flap blade",
+    """
+    angle        | rad     | deflection, trailing edge towards the pressure side when positive
+    rate         | rad/s   | its rate
+    switches     | -       | limits that a difference step would have reached or left, in derivative runs
+    """,
+)
+"""State of the flaps' actuators."""
+
+ANGLE, RATE, SWITCHES = FLAP.slots("angle rate switches")
+
+STEP = pi / 180.0
+"""[rad] of the increments' grid, in both angles."""
+ALPHAS, DELTAS = 81, 61
+"""Rows and columns of it, symmetric about zero: 40 and 30 degrees to both sides."""
+LIFT, DRAG, MOMENT = 0, 1, 2
+
+
+class Increment(NamedTuple):
+    """What flaps add to lift, drag and moment coefficient."""
+
+    lift: float
+    drag: float
+    moment: float
+
+
+@kernel
+def flap_increment(share: Float, increments: Float, flap: Float, alpha: float, b: int, n: int) -> Increment:
+    """Sum over the flaps of a node at angle of attack ``alpha`` [rad], each by the share of the node it covers.
+
+    Args:
+      share: (F, blades, nodes) share of each node that a flap covers.
+      increments: (F, ALPHAS DELTAS, 3), angle by angle of attack.
+      flap: state, table FLAP (fields, F, blades).
+    """
+    lift, drag, moment = 0.0 * alpha, 0.0 * alpha, 0.0 * alpha
+    x = min(max(alpha / STEP + 0.5 * (ALPHAS - 1), 0.0), ALPHAS - 1.0)
+    i = min(max(whole(x), 0), ALPHAS - 2)
+    w = x - i
+    for j in range(share.shape[0]):
+        y = min(max(flap[ANGLE, j, b] / STEP + 0.5 * (DELTAS - 1), 0.0), DELTAS - 1.0)
+        k = min(max(whole(y), 0), DELTAS - 2)
+        u = y - k
+        here = i * DELTAS + k
+        s = share[j, b, n]
+        lift += s * between(increments, j, here, LIFT, w, u)
+        drag += s * between(increments, j, here, DRAG, w, u)
+        moment += s * between(increments, j, here, MOMENT, w, u)
+    return Increment(lift, drag, moment)
+
+
+@kernel
+def between(increments: Float, j: int, here: int, column: int, w: float, u: float) -> float:
+    """Bilinear between four entries."""
+    low = increments[j, here, column] + u * (increments[j, here + 1, column] - increments[j, here, column])
+    there = here + DELTAS
+    high = increments[j, there, column] + u * (increments[j, there + 1, column] - increments[j, there, column])
+    return low + w * (high - low)
+
+
+@kernel
+def equivalent_angle(lift: float, slope: float) -> float:
+    """Delta alpha [rad] of an increment of the lift (A-48)."""
+    attached = slope > 0.1
+    return where(attached, lift / where(attached, slope, 1.0), 0.0)
