@@ -115,6 +115,7 @@ def arrays() -> str:
         "structure.tables",
         "structure.section_loads",
         "aero.tables",
+        "aero.flaps",
         "control.signals",
         "control.baseline",
         "control.actuators",
