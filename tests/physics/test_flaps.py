@@ -12,7 +12,7 @@ from pydantic import ValidationError
 import meltemi
 from meltemi import Controller, Model, ModelOptions, Simulation, SteadyWind, Turbine, naca64618_flap, with_flaps
 from meltemi.aero.flaps import ALPHAS, DELTAS, STEP, flap_increment
-from meltemi.aero.tables import AERO_NODE
+from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS
 from meltemi.control import signals as s
 from meltemi.simulation.case import Case
 from meltemi.turbine.flaps import DEFLECTION, LIFT
@@ -65,7 +65,7 @@ def test_a_flap_moves_its_own_blades_root_moment(
 
 
 def test_increments_are_those_of_the_table(rigid: Model) -> None:
-    share, flap = np.ones((1, 1, 1)), np.zeros((3, 1, 1))
+    share, flap = np.ones((1, 1, 1)), np.zeros((4, 1, 1))
     rows = np.array([[float(x) for x in line.split()] for line in LIFT.strip().splitlines()])
     for alpha, *lifts in rows:
         for delta, lift in zip(DEFLECTION, lifts, strict=True):
@@ -193,6 +193,36 @@ def test_derivatives_with_flaps_are_limits_of_differences(flapped: Turbine) -> N
     low, high, step = meltemi.differences(model, wind, "aerodynamics.air_density", **case)  # type: ignore[arg-type]
     change = (high[channel].mean() - low[channel].mean()) / (2.0 * step)
     assert found.mean(channel)[1][0] == pytest.approx(change, rel=1e-5)
+
+
+def test_linear_models_have_the_flaps_of_all_blades(flapped: Turbine) -> None:
+    model = meltemi.build(flapped)
+    point = meltemi.operating_point(model, 18.0)
+    found = meltemi.linearise(model, point, ("flap_1_1",), ("root_moment_out_of_plane_1",), azimuth=0.4)
+    i, j = (found.states.index(f"blade 1 flap 1{what}") for what in ("", " rate"))
+    w, z = 62.8, 0.7
+    np.testing.assert_allclose(found.A[j, [i, j]], [-w * w, -2.0 * z * w], rtol=1e-12)
+    assert found.A[i, j] == pytest.approx(1.0)
+    assert found.B[j, 0] == pytest.approx(w * w)
+    # the column of the deflection against differences of the evaluation
+    case = Case(model, point.wind, numbers="floats")
+    case["aero_options"][AERO_OPTIONS.index("iterations")] = 30
+    moved = []
+    for step in (-1e-6, 1e-6):
+        point.put(case, 0.4)
+        case["flap"][0, 0, 0] = step
+        for _ in range(3):
+            case.evaluate(0.0)
+        case.rates()
+        case.loads(0.0)
+        moved.append(np.concatenate([case["a"], [case.view("root")["moment_y"][0]]]))
+    difference = (moved[1] - moved[0]) / 2e-6
+    v = [found.states.index(f"v {name}") for name in model.coordinates]
+    np.testing.assert_allclose(found.A[v, i], difference[:-1], rtol=1e-5, atol=1e-6 * np.abs(difference[:-1]).max())
+    assert found.C[0, i] == pytest.approx(difference[-1], rel=1e-5)
+    fixed = meltemi.linearise(model, point, ("flap_1_1",), ("root_moment_out_of_plane_1",), azimuths=1)
+    assert fixed.inputs == ("flap_1_collective", "flap_1_cosine", "flap_1_sine")
+    assert {"flap 1 collective", "flap 1 rate sine"} <= set(fixed.states)
 
 
 def test_without_deflection_nothing_changes(turbine: Turbine, flapped: Turbine) -> None:

@@ -480,7 +480,7 @@ def node(model: int, alpha: float, speed: float = 60.0, turn: float = 0.0) -> di
 
 
 def evaluated(aero: Float, foil: tuple[Float, Float], at: dict[str, Float], dt: float = 0.0) -> Coefficients:
-    none = np.zeros((0, 1, 1)), np.zeros((0, 1, 3)), np.zeros((3, 0, 1))  # flaps
+    none = np.zeros((0, 1, 1)), np.zeros((0, 1, 3)), np.zeros((4, 0, 1))  # flaps
     arrays = *foil, *none, at["flow"], at["memory"], at["stall"]
     section_coefficients(dt, aero, at["options"], at["nodes"], *arrays, 0, 0)
     return Coefficients(*(float(at["flow"][FLOW.index(name), 0, 0]) for name in ("lift", "drag", "moment")))

@@ -33,12 +33,13 @@ FLAP = table(
     """
     angle        | rad     | deflection, trailing edge towards the pressure side when positive
     rate         | rad/s   | its rate
+    acceleration | rad/s^2 | its acceleration over the last step
     switches     | -       | limits that a difference step would have reached or left, in derivative runs
     """,
 )
 """State of the flaps' actuators."""
 
-ANGLE, RATE, SWITCHES = FLAP.slots("angle rate switches")
+ANGLE, RATE, ACCELERATION, SWITCHES = FLAP.slots("angle rate acceleration switches")
 
 STEP = pi / 180.0
 """[rad] of the increments' grid, in both angles."""
@@ -69,10 +70,9 @@ def flap_increment(share: Float, increments: Float, flap: Float, alpha: float, b
     i = min(max(whole(x), 0), ALPHAS - 2)
     w = x - i
     for j in range(share.shape[0]):
-        y = min(max(flap[ANGLE, j, b] / STEP + 0.5 * (DELTAS - 1), 0.0), DELTAS - 1.0)
-        k = min(max(whole(y), 0), DELTAS - 2)
-        u = y - k
-        here = i * DELTAS + k
+        y = min(max(flap[ANGLE, j, b] / STEP + 0.5 * (DELTAS - 1), 1.0), DELTAS - 2.0)
+        k = min(max(whole(y), 1), DELTAS - 3)
+        here, u = i * DELTAS + k, y - k
         s = share[j, b, n]
         lift += s * between(increments, j, here, LIFT, w, u)
         drag += s * between(increments, j, here, DRAG, w, u)
@@ -82,11 +82,17 @@ def flap_increment(share: Float, increments: Float, flap: Float, alpha: float, b
 
 @kernel
 def between(increments: Float, j: int, here: int, column: int, w: float, u: float) -> float:
-    """Bilinear between four entries."""
-    low = increments[j, here, column] + u * (increments[j, here + 1, column] - increments[j, here, column])
-    there = here + DELTAS
-    high = increments[j, there, column] + u * (increments[j, there + 1, column] - increments[j, there, column])
-    return low + w * (high - low)
+    """Linear in the angle of attack, and cubic in the deflection: its slope has no steps, not at zero either."""
+    low = along(increments, j, here, column, u)
+    return low + w * (along(increments, j, here + DELTAS, column, u) - low)
+
+
+@kernel
+def along(increments: Float, j: int, here: int, column: int, u: float) -> float:
+    """Cubic through the entries at 0 and 1, with the slopes of their neighbours (Catmull and Rom 1974)."""
+    a, b = increments[j, here - 1, column], increments[j, here, column]
+    c, d = increments[j, here + 1, column], increments[j, here + 2, column]
+    return b + 0.5 * u * ((c - a) + u * ((2.0 * a - 5.0 * b + 4.0 * c - d) + u * (3.0 * (b - c) + d - a)))
 
 
 @kernel

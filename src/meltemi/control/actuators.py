@@ -14,6 +14,7 @@ from math import cos, cosh, exp, sin, sinh, sqrt
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.aero.flaps import ACCELERATION as FLAP_ACCELERATION
 from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
 from meltemi.aero.flaps import RATE as FLAP_RATE
 from meltemi.aero.flaps import SWITCHES as FLAP_SWITCHES
@@ -152,6 +153,7 @@ def flap_advance(p: Float, demands: Float, flap: Float, dt: float) -> None:
                 limited = 0.0 * limited
             flap[FLAP_ANGLE, j, b] = new
             flap[FLAP_RATE, j, b] = limited
+            flap[FLAP_ACCELERATION, j, b] = (limited - rate) / dt
 
 
 @kernel

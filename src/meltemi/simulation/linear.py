@@ -20,10 +20,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.aero import flaps
 from meltemi.aero.stall import model_weight
 from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, STALL
-from meltemi.control.actuators import ACCELERATION, ANGLE, RATE
+from meltemi.control.actuators import ACCELERATION, ANGLE, FLAP_ACTUATOR, RATE
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
+from meltemi.core.tables import View
 from meltemi.core.threads import one_blas_thread
 from meltemi.maths.multiblade import rotating_frame
 from meltemi.numbers.duals import N_DERIVATIVES
@@ -156,7 +158,8 @@ def linearise(
       point: from ``operating_point`` with the same model.
       inputs: ``generator_torque``, ``pitch`` (of all blades), ``pitch_1`` to ``pitch_3``, ``wind_speed`` (the same
         everywhere), ``vertical_wind``, ``wind_direction``, ``horizontal_shear``, ``vertical_shear`` (linear, as
-        in a ``WindSeries``), ``shear_exponent``, ``yaw``, ``yaw_rate`` (of the yaw drive). Pitch is the demand.
+        in a ``WindSeries``), ``shear_exponent``, ``yaw``, ``yaw_rate`` (of the yaw drive), ``flap_1_1`` (flap, blade)
+        and so on. Pitch and flaps are demands.
       outputs: channels, by our names or OpenFAST's, but the azimuth.
       azimuth: [rad] of blade 1, for the model at this azimuth; by default the one in the fixed frame. There, a
         channel or input of one blade brings in those of the other two.
@@ -280,9 +283,26 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
                 moves = ((("pitch", row * B + b), 1.0), (("pitch", ACCELERATION * B + b), slope))
                 rate = ("pitch", (RATE if row == ANGLE else ACCELERATION) * B + b)
                 x.append(Variable(f"blade {b + 1} {what}", unit_, moves, rate))
+    for j in range(model.n_flaps):
+        ideal, w, z = _flap_actuator(model, j)
+        for row, what, unit_, slope in ((flaps.ANGLE, "", "rad", -w * w), (flaps.RATE, " rate", "rad/s", -2.0 * z * w)):
+            for b in range(0 if ideal else model.n_blades):
+                moves = ((_flap_place(case, row, j, b), 1.0), (_flap_place(case, flaps.ACCELERATION, j, b), slope))
+                rate = _flap_place(case, flaps.RATE if row == flaps.ANGLE else flaps.ACCELERATION, j, b)
+                x.append(Variable(f"blade {b + 1} flap {j + 1}{what}", unit_, moves, rate))
     if yaw:
         x.append(Variable("yaw command", "rad", ((("drive", ex.YAW_COMMAND), 1.0),), ("drive", ex.YAW_COMMAND_RATE)))
     return x
+
+
+def _flap_actuator(model: Model, j: int) -> tuple[bool, float, float]:
+    """Whether flap j follows at once; natural frequency [rad/s] and damping ratio of its actuator."""
+    v = View(FLAP_ACTUATOR, model.flap_actuators)
+    return bool(v["ideal"][j]), float(v["frequency"][j]), float(v["damping"][j])
+
+
+def _flap_place(case: Case, row: int, j: int, b: int) -> Place:
+    return ("flap", int(np.ravel_multi_index((row, j, b), case["flap"].shape)))
 
 
 def _lagging(case: Case) -> NDArray[np.bool_]:
@@ -322,6 +342,11 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
         "yaw": Variable("", "rad", ((("drive", ex.YAW_COMMAND), 1.0),)),
         "yaw_rate": Variable("", "rad/s", ((("drive", ex.YAW_COMMAND_RATE), 1.0),)),
     }
+    for j in range(model.n_flaps):
+        at_once, w, _ = _flap_actuator(model, j)
+        for b in range(B):
+            place = _flap_place(case, flaps.ANGLE if at_once else flaps.ACCELERATION, j, b)
+            known[f"flap_{j + 1}_{b + 1}"] = Variable("", "rad", ((place, 1.0 if at_once else w * w),))
     columns = {
         "wind_speed": ("gust", wind.speed),
         "vertical_wind": ("vertical", 0.0),
