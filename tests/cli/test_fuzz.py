@@ -105,7 +105,7 @@ def damaged(draw: Callable[[Any], Any], content: Content) -> Content:
             inside.insert(key, inside[key])
         elif how == "nest":
             inside[key] = [inside[key]]
-        elif how == "scale" and isinstance(inside[key], int | float):
+        elif how == "scale" and isinstance(inside[key], int | float) and abs(inside[key]) < 1e300:
             inside[key] *= draw(st.floats(0.9, 1.1))
         else:
             inside[key] = draw(junk)
