@@ -14,7 +14,7 @@ from meltemi import ModelOptions, Start, SteadyWind, Turbine
 from meltemi.aero.rotor import derivatives
 from meltemi.aero.tables import AERO_NODE, FLOW
 from meltemi.core.tables import View
-from meltemi.simulation.case import Case
+from meltemi.simulation.case import AIR_PARTS, Case
 
 Float = NDArray[np.float64]
 
@@ -129,7 +129,7 @@ def test_derivatives_of_inflow_and_stall_are_those_of_their_steps(turbine: Turbi
     stall += 0.02 * rng.standard_normal(stall.shape)
     case.evaluate(0.0)
     rates = np.zeros_like(inflow), np.zeros_like(stall)
-    arrays = ("aero", "aero_options", "aero_nodes", "polars", "section", "flow", "rotor", "inflow", "stall")
+    arrays = AIR_PARTS[:-2]
     derivatives(*(case[name] for name in arrays), *rates)
     before, h = (inflow.copy(), stall.copy()), 1e-6
     case.evaluate(0.0, h)
