@@ -191,10 +191,10 @@ def quotient(x: float, speed: float) -> float:
 def flapped(
     flap_nodes: Float, increments: Float, flap: Float, section: Float, g: int, alpha: float, b: int, n: int
 ) -> tuple[Increment, float]:
-    """What the flaps add at a node, and the angle [rad] that stands for their lift."""
+    """What the flaps add at a node, at any angle of attack, and the angle [rad] that stands for their lift."""
     if flap_nodes.shape[0] == 0:
         return Increment(0.0 * alpha, 0.0 * alpha, 0.0 * alpha), 0.0 * alpha
-    added = flap_increment(flap_nodes, increments, flap, alpha, b, n)
+    added = flap_increment(flap_nodes, increments, flap, wrap(alpha), b, n)
     return added, equivalent_angle(added.lift, section[g, STALL_SLOPE])
 
 
@@ -224,7 +224,7 @@ def quasi_steady(
                 camber = curved * flow[TURN, b, n] * nodes[CHORD, b, n] / max(sqrt(vx * vx + vy * vy), SLOW)
                 g = whole(nodes[POLAR_INDEX, b, n])
                 # so is that of flaps, at the angle of attack where the solver begins
-                last = wrap(memory[OLD_PHI, b, n] - flow[THETA, b, n])
+                last = memory[OLD_PHI, b, n] - flow[THETA, b, n]
                 _, bent = flapped(flap_nodes, increments, flap, section, g, last, b, n)
                 strip = Strip(
                     vx,

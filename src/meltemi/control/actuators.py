@@ -80,6 +80,38 @@ def second_order_step(x: float, v: float, w: float, z: float, dt: float) -> tupl
 
 
 @kernel
+def limited_step(
+    angle: float,
+    rate: float,
+    demand: float,
+    w: float,
+    z: float,
+    most: float,
+    low: float,
+    high: float,
+    dt: float,
+) -> tuple[float, float, float]:
+    """Angle and rate of a second-order actuator after ``dt``, within its limits (C-11 to C-13).
+
+    Args:
+      demand: held, within ``low`` and ``high``.
+      w, z: natural frequency [rad/s] and damping ratio.
+      most: limit of the rate.
+
+    Returns:
+      Angle, rate, and what the limit of the rate adds to the switches.
+    """
+    error, free = second_order_step(angle - demand, rate, w, z, dt)
+    new, limited = demand + error, min(max(free, -most), most)
+    if limited != free:
+        new = angle + 0.5 * (rate + limited) * dt
+    if new < low or new > high:
+        new = min(max(new, low), high)
+        limited = 0.0 * limited
+    return new, limited, crossed(abs(free) - most)
+
+
+@kernel
 def pitch_advance(p: Float, demands: Float, pitch: Float, dt: float) -> None:
     """Pitch angles after ``dt`` under held demands; with the ideal actuator at once."""
     for b in range(pitch.shape[1]):
@@ -93,18 +125,12 @@ def pitch_advance(p: Float, demands: Float, pitch: Float, dt: float) -> None:
             continue
         if dt <= 0.0:
             continue
-        error, new_rate = second_order_step(angle - demand, rate, p[PITCH_FREQUENCY], p[PITCH_DAMPING], dt)
-        new = demand + error
-        pitch[SWITCHES, b] += crossed(abs(new_rate) - p[PITCH_RATE])
-        limited = min(max(new_rate, -p[PITCH_RATE]), p[PITCH_RATE])
-        if limited != new_rate:
-            new = angle + 0.5 * (rate + limited) * dt
-        if new < p[PITCH_MINIMUM] or new > p[PITCH_MAXIMUM]:
-            new = min(max(new, p[PITCH_MINIMUM]), p[PITCH_MAXIMUM])
-            limited = 0.0 * limited
+        w, z, most = p[PITCH_FREQUENCY], p[PITCH_DAMPING], p[PITCH_RATE]
+        new, new_rate, switches = limited_step(angle, rate, demand, w, z, most, p[PITCH_MINIMUM], p[PITCH_MAXIMUM], dt)
+        pitch[SWITCHES, b] += switches
         pitch[ANGLE, b] = new + p[OFFSET + b]
-        pitch[RATE, b] = limited
-        pitch[ACCELERATION, b] = (limited - rate) / dt
+        pitch[RATE, b] = new_rate
+        pitch[ACCELERATION, b] = (new_rate - rate) / dt
 
 
 FLAP_ACTUATOR = table(
@@ -142,18 +168,13 @@ def flap_advance(p: Float, demands: Float, flap: Float, dt: float) -> None:
                 continue
             if dt <= 0.0:
                 continue
-            error, new_rate = second_order_step(angle - demand, rate, p[F_FREQUENCY, j], p[F_DAMPING, j], dt)
-            new = demand + error
-            flap[FLAP_SWITCHES, j, b] += crossed(abs(new_rate) - most)
-            limited = min(max(new_rate, -most), most)
-            if limited != new_rate:
-                new = angle + 0.5 * (rate + limited) * dt
-            if new < low or new > high:
-                new = min(max(new, low), high)
-                limited = 0.0 * limited
+            new, new_rate, switches = limited_step(
+                angle, rate, demand, p[F_FREQUENCY, j], p[F_DAMPING, j], most, low, high, dt
+            )
+            flap[FLAP_SWITCHES, j, b] += switches
             flap[FLAP_ANGLE, j, b] = new
-            flap[FLAP_RATE, j, b] = limited
-            flap[FLAP_ACCELERATION, j, b] = (limited - rate) / dt
+            flap[FLAP_RATE, j, b] = new_rate
+            flap[FLAP_ACCELERATION, j, b] = (new_rate - rate) / dt
 
 
 @kernel

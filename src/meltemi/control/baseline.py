@@ -126,10 +126,10 @@ def switches_near(x: Float, speed: float, torque_change: float, pitch: float, lo
 
 
 @kernel
-def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
-    """One call of the controller."""
+def law(x: Float, speed: float, measured: Float, demands: Float, dt: float) -> None:
+    """One call of the law for a generator speed [rad/s], which may be a filtered one."""
     alpha = exp(-dt * x[FILTER])
-    x[SPEED] = (1.0 - alpha) * measured[s.GENERATOR_SPEED] + alpha * x[SPEED]
+    x[SPEED] = (1.0 - alpha) * speed + alpha * x[SPEED]
     # torque
     change = steady_torque(x, x[SPEED], x[PITCH]) - x[TORQUE]
     step = x[TORQUE_RATE] * dt
@@ -150,6 +150,12 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
     demands[s.GENERATOR_TORQUE] = x[TORQUE]
     for blade in range(whole(measured[s.N_BLADES])):
         demands[s.PITCH_DEMAND + blade] = x[PITCH]
+
+
+@kernel
+def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
+    """One call of the controller."""
+    law(x, measured[s.GENERATOR_SPEED], measured, demands, dt)
 
 
 def parameters(control: BaselineControl) -> Float:
@@ -173,6 +179,17 @@ def parameters(control: BaselineControl) -> Float:
     return x
 
 
+def start_state(control: BaselineControl, start: StartPoint, smoothing: float = 0.0) -> Float:
+    """State vector at an operating point, from which nothing jumps."""
+    x = parameters(control)
+    view = View(BASELINE, x)
+    view["smoothing"] = smoothing
+    schedule = 1.0 / (1.0 + start.pitch / control.pitch.gain_halving_pitch)
+    view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
+    view["integral"] = start.pitch / (schedule * control.pitch.integral_gain)
+    return x
+
+
 def baseline(control: BaselineControl, sample_time: float | None = None, *, smoothing: float = 0.0) -> Controller:
     """The baseline controller with the settings of a turbine.
 
@@ -185,18 +202,9 @@ def baseline(control: BaselineControl, sample_time: float | None = None, *, smoo
     if not (math.isfinite(smoothing) and smoothing >= 0.0):
         raise InputError(f"baseline: smoothing must be zero or a positive angle [rad], found {smoothing!r}")
 
-    def init(start: StartPoint) -> Float:
-        x = parameters(control)
-        view = View(BASELINE, x)
-        view["smoothing"] = smoothing
-        schedule = 1.0 / (1.0 + start.pitch / control.pitch.gain_halving_pitch)
-        view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
-        view["integral"] = start.pitch / (schedule * control.pitch.integral_gain)
-        return x
-
     return Controller(
         update=update,
-        init=init,
+        init=lambda start: start_state(control, start, smoothing),
         sample_time=sample_time,
         name="baseline",
         uses_loads=False,

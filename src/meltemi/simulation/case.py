@@ -185,7 +185,7 @@ class Case:
         K, nq, nc = len(model.blade.names), len(model.coordinates), model.n_core
         M, NT = len(model.tower.names), model.tower_flow.shape[1]
         fill = -(-N // WIDTH) * WIDTH if lanes else N
-        sizes = {"blade": B, "node": fill, "flap": model.flap_nodes.shape[0]}
+        sizes = {"blade": B, "node": fill, "flap": model.n_flaps}
         self.signals = Arena(
             {
                 "q": (nq,),

@@ -20,16 +20,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero import flaps
 from meltemi.aero.stall import model_weight
 from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, STALL
-from meltemi.control.actuators import ACCELERATION, ANGLE, FLAP_ACTUATOR, RATE
+from meltemi.control.actuators import FLAP_ACTUATOR
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.tables import View
 from meltemi.core.threads import one_blas_thread
 from meltemi.maths.multiblade import rotating_frame
 from meltemi.numbers.duals import N_DERIVATIVES
-from meltemi.simulation.case import Case
+from meltemi.simulation.case import SIGNAL_TABLES, Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode
@@ -277,19 +276,10 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
                 x.append(Variable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
     if model.turbine.pitch_actuator.kind != "ideal":
         w, z = model.parameter("actuators.pitch_frequency"), model.parameter("actuators.pitch_damping")
-        B = model.n_blades
-        for row, what, unit_, slope in ((ANGLE, "pitch", "rad", -w * w), (RATE, "pitch rate", "rad/s", -2.0 * z * w)):
-            for b in range(B):
-                moves = ((("pitch", row * B + b), 1.0), (("pitch", ACCELERATION * B + b), slope))
-                rate = ("pitch", (RATE if row == ANGLE else ACCELERATION) * B + b)
-                x.append(Variable(f"blade {b + 1} {what}", unit_, moves, rate))
+        x += _actuator_states(case, "pitch", "pitch", (), w, z)
     for j in range(model.n_flaps):
         ideal, w, z = _flap_actuator(model, j)
-        for row, what, unit_, slope in ((flaps.ANGLE, "", "rad", -w * w), (flaps.RATE, " rate", "rad/s", -2.0 * z * w)):
-            for b in range(0 if ideal else model.n_blades):
-                moves = ((_flap_place(case, row, j, b), 1.0), (_flap_place(case, flaps.ACCELERATION, j, b), slope))
-                rate = _flap_place(case, flaps.RATE if row == flaps.ANGLE else flaps.ACCELERATION, j, b)
-                x.append(Variable(f"blade {b + 1} flap {j + 1}{what}", unit_, moves, rate))
+        x += [] if ideal else _actuator_states(case, f"flap {j + 1}", "flap", (j,), w, z)
     if yaw:
         x.append(Variable("yaw command", "rad", ((("drive", ex.YAW_COMMAND), 1.0),), ("drive", ex.YAW_COMMAND_RATE)))
     return x
@@ -301,8 +291,22 @@ def _flap_actuator(model: Model, j: int) -> tuple[bool, float, float]:
     return bool(v["ideal"][j]), float(v["frequency"][j]), float(v["damping"][j])
 
 
-def _flap_place(case: Case, row: int, j: int, b: int) -> Place:
-    return ("flap", int(np.ravel_multi_index((row, j, b), case["flap"].shape)))
+def _place(case: Case, array: str, field: str, *index: int) -> Place:
+    row = SIGNAL_TABLES[array].index(field)
+    return (array, int(np.ravel_multi_index((row, *index), case[array].shape)))
+
+
+def _actuator_states(case: Case, name: str, array: str, which: tuple[int, ...], w: float, z: float) -> list[Variable]:
+    """Angle and rate of second-order actuators, one a blade: w natural frequency [rad/s], z damping ratio."""
+    x = []
+    for row, rate, what, unit, slope in (
+        ("angle", "rate", "", "rad", -w * w),
+        ("rate", "acceleration", " rate", "rad/s", -2.0 * z * w),
+    ):
+        for b in range(case.model.n_blades):
+            own, push, grows = (_place(case, array, r, *which, b) for r in (row, "acceleration", rate))
+            x.append(Variable(f"blade {b + 1} {name}{what}", unit, ((own, 1.0), (push, slope)), grows))
+    return x
 
 
 def _lagging(case: Case) -> NDArray[np.bool_]:
@@ -333,8 +337,8 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
     wind = point.wind
     w2 = model.parameter("actuators.pitch_frequency") ** 2
     ideal = model.turbine.pitch_actuator.kind == "ideal"
-    row, gain = (ANGLE, 1.0) if ideal else (ACCELERATION, w2)
-    pitch = [((("pitch", row * B + b), gain),) for b in range(B)]
+    row, gain = ("angle", 1.0) if ideal else ("acceleration", w2)
+    pitch = [((_place(case, "pitch", row, b), gain),) for b in range(B)]
     known = {
         "generator_torque": Variable("", "N m", ((("drive", ex.GENERATOR_TORQUE), 1.0),), value=point.generator_torque),
         "pitch": Variable("", "rad", tuple(p for (p,) in pitch), value=point.pitch),
@@ -345,7 +349,7 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
     for j in range(model.n_flaps):
         at_once, w, _ = _flap_actuator(model, j)
         for b in range(B):
-            place = _flap_place(case, flaps.ANGLE if at_once else flaps.ACCELERATION, j, b)
+            place = _place(case, "flap", "angle" if at_once else "acceleration", j, b)
             known[f"flap_{j + 1}_{b + 1}"] = Variable("", "rad", ((place, 1.0 if at_once else w * w),))
     columns = {
         "wind_speed": ("gust", wind.speed),

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator, RectBivariateSpline
 
 from meltemi.aero import stall_tables
 from meltemi.aero.flaps import ALPHAS, DELTAS
@@ -578,6 +577,10 @@ def _flap_nodes(turbine: Turbine, layout: NodeLayout) -> Float:
 def _increments(turbine: Turbine) -> Float:
     """(F, ALPHAS DELTAS, 3) increments on the grid of the kernels: bicubic between the data, faded beyond stall."""
     result = np.zeros((len(turbine.blade.flaps), ALPHAS * DELTAS, 3))
+    if not len(result):
+        return result
+    from scipy.interpolate import PchipInterpolator, RectBivariateSpline  # a quarter of a second at start-up
+
     alpha = INCREMENT_STEP * (np.arange(ALPHAS) - ALPHAS // 2)
     delta = INCREMENT_STEP * (np.arange(DELTAS) - DELTAS // 2)
     for table, flap in zip(result, turbine.blade.flaps, strict=True):

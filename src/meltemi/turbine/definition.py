@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from meltemi.core.record import Array, Record, Vector
+from meltemi.core.tables import MAX_FLAPS
 
 HALF_TURN = math.pi
 
@@ -322,8 +323,8 @@ class Blade(Record):
         for part in (self.aerodynamics, self.structure):
             if abs(part.position[0]) > 1e-6:
                 raise ValueError(f"position must begin with 0 (the blade root), but begins with {part.position[0]:g} m")
-        if len(self.flaps) > 4:
-            raise ValueError(f"flaps: {len(self.flaps)} are given, up to 4 are supported")
+        if len(self.flaps) > MAX_FLAPS:
+            raise ValueError(f"flaps: {len(self.flaps)} are given, up to {MAX_FLAPS} are supported")
         a, s = self.aerodynamics.position[-1], self.structure.position[-1]
         if abs(a - s) > 1e-3 * max(a, s):
             raise ValueError(f"the blade is {a:g} m long in aerodynamics.position, but {s:g} m in structure.position")

@@ -86,6 +86,15 @@ def decimal(value: float) -> float:
     return float(str(np.float32(value)))
 
 
+def is_number(word: str) -> bool:
+    """The word can be read as a number."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
 def middle(box: WindBox) -> float:
     """[m] hub height to write: that of the box or, for want of it, of the grid's middle."""
     return box.hub_height if box.hub_height is not None else 0.5 * (box.bottom + box.top)

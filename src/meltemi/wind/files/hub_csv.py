@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.yamlfile import validated
 from meltemi.wind.fields import WindBox
-from meltemi.wind.files.common import middle, replacing, text_of
+from meltemi.wind.files.common import is_number, middle, replacing, text_of
 from meltemi.wind.turbulent import HubSeries
 
 UNITS = {"time": ("s", "sec", "seconds"), "u": ("m/s",), "v": ("m/s",), "w": ("m/s",)}
@@ -37,7 +37,7 @@ def read_hub_csv(path: str | Path) -> HubSeries:
             continue
         cells = _cells(line)
         if not names:
-            named = any(re.match(r"\s*[^\W\d]", cell) and not _is_number(cell) for cell in cells)
+            named = any(re.match(r"\s*[^\W\d]", cell) and not is_number(cell) for cell in cells)
             names = _names(line, f"{path}:{number}") if named else ["time", "u", "v", "w"][: len(cells)]
             if len(names) < 2 or (not named and len(cells) > 4):
                 raise InputError(f"{path}:{number}: expected time, u and perhaps v, w, found {line.strip()[:60]!r}")
@@ -130,11 +130,3 @@ def _names(line: str, where: str) -> list[str]:
         if name not in names:
             raise InputError(f"{where}: no column {name!r}; expected 'time [s]', 'u [m/s]' and perhaps v, w")
     return names
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True

@@ -9,7 +9,7 @@ import numpy as np
 from meltemi.core.errors import InputError
 from meltemi.core.yamlfile import validated
 from meltemi.wind.fields import WindSeries
-from meltemi.wind.files.common import reading, replacing, text_of
+from meltemi.wind.files.common import is_number, reading, replacing, text_of
 
 COLUMNS = ("time", "speed", "direction", "vertical", "horizontal_shear", "exponent", "vertical_shear", "gust")
 HEAD = """\
@@ -42,7 +42,7 @@ def read_wnd(path: str | Path) -> WindSeries:
         try:
             values = [float(word) for word in text]
         except ValueError:
-            if not rows and not _is_number(text[0]):
+            if not rows and not is_number(text[0]):
                 continue  # a header without a comment sign
             raise InputError(f"{path}:{number}: expected numbers, found {line.strip()[:60]!r}") from None
         if len(values) < 8:
@@ -89,11 +89,3 @@ def write_wnd(wind: WindSeries, path: str | Path) -> list[Path]:
     with replacing(path) as (partial,):
         partial.write_text(f"! Written by meltemi: {label}\n{HEAD}{rows}", encoding="utf-8")
     return [path]
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True

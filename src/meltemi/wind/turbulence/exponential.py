@@ -33,14 +33,18 @@ CHUNK_POINTS = 400_000
 """Points of all tori that are worked on at once."""
 
 
+def even_fast(n: int, *, real: bool = False) -> int:
+    """The next even number from ``n`` on whose FFT is fast."""
+    while True:
+        n = fft.next_fast_len(n, real=real)
+        if n % 2 == 0:
+            return n
+        n += 1
+
+
 def torus_size(points: int, step: float, reach: float) -> int:
     """Even number of points of a torus side: the grid's, and a reach [m] before its image comes."""
-    size = points - 1 + int(np.ceil(reach / step))
-    while True:
-        size = fft.next_fast_len(size)
-        if size % 2 == 0:
-            return size
-        size += 1
+    return even_fast(points - 1 + int(np.ceil(reach / step)))
 
 
 def eigenvalues(kappa: Float, size: tuple[int, int], dz: float, dy: float) -> Float:

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import fft
 
 from meltemi.core.errors import InputError
 from meltemi.turbine.definition import Turbine
@@ -18,9 +17,9 @@ from meltemi.wind.fields import Wind, WindBox
 from meltemi.wind.turbulence import exponential, mann
 from meltemi.wind.turbulence.grid import Grid, grid_for
 from meltemi.wind.turbulence.measured import hub_amplitudes
-from meltemi.wind.turbulence.spectra import CONSTANTS, coherence_decay, scale_parameter
+from meltemi.wind.turbulence.spectra import coherence_decay, scale_parameter
 from meltemi.wind.turbulence.synthesis import FIELD_STREAM, Spectrum, synthesise
-from meltemi.wind.turbulence.targets import sigmas, target_densities
+from meltemi.wind.turbulence.targets import amplitude_variances, mann_length, sigmas
 from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
@@ -59,7 +58,7 @@ def generate_field(
             f"turbulence: a field of {planes:.3g} planes with {grid.points_z} x {grid.points_y} points does not fit "
             "into memory: a higher speed, a shorter duration, fewer points or a larger dt make it smaller"
         )
-    n = max(2 * round(0.5 * planes), 4) if wind.periodic else _even_fast(math.ceil(planes))
+    n = max(2 * round(0.5 * planes), 4) if wind.periodic else exponential.even_fast(math.ceil(planes), real=True)
     mean = mean_profile(wind, grid)
     measured = hub_amplitudes(wind, grid, n) if wind.hub_series is not None else {}
     for component, amplitudes in measured.items():  # the mean of what was measured belongs to the mean wind
@@ -89,15 +88,6 @@ def generate_field(
     )
 
 
-def _even_fast(n: int) -> int:
-    """The next even number with small prime factors."""
-    while True:
-        n = fft.next_fast_len(n + n % 2, real=True)
-        if n % 2 == 0:
-            return n
-        n += 1
-
-
 def mean_profile(wind: TurbulentWind, grid: Grid) -> Float:
     """(Z, 3) [m/s] mean wind of the rows, in the axes of the box."""
     z = grid.z
@@ -115,8 +105,7 @@ def _targets(wind: TurbulentWind) -> tuple[float | None, float | None, float | N
 
 def spectrum_of(wind: TurbulentWind, grid: Grid, n: int) -> Spectrum:
     """What the field of a wind shall have at the frequencies of ``n`` planes."""
-    f = np.arange(1, n // 2) / (n * wind.dt)
-    variances = 0.5 * f[0] * target_densities(wind, grid.hub_height, f)
+    f, variances = amplitude_variances(wind, grid.hub_height, n)
     return (_mann if wind.spectrum == "mann" else _exponential)(wind, grid, f, variances)
 
 
@@ -146,7 +135,7 @@ def _exponential(wind: TurbulentWind, grid: Grid, f: Float, variances: Float) ->
 
 
 def _mann(wind: TurbulentWind, grid: Grid, f: Float, variances: Float) -> Spectrum:
-    length = CONSTANTS["mann"].lengths[0] * scale_parameter(wind.edition, grid.hub_height)
+    length = mann_length(wind, grid.hub_height)
     k1 = 2.0 * np.pi * f * length / wind.speed
     some = k1[k1 * min(grid.dy, grid.dz) < mann.INDEPENDENT * length]
     point = mann.one_point(mann.GAMMA)

@@ -20,12 +20,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
-from math import atan2, cos, log, pi, sin, sqrt
+from math import atan2, cos, gamma, log, pi, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
-from scipy.interpolate import CubicSpline
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.elementary import exp
@@ -37,7 +35,9 @@ Complex = NDArray[np.complex128]
 
 GAMMA = 3.9
 """Shear parameter of IEC 61400-1."""
-ENERGY = 1.5 / (0.5 * float(special.beta(2.5, 1.0 / 3.0)))
+LENGTH = 0.8
+"""L over the scale parameter in IEC 61400-1 [-]."""
+ENERGY = 1.5 / (0.5 * gamma(2.5) * gamma(1.0 / 3.0) / gamma(17.0 / 6.0))
 """E(k) = ENERGY k^4 / (1 + k^2)^(17/6) has the integral 3/2, for unit L and unit isotropic deviation; 1.4528."""
 LOWEST, HIGHEST, ENTRIES = 1e-6, 1e6, 1201
 """Wave numbers of the table of eddy lifetimes, equally spaced in their logarithm."""
@@ -53,8 +53,10 @@ GRADING, CORE = 0.5, 0.3
 @cache
 def lifetimes(gamma: float) -> Float:
     """Logarithm of beta = Gamma k^(-2/3) / sqrt(2F1(1/3, 17/6; 4/3; -k^-2)), the shear that an eddy has seen (W-14)."""
+    from scipy.special import hyp2f1  # slow to import, and only Mann needs it
+
     k = np.exp(np.linspace(log(LOWEST), log(HIGHEST), ENTRIES))
-    beta: Float = np.log(gamma * k ** (-2.0 / 3.0)) - 0.5 * np.log(special.hyp2f1(1 / 3, 17 / 6, 4 / 3, -(k**-2.0)))
+    beta: Float = np.log(gamma * k ** (-2.0 / 3.0)) - 0.5 * np.log(hyp2f1(1 / 3, 17 / 6, 4 / 3, -(k**-2.0)))
     return beta
 
 
@@ -161,6 +163,8 @@ class OnePoint:
     """One-point spectra of unit L and isotropic deviation, as splines of the logarithms."""
 
     def __init__(self, gamma: float) -> None:
+        from scipy.interpolate import CubicSpline
+
         k1 = np.exp(np.linspace(log(1e-3), log(1e4), 57))
         values = np.empty((len(k1), 4))
         integrate_across(k1, lifetimes(gamma), np.exp(np.linspace(-12.0, 12.0, 150)), 256, values)

@@ -12,7 +12,7 @@ from scipy import fft, linalg
 from meltemi.core.errors import InputError
 from meltemi.wind.turbulence.grid import Grid
 from meltemi.wind.turbulence.synthesis import GAP_STREAM, add_noise
-from meltemi.wind.turbulence.targets import target_densities
+from meltemi.wind.turbulence.targets import amplitude_variances
 from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
@@ -36,8 +36,7 @@ def hub_amplitudes(wind: TurbulentWind, grid: Grid, n: int) -> dict[int, Complex
             f"hub series: it reaches from {series.time[0]:g} s to {series.time[-1]:g} s, "
             f"the field from {time[0]:g} s to {time[-1]:g} s"
         )
-    f = np.arange(1, n // 2) / (n * wind.dt)
-    half = 0.5 * f[0] * target_densities(wind, grid.hub_height, f)[:3]
+    half = amplitude_variances(wind, grid.hub_height, n)[1]
     result: dict[int, Complex] = {}
     for c, values in enumerate((series.u, series.v, series.w)):
         if values is None:

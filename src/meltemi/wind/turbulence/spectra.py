@@ -53,7 +53,6 @@ class Constants:
 CONSTANTS: dict[str, Constants] = {
     "kaimal": Constants((1.0, 0.8, 0.5), (8.1, 2.7, 0.66)),
     "vonkarman": Constants((1.0, 1.0, 1.0), (3.5, 3.5, 3.5)),
-    "mann": Constants((1.0, 0.7, 0.5), (0.8, 0.8, 0.8)),
 }
 
 

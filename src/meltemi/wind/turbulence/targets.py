@@ -32,6 +32,11 @@ def sigmas(wind: TurbulentWind) -> tuple[float, float, float]:
     return u * sigma, v * sigma, w * sigma
 
 
+def mann_length(wind: TurbulentWind, hub_height: float) -> float:
+    """[m] length L of Mann's model."""
+    return mann.LENGTH * scale_parameter(wind.edition, hub_height)
+
+
 def target_densities(wind: TurbulentWind, hub_height: float, f: Float) -> Float:
     """(4, F) one-sided densities [m^2/s^2/Hz] of u, v, w and the co-spectrum uw, at frequencies [Hz] above 0."""
     scale = scale_parameter(wind.edition, hub_height)
@@ -39,8 +44,14 @@ def target_densities(wind: TurbulentWind, hub_height: float, f: Float) -> Float:
     if wind.spectrum != "mann":
         return np.vstack([densities(wind.spectrum, f, wind.speed, sigma, scale), np.zeros_like(f)])
     point = mann.one_point(mann.GAMMA)
-    factor = 2.0 * np.pi * CONSTANTS["mann"].lengths[0] * scale / wind.speed
+    factor = 2.0 * np.pi * mann_length(wind, hub_height) / wind.speed
     return 2.0 * sigma**2 / point.variances[0] * factor * point(factor * f)
+
+
+def amplitude_variances(wind: TurbulentWind, hub_height: float, n: int) -> tuple[Float, Float]:
+    """(B,) frequencies [Hz] of ``n`` planes, and (4, B) [m^2/s^2] what their amplitudes have of the densities (W-7)."""
+    f = np.arange(1, n // 2) / (n * wind.dt)
+    return f, 0.5 * f[0] * target_densities(wind, hub_height, f)
 
 
 def target_coherence(wind: TurbulentWind, hub_height: float, f: Float, dy: float, dz: float = 0.0) -> Float:
@@ -68,7 +79,7 @@ def target_coherence(wind: TurbulentWind, hub_height: float, f: Float, dy: float
         components = 1 if wind.coherent == "u" else 3
         result[:components] = np.exp(-coherence_decay(wind.spectrum, wind.edition, f, wind.speed, scale) * apart)
         return result
-    length = CONSTANTS["mann"].lengths[0] * scale
+    length = mann_length(wind, hub_height)
     k1 = 2.0 * np.pi * f * length / wind.speed
     point = mann.one_point(mann.GAMMA)(k1)
     y, z = abs(dy) / length, abs(dz) / length
