@@ -26,6 +26,7 @@ from meltemi.control.baseline import PITCH as COLLECTIVE
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.feedforward import WEIGHTS, weight, weight_settings
 from meltemi.control.filters import LOW_PASS_STATES, check_harmonic, low_pass, notch
+from meltemi.control.harmonic import GROUP as LOOP_GROUP
 from meltemi.control.harmonic import (
     HARMONIC,
     LOOP_STATES,
@@ -35,7 +36,6 @@ from meltemi.control.harmonic import (
     harmonic_loop,
     take_back,
 )
-from meltemi.control.harmonic import GROUP as LOOP_GROUP
 from meltemi.control.integrator import integrator_settings
 from meltemi.control.sensors import NOISE_STATES, delay, delay_states, noise, noise_start
 from meltemi.core.errors import InputError
