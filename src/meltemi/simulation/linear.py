@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from meltemi.aero.stall import model_weight
 from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, STALL
@@ -120,6 +120,26 @@ class LinearModel:
                 shape = shape / shape[np.argmax(np.abs(shape))]
                 found.append(Mode(float(abs(value[i])), float(-value[i].real / abs(value[i])), names, shape))
         return found
+
+    @one_blas_thread
+    def response(self, s: ArrayLike) -> NDArray[np.complex128]:
+        """Transfer matrices C (s I - A)^-1 B + D.
+
+        Args:
+          s: (k,) complex frequencies [rad/s], i w for a tone. In the fixed frame s = i w + i n W is what a signal of the
+            blades does whose amplitude changes with w, see ``studies.tuning``.
+
+        Returns:
+          (k, outputs, inputs), in output unit over input unit.
+        """
+        from scipy.linalg import schur, solve_triangular
+
+        # A = U T U*, T upper triangular: nothing is inverted, and each frequency costs a back substitution
+        T, U = schur(self.A, output="complex")
+        left, right = self.C @ U, U.conj().T @ self.B
+        unit = np.eye(len(T))
+        found = [left @ solve_triangular(at * unit - T, right) + self.D for at in np.atleast_1d(np.asarray(s))]
+        return np.array(found, dtype=np.complex128)
 
     def to_scipy(self) -> Any:
         """The same as ``scipy.signal.StateSpace``."""
