@@ -126,8 +126,8 @@ class LinearModel:
         """Transfer matrices C (s I - A)^-1 B + D.
 
         Args:
-          s: (k,) complex frequencies [rad/s], i w for a tone. In the fixed frame s = i w + i n W is what a signal of the
-            blades does whose amplitude changes with w, see ``studies.tuning``.
+          s: (k,) complex frequencies [rad/s], i w for a tone. In the fixed frame s = i w + i n W is what a signal
+            of the blades does whose amplitude changes with w, see ``studies.tuning``.
 
         Returns:
           (k, outputs, inputs), in output unit over input unit.
