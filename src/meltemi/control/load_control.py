@@ -128,9 +128,13 @@ class LoadControl(Record):
     """Settings of a load controller: which parts it has beside the collective law, and their numbers."""
 
     feedforward: FeedForward | None = None
+    """Of the pitch by azimuth; none by default."""
     loops: tuple[HarmonicLoop, ...] = ()
+    """Of feedback, which add up where they share an actuator."""
     sensor: LoadSensor = LoadSensor()
+    """Of the moments that the loops get."""
     notch: SpeedNotch | None = None
+    """In the generator speed; none by default."""
 
 
 COMPOSED = table(
