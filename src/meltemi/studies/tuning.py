@@ -18,7 +18,7 @@ Reference: docs/theory/control.md (C-32 to C-37).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -200,12 +200,19 @@ def tune_ipc(
     return Tuning(loop, points, phase_margin, gain_margin)
 
 
-def linear_models(model: Model, wind_speeds: Sequence[float] | None = None) -> list[LinearModel]:
+def linear_models(
+    model: Model, wind_speeds: Sequence[float] | None = None, *, progress: Callable[[float], None] | None = None
+) -> list[LinearModel]:
     """Linear models for tunings: demands of all blades' pitch and flaps to root moments, in the fixed frame."""
     speeds = default_speeds(model) if wind_speeds is None else wind_speeds
     inputs = ["pitch_1", *(f"flap_{j + 1}_1" for j in range(model.n_flaps))]
     outputs = ["generator_speed", "root_moment_out_of_plane_1"]
-    return [linearise(model, operating_point(model, float(u)), inputs, outputs) for u in speeds]
+    found = []
+    for u in speeds:
+        found.append(linearise(model, operating_point(model, float(u)), inputs, outputs))
+        if progress is not None:
+            progress(len(found) / len(speeds))
+    return found
 
 
 def default_speeds(model: Model) -> list[float]:
