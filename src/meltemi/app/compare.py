@@ -129,7 +129,7 @@ def compare(
     head = [f"{scheme}\n{name}" if scheme else name for scheme, name in zip(spanned, head, strict=True)]
     print_table(f"{described.name}: {wind}, {len(comparison.winds)} seeds", head, rows, text_columns=2)
     print(report.notes(comparison))
-    title = "Ceiling: what ideal removal of 1P, and of 1P and 2P, would leave; share of its change that schemes reach"
+    title = "Ceiling: what ideal removal of 1P and 2P would leave, and the share of its change that schemes reach"
     print_table(title, *report.ceiling_rows(comparison), text_columns=3)
     total = len(names) * seeds
     print(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from meltemi.core.errors import InputError
+from meltemi.postprocess.ensemble import CONFIDENCE
 from meltemi.report.comparison_plots import plot_changes
 from meltemi.report.ensemble_tables import change_text, ensemble_rows, scheme_rows
 from meltemi.report.html import Code, Picture, Section, Table, write_page
@@ -47,11 +48,6 @@ MOST_MEANS = 4
 REMOVED = {1: "1P", 2: "1P and 2P"}
 JUDGED = {"std": "RootMyc1 std", "load": "RootMyc1 DEL"}
 STATISTIC = re.compile(" (std|DEL|mean|max)$")
-NOTES = (
-    "Changes are against {base}, formed seed by seed, each with the half-width of its {confidence:g} % interval. "
-    "DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for steel; of all seeds: their damages together. "
-    "{meanings}."
-)
 
 
 def loop_name(target: Target) -> str:
@@ -66,12 +62,16 @@ def main_rows(comparison: Comparison) -> tuple[list[str], list[list[str]], list[
 
 def notes(comparison: Comparison) -> str:
     """What the words of that table mean."""
+    base, *others = comparison.schemes
+    sentences = []
+    if others:
+        interval = f", each with the half-width of its {100.0 * CONFIDENCE:g} % interval"
+        several = len(comparison.winds) > 1
+        sentences.append(f"Changes are against {base}, formed seed by seed{interval if several else ''}.")
+    together = "; of all seeds: their damages together" if len(comparison.winds) > 1 else ""
+    sentences.append(f"DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for steel{together}.")
     meanings = {STATISTIC.sub("", q.name): q.about for q in comparison.quantities if q.about}
-    return NOTES.format(
-        base=comparison.schemes[0],
-        confidence=100.0 * comparison.table().confidence,
-        meanings="; ".join(f"{name}: {about}" for name, about in meanings.items()),
-    )
+    return " ".join([*sentences, "; ".join(f"{name}: {about}" for name, about in meanings.items()) + "."])
 
 
 def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:

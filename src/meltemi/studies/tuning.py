@@ -315,11 +315,13 @@ def _crossover(w: Float, L: Complex) -> float:
 def _largest(loops: Sequence[tuple[Float, Complex]], phase: float, gain: float) -> float:
     """[rad/s] largest bandwidth up to which all smaller ones keep the margins at all points (C-35)."""
     best = 0.0
+    # margins do not tell a loop that drives slow changes up, as one would whose plant has another sign at some points
+    right_way = all((L * 1j * w)[np.argmin(np.abs(w))].real > 0.0 for w, L in loops)
     for bandwidth in np.geomspace(FEWEST_SEARCHED, MOST_SEARCHED, SEARCHED):
         kept = all(
             phase_reserve(w, bandwidth * L) >= phase and gain_reserve(w, bandwidth * L) >= gain for w, L in loops
         )
-        if not kept:
+        if not (kept and right_way):
             break
         best = float(bandwidth)
     if best == 0.0:
