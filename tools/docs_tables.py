@@ -121,6 +121,8 @@ def arrays() -> str:
         "control.actuators",
         "control.feedforward",
         "control.integrator",
+        "control.harmonic",
+        "control.load_control",
         "simulation.step",
     ):
         home = import_module(f"meltemi.{module}")

@@ -20,6 +20,12 @@ if TYPE_CHECKING:
     from meltemi.control.controller import Controller as Controller
     from meltemi.control.controller import StartPoint as StartPoint
     from meltemi.control.fixed import fixed as fixed
+    from meltemi.control.load_control import FeedForward as FeedForward
+    from meltemi.control.load_control import HarmonicLoop as HarmonicLoop
+    from meltemi.control.load_control import LoadControl as LoadControl
+    from meltemi.control.load_control import LoadSensor as LoadSensor
+    from meltemi.control.load_control import SpeedNotch as SpeedNotch
+    from meltemi.control.load_control import load_control as load_control
     from meltemi.core.errors import InputError as InputError
     from meltemi.core.errors import MeltemiError as MeltemiError
     from meltemi.core.errors import RunError as RunError
@@ -157,6 +163,7 @@ _HOME = {
     "control.baseline": "baseline",
     "control.fixed": "fixed",
     "control.controller": "Controller StartPoint",
+    "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor SpeedNotch load_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",

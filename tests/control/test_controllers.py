@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import time
@@ -234,6 +235,33 @@ def test_options_of_a_controller_reach_it(turbine: Turbine) -> None:
     )
     rate = np.max(np.abs(np.diff(slow_run["pitch_1"]))) / 0.05
     assert rate < 0.0035 < np.max(np.abs(np.diff(fast_run["pitch_1"]))) / 0.05
+
+
+@pytest.mark.parametrize(
+    ("write", "words"),
+    [
+        (
+            lambda demands: demands.__setitem__(slice(s.PITCH_DEMAND, s.PITCH_DEMAND + 3), [0.1, 0.1]),
+            "ValueError.*shape",
+        ),
+        (lambda demands: demands.__setitem__(len(demands), 0.0), "IndexError.*out of bounds"),
+        (lambda demands: demands.__setitem__(s.GENERATOR_TORQUE, np.zeros(3)), "Error"),
+    ],
+)
+def test_writing_a_wrong_shape_ends_the_run(model: Model, write: Any, words: str) -> None:
+    def shapeless(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        if measurements[s.TIME] >= 0.5:
+            write(demands)
+
+    result = simulate(model, WIND, duration=1.0, controller=Controller(shapeless), start=BEGIN)
+    assert result.status is Status.CONTROLLER_RAISED
+    assert "'shapeless'" in result.message and "t = 0.500" in result.message
+    assert re.search(words, result.message)
+
+
+def test_a_state_that_is_no_vector_is_refused(model: Model) -> None:
+    with pytest.raises(InputError, match="'hold': init must give a vector"):
+        simulate(model, WIND, duration=1.0, controller=Controller(hold, init=lambda start: np.zeros((2, 2))))
 
 
 def test_a_torque_no_generator_has_ends_the_run(model: Model) -> None:

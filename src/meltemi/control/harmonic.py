@@ -52,6 +52,12 @@ TILT_AXIS = FILTERS + SECOND_ORDER_STATES * MAX_BLADES
 YAW_AXIS = TILT_AXIS + len(INTEGRATOR)
 LOOP_STATES = YAW_AXIS + len(INTEGRATOR)
 """How many places of a vector a loop takes."""
+LOOP_NAMES = (
+    *HARMONIC.names,
+    *(f"band_pass_{blade + 1}_{state + 1}" for blade in range(MAX_BLADES) for state in range(SECOND_ORDER_STATES)),
+    *(f"{axis}_{name}" for axis in ("tilt", "yaw") for name in INTEGRATOR.names),
+)
+"""What stands in them."""
 
 
 @kernel

@@ -13,15 +13,15 @@ Reference: docs/theory/control.md (C-27 to C-31); He et al. (2018); Bossanyi (20
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from meltemi.control import signals as s
-from meltemi.control.baseline import BASELINE, law, start_state
+from meltemi.control.baseline import BASELINE, SWITCHES, law, start_state
 from meltemi.control.baseline import PITCH as COLLECTIVE
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.feedforward import WEIGHTS, weight, weight_settings
@@ -29,6 +29,7 @@ from meltemi.control.filters import LOW_PASS_STATES, check_harmonic, low_pass, n
 from meltemi.control.harmonic import GROUP as LOOP_GROUP
 from meltemi.control.harmonic import (
     HARMONIC,
+    LOOP_NAMES,
     LOOP_STATES,
     TILT_AXIS,
     YAW_AXIS,
@@ -36,6 +37,7 @@ from meltemi.control.harmonic import (
     harmonic_loop,
     take_back,
 )
+from meltemi.control.integrator import SWITCHES as AXIS_SWITCHES
 from meltemi.control.integrator import integrator_settings
 from meltemi.control.sensors import NOISE_STATES, delay, delay_states, noise, noise_start
 from meltemi.core.errors import InputError
@@ -91,6 +93,14 @@ class HarmonicLoop(Record):
     tracking_time: float = Field(default=1.0, gt=0.0)
     """[s] in which the integrals follow what the actuators can do."""
 
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.proportional_gain * self.integral_gain < 0.0:
+            raise ValueError("proportional_gain and integral_gain must have the same sign")
+        if self.derivative_gain != 0.0 and self.derivative_frequency == 0.0:
+            raise ValueError("a derivative_gain needs a derivative_frequency [rad/s]")
+        return self
+
 
 class LoadSensor(Record):
     """How the blades' root moments reach the controller; by default as they are."""
@@ -118,9 +128,13 @@ class LoadControl(Record):
     """Settings of a load controller: which parts it has beside the collective law, and their numbers."""
 
     feedforward: FeedForward | None = None
+    """Of the pitch by azimuth; none by default."""
     loops: tuple[HarmonicLoop, ...] = ()
+    """Of feedback, which add up where they share an actuator."""
     sensor: LoadSensor = LoadSensor()
+    """Of the moments that the loops get."""
     notch: SpeedNotch | None = None
+    """In the generator speed; none by default."""
 
 
 COMPOSED = table(
@@ -140,17 +154,15 @@ COMPOSED = table(
     low_pass blades   | N m   | states of the sensors
     moment blades     | N m   | what the sensors give
     missing blades    | rad   | of the demands, within the limits of a group
-    switches          | -     | limits that a difference step would have reached, in derivative runs
     """,
 )
-"""Settings and state."""
+"""Settings and state. The count of switches is that of the collective law, for all parts together."""
 
 LOOPS, GROUPS, FEEDFORWARD, NOTCH_FREQUENCY, NOTCH_DAMPING, NOTCH = (
     len(BASELINE) + i for i in COMPOSED.slots("loops groups feedforward notch_frequency notch_damping notch_first")
 )
-SENSOR_FREQUENCY, SENSOR_NOISE, SENSOR_DELAY, SENSOR, MOMENT, MISSING, SWITCHES = (
-    len(BASELINE) + i
-    for i in COMPOSED.slots("sensor_frequency sensor_noise sensor_delay low_pass moment missing switches")
+SENSOR_FREQUENCY, SENSOR_NOISE, SENSOR_DELAY, SENSOR, MOMENT, MISSING = (
+    len(BASELINE) + i for i in COMPOSED.slots("sensor_frequency sensor_noise sensor_delay low_pass moment missing")
 )
 
 LIMITS = table(
@@ -197,7 +209,7 @@ def limited(x: Float, at: int, blade: int, dt: float) -> float:
     x[SWITCHES] += crossed(wanted - x[at + MINIMUM]) + crossed(wanted - x[at + MAXIMUM])
     demand = min(max(wanted, x[at + MINIMUM]), x[at + MAXIMUM])
     x[SWITCHES] += crossed(abs(demand - last) - step)
-    return last + min(max(demand - last, -step), step)
+    return min(max(demand, last - step), last + step)
 
 
 @kernel
@@ -223,6 +235,9 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
     for k in range(loops):
         at = FIRST_LOOP + LOOP_STATES * k
         harmonic_loop(x, at, MOMENT, blades, azimuth, measured[s.ROTOR_SPEED], collective, dt)
+        for axis in (at + TILT_AXIS, at + YAW_AXIS):
+            x[SWITCHES] += x[axis + AXIS_SWITCHES]
+            x[axis + AXIS_SWITCHES] = 0.0
         add_demands(x, at, LIMITED + PER_GROUP * whole(x[at + LOOP_GROUP]) + WANTED, blades, azimuth)
     for g in range(whole(x[GROUPS])):
         group = LIMITED + PER_GROUP * g
@@ -265,12 +280,15 @@ def load_control(
                 f"{where}: flap {loop.flap} is asked for, the blades of {turbine.name!r} have {len(flaps) or 'none'}: "
                 "add flaps to the blade, such as meltemi.with_flaps(turbine)"
             )
-        if loop.proportional_gain * loop.integral_gain < 0.0:
-            raise InputError(f"{where}: proportional_gain and integral_gain must have the same sign")
         try:
             check_harmonic(loop.harmonic, _top_speed(turbine), sample_time or 1e-3, turbine.n_blades)
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
+    if settings.notch is not None and settings.notch.frequency * (sample_time or 0.0) >= math.pi:
+        raise InputError(
+            f"load_control: notch.frequency {settings.notch.frequency:g} rad/s is not below half the sampling rate, "
+            f"{math.pi / (sample_time or 1.0):g} rad/s"
+        )
     template = _parameters(turbine, settings)
     delays = MAX_BLADES * delay_states(settings.sensor.delay) if settings.sensor.delay else 0
 
@@ -281,12 +299,33 @@ def load_control(
             x[NOTCH + 1] = start.generator_speed
         return x
 
-    return Controller(update=update, init=init, sample_time=sample_time, name=name, uses_loads=bool(settings.loops))
+    return Controller(
+        update=update,
+        init=init,
+        sample_time=sample_time,
+        name=name,
+        uses_loads=bool(settings.loops),
+        state_names=_names(settings),
+    )
 
 
 def _top_speed(turbine: Turbine) -> float:
     """[rad/s] of the rotor that the collective law holds."""
     return turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+
+
+def _names(settings: LoadControl) -> tuple[str, ...]:
+    """Of the entries of the state vector, in the order of ``_parameters``."""
+    blades = range(1, MAX_BLADES + 1)
+    names = [*BASELINE.names, *COMPOSED.names, *(f"weights_{name}" for name in WEIGHTS.names)]
+    names += [f"noise_{blade}_{name}" for blade in blades for name in ("seed", "stream", "count")]
+    for group in ("blade_pitch", *(f"flap_{flap + 1}" for flap in range(MAX_FLAPS))):
+        names += [f"{group}_{name}" for name in LIMITS.names]
+    for loop in range(len(settings.loops)):
+        names += [f"loop_{loop + 1}_{name}" for name in LOOP_NAMES]
+    if settings.sensor.delay:
+        names += [f"delay_{blade}_{k}" for blade in blades for k in ("oldest", *range(1, settings.sensor.delay + 1))]
+    return tuple(names)
 
 
 def _parameters(turbine: Turbine, settings: LoadControl) -> Float:
