@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from meltemi.postprocess.spectra import power_spectrum as power_spectrum
     from meltemi.postprocess.spectra import rotor_frequency as rotor_frequency
     from meltemi.postprocess.statistics import revolution_means as revolution_means
+    from meltemi.report.comparison_plots import plot_changes as plot_changes
     from meltemi.report.ensemble_tables import ensemble_rows as ensemble_rows
     from meltemi.report.plots import plot as plot
     from meltemi.report.plots import plot_campbell as plot_campbell
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
     from meltemi.report.spectra_plots import plot_spectra as plot_spectra
     from meltemi.report.tables import rich_table as rich_table
     from meltemi.report.tables import write_csv as write_csv
+    from meltemi.report.tuning_plots import plot_tuning as plot_tuning
     from meltemi.report.wind_plots import plot_wind as plot_wind
     from meltemi.simulation.campbell import Campbell as Campbell
     from meltemi.simulation.campbell import campbell as campbell
@@ -90,9 +92,16 @@ if TYPE_CHECKING:
     from meltemi.simulation.start import Start as Start
     from meltemi.simulation.trim import OperatingPoint as OperatingPoint
     from meltemi.simulation.trim import operating_point as operating_point
+    from meltemi.studies.compare import Comparison as Comparison
+    from meltemi.studies.compare import compare as compare
+    from meltemi.studies.comparison_report import write_comparison as write_comparison
+    from meltemi.studies.schemes import Design as Design
+    from meltemi.studies.schemes import design_controllers as design_controllers
     from meltemi.studies.sensitivity import Sensitivity as Sensitivity
     from meltemi.studies.sensitivity import differences as differences
     from meltemi.studies.sensitivity import sensitivity as sensitivity
+    from meltemi.studies.tuning import Tuning as Tuning
+    from meltemi.studies.tuning import tune_ipc as tune_ipc
     from meltemi.turbine.definition import Flap as Flap
     from meltemi.turbine.definition import FlapIncrements as FlapIncrements
     from meltemi.turbine.definition import Turbine as Turbine
@@ -168,10 +177,12 @@ _HOME = {
     "postprocess.files": "read_netcdf write_netcdf",
     "postprocess.spectra": ("Peak PowerSpectrum average_spectra decibels peak power_spectrum rotor_frequency"),
     "postprocess.statistics": "revolution_means",
+    "report.comparison_plots": "plot_changes",
     "report.ensemble_tables": "ensemble_rows",
     "report.plots": "plot plot_campbell plot_performance plot_power_curve",
     "report.spectra_plots": "plot_spectra",
     "report.tables": "rich_table write_csv",
+    "report.tuning_plots": "plot_tuning",
     "report.wind_plots": "plot_wind",
     "simulation.campbell": "Campbell campbell",
     "simulation.case": "Stations",
@@ -184,7 +195,11 @@ _HOME = {
     "simulation.simulate": "Simulation simulate",
     "simulation.start": "Start",
     "simulation.trim": "OperatingPoint operating_point",
+    "studies.compare": "Comparison compare",
+    "studies.comparison_report": "write_comparison",
+    "studies.schemes": "Design design_controllers",
     "studies.sensitivity": "Sensitivity differences sensitivity",
+    "studies.tuning": "Tuning tune_ipc",
     "turbine.definition": "Flap FlapIncrements Turbine",
     "turbine.flaps": "naca64618_flap with_flaps",
     "turbine.library": "list_turbines load_turbine write_turbine",

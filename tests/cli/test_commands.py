@@ -19,7 +19,10 @@ from meltemi import Model, Simulation, Status, SteadyWind
 from meltemi.app.cli import main
 from meltemi.simulation.channels import DEFAULT
 
-COMMANDS = ("run", "turbines", "channels", "power-curve", "wind", "campbell", "verify", "warmup", "bench", "template")
+COMMANDS = (
+    *("run", "turbines", "channels", "power-curve", "wind", "compare", "campbell", "verify", "warmup", "bench"),
+    "template",
+)
 
 
 def succeeded(ran: Ran, folder: Path, *names: str) -> None:

@@ -47,6 +47,7 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
         "--version",
         "run --help",
         "power-curve --help",
+        "compare --help",
         "verify --help",
         "warmup --help",
         "bench --help",

@@ -14,8 +14,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from meltemi.app.compare import HELP as COMPARE_HELP
+from meltemi.app.compare import compare
+from meltemi.app.options import (
+    ClassOption,
+    EditionOption,
+    IecOption,
+    NtmOption,
+    ShearOption,
+    SpectrumOption,
+    TurbulenceOption,
+    WindSpeedOption,
+    given_options,
+    wind_of_options,
+)
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, results_in, say
-from meltemi.app.wind import ClassOption, EditionOption, SpectrumOption, wind
+from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
 
 if TYPE_CHECKING:
@@ -72,21 +86,13 @@ def options(
 @app.command()
 def run(
     target: Annotated[str, typer.Argument(help="A turbine's name, or the YAML file of a turbine or a case.")],
-    wind_speed: Annotated[
-        float | None, typer.Option("--wind-speed", help="Mean wind speed at hub height [m/s].")
-    ] = None,
-    intensity: Annotated[
-        float | None, typer.Option("--turbulence", help="Turbulence intensity, e.g. 0.14; steady wind without it.")
-    ] = None,
+    wind_speed: WindSpeedOption = None,
+    turbulence: TurbulenceOption = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Seed of the turbulence [1].")] = None,
-    shear: Annotated[
-        float | None, typer.Option("--shear", help="Power-law exponent [0 in steady wind, 0.2 in turbulence].")
-    ] = None,
+    shear: ShearOption = None,
     spectrum: SpectrumOption = None,
-    iec: Annotated[
-        str | None, typer.Option("--iec", help="Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).")
-    ] = None,
-    ntm: Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")] = False,
+    iec: IecOption = None,
+    ntm: NtmOption = False,
     wind_class: ClassOption = None,
     edition: EditionOption = None,
     wind_file: Annotated[
@@ -101,20 +107,19 @@ def run(
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate; gives a table, a plot, a file."""
-    options = {
-        "--wind-speed": wind_speed,
-        "--turbulence": intensity,
-        "--seed": seed,
-        "--shear": shear,
-        "--spectrum": spectrum,
-        "--iec": "NTM" if ntm else iec,
-        "--class": wind_class,
-        "--edition": edition,
-        "--wind-file": wind_file,
-        "--duration": duration,
-        "--channels": channels,
-    }
-    given = {name: value for name, value in options.items() if value is not None}
+    given = given_options(
+        wind_speed=wind_speed,
+        turbulence=turbulence,
+        seed=seed,
+        shear=shear,
+        spectrum=spectrum,
+        iec="NTM" if ntm else iec,
+        wind_class=wind_class,
+        edition=edition,
+        wind_file=wind_file,
+        duration=duration,
+        channels=channels,
+    )
     path = Path(target)
     written = path.suffix in (".yaml", ".yml") and (_is_case(path) or not (given or path.exists()))
     case, folder = (_case_of_file(path, given), path.parent) if written else (_case_of_options(target, given), Path())
@@ -185,7 +190,7 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     from meltemi.core.yamlfile import validated
     from meltemi.loadcases.case import LoadCase
 
-    wind = _wind_of_options(given)
+    wind = wind_of_options(given)
     path = Path(target)
     data: dict[str, Any] = {
         "turbine": str(path.absolute()) if path.is_file() else target,
@@ -195,38 +200,6 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     if "--channels" in given:
         data["channels"] = [name.strip() for name in given["--channels"].split(",") if name.strip()]
     return validated(data, LoadCase, "command line")
-
-
-def _wind_of_options(given: dict[str, Any]) -> dict[str, Any]:
-    """The wind of a case from the options of ``run``."""
-
-    def only(*allowed: str, because: str) -> None:
-        for name in ("--turbulence", "--seed", "--shear", "--spectrum", "--class", "--edition"):
-            if name in given and name not in allowed:
-                raise InputError(f"{name}: {because}")
-
-    if "--wind-file" in given:
-        for name in ("--wind-speed", "--iec"):
-            if name in given:
-                raise InputError(f"give one of {name}, --wind-file")
-        only(because="a wind file brings its own shear and turbulence")
-        return {"kind": "file", "file": str(given["--wind-file"].absolute())}
-    keys = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
-    wind = {key: given[name] for name, key in keys.items() if name in given}
-    further = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
-    more = {key: given[name] for name, key in further.items() if name in given}
-    if "--iec" in given:
-        named = {"--class": "wind_class", "--edition": "edition"}
-        wind |= {key: given[name] for name, key in named.items() if name in given}
-        return {"kind": "iec", "model": given["--iec"], **wind, "turbulence": more}
-    if "--wind-speed" not in given:
-        raise InputError("give one of --wind-speed, --iec (or --ntm), --wind-file")
-    if "--turbulence" in given:
-        only("--turbulence", "--seed", "--shear", "--spectrum", "--edition", because="give --iec (or --ntm), too")
-        edition = {"edition": given["--edition"]} if "--edition" in given else {}
-        return {"kind": "turbulence", **wind, **more, **edition}
-    only("--shear", because="steady wind has none; give --turbulence or --ntm, too")
-    return {"kind": "steady", **wind, **more}
 
 
 def _is_case(path: Path) -> bool:
@@ -355,6 +328,7 @@ def _speeds(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero
 
 
 app.command()(wind)
+app.command(help=COMPARE_HELP)(compare)
 
 
 @app.command()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from meltemi.app.options import ClassOption, EditionOption, SpectrumOption
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
 from meltemi.core.errors import InputError
 
@@ -17,11 +18,6 @@ if TYPE_CHECKING:
     from meltemi.wind.iec.models import IecModel
     from meltemi.wind.turbulent import TurbulentWind
 
-SpectrumOption = Annotated[
-    str | None, typer.Option("--spectrum", help="Of turbulence: kaimal, vonkarman, mann [kaimal].")
-]
-ClassOption = Annotated[str | None, typer.Option("--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")]
-EditionOption = Annotated[int | None, typer.Option("--edition", help="Of IEC 61400-1: 2, 3, 4 [3].")]
 SUFFIXES = {"bts": ".bts", "bladed": ".wnd", "hawc2": ".bin", "netcdf": ".nc", "uniform": ".wnd"}
 """Of a wind in each format; the last is that of a series, the others are those of a field."""
 FIGURES = ("series", "spectra", "coherence", "section", "profile")

@@ -45,3 +45,53 @@ def _pair(estimate: Estimate | None, factor: float) -> tuple[str, str]:
         return "", ""
     width = "" if isnan(estimate.half_width) else number(estimate.half_width * abs(factor))
     return number(estimate.mean * factor), width
+
+
+def scheme_rows(
+    table: EnsembleTable, units: Mapping[str, tuple[str, float]] | None = None, *, means: bool = True
+) -> tuple[list[str], list[list[str]], list[tuple[str, int]]]:
+    """Head, rows and groups of columns of an ensemble with the schemes beside each other, for reading.
+
+    One row a quantity: the first scheme's mean, of the others mean and change in percent, with the half-width of its
+    interval. Below each equivalent load stands that of the ensemble, if there are several seeds.
+
+    Args:
+      table: what to show.
+      units: see ``ensemble_rows``.
+      means: show means of the other schemes, too.
+    """
+    units = units or {}
+    base, *others = table.schemes
+    head = ["quantity", "unit", base, *(name for _ in others for name in (["mean"] if means else []) + ["change %"])]
+    groups = [("", 3), *((scheme, 2 if means else 1) for scheme in others)]
+    rows = []
+    for quantity in table.quantities:
+        unit, factor = units.get(quantity, ("", 1.0))
+        entries = [table.entry(quantity, scheme) for scheme in table.schemes]
+        row, together = [quantity, unit], ["  of all seeds", unit]
+        for entry in entries:
+            first = entry.scheme == base
+            if first or means:
+                row.append(number(entry.value.mean * factor))
+                together.append(_number(entry.load, factor))
+            if not first:
+                row.append(change_text(entry.change))
+                change = entry.load_change
+                together.append("" if change is None else _percent(change, "+"))
+        rows.append(row)
+        if entries[0].load is not None and table.seeds > 1:
+            rows.append(together)
+    return head, rows, groups
+
+
+def change_text(change: Estimate | None) -> str:
+    """A change in percent and the half-width of its interval, where there is one."""
+    if change is None or isnan(change.mean):
+        return "-"
+    return _percent(change.mean, "+") + ("" if isnan(change.half_width) else f" ± {_percent(change.half_width)}")
+
+
+def _percent(share: float, sign: str = "") -> str:
+    """A tenth of a percent, but no such small parts of large changes."""
+    percent = 100.0 * share
+    return "-" if isnan(percent) else f"{percent:{sign}.{1 if abs(percent) < 100.0 else 0}f}"

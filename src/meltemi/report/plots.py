@@ -93,7 +93,8 @@ def plot(
             plot_channel(result, name, axes[i, 0], text, COLOURS[j % len(COLOURS)])
     axes[-1, 0].set_xlabel("time [s]")
     if len(several) > 1:
-        axes[0, 0].legend(fontsize=8, ncols=len(several), loc="upper right")
+        above = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "frameon": False, "borderpad": 0.0}
+        axes[0, 0].legend(fontsize=8, ncols=len(several), **above)
     first = several[0]
     title = f"{first.meta.get('turbine', '')}: {first.meta.get('wind', '')}".strip(": ")
     figure.suptitle(title if len(title) <= 90 else title[:87] + "...", fontsize=10, color=INK)

@@ -8,8 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.postprocess.spectra import RESOLUTION, average_spectra, power_spectrum, rotor_frequency
+from meltemi.postprocess.spectra import (
+    RESOLUTION,
+    PowerSpectrum,
+    average_spectra,
+    power_spectrum,
+    rotor_frequency,
+)
 from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.result import Result
 
 if TYPE_CHECKING:
@@ -23,45 +30,52 @@ WITHOUT_ROTOR = 1.0
 
 
 def plot_spectra(
-    results: Mapping[str, Result | Sequence[Result]],
+    results: Mapping[str, Result | Sequence[Result] | PowerSpectrum],
     channel: str,
     *,
     resolution: float = RESOLUTION,
     harmonics: Sequence[int] = (1, 2, 3),
+    rotor: float | None = None,
     highest: float | None = None,
     ax: Axes | None = None,
 ) -> Axes:
     """Power spectral densities of a channel of several runs in one panel, in units for people.
 
-    Multiples of the rotor frequency, the mean of all runs that tell it, are marked.
+    Multiples of the rotor frequency are marked.
 
     Args:
-      results: runs by name; several runs under one name, such as seeds, are averaged.
+      results: runs by name; several runs under one name, such as seeds, are averaged. Or spectra by name.
       channel: name of the channel.
-      resolution: [Hz] see ``power_spectrum``.
+      resolution: [Hz] see ``power_spectrum``; spectra have theirs.
       harmonics: that are marked.
+      rotor: [Hz] rotor frequency; by default the mean of all runs that tell it, which spectra do not.
       highest: [Hz] to which the figure reaches; a little above the last harmonic by default.
       ax: where to draw.
 
     Raises:
       InputError: there is nothing to plot, or a run is shorter than the resolution needs.
     """
-    runs = {name: [some] if isinstance(some, Result) else list(some) for name, some in results.items()}
-    if not runs or not all(runs.values()):
+    if not results or not all(isinstance(some, PowerSpectrum | Result) or some for some in results.values()):
         raise InputError("plot_spectra: no results")
     if ax is None:
         ax = new_figure(1, size=(9.0, 4.2))[1][0, 0]
+    runs = {name: _runs(some) for name, some in results.items()}
     every = [run for some in runs.values() for run in some]
-    turning = [rotor_frequency(run) for run in every if "rotor_speed" in run or "azimuth" in run]
-    rotor = float(np.mean(turning)) if turning else 0.0
+    if rotor is None:
+        turning = [rotor_frequency(run) for run in every if "rotor_speed" in run or "azimuth" in run]
+        rotor = float(np.mean(turning)) if turning else 0.0
     marked = [n for n in harmonics if rotor > 0.0]
     if highest is None:
         highest = ABOVE * max(marked) * rotor if marked else WITHOUT_ROTOR
-    about = every[0].channel(channel)
+    about = every[0].channel(channel) if every else _known(channel)
     unit, factor = about.display_unit
     shown: list[float] = []
-    for i, (name, some) in enumerate(runs.items()):
-        spectrum = average_spectra([power_spectrum(run, channel, resolution=resolution) for run in some])
+    for i, (name, some) in enumerate(results.items()):
+        spectrum = (
+            some
+            if isinstance(some, PowerSpectrum)
+            else average_spectra([power_spectrum(run, channel, resolution=resolution) for run in runs[name]])
+        )
         # at zero frequency stands what is left of the mean
         part = (spectrum.frequency > 0.0) & (spectrum.frequency <= highest)
         density = spectrum.density[part] * factor**2
@@ -85,7 +99,18 @@ def plot_spectra(
     ax.set_title(f"{about.name.replace('_', ' ')}, power spectral density", fontsize=9, loc="left", color=INK, pad=3)
     ax.set_xlabel("frequency [Hz]")
     ax.set_ylabel(f"[({unit})$^2$/Hz]", fontsize=8)
-    if len(runs) > 1:
+    if len(results) > 1:
         ax.legend(fontsize=8)
     style(ax)
     return ax
+
+
+def _runs(some: Result | Sequence[Result] | PowerSpectrum) -> list[Result]:
+    if isinstance(some, PowerSpectrum):
+        return []
+    return [some] if isinstance(some, Result) else list(some)
+
+
+def _known(name: str) -> Channel:
+    """A channel by its name alone."""
+    return find(name, catalogue(n_nodes=1, flaps=1))

@@ -9,17 +9,18 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import pi
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller
-from meltemi.core.errors import InputError
+from meltemi.core.errors import InputError, Status
 from meltemi.loadcases.batch import BatchCase, Outcome, simulate_batch
 from meltemi.postprocess.bands import Ceiling, ceiling, harmonic_bands
-from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table, travel
+from meltemi.postprocess.ensemble import EnsembleTable, Estimate, ensemble_table, mean_interval, travel
 from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.postprocess.spectra import (
     RESOLUTION,
@@ -38,6 +39,10 @@ Float = NDArray[np.float64]
 TRANSIENT = 100.0
 """[s] at the begin of a run that are not judged."""
 BLADE_SLOPE, STEEL_SLOPE = 10.0, 4.0
+SHORTEST = 20.0
+"""[s] that must be judged, for 1P and 2P to be told apart."""
+FEWEST_SEGMENTS = 3
+"""Of the spectra of short runs, whose resolution is coarser for it."""
 HALF_BAND = 0.25
 """Half-width of the bands of a ceiling, in rotor frequencies."""
 SPECTRA = ("RootMyc1", "RootMxc1")
@@ -112,24 +117,53 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity("RootMyc1 mean", "kN m", _K, lambda r: float(r["RootMyc1"].mean())),
     Quantity("RootMxc1 std", "kN m", _K, lambda r: float(r["RootMxc1"].std()), about="in-plane root moment"),
     Quantity("RootMxc1 DEL", "kN m", _K, lambda r: _load(r["RootMxc1"], r, BLADE_SLOPE), BLADE_SLOPE),
-    Quantity("Mtilt mean", "kN m", _K, lambda r: float(hub_moments(r)[0].mean()), about="of the blades on the hub"),
+    Quantity(
+        "Mtilt mean",
+        "kN m",
+        _K,
+        lambda r: float(hub_moments(r)[0].mean()),
+        about="tilt moment of the blades on the hub",
+    ),
     Quantity("Mtilt std", "kN m", _K, lambda r: float(hub_moments(r)[0].std())),
     Quantity("Mtilt DEL", "kN m", _K, lambda r: _load(hub_moments(r)[0], r, BLADE_SLOPE), BLADE_SLOPE),
-    Quantity("Myaw mean", "kN m", _K, lambda r: float(hub_moments(r)[1].mean()), about="of the blades on the hub"),
+    Quantity(
+        "Myaw mean", "kN m", _K, lambda r: float(hub_moments(r)[1].mean()), about="yaw moment of the blades on the hub"
+    ),
     Quantity("Myaw std", "kN m", _K, lambda r: float(hub_moments(r)[1].std())),
     Quantity("Myaw DEL", "kN m", _K, lambda r: _load(hub_moments(r)[1], r, BLADE_SLOPE), BLADE_SLOPE),
     Quantity("OoPDefl1 mean", "m", 1.0, lambda r: float(r["OoPDefl1"].mean()), about="out-of-plane tip deflection"),
     Quantity("OoPDefl1 std", "m", 1.0, lambda r: float(r["OoPDefl1"].std())),
     Quantity("OoPDefl1 max", "m", 1.0, lambda r: float(r["OoPDefl1"].max())),
     Quantity("IPDefl1 std", "m", 1.0, lambda r: float(r["IPDefl1"].std()), about="in-plane tip deflection"),
-    Quantity("TwrBsMyt DEL", "kN m", _K, lambda r: _load(r["TwrBsMyt"], r, STEEL_SLOPE), STEEL_SLOPE, "tower base"),
-    Quantity("YawBrMyp DEL", "kN m", _K, lambda r: _load(r["YawBrMyp"], r, STEEL_SLOPE), STEEL_SLOPE, "yaw bearing"),
-    Quantity("YawBrMzp DEL", "kN m", _K, lambda r: _load(r["YawBrMzp"], r, STEEL_SLOPE), STEEL_SLOPE, "yaw bearing"),
+    Quantity(
+        "TwrBsMyt DEL",
+        "kN m",
+        _K,
+        lambda r: _load(r["TwrBsMyt"], r, STEEL_SLOPE),
+        STEEL_SLOPE,
+        "fore-aft moment at the tower base",
+    ),
+    Quantity(
+        "YawBrMyp DEL",
+        "kN m",
+        _K,
+        lambda r: _load(r["YawBrMyp"], r, STEEL_SLOPE),
+        STEEL_SLOPE,
+        "tilt moment at the yaw bearing",
+    ),
+    Quantity(
+        "YawBrMzp DEL",
+        "kN m",
+        _K,
+        lambda r: _load(r["YawBrMzp"], r, STEEL_SLOPE),
+        STEEL_SLOPE,
+        "yaw moment at the yaw bearing",
+    ),
     Quantity("power mean", "kW", _K, lambda r: float(r["generator_power"].mean()), about="electrical"),
     Quantity("power std", "kW", _K, lambda r: float(r["generator_power"].std())),
     Quantity("rotor speed std", "rpm", 30.0 / pi, lambda r: float(r["rotor_speed"].std())),
-    Quantity("pitch travel", "deg/s", _D, lambda r: _travel(r, "pitch_"), about="mean of |rate|, of the blades' mean"),
-    Quantity("flap travel", "deg/s", _D, lambda r: _travel(r, "flap_"), about="mean of |rate|, of the blades' mean"),
+    Quantity("pitch travel", "deg/s", _D, lambda r: _travel(r, "pitch_"), about="mean of |rate|, mean of the blades"),
+    Quantity("flap travel", "deg/s", _D, lambda r: _travel(r, "flap_"), about="the same, sum of a blade's flaps"),
 )
 """What is compared, in the order of tables."""
 
@@ -142,6 +176,7 @@ class RunSummary:
       numbers: quantities by window and name, SI.
       spectra: by channel, of the time after the transient.
       ceilings: of RootMyc1, for removal of 1P and of 1P and 2P.
+      moment: (T,) RootMyc1 [N m] after the transient, as recorded.
       ceilings_window: the same judged in each further window, by its name.
       result: the series; None unless wanted.
     """
@@ -149,6 +184,7 @@ class RunSummary:
     numbers: Mapping[str, Mapping[str, float]]
     spectra: Mapping[str, PowerSpectrum] = field(repr=False)
     ceilings: tuple[Ceiling, Ceiling]
+    moment: Float = field(repr=False)
     ceilings_window: Mapping[str, tuple[Ceiling, Ceiling]]
     result: Result | None = field(default=None, repr=False)
 
@@ -164,7 +200,8 @@ class Comparison:
     Attributes:
       schemes: names; the first is the base of changes.
       winds: labels, one for each seed.
-      runs: ``runs[scheme][k]`` is what is kept of wind k.
+      seeds: of the winds; None where a wind has none.
+      runs: ``runs[scheme][k]`` is what is kept of wind k; that of the first has the series.
       windows: [s] by name; ``whole`` is the time after the transient.
       quantities: what was computed.
       failures: runs that did not reach their end. A wind in which a scheme failed is left out for all.
@@ -172,6 +209,7 @@ class Comparison:
 
     schemes: tuple[str, ...]
     winds: tuple[str, ...]
+    seeds: tuple[int | None, ...]
     runs: Mapping[str, tuple[RunSummary, ...]] = field(repr=False)
     windows: Mapping[str, tuple[float, float]]
     quantities: tuple[Quantity, ...] = field(repr=False)
@@ -197,11 +235,19 @@ class Comparison:
         """Mean over seeds."""
         return average_spectra([run.spectra[channel] for run in self.runs[scheme]])
 
+    def ceiling_change(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> Estimate:
+        """Change of RootMyc1 of the first scheme when 1P (``harmonics`` 1), or 1P and 2P (2), are removed ideally."""
+        found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
+        return mean_interval([c.std_change if quantity == "std" else c.load_change for c in found])
+
+    def ceiling_left(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> Estimate:
+        """What is left then [N m], mean over seeds."""
+        found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
+        return mean_interval([c.std_left if quantity == "std" else c.load_left for c in found])
+
     def rotor_frequency(self) -> float:
-        """[Hz] of the first scheme's first run that was kept."""
-        found = self.runs[self.schemes[0]][0].result
-        assert found is not None
-        return rotor_frequency(found)
+        """[Hz] of the first scheme in the first wind, after the transient."""
+        return rotor_frequency(self.results(self.schemes[0]).between(*self.windows[WHOLE]))
 
     def results(self, scheme: str) -> Result:
         """Series of the first wind."""
@@ -212,7 +258,7 @@ class Comparison:
 
 def compare(
     model: Model,
-    controllers: Mapping[str, Controller],
+    controllers: Mapping[str, Controller | Callable[[Wind], Controller]],
     winds: Sequence[AnyWind],
     *,
     duration: float = 700.0,
@@ -225,7 +271,7 @@ def compare(
 
     Args:
       model: the turbine, with all actuators that a controller moves.
-      controllers: by name; the first is the base of changes.
+      controllers: by name, or functions that make one for a wind; the first is the base of changes.
       winds: one for each seed.
       duration: [s] of each run.
       transient: [s] at the begin that are not judged.
@@ -235,11 +281,11 @@ def compare(
 
     Raises:
       InputError: there is nothing to compare, the windows do not fit, or no wind was survived by all schemes.
+      KeyboardInterrupt: Ctrl-C ended the runs.
     """
     if not controllers or not winds:
         raise InputError("compare: at least one controller and one wind are needed")
-    if not 0.0 <= transient < duration:
-        raise InputError(f"compare: transient {transient:g} s must lie below the duration {duration:g} s")
+    check_duration(duration, transient)
     judged = {WHOLE: (transient, duration), **(windows or {})}
     for name, (begin, end) in judged.items():
         if not 0.0 <= begin < end <= duration:
@@ -256,12 +302,22 @@ def compare(
                     model, shared.take, duration, controller=controller, channels=channels, name=f"{k}:{scheme}"
                 )
 
-    outcomes = simulate_batch(
-        _Sized(cases, len(names)),
-        reduce=lambda result: _summary(result, judged, keep=str(result.meta["case"]).startswith("0:")),
-        workers=workers,
-        progress=progress,
-    )
+    done: dict[int, int] = {}
+    lock = threading.Lock()
+
+    def reduce(result: Result) -> RunSummary | None:
+        # series are kept of the first wind in which no scheme fails, which may not be the first of all
+        k = int(str(result.meta["case"]).partition(":")[0])
+        keep = not any(j < k and done[j] == len(controllers) for j in list(done))
+        summary = _summary(result, judged, keep)
+        if summary is not None:
+            with lock:
+                done[k] = done.get(k, 0) + 1
+        return summary
+
+    outcomes = simulate_batch(_Sized(cases, len(names)), reduce=reduce, workers=workers, progress=progress)
+    if len(outcomes) < len(names) or any(outcome.status is Status.INTERRUPTED for outcome in outcomes):
+        raise KeyboardInterrupt
     by_name = {outcome.name: outcome for outcome in outcomes}
     failures = tuple(outcome for outcome in outcomes if not outcome.ok)
     whole = [k for k in range(len(winds)) if all(_fine(by_name.get(f"{k}:{s}")) for s in controllers)]
@@ -269,16 +325,38 @@ def compare(
         first = failures[0] if failures else None
         raise InputError(
             "compare: no wind was survived by all schemes"
-            + (f"; first of {len(failures)}: {first.name.split(':', 1)[1]}: {first.message}" if first else "")
+            + (f"; first of {len(failures)} failures: {failure_line(first)}" if first else "")
         )
     return Comparison(
         schemes=tuple(controllers),
         winds=tuple(winds[k].label for k in whole),
-        runs={s: tuple(by_name[f"{k}:{s}"].value for k in whole) for s in controllers},
+        seeds=tuple(getattr(winds[k], "seed", None) for k in whole),
+        runs={s: tuple(_trimmed(by_name[f"{k}:{s}"].value, series=k == whole[0]) for k in whole) for s in controllers},
         windows=judged,
         quantities=QUANTITIES,
         failures=failures,
     )
+
+
+def check_duration(duration: float, transient: float) -> None:
+    """Refuse runs of which too little is judged.
+
+    Raises:
+      InputError: the transient is not below the duration, or hardly.
+    """
+    if not 0.0 <= transient < duration:
+        raise InputError(f"compare: transient {transient:g} s must lie below the duration {duration:g} s")
+    if duration - transient < SHORTEST:
+        raise InputError(
+            f"compare: {duration - transient:g} s are left after the transient of {transient:g} s; "
+            f"at least {SHORTEST:g} s are needed"
+        )
+
+
+def failure_line(outcome: Outcome) -> str:
+    """Which scheme failed in which wind, counted from 1, and why."""
+    k, _, scheme = outcome.name.partition(":")
+    return f"scheme {scheme!r} in wind {int(k) + 1}: {outcome.message}"
 
 
 def _fine(outcome: Outcome | None) -> bool:
@@ -314,11 +392,20 @@ class _Shared:
             return found
 
 
+def _trimmed(run: RunSummary, *, series: bool) -> RunSummary:
+    return run if series else replace(run, result=None)
+
+
+def _limits(run: RunSummary, window: str) -> tuple[Ceiling, Ceiling]:
+    return run.ceilings if window == WHOLE else run.ceilings_window[window]
+
+
 def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: bool) -> RunSummary | None:
     if result.time[-1] < windows[WHOLE][1] - 1.0:
         return None  # ended early: the outcome says why
     numbers = {name: {q.name: q.of(part) for q in QUANTITIES} for name, part in _parts(result, windows)}
     whole = result.between(*windows[WHOLE])
+    resolution = max(RESOLUTION, 0.5 * (FEWEST_SEGMENTS + 1) / (windows[WHOLE][1] - windows[WHOLE][0]))
     f = rotor_frequency(whole)
     bands = [harmonic_bands(f, multiples, HALF_BAND) for multiples in ((1,), (1, 2))]
 
@@ -328,8 +415,9 @@ def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: b
 
     return RunSummary(
         numbers=numbers,
-        spectra={name: power_spectrum(whole, name, resolution=RESOLUTION) for name in SPECTRA},
+        spectra={name: power_spectrum(whole, name, resolution=resolution) for name in SPECTRA},
         ceilings=limits(windows[WHOLE]),
+        moment=whole["RootMyc1"].copy(),
         ceilings_window={name: limits(w) for name, w in windows.items() if name != WHOLE},
         result=result if keep else None,
     )

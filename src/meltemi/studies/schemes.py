@@ -13,52 +13,13 @@ from pathlib import Path
 from types import ModuleType
 
 from meltemi.control.controller import Controller
-from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, load_control
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.control.load_control import FeedForward, LoadControl, load_control
+from meltemi.core.errors import InputError
 from meltemi.simulation.model import Model
-from meltemi.studies.tuning import Tuning, linear_models, speed_notch, tune_ipc
+from meltemi.studies.scheme_names import SCHEMES, check_schemes, is_file, label
+from meltemi.studies.tuning import Tuning, linear_models, speed_notch, tune_loops
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
-
-Target = tuple[str, int]
-"""Actuator and harmonic of a loop."""
-PITCH_1P: Target = ("pitch", 1)
-PITCH_2P: Target = ("pitch", 2)
-FLAP_1P: Target = ("flap", 1)
-FLAP_2P: Target = ("flap", 2)
-
-
-@dataclass(frozen=True)
-class Scheme:
-    """What a load controller has beside the collective law.
-
-    Attributes:
-      about: one line for people.
-      loops: feedback loops.
-      feedforward: whether it has the weights by azimuth.
-    """
-
-    about: str
-    loops: tuple[Target, ...] = ()
-    feedforward: bool = False
-
-    @property
-    def flaps(self) -> bool:
-        """It needs flaps."""
-        return any(actuator == "flap" for actuator, _ in self.loops)
-
-
-SCHEMES: Mapping[str, Scheme] = {
-    "cpc": Scheme("collective pitch"),
-    "ipc": Scheme("feed-forward and 1P individual pitch", (PITCH_1P,), True),
-    "cpfc": Scheme("ipc and 2P flaps", (PITCH_1P, FLAP_2P), True),
-    "feedforward": Scheme("feed-forward by azimuth alone", (), True),
-    "feedback": Scheme("1P individual pitch without feed-forward", (PITCH_1P,)),
-    "flaps": Scheme("2P flaps alone", (FLAP_2P,)),
-    "flaps12": Scheme("1P and 2P flaps, pitch collective", (FLAP_1P, FLAP_2P)),
-    "ipc2": Scheme("ipc and 2P individual pitch", (PITCH_1P, PITCH_2P), True),
-    "cpfc12": Scheme("ipc and 1P and 2P flaps", (PITCH_1P, FLAP_1P, FLAP_2P), True),
-}
 
 
 @dataclass(frozen=True)
@@ -67,38 +28,11 @@ class Design:
 
     Attributes:
       controllers: by the name of the scheme.
-      tunings: by actuator and harmonic.
+      tunings: by the scheme and its loops, such as ``cpfc: 2P flap``; schemes that share all loops have them once.
     """
 
     controllers: Mapping[str, Controller]
-    tunings: Mapping[Target, Tuning]
-
-
-def check_schemes(names: Sequence[str]) -> None:
-    """Refuse names that are neither schemes nor files.
-
-    Raises:
-      InputError: a name is unknown or there twice, a file is missing, or there are no names.
-    """
-    if not names:
-        raise InputError(f"schemes: name at least one of {', '.join(SCHEMES)}, or a Python file")
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"schemes: {name!r} is named twice")
-        if _is_file(name):
-            if not Path(name).is_file():
-                raise InputError(f"{name}: there is no such file")
-        elif name not in SCHEMES:
-            raise InputError(f"no scheme {name!r}: {did_you_mean(name, SCHEMES)} (or give a Python file)")
-    labels = [label(name) for name in names]
-    for each in labels:
-        if labels.count(each) > 1:
-            raise InputError(f"schemes: two of them are called {each!r}")
-
-
-def label(name: str) -> str:
-    """What a scheme is called in tables and files."""
-    return Path(name).stem if _is_file(name) else name
+    tunings: Mapping[str, Tuning]
 
 
 def equipped(turbine: Turbine, names: Iterable[str]) -> Turbine:
@@ -107,8 +41,14 @@ def equipped(turbine: Turbine, names: Iterable[str]) -> Turbine:
     return with_flaps(turbine) if wants and not turbine.blade.flaps else turbine
 
 
-def design(model: Model, names: Sequence[str], *, shear_exponent: float = 0.2) -> Design:
-    """Controllers of schemes, with loops tuned on the model by :func:`~meltemi.studies.tuning.tune_ipc`.
+def design_controllers(
+    model: Model,
+    names: Sequence[str],
+    *,
+    shear_exponent: float = 0.2,
+    progress: Callable[[float], None] | None = None,
+) -> Design:
+    """Controllers of schemes; the loops of each are tuned together by :func:`~meltemi.studies.tuning.tune_loops`.
 
     All of them have the same collective law with the same notch at the drivetrain's resonance if the pitch actuator has
     dynamics (docs/theory/control.md, C-31).
@@ -117,38 +57,39 @@ def design(model: Model, names: Sequence[str], *, shear_exponent: float = 0.2) -
       model: of a turbine that has what the schemes need, see :func:`equipped`.
       names: of schemes, or paths of Python files.
       shear_exponent: that the feed-forward assumes.
+      progress: called with the share that is done.
 
     Raises:
-      InputError: as :func:`check_schemes`, or a file does not give a controller.
+      InputError: as :func:`~meltemi.studies.scheme_names.check_schemes`, or a file does not give a controller.
     """
     check_schemes(names)
+    own = {name: own_controller(name, model.turbine) for name in names if is_file(name)}  # wrong ones at once
     schemes = {name: SCHEMES[name] for name in names if name in SCHEMES}
-    wanted = {target for scheme in schemes.values() for target in scheme.loops}
+    loops = any(scheme.loops for scheme in schemes.values())
     ideal = model.turbine.pitch_actuator.kind == "ideal"
-    linear = linear_models(model) if wanted or (schemes and not ideal) else []
+    linear = linear_models(model, progress=progress) if loops or (schemes and not ideal) else []
     notch = speed_notch(linear[0]) if linear and not ideal else None
-    tunings = {
-        target: tune_ipc(model, target[1], "flap" if target[0] == "flap" else "pitch", linear=linear)
-        for target in sorted(wanted)
+    tuned = {
+        wanted: tune_loops(model, wanted, linear=linear) for wanted in dict.fromkeys(s.loops for s in schemes.values())
     }
-    loops = {target: tuning.loop for target, tuning in tunings.items()}
     feedforward = FeedForward(shear_exponent=shear_exponent)
     controllers = {}
     for name in names:
         if name in schemes:
             settings = LoadControl(
                 feedforward=feedforward if schemes[name].feedforward else None,
-                loops=_of(schemes[name], loops),
+                loops=tuple(tuning.loop for tuning in tuned[schemes[name].loops]),
                 notch=notch,
             )
             controllers[name] = load_control(model.turbine, settings, name=name)
         else:
-            controllers[label(name)] = own_controller(name, model.turbine)
+            controllers[label(name)] = own[name]
+    tunings = {
+        f"{', '.join(name for name in schemes if schemes[name].loops == wanted)}: {harmonic}P {actuator}": tuning
+        for wanted, found in tuned.items()
+        for (actuator, harmonic), tuning in zip(wanted, found, strict=True)
+    }
     return Design(controllers, tunings)
-
-
-def _of(scheme: Scheme, loops: Mapping[Target, HarmonicLoop]) -> tuple[HarmonicLoop, ...]:
-    return tuple(loops[target] for target in scheme.loops)
 
 
 def own_controller(path: str, turbine: Turbine) -> Controller:
@@ -184,7 +125,3 @@ def _module(path: str) -> ModuleType:
     except Exception as error:
         raise InputError(f"{path}: {type(error).__name__}: {error}") from error
     return module
-
-
-def _is_file(name: str) -> bool:
-    return name.endswith(".py")

@@ -21,7 +21,7 @@ Reference: docs/theory/control.md (C-32 to C-38).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -190,16 +190,8 @@ def tune_ipc(
     draft = draft.replace(
         offset=-mean, integral_gain=sign * draft.integral_gain, proportional_gain=sign * draft.proportional_gain
     )
-    shapes = [(plant.w, plant.poles, plant.loop(draft, sensor, dt)) for plant in plants]
-    bandwidth = 0.0
-    for tried in np.geomspace(FEWEST_SEARCHED, MOST_SEARCHED, SEARCHED):
-        if not all(keeps(w, tried * L, poles, phase_margin, gain_margin) for w, poles, L in shapes):
-            break
-        bandwidth = float(tried)
-    if bandwidth == 0.0:
-        raise InputError(
-            "tune_ipc: no gain keeps these margins at all operating points: ask for less, or look at the plants' phases"
-        )
+    shapes = [(plant.w, plant.loop(draft, sensor, dt)) for plant in plants]
+    bandwidth = _largest(shapes, phase_margin, gain_margin)
     loop = scaled(draft, bandwidth).replace(tracking_time=1.0 / bandwidth)
     return Tuning(loop, _points(models, loop, (), sensor, dt), phase_margin, gain_margin)
 
@@ -272,12 +264,19 @@ def scaled(loop: HarmonicLoop, factor: float) -> HarmonicLoop:
     )
 
 
-def linear_models(model: Model, wind_speeds: Sequence[float] | None = None) -> list[LinearModel]:
+def linear_models(
+    model: Model, wind_speeds: Sequence[float] | None = None, *, progress: Callable[[float], None] | None = None
+) -> list[LinearModel]:
     """Linear models for tunings: demands of all blades' pitch and flaps to root moments, in the fixed frame."""
     speeds = default_speeds(model) if wind_speeds is None else wind_speeds
     inputs = ["pitch_1", *(f"flap_{j + 1}_1" for j in range(model.n_flaps))]
     outputs = ["generator_speed", "root_moment_out_of_plane_1"]
-    return [linearise(model, operating_point(model, float(u)), inputs, outputs) for u in speeds]
+    found = []
+    for u in speeds:
+        found.append(linearise(model, operating_point(model, float(u)), inputs, outputs))
+        if progress is not None:
+            progress(len(found) / len(speeds))
+    return found
 
 
 def default_speeds(model: Model) -> list[float]:
@@ -412,6 +411,22 @@ def _schedule(pitch: Float, size: Float) -> tuple[float, float | None]:
 def keeps(w: Float, L: Complex, poles: Sequence[float], phase: float, gain: float) -> bool:
     """Both margins are kept (C-35)."""
     return phase_reserve(w, L, poles) >= phase and gain_reserve(w, L, poles) >= gain
+
+
+def _largest(loops: Sequence[tuple[Float, Complex]], phase: float, gain: float) -> float:
+    """[rad/s] largest bandwidth up to which all smaller ones keep the margins at all points (C-35)."""
+    best = 0.0
+    # margins do not tell a loop that drives slow changes up, as one would whose plant has another sign at some points
+    right_way = all((L * 1j * w)[np.argmin(np.abs(w))].real > 0.0 for w, L in loops)
+    for bandwidth in np.geomspace(FEWEST_SEARCHED, MOST_SEARCHED, SEARCHED):
+        if not (right_way and all(keeps(w, bandwidth * L, (0.0,), phase, gain) for w, L in loops)):
+            break
+        best = float(bandwidth)
+    if best == 0.0:
+        raise InputError(
+            "tune_ipc: no gain keeps these margins at all operating points: ask for less, or look at the plants' phases"
+        )
+    return best
 
 
 def phase_reserve(w: Float, L: Complex, poles: Sequence[float] = (0.0,)) -> float:

@@ -1,0 +1,191 @@
+"""``meltemi compare``: control schemes in the same winds."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from meltemi.app.options import (
+    ClassOption,
+    EditionOption,
+    IecOption,
+    NtmOption,
+    ShearOption,
+    SpectrumOption,
+    TurbulenceOption,
+    WindSpeedOption,
+    given_options,
+    wind_of_options,
+)
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.studies.scheme_names import SCHEMES, check_schemes
+
+if TYPE_CHECKING:
+    from meltemi.turbine.definition import Turbine
+    from meltemi.wind.turbulent import TurbulentWind
+
+ACTUATORS = ("second_order", "ideal")
+HELP = "\n".join(
+    [
+        "Compare control schemes in the same winds.",
+        "",
+        "Each runs in the winds of several seeds; gives tables, pictures and one page with all of them.",
+        "",
+        "\b",
+        "Schemes:",
+        *(f"  {name:12s} {scheme.about}" for name, scheme in SCHEMES.items()),
+        "  own.py       a Python file with controller(turbine)",
+    ]
+)
+
+
+def compare(
+    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
+    wind_speed: WindSpeedOption = None,
+    turbulence: TurbulenceOption = None,
+    shear: ShearOption = None,
+    spectrum: SpectrumOption = None,
+    iec: IecOption = None,
+    ntm: NtmOption = False,
+    wind_class: ClassOption = None,
+    edition: EditionOption = None,
+    seeds: Annotated[int, typer.Option("--seeds", help="How many winds.")] = 6,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the first; the others follow.")] = 1,
+    duration: Annotated[float, typer.Option("--duration", help="Length of each run [s].")] = 700.0,
+    transient: Annotated[float, typer.Option("--transient", help="Its begin, which is not judged [s].")] = 100.0,
+    controllers: Annotated[
+        str, typer.Option("--controllers", help="Schemes, separated by commas; changes are against the first.")
+    ] = "cpc,ipc,cpfc",
+    pitch_actuator: Annotated[
+        str | None, typer.Option("--pitch-actuator", help="second_order, ideal [as the turbine has it].")
+    ] = None,
+    workers: Annotated[int | None, typer.Option("--workers", help="Runs at a time [one a core].")] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """See ``HELP``."""
+    given = given_options(
+        wind_speed=wind_speed,
+        turbulence=turbulence,
+        shear=shear,
+        spectrum=spectrum,
+        iec="NTM" if ntm else iec,
+        wind_class=wind_class,
+        edition=edition,
+    )
+    names = [name.strip() for name in controllers.split(",") if name.strip()]
+    check_schemes(names)
+    if seeds < 1:
+        raise InputError(f"--seeds {seeds}: at least one is needed")
+    if workers is not None and workers < 1:
+        raise InputError(f"--workers {workers}: at least one is needed")
+    from meltemi.studies.schemes import design_controllers, equipped
+    from meltemi.turbine.library import load_turbine
+
+    described = equipped(_with_actuator(load_turbine(turbine), pitch_actuator), names)
+    winds = _winds(given, described, duration, range(seed, seed + seeds))
+    from meltemi.simulation.model import build
+    from meltemi.studies import compare as study
+    from meltemi.studies import comparison_report as report
+
+    study.check_duration(duration, transient)
+    began = time.perf_counter()
+    with results_in(out):
+        model = build(described)
+        with progress_bar("tuning") as progress:
+            designed = design_controllers(
+                model, names, shear_exponent=min(max(winds[0].shear_exponent, 0.0), 0.99), progress=progress
+            )
+        tuned = time.perf_counter()
+        with progress_bar(f"{len(names)} schemes, {seeds} winds, {duration:g} s") as progress:
+            comparison = study.compare(
+                model,
+                designed.controllers,
+                winds,
+                duration=duration,
+                transient=transient,
+                workers=workers,
+                progress=progress,
+            )
+        ran = time.perf_counter()
+        wind = _wind_label(given, winds[0])
+        files = report.write_comparison(
+            comparison,
+            out,
+            design=designed,
+            title=f"{described.name}: {', '.join(comparison.schemes)} in the same winds",
+            facts=_facts(described, wind, [w.seed for w in winds], duration, transient),
+            repeat=shlex.join(["meltemi", *sys.argv[1:]]),
+            footer=f"meltemi {_version()}",
+        )
+    head, rows, groups = report.main_rows(comparison)
+    spanned = [name for name, span in groups for _ in range(span)]
+    head = [f"{scheme}\n{name}" if scheme else name for scheme, name in zip(spanned, head, strict=True)]
+    print_table(f"{described.name}: {wind}, {len(comparison.winds)} seeds", head, rows, text_columns=2)
+    print(report.notes(comparison))
+    title = "Ceiling: what ideal removal of 1P and 2P would leave, and the share of its change that schemes reach"
+    print_table(title, *report.ceiling_rows(comparison), text_columns=3)
+    total = len(names) * seeds
+    print(
+        f"{total} runs of {duration:g} s in {ran - tuned:.1f} s ({total * duration / (ran - tuned):.0f} times real "
+        f"time), tuning in {tuned - began:.1f} s"
+    )
+    for file in files:
+        print(f"wrote {file}")
+    if comparison.failures:
+        for failure in comparison.failures:
+            say(f"left out for all: {study.failure_line(failure)}")
+        raise typer.Exit(1)
+
+
+def _with_actuator(turbine: Turbine, kind: str | None) -> Turbine:
+    if kind is None:
+        return turbine
+    if kind not in ACTUATORS:
+        raise InputError(f"--pitch-actuator {kind}: {did_you_mean(kind, ACTUATORS)}")
+    return turbine.replace(**{"pitch_actuator.kind": kind})
+
+
+def _winds(given: Mapping[str, Any], turbine: Turbine, duration: float, seeds: range) -> list[TurbulentWind]:
+    """The described wind with each seed."""
+    from meltemi.core.yamlfile import validated
+    from meltemi.loadcases.case import LoadCase, case_wind
+    from meltemi.wind.turbulent import TurbulentWind
+
+    described = wind_of_options(given)
+    data = {"turbine": turbine.name, "wind": described, "duration": duration}
+    found = case_wind(validated(data, LoadCase, "command line"), turbine, Path())
+    if not isinstance(found, TurbulentWind):
+        raise InputError(f"{found.label} has no seeds: give --ntm, --iec ETM or --turbulence")
+    if seeds[0] < 0:
+        raise InputError(f"--seed {seeds[0]}: expected a number from 0 on")
+    return [found.replace(seed=each) for each in seeds]
+
+
+def _wind_label(given: Mapping[str, Any], wind: TurbulentWind) -> str:
+    """What all winds have in common."""
+    model = [given["--iec"], *([f"class {given['--class']}"] if "--class" in given else [])] if "--iec" in given else []
+    return ", ".join([*([" ".join(model)] if model else []), wind.label.rpartition(", seed")[0]])
+
+
+def _facts(turbine: Turbine, wind: str, seeds: list[int], duration: float, transient: float) -> list[tuple[str, str]]:
+    actuator = "ideal" if turbine.pitch_actuator.kind == "ideal" else "second order"
+    flaps = f", {len(turbine.blade.flaps)} flap(s) a blade" if turbine.blade.flaps else ""
+    return [
+        ("Turbine", f"{turbine.name}, pitch actuator {actuator}{flaps}"),
+        ("Wind", wind),
+        ("Seeds", str(seeds[0]) if len(seeds) == 1 else f"{seeds[0]} to {seeds[-1]}"),
+        ("Duration", f"{duration:g} s each, judged from {transient:g} s on"),
+    ]
+
+
+def _version() -> str:
+    import meltemi
+
+    return meltemi.__version__

@@ -1,0 +1,69 @@
+"""Options of the wind that several commands have, and the wind that they describe."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import typer
+
+from meltemi.core.errors import InputError
+
+WindSpeedOption = Annotated[float | None, typer.Option("--wind-speed", help="Mean wind speed at hub height [m/s].")]
+TurbulenceOption = Annotated[
+    float | None, typer.Option("--turbulence", help="Turbulence intensity, e.g. 0.14; steady wind without it.")
+]
+ShearOption = Annotated[
+    float | None, typer.Option("--shear", help="Power-law exponent [0 in steady wind, 0.2 in turbulence].")
+]
+SpectrumOption = Annotated[
+    str | None, typer.Option("--spectrum", help="Of turbulence: kaimal, vonkarman, mann [kaimal].")
+]
+IecOption = Annotated[
+    str | None, typer.Option("--iec", help="Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).")
+]
+NtmOption = Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")]
+ClassOption = Annotated[str | None, typer.Option("--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")]
+EditionOption = Annotated[int | None, typer.Option("--edition", help="Of IEC 61400-1: 2, 3, 4 [3].")]
+
+
+def given_options(**options: Any) -> dict[str, Any]:
+    """Options that were given, as they are called on the command line; ``wind_class`` is ``--class``."""
+    names = {name: "--class" if name == "wind_class" else f"--{name.replace('_', '-')}" for name in options}
+    return {names[name]: value for name, value in options.items() if value is not None}
+
+
+def wind_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The wind of a case from the options of a command, by their names there.
+
+    Raises:
+      InputError: options contradict each other, or do not suffice.
+    """
+
+    def only(*allowed: str, because: str) -> None:
+        for name in ("--turbulence", "--seed", "--shear", "--spectrum", "--class", "--edition"):
+            if name in given and name not in allowed:
+                raise InputError(f"{name}: {because}")
+
+    if "--wind-file" in given:
+        for name in ("--wind-speed", "--iec"):
+            if name in given:
+                raise InputError(f"give one of {name}, --wind-file")
+        only(because="a wind file brings its own shear and turbulence")
+        return {"kind": "file", "file": str(given["--wind-file"].absolute())}
+    keys = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
+    wind = {key: given[name] for name, key in keys.items() if name in given}
+    further = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
+    more = {key: given[name] for name, key in further.items() if name in given}
+    if "--iec" in given:
+        named = {"--class": "wind_class", "--edition": "edition"}
+        wind |= {key: given[name] for name, key in named.items() if name in given}
+        return {"kind": "iec", "model": given["--iec"], **wind, "turbulence": more}
+    if "--wind-speed" not in given:
+        raise InputError("give one of --wind-speed, --iec (or --ntm), --wind-file")
+    if "--turbulence" in given:
+        only("--turbulence", "--seed", "--shear", "--spectrum", "--edition", because="give --iec (or --ntm), too")
+        edition = {"edition": given["--edition"]} if "--edition" in given else {}
+        return {"kind": "turbulence", **wind, **more, **edition}
+    only("--shear", because="steady wind has none; give --turbulence or --ntm, too")
+    return {"kind": "steady", **wind, **more}

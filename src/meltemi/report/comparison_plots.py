@@ -1,0 +1,84 @@
+"""Changes of schemes against the first, as bars with their intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from meltemi.core.errors import InputError
+from meltemi.report.plots import COLOURS, INK, new_figure, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from meltemi.postprocess.ensemble import EnsembleTable
+
+FULL = 0.8
+"""Of the distance between groups that bars fill."""
+
+
+def plot_changes(
+    table: EnsembleTable,
+    quantities: Sequence[str],
+    absolute: Sequence[str] = (),
+    units: Mapping[str, tuple[str, float]] | None = None,
+) -> Figure:
+    """Changes against the first scheme in percent, and beside them some quantities as they are.
+
+    Args:
+      table: of an ensemble.
+      quantities: of which changes are drawn.
+      absolute: drawn as values of all schemes, such as the travel of actuators, whose change may be many hundred
+        percent or of nothing.
+      units: by quantity the unit and the factor to it; those of ``absolute`` must have the same.
+
+    Raises:
+      InputError: there is no second scheme, or a quantity is not in the table.
+    """
+    base, *others = table.schemes
+    if not others:
+        raise InputError("plot_changes: there is nothing to compare with the first scheme")
+    figure, axes = new_figure(1, 2 if absolute else 1, size=(12.0, 4.4), share=False)
+    if absolute:
+        axes[0, 0].get_gridspec().set_width_ratios([max(len(quantities), 1), 1.5 * len(absolute)])
+    colour = {scheme: COLOURS[i % len(COLOURS)] for i, scheme in enumerate(table.schemes)}
+    found = {s: [table.entry(q, s).change for q in quantities] for s in others}
+    bars = {s: [(100.0 * c.mean, 100.0 * c.half_width) if c else (np.nan, np.nan) for c in found[s]] for s in others}
+    _bars(axes[0, 0], quantities, bars, colour)
+    axes[0, 0].axhline(0.0, color=INK, linewidth=0.9)
+    title = f"change against {base}, mean over seeds and its {100.0 * table.confidence:g} % interval"
+    axes[0, 0].set_title(title, fontsize=9, loc="left", color=INK, pad=3)
+    axes[0, 0].set_ylabel("[%]", fontsize=8)
+    axes[0, 0].legend(fontsize=8)
+    if absolute:
+        unit, factor = (units or {}).get(absolute[0], ("-", 1.0))
+        values = {
+            s: [(factor * e.mean, factor * e.half_width) for e in (table.entry(q, s).value for q in absolute)]
+            for s in table.schemes
+        }
+        _bars(axes[0, 1], absolute, values, colour)
+        axes[0, 1].set_title("duty of the actuators", fontsize=9, loc="left", color=INK, pad=3)
+        axes[0, 1].set_ylabel(f"[{unit}]", fontsize=8)
+        axes[0, 1].legend(fontsize=8)
+    return figure
+
+
+def _bars(
+    ax: Axes,
+    names: Sequence[str],
+    bars: Mapping[str, Sequence[tuple[float, float]]],
+    colour: Mapping[str, str],
+) -> None:
+    width = FULL / len(bars)
+    for i, (scheme, pairs) in enumerate(bars.items()):
+        x = np.arange(len(names)) + (i - 0.5 * (len(bars) - 1)) * width
+        mean, half = np.array(pairs).reshape(-1, 2).T
+        error = None if np.all(np.isnan(half)) else np.nan_to_num(half)
+        bar: dict[str, Any] = {"ecolor": INK, "capsize": 2.0, "error_kw": {"linewidth": 0.9}}
+        ax.bar(x, mean, 0.94 * width, yerr=error, label=scheme, color=colour[scheme], **bar)
+    ax.set_xticks(range(len(names)), [name.replace(" ", "\n", 1) for name in names], fontsize=8)
+    style(ax)
+    ax.grid(False, axis="x")

@@ -1,0 +1,115 @@
+"""Gain, phase and sensitivity of loops at their operating points, over the frequency of the amplitude."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.report.plots import COLOURS, INK, new_figure, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+LEAST_GAIN, MOST_GAIN = 0.03, 30.0
+"""Of |L| that is shown."""
+SLOWEST = 3e-3
+"""[Hz] from which on frequencies are shown."""
+LIMIT: dict[str, Any] = {"color": "#9aa5ae", "linewidth": 0.9, "linestyle": ":", "zorder": 0.5}
+
+
+class LoopPoint(Protocol):
+    """A loop at an operating point, see :class:`meltemi.studies.tuning.TunedPoint`."""
+
+    @property
+    def wind_speed(self) -> float: ...
+    @property
+    def frequency(self) -> NDArray[np.float64]: ...
+    @property
+    def loop(self) -> NDArray[np.complex128]: ...
+    @property
+    def phase_margin(self) -> float: ...
+    @property
+    def gain_margin(self) -> float: ...
+    @property
+    def sensitivity(self) -> float: ...
+
+
+class TunedLoop(Protocol):
+    """A loop at its operating points, see :class:`meltemi.studies.tuning.Tuning`."""
+
+    @property
+    def points(self) -> Sequence[LoopPoint]: ...
+
+
+def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
+    """Gain and phase of L and the sensitivity 1 / |1 + L|, one row a loop, one colour an operating point.
+
+    The amplitude of a harmonic changes with frequencies of either sign. Both are drawn over their size: negative ones
+    dashed, with the phase mirrored, so that a loop that treats both alike has one curve.
+
+    Args:
+      tunings: a tuning, or several by name.
+
+    Raises:
+      InputError: there are none.
+    """
+    several: Mapping[str, TunedLoop] = tunings if isinstance(tunings, Mapping) else {"": tunings}
+    if not several:
+        raise InputError("plot_tuning: no tunings")
+    from matplotlib.lines import Line2D
+
+    figure, axes = new_figure(len(several), 3, size=(12.0, 3.1 * len(several) + 0.9))
+    for (name, tuning), row in zip(several.items(), axes, strict=True):
+        _loop(name, tuning.points, row)
+    for ax in axes[-1]:
+        ax.set_xlabel("frequency of the amplitude [Hz]")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    handles += [Line2D([], [], color=INK, linewidth=1.1), Line2D([], [], color=INK, linewidth=1.1, linestyle="--")]
+    labels += ["positive frequencies", "negative frequencies"]
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
+    return figure
+
+
+def _loop(name: str, points: Sequence[LoopPoint], row: Sequence[Axes]) -> None:
+    gain, phase, sensitivity = row
+    for i, point in enumerate(points):
+        colour = COLOURS[i % len(COLOURS)]
+        for sign, look in ((1, "-"), (-1, "--")):
+            side = np.flatnonzero(np.sign(point.frequency) == sign)[::sign]
+            f, L = np.abs(point.frequency[side]) / (2.0 * np.pi), point.loop[side]
+            label = f"{point.wind_speed:.3g} m/s" if sign > 0 else None
+            drawn = {"color": colour, "linewidth": 1.1, "linestyle": look}
+            gain.loglog(f, np.abs(L), label=label, **drawn)
+            # beyond standstill of the blades' tone, where the band-pass lets nothing through, the phase tells nothing
+            small = np.flatnonzero(np.abs(L) < LEAST_GAIN)
+            end = int(small[0]) if len(small) else len(f)
+            angle = np.degrees(np.unwrap(np.angle(L if sign > 0 else L.conj())))
+            phase.semilogx(f[:end], angle[:end], **drawn)
+            sensitivity.semilogx(f, 1.0 / np.abs(1.0 + L), **drawn)
+    gain.set_ylim(LEAST_GAIN, MOST_GAIN)
+    gain.axhline(1.0, **LIMIT)
+    phase.set_ylim(-270.0, 0.0)
+    phase.set_yticks(np.arange(-270.0, 1.0, 45.0))
+    phase.axhline(-180.0, **LIMIT)
+    sensitivity.axhline(1.0, **LIMIT)
+    sensitivity.set_ylim(0.0, None)
+    margin, factor = np.degrees(min(p.phase_margin for p in points)), min(p.gain_margin for p in points)
+    peak = max(p.sensitivity for p in points)
+    words = (
+        (gain, f"gain margin {factor:.2g}" if np.isfinite(factor) else "gain margin infinite"),
+        (phase, f"phase margin {margin:.0f} deg" if np.isfinite(margin) else "phase margin infinite"),
+        (sensitivity, f"largest {peak:.2f}"),
+    )
+    what = ("gain |L|", "phase of L", "sensitivity 1/|1 + L|")
+    for (ax, text), title, unit in zip(words, what, ("-", "deg", "-"), strict=True):
+        ax.set_title(f"{name}: {title}".removeprefix(": "), fontsize=9, loc="left", color=INK, pad=3)
+        ax.set_ylabel(f"[{unit}]", fontsize=8)
+        ax.set_xlim(left=SLOWEST)
+        ax.tick_params(labelsize=8)
+        ax.text(0.04, 0.9 if ax is sensitivity else 0.06, text, transform=ax.transAxes, fontsize=8, color=INK)
+        style(ax)

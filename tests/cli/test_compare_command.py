@@ -1,0 +1,233 @@
+"""``meltemi compare``: same winds for all, the same numbers as from Python, one page that needs nothing else."""
+
+from __future__ import annotations
+
+import csv
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from terminal import Command, Ran
+
+import meltemi
+from meltemi import Model
+from meltemi.studies import schemes, tuning
+from meltemi.studies.scheme_names import SCHEMES
+
+OWN = """
+import meltemi
+from meltemi.control import signals as s
+
+def controller(turbine):
+    law = meltemi.baseline(turbine.control)
+    def update(state, measured, demands, dt):
+        law.update(state, measured, demands, dt)
+        {body}
+    return meltemi.Controller(update, init=law.init, name="mine")
+"""
+FAILS_ONCE = """
+import meltemi
+from meltemi.control import signals as s
+
+runs = []
+
+def controller(turbine):
+    law = meltemi.baseline(turbine.control)
+    def init(start):
+        runs.append(start)
+        return law.init(start)
+    def update(state, measured, demands, dt):
+        law.update(state, measured, demands, dt)
+        if len(runs) == 1 and measured[s.TIME] > 30.0:
+            demands[s.PITCH_DEMAND] = float("nan")
+    return meltemi.Controller(update, init=init, name="mine")
+"""
+WIND = ("--ntm", "--class", "IIB", "--wind-speed", 18)
+SHORT = (*WIND, "--duration", 45, "--transient", 20)
+"""25 s are judged: the spectra's resolution must be coarser than usual."""
+FILES = ("comparison.csv", "seeds.csv", "spectra.png", "series.png", "comparison.html")
+WITH_LOOPS = (*FILES, "changes.png", "bode.png", "tuning.csv")
+
+
+@pytest.fixture(autouse=True)
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Loops are tuned at one operating point."""
+    monkeypatch.setattr(schemes, "linear_models", lambda model, progress=None: tuning.linear_models(model, [18.0]))
+
+
+def own(folder: Path, body: str = "pass", name: str = "own.py") -> Path:
+    path = folder / name
+    path.write_text(OWN.format(body=body))
+    return path
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def wrote(ran: Ran, out: Path, *names: str) -> None:
+    assert sorted(ran.files) == sorted(out / name for name in names) == sorted(out.iterdir())
+
+
+def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Model) -> None:
+    out, mine = tmp_path / "new" / "out", own(tmp_path)
+    options = (*SHORT, "--spectrum", "vonkarman", "--seeds", 2, "--seed", 3)
+    ran = command("compare", "nrel5mw", *options, "--controllers", f"cpc,feedback,{mine}", "--out", out)
+    assert (ran.status, ran.err) == (0, "")
+    wrote(ran, out, *WITH_LOOPS)
+    assert "nrel5mw: NTM class IIB, von Karman turbulence 18 m/s" in ran.out
+    for text in ("RootMyc1 DEL", "of all seeds", "feedback reaches %", "6 runs of 45 s in ", "tuning in "):
+        assert text in ran.out
+    seeds = rows(out / "seeds.csv")
+    assert [(row["seed"], row["scheme"]) for row in seeds] == [
+        (seed, scheme) for seed in ("3", "4") for scheme in ("cpc", "feedback", "own")
+    ]
+    # cpc is the baseline in that wind, and the own controller does the same
+    wind = meltemi.iec_wind("NTM", turbine=model.turbine, wind_class="IIB", speed=18.0, spectrum="vonkarman", seed=4)
+    alone = meltemi.simulate(model, wind, duration=45.0).between(20.0, 45.0)
+    expected = 1e-3 * alone["RootMyc1"].std()
+    found = {row["scheme"]: float(row["RootMyc1 std [kN m]"]) for row in seeds if row["seed"] == "4"}
+    assert found["cpc"] == pytest.approx(expected, rel=1e-6) and found["own"] == pytest.approx(expected, rel=1e-6)
+    assert found["feedback"] < 0.95 * expected
+    # the table has their means
+    table = {(row["quantity"], row["scheme"]): row for row in rows(out / "comparison.csv")}
+    values = [float(row["RootMyc1 std [kN m]"]) for row in seeds if row["scheme"] == "feedback"]
+    assert float(table["RootMyc1 std", "feedback"]["mean"]) == pytest.approx(np.mean(values), rel=1e-3)
+    assert float(table["RootMyc1 std", "own"]["change %"]) == pytest.approx(0.0, abs=1e-6)
+    assert table["RootMyc1 std", "cpc"]["unit"] == "kN m"
+    (tuned,) = rows(out / "tuning.csv")
+    assert tuned["loop"] == "1P pitch" and float(tuned["wind m/s"]) == 18.0
+    assert float(tuned["phase margin deg"]) >= 60.0 and float(tuned["gain margin"]) >= 2.0
+    page = (out / "comparison.html").read_text(encoding="utf-8")
+    assert "://" not in page and "<script" not in page
+    assert page.count("data:image/png;base64,") == 4
+    for heading in ("Results", "Ceiling", "Spectra", "Series", "Gains and margins", "How to repeat it"):
+        assert f"<h2>{heading}</h2>" in page
+    given = shlex.join(map(str, ("compare", "nrel5mw", *options)))
+    for text in (f"meltemi {given}", f"meltemi {meltemi.__version__}", "NTM class IIB", "3 to 4", "45 s each"):
+        assert text in page
+
+
+def test_one_scheme_and_one_seed_leave_nothing_of_an_earlier_comparison(command: Command, tmp_path: Path) -> None:
+    for name in WITH_LOOPS:
+        (tmp_path / name).write_text("old")
+    ran = command("compare", "nrel5mw", *SHORT, "--seeds", 1, "--controllers", "cpc", "--out", tmp_path)
+    assert (ran.status, ran.err) == (0, "")
+    wrote(ran, tmp_path, *FILES)
+    assert not any(path.read_bytes() == b"old" for path in tmp_path.iterdir())
+    assert "of all seeds" not in ran.out
+
+
+def test_a_wind_that_one_scheme_does_not_survive_is_left_out_for_all(command: Command, tmp_path: Path) -> None:
+    mine, out = tmp_path / "own.py", tmp_path / "out"
+    mine.write_text(FAILS_ONCE)
+    ran = command(
+        "compare", "nrel5mw", *SHORT, "--seeds", 2, "--workers", 1, "--controllers", f"cpc,{mine}", "--out", out
+    )
+    assert ran.status == 1
+    said = re.fullmatch(r"left out for all: scheme 'own' in wind 1: at t = (3\d\.\d+) s the controller .*\n", ran.err)
+    assert said, ran.err
+    assert {row["seed"] for row in rows(out / "seeds.csv")} == {"2"}
+    assert "scheme &#x27;own&#x27; in wind 1" in (out / "comparison.html").read_text(encoding="utf-8")
+
+
+def test_no_wind_is_left(command: Command, tmp_path: Path) -> None:
+    mine, out = own(tmp_path, "demands[s.PITCH_DEMAND] = float('nan') if measured[s.TIME] > 1 else 0"), tmp_path / "out"
+    ran = command("compare", "nrel5mw", *SHORT, "--seeds", 1, "--controllers", f"cpc,{mine}", "--out", out)
+    assert (ran.status, ran.out) == (2, "")
+    assert re.match(
+        r"error: compare: no wind was survived by all schemes; first of 1 failures: scheme 'own' in wind 1: "
+        r"at t = 1\.\d+ s the controller 'mine' asked for pitch_1 = nan",
+        ran.err,
+    )
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("body", ["_thread.interrupt_main()", "raise KeyboardInterrupt"])
+def test_interrupted_comparisons_leave_nothing(command: Command, tmp_path: Path, body: str) -> None:
+    mine, out = (
+        own(tmp_path, f"import _thread\n        if abs(measured[s.TIME] - 1.0) < 1e-9: {body}"),
+        tmp_path / "out",
+    )
+    ran = command("compare", "nrel5mw", *SHORT, "--workers", 1, "--controllers", f"{mine}", "--out", out)
+    assert (ran.status, ran.out, ran.err) == (130, "", "interrupted\n")
+    assert not out.exists()
+
+
+@pytest.fixture
+def files(tmp_path: Path) -> Iterator[Path]:
+    """Files that are no controllers."""
+    (tmp_path / "empty.py").write_text("x = 1\n")
+    (tmp_path / "broken.py").write_text("def controller(turbine:\n")
+    (tmp_path / "raises.py").write_text("def controller(turbine):\n    return turbine.nothing\n")
+    (tmp_path / "number.py").write_text("def controller(turbine):\n    return 3\n")
+    (tmp_path / "cpc.py").write_text(OWN.format(body="pass"))
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("changed", "parts"),
+    [
+        (("--controllers", "cpc,icp"), ("no scheme 'icp': did you mean", "'ipc'", "(or give a Python file)")),
+        (("--controllers", "collective"), ("no scheme 'collective'",)),
+        (("--controllers", ","), ("name at least one of cpc, ipc, cpfc",)),
+        (("--controllers", "cpc,ipc,cpc"), ("'cpc' is named twice",)),
+        (("--controllers", "cpc,{}/none.py"), ("none.py: there is no such file",)),
+        (("--controllers", "cpc,{}/cpc.py"), ("two of them are called 'cpc'",)),
+        (("--controllers", "cpc,{}/empty.py"), ("empty.py: expected a function controller(turbine)",)),
+        (("--controllers", "cpc,{}/broken.py"), ("broken.py: SyntaxError",)),
+        (("--controllers", "cpc,{}/raises.py"), ("raises.py: controller(turbine) raised AttributeError",)),
+        (("--controllers", "cpc,{}/number.py"), ("number.py: controller(turbine) must return a meltemi.Controller",)),
+        (("--transient", 45), ("transient 45 s must lie below the duration 45 s",)),
+        (("--transient", 100), ("transient 100 s must lie below the duration 45 s",)),
+        (("--transient", -1), ("transient -1 s",)),
+        (("--transient", 40), ("5 s are left after the transient of 40 s", "20 s are needed")),
+        (("--duration", 0), ("duration",)),
+        (("--seeds", 0), ("--seeds 0: at least one is needed",)),
+        (("--seed", -2), ("--seed -2",)),
+        (("--workers", 0), ("--workers 0",)),
+        (("--spectrum", "vonkarmann"), ("spectrum: expected 'kaimal', 'vonkarman' or 'mann'",)),
+        (("--class", "IVB"), ("IVB",)),
+        (("--iec", "EOG"), ("has no seeds: give --ntm, --iec ETM or --turbulence",)),
+        (("--pitch-actuator", "secondorder"), ("--pitch-actuator secondorder: did you mean 'second_order'",)),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_at_once(
+    command: Command, files: Path, changed: tuple[str, Any], parts: tuple[str, ...]
+) -> None:
+    name, value = changed
+    options = dict(zip(SHORT[1::2], SHORT[2::2], strict=True)) | {"--iec": "NTM"}
+    options[name] = str(value).format(files)
+    out = files / "out"
+    ran = command("compare", "nrel5mw", *(part for pair in options.items() for part in pair), "--out", out)
+    assert (ran.status, ran.out) == (2, "")
+    assert ran.err.startswith("error: ") and ran.err.count("\n") == 1
+    for part in parts:
+        assert part in ran.err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ((), "give one of --wind-speed"),
+        (("--wind-speed", 18), "steady wind 18 m/s has no seeds"),
+        (("--ntm", "--wind-speed", 18), "wind_class"),
+    ],
+)
+def test_a_wind_is_needed(command: Command, tmp_path: Path, options: tuple[Any, ...], said: str) -> None:
+    ran = command("compare", "nrel5mw", *options, "--out", tmp_path / "out")
+    assert (ran.status, ran.out) == (2, "") and said in ran.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_help_lists_the_schemes(command: Command) -> None:
+    ran = command("compare", "--help")
+    assert ran.status == 0
+    for name, scheme in SCHEMES.items():
+        assert re.search(rf"^ +{name} +{re.escape(scheme.about)}$", ran.out, re.MULTILINE)

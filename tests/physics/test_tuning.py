@@ -1,0 +1,159 @@
+"""``tune_ipc`` on a turbine: its plants are those of the machine in time, and its gains follow the margins."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import meltemi
+from meltemi import Controller, InputError, LinearModel, Model, Result, SteadyWind, Tuning, tune_ipc, with_flaps
+from meltemi.control import signals as s
+from meltemi.studies.tuning import default_speeds, linear_models, speed_notch
+
+Complex = NDArray[np.complex128]
+WIND = 18.0
+SETTLING, JUDGED = 60.0, 120.0
+"""[s] before and of the part that is demodulated."""
+TONES = (0.0, 0.25, -0.4)
+"""[rad/s] by which the amplitudes go around."""
+AMPLITUDE = {"pitch": math.radians(0.1), "flap": math.radians(0.5)}
+"""[rad] of each tone; all are there at once."""
+
+
+@pytest.fixture(scope="module")
+def machine(turbine: meltemi.Turbine) -> Model:
+    """With flaps, and a pitch actuator that has dynamics."""
+    return meltemi.build(with_flaps(turbine.replace(**{"pitch_actuator.kind": "second_order"})))
+
+
+@pytest.fixture(scope="module")
+def linear(machine: Model) -> list[LinearModel]:
+    return linear_models(machine, [WIND])
+
+
+def shaken(machine: Model, actuator: str, sign: float) -> Result:
+    """A run in steady wind in which pitch or flap demands have tones about 1P and 2P, beside the collective law."""
+    law = meltemi.baseline(machine.turbine.control)
+    place = s.PITCH_DEMAND if actuator == "pitch" else s.FLAP_DEMAND
+    size = sign * AMPLITUDE[actuator]
+
+    def update(state: Any, measured: Any, demands: Any, dt: float) -> None:
+        law.update(state, measured, demands, dt)
+        t = measured[s.TIME]
+        for blade in range(3):
+            psi = measured[s.AZIMUTH] + 2.0 * math.pi * blade / 3.0
+            tones = sum(math.cos(n * psi + w * t) for n in (1, 2) for w in TONES)
+            demands[place + blade] = (demands[place + blade] if actuator == "pitch" else 0.0) + size * tones
+
+    return meltemi.simulate(
+        machine,
+        SteadyWind(speed=WIND),
+        duration=SETTLING + JUDGED,
+        controller=Controller(update, init=law.init),
+        channels=["azimuth", "RootMyc1", "RootMyc2", "RootMyc3"],
+    ).raise_for_status()
+
+
+def amplitude(result: Result, harmonic: int, w: float) -> complex:
+    """[N m] of the tone in the blades' moments at ``harmonic`` P, whose amplitude goes around with ``w``."""
+    part = result.between(SETTLING, SETTLING + JUDGED)
+    M: Complex = np.zeros(len(part.time), complex)
+    for blade in range(3):
+        psi = part["azimuth"] + 2.0 * math.pi * blade / 3.0
+        M += 2.0 / 3.0 * part[f"RootMyc{blade + 1}"] * np.exp(-1j * harmonic * psi)
+    window = np.hanning(len(M))
+    return complex((window * M * np.exp(-1j * w * part.time)).sum() / window.sum())
+
+
+@pytest.mark.parametrize("actuator", ["pitch", "flap"])
+def test_plants_are_those_of_the_machine_in_time(machine: Model, linear: list[LinearModel], actuator: Any) -> None:
+    up, down = (shaken(machine, actuator, sign) for sign in (1.0, -1.0))
+    half_step = 0.5 * float(up.meta["time_step"])  # for which a demand is held
+    speed = linear[0].point.rotor_speed
+    for harmonic in (1, 2):
+        (point,) = tune_ipc(machine, harmonic, actuator, linear=linear, filter_damping=1.0).points
+        for w in TONES:
+            P = point.plant
+            if w != 0.0:
+                parts = (
+                    np.interp(w, point.frequency, x) for x in (point.plant_response.real, point.plant_response.imag)
+                )
+                P = complex(*parts)
+            expected = P * np.exp(-1j * (harmonic * speed + w) * half_step)
+            found = (amplitude(up, harmonic, w) - amplitude(down, harmonic, w)) / (2.0 * AMPLITUDE[actuator])
+            assert abs(found) == pytest.approx(abs(expected), rel=0.03), (harmonic, w)
+            assert abs(np.angle(found / expected)) < math.radians(2.0), (harmonic, w)
+            # with the other sign of the frequency it would not agree
+            if w != 0.0:
+                wrong = complex(
+                    *(np.interp(-w, point.frequency, x) for x in (point.plant_response.real, point.plant_response.imag))
+                )
+                assert abs(found - wrong) > 3.0 * abs(found - expected)
+
+
+def test_response_is_that_of_direct_solves(linear: list[LinearModel]) -> None:
+    m = linear[0]
+    s_values = np.array([0.3j, 2.0j, -1.3j, 0.1 + 5.0j])
+    found = m.response(s_values)
+    for at, H in zip(s_values, found, strict=True):
+        direct = m.C @ np.linalg.solve(at * np.eye(len(m.A)) - m.A, m.B) + m.D
+        assert np.abs(H - direct).max() < 1e-7 * np.abs(direct).max()
+
+
+def test_gains_follow_the_margins(machine: Model, linear: list[LinearModel]) -> None:
+    loops: dict[float, Tuning] = {
+        margin: tune_ipc(machine, 1, linear=linear, phase_margin=math.radians(margin)) for margin in (45.0, 60.0, 75.0)
+    }
+    gains = [tuning.loop.integral_gain for tuning in loops.values()]
+    assert gains[0] > gains[1] > gains[2] > 0.0
+    for margin, tuning in loops.items():
+        (point,) = tuning.points
+        assert math.radians(margin) <= point.phase_margin < math.radians(margin) + 0.05
+        assert point.gain_margin >= 2.0
+        # slow changes meet a pure integrator
+        middle = int(np.argmin(np.abs(point.frequency - 2e-3)))
+        slow = point.loop[middle] * 1j * point.frequency[middle]
+        assert slow == pytest.approx(1.0 / tuning.loop.tracking_time, rel=0.02)
+        assert point.bandwidth == pytest.approx(slow.real, rel=0.15)
+    tight = tune_ipc(machine, 1, linear=linear, gain_margin=10.0)
+    assert tight.points[0].gain_margin >= 10.0 and tight.loop.integral_gain < gains[1]
+
+
+def test_flaps_get_a_negative_gain(machine: Model, linear: list[LinearModel]) -> None:
+    loop = tune_ipc(machine, 2, "flap", linear=linear).loop
+    assert loop.integral_gain < 0.0 and loop.actuator == "flap" and loop.harmonic == 2
+
+
+def test_operating_points_go_from_above_rated_to_cut_out(machine: Model) -> None:
+    speeds = default_speeds(machine)
+    assert len(speeds) == 4 and speeds[-1] == machine.turbine.cut_out
+    assert 11.4 < speeds[0] < 13.5
+    assert np.allclose(np.diff(speeds), speeds[1] - speeds[0])
+
+
+def test_the_notch_lies_at_the_drivetrain(linear: list[LinearModel]) -> None:
+    notch = speed_notch(linear[0])
+    # of the mode in which all blades bend edgewise against the shaft
+    modes = [m for m in linear[0].modes() if m.coordinates[int(np.argmax(np.abs(m.shape)))] == "1st edge collective"]
+    assert notch.frequency == pytest.approx(modes[0].frequency, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"phase_margin": 0.0}, "phase_margin must lie between 0 and pi/2"),
+        ({"phase_margin": 1.6}, "phase_margin must lie between 0 and pi/2"),
+        ({"gain_margin": 1.0}, "gain_margin must be above 1"),
+        ({"harmonic": 3}, "3"),
+        ({"actuator": "flap", "flap": 2}, "flap 2 is asked for, the blades have 1"),
+    ],
+)
+def test_what_cannot_be_tuned_is_refused(
+    machine: Model, linear: list[LinearModel], arguments: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        tune_ipc(machine, linear=linear, **arguments)
