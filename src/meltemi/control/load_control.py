@@ -155,6 +155,8 @@ class LoadControl(Record):
     """Of the moments that the loops get."""
     notch: SpeedNotch | None = None
     """In the generator speed; none by default."""
+    preview: Preview | None = None
+    """Of the wind to come, for the collective pitch."""
 
 
 COMPOSED = table(
