@@ -1,0 +1,41 @@
+"""``meltemi reproduce``: a published study again, from an empty folder to a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
+from meltemi.core.errors import InputError, did_you_mean
+
+STUDIES = {"he2018": "combined individual pitch and flap control of the NREL 5 MW (Energies 11, 2519)"}
+
+
+def reproduce(
+    study: Annotated[str, typer.Argument(help="Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()))],
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Two short seeds and few wind speeds: a look, nothing to judge by.")
+    ] = False,
+    workers: Annotated[int | None, typer.Option("--workers", help="Runs at a time [one for each core].")] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Do a published study again: every claim beside ours, its figures redrawn, one page."""
+    if study not in STUDIES:
+        raise InputError(f"no study {study!r}: {did_you_mean(study, STUDIES)}")
+    if workers is not None and workers < 1:
+        raise InputError(f"--workers must be at least 1, found {workers}")
+    with results_in(out):
+        from meltemi.studies.reproduce.he2018 import page
+        from meltemi.studies.reproduce.he2018.runs import QUICK, Setup
+
+        with progress_bar(f"{study}") as progress:
+            runs, files = page.reproduce(
+                out, QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share)
+            )
+    for table in (page.claims_table(runs), page.acceptance_table(runs), page.ceiling_table(runs)):
+        print_table(table.caption, table.head, table.rows, text_columns=table.text_columns)
+    print(page.lead(runs))
+    for file in files:
+        print(f"wrote {file}")

@@ -1,0 +1,253 @@
+"""Everything on one page and in files: claims, conditions, ceilings, checks, figures, what lies beyond."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from meltemi.postprocess.ensemble import Estimate
+from meltemi.report.html import Picture, Section, Table, write_page
+from meltemi.report.plots import save
+from meltemi.report.tables import number, write_csv
+from meltemi.report.tuning_plots import plot_tuning
+from meltemi.studies.reproduce.he2018 import beyond
+from meltemi.studies.reproduce.he2018.checks import checks
+from meltemi.studies.reproduce.he2018.claims import REASONS, Row, acceptances, ceilings, claims, minutes
+from meltemi.studies.reproduce.he2018.figures import FIGURES
+from meltemi.studies.reproduce.he2018.runs import CLASS_B, Progress, Runs, Setup, run_all
+from meltemi.studies.scheme_names import SCHEMES
+
+TITLE = "He et al. (2018): combined individual pitch and flap control, reproduced"
+SOURCE = (
+    "He, K., Qi, L., Zheng, L., Chen, Y. (2018): Combined pitch and trailing edge flap control for load mitigation of "
+    "wind turbines. Energies 11, 2519."
+)
+
+
+def reproduce(
+    out: Path, setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None
+) -> tuple[Runs, list[Path]]:
+    """Run everything and write it.
+
+    Args:
+      out: folder for page, tables and figures; it must exist.
+      setup: how much is run.
+      workers: threads.
+      progress: called with the share that is done and what is under way.
+
+    Returns:
+      The runs, and the files that were written.
+    """
+    began = time.perf_counter()
+    runs = run_all(setup, workers=workers, progress=progress)
+    files = [save(draw(runs), out / f"{name}.png") for name, (_, draw) in FIGURES.items()]
+    cpfc = zip(SCHEMES["cpfc"].loops, runs.bench.tunings[SCHEMES["cpfc"].loops], strict=True)
+    loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in cpfc}
+    files.append(save(plot_tuning(loops), out / "bode.png"))
+    tables = all_tables(runs)
+    for name, (_, made) in tables.items():
+        for i, table in enumerate(made):
+            stem = name if len(made) == 1 else f"{name}_{i + 1}"
+            files.append(write_csv(out / f"{stem}.csv", [h.replace("\n", " ") for h in table.head], table.rows))
+    text = markdown(runs, tables)
+    path = out / "he2018.md"
+    path.write_text(text, encoding="utf-8")
+    files.append(path)
+    seconds = time.perf_counter() - began
+    files.append(write_html(out / "he2018.html", runs, tables, out, seconds))
+    return runs, files
+
+
+def row_cells(row: Row) -> list[str]:
+    """Cells of a claim."""
+    ours = [text for pair in row.ours for text in pair]
+    return [row.quantity, row.scheme, row.paper, *ours, " / ".join(row.verdict), row.reason, row.where]
+
+
+def claims_table(runs: Runs) -> Table:
+    """The paper's results line by line."""
+    n = len(runs.setup.seeds)
+    head = ["quantity", "scheme", "paper"]
+    groups = [("", 3)]
+    for reading in runs.readings:
+        head += [f"{runs.setup.transient:g}-{runs.setup.duration:g} s", "{:g}-{:g} s".format(*runs.setup.window)]
+        groups.append((reading, 2))
+    head += ["verdict", "reason", "where"]
+    groups.append(("", 3))
+    rows = [row_cells(row) for row in claims(runs)]
+    note = f"Changes against CPC, means over {n} seeds with 95 % intervals; verdicts for the two readings of the wind."
+    return Table(head, rows, "Claims of the paper", text_columns=3, groups=groups, note=note)
+
+
+def acceptance_table(runs: Runs) -> Table:
+    """What must hold in every seed."""
+    head, rows = ["condition"], []
+    for reading in runs.readings:
+        head += [f"{reading}\nseeds that hold", "least margin"]
+    for row in acceptances(runs):
+        cells = [row.condition]
+        for (held, of), words in zip(row.held, row.numbers, strict=True):
+            cells += [f"{held} of {of}", words]
+        rows.append(cells)
+    return Table(head, rows, "Conditions in every seed", note="Margin: positive where the condition holds.")
+
+
+def ceiling_table(runs: Runs) -> Table:
+    """Ceilings and the shares that are reached."""
+
+    def share(e: Estimate) -> str:
+        return f"{100.0 * e.mean:.0f}" + (f" ± {100.0 * e.half_width:.0f}" if e.n > 1 else "") + " %"
+
+    rows = [
+        [
+            r.reading,
+            r.removed,
+            f"{r.std:+.1f} %",
+            f"{r.load:+.1f} %",
+            r.scheme.upper(),
+            share(r.std_share),
+            share(r.load_share),
+            f"{r.window_std:+.1f} %",
+            f"{r.window_load:+.1f} %",
+        ]
+        for r in ceilings(runs)
+    ]
+    window = "{:g}-{:g} s".format(*runs.setup.window)
+    head = ["wind", "removed ideally", "std", "DEL", "scheme", "share of std", "share of DEL"]
+    head += [f"std\n{window}", f"DEL\n{window}"]
+    note = "RootMyc1 of CPC with the bands of a quarter of 1P about 1P, or 1P and 2P, taken out; target: 80 % of std."
+    return Table(head, rows, "Ceilings", text_columns=2, note=note)
+
+
+def checks_table(runs: Runs) -> Table:
+    """The parts."""
+    rows = [
+        [c.item, number(c.expected), number(c.found), f"{c.tolerance:g}", c.unit, "holds" if c.ok else "differs"]
+        for c in checks(runs)
+    ]
+    head = ["equation", "expected", "found", "tolerance", "unit", "verdict"]
+    return Table(head, rows, "The paper's equations, on our parts")
+
+
+def gains_table(runs: Runs) -> Table:
+    """Gains by the rule."""
+    rows = []
+    for name, scheme in SCHEMES.items():
+        for tuning in runs.bench.tunings.get(scheme.loops, ()):
+            loop, points = tuning.loop, tuning.points
+            rows.append(
+                [
+                    name,
+                    f"{loop.harmonic}P {loop.actuator}",
+                    f"{loop.integral_gain:.3e}",
+                    f"{loop.proportional_gain:.3e}",
+                    f"{np.degrees(loop.offset):.1f}",
+                    f"{loop.filter_damping:.2f}",
+                    f"{min(p.bandwidth for p in points):.2f} to {max(p.bandwidth for p in points):.2f}",
+                    f"{np.degrees(min(p.phase_margin for p in points)):.0f}",
+                    f"{min(p.gain_margin for p in points):.1f}",
+                    f"{max(p.sensitivity for p in points):.2f}",
+                    f"{tuning.factor:.2f}",
+                ]
+            )
+    head = ["scheme", "loop", "k_I\nrad/(N m s)", "k_P\nrad/(N m)", "offset\ndeg", "filter\ndamping"]
+    head += ["bandwidth\nrad/s", "phase margin\ndeg", "gain margin", "largest\n1/|1+L|", "factor"]
+    return Table(head, rows, "Gains by the rule, from the turbine's own linear model", text_columns=2)
+
+
+Tables = dict[str, tuple[str, list[Table]]]
+
+
+def all_tables(runs: Runs) -> Tables:
+    """By file name: heading and tables."""
+    in_minutes = [("ipc", minutes(runs, "ipc"), -47.9), ("cpfc", minutes(runs, "cpfc"), -55.3)]
+    return {
+        "claims": ("Claim by claim", [claims_table(runs)]),
+        "conditions": ("In every seed", [acceptance_table(runs)]),
+        "ceilings": ("How much was there to gain", [ceiling_table(runs)]),
+        "winds": ("In which wind the paper's figures hold", [beyond.winds(runs), beyond.minutes_table(in_minutes)]),
+        "equations": ("The equations", [checks_table(runs)]),
+        "gains": ("Gains", [gains_table(runs)]),
+        "rivals": ("Rivals, parts and preview", [beyond.rivals(runs)]),
+        "travel": ("Flap loops at equal travel", [beyond.equal_travel(runs)]),
+        "below_rated": ("Below rated", [beyond.below_rated(runs)]),
+        "lifetime": ("A lifetime, and what the actuators pay", [beyond.lifetime(runs)]),
+    }
+
+
+def lead(runs: Runs) -> str:
+    """The result in a few sentences."""
+    found = {(r.reading, r.scheme): r for r in ceilings(runs)}
+    ipc, cpfc = found[CLASS_B, "ipc"], found[CLASS_B, "cpfc"]
+    c = runs.readings[CLASS_B]
+    one, two = beyond.whole_interval(c, "RootMyc1 std", "ipc"), beyond.whole_interval(c, "RootMyc1 std", "cpfc")
+    return (
+        f"The order of the schemes, the removal of mean tilt and yaw moments and of the peaks at 1P and 2P are "
+        f"confirmed. In the class's wind IPC changes the standard deviation of the root moment by {one} and CPFC by "
+        f"{two}; the paper has -47.9 and -55.3 %. More is hardly there: ideal removal of 1P would give {ipc.std:+.1f} %, "
+        f"of 1P and 2P {cpfc.std:+.1f} %. IPC reaches {100 * ipc.std_share.mean:.0f} % of that, CPFC "
+        f"{100 * cpfc.std_share.mean:.0f} %."
+    )
+
+
+def write_html(path: Path, runs: Runs, tables: Tables, folder: Path, seconds: float) -> Path:
+    """The page with all tables and figures inside."""
+    reasons = [f"{key}: {text}" for key, text in REASONS.items()]
+    sections = []
+    for name, (heading, made) in tables.items():
+        content: list[str | Table | Picture] = list(made)
+        if name == "claims":
+            content += reasons
+        if name == "gains":
+            content.append(Picture(folder / "bode.png", "Loops of CPFC at all operating points"))
+        if name == "lifetime":
+            content.append(Picture(folder / "beyond_speeds.png", FIGURES["beyond_speeds"][0]))
+            content.append(beyond.verdict(runs))
+        sections.append(Section(heading, content))
+    figures = [Picture(folder / f"{name}.png", text) for name, (text, _) in FIGURES.items() if name.startswith("fig")]
+    sections.append(Section("The paper's figures", figures))
+    turbine = runs.bench.model.turbine
+    facts = [
+        ("turbine", f"{turbine.name}, flaps 66 to 96 % of the span, pitch actuator 11.11 rad/s"),
+        ("wind", "20 m/s, von Karman, shear exponent 0.2; " + "; ".join(runs.readings)),
+        ("seeds", ", ".join(str(seed) for seed in runs.setup.seeds)),
+        ("runs", f"{runs.setup.duration:g} s, the first {runs.setup.transient:g} s not judged"),
+        ("computed in", f"{seconds:.0f} s"),
+    ]
+    return write_page(path, TITLE, sections, facts=facts, lead=lead(runs), footer=SOURCE)
+
+
+def markdown(runs: Runs, tables: Tables) -> str:
+    """The tables and figures for the documentation."""
+    parts = [lead(runs), ""]
+    for name, (heading, made) in tables.items():
+        parts += [f"## {heading}", ""]
+        for table in made:
+            parts += [*_markdown_table(table), ""]
+        if name == "claims":
+            parts += [f"*{key}:* {text}\n" for key, text in REASONS.items()]
+        if name == "gains":
+            parts += ["![Loops of CPFC](he2018/bode.png)", ""]
+        if name == "lifetime":
+            parts += [f"![{FIGURES['beyond_speeds'][0]}](he2018/beyond_speeds.png)", ""]
+            parts += ["### Which scheme we would build", "", beyond.verdict(runs), ""]
+    parts += ["## The paper's figures", ""]
+    for name, (text, _) in FIGURES.items():
+        if name.startswith("fig"):
+            parts += [f"![{text}](he2018/{name}.png)", ""]
+    return "\n".join(parts)
+
+
+def _markdown_table(table: Table) -> list[str]:
+    clean: Callable[[str], str] = lambda text: text.replace("\n", " ").replace("|", "\\|")
+    head = [clean(h) for h in table.head]
+    if table.groups:
+        names = [text for text, span in table.groups for _ in range(span)]
+        head = [f"{name}: {h}" if name else h for name, h in zip(names, head, strict=True)]
+    lines = [f"*{table.caption}*", "", "| " + " | ".join(head) + " |"]
+    lines.append("|" + "|".join("---" if i < table.text_columns else "---:" for i in range(len(head))) + "|")
+    lines += ["| " + " | ".join(clean(cell) for cell in row) + " |" for row in table.rows]
+    return lines + (["", table.note] if table.note else [])
