@@ -28,6 +28,7 @@ from meltemi.app.options import (
     given_options,
     wind_of_options,
 )
+from meltemi.app.reproduce import reproduce
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, results_in, say
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
@@ -329,6 +330,7 @@ def _speeds(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero
 
 app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
+app.command()(reproduce)
 
 
 @app.command()

@@ -34,7 +34,7 @@ def reproduce(
             runs, files = page.reproduce(
                 out, QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share)
             )
-    for table in (page.claims_table(runs), page.acceptance_table(runs), page.ceiling_table(runs)):
+    for table in (page.brief_claims(runs), page.acceptance_table(runs), page.ceiling_table(runs)):
         print_table(table.caption, table.head, table.rows, text_columns=table.text_columns)
     print(page.lead(runs))
     for file in files:

@@ -126,7 +126,7 @@ def lifetime(runs: Runs) -> Table:
         head,
         rows,
         f"Lifetime in class II (Rayleigh, {MEAN_WIND:g} m/s) from {', '.join(f'{u:g}' for u in speeds)} m/s",
-        note="Loads: sum over wind speeds and seeds of damages. Travel and energy: means over the distribution of wind.",
+        note="Loads: damages summed over wind speeds and seeds. Travel and energy: means over the distribution.",
     )
 
 
@@ -196,9 +196,9 @@ def verdict(runs: Runs) -> str:
         f"Over a lifetime IPC takes {saved['ipc']:.1f} % of the equivalent root moment for "
         f"{travel['ipc'] / travel['cpc']:.1f} times the pitch travel, CPFC {saved['cpfc']:.1f} %, 2P individual pitch "
         f"instead of flaps {saved['ipc2']:.1f} % at {travel['ipc2'] / travel['cpc']:.1f} times the travel. At "
-        f"{SPEED:g} m/s 2P pitch ({two.mean:+.1f} %) and 2P flaps ({flaps.mean:+.1f} %) are equal in load. So on a turbine "
-        "whose pitch bearings can take the 1P travel at all, the first step is 1P individual pitch: most of the gain, "
-        "no new hardware. The second is preview of the wind, which relieves the tower and the speed and costs no "
+        f"{SPEED:g} m/s 2P pitch ({two.mean:+.1f} %) and 2P flaps ({flaps.mean:+.1f} %) are equal in load. So on a "
+        "turbine whose pitch bearings can take the 1P travel at all, the first step is 1P individual pitch: most of "
+        "the gain, no new hardware. The second is preview of the wind, which relieves the tower and the speed and costs no "
         "travel. 2P is worth a flap only where the flap is there already, since 2P by pitch gives the same for a "
         "quarter more pitch travel and without a moving part in the blade. Flaps alone at 1P and 2P are the way to "
         "spare the pitch bearings altogether."

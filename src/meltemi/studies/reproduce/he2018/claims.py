@@ -1,7 +1,7 @@
 """The paper's results, line by line, beside ours: over all seeds, and in the window that it shows.
 
-Nothing is tuned to the paper. A verdict compares a number with the paper's within the tolerance of the specification, or
-a direction with its sign; ``REASONS`` says why a number differs.
+Nothing is tuned to the paper. A verdict compares a number with the paper's within a tolerance, or a direction with its
+sign; ``REASONS`` says why a number differs.
 """
 
 from __future__ import annotations
