@@ -105,6 +105,8 @@ def limited_step(
     new, limited = demand + error, min(max(free, -most), most)
     if limited != free:
         new = angle + 0.5 * (rate + limited) * dt
+    # within the step the free motion may be faster than at its ends
+    new = min(max(new, angle - most * dt), angle + most * dt)
     if new < low or new > high:
         new = min(max(new, low), high)
         limited = 0.0 * limited

@@ -32,6 +32,8 @@ class LoopPoint(Protocol):
     @property
     def loop(self) -> NDArray[np.complex128]: ...
     @property
+    def together(self) -> NDArray[np.complex128]: ...
+    @property
     def phase_margin(self) -> float: ...
     @property
     def gain_margin(self) -> float: ...
@@ -90,7 +92,7 @@ def _loop(name: str, points: Sequence[LoopPoint], row: Sequence[Axes]) -> None:
             end = int(small[0]) if len(small) else len(f)
             angle = np.degrees(np.unwrap(np.angle(L if sign > 0 else L.conj())))
             phase.semilogx(f[:end], angle[:end], **drawn)
-            sensitivity.semilogx(f, 1.0 / np.abs(1.0 + L), **drawn)
+            sensitivity.semilogx(f, 1.0 / np.abs(1.0 + point.together[side]), **drawn)
     gain.set_ylim(LEAST_GAIN, MOST_GAIN)
     gain.axhline(1.0, **LIMIT)
     phase.set_ylim(-270.0, 0.0)
