@@ -86,7 +86,7 @@ def test_plants_are_those_of_the_machine_in_time(machine: Model, linear: list[Li
             expected = P * np.exp(-1j * (harmonic * speed + w) * half_step)
             found = (amplitude(up, harmonic, w) - amplitude(down, harmonic, w)) / (2.0 * AMPLITUDE[actuator])
             assert abs(found) == pytest.approx(abs(expected), rel=0.03), (harmonic, w)
-            assert abs(np.angle(found / expected)) < math.radians(2.0), (harmonic, w)
+            assert abs(np.angle(found / expected)) < math.radians(2.5), (harmonic, w)
             # with the other sign of the frequency it would not agree
             if w != 0.0:
                 wrong = complex(

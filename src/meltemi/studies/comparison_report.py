@@ -273,13 +273,24 @@ def _sections(
                         "either sign: negative ones are dashed, with mirrored phase."
                     ),
                     Picture(pictures["bode"], "Gain, phase and sensitivity of the loops."),
-                    Table(*tuning_rows(tunings), text_columns=1),
+                    *_tuning_tables(tunings),
                 ],
             )
         )
     if repeat:
         found.append(Section("How to repeat it", [Code(repeat)]))
     return found
+
+
+def _tuning_tables(tunings: Mapping[Target, Tuning]) -> list[Table]:
+    """Settings of each loop, and its margins at each point."""
+    head, rows = tuning_rows(tunings)
+    n = head.index("leak") + 1
+    settings = {row[0]: row[n:] for row in rows}
+    return [
+        Table([head[0], *head[n:]], [[loop, *values] for loop, values in settings.items()], caption="Settings"),
+        Table(head[:n], [row[:n] for row in rows], caption="Operating points"),
+    ]
 
 
 def spectra_figure(comparison: Comparison) -> Figure:
