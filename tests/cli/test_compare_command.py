@@ -81,7 +81,7 @@ def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Mod
     assert (ran.status, ran.err) == (0, "")
     wrote(ran, out, *WITH_LOOPS)
     assert "nrel5mw: NTM class IIB, von Karman turbulence 18 m/s" in ran.out
-    for text in ("RootMyc1 DEL", "of all seeds", "feedback reaches %", "6 runs of 45 s in ", "tuning in "):
+    for text in ("RootMyc1 DEL", "of all seeds", "share %", "6 runs of 45 s in ", "tuning in "):
         assert text in ran.out
     seeds = rows(out / "seeds.csv")
     assert [(row["seed"], row["scheme"]) for row in seeds] == [

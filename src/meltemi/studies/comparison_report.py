@@ -78,7 +78,7 @@ def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     """Head and rows of what ideal removal of 1P, and of 1P and 2P, would leave, and the share each scheme reaches."""
     base, *others = comparison.schemes
     table, units = comparison.table(), comparison.units()
-    head = ["removed", "quantity", "unit", base, "left", "change %", *(f"{s} reaches %" for s in others)]
+    head = ["removed", "quantity", "unit", base, "left", "change %", *(f"share %\n{s}" for s in others)]
     rows = []
     for harmonics, removed in REMOVED.items():
         for kind, quantity in (("std", JUDGED["std"]), ("load", JUDGED["load"])):
@@ -89,7 +89,7 @@ def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
             shares = [100.0 * c.mean / change.mean if c and change.mean else math.nan for c in found]
             before = table.entry(quantity, base).value.mean
             row = [removed, quantity, unit, number(before * factor), number(left.mean * factor), change_text(change)]
-            rows.append([*row, *(f"{share:.0f}" for share in shares)])
+            rows.append([*row, *("-" if math.isnan(share) else str(round(share)) for share in shares)])
     return head, rows
 
 
