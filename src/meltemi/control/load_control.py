@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.control import signals as s
-from meltemi.control.baseline import BASELINE, SWITCHES, law, start_state
+from meltemi.control.baseline import BASELINE, HALVING, INTEGRAL, KI, SWITCHES, law, start_state
 from meltemi.control.baseline import PITCH as COLLECTIVE
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.feedforward import WEIGHTS, weight, weight_settings
@@ -39,10 +39,11 @@ from meltemi.control.harmonic import (
 )
 from meltemi.control.integrator import SWITCHES as AXIS_SWITCHES
 from meltemi.control.integrator import integrator_settings
+from meltemi.control.preview import preview_change, preview_settings
 from meltemi.control.sensors import NOISE_STATES, delay, delay_states, noise, noise_start
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
-from meltemi.core.record import Record
+from meltemi.core.record import Record, Vector
 from meltemi.core.tables import MAX_BLADES, MAX_FLAPS, View, table
 from meltemi.maths.generic import crossed, whole
 from meltemi.turbine.definition import Turbine
@@ -124,6 +125,25 @@ class SpeedNotch(Record):
     """Damping ratio: half its relative width."""
 
 
+class Preview(Record):
+    """Rotor-averaged wind that is known beforehand, and the pitch that steady operation has in it."""
+
+    wind: Vector
+    """(T,) [m/s] averaged over the rotor, from time zero on."""
+    time_step: float = Field(gt=0.0)
+    """[s] between its values."""
+    lead: float = Field(default=0.0, ge=0.0)
+    """[s] by which it is read ahead."""
+    frequency: float = Field(gt=0.0)
+    """[rad/s] corner of its low-pass."""
+    first_speed: float = Field(gt=0.0)
+    """[m/s] of the table of pitch."""
+    spacing: float = Field(gt=0.0)
+    """[m/s] of the table of pitch."""
+    pitch: Vector
+    """(n,) [rad] of steady operation."""
+
+
 class LoadControl(Record):
     """Settings of a load controller: which parts it has beside the collective law, and their numbers."""
 
@@ -135,6 +155,8 @@ class LoadControl(Record):
     """Of the moments that the loops get."""
     notch: SpeedNotch | None = None
     """In the generator speed; none by default."""
+    preview: Preview | None = None
+    """Of the wind to come, for the collective pitch."""
 
 
 COMPOSED = table(
@@ -146,6 +168,7 @@ COMPOSED = table(
     feedforward       | -     | gain of the weights; 0: none
     notch_frequency   | rad/s | of the generator speed's notch; 0: none
     notch_damping     | -     | its damping ratio
+    preview           | -     | place of the preview in this vector; 0: none
     notch_first       | rad/s | state of the notch
     notch_second      | rad/s | state of the notch
     sensor_frequency  | rad/s | corner of the sensors' low-pass; 0: none
@@ -158,8 +181,9 @@ COMPOSED = table(
 )
 """Settings and state. The count of switches is that of the collective law, for all parts together."""
 
-LOOPS, GROUPS, FEEDFORWARD, NOTCH_FREQUENCY, NOTCH_DAMPING, NOTCH = (
-    len(BASELINE) + i for i in COMPOSED.slots("loops groups feedforward notch_frequency notch_damping notch_first")
+LOOPS, GROUPS, FEEDFORWARD, NOTCH_FREQUENCY, NOTCH_DAMPING, PREVIEW_PLACE, NOTCH = (
+    len(BASELINE) + i
+    for i in COMPOSED.slots("loops groups feedforward notch_frequency notch_damping preview notch_first")
 )
 SENSOR_FREQUENCY, SENSOR_NOISE, SENSOR_DELAY, SENSOR, MOMENT, MISSING = (
     len(BASELINE) + i for i in COMPOSED.slots("sensor_frequency sensor_noise sensor_delay low_pass moment missing")
@@ -218,6 +242,9 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
     speed = measured[s.GENERATOR_SPEED]
     if x[NOTCH_FREQUENCY] > 0.0:
         speed = notch(x, NOTCH, speed, x[NOTCH_FREQUENCY], x[NOTCH_DAMPING], dt)
+    if x[PREVIEW_PLACE] > 0.0:
+        change = preview_change(x, whole(x[PREVIEW_PLACE]), measured[s.TIME], dt)
+        x[INTEGRAL] += change * (1.0 + x[COLLECTIVE] / x[HALVING]) / x[KI]
     law(x, speed, measured, demands, dt)
     blades, loops = whole(measured[s.N_BLADES]), whole(x[LOOPS])
     azimuth, collective = measured[s.AZIMUTH], x[COLLECTIVE]
@@ -290,10 +317,14 @@ def load_control(
             f"{math.pi / (sample_time or 1.0):g} rad/s"
         )
     template = _parameters(turbine, settings)
-    delays = MAX_BLADES * delay_states(settings.sensor.delay) if settings.sensor.delay else 0
+    delays = np.zeros(MAX_BLADES * delay_states(settings.sensor.delay) if settings.sensor.delay else 0)
+    preview = np.zeros(0)
+    if settings.preview is not None:
+        preview = preview_settings(**{name: getattr(settings.preview, name) for name in Preview.model_fields})
 
     def init(start: StartPoint) -> Float:
-        x = np.concatenate([start_state(turbine.control, start), template, np.zeros(delays)])
+        x = np.concatenate([start_state(turbine.control, start), template, delays, preview])
+        x[PREVIEW_PLACE] = len(x) - len(preview) if len(preview) else 0.0
         x[LIMITED + LAST : LIMITED + LAST + MAX_BLADES] = start.pitch
         if settings.notch is not None:
             x[NOTCH + 1] = start.generator_speed
@@ -305,7 +336,7 @@ def load_control(
         sample_time=sample_time,
         name=name,
         uses_loads=bool(settings.loops),
-        state_names=_names(settings),
+        state_names=_names(settings) if settings.preview is None else (),
     )
 
 

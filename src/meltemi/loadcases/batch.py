@@ -27,7 +27,8 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.wind.turbulence.field import AnyWind
+from meltemi.wind.fields import Wind
+from meltemi.wind.turbulence.field import AnyWind, realised
 
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
@@ -42,13 +43,14 @@ class BatchCase:
       wind: the same. The field of a ``TurbulentWind`` is made when the case's turn comes and freed with it; a
         ``WindBox`` may be shared by many cases.
       duration: [s].
+      controller: or a function that makes it for the wind, once that is there.
       name: for messages and files; by default ``case_0001`` and so on.
     """
 
     model: Model | Callable[[], Model]
     wind: AnyWind | Callable[[], AnyWind]
     duration: float
-    controller: Controller | None = None
+    controller: Controller | Callable[[Wind], Controller] | None = None
     channels: Sequence[str] = tuple(DEFAULT)
     output_step: float = 0.05
     start: OperatingPoint | Start | None = None
@@ -209,11 +211,12 @@ def prepare(case: BatchCase) -> Simulation:
       InputError: something of it is not valid.
     """
     model = case.model if isinstance(case.model, Model) else case.model()
+    wind = realised(case.wind() if callable(case.wind) else case.wind, model.turbine, case.duration)
     return Simulation(
         model,
-        case.wind() if callable(case.wind) else case.wind,
+        wind,
         duration=case.duration,
-        controller=case.controller,
+        controller=case.controller(wind) if callable(case.controller) else case.controller,
         channels=case.channels,
         output_step=case.output_step,
         start=case.start,

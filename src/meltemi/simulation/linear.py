@@ -15,6 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -132,14 +133,24 @@ class LinearModel:
         Returns:
           (k, outputs, inputs), in output unit over input unit.
         """
-        from scipy.linalg import schur, solve_triangular
+        from scipy.linalg import solve_triangular
 
         # A = U T U*, T upper triangular: nothing is inverted, and each frequency costs a back substitution
-        T, U = schur(self.A, output="complex")
+        T, U = self._schur
         left, right = self.C @ U, U.conj().T @ self.B
-        unit = np.eye(len(T))
-        found = [left @ solve_triangular(at * unit - T, right) + self.D for at in np.atleast_1d(np.asarray(s))]
+        shifted, diagonal = -T, np.diag(T).copy()
+        found = []
+        for at in np.atleast_1d(np.asarray(s)):
+            np.fill_diagonal(shifted, at - diagonal)
+            found.append(left @ solve_triangular(shifted, right, check_finite=False) + self.D)
         return np.array(found, dtype=np.complex128)
+
+    @cached_property
+    def _schur(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        from scipy.linalg import schur
+
+        T, U = schur(self.A, output="complex")
+        return T, U
 
     def to_scipy(self) -> Any:
         """The same as ``scipy.signal.StateSpace``."""

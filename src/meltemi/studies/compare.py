@@ -176,6 +176,7 @@ class RunSummary:
       numbers: quantities by window and name, SI.
       spectra: by channel, of the time after the transient.
       ceilings: of RootMyc1, for removal of 1P and of 1P and 2P.
+      moment: (T,) RootMyc1 [N m] after the transient, as recorded.
       ceilings_window: the same judged in each further window, by its name.
       result: the series; None unless wanted.
     """
@@ -183,6 +184,7 @@ class RunSummary:
     numbers: Mapping[str, Mapping[str, float]]
     spectra: Mapping[str, PowerSpectrum] = field(repr=False)
     ceilings: tuple[Ceiling, Ceiling]
+    moment: Float = field(repr=False)
     ceilings_window: Mapping[str, tuple[Ceiling, Ceiling]]
     result: Result | None = field(default=None, repr=False)
 
@@ -256,7 +258,7 @@ class Comparison:
 
 def compare(
     model: Model,
-    controllers: Mapping[str, Controller],
+    controllers: Mapping[str, Controller | Callable[[Wind], Controller]],
     winds: Sequence[AnyWind],
     *,
     duration: float = 700.0,
@@ -269,7 +271,7 @@ def compare(
 
     Args:
       model: the turbine, with all actuators that a controller moves.
-      controllers: by name; the first is the base of changes.
+      controllers: by name, or functions that make one for a wind; the first is the base of changes.
       winds: one for each seed.
       duration: [s] of each run.
       transient: [s] at the begin that are not judged.
@@ -415,6 +417,7 @@ def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: b
         numbers=numbers,
         spectra={name: power_spectrum(whole, name, resolution=resolution) for name in SPECTRA},
         ceilings=limits(windows[WHOLE]),
+        moment=whole["RootMyc1"].copy(),
         ceilings_window={name: limits(w) for name, w in windows.items() if name != WHOLE},
         result=result if keep else None,
     )

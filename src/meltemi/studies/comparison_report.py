@@ -18,7 +18,6 @@ from meltemi.report.spectra_plots import plot_spectra
 from meltemi.report.tables import number, write_csv
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.compare import SPECTRA, WHOLE, Comparison, failure_line
-from meltemi.studies.scheme_names import Target
 from meltemi.studies.schemes import Design
 from meltemi.studies.tuning import Tuning
 
@@ -48,11 +47,6 @@ MOST_MEANS = 4
 REMOVED = {1: "1P", 2: "1P and 2P"}
 JUDGED = {"std": "RootMyc1 std", "load": "RootMyc1 DEL"}
 STATISTIC = re.compile(" (std|DEL|mean|max)$")
-
-
-def loop_name(target: Target) -> str:
-    """What a loop is called in tables and pictures."""
-    return f"{target[1]}P {target[0]}"
 
 
 def main_rows(comparison: Comparison) -> tuple[list[str], list[list[str]], list[tuple[str, int]]]:
@@ -105,7 +99,7 @@ def seed_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
-def tuning_rows(tunings: Mapping[Target, Tuning]) -> tuple[list[str], list[list[str]]]:
+def tuning_rows(tunings: Mapping[str, Tuning]) -> tuple[list[str], list[list[str]]]:
     """Head and rows of every loop at every operating point: plant, settings, margins."""
     head = [
         "loop",
@@ -125,7 +119,7 @@ def tuning_rows(tunings: Mapping[Target, Tuning]) -> tuple[list[str], list[list[
         "halving pitch deg",
     ]
     rows = []
-    for target, tuning in tunings.items():
+    for name, tuning in tunings.items():
         loop, halving = tuning.loop, tuning.loop.gain_halving_pitch
         settings = [f"{loop.integral_gain:.4g}", number(math.degrees(loop.offset)), number(loop.filter_damping)]
         settings.append("" if halving is None else number(math.degrees(halving)))
@@ -142,7 +136,7 @@ def tuning_rows(tunings: Mapping[Target, Tuning]) -> tuple[list[str], list[list[
                 p.sensitivity,
                 p.leak,
             )
-            rows.append([loop_name(target), *(number(v) for v in values), *settings])
+            rows.append([name, *(number(v) for v in values), *settings])
     return head, rows
 
 
@@ -210,11 +204,9 @@ def write_comparison(
         files.append(save(plot_changes(table, MAIN, duty, units), out / "changes.png"))
         pictures["changes"] = files[-1]
     tunings = design.tunings if design else {}
-    tunings = {at: tunings[at] for at in sorted(tunings, key=lambda at: (at[1], at[0] != "pitch"))}
     if tunings:
-        named = {loop_name(target): tuning for target, tuning in tunings.items()}
         files += [
-            save(plot_tuning(named), out / "bode.png"),
+            save(plot_tuning(tunings), out / "bode.png"),
             write_csv(out / "tuning.csv", *tuning_rows(tunings)),
         ]
         pictures["bode"] = files[-2]
@@ -233,7 +225,7 @@ def write_comparison(
 
 
 def _sections(
-    comparison: Comparison, pictures: Mapping[str, Path], tunings: Mapping[Target, Tuning], repeat: str
+    comparison: Comparison, pictures: Mapping[str, Path], tunings: Mapping[str, Tuning], repeat: str
 ) -> list[Section]:
     head, rows, groups = main_rows(comparison)
     numbers: list[str | Table | Picture | Code] = []

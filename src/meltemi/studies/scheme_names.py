@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from meltemi.core.errors import InputError, did_you_mean
 
-Target = tuple[str, int]
+Target = tuple[Literal["pitch", "flap"], int]
 """Actuator and harmonic of a loop."""
 PITCH_1P: Target = ("pitch", 1)
 PITCH_2P: Target = ("pitch", 2)

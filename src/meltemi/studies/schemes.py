@@ -13,11 +13,11 @@ from pathlib import Path
 from types import ModuleType
 
 from meltemi.control.controller import Controller
-from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, load_control
+from meltemi.control.load_control import FeedForward, LoadControl, load_control
 from meltemi.core.errors import InputError
 from meltemi.simulation.model import Model
-from meltemi.studies.scheme_names import SCHEMES, Scheme, Target, check_schemes, is_file, label
-from meltemi.studies.tuning import Tuning, linear_models, speed_notch, tune_ipc
+from meltemi.studies.scheme_names import SCHEMES, check_schemes, is_file, label
+from meltemi.studies.tuning import Tuning, linear_models, speed_notch, tune_loops
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
 
@@ -28,11 +28,11 @@ class Design:
 
     Attributes:
       controllers: by the name of the scheme.
-      tunings: by actuator and harmonic.
+      tunings: by the scheme and its loops, such as ``cpfc: 2P flap``; schemes that share all loops have them once.
     """
 
     controllers: Mapping[str, Controller]
-    tunings: Mapping[Target, Tuning]
+    tunings: Mapping[str, Tuning]
 
 
 def equipped(turbine: Turbine, names: Iterable[str]) -> Turbine:
@@ -48,7 +48,7 @@ def design_controllers(
     shear_exponent: float = 0.2,
     progress: Callable[[float], None] | None = None,
 ) -> Design:
-    """Controllers of schemes, with loops tuned on the model by :func:`~meltemi.studies.tuning.tune_ipc`.
+    """Controllers of schemes; the loops of each are tuned together by :func:`~meltemi.studies.tuning.tune_loops`.
 
     All of them have the same collective law with the same notch at the drivetrain's resonance if the pitch actuator has
     dynamics (docs/theory/control.md, C-31).
@@ -65,32 +65,31 @@ def design_controllers(
     check_schemes(names)
     own = {name: own_controller(name, model.turbine) for name in names if is_file(name)}  # wrong ones at once
     schemes = {name: SCHEMES[name] for name in names if name in SCHEMES}
-    wanted = {target for scheme in schemes.values() for target in scheme.loops}
+    loops = any(scheme.loops for scheme in schemes.values())
     ideal = model.turbine.pitch_actuator.kind == "ideal"
-    linear = linear_models(model, progress=progress) if wanted or (schemes and not ideal) else []
+    linear = linear_models(model, progress=progress) if loops or (schemes and not ideal) else []
     notch = speed_notch(linear[0]) if linear and not ideal else None
-    tunings = {
-        target: tune_ipc(model, target[1], "flap" if target[0] == "flap" else "pitch", linear=linear)
-        for target in sorted(wanted)
+    tuned = {
+        wanted: tune_loops(model, wanted, linear=linear) for wanted in dict.fromkeys(s.loops for s in schemes.values())
     }
-    loops = {target: tuning.loop for target, tuning in tunings.items()}
     feedforward = FeedForward(shear_exponent=shear_exponent)
     controllers = {}
     for name in names:
         if name in schemes:
             settings = LoadControl(
                 feedforward=feedforward if schemes[name].feedforward else None,
-                loops=_of(schemes[name], loops),
+                loops=tuple(tuning.loop for tuning in tuned[schemes[name].loops]),
                 notch=notch,
             )
             controllers[name] = load_control(model.turbine, settings, name=name)
         else:
             controllers[label(name)] = own[name]
+    tunings = {
+        f"{', '.join(name for name in schemes if schemes[name].loops == wanted)}: {harmonic}P {actuator}": tuning
+        for wanted, found in tuned.items()
+        for (actuator, harmonic), tuning in zip(wanted, found, strict=True)
+    }
     return Design(controllers, tunings)
-
-
-def _of(scheme: Scheme, loops: Mapping[Target, HarmonicLoop]) -> tuple[HarmonicLoop, ...]:
-    return tuple(loops[target] for target in scheme.loops)
 
 
 def own_controller(path: str, turbine: Turbine) -> Controller:

@@ -1,25 +1,28 @@
-"""``tune_ipc``: gains of individual pitch and flap loops from the turbine's own linear model, by margins.
+"""``tune_ipc``, ``tune_loops``: gains of pitch and flap loops from the turbine's own linear model, by margins.
 
 A loop at nP works on amplitudes: a signal of the blades is the real part of M(t) exp(i n psi_i), and its tilt and yaw
 part are those of M. An amplitude that changes with the frequency w, of either sign, is a tone at n W + w on each blade.
 So the turbine is one complex transfer function P_n(i w), which the linear model in the fixed frame has inside, and the
 loop is
 
-    L(s) = k_I / s * exp(i phi) * F(s + i n W) * (-P_n(s)),    F: band-pass, sensor, delay
+    L(s) = (k_I / s + k_P) * exp(i phi) * F(s + i n W) * (-P_n(s)),    F: band-pass, sensor, delay
 
-The rule: phi is the phase by which F and the turbine lag at nP, so L is a pure integrator for slow changes. A band-pass
-of damping zeta delays the loop by 1 / (zeta n W); it is made as slow as actuator and turbine are together, no slower.
-The gain is the largest for which, at every operating point, phase margin and gain margin are kept. Gains fall with
-pitch as 1 / (1 + theta / theta_h), fitted to |P_n(0)|.
+Loops at several harmonics see the same blades: of a tone each gets its part, so their L add up (``Together``).
 
-Reference: docs/theory/control.md (C-32 to C-37).
+The rule: phi is the phase by which F and the turbine lag at nP, so L is an integrator for slow changes. A band-pass of
+damping zeta delays the loop by 1 / (zeta n W); it is made as slow as actuator and turbine are together, and the
+proportional part takes this delay back, k_P = k_I / (zeta n W). The gain is the largest for which, at every operating
+point, phase margin and gain margin are kept; of several loops the gains are then lowered by one common factor until
+all together keep them. Gains fall with pitch as 1 / (1 + theta / theta_h), fitted to |P_n(0)|.
+
+Reference: docs/theory/control.md (C-32 to C-38).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -35,6 +38,7 @@ from meltemi.simulation.trim import operating_point
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Actuator = Literal["pitch", "flap"]
 
 PHASE_MARGIN = math.radians(60.0)
 GAIN_MARGIN = 2.0
@@ -45,8 +49,12 @@ ABOVE_RATED = 1.1
 """Of rated wind speed, where they begin."""
 FEWEST_SEARCHED, MOST_SEARCHED, SEARCHED = 1e-3, 10.0, 400
 """[rad/s] bandwidths among which the largest is sought, and how many."""
+FACTORS = np.linspace(1.0, 0.02, 99)
+"""By which gains of several loops are lowered together."""
 HALF_DELAY = 1.5
 """Of a sample time: loads are those of the step before, and a demand is held for a step."""
+NEAREST, FARTHEST, PER_SIDE = 1e-3, 3.0, 70
+"""Frequencies on each side of a harmonic: from [rad/s], to [rotor speeds], how many."""
 DAMPINGS = 0.1, 5.0
 """Of a band-pass that the rule may choose."""
 NOTCH_DAMPING = 0.2
@@ -56,7 +64,7 @@ BEYOND, HIGHEST = 3.5, 25.0
 
 @dataclass(frozen=True)
 class TunedPoint:
-    """A loop at one operating point.
+    """A loop at one operating point, with the loops beside it.
 
     Attributes:
       wind_speed: [m/s].
@@ -66,11 +74,12 @@ class TunedPoint:
       leak: what of a demand at nP appears at other frequencies, over what appears at nP; left out of the design.
       frequency: (F,) [rad/s] of the amplitudes, both signs, without zero.
       plant_response: (F,) P_n [N m/rad].
-      loop: (F,) L with the gain found.
+      loop: (F,) L of this loop.
+      together: (F,) sum of all loops; the same if there is one.
       bandwidth: [rad/s] lowest frequency at which |L| falls to one.
-      phase_margin: [rad] smallest, over both signs of the frequency.
-      gain_margin: by which factor the gain could grow; infinite if any.
-      sensitivity: largest of 1 / |1 + L|.
+      phase_margin: [rad] smallest of all loops together, over all frequencies.
+      gain_margin: by which factor all gains could grow; infinite if any.
+      sensitivity: largest of 1 / |1 + L|, all loops together.
     """
 
     wind_speed: float
@@ -81,6 +90,7 @@ class TunedPoint:
     frequency: Float = field(repr=False)
     plant_response: Complex = field(repr=False)
     loop: Complex = field(repr=False)
+    together: Complex = field(repr=False)
     bandwidth: float
     phase_margin: float
     gain_margin: float
@@ -96,21 +106,24 @@ class Tuning:
       points: the operating points, with margins.
       phase_margin: [rad] that was asked for.
       gain_margin: that was asked for.
+      factor: by which gains were lowered for the loops beside it; 1 for a single loop.
     """
 
     loop: HarmonicLoop
     points: tuple[TunedPoint, ...]
     phase_margin: float
     gain_margin: float
+    factor: float = 1.0
 
 
 def tune_ipc(
     model: Model,
     harmonic: int = 1,
-    actuator: Literal["pitch", "flap"] = "pitch",
+    actuator: Actuator = "pitch",
     *,
     flap: int = 1,
     filter_damping: float | None = None,
+    lead_time: float | None = None,
     phase_margin: float = PHASE_MARGIN,
     gain_margin: float = GAIN_MARGIN,
     wind_speeds: Sequence[float] | None = None,
@@ -127,6 +140,7 @@ def tune_ipc(
       flap: which one, from 1.
       filter_damping: damping ratio of the band-pass, 0: none; by default the filter delays the loop as much as actuator
         and turbine do.
+      lead_time: [s] proportional over integral gain; by default the filter's delay.
       phase_margin: [rad] kept at every operating point.
       gain_margin: factor kept at every operating point.
       wind_speeds: [m/s] of the operating points; by default four from 1.1 times rated to cut-out.
@@ -148,56 +162,106 @@ def tune_ipc(
     models = linear or linear_models(model, wind_speeds)
     for each in models:
         check_harmonic(harmonic, each.point.rotor_speed, dt, model.n_blades)
-    inputs = [f"pitch_{part}" if actuator == "pitch" else f"flap_{flap}_{part}" for part in ("cosine", "sine")]
-    plants = [_plant(each, inputs, harmonic) for each in models]
+    plants = [_Plant(each, harmonic, ()) for each in models]
+    own = [plant.of(actuator, flap) for plant in plants]
     if filter_damping is None:
-        lag_time = np.mean([_delay(w, P) for w, P, *_ in plants])
+        lag_time = float(np.mean([_delay(plant.w, P) for plant, (P, _, _) in zip(plants, own, strict=True)]))
         filter_damping = float(np.clip(1.0 / (lag_time * harmonic * models[0].point.rotor_speed), *DAMPINGS))
-    pitch = np.array([each.point.pitch for each in models])
-    size = np.array([abs(at_zero) for *_, at_zero, _ in plants])
+    if lead_time is None:
+        lead_time = 1.0 / (filter_damping * harmonic * models[0].point.rotor_speed) if filter_damping else 0.0
+    pitch, size = np.array([each.point.pitch for each in models]), np.array([abs(at_zero) for _, at_zero, _ in own])
     begin, halving = _schedule(pitch, size)
-    filters = [
-        _filters(w + harmonic * each.point.rotor_speed, harmonic * each.point.rotor_speed, filter_damping, sensor, dt)
-        for each, (w, *_) in zip(models, plants, strict=True)
-    ]
-    # lead and sign make the loop a pure integrator for slow changes, on the average of the points
-    lags = [np.angle(at_zero * f[1]) for (*_, at_zero, _), f in zip(plants, filters, strict=True)]
-    mean = float(np.angle(np.exp(2j * np.array(lags)).mean())) / 2.0  # of lines through zero, whatever their sign
-    sign = -1.0 if np.cos(np.mean(np.unwrap(lags)) - mean) > 0.0 else 1.0
-    offset = -mean
-    shapes = []
-    for each, (w, P, _, _), (F, _) in zip(models, plants, filters, strict=True):
-        falls = 1.0 / (1.0 + each.point.pitch / halving) if halving else 1.0
-        shapes.append(-sign * falls / begin / (1j * w) * np.exp(1j * offset) * F * P)
-    bandwidth = _largest([(w, L) for (w, *_), L in zip(plants, shapes, strict=True)], phase_margin, gain_margin)
-    points = tuple(
-        TunedPoint(
-            wind_speed=each.point.wind.speed,
-            rotor_speed=each.point.rotor_speed,
-            pitch=each.point.pitch,
-            plant=complex(at_zero),
-            leak=leak,
-            frequency=w,
-            plant_response=P,
-            loop=bandwidth * L,
-            bandwidth=_crossover(w, bandwidth * L),
-            phase_margin=phase_reserve(w, bandwidth * L),
-            gain_margin=gain_reserve(w, bandwidth * L),
-            sensitivity=float((1.0 / np.abs(1.0 + bandwidth * L)).max()),
-        )
-        for each, (w, P, at_zero, leak), L in zip(models, plants, shapes, strict=True)
-    )
-    loop = HarmonicLoop(
+    draft = HarmonicLoop(
         harmonic=harmonic,
         actuator=actuator,
         flap=flap,
-        integral_gain=sign * bandwidth / begin,
+        integral_gain=1.0 / begin,
+        proportional_gain=lead_time / begin,
         filter_damping=filter_damping,
-        offset=offset,
         gain_halving_pitch=halving,
-        tracking_time=1.0 / bandwidth,
     )
-    return Tuning(loop, points, phase_margin, gain_margin)
+    # lead and sign make the loop an integrator for slow changes, on the average of the points
+    lags = [
+        np.angle(at_zero * _filter(draft, np.array([harmonic * plant.speed]), plant.speed, sensor, dt)[0])
+        for plant, (_, at_zero, _) in zip(plants, own, strict=True)
+    ]
+    mean = float(np.angle(np.exp(2j * np.array(lags)).mean())) / 2.0  # of lines through zero, whatever their sign
+    sign = -1.0 if np.cos(np.mean(np.unwrap(lags)) - mean) > 0.0 else 1.0
+    draft = draft.replace(
+        offset=-mean, integral_gain=sign * draft.integral_gain, proportional_gain=sign * draft.proportional_gain
+    )
+    shapes = [(plant.w, plant.loop(draft, sensor, dt)) for plant in plants]
+    bandwidth = _largest(shapes, phase_margin, gain_margin)
+    loop = scaled(draft, bandwidth).replace(tracking_time=1.0 / bandwidth)
+    return Tuning(loop, _points(models, loop, (), sensor, dt), phase_margin, gain_margin)
+
+
+def tune_loops(
+    model: Model,
+    targets: Sequence[tuple[Actuator, int]],
+    *,
+    phase_margin: float = PHASE_MARGIN,
+    gain_margin: float = GAIN_MARGIN,
+    linear: Sequence[LinearModel] | None = None,
+    sensor: LoadSensor | None = None,
+    sample_time: float | None = None,
+) -> tuple[Tuning, ...]:
+    """Several loops that work together: each tuned alone, then all gains lowered until all keep the margins (C-38).
+
+    Args:
+      model: of the turbine.
+      targets: actuator and harmonic of each loop.
+      phase_margin, gain_margin, linear, sensor, sample_time: as for :func:`tune_ipc`.
+
+    Raises:
+      InputError: as :func:`tune_ipc`, or no common factor keeps the margins.
+    """
+    models = linear or linear_models(model)
+    dt = sample_time or model.options.time_step or time_step(model)
+    alone = [
+        tune_ipc(
+            model,
+            harmonic,
+            actuator,
+            phase_margin=phase_margin,
+            gain_margin=gain_margin,
+            sensor=sensor,
+            sample_time=sample_time,
+            linear=models,
+        )
+        for actuator, harmonic in targets
+    ]
+    if len(alone) < 2:
+        return tuple(alone)
+    loops = [tuning.loop for tuning in alone]
+    plants = [_Plant(each, loops[0].harmonic, [loop.harmonic for loop in loops[1:]]) for each in models]
+    sums = [(plant.w, plant.poles, sum(plant.loop(loop, sensor, dt) for loop in loops)) for plant in plants]
+    for factor in FACTORS:
+        if all(keeps(w, factor * L, poles, phase_margin, gain_margin) for w, poles, L in sums):
+            break
+    else:
+        raise InputError(
+            "tune_loops: no gains keep these margins with all loops together: ask for less, or fewer loops"
+        )
+    lowered = [scaled(loop, float(factor)) for loop in loops]
+    return tuple(
+        replace(
+            tuning,
+            loop=loop,
+            points=_points(models, loop, [other for other in lowered if other is not loop], sensor, dt),
+            factor=float(factor),
+        )
+        for tuning, loop in zip(alone, lowered, strict=True)
+    )
+
+
+def scaled(loop: HarmonicLoop, factor: float) -> HarmonicLoop:
+    """The loop with all its gains times a factor."""
+    return loop.replace(
+        integral_gain=factor * loop.integral_gain,
+        proportional_gain=factor * loop.proportional_gain,
+        derivative_gain=factor * loop.derivative_gain,
+    )
 
 
 def linear_models(
@@ -237,39 +301,101 @@ def speed_notch(linear: LinearModel, damping: float = NOTCH_DAMPING) -> SpeedNot
     return SpeedNotch(frequency=float(w[int(np.argmax(size))]), damping=damping)
 
 
-def _plant(linear: LinearModel, inputs: Sequence[str], harmonic: int) -> tuple[Float, Complex, complex, float]:
-    """Frequencies [rad/s], P_n there and at zero [N m/rad], and the leak (C-33)."""
-    speed = linear.point.rotor_speed
-    turn = 1 if harmonic % 3 == 1 else -1  # which way the blades' pattern goes around in cosine and sine part
-    side = np.geomspace(1e-3, 3.0 * speed, 90)
-    w = np.concatenate([-side[::-1], side])
-    s = 1j * (np.append(w, 0.0) + (harmonic - turn) * speed)
-    rows = [linear.outputs.index(f"root_moment_out_of_plane_{part}") for part in ("cosine", "sine")]
-    columns = [linear.inputs.index(name) for name in inputs]
-    H = linear.response(s)[:, rows][:, :, columns]
-    d = np.array([1.0, 1j * turn])
-    P, other = 0.5 * H @ d @ d.conj(), 0.5 * H @ d @ d
-    return w, P[:-1], complex(P[-1]), float(abs(other[-1]) / abs(P[-1]))
+def turn(harmonic: int) -> int:
+    """Which way the pattern of nP goes around the three blades: 1 for n = 1, 4, ..., -1 for n = 2, 5, ... (C-33)."""
+    return 1 if harmonic % 3 == 1 else -1
+
+
+class _Plant:
+    """The turbine as a loop at nP sees it: amplitudes of moments over those of demands, by frequency (C-33).
+
+    Attributes:
+      w: (F,) [rad/s] frequencies of the amplitude at nP, dense about zero and about the loops beside it.
+      poles: [rad/s] where integrators of loops stand: zero, and those of the loops beside it.
+    """
+
+    def __init__(self, linear: LinearModel, harmonic: int, beside: Sequence[int]) -> None:
+        self.linear, self.harmonic, self.speed = linear, harmonic, linear.point.rotor_speed
+        self.poles = tuple({0.0, *((turn(harmonic) * turn(n) * n - harmonic) * self.speed for n in beside)})
+        side = np.geomspace(NEAREST, FARTHEST * self.speed, PER_SIDE)
+        w = np.unique([pole + s * side for pole in self.poles for s in (-1.0, 1.0)])
+        near = np.abs(w[:, None] - np.array(self.poles)[None, :]).min(axis=1)
+        self.w: Float = w[near > 0.5 * NEAREST]
+        rows = [linear.outputs.index(f"root_moment_out_of_plane_{part}") for part in ("cosine", "sine")]
+        shift = (harmonic - turn(harmonic)) * self.speed
+        self.H = linear.response(1j * (np.append(self.w, 0.0) + shift))[:, rows]
+
+    def of(self, actuator: Actuator, flap: int) -> tuple[Complex, complex, float]:
+        """P_n at the frequencies and at zero [N m/rad], and the leak."""
+        name = "pitch" if actuator == "pitch" else f"flap_{flap}"
+        columns = [self.linear.inputs.index(f"{name}_{part}") for part in ("cosine", "sine")]
+        H, d = self.H[:, :, columns], np.array([1.0, 1j * turn(self.harmonic)])
+        P, other = 0.5 * H @ d @ d.conj(), 0.5 * H @ d @ d
+        return P[:-1], complex(P[-1]), float(abs(other[-1]) / abs(P[-1]))
+
+    def loop(self, loop: HarmonicLoop, sensor: LoadSensor | None, dt: float) -> Complex:
+        """(F,) what a loop adds to L, at its own harmonic or another one (C-34, C-38)."""
+        tone = self.w + self.harmonic * self.speed
+        same = turn(self.harmonic) * turn(loop.harmonic)
+        s = 1j * (tone - same * loop.harmonic * self.speed)
+        falls = 1.0
+        if loop.gain_halving_pitch is not None:
+            falls = 1.0 / (1.0 + self.linear.point.pitch / loop.gain_halving_pitch)
+        law = falls * (loop.integral_gain / s + loop.proportional_gain)
+        P = self.of(loop.actuator, loop.flap)[0]
+        return -law * np.exp(1j * same * loop.offset) * _filter(loop, tone, self.speed, sensor, dt) * P
+
+
+def _points(
+    models: Sequence[LinearModel],
+    loop: HarmonicLoop,
+    others: Sequence[HarmonicLoop],
+    sensor: LoadSensor | None,
+    dt: float,
+) -> tuple[TunedPoint, ...]:
+    found = []
+    for each in models:
+        plant = _Plant(each, loop.harmonic, [other.harmonic for other in others])
+        P, at_zero, leak = plant.of(loop.actuator, loop.flap)
+        own = plant.loop(loop, sensor, dt)
+        together: Complex = own + sum((plant.loop(other, sensor, dt) for other in others), np.zeros_like(own))
+        found.append(
+            TunedPoint(
+                wind_speed=each.point.wind.speed,
+                rotor_speed=each.point.rotor_speed,
+                pitch=each.point.pitch,
+                plant=at_zero,
+                leak=leak,
+                frequency=plant.w,
+                plant_response=P,
+                loop=own,
+                together=together,
+                bandwidth=_crossover(plant.w, own),
+                phase_margin=phase_reserve(plant.w, together, plant.poles),
+                gain_margin=gain_reserve(plant.w, together, plant.poles),
+                sensitivity=float((1.0 / np.abs(1.0 + together)).max()),
+            )
+        )
+    return tuple(found)
+
+
+def _filter(loop: HarmonicLoop, tone: Float, speed: float, sensor: LoadSensor | None, dt: float) -> Complex:
+    """Response of band-pass, sensor and delay at frequencies of the blades [rad/s] (C-34)."""
+    low_pass, samples = (sensor.low_pass, sensor.delay) if sensor else (0.0, 0)
+    found: Complex = np.exp(-1j * tone * dt * (HALF_DELAY + samples))
+    centre, zeta = loop.harmonic * speed, loop.filter_damping
+    if zeta > 0.0:
+        found = found * np.array([response("band_pass", float(each), centre, zeta, dt) for each in tone])
+    if low_pass > 0.0:
+        found = found * np.array([response("low_pass", float(each), low_pass, 0.0, dt) for each in tone])
+    return found
 
 
 def _delay(w: Float, P: Complex) -> float:
     """[s] by which slow changes of the amplitude come later, positive."""
-    middle = len(w) // 2
-    before, after = middle - 1, middle
-    late = -float(np.angle(P[after] / P[before])) / (w[after] - w[before])
+    after = int(np.searchsorted(w, 0.0))
+    late = -float(np.angle(P[after] / P[after - 1])) / (w[after] - w[after - 1])
     return max(late, 1e-3)
-
-
-def _filters(w: Float, centre: float, zeta: float, sensor: LoadSensor | None, dt: float) -> tuple[Complex, complex]:
-    """Response of band-pass, sensor and delay at blade frequencies ``w``, and at the centre (C-34)."""
-    low_pass, samples = (sensor.low_pass, sensor.delay) if sensor else (0.0, 0)
-    all_w = np.append(w, centre)
-    found = np.exp(-1j * all_w * dt * (HALF_DELAY + samples))
-    if zeta > 0.0:
-        found = found * np.array([response("band_pass", float(each), centre, zeta, dt) for each in all_w])
-    if low_pass > 0.0:
-        found = found * np.array([response("low_pass", float(each), low_pass, 0.0, dt) for each in all_w])
-    return found[:-1], complex(found[-1])
 
 
 def _schedule(pitch: Float, size: Float) -> tuple[float, float | None]:
@@ -282,34 +408,9 @@ def _schedule(pitch: Float, size: Float) -> tuple[float, float | None]:
     return float(begin), float(begin / slope)
 
 
-def phase_reserve(w: Float, L: Complex) -> float:
-    """[rad] phase margin of a complex loop, smallest over all frequencies at which its gain is one."""
-    size, angle = np.abs(L) - 1.0, math.pi - np.abs(np.angle(L))
-    at = np.flatnonzero((size[:-1] * size[1:] <= 0.0) & (w[:-1] * w[1:] > 0.0))
-    if not len(at):
-        return math.inf
-    share = size[at] / (size[at] - size[at + 1])
-    return float((angle[at] + share * (angle[at + 1] - angle[at])).min())
-
-
-def gain_reserve(w: Float, L: Complex) -> float:
-    """Gain margin of a complex loop: the inverse of its largest size where it is negative and real."""
-    i = L.imag
-    at = np.flatnonzero((i[:-1] * i[1:] <= 0.0) & (w[:-1] * w[1:] > 0.0))
-    if not len(at):
-        return math.inf
-    share = i[at] / (i[at] - i[at + 1])
-    real = L.real[at] + share * (L.real[at + 1] - L.real[at])
-    return float(1.0 / -real.min()) if real.min() < 0.0 else math.inf
-
-
-def _crossover(w: Float, L: Complex) -> float:
-    size = np.abs(L) - 1.0
-    at = np.flatnonzero((size[:-1] * size[1:] <= 0.0) & (w[:-1] * w[1:] > 0.0))
-    if not len(at):
-        return math.inf
-    found = w[at] + (w[at + 1] - w[at]) * size[at] / (size[at] - size[at + 1])
-    return float(np.abs(found).min())
+def keeps(w: Float, L: Complex, poles: Sequence[float], phase: float, gain: float) -> bool:
+    """Both margins are kept (C-35)."""
+    return phase_reserve(w, L, poles) >= phase and gain_reserve(w, L, poles) >= gain
 
 
 def _largest(loops: Sequence[tuple[Float, Complex]], phase: float, gain: float) -> float:
@@ -318,10 +419,7 @@ def _largest(loops: Sequence[tuple[Float, Complex]], phase: float, gain: float) 
     # margins do not tell a loop that drives slow changes up, as one would whose plant has another sign at some points
     right_way = all((L * 1j * w)[np.argmin(np.abs(w))].real > 0.0 for w, L in loops)
     for bandwidth in np.geomspace(FEWEST_SEARCHED, MOST_SEARCHED, SEARCHED):
-        kept = all(
-            phase_reserve(w, bandwidth * L) >= phase and gain_reserve(w, bandwidth * L) >= gain for w, L in loops
-        )
-        if not (kept and right_way):
+        if not (right_way and all(keeps(w, bandwidth * L, (0.0,), phase, gain) for w, L in loops)):
             break
         best = float(bandwidth)
     if best == 0.0:
@@ -329,3 +427,34 @@ def _largest(loops: Sequence[tuple[Float, Complex]], phase: float, gain: float) 
             "tune_ipc: no gain keeps these margins at all operating points: ask for less, or look at the plants' phases"
         )
     return best
+
+
+def phase_reserve(w: Float, L: Complex, poles: Sequence[float] = (0.0,)) -> float:
+    """[rad] phase margin of a complex loop, smallest over all frequencies at which its gain is one."""
+    size, angle = np.abs(L) - 1.0, math.pi - np.abs(np.angle(L))
+    at = _passings(w, size, poles)
+    share = size[at] / (size[at] - size[at + 1])
+    return float(np.min(angle[at] + share * (angle[at + 1] - angle[at]), initial=math.inf))
+
+
+def gain_reserve(w: Float, L: Complex, poles: Sequence[float] = (0.0,)) -> float:
+    """Gain margin of a complex loop: the inverse of its largest size where it is negative and real."""
+    at = _passings(w, L.imag, poles)
+    share = L.imag[at] / (L.imag[at] - L.imag[at + 1])
+    real = float(np.min(L.real[at] + share * (L.real[at + 1] - L.real[at]), initial=0.0))
+    return -1.0 / real if real < 0.0 else math.inf
+
+
+def _passings(w: Float, x: Float, poles: Sequence[float]) -> NDArray[np.int64]:
+    """Where x passes zero from a frequency to the next, but not at an integrator's pole."""
+    passes = x[:-1] * x[1:] <= 0.0
+    for pole in poles:
+        passes &= (w[:-1] - pole) * (w[1:] - pole) > 0.0
+    return np.flatnonzero(passes)
+
+
+def _crossover(w: Float, L: Complex) -> float:
+    size = np.abs(L) - 1.0
+    at = _passings(w, size, (0.0,))
+    found = w[at] + (w[at + 1] - w[at]) * size[at] / (size[at] - size[at + 1])
+    return float(np.min(np.abs(found), initial=math.inf))

@@ -1,0 +1,80 @@
+"""Preview settings from a wind and a turbine: rotor-averaged wind speed, and the pitch of steady operation.
+
+The lead is what makes the pitch come in time: the delay of the low-pass plus that of the pitch actuator.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.load_control import Preview
+from meltemi.core.errors import InputError
+from meltemi.simulation.model import Model
+from meltemi.simulation.trim import operating_point
+from meltemi.wind.fields import Wind, WindBox
+
+Float = NDArray[np.float64]
+
+FREQUENCY = 1.0
+"""[rad/s] of the low-pass: eddies that pass faster are smaller than the rotor."""
+SPACING = 1.0
+"""[m/s] of the table of pitch."""
+
+
+def rotor_average(box: WindBox, hub_height: float, radius: float) -> Float:
+    """(T,) [m/s] longitudinal wind of each plane, averaged over the grid's points inside the rotor's circle.
+
+    Raises:
+      InputError: no point of the grid lies inside.
+    """
+    rows, columns = box.velocity.shape[1:3]
+    z = box.bottom + box.dz * np.arange(rows) - hub_height
+    y = box.dy * (np.arange(columns) - 0.5 * (columns - 1))
+    inside = z[:, None] ** 2 + y[None, :] ** 2 <= radius**2
+    if not inside.any():
+        raise InputError("preview: no point of the wind's grid lies inside the rotor")
+    average: Float = box.velocity[:, inside, 0].mean(axis=1, dtype=np.float64)
+    return average
+
+
+def steady_pitch(model: Model, spacing: float = SPACING) -> tuple[float, Float]:
+    """First speed [m/s] and pitch [rad] of steady operation from cut-in to beyond cut-out."""
+    turbine = model.turbine
+    speeds = np.arange(turbine.cut_in, turbine.cut_out + 10.0 + 1e-9, spacing)
+    return float(speeds[0]), np.array([operating_point(model, float(u)).pitch for u in speeds])
+
+
+def preview_of(
+    model: Model, wind: Wind, table: tuple[float, Float] | None = None, *, frequency: float = FREQUENCY
+) -> Preview:
+    """Preview of a wind box, read ahead by the delays of low-pass and pitch actuator.
+
+    Args:
+      wind: a box; other winds have no average over the rotor.
+      table: from :func:`steady_pitch`, for several winds of one model.
+      frequency: [rad/s] of the low-pass.
+
+    Raises:
+      InputError: the wind is no box.
+    """
+    if not isinstance(wind, WindBox):
+        raise InputError(f"preview: a wind box is needed, found {type(wind).__name__}")
+    turbine, actuator = model.turbine, model.turbine.pitch_actuator
+    first, pitch = table or steady_pitch(model)
+    lead = 1.0 / frequency
+    if actuator.kind != "ideal":
+        lead += 2.0 * actuator.damping_ratio / actuator.natural_frequency
+    average = rotor_average(wind, turbine.hub_height, turbine.rotor_radius)
+    # plane k passes the tower at box.passing[k]; the rotor stands an overhang upwind of it
+    passing = wind.passing + turbine.nacelle.overhang / wind.speed
+    even = np.interp(wind.dt * np.arange(len(average)), passing, average)
+    return Preview(
+        wind=even,
+        time_step=wind.dt,
+        lead=lead,
+        frequency=frequency,
+        first_speed=first,
+        spacing=SPACING,
+        pitch=pitch,
+    )
