@@ -27,7 +27,8 @@ def machine(turbine: Turbine) -> Model:
 def test_all_schemes_have_controllers(machine: Model) -> None:
     design = design_controllers(machine, list(SCHEMES))
     assert list(design.controllers) == list(SCHEMES)
-    assert set(design.tunings) == {PITCH_1P, PITCH_2P, FLAP_1P, FLAP_2P}
+    found = {(t.loop.actuator, t.loop.harmonic) for t in design.tunings.values()}
+    assert found == {PITCH_1P, PITCH_2P, FLAP_1P, FLAP_2P}
     for name, scheme in SCHEMES.items():
         controller = design.controllers[name]
         assert isinstance(controller, Controller) and controller.name == name
@@ -35,10 +36,11 @@ def test_all_schemes_have_controllers(machine: Model) -> None:
         assert len(scheme.loops) == len(set(scheme.loops))
         states = controller.state_names
         assert len([s for s in states if s.endswith("_harmonic")]) == len(scheme.loops)
-    for (actuator, harmonic), tuned in design.tunings.items():
+    for name, tuned in design.tunings.items():
         loop = tuned.loop
-        assert (loop.actuator, loop.harmonic) == (actuator, harmonic)
-        assert (loop.integral_gain > 0.0) == (actuator == "pitch")
+        assert name.endswith(f": {loop.harmonic}P {loop.actuator}")
+        assert (loop.integral_gain > 0.0) == (loop.actuator == "pitch")
+    assert "ipc, feedback: 1P pitch" in design.tunings  # the same loops, tuned once
 
 
 def test_flaps_are_added_only_where_they_are_needed(turbine: Turbine) -> None:

@@ -114,6 +114,8 @@ def tuning_rows(tunings: Mapping[str, Tuning]) -> tuple[list[str], list[list[str
         "largest sensitivity",
         "leak",
         "gain rad/(N m s)",
+        "lead s",
+        "lowered to",
         "offset deg",
         "filter damping",
         "halving pitch deg",
@@ -121,7 +123,9 @@ def tuning_rows(tunings: Mapping[str, Tuning]) -> tuple[list[str], list[list[str
     rows = []
     for name, tuning in tunings.items():
         loop, halving = tuning.loop, tuning.loop.gain_halving_pitch
-        settings = [f"{loop.integral_gain:.4g}", number(math.degrees(loop.offset)), number(loop.filter_damping)]
+        lead = loop.proportional_gain / loop.integral_gain
+        settings = [f"{loop.integral_gain:.4g}", number(lead), number(tuning.factor)]
+        settings += [number(math.degrees(loop.offset)), number(loop.filter_damping)]
         settings.append("" if halving is None else number(math.degrees(halving)))
         for p in tuning.points:
             values = (
@@ -261,8 +265,9 @@ def _sections(
                 "Gains and margins",
                 [
                     (
-                        "Each loop at its operating points. A loop at nP works on amplitudes, whose frequency has "
-                        "either sign: negative ones are dashed, with mirrored phase."
+                        "A loop at nP works on amplitudes, whose frequency has either sign: negative ones are dashed, "
+                        "with mirrored phase. Loops of one scheme add up, so where another one stands the gain is "
+                        "high, too; margins and sensitivity are those of all together."
                     ),
                     Picture(pictures["bode"], "Gain, phase and sensitivity of the loops."),
                     *_tuning_tables(tunings),
@@ -274,7 +279,7 @@ def _sections(
     return found
 
 
-def _tuning_tables(tunings: Mapping[Target, Tuning]) -> list[Table]:
+def _tuning_tables(tunings: Mapping[str, Tuning]) -> list[Table]:
     """Settings of each loop, and its margins at each point."""
     head, rows = tuning_rows(tunings)
     n = head.index("leak") + 1
