@@ -134,4 +134,11 @@ def arrays() -> str:
     return "\n\n".join(parts)
 
 
-MAKERS: dict[str, Any] = {f.__name__: f for f in (record, channels, array, arrays)}
+def schemes() -> str:
+    """Control schemes of ``meltemi compare``."""
+    from meltemi.studies.scheme_names import SCHEMES
+
+    return _table(["scheme", "what"], [[f"`{name}`", scheme.about] for name, scheme in SCHEMES.items()])
+
+
+MAKERS: dict[str, Any] = {f.__name__: f for f in (record, channels, array, arrays, schemes)}

@@ -102,6 +102,7 @@ if TYPE_CHECKING:
     from meltemi.studies.sensitivity import sensitivity as sensitivity
     from meltemi.studies.tuning import Tuning as Tuning
     from meltemi.studies.tuning import tune_ipc as tune_ipc
+    from meltemi.studies.tuning import tune_loops as tune_loops
     from meltemi.turbine.definition import Flap as Flap
     from meltemi.turbine.definition import FlapIncrements as FlapIncrements
     from meltemi.turbine.definition import Turbine as Turbine
@@ -199,7 +200,7 @@ _HOME = {
     "studies.comparison_report": "write_comparison",
     "studies.schemes": "Design design_controllers",
     "studies.sensitivity": "Sensitivity differences sensitivity",
-    "studies.tuning": "Tuning tune_ipc",
+    "studies.tuning": "Tuning tune_ipc tune_loops",
     "turbine.definition": "Flap FlapIncrements Turbine",
     "turbine.flaps": "naca64618_flap with_flaps",
     "turbine.library": "list_turbines load_turbine write_turbine",

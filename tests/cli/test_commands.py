@@ -20,7 +20,16 @@ from meltemi.app.cli import main
 from meltemi.simulation.channels import DEFAULT
 
 COMMANDS = (
-    *("run", "turbines", "channels", "power-curve", "wind", "compare", "campbell", "verify", "warmup", "bench"),
+    "run",
+    "turbines",
+    "channels",
+    "power-curve",
+    "wind",
+    "compare",
+    "campbell",
+    "verify",
+    "warmup",
+    "bench",
     "template",
 )
 
@@ -313,7 +322,8 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     assert "Usage: " in ran.out
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
-    assert ("--out" in options) is (name in ("run", "power-curve", "wind", "campbell", "verify", "template"))
+    with_files = ("run", "power-curve", "wind", "compare", "campbell", "verify", "template")
+    assert ("--out" in options) is (name in with_files)
 
 
 @pytest.mark.parametrize("arguments", [("--help",), ("-h",)])

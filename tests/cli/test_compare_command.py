@@ -81,7 +81,7 @@ def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Mod
     assert (ran.status, ran.err) == (0, "")
     wrote(ran, out, *WITH_LOOPS)
     assert "nrel5mw: NTM class IIB, von Karman turbulence 18 m/s" in ran.out
-    for text in ("RootMyc1 DEL", "of all seeds", "feedback reaches %", "6 runs of 45 s in ", "tuning in "):
+    for text in ("RootMyc1 DEL", "of all seeds", "share %", "6 runs of 45 s in ", "tuning in "):
         assert text in ran.out
     seeds = rows(out / "seeds.csv")
     assert [(row["seed"], row["scheme"]) for row in seeds] == [
@@ -101,7 +101,7 @@ def test_three_schemes_in_two_winds(command: Command, tmp_path: Path, model: Mod
     assert float(table["RootMyc1 std", "own"]["change %"]) == pytest.approx(0.0, abs=1e-6)
     assert table["RootMyc1 std", "cpc"]["unit"] == "kN m"
     (tuned,) = rows(out / "tuning.csv")
-    assert tuned["loop"] == "1P pitch" and float(tuned["wind m/s"]) == 18.0
+    assert tuned["loop"] == "feedback: 1P pitch" and float(tuned["wind m/s"]) == 18.0
     assert float(tuned["phase margin deg"]) >= 60.0 and float(tuned["gain margin"]) >= 2.0
     page = (out / "comparison.html").read_text(encoding="utf-8")
     assert "://" not in page and "<script" not in page

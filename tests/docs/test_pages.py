@@ -13,6 +13,7 @@ PAGES = (
     "README.md",
     "docs/getting-started.md",
     "docs/guide/controllers.md",
+    "docs/guide/comparing.md",
     "docs/guide/batches.md",
     "docs/guide/results.md",
     "docs/guide/operating-points.md",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import Controller, InputError, LinearModel, Model, Result, SteadyWind, Tuning, tune_ipc, with_flaps
 from meltemi.control import signals as s
-from meltemi.studies.tuning import default_speeds, linear_models, speed_notch
+from meltemi.studies.tuning import _Plant, default_speeds, linear_models, scaled, speed_notch, tune_loops
 
 Complex = NDArray[np.complex128]
 WIND = 18.0
@@ -35,9 +35,9 @@ def linear(machine: Model) -> list[LinearModel]:
     return linear_models(machine, [WIND])
 
 
-def shaken(machine: Model, actuator: str, sign: float) -> Result:
-    """A run in steady wind in which pitch or flap demands have tones about 1P and 2P, beside the collective law."""
-    law = meltemi.baseline(machine.turbine.control)
+def shaken(machine: Model, actuator: str, sign: float, law: Controller | None = None) -> Result:
+    """A run in steady wind in which pitch or flap demands have tones about 1P and 2P, beside a law, the collective."""
+    law = law or meltemi.baseline(machine.turbine.control)
     place = s.PITCH_DEMAND if actuator == "pitch" else s.FLAP_DEMAND
     size = sign * AMPLITUDE[actuator]
 
@@ -86,13 +86,47 @@ def test_plants_are_those_of_the_machine_in_time(machine: Model, linear: list[Li
             expected = P * np.exp(-1j * (harmonic * speed + w) * half_step)
             found = (amplitude(up, harmonic, w) - amplitude(down, harmonic, w)) / (2.0 * AMPLITUDE[actuator])
             assert abs(found) == pytest.approx(abs(expected), rel=0.03), (harmonic, w)
-            assert abs(np.angle(found / expected)) < math.radians(2.0), (harmonic, w)
+            assert abs(np.angle(found / expected)) < math.radians(2.5), (harmonic, w)
             # with the other sign of the frequency it would not agree
             if w != 0.0:
                 wrong = complex(
                     *(np.interp(-w, point.frequency, x) for x in (point.plant_response.real, point.plant_response.imag))
                 )
                 assert abs(found - wrong) > 3.0 * abs(found - expected)
+
+
+def test_loops_act_on_their_own_harmonic_and_on_others_as_computed(machine: Model, linear: list[LinearModel]) -> None:
+    # tones of the pitch with a 2P loop of the flaps closed: at 2P it is the loop's own L, at 1P what it does beside
+    loop = scaled(tune_ipc(machine, 2, "flap", linear=linear).loop, 0.7)
+    closed = meltemi.load_control(machine.turbine, meltemi.LoadControl(loops=(loop,)))
+    runs = [(shaken(machine, "pitch", sign), shaken(machine, "pitch", sign, closed)) for sign in (1.0, -1.0)]
+    dt = float(runs[0][0].meta["time_step"])
+    for harmonic in (1, 2):
+        plant = _Plant(linear[0], harmonic, [] if harmonic == 2 else [2])
+        L = plant.loop(loop, None, dt)
+        for w in TONES:
+            if w == 0.0 and harmonic == 2:
+                continue  # the integrator leaves nothing
+            open_loop, with_loop = (
+                amplitude(runs[0][i], harmonic, w) - amplitude(runs[1][i], harmonic, w) for i in (0, 1)
+            )
+            expected = 1.0 / (1.0 + complex(np.interp(w, plant.w, L.real), np.interp(w, plant.w, L.imag)))
+            found = with_loop / open_loop
+            assert abs(found - expected) < 0.03, (harmonic, w)
+            assert abs(1.0 - expected) > 0.1  # it does something
+
+
+def test_loops_together_keep_the_margins(machine: Model, linear: list[LinearModel]) -> None:
+    alone = [tune_ipc(machine, n, actuator, linear=linear) for actuator, n in (("pitch", 1), ("flap", 2))]  # type: ignore[arg-type]
+    together = tune_loops(machine, [("pitch", 1), ("flap", 2)], linear=linear)
+    for one, found in zip(alone, together, strict=True):
+        assert 0.1 < found.factor <= 1.0
+        assert found.loop.integral_gain == pytest.approx(found.factor * one.loop.integral_gain)
+        assert found.loop.offset == one.loop.offset
+        for point in found.points:
+            assert point.phase_margin >= math.radians(60.0) - 1e-9 and point.gain_margin >= 2.0 - 1e-9
+            assert not np.allclose(point.together, point.loop)
+    assert tune_loops(machine, [("pitch", 1)], linear=linear)[0].loop == alone[0].loop
 
 
 def test_response_is_that_of_direct_solves(linear: list[LinearModel]) -> None:
@@ -118,9 +152,10 @@ def test_gains_follow_the_margins(machine: Model, linear: list[LinearModel]) -> 
         middle = int(np.argmin(np.abs(point.frequency - 2e-3)))
         slow = point.loop[middle] * 1j * point.frequency[middle]
         assert slow == pytest.approx(1.0 / tuning.loop.tracking_time, rel=0.02)
-        assert point.bandwidth == pytest.approx(slow.real, rel=0.15)
-    tight = tune_ipc(machine, 1, linear=linear, gain_margin=10.0)
-    assert tight.points[0].gain_margin >= 10.0 and tight.loop.integral_gain < gains[1]
+        assert point.bandwidth == pytest.approx(slow.real, rel=0.2)
+    usual, tight = (tune_ipc(machine, 2, "flap", linear=linear, gain_margin=margin) for margin in (2.0, 20.0))
+    assert usual.points[0].gain_margin < 20.0 <= tight.points[0].gain_margin
+    assert abs(tight.loop.integral_gain) < abs(usual.loop.integral_gain)
 
 
 def test_flaps_get_a_negative_gain(machine: Model, linear: list[LinearModel]) -> None:

@@ -129,7 +129,7 @@ def compare(
     head = [f"{scheme}\n{name}" if scheme else name for scheme, name in zip(spanned, head, strict=True)]
     print_table(f"{described.name}: {wind}, {len(comparison.winds)} seeds", head, rows, text_columns=2)
     print(report.notes(comparison))
-    title = "Ceiling: what ideal removal of 1P and 2P would leave, and the share of its change that schemes reach"
+    title = "Ceiling: ideal removal of 1P and 2P, and how much of its change schemes reach"
     print_table(title, *report.ceiling_rows(comparison), text_columns=3)
     total = len(names) * seeds
     print(
@@ -176,7 +176,8 @@ def _wind_label(given: Mapping[str, Any], wind: TurbulentWind) -> str:
 
 def _facts(turbine: Turbine, wind: str, seeds: list[int], duration: float, transient: float) -> list[tuple[str, str]]:
     actuator = "ideal" if turbine.pitch_actuator.kind == "ideal" else "second order"
-    flaps = f", {len(turbine.blade.flaps)} flap(s) a blade" if turbine.blade.flaps else ""
+    n = len(turbine.blade.flaps)
+    flaps = f", {n} flap{'s' * (n > 1)} a blade" if n else ""
     return [
         ("Turbine", f"{turbine.name}, pitch actuator {actuator}{flaps}"),
         ("Wind", wind),

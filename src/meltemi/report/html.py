@@ -198,7 +198,7 @@ caption { text-align: left; font-weight: 600; padding-bottom: .3rem; }
 th, td { padding: .25rem .7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
 th { font-weight: 600; }
 thead th { vertical-align: bottom; white-space: pre-line; border-bottom: 1px solid var(--ink); }
-tbody th { font-weight: 400; position: sticky; left: 0; background: #fff; }
+tbody th { font-weight: 400; white-space: pre; position: sticky; left: 0; background: #fff; }
 tr > :first-child { padding-left: 0; }
 .text { text-align: left; }
 .groups th { text-align: center; border-bottom: 1px solid var(--soft); }
@@ -207,11 +207,12 @@ tbody tr:hover > * { background: #f2f6f8; }
 .note, figcaption, footer { color: var(--soft); font-size: .85rem; }
 figure { margin: 1rem 0 1.5rem; }
 img { display: block; max-width: 100%; height: auto; }
-pre { background: #f2f6f8; padding: .8rem 1rem; overflow-x: auto; border-radius: 4px; font-size: .85rem; }
+pre { background: #f2f6f8; padding: .8rem 1rem; white-space: pre-wrap;
+  overflow-wrap: anywhere; border-radius: 4px; font-size: .85rem; }
 footer { margin-top: 3rem; padding-top: .8rem; border-top: 1px solid var(--line); }
 @media (max-width: 40rem) {
   main { padding: 1.2rem .9rem 2rem; } h1 { font-size: 1.4rem; } table { font-size: .82rem; }
-  th, td { padding: .22rem .5rem; } }
+  th, td { padding: .22rem .5rem; } figure { overflow-x: auto; } img { max-width: none; width: 40rem; } }
 @media print { nav { display: none; } figure, tr { break-inside: avoid; } h2 { break-after: avoid; } }
 """
 """Of the page; dark on white, letters of the reader's own system."""

@@ -30,7 +30,10 @@ EVERYBODY = (
 )
 """The channels everyone wants to see first."""
 INK, GRID = "#1b2a38", "#d7dde2"
-COLOURS = ("#0b6e99", "#d1495b", "#66a182", "#edae49", "#5f4b8b", "#8d6b4f")
+COLOURS = (
+    *("#0b6e99", "#d1495b", "#66a182", "#edae49", "#5f4b8b", "#8d6b4f"),
+    *("#17becf", "#e377c2", "#7f7f7f", "#bcbd22"),
+)
 
 
 def new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share: bool = True) -> tuple[Figure, Any]:

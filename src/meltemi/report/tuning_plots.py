@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 LEAST_GAIN, MOST_GAIN = 0.03, 30.0
 """Of |L| that is shown."""
+QUIET = 0.1
+"""Of |L|: beyond the first frequency at which it is smaller the phase is not shown."""
 SLOWEST = 3e-3
 """[Hz] from which on frequencies are shown."""
 LIMIT: dict[str, Any] = {"color": "#9aa5ae", "linewidth": 0.9, "linestyle": ":", "zorder": 0.5}
@@ -30,7 +32,7 @@ class LoopPoint(Protocol):
     @property
     def frequency(self) -> NDArray[np.float64]: ...
     @property
-    def loop(self) -> NDArray[np.complex128]: ...
+    def together(self) -> NDArray[np.complex128]: ...
     @property
     def together(self) -> NDArray[np.complex128]: ...
     @property
@@ -51,8 +53,9 @@ class TunedLoop(Protocol):
 def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
     """Gain and phase of L and the sensitivity 1 / |1 + L|, one row a loop, one colour an operating point.
 
-    The amplitude of a harmonic changes with frequencies of either sign. Both are drawn over their size: negative ones
-    dashed, with the phase mirrored, so that a loop that treats both alike has one curve.
+    L is the sum of the loop and those beside it, as the blades have it about the loop's harmonic. The amplitude of a
+    harmonic changes with frequencies of either sign. Both are drawn over their size: negative ones dashed, with the
+    phase mirrored, so that a loop that treats both alike has one curve.
 
     Args:
       tunings: a tuning, or several by name.
@@ -83,12 +86,12 @@ def _loop(name: str, points: Sequence[LoopPoint], row: Sequence[Axes]) -> None:
         colour = COLOURS[i % len(COLOURS)]
         for sign, look in ((1, "-"), (-1, "--")):
             side = np.flatnonzero(np.sign(point.frequency) == sign)[::sign]
-            f, L = np.abs(point.frequency[side]) / (2.0 * np.pi), point.loop[side]
+            f, L = np.abs(point.frequency[side]) / (2.0 * np.pi), point.together[side]
             label = f"{point.wind_speed:.3g} m/s" if sign > 0 else None
             drawn = {"color": colour, "linewidth": 1.1, "linestyle": look}
             gain.loglog(f, np.abs(L), label=label, **drawn)
-            # beyond standstill of the blades' tone, where the band-pass lets nothing through, the phase tells nothing
-            small = np.flatnonzero(np.abs(L) < LEAST_GAIN)
+            # there the blades' tone stands still, and the band-pass lets nothing through: the phase jumps
+            small = np.flatnonzero(np.abs(L) < QUIET)
             end = int(small[0]) if len(small) else len(f)
             angle = np.degrees(np.unwrap(np.angle(L if sign > 0 else L.conj())))
             phase.semilogx(f[:end], angle[:end], **drawn)

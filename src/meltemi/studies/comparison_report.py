@@ -72,7 +72,7 @@ def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     """Head and rows of what ideal removal of 1P, and of 1P and 2P, would leave, and the share each scheme reaches."""
     base, *others = comparison.schemes
     table, units = comparison.table(), comparison.units()
-    head = ["removed", "quantity", "unit", base, "left", "change %", *(f"{s} reaches %" for s in others)]
+    head = ["removed", "quantity", "unit", base, "left", "change %", *(f"share %\n{s}" for s in others)]
     rows = []
     for harmonics, removed in REMOVED.items():
         for kind, quantity in (("std", JUDGED["std"]), ("load", JUDGED["load"])):
@@ -83,7 +83,7 @@ def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
             shares = [100.0 * c.mean / change.mean if c and change.mean else math.nan for c in found]
             before = table.entry(quantity, base).value.mean
             row = [removed, quantity, unit, number(before * factor), number(left.mean * factor), change_text(change)]
-            rows.append([*row, *(f"{share:.0f}" for share in shares)])
+            rows.append([*row, *("-" if math.isnan(share) else str(round(share)) for share in shares)])
     return head, rows
 
 
@@ -114,6 +114,8 @@ def tuning_rows(tunings: Mapping[str, Tuning]) -> tuple[list[str], list[list[str
         "largest sensitivity",
         "leak",
         "gain rad/(N m s)",
+        "lead s",
+        "lowered to",
         "offset deg",
         "filter damping",
         "halving pitch deg",
@@ -121,7 +123,9 @@ def tuning_rows(tunings: Mapping[str, Tuning]) -> tuple[list[str], list[list[str
     rows = []
     for name, tuning in tunings.items():
         loop, halving = tuning.loop, tuning.loop.gain_halving_pitch
-        settings = [f"{loop.integral_gain:.4g}", number(math.degrees(loop.offset)), number(loop.filter_damping)]
+        lead = loop.proportional_gain / loop.integral_gain
+        settings = [f"{loop.integral_gain:.4g}", number(lead), number(tuning.factor)]
+        settings += [number(math.degrees(loop.offset)), number(loop.filter_damping)]
         settings.append("" if halving is None else number(math.degrees(halving)))
         for p in tuning.points:
             values = (
@@ -261,17 +265,29 @@ def _sections(
                 "Gains and margins",
                 [
                     (
-                        "Each loop at its operating points. A loop at nP works on amplitudes, whose frequency has "
-                        "either sign: negative ones are dashed, with mirrored phase."
+                        "A loop at nP works on amplitudes, whose frequency has either sign: negative ones are dashed, "
+                        "with mirrored phase. Loops of one scheme add up, so where another one stands the gain is "
+                        "high, too; margins and sensitivity are those of all together."
                     ),
                     Picture(pictures["bode"], "Gain, phase and sensitivity of the loops."),
-                    Table(*tuning_rows(tunings), text_columns=1),
+                    *_tuning_tables(tunings),
                 ],
             )
         )
     if repeat:
         found.append(Section("How to repeat it", [Code(repeat)]))
     return found
+
+
+def _tuning_tables(tunings: Mapping[str, Tuning]) -> list[Table]:
+    """Settings of each loop, and its margins at each point."""
+    head, rows = tuning_rows(tunings)
+    n = head.index("leak") + 1
+    settings = {row[0]: row[n:] for row in rows}
+    return [
+        Table([head[0], *head[n:]], [[loop, *values] for loop, values in settings.items()], caption="Settings"),
+        Table(head[:n], [row[:n] for row in rows], caption="Operating points"),
+    ]
 
 
 def spectra_figure(comparison: Comparison) -> Figure:

@@ -2,7 +2,7 @@
 
 ``ipc`` is CPC with feed-forward and 1P feedback to pitch, ``cpfc`` is ``ipc`` with 2P feedback to flaps: the load is
 divided by frequency. A scheme may also be a Python file of one's own that has ``controller(turbine)``, see
-docs/guide/own-controller.md.
+docs/guide/comparing.md.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ def test_gains_fall_as_the_plant_grows() -> None:
 class Point:
     wind_speed: float
     frequency: NDArray[np.float64]
-    loop: NDArray[np.complex128]
+    together: NDArray[np.complex128]
     phase_margin: float
     gain_margin: float
     sensitivity: float

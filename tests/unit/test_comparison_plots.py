@@ -1,0 +1,107 @@
+"""Tables and pictures of comparisons: values, labels and units."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meltemi import (
+    EnsembleTable,
+    InputError,
+    PowerSpectrum,
+    average_spectra,
+    ensemble_table,
+    plot_changes,
+    plot_spectra,
+)
+from meltemi.postprocess.spectra import power_spectrum
+from meltemi.report.ensemble_tables import change_text, scheme_rows
+
+UNITS = {"load DEL": ("kN m", 1e-3), "power std": ("kW", 1e-3), "pitch travel": ("deg/s", 180.0 / np.pi)}
+
+
+def numbers(load: float, power: float, travel: float) -> dict[str, float]:
+    return {"load DEL": load, "power std": power, "pitch travel": travel}
+
+
+@pytest.fixture
+def table() -> EnsembleTable:
+    """Two seeds; scheme b has 10 % and 20 % less load."""
+    return ensemble_table(
+        {
+            1: {"a": numbers(1e6, 5e4, 0.0), "b": numbers(0.9e6, 5e4, 0.02)},
+            2: {"a": numbers(2e6, 6e4, 0.0), "b": numbers(1.6e6, 6e4, 0.04)},
+        },
+        {"load DEL": 10.0},
+    )
+
+
+def test_schemes_stand_beside_each_other(table: EnsembleTable) -> None:
+    head, rows, groups = scheme_rows(table, UNITS)
+    assert head == ["quantity", "unit", "a", "mean", "change %"]
+    assert groups == [("", 3), ("b", 2)]
+    assert sum(span for _, span in groups) == len(head)
+    assert [row[0] for row in rows] == ["load DEL", "  of all seeds", "power std", "pitch travel"]
+    # mean of -10 and -20 %; the interval of two numbers 10 apart is 12.706 / sqrt(2) * 10 / sqrt(2)
+    assert rows[0] == ["load DEL", "kN m", "1500", "1250", "-15.0 ± 63.5"]
+    together = [1e3 * ((x**10 + y**10) / 2.0) ** 0.1 for x, y in ((1.0, 2.0), (0.9, 1.6))]
+    assert [float(text) for text in rows[1][2:]] == pytest.approx(
+        [*together, 100.0 * (together[1] / together[0] - 1.0)], rel=3e-3
+    )
+    assert rows[2][-1] == "+0.0 ± 0.0"
+    assert rows[3] == ["pitch travel", "deg/s", "0", "1.719", "-"]
+    head, rows, groups = scheme_rows(table, UNITS, means=False)
+    assert head == ["quantity", "unit", "a", "change %"] and groups == [("", 3), ("b", 1)]
+    assert rows[0] == ["load DEL", "kN m", "1500", "-15.0 ± 63.5"]
+
+
+def test_a_single_seed_has_no_intervals() -> None:
+    one = ensemble_table({1: {"a": numbers(1e6, 5e4, 0.1), "b": numbers(3e6, 5e4, 0.1)}}, {"load DEL": 10.0})
+    rows = scheme_rows(one, UNITS)[1]
+    assert rows[0] == ["load DEL", "kN m", "1000", "3000", "+200"]
+    assert len(rows) == 3
+    assert change_text(None) == "-"
+
+
+def test_bars_are_changes_with_their_intervals(table: EnsembleTable) -> None:
+    figure = plot_changes(table, ["load DEL", "power std"], ["pitch travel"], UNITS)
+    changes, duty = figure.axes
+    assert changes.get_ylabel() == "[%]" and duty.get_ylabel() == "[deg/s]"
+    assert [text.get_text() for text in changes.get_xticklabels()] == ["load\nDEL", "power\nstd"]
+    assert "change against a, mean over seeds and its 95 % interval" in changes.get_title(loc="left")
+    assert [bar.get_height() for bar in changes.patches] == pytest.approx([-15.0, 0.0])
+    assert [bar.get_height() for bar in duty.patches] == pytest.approx([0.0, 1.719], rel=1e-3)
+    (bars,) = (found for found in changes.containers if hasattr(found, "errorbar"))
+    ends = bars.errorbar.lines[2][0].get_segments()[0][:, 1]
+    assert ends == pytest.approx([-15.0 - 63.53, -15.0 + 63.53], rel=1e-3)
+    assert [text.get_text() for text in duty.get_legend().get_texts()] == ["a", "b"]
+    assert len(plot_changes(table, ["load DEL"]).axes) == 1
+    with pytest.raises(InputError, match="no 'load'"):
+        plot_changes(table, ["load"])
+    alone = ensemble_table({1: {"a": numbers(1.0, 1.0, 1.0)}})
+    with pytest.raises(InputError, match="nothing to compare"):
+        plot_changes(alone, ["load DEL"])
+
+
+def spectrum(frequency: float) -> PowerSpectrum:
+    t = 0.05 * np.arange(4000)
+    found = power_spectrum(1e6 * np.sin(2.0 * np.pi * frequency * t), dt=0.05)
+    return average_spectra([found, found])
+
+
+def test_spectra_are_plotted_as_they_are() -> None:
+    ax = plot_spectra({"one": spectrum(0.2), "other": spectrum(0.4)}, "RootMyc1", rotor=0.2)
+    one, other, *marks = ax.lines
+    assert [line.get_label() for line in (one, other)] == ["one", "other"]
+    for line, f in ((one, 0.2), (other, 0.4)):
+        x, y = np.asarray(line.get_xdata()), np.asarray(line.get_ydata())
+        assert x[np.argmax(y)] == pytest.approx(f)
+        assert y.max() == pytest.approx(1e-6 * spectrum(f).density.max())  # (kN m)^2/Hz
+    assert [text.get_text() for text in ax.texts] == ["1P", "2P", "3P"] and len(marks) == 3
+    assert ax.get_ylabel() == "[(kN m)$^2$/Hz]" and ax.get_xlabel() == "frequency [Hz]"
+    assert ax.get_xlim() == pytest.approx((0.0, 0.96))
+    assert not plot_spectra({"one": spectrum(0.2)}, "RootMyc1").texts  # no rotor is known
+    with pytest.raises(InputError, match="no channel 'RootMyc9'"):
+        plot_spectra({"one": spectrum(0.2)}, "RootMyc9")
+    with pytest.raises(InputError, match="no results"):
+        plot_spectra({"one": []}, "RootMyc1")
