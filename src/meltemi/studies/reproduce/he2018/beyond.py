@@ -199,8 +199,8 @@ def verdict(runs: Runs) -> str:
         f"{SPEED:g} m/s 2P pitch ({two.mean:+.1f} %) and 2P flaps ({flaps.mean:+.1f} %) are equal in load. So on a "
         "turbine whose pitch bearings can take the 1P travel at all, the first step is 1P individual pitch: most of "
         "the gain, no new hardware. The second is preview of the wind, which relieves the tower and the speed and "
-        "costs no travel. 2P is worth a flap only where the flap is there already, since 2P by pitch gives the same for "
-        "more pitch travel and without a moving part in the blade. Flaps alone at 1P and 2P are the way to "
+        "costs no travel. 2P is worth a flap only where the flap is there already, since 2P by pitch gives the same "
+        "for more pitch travel and without a moving part in the blade. Flaps alone at 1P and 2P are the way to "
         "spare the pitch bearings altogether."
     )
 
