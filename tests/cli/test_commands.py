@@ -26,6 +26,7 @@ COMMANDS = (
     "power-curve",
     "wind",
     "compare",
+    "reproduce",
     "campbell",
     "verify",
     "warmup",

@@ -243,7 +243,7 @@ def tune_loops(
         raise InputError(
             "tune_loops: no gains keep these margins with all loops together: ask for less, or fewer loops"
         )
-    lowered = [scaled(loop, float(factor)) for loop in loops]
+    lowered = [scaled(loop, float(factor)).replace(tracking_time=loop.tracking_time / float(factor)) for loop in loops]
     return tuple(
         replace(
             tuning,

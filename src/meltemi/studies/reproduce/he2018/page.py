@@ -203,7 +203,8 @@ def lead(runs: Runs) -> str:
         f"and 2P, {everywhere} hold in every seed of both winds ({held} of {of} single cases). In the class's wind IPC "
         f"changes the standard deviation of the root moment by {one} and CPFC by {two}; the paper has -47.9 and "
         f"-55.3 %. More is hardly there: ideal removal of 1P would give {ipc.std:+.1f} %, of 1P and 2P "
-        f"{cpfc.std:+.1f} %. IPC reaches {100 * ipc.std_share.mean:.0f} % of that, CPFC {100 * cpfc.std_share.mean:.0f} %."
+        f"{cpfc.std:+.1f} %. IPC reaches {100 * ipc.std_share.mean:.0f} % of that, CPFC "
+        f"{100 * cpfc.std_share.mean:.0f} %."
     )
 
 

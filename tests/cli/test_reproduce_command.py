@@ -1,0 +1,69 @@
+"""``meltemi reproduce``: what is refused, and that a quick look writes everything."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from meltemi import InputError
+from meltemi.app.cli import app
+from meltemi.core.errors import Status
+from meltemi.simulation.channels import catalogue
+from meltemi.simulation.result import Result
+from meltemi.studies.reproduce.he2018 import checks
+from meltemi.studies.reproduce.he2018.claims import harmonic_amplitude, percent
+
+
+def test_an_unknown_study_is_refused_with_the_closest_name(tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, ["reproduce", "he2081", "--out", str(tmp_path / "out")])
+    assert isinstance(found.exception, InputError)
+    assert "did you mean 'he2018'?" in str(found.exception)
+    assert not (tmp_path / "out").exists()
+
+
+def test_workers_below_one_are_refused(tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, ["reproduce", "he2018", "--workers", "0", "--out", str(tmp_path / "out")])
+    assert "at least 1" in str(found.exception)
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_papers_equations_hold_on_our_parts() -> None:
+    for check in (*checks._wind(), *checks._multiblade(), *checks._filters()):
+        assert check.ok, check
+
+
+def test_the_amplitude_at_a_harmonic_is_that_of_the_azimuth() -> None:
+    channels = catalogue()
+    time = np.arange(0.0, 100.0, 0.05)
+    azimuth = 1.2 * time + 0.3 * np.sin(0.1 * time)
+    x = 5.0 + 2.0 * np.cos(azimuth - 0.7) + 0.5 * np.sin(2.0 * azimuth)
+    result = Result(time, np.column_stack([azimuth, x]), (channels["azimuth"], channels["pitch_1"]), Status.OK, "", {})
+    assert harmonic_amplitude(result, "pitch_1", 1) == pytest.approx(2.0, rel=0.02)
+    assert harmonic_amplitude(result, "pitch_1", 2) == pytest.approx(0.5, rel=0.05)
+
+
+def test_changes_are_given_with_their_interval() -> None:
+    assert percent(np.array([-10.0])) == "-10.0 %"
+    assert percent(np.array([-10.0, -12.0, -11.0])) == "-11.0 ± 2.5 %"
+
+
+@pytest.mark.slow
+def test_a_quick_look_writes_every_table_and_figure(tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, ["reproduce", "he2018", "--quick", "--out", str(tmp_path)], catch_exceptions=False)
+    assert found.exit_code == 0
+    for name in ("claims", "conditions", "ceilings", "equations", "gains", "rivals", "travel", "lifetime"):
+        with (tmp_path / f"{name}.csv").open(encoding="utf-8") as file:
+            rows = list(csv.reader(file))
+        assert len(rows) > 2 and all(len(row) == len(rows[0]) for row in rows)
+    figures = {int(m[1]) for path in tmp_path.glob("*.png") if (m := re.match(r"fig(\d+)_", path.name))}
+    assert figures == {4, 5, 6, 7, 8, 9, 10, 11, 12}
+    page = (tmp_path / "he2018.html").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64") >= 11
+    assert "http" not in page.replace("http-equiv", "")
+    for path in (tmp_path / "he2018.html", tmp_path / "claims.csv"):
+        assert str(path) in found.output.replace("\n", "")
