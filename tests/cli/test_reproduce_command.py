@@ -52,7 +52,7 @@ def test_changes_are_given_with_their_interval() -> None:
     assert percent(np.array([-10.0, -12.0, -11.0])) == "-11.0 ± 2.5 %"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_quick_look_writes_every_table_and_figure(tmp_path: Path) -> None:
     found = CliRunner().invoke(app, ["reproduce", "he2018", "--quick", "--out", str(tmp_path)], catch_exceptions=False)
     assert found.exit_code == 0

@@ -28,7 +28,7 @@ TRAVEL = 3.0
 """ROSCO's pitch travel over that of its collective pitch."""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.reference
 def test_ours_takes_more_load_on_the_same_wind(reference: Path) -> None:
     box = read_wind(reference / "openfast" / "wind" / "vkm20_s1.bts")

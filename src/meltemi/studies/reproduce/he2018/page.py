@@ -19,6 +19,7 @@ from meltemi.studies.reproduce.he2018.figures import FIGURES
 from meltemi.studies.reproduce.he2018.runs import CLASS_B, Progress, Runs, Setup, run_all
 from meltemi.studies.scheme_names import SCHEMES
 
+HERE = Path(__file__).parent
 TITLE = "He et al. (2018): combined individual pitch and flap control, reproduced"
 SOURCE = (
     "He, K., Qi, L., Zheng, L., Chen, Y. (2018): Combined pitch and trailing edge flap control for load mitigation of "
@@ -237,7 +238,7 @@ def write_html(path: Path, runs: Runs, tables: Tables, folder: Path, seconds: fl
 
 def markdown(runs: Runs, tables: Tables) -> str:
     """The tables and figures for the documentation."""
-    parts = [lead(runs), ""]
+    parts = [(HERE / "before.md").read_text(encoding="utf-8"), lead(runs), ""]
     for name, (heading, made) in tables.items():
         parts += [f"## {heading}", ""]
         for table in made:
@@ -253,6 +254,7 @@ def markdown(runs: Runs, tables: Tables) -> str:
     for name, (text, _) in FIGURES.items():
         if name.startswith("fig"):
             parts += [f"![{text}](he2018/{name}.png)", ""]
+    parts.append((HERE / "after.md").read_text(encoding="utf-8"))
     return "\n".join(parts)
 
 
