@@ -244,7 +244,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
         speed = notch(x, NOTCH, speed, x[NOTCH_FREQUENCY], x[NOTCH_DAMPING], dt)
     if x[PREVIEW_PLACE] > 0.0:
         change = preview_change(x, whole(x[PREVIEW_PLACE]), measured[s.TIME], dt)
-        x[INTEGRAL] += change * (1.0 + x[COLLECTIVE] / x[HALVING]) / x[KI]
+        x[INTEGRAL] += change * (1.0 + 2.0 * x[COLLECTIVE] / x[HALVING]) / x[KI]  # C-40
     law(x, speed, measured, demands, dt)
     blades, loops = whole(measured[s.N_BLADES]), whole(x[LOOPS])
     azimuth, collective = measured[s.AZIMUTH], x[COLLECTIVE]
