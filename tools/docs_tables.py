@@ -122,6 +122,7 @@ def arrays() -> str:
         "control.feedforward",
         "control.integrator",
         "control.harmonic",
+        "control.preview",
         "control.load_control",
         "simulation.step",
     ):

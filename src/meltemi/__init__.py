@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from meltemi.control.load_control import HarmonicLoop as HarmonicLoop
     from meltemi.control.load_control import LoadControl as LoadControl
     from meltemi.control.load_control import LoadSensor as LoadSensor
+    from meltemi.control.load_control import Preview as Preview
     from meltemi.control.load_control import SpeedNotch as SpeedNotch
     from meltemi.control.load_control import load_control as load_control
     from meltemi.core.errors import InputError as InputError
@@ -95,6 +96,8 @@ if TYPE_CHECKING:
     from meltemi.studies.compare import Comparison as Comparison
     from meltemi.studies.compare import compare as compare
     from meltemi.studies.comparison_report import write_comparison as write_comparison
+    from meltemi.studies.preview import preview_of as preview_of
+    from meltemi.studies.preview import steady_pitch as steady_pitch
     from meltemi.studies.schemes import Design as Design
     from meltemi.studies.schemes import design_controllers as design_controllers
     from meltemi.studies.sensitivity import Sensitivity as Sensitivity
@@ -164,7 +167,7 @@ _HOME = {
     "control.baseline": "baseline",
     "control.fixed": "fixed",
     "control.controller": "Controller StartPoint",
-    "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor SpeedNotch load_control",
+    "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",
@@ -198,6 +201,7 @@ _HOME = {
     "simulation.trim": "OperatingPoint operating_point",
     "studies.compare": "Comparison compare",
     "studies.comparison_report": "write_comparison",
+    "studies.preview": "preview_of steady_pitch",
     "studies.schemes": "Design design_controllers",
     "studies.sensitivity": "Sensitivity differences sensitivity",
     "studies.tuning": "Tuning tune_ipc tune_loops",

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.metadata import entry_points
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from terminal import STEADY, Command, Ran
 import meltemi
 from meltemi import Model, Simulation, Status, SteadyWind
 from meltemi.app.cli import main
+from meltemi.control.baseline import baseline
 from meltemi.simulation.channels import DEFAULT
 
 COMMANDS = (
@@ -118,6 +120,15 @@ def test_run_in_a_uniform_wind_file(command: Command, tmp_path: Path, monkeypatc
     wind = meltemi.read_netcdf("out/result.nc")["wind_x"]
     assert wind[0] == pytest.approx(10.0)
     assert wind[-1] == pytest.approx(12.0)
+
+
+def test_warnings_of_a_run_are_shown(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    law = baseline(meltemi.load_turbine("nrel5mw").control)
+    wary = replace(law, warnings=lambda state: ["pitch: look at it"])
+    monkeypatch.setattr("meltemi.simulation.simulate.baseline", lambda control: wary)
+    ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 1, "--out", tmp_path)
+    assert (ran.status, ran.err) == (0, "warning: pitch: look at it\n")
+    assert meltemi.read_netcdf(tmp_path / "result.nc").warnings == ("pitch: look at it",)
 
 
 def test_run_a_case(command: Command, tmp_path: Path) -> None:

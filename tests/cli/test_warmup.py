@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -47,6 +48,28 @@ def test_warmup_leaves_nothing_to_compile(command: Command) -> None:
     assert str(kernel.cache_folder()) in ran.out
     found = dict(re.findall(r"^(.*?) +\d+ signatures, +(\d+) compiled", ran.out, re.MULTILINE))
     assert found == dict.fromkeys(warmup.STAGES, "0")
+
+
+@pytest.mark.slow
+def test_after_warmup_a_comparison_compiles_nothing(command: Command, tmp_path: Path) -> None:
+    """Linear models, tuning, turbulence, load controllers with flaps: all of them in a new process."""
+    assert command("warmup").status == 0
+    code = """
+import sys
+from meltemi.app.cli import main
+from meltemi.core.kernel import statistics
+try:
+    main()
+except SystemExit as end:
+    assert not end.code, end.code
+print(*statistics())
+"""
+    options = "--ntm --class IIB --wind-speed 18 --controllers cpc,cpfc --seeds 1 --duration 45 --transient 20"
+    arguments = ["compare", "nrel5mw", *options.split(), "--out", str(tmp_path / "out")]
+    ran = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
+    signatures, compiled = map(int, ran.stdout.splitlines()[-1].split())
+    assert signatures > 50 and compiled == 0
+    assert COLD not in ran.stderr
 
 
 def test_a_stage_that_fails_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

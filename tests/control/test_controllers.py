@@ -87,6 +87,20 @@ def test_sampling_period(model: Model) -> None:
         simulate(model, WIND, duration=1.0, controller=Controller(update=count, sample_time=0.0333), start=BEGIN)
 
 
+def test_a_controller_says_what_it_noticed(model: Model) -> None:
+    def noticed(state: Any) -> list[str]:
+        return [f"state is {state[0]:.2f}"]
+
+    controller = Controller(damp, warnings=noticed)
+    result = simulate(model, WIND, duration=1.0, controller=controller, start=BEGIN)
+    assert result.warnings == ("state is 1.01",) and result.between(0.5, 1.0).warnings == result.warnings
+    assert repr(result).endswith("OK; state is 1.01>")
+    assert simulate(model, WIND, duration=1.0, controller=Controller(hold), start=BEGIN).warnings == ()
+    mute = Controller(damp, name="mute", warnings=lambda state: [state[9]])
+    (line,) = simulate(model, WIND, duration=1.0, controller=mute, start=BEGIN).warnings
+    assert line.startswith("warnings of the controller 'mute' raised IndexError")
+
+
 def test_state_vector_persists_between_calls(model: Model) -> None:
     seen: list[float] = []
 

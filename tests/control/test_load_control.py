@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -269,7 +270,13 @@ def test_loops_that_are_unstable_stay_within_the_limits(flap_model: Model, loop:
     """The run goes on: what the actuators cannot do is not done."""
     controller = load_control(flap_model.turbine, LoadControl(loops=(loop,)))
     result = simulate(flap_model, WIND, duration=60.0, channels=CHANNELS, controller=controller)
-    assert result.status is Status.OK and np.all(np.isfinite(result.data))
+    assert result.status is Status.OK and result.message == "" and np.all(np.isfinite(result.data))
+    (warning,) = result.warnings
+    said = re.fullmatch(
+        r"(pitch|flap 1): demands at their limits (\d+) % of the time: gains too high or of the wrong sign\?", warning
+    )
+    assert said and said[1] == ("pitch" if loop.actuator == "pitch" else "flap 1") and 50 < int(said[2]) <= 100
+    assert warning in repr(result) and result.meta["warnings"] == [warning]
     pitch, flap = (np.stack([result[f"{name}{i}"] for i in (1, 2, 3)]) for name in ("pitch_", "flap_1_angle_"))
     assert pitch.min() >= 0.0 and pitch.max() <= 0.5 * np.pi
     assert np.abs(flap).max() <= 15.0 * DEGREE * (1.0 + 1e-9)
@@ -278,6 +285,52 @@ def test_loops_that_are_unstable_stay_within_the_limits(flap_model: Model, loop:
         assert np.ptp(pitch[:, 800:]) < DEGREE
     else:
         assert np.ptp(pitch[:, 800:]) > 15.0 * DEGREE
+
+
+def test_ten_times_the_gain_is_noticed(flap_model: Model) -> None:
+    """1P pitch, 10 times its gain, in turbulence; a comparison passes the words on."""
+    wild = load_control(flap_model.turbine, one(PITCH, integral_gain=10.0 * PITCH_GAIN))
+    tuned = load_control(flap_model.turbine, one(PITCH))
+    winds = [meltemi.TurbulentWind(speed=18.0, intensity=0.15, seed=seed, points=9) for seed in (1, 2)]
+    found = meltemi.compare(flap_model, {"tuned": tuned, "wild": wild}, winds, duration=60.0, transient=20.0)
+    (line,) = found.warnings()
+    assert re.match(r"scheme 'wild' in 2 of 2 winds: pitch: demands at their limits \d\d % of the time", line)
+
+
+@pytest.mark.parametrize(("speed", "intensity"), [(6.0, 0.2), (11.4, 0.2), (24.0, 0.16)])
+def test_sound_gains_have_no_warning(flap_model: Model, speed: float, intensity: float) -> None:
+    """Below rated the pitch rests on its lower limit nearly always, which does not count."""
+    turbine = flap_model.turbine
+    wind = meltemi.TurbulentWind(speed=speed, intensity=intensity, shear_exponent=0.2, seed=4, points=9)
+    law = load_control(turbine, LoadControl(loops=(PITCH, FLAP), feedforward=FeedForward(tower_shadow=True)))
+    run = Simulation(flap_model, wind, duration=100.0, controller=law, channels=CHANNELS)
+    march(run)
+    result = run.result()
+    assert result.status is Status.OK and result.warnings == ()
+    if speed < 8.0:
+        assert np.mean(result["pitch_1"] == 0.0) > 0.4
+    names = list(law.state_names)
+    state = run.case.controller_state
+    assert state[names.index("time")] == pytest.approx(100.0, abs=0.02)
+    # the tower's shadow is faster than the pitch: 7 s at 24 m/s
+    assert state[names.index("blade_pitch_held")] < 10.0 and state[names.index("flap_1_held")] < 15.0
+
+
+def test_time_at_limits_is_counted(flapped: Turbine) -> None:
+    """A flap held at its end by a steady moment counts, a pitch on its lower limit does not; a third for one blade."""
+    driven = Driven(flapped, one(FLAP, filter_damping=0.0, offset=0.0, integral_gain=1e3 * FLAP_GAIN, authority=1.0))
+    for _ in range(2000):
+        driven.step(0.0, [3e6, 0.0, 0.0])
+    assert driven.entry("time") == pytest.approx(2000 * DT)
+    assert driven.entry("flap_1_held") == pytest.approx(2000 * DT, rel=0.05)
+    assert driven.entry("blade_pitch_held") == 0.0
+    low = Driven(flapped, one(PITCH, filter_damping=0.0, offset=0.0), pitch=0.0)
+    low.measured[s.GENERATOR_SPEED] *= 0.7
+    for _ in range(2000):
+        pitch = low.step(0.0, [0.0, 1e6, 1e6])[0]
+    assert pitch[0] == 0.0 and pitch[1] > 0.0
+    assert low.entry("time") == pytest.approx(2000 * DT) and low.entry("blade_pitch_held") == 0.0
+    assert low.controller.warnings is not None and list(low.controller.warnings(low.state)) == []
 
 
 # limits -------------------------------------------------------------------------------------------------------

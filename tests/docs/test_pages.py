@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import csv
 import re
 import runpy
+import shlex
+import sys
 from pathlib import Path
 
 import pytest
+
+from meltemi.app.cli import main
+from meltemi.studies import schemes, tuning
 
 ROOT = Path(__file__).parents[2]
 PAGES = (
@@ -14,6 +20,7 @@ PAGES = (
     "docs/getting-started.md",
     "docs/guide/controllers.md",
     "docs/guide/comparing.md",
+    "docs/guide/own-controller.md",
     "docs/guide/batches.md",
     "docs/guide/results.md",
     "docs/guide/operating-points.md",
@@ -24,16 +31,69 @@ PAGES = (
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_code_on_the_page_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = (ROOT / page).read_text(encoding="utf-8")
-    code = "\n".join(re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL))
+def test_code_on_the_page_runs(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Blocks with the title of a file are that file; those of the title ``printed`` are what is printed."""
+    code, texts = "\n".join(blocks(page, "python")), blocks(page, 'text title="printed"')
     assert "import meltemi" in code
+    written = files(page, tmp_path)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
     exec(compile(code, page, "exec"), {"__name__": "page"})
+    for path in written:
+        sys.modules.pop(path.stem, None)
+    out = capsys.readouterr().out
+    assert all(text in out for text in texts)
     plots = re.findall(r'savefig\("(.*?)"\)', code)
     assert plots
     for plot in plots:
         assert (tmp_path / plot).stat().st_size > 10_000
+
+
+def blocks(page: str, kind: str) -> list[str]:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{kind}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+
+
+def files(page: str, folder: Path) -> list[Path]:
+    """Write the files whose text stands on a page."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    found = re.findall(r'^```python title="(\w+\.py)"\n(.*?)^```', text, re.MULTILINE | re.DOTALL)
+    for name, content in found:
+        (folder / name).write_text(content, encoding="utf-8")
+    return [folder / name for name, _ in found]
+
+
+TUTORIAL = "docs/guide/own-controller.md"
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_the_tutorials_controller_is_compared(
+    compiled: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By the command of the page, with a shorter run, fewer seeds and a tuning at one wind speed; compiled, too."""
+    (path,) = files(TUTORIAL, tmp_path)
+    if compiled:
+        (line,) = blocks(TUTORIAL, 'python title="compiled"')
+        text = path.read_text(encoding="utf-8")
+        last = text.splitlines(keepends=True)[-1]
+        assert last == line.replace("numba.njit(update)", "update")
+        path.write_text("import numba\n" + text.replace(last, line), encoding="utf-8")
+    (command,) = blocks(TUTORIAL, "sh")
+    short = command.replace("--seeds 6 --duration 700", "--seeds 1 --duration 45 --transient 20")
+    assert short != command
+    monkeypatch.setattr(schemes, "linear_models", lambda model, progress=None: tuning.linear_models(model, [18.0]))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", shlex.split(short))
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert not end.value.code
+    out = capsys.readouterr().out
+    assert "my_ipc" in out and (tmp_path / "out" / "comparison.html").stat().st_size > 100_000
+    with (tmp_path / "out" / "seeds.csv").open(newline="", encoding="utf-8") as file:
+        std = {row["scheme"]: float(row["RootMyc1 std [kN m]"]) for row in csv.DictReader(file)}
+    assert std["my_ipc"] < 0.8 * std["cpc"] and std["ipc"] < 0.8 * std["cpc"]
 
 
 def test_the_example_tunes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

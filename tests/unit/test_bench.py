@@ -22,7 +22,7 @@ def figures() -> dict[str, Any]:
         "signatures": next(numbers),
         "beyond": {f"something {i}": float(next(numbers)) for i in range(4)},
         "cached_start_s": 1.23,
-        "runs": {name: {**RUN, "real_time_factor": next(numbers)} for name in bench.VARIANTS},
+        "runs": {name: {**RUN, "real_time_factor": next(numbers)} for name in (*bench.VARIANTS, bench.LOAD_CONTROL)},
         "floats": {**RUN, "us_per_step": 50.0},
         "derivatives": {**RUN, "us_per_step": 75.0},
         "peak_memory_mb": next(numbers),
@@ -69,5 +69,5 @@ def test_the_page_of_the_documentation_is_the_one_that_is_written() -> None:
     template = (Path(bench.__file__).parent / "bench_page.md").read_text(encoding="utf-8")
     headings = [line for line in template.splitlines() if line.startswith("#")]
     assert [line for line in page.splitlines() if line.startswith("#")] == headings
-    for name in (*bench.VARIANTS, *(name for name, _ in bench.OPENFAST)):
+    for name in (*bench.VARIANTS, bench.LOAD_CONTROL, *(name for name, _ in bench.OPENFAST)):
         assert f"| {name} |" in page, name

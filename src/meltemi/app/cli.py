@@ -163,6 +163,8 @@ def run(
     )
     for file in files:
         print(f"wrote {file}")
+    for warning in result.warnings:
+        say(f"warning: {warning}")
     if result.status is not Status.OK:
         say(f"the run ended early: {result.message}")
         raise typer.Exit(130 if result.status is Status.INTERRUPTED else 1)

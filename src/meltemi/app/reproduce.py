@@ -35,7 +35,7 @@ def reproduce(
                 out, QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share)
             )
     for table in (page.brief_claims(runs), page.acceptance_table(runs), page.ceiling_table(runs)):
-        print_table(table.caption, table.head, table.rows, text_columns=table.text_columns)
+        print_table(table.caption, table.head, table.rows, text_columns=len(table.head))
     print(page.lead(runs))
     for file in files:
         print(f"wrote {file}")

@@ -9,7 +9,7 @@ compiled again for another controller; plain ones are called back on the same ve
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -70,6 +70,7 @@ class Controller:
       uses_loads: whether it reads loads, accelerations or wind; a run is a little faster when it does not.
       state_names: of the entries of the state vector, for derivatives by them. In one of the name ``switches`` update
         may sum what ``meltemi.maths.generic.crossed`` gives for the distance from each of its switches.
+      warnings: called with the state at the end of a run; its lines go into the result's ``warnings``.
     """
 
     update: Update
@@ -78,6 +79,7 @@ class Controller:
     name: str = ""
     uses_loads: bool = True
     state_names: tuple[str, ...] = ()
+    warnings: Callable[[Vector], Sequence[str]] | None = None
 
     def __post_init__(self) -> None:
         if not callable(self.update):

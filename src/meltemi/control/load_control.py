@@ -5,9 +5,10 @@
 
 Every part is optional and stands alone in a module of its own; here they are put together. With none the controller is
 the collective law to the bit. Each blade's demand is limited as its actuator is, in angle and in rate, and what the
-limits took away is taken back from the integrals, so nothing winds up.
+limits took away is taken back from the integrals, so nothing winds up. The time that demands spend at their limits is
+counted: gains that are too high show there.
 
-Reference: docs/theory/control.md (C-27 to C-31); He et al. (2018); Bossanyi (2003).
+Reference: docs/theory/control.md (C-27 to C-31, C-39, C-40); He et al. (2018); Bossanyi (2003).
 """
 
 from __future__ import annotations
@@ -169,6 +170,7 @@ COMPOSED = table(
     notch_frequency   | rad/s | of the generator speed's notch; 0: none
     notch_damping     | -     | its damping ratio
     preview           | -     | place of the preview in this vector; 0: none
+    time              | s     | for which demands have been limited
     notch_first       | rad/s | state of the notch
     notch_second      | rad/s | state of the notch
     sensor_frequency  | rad/s | corner of the sensors' low-pass; 0: none
@@ -181,9 +183,9 @@ COMPOSED = table(
 )
 """Settings and state. The count of switches is that of the collective law, for all parts together."""
 
-LOOPS, GROUPS, FEEDFORWARD, NOTCH_FREQUENCY, NOTCH_DAMPING, PREVIEW_PLACE, NOTCH = (
+LOOPS, GROUPS, FEEDFORWARD, NOTCH_FREQUENCY, NOTCH_DAMPING, PREVIEW_PLACE, LIMITED_TIME, NOTCH = (
     len(BASELINE) + i
-    for i in COMPOSED.slots("loops groups feedforward notch_frequency notch_damping preview notch_first")
+    for i in COMPOSED.slots("loops groups feedforward notch_frequency notch_damping preview time notch_first")
 )
 SENSOR_FREQUENCY, SENSOR_NOISE, SENSOR_DELAY, SENSOR, MOMENT, MISSING = (
     len(BASELINE) + i for i in COMPOSED.slots("sensor_frequency sensor_noise sensor_delay low_pass moment missing")
@@ -196,6 +198,7 @@ LIMITS = table(
     minimum      | rad   | of a demand
     maximum      | rad   | of a demand
     rate         | rad/s | of a demand
+    held         | s     | with a demand at a limit, mean of the blades; not the lowest pitch
     last blades  | rad   | demands of the last call
     wanted blades| rad   | demands before the limits
     """,
@@ -203,7 +206,10 @@ LIMITS = table(
 """Limits of one group of actuators, and its demands."""
 PER_GROUP = len(LIMITS)
 
-MINIMUM, MAXIMUM, RATE, LAST, WANTED = LIMITS.slots("minimum maximum rate last wanted")
+MINIMUM, MAXIMUM, RATE, HELD, LAST, WANTED = LIMITS.slots("minimum maximum rate held last wanted")
+
+MOST_HELD = 0.35
+"""Share of the time at limits beyond which a run has a warning; sound loops reach a third in extreme turbulence."""
 
 SHARES = len(BASELINE) + len(COMPOSED)
 NOISES = SHARES + len(WEIGHTS)
@@ -244,7 +250,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
         speed = notch(x, NOTCH, speed, x[NOTCH_FREQUENCY], x[NOTCH_DAMPING], dt)
     if x[PREVIEW_PLACE] > 0.0:
         change = preview_change(x, whole(x[PREVIEW_PLACE]), measured[s.TIME], dt)
-        x[INTEGRAL] += change * (1.0 + x[COLLECTIVE] / x[HALVING]) / x[KI]
+        x[INTEGRAL] += change * (1.0 + 2.0 * x[COLLECTIVE] / x[HALVING]) / x[KI]  # C-40
     law(x, speed, measured, demands, dt)
     blades, loops = whole(measured[s.N_BLADES]), whole(x[LOOPS])
     azimuth, collective = measured[s.AZIMUTH], x[COLLECTIVE]
@@ -266,12 +272,15 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
             x[SWITCHES] += x[axis + AXIS_SWITCHES]
             x[axis + AXIS_SWITCHES] = 0.0
         add_demands(x, at, LIMITED + PER_GROUP * whole(x[at + LOOP_GROUP]) + WANTED, blades, azimuth)
+    x[LIMITED_TIME] += dt
     for g in range(whole(x[GROUPS])):
         group = LIMITED + PER_GROUP * g
         for i in range(blades):
             demand = limited(x, group, i, dt)
             x[MISSING + i] = demand - x[group + WANTED + i]
             x[group + LAST + i] = demand
+            if x[MISSING + i] != 0.0 and (g > 0 or demand > x[group + MINIMUM]):  # there it rests below rated
+                x[group + HELD] += dt / blades
             demands[(s.PITCH_DEMAND if g == 0 else s.FLAP_DEMAND + MAX_BLADES * (g - 1)) + i] = demand
         for k in range(loops):
             at = FIRST_LOOP + LOOP_STATES * k
@@ -337,7 +346,21 @@ def load_control(
         name=name,
         uses_loads=bool(settings.loops),
         state_names=_names(settings) if settings.preview is None else (),
+        warnings=limit_warnings,
     )
+
+
+def limit_warnings(x: Float) -> list[str]:
+    """What is to be said about demands that were at their limits for much of a run."""
+    found = []
+    for g in range(1 + MAX_FLAPS):
+        share = x[LIMITED + PER_GROUP * g + HELD] / max(x[LIMITED_TIME], 1e-9)
+        if share > MOST_HELD:
+            found.append(
+                f"{f'flap {g}' if g else 'pitch'}: demands at their limits {100.0 * share:.0f} % of the time: "
+                "gains too high or of the wrong sign?"
+            )
+    return found
 
 
 def _top_speed(turbine: Turbine) -> float:

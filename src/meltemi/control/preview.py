@@ -9,7 +9,7 @@ wind is given as a series that is known beforehand: no lidar is modelled, so thi
 Settings, state, series and table lie in a vector from the place ``at`` on, one behind the other: ``PREVIEW``, the
 series of wind speeds, the table of pitch.
 
-Reference: docs/theory/control.md (C-38); Schlipf, Schlipf and Kühn (2013), Wind Energy 16, 1107-1129.
+Reference: docs/theory/control.md (C-39, C-40); Schlipf, Schlipf and Kühn (2013), Wind Energy 16, 1107-1129.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def between(x: Float, at: int, n: int, place: float) -> float:
 
 @kernel
 def preview_change(x: Float, at: int, time: float, dt: float) -> float:
-    """Change of the steady pitch [rad] that the coming wind asks for, since the last call (C-38)."""
+    """Change of the steady pitch [rad] that the coming wind asks for, since the last call (C-39)."""
     samples, entries = whole(x[at + SAMPLES]), whole(x[at + ENTRIES])
     coming = between(x, at + SERIES, samples, (time + x[at + LEAD]) / x[at + TIME_STEP])
     speed = low_pass(x, at + SPEED, coming, x[at + CORNER], dt)

@@ -31,7 +31,7 @@ class Result:
       channels: what the columns are.
       status: how the run ended.
       message: why it ended, in words.
-      meta: everything needed to repeat the run: version, hashes, options, machine, times.
+      meta: everything needed to repeat the run: version, hashes, options, machine, times; and ``warnings``.
     """
 
     time: Float
@@ -45,6 +45,11 @@ class Result:
     def names(self) -> list[str]:
         """Names of the channels."""
         return [channel.name for channel in self.channels]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What its controller has to say about a run, such as demands that were at their limits for most of it."""
+        return tuple(self.meta.get("warnings", ()))
 
     def channel(self, name: str) -> Channel:
         """The description of a recorded channel; unknown names are answered with the closest ones."""
@@ -123,4 +128,5 @@ class Result:
 
     def __repr__(self) -> str:
         span = f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "empty"
-        return f"<Result: {len(self.channels)} channels, {span}, {self.status.name}>"
+        said = "".join(f"; {warning}" for warning in self.warnings)
+        return f"<Result: {len(self.channels)} channels, {span}, {self.status.name}{said}>"

@@ -297,6 +297,8 @@ class Simulation:
         for name in ("compile_seconds", "prepare_seconds", "run_seconds"):
             meta[name] = round(getattr(self, name), 4)
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
+        if self.controller.warnings is not None:
+            meta["warnings"] = noticed(self.controller, self.case.controller_state)
         return Result(
             time=np.arange(rows, dtype=float) * self.output_step,
             data=data,
@@ -455,6 +457,14 @@ def explain(case: Case, status: Status, t: float, dt: float) -> str:
         ]
         return f"at t = {t:.3f} s the controller {name!r} asked for {', '.join(bad)}"
     return f"at t = {t:.3f} s: {status.message}"
+
+
+def noticed(controller: Controller, state: Any) -> list[str]:
+    """What a controller says of a run; what goes wrong in saying it does not harm the result."""
+    try:
+        return [str(line) for line in controller.warnings(state)] if controller.warnings is not None else []
+    except Exception as error:
+        return [f"warnings of the controller {controller.name!r} raised {type(error).__name__}: {error}"]
 
 
 def describe(run: Simulation) -> dict[str, Any]:

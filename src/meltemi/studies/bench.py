@@ -41,6 +41,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "40 nodes a blade": {"blade_nodes": 40},
 }
 """Options of the timed runs."""
+LOAD_CONTROL = "one flap a blade, load control (CPFC)"
+"""Name of the timed run with 1P feedback to pitch, 2P feedback to flaps, and feed-forward."""
 PARAMETERS = (
     "controller.proportional_gain",
     "controller.integral_gain",
@@ -88,11 +90,11 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
     Returns:
       ``machine`` (processor, versions, date), ``import_s``, ``stages`` (compilation: seconds and signatures by stage),
       ``cold_compile_s``, ``signatures``, ``beyond`` (what compiles on first use), ``cached_start_s``, ``runs``
-      (microseconds a step, real-time factor and step of each variant), ``floats`` and ``derivatives`` (the first
-      variant one node at a time, and with eight derivatives), ``controllers``, ``fields`` (seconds and peak memory of
-      making turbulence), ``peak_memory_mb`` (the wind field not counted), ``cores``, ``batch_cases``,
-      ``batch_real_time_factor``, ``batch_loss`` (share lost against cores times one core), ``batch_peak_memory_mb``
-      (all counted), ``case``.
+      (microseconds a step, real-time factor and step of each variant, and with load control), ``floats`` and
+      ``derivatives`` (the first variant one node at a time, and with eight derivatives), ``controllers``, ``fields``
+      (seconds and peak memory of making turbulence), ``peak_memory_mb`` (the wind field not counted), ``cores``,
+      ``batch_cases``, ``batch_real_time_factor``, ``batch_loss`` (share lost against cores times one core),
+      ``batch_peak_memory_mb`` (all counted), ``case``.
     """
     if not 0.0 < duration < float("inf"):
         raise InputError(f"bench: duration must be a positive number of seconds, found {duration!r}")
@@ -219,6 +221,7 @@ def beyond() -> dict[str, float]:
     import numba
 
     from meltemi.control.controller import Controller
+    from meltemi.control.load_control import load_control
     from meltemi.simulation.linear import linearise
     from meltemi.simulation.simulate import simulate
     from meltemi.simulation.trim import operating_point
@@ -238,6 +241,7 @@ def beyond() -> dict[str, float]:
     timed("a compiled controller of 30 lines", lambda: simulate(model, wind, duration=1.0, controller=fast))
     slow = Controller(_nothing)
     timed("the door for controllers in plain Python", lambda: simulate(model, wind, duration=1.0, controller=slow))
+    timed("load control", lambda: simulate(model, wind, duration=1.0, controller=load_control(model.turbine)))
     point = operating_point(model, wind)
     timed("derivatives of an evaluation (linear models)", lambda: linearise(model, point, azimuth=0.0))
     timed("Mann's turbulence", lambda: _turbulence(1.0, spectrum="mann"))
@@ -291,12 +295,30 @@ def timed_runs(duration: float) -> dict[str, Any]:
         runs[name] = _timed(_model(**options), wind, duration)
         if len(runs) == 1:
             peak = round((_peak_resident() - wind.velocity.nbytes) / 1e6)
+    runs[LOAD_CONTROL] = timed_load_control(wind, duration)
     model, short = _model(), min(duration, 120.0)
     controller, start = baseline(model.turbine.control), operating_point(model, wind)
     ways = directions(model, PARAMETERS, controller, first_point(model, wind, start), {})
     floats = _timed(model, wind, short, numbers="floats", start=start)
     duals = _timed(model, wind, short, numbers="duals", start=start, prepare=lambda case: seed(case, ways))
     return {"runs": runs, "floats": floats, "derivatives": duals, "peak_memory_mb": peak}
+
+
+def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
+    """Time a step of CPFC (docs/guide/controllers.md), with flaps that the other runs do not have."""
+    from math import radians
+
+    from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, load_control
+    from meltemi.simulation.model import build
+    from meltemi.turbine.flaps import with_flaps
+    from meltemi.turbine.library import load_turbine
+
+    degree = radians(1.0)
+    pitch = HarmonicLoop(harmonic=1, integral_gain=0.4 * degree / 1190e3, offset=30 * degree)
+    flaps = HarmonicLoop(harmonic=2, integral_gain=-0.2 * degree / 160e3, offset=57 * degree, actuator="flap")
+    turbine = with_flaps(load_turbine("nrel5mw"))
+    settings = LoadControl(loops=(pitch, flaps), feedforward=FeedForward())
+    return _timed(build(turbine), wind, duration, controller=load_control(turbine, settings))
 
 
 def timed_field(name: str) -> dict[str, float]:

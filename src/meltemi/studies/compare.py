@@ -179,6 +179,7 @@ class RunSummary:
       moment: (T,) RootMyc1 [N m] after the transient, as recorded.
       ceilings_window: the same judged in each further window, by its name.
       result: the series; None unless wanted.
+      warnings: of the run.
     """
 
     numbers: Mapping[str, Mapping[str, float]]
@@ -187,6 +188,7 @@ class RunSummary:
     moment: Float = field(repr=False)
     ceilings_window: Mapping[str, tuple[Ceiling, Ceiling]]
     result: Result | None = field(default=None, repr=False)
+    warnings: tuple[str, ...] = ()
 
 
 WHOLE = "whole"
@@ -244,6 +246,15 @@ class Comparison:
         """What is left then [N m], mean over seeds."""
         found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
         return mean_interval([c.std_left if quantity == "std" else c.load_left for c in found])
+
+    def warnings(self) -> list[str]:
+        """What runs have to say, a line a scheme."""
+        lines = []
+        for scheme, runs in self.runs.items():
+            told = [run.warnings for run in runs if run.warnings]
+            if told:
+                lines.append(f"scheme {scheme!r} in {len(told)} of {len(runs)} winds: {'; '.join(told[0])}")
+        return lines
 
     def rotor_frequency(self) -> float:
         """[Hz] of the first scheme in the first wind, after the transient."""
@@ -420,6 +431,7 @@ def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: b
         moment=whole["RootMyc1"].copy(),
         ceilings_window={name: limits(w) for name, w in windows.items() if name != WHOLE},
         result=result if keep else None,
+        warnings=result.warnings,
     )
 
 

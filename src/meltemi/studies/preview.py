@@ -1,6 +1,8 @@
 """Preview settings from a wind and a turbine: rotor-averaged wind speed, and the pitch of steady operation.
 
 The lead is what makes the pitch come in time: the delay of the low-pass plus that of the pitch actuator.
+
+Reference: docs/theory/control.md (C-39, C-41).
 """
 
 from __future__ import annotations
@@ -38,10 +40,10 @@ def rotor_average(box: WindBox, hub_height: float, radius: float) -> Float:
     return average
 
 
-def steady_pitch(model: Model, spacing: float = SPACING) -> tuple[float, Float]:
-    """First speed [m/s] and pitch [rad] of steady operation from cut-in to beyond cut-out."""
+def steady_pitch(model: Model) -> tuple[float, Float]:
+    """First speed [m/s], and pitch [rad] of steady operation from there to beyond cut-out, at every 1 m/s."""
     turbine = model.turbine
-    speeds = np.arange(turbine.cut_in, turbine.cut_out + 10.0 + 1e-9, spacing)
+    speeds = np.arange(turbine.cut_in, turbine.cut_out + 10.0 + 1e-9, SPACING)
     return float(speeds[0]), np.array([operating_point(model, float(u)).pitch for u in speeds])
 
 
@@ -67,7 +69,7 @@ def preview_of(
         lead += 2.0 * actuator.damping_ratio / actuator.natural_frequency
     average = rotor_average(wind, turbine.hub_height, turbine.rotor_radius)
     # plane k passes the tower at box.passing[k]; the rotor stands an overhang upwind of it
-    passing = wind.passing + turbine.nacelle.overhang / wind.speed
+    passing = wind.passing - turbine.nacelle.overhang / wind.speed
     even = np.interp(wind.dt * np.arange(len(average)), passing, average)
     return Preview(
         wind=even,

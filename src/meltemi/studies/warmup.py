@@ -96,10 +96,12 @@ def _machine() -> tuple[Any, Any]:
 def _runs() -> None:
     """Trim, time loop, built-in controllers and those in plain Python."""
     from meltemi.control.controller import Controller
+    from meltemi.control.load_control import load_control
     from meltemi.simulation.simulate import simulate
 
     model, wind = _machine()
     simulate(model, wind, duration=0.1)
+    simulate(model, wind, duration=0.1, controller=load_control(model.turbine))
     simulate(model, wind, duration=0.1, controller=Controller(lambda state, measurements, demands, dt: None))
 
 
@@ -132,6 +134,8 @@ def _section_loads() -> None:
 
 def _derivatives() -> None:
     """Linear models and sensitivities: the kernels with dual numbers."""
+    from meltemi.control.controller import dual_entry
+    from meltemi.control.load_control import load_control
     from meltemi.simulation.linear import linearise
     from meltemi.simulation.trim import operating_point
     from meltemi.studies.sensitivity import sensitivity
@@ -140,6 +144,7 @@ def _derivatives() -> None:
     start = operating_point(model, wind)
     linearise(model, start, azimuth=0.0)
     sensitivity(model, wind, ["pitch_offset"], duration=0.1, start=start)
+    dual_entry(load_control(model.turbine))
 
 
 STAGES: dict[str, Callable[[], None]] = {

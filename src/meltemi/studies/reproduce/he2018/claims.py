@@ -45,7 +45,10 @@ REASONS = {
         "At a slope of 10 the largest cycles make the DEL; they are single gusts, which act at all frequencies. It "
         "scatters more than the deviation, from seed to seed and most of all in a minute."
     ),
-    "duty": "The feed-forward alone asks for 3.4 deg of 1P; turbulence adds to it.",
+    "duty": (
+        "The feed-forward asks for 3.4 deg of 1P, almost twice what the load from shear needs; the feedback takes the "
+        "rest back. The amplitude is the mean over the time; turbulence adds to it from moment to moment."
+    ),
 }
 """Why numbers differ, or agree, by key."""
 
