@@ -68,7 +68,7 @@ print(*statistics())
     arguments = ["compare", "nrel5mw", *options.split(), "--out", str(tmp_path / "out")]
     ran = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
     signatures, compiled = map(int, ran.stdout.splitlines()[-1].split())
-    assert signatures > 50 and compiled == 0
+    assert signatures >= 10 and compiled == 0
     assert COLD not in ran.stderr
 
 
