@@ -138,6 +138,8 @@ def compare(
     )
     for file in files:
         print(f"wrote {file}")
+    for warning in comparison.warnings():
+        say(f"warning: {warning}")
     if comparison.failures:
         for failure in comparison.failures:
             say(f"left out for all: {study.failure_line(failure)}")
