@@ -170,7 +170,7 @@ def loads(runs: Runs) -> Figure:
                             label="paper" if i == 0 else None)  # fmt: skip
         ax.axhline(0.0, color=INK, linewidth=0.8)
         ax.set_xticks(range(len(names)), [name.removesuffix(" DEL") for name in names])
-        ax.legend(fontsize=8)
+        ax.legend(fontsize=8, loc="lower right")
         _panel(ax, f"Fig. 12: change of DEL against CPC, {reading}", "%")
     return figure
 

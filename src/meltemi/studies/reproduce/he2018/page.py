@@ -14,7 +14,7 @@ from meltemi.report.tables import number, write_csv
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.reproduce.he2018 import beyond
 from meltemi.studies.reproduce.he2018.checks import checks
-from meltemi.studies.reproduce.he2018.claims import REASONS, Row, acceptances, ceilings, claims, minutes
+from meltemi.studies.reproduce.he2018.claims import Row, acceptances, ceilings, claims, minutes, reasons
 from meltemi.studies.reproduce.he2018.figures import FIGURES
 from meltemi.studies.reproduce.he2018.runs import CLASS_B, Progress, Runs, Setup, run_all
 from meltemi.studies.scheme_names import SCHEMES
@@ -211,12 +211,11 @@ def lead(runs: Runs) -> str:
 
 def write_html(path: Path, runs: Runs, tables: Tables, folder: Path, seconds: float) -> Path:
     """The page with all tables and figures inside."""
-    reasons = [f"{key}: {text}" for key, text in REASONS.items()]
     sections = []
     for name, (heading, made) in tables.items():
         content: list[str | Table | Picture] = list(made)
         if name == "claims":
-            content += reasons
+            content += [f"{key}: {text}" for key, text in reasons(runs).items()]
         if name == "gains":
             content.append(Picture(folder / "bode.png", "Loops of CPFC at all operating points"))
         if name == "lifetime":
@@ -244,7 +243,7 @@ def markdown(runs: Runs, tables: Tables) -> str:
         for table in made:
             parts += [*_markdown_table(table), ""]
         if name == "claims":
-            parts += [f"*{key}:* {text}\n" for key, text in REASONS.items()]
+            parts += [f"*{key}:* {text}\n" for key, text in reasons(runs).items()]
         if name == "gains":
             parts += ["![Loops of CPFC](he2018/bode.png)", ""]
         if name == "lifetime":
