@@ -359,8 +359,8 @@ def reasons(runs: Runs) -> dict[str, str]:
     ceiling = (
         "Below the paper's figure because of the ceiling: what is not at 1P or 2P no such controller can reach. A "
         f"change of the standard deviation by -55.3 % means that {asked:.0f} % of the variance is gone; the bands of "
-        f"1P and 2P hold {shares} of it. The paper's figures need a wind with less turbulence, see the study of winds, or "
-        "a lucky minute, see the minutes."
+        f"1P and 2P hold {shares} of it. The paper's figures need a wind with less turbulence, see the study of winds, "
+        "or a lucky minute, see the minutes."
     )
     return {"ceiling": ceiling, **_REASONS}
 
