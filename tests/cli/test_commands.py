@@ -334,7 +334,7 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     assert "Usage: " in ran.out
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
-    with_files = ("run", "power-curve", "wind", "compare", "campbell", "verify", "template")
+    with_files = ("run", "power-curve", "wind", "compare", "reproduce", "campbell", "verify", "template")
     assert ("--out" in options) is (name in with_files)
 
 
