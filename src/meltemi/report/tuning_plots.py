@@ -93,7 +93,7 @@ def _loop(name: str, points: Sequence[LoopPoint], row: Sequence[Axes]) -> None:
             end = int(small[0]) if len(small) else len(f)
             angle = np.degrees(np.unwrap(np.angle(L if sign > 0 else L.conj())))
             phase.semilogx(f[:end], angle[:end], **drawn)
-            sensitivity.semilogx(f, 1.0 / np.abs(1.0 + point.together[side]), **drawn)
+            sensitivity.semilogx(f, 1.0 / np.abs(1.0 + L), **drawn)
     gain.set_ylim(LEAST_GAIN, MOST_GAIN)
     gain.axhline(1.0, **LIMIT)
     phase.set_ylim(-270.0, 0.0)

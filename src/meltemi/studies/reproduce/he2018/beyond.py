@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_interval, rayleigh_weights
 from meltemi.report.html import Table
 from meltemi.report.tables import number
-from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, WHOLE, Comparison
+from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, Comparison
 from meltemi.studies.reproduce.he2018.claims import change, percent
 from meltemi.studies.reproduce.he2018.runs import ALL_SPEEDS, CLASS_B, SPEED, TRAVEL, Runs
 
@@ -206,8 +206,3 @@ def verdict(runs: Runs) -> str:
         f"{cost['flaps12']:.1f} % over a lifetime), all of it below rated, where there is little load to save: there "
         "the loops should fade out."
     )
-
-
-def whole_interval(c: Comparison, name: str, scheme: str) -> str:
-    """Change after the transient."""
-    return percent(change(c, name, scheme, WHOLE))

@@ -22,8 +22,6 @@ Float = NDArray[np.float64]
 
 PEAK_WIDTH = 0.04
 """[Hz] half-width in which a peak is sought: twice the resolution of the spectra."""
-TARGET = 0.8
-"""Share of the ceiling that a scheme should reach."""
 
 _REASONS = {
     "means": "Integral action on the tilt and yaw part of the blades' moments takes their means to zero.",

@@ -8,10 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.postprocess.ensemble import mean_interval
 from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.report.spectra_plots import plot_spectra
 from meltemi.simulation.result import Result
-from meltemi.studies.compare import Comparison, hub_moments
-from meltemi.studies.reproduce.he2018.runs import CLASS_B, PAPER, Runs
+from meltemi.studies.compare import hub_moments
+from meltemi.studies.reproduce.he2018.beyond import at_speed
+from meltemi.studies.reproduce.he2018.claims import change
+from meltemi.studies.reproduce.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, Runs
 from meltemi.turbine.flaps import DEFLECTION
 from meltemi.turbine.flaps import LIFT as LIFT_TABLE
 
@@ -21,6 +25,8 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 THREE = ("cpc", "ipc", "cpfc")
+HIGHEST = 0.9
+"""[Hz] to which spectra are drawn: a little beyond 4P."""
 Series = tuple[str, str, Callable[[Result], Float]]
 """Title, unit, and what is drawn of a result."""
 
@@ -105,25 +111,10 @@ def spectra(runs: Runs) -> Figure:
     """Fig. 9: power spectral density of RootMyc1, mean over seeds, for both readings of the wind."""
     figure, axes = new_figure(1, len(runs.readings), size=(11.0, 4.0))
     for ax, (reading, c) in zip(axes[0], runs.readings.items(), strict=True):
-        _spectra(c, ax)
+        found = {scheme.upper(): c.spectrum("RootMyc1", scheme) for scheme in THREE}
+        plot_spectra(found, "RootMyc1", rotor=c.rotor_frequency(), harmonics=(1, 2, 3, 4), highest=HIGHEST, ax=ax)
         ax.set_title(f"Fig. 9: PSD of RootMyc1, {reading}", fontsize=9, loc="left", color=INK, pad=3)
     return figure
-
-
-def _spectra(c: Comparison, ax: Axes) -> None:
-    f = c.rotor_frequency()
-    for i, scheme in enumerate(THREE):
-        found = c.spectrum("RootMyc1", scheme)
-        part = (found.frequency > 0.0) & (found.frequency < 4.5 * f)
-        ax.semilogy(found.frequency[part], found.density[part] * 1e-6, color=COLOURS[i], label=scheme.upper())
-    for n in (1, 2, 3, 4):
-        ax.axvline(n * f, color="#9aa5ae", linewidth=0.8, linestyle="--", zorder=0.5)
-        ax.annotate(f"{n}P", (n * f, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -9),
-                    textcoords="offset points", fontsize=8, color="#6b757d")  # fmt: skip
-    ax.set_xlabel("frequency [Hz]")
-    ax.set_ylabel("[(kN m)$^2$/Hz]", fontsize=8)
-    ax.legend(fontsize=8, loc="lower left")
-    style(ax)
 
 
 def power(runs: Runs) -> Figure:
@@ -155,9 +146,6 @@ def loads(runs: Runs) -> Figure:
     names = ("RootMyc1 DEL", "RootMxc1 DEL", "Myaw DEL", "Mtilt DEL")
     paper: Mapping[str, tuple[float, float]] = {"RootMyc1 DEL": (-42.2, -53.7)}
     figure, axes = new_figure(1, len(runs.readings), size=(11.0, 3.8))
-    from meltemi.postprocess.ensemble import mean_interval
-    from meltemi.studies.reproduce.he2018.claims import change
-
     for ax, (reading, c) in zip(axes[0], runs.readings.items(), strict=True):
         for i, scheme in enumerate(("ipc", "cpfc")):
             found = [mean_interval(change(c, name, scheme)) for name in names]
@@ -177,10 +165,6 @@ def loads(runs: Runs) -> Figure:
 
 def speeds(runs: Runs) -> Figure:
     """Change of loads over wind speed, beyond the paper."""
-    from meltemi.studies.reproduce.he2018.beyond import at_speed
-    from meltemi.studies.reproduce.he2018.claims import change
-    from meltemi.studies.reproduce.he2018.runs import ALL_SPEEDS, SPEED
-
     every = sorted({*runs.speeds, SPEED})
     figure, axes = new_figure(1, 3, size=(12.0, 3.8))
     for ax, name in zip(axes[0], ("RootMyc1 DEL", "TwrBsMyt DEL", "power mean"), strict=True):

@@ -14,7 +14,16 @@ from meltemi.report.tables import number, write_csv
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.reproduce.he2018 import beyond
 from meltemi.studies.reproduce.he2018.checks import checks
-from meltemi.studies.reproduce.he2018.claims import Row, acceptances, ceilings, claims, minutes, reasons
+from meltemi.studies.reproduce.he2018.claims import (
+    Row,
+    acceptances,
+    ceilings,
+    change,
+    claims,
+    minutes,
+    percent,
+    reasons,
+)
 from meltemi.studies.reproduce.he2018.figures import FIGURES
 from meltemi.studies.reproduce.he2018.runs import CLASS_B, Progress, Runs, Setup, run_all
 from meltemi.studies.scheme_names import SCHEMES
@@ -195,7 +204,7 @@ def lead(runs: Runs) -> str:
     found = {(r.reading, r.scheme): r for r in ceilings(runs)}
     ipc, cpfc = found[CLASS_B, "ipc"], found[CLASS_B, "cpfc"]
     c = runs.readings[CLASS_B]
-    one, two = beyond.whole_interval(c, "RootMyc1 std", "ipc"), beyond.whole_interval(c, "RootMyc1 std", "cpfc")
+    one, two = (percent(change(c, "RootMyc1 std", scheme)) for scheme in ("ipc", "cpfc"))
     rows = acceptances(runs)
     held, of = (sum(pair[k] for row in rows for pair in row.held) for k in (0, 1))
     everywhere = sum(row.everywhere for row in rows)
