@@ -14,6 +14,7 @@ from meltemi.simulation.modes import equilibrium, natural_modes, vacuum_case
 from meltemi.structure.beam import assemble
 from meltemi.structure.members import blade_beam
 from meltemi.studies.verify.closed_form import NO_DAMPING, uniform_blade
+from meltemi.turbine.pile import pile_foundation
 
 CALM = SteadyWind(speed=0.0)
 LENGTH, EI, GJ, COUPLING, MASS = 60.0, 3.0e9, 1.0e9, 0.6e9, 250.0
@@ -362,7 +363,45 @@ def test_what_is_not_modelled_is_refused_by_name(turbine: Turbine) -> None:
 
     refused("gearbox_efficiency", turbine.replace(**{"drivetrain.gearbox_efficiency": 0.95}))
     refused("overhang", turbine.replace(**{"nacelle.overhang": -5.0}))
-    refused("torsion", uniform_blade(turbine))
+    refused("torsion", uniform_blade(turbine), ModelOptions(torsion_modes=1))
     refused("tower torsion", turbine.replace(**{"tower.torsion_stiffness": None}), ModelOptions(tower_torsion_modes=1))
     refused("mode_shapes", turbine, ModelOptions(mode_shapes="given"))
     refused("did you mean", turbine, ModelOptions(locked=("towr",)))
+
+
+def test_pile_as_springs() -> None:
+    # uniform cantilever: u = F L^3 / 3EI + F L / GA, theta = F L^2 / 2EI; it moves 33/140 of its mass (Rayleigh)
+    z, one = np.linspace(-30.0, 15.0, 4), np.ones(4)
+    length, EI, GA = 45.0, 1.6e12, 1e14
+    pile = pile_foundation(z, EI * one, GA * one, 3e11 * one, 1.2e12 * one, 2e4 * one)
+    F = np.linalg.inv(pile.stiffness)
+    assert F[0, 0] == pytest.approx(length**3 / (3.0 * EI) + length / GA, rel=1e-9)
+    assert F[4, 0] == pytest.approx(length**2 / (2.0 * EI), rel=1e-9)
+    assert F[3, 1] == pytest.approx(-(length**2) / (2.0 * EI), rel=1e-9)
+    assert F[5, 5] == pytest.approx(length / 1.2e12, rel=1e-9)
+    assert F[2, 2] == pytest.approx(length / 3e11, rel=1e-9)
+    assert pile.mass == pytest.approx(33.0 / 140.0 * 2e4 * length, rel=1e-3)
+
+
+def test_damping_by_ratios_and_by_times_agree(turbine: Turbine) -> None:
+    options = ModelOptions(torsion_modes=0)
+    by_ratio = meltemi.build(turbine, options)
+    w = by_ratio.blade.modes.frequency_alone
+    flap, edge = 0.0123, 0.0234
+    alike = turbine.replace(
+        **{"blade.structure.damping": {"flap": 0.5 * flap * w[0], "edge": 0.5 * edge * w[2], "torsion": 0.0}}
+    )
+    timed = turbine.replace(
+        **{"blade.structure.damping": None, "blade.structure.damping_time": {"flap": flap, "edge": edge}}
+    )
+    C, D = (meltemi.build(t, options).blade.damping for t in (alike, timed))
+    np.testing.assert_allclose(C[[0, 2]][:, [0, 2]], D[[0, 2]][:, [0, 2]], rtol=1e-9, atol=1e-9 * C.max())
+    assert D[1, 1] > 2.0 * C[1, 1]  # the second flap mode: its ratio grows with frequency instead of staying
+
+
+def test_a_blade_that_cannot_twist_has_no_torsion_mode(turbine: Turbine) -> None:
+    stiff = turbine.replace(**{"blade.structure.torsion_stiffness": None})
+    assert "1st torsion" in meltemi.build(turbine).blade.names
+    assert "1st torsion" not in meltemi.build(stiff).blade.names
+    with pytest.raises(UnsupportedError, match="no torsion_stiffness"):
+        meltemi.build(stiff, ModelOptions(torsion_modes=1))

@@ -75,6 +75,24 @@ def test_a_new_or_renamed_file_gives_another_folder(fresh: Path, sources: Path) 
     assert len(set(found)) == 3
 
 
+def test_edits_of_what_no_kernel_calls_change_nothing(fresh: Path, sources: Path) -> None:
+    before = folder()
+    (sources / "report").mkdir()
+    (sources / "report" / "plots.py").write_text("c = 1\n")
+    (sources / "__init__.py").write_text("d = 1\n")
+    assert folder() == before
+
+
+def test_no_kernel_stands_in_a_file_that_the_hash_leaves_out() -> None:
+    root = Path(kernel.__file__).parents[1]
+    for path in root.rglob("*.py"):
+        name = path.relative_to(root).as_posix()
+        if name.startswith(kernel.HOST_ONLY) and name != kernel.CALLED:
+            text = path.read_text(encoding="utf-8")
+            assert "@kernel" not in text, name
+            assert "kernel_for" not in text, name
+
+
 def test_files_that_are_not_source_change_nothing(fresh: Path, sources: Path) -> None:
     before = folder()
     (sources / "table.csv").write_text("1,2")

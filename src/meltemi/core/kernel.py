@@ -2,9 +2,9 @@
 
 ``@kernel`` compiles a function for the processor it runs on and keeps the machine code in a folder
 of the user's cache. Numba's own cache notices a change of the file a function stands in, but not of
-a function it calls in another file. Therefore the folder's name is a hash of every source file of
-this package and of everything else the machine code depends on; a change anywhere starts a new
-folder, and old ones are removed.
+a function it calls in another file. Therefore the folder's name is a hash of every source file that
+kernels stand in or call, and of everything else the machine code depends on; a change to any of them
+starts a new folder, and old ones are removed.
 
 Kernels assume valid input; everything is checked before they are called. They use IEEE arithmetic
 with contraction to fused multiply-add, and no reordering: the same machine gives the same bits.
@@ -38,13 +38,21 @@ KEEP_FOLDERS = 4
 """Cache folders of other versions that are kept, most recently used first."""
 
 
+HOST_ONLY = ("__", "app/", "studies/", "report/", "loadcases/", "postprocess/", "turbine/", "wind/files/", "wind/iec/")
+"""Beginnings of the names of files without anything that a kernel calls, but for the module below."""
+CALLED = "turbine/exchange.py"
+
+
 @cache
 def source_hash() -> str:
-    """Hash of all source files of this package."""
+    """Hash of the source files that machine code may come from."""
     root = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
-        digest.update(path.relative_to(root).as_posix().encode())
+        name = path.relative_to(root).as_posix()
+        if name != CALLED and name.startswith(HOST_ONLY):
+            continue
+        digest.update(name.encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 

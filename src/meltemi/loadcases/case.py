@@ -195,7 +195,7 @@ tower_stations: [43.8]       # m above the base
 options:                     # docs: options; defaults are shown
   flap_modes: 2              # modes of each blade
   edge_modes: 1
-  torsion_modes: 1
+  torsion_modes: 1           # by default 1 if the blade has a stiffness in torsion
   fore_aft_modes: 2          # modes of the tower
   side_side_modes: 2
   locked: []                 # e.g. [yaw, drivetrain]

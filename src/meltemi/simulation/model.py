@@ -164,7 +164,8 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
     environment = environment or Environment()
     _refuse(turbine)
     blade_layout = _blade_layout(turbine, options)
-    blade_counts = {"flap": options.flap_modes, "edge": options.edge_modes, "torsion": options.torsion_modes}
+    torsion = int(turbine.blade.structure.twists) if options.torsion_modes is None else options.torsion_modes
+    blade_counts = {"flap": options.flap_modes, "edge": options.edge_modes, "torsion": torsion}
     given = options.mode_shapes == "given"
     with _about(f"{turbine.name}: blade.structure"):
         blade = blade_member(turbine.blade.structure, blade_counts, blade_layout, given=given)

@@ -37,8 +37,8 @@ class ModelOptions(Record):
     """Flapwise modes of each blade."""
     edge_modes: int = Field(default=1, ge=0, le=10)
     """Edgewise modes of each blade."""
-    torsion_modes: int = Field(default=1, ge=0, le=5)
-    """Torsional modes of each blade."""
+    torsion_modes: int | None = Field(default=None, ge=0, le=5)
+    """Torsional modes of each blade; by default one if the blade has a stiffness in torsion."""
     fore_aft_modes: int = Field(default=2, ge=0, le=5)
     """Fore-aft modes of the tower."""
     side_side_modes: int = Field(default=2, ge=0, le=5)

@@ -24,7 +24,7 @@ from meltemi.structure.beam import (
     section_mass,
     transfer,
 )
-from meltemi.turbine.definition import BladeStructure, Damping, Foundation, Tower
+from meltemi.turbine.definition import BladeStructure, Damping, DampingTime, Foundation, Tower
 
 Float = NDArray[np.float64]
 
@@ -167,7 +167,7 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
     Args:
       given: use the mode shapes of the description instead of natural modes.
     """
-    if counts["torsion"] and blade.torsion_stiffness is None and blade.stiffness_matrix is None:
+    if counts["torsion"] and not blade.twists:
         raise UnsupportedError("a torsion mode is asked for, but the blade has no torsion_stiffness")
     beam = blade_beam(blade)
     mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
@@ -182,12 +182,12 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
             "torsion": ((), blade.flap_stiffness, blade.twist, blade.twist),
         }
         modes, names = _given_modes(beam, mesh, counts, directions)
-        return _member(modes, names, beam, blade.damping)
+        return _member(modes, names, beam, blade.damping or blade.damping_time)
     modes = natural_modes(mesh, 12 + 4 * sum(counts.values()))
     picked, names = _pick(
         modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])}
     )
-    return _member(picked, names, beam, blade.damping)
+    return _member(picked, names, beam, blade.damping or blade.damping_time)
 
 
 def tower_member(
@@ -260,10 +260,11 @@ def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple
     return picked.scaled(factor), names
 
 
-def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping) -> Member:
-    ratio = np.array([getattr(damping, name.split(" ", 1)[1].replace("-", "_")) for name in names])
+def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | DampingTime | None) -> Member:
+    share = np.array([getattr(damping, name.split(" ", 1)[1].replace("-", "_")) for name in names])
     # C = 2 zeta / omega K, with omega of the member alone: each mode has its ratio when the member stands alone
-    C = modes.stiffness * (2.0 * ratio / modes.frequency_alone)[None, :]
+    time = share if isinstance(damping, DampingTime) else 2.0 * share / modes.frequency_alone
+    C = modes.stiffness * time[None, :]
     return Member(tuple(names), modes, C, second_order(modes), beam)
 
 

@@ -137,6 +137,21 @@ class Damping(Record):
     """Torsional modes [-]."""
 
 
+class DampingTime(Record):
+    """Damping over stiffness (Kelvin-Voigt), instead of ratios: section forces from rates of strain.
+
+    A mode of circular frequency w that strains the member in one way has the ratio w time / 2. BeamDyn and windIO
+    call the time mu.
+    """
+
+    flap: float = Field(ge=0.0, lt=1.0)
+    """[s] damping over stiffness in bending along the flap direction."""
+    edge: float = Field(ge=0.0, lt=1.0)
+    """[s] in bending along the edge direction."""
+    torsion: float = Field(default=0.0, ge=0.0, lt=1.0)
+    """[s] in torsion."""
+
+
 class BladeAerodynamics(Record):
     """Outer shape of the blade, at stations along its axis."""
 
@@ -202,13 +217,17 @@ class BladeStructure(Record):
     """(S, 6, 6) [N, N m, N m^2] forces and moments (x, y, z, about x, y, z) from strains and curvatures."""
     mass_matrix: Array | None = None
     """(S, 6, 6) [kg/m, kg, kg m] momenta from velocities."""
-    damping: Damping
+    damping: Damping | None = None
     """Structural damping of the isolated, clamped blade."""
+    damping_time: DampingTime | None = None
+    """Instead of ``damping``: in proportion to stiffness."""
     mode_shapes: ModeShapes | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         n = len(_stations(self.position, "position"))
+        if (self.damping is None) == (self.damping_time is None):
+            raise ValueError("give either damping (ratios of the modes) or damping_time (damping over stiffness)")
         classical = "mass flap_stiffness edge_stiffness"
         optional = "torsion_stiffness axial_stiffness flap_inertia edge_inertia"
         given = [name for name in classical.split() if getattr(self, name) is not None]
@@ -235,6 +254,11 @@ class BladeStructure(Record):
         _positive(self, "flap_inertia edge_inertia", zero=True)
         _angle(self, "twist", 1.6)
         return self
+
+    @property
+    def twists(self) -> bool:
+        """Whether it has a stiffness in torsion; otherwise it is rigid in it."""
+        return self.torsion_stiffness is not None or self.stiffness_matrix is not None
 
 
 class FlapIncrements(Record):
