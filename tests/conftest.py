@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 import pytest
@@ -29,3 +30,16 @@ def reference() -> Path:
     if not (REFERENCE / "openfast").is_dir():
         pytest.skip(f"needs the OpenFAST reference runs in {REFERENCE}")
     return REFERENCE
+
+
+@pytest.fixture(scope="session")
+def rosco_cases() -> Path:
+    """The OpenFAST test cases inside the rosco package, found without importing it."""
+    try:
+        package = distribution("rosco")
+    except PackageNotFoundError:
+        pytest.skip("needs the decks of the rosco package: pip install --no-deps 'rosco>=2.10,<3'")
+    folder = Path(str(package.locate_file("Examples/Test_Cases")))
+    if not folder.is_dir():
+        pytest.skip(f"rosco {package.version} has no Examples/Test_Cases")
+    return folder

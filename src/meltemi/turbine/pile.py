@@ -52,4 +52,4 @@ def pile_foundation(
 
     shape = up_to(up_to(lever / EI) + 1.0 / GA) / F[0, 0]  # deflection under a force at the top, over that of the top
     moving = float(np.sum(weight * m * shape**2))
-    return Foundation(stiffness=np.linalg.inv(F), mass=moving, source=source)
+    return Foundation(stiffness=np.asarray(np.linalg.inv(F), dtype=np.float64), mass=moving, source=source)
