@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from meltemi.control.baseline import baseline as baseline
+    from meltemi.control.bladed.controller import bladed_controller as bladed_controller
+    from meltemi.control.bladed.rosco import find_rosco as find_rosco
     from meltemi.control.controller import Controller as Controller
     from meltemi.control.controller import StartPoint as StartPoint
     from meltemi.control.fixed import fixed as fixed
@@ -165,6 +167,8 @@ __version__ = "0.1.0"
 
 _HOME = {
     "control.baseline": "baseline",
+    "control.bladed.controller": "bladed_controller",
+    "control.bladed.rosco": "find_rosco",
     "control.fixed": "fixed",
     "control.controller": "Controller StartPoint",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",

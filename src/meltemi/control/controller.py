@@ -71,6 +71,9 @@ class Controller:
       state_names: of the entries of the state vector, for derivatives by them. In one of the name ``switches`` update
         may sum what ``meltemi.maths.generic.crossed`` gives for the distance from each of its switches.
       warnings: called with the state at the end of a run; its lines go into the result's ``warnings``.
+      fresh: gives the controller of one run. For those that keep something beside the state vector, such as a process;
+        then every run, also of a batch, has its own.
+      close: called once or more when a run has ended, however it ended.
     """
 
     update: Update
@@ -80,6 +83,8 @@ class Controller:
     uses_loads: bool = True
     state_names: tuple[str, ...] = ()
     warnings: Callable[[Vector], Sequence[str]] | None = None
+    fresh: Callable[[], Controller] | None = None
+    close: Callable[[], None] | None = None
 
     def __post_init__(self) -> None:
         if not callable(self.update):

@@ -36,6 +36,9 @@ MEASUREMENTS = table(
     fore_aft_acceleration      | m/s^2   | of the tower top, downwind
     side_side_acceleration     | m/s^2   | of the tower top, to the left looking downwind
     flap flaps                 | rad     | deflection of flap i of each blade, one flap behind the other
+    rotor_power                | W       | mechanical, of the low-speed shaft
+    hub_moment xyz             | N m     | of the rotor on the shaft at its apex, shaft axes (not rotating)
+    yaw_bearing_moment xyz     | N m     | of the nacelle on the tower, tower-top axes (not yawing)
     n_blades                   | -       | number of blades
     callback                   | -       | internal: address of a controller in plain Python
     """,
@@ -51,7 +54,8 @@ OUT_OF_PLANE_MOMENT, IN_PLANE_MOMENT, YAW, YAW_RATE = MEASUREMENTS.slots(
 WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION = MEASUREMENTS.slots(
     "wind_speed wind_direction fore_aft_acceleration side_side_acceleration"
 )
-FLAP, N_BLADES, CALLBACK = MEASUREMENTS.slots("flap n_blades callback")
+FLAP, ROTOR_POWER, HUB_MOMENT, YAW_BEARING_MOMENT = MEASUREMENTS.slots("flap rotor_power hub_moment yaw_bearing_moment")
+N_BLADES, CALLBACK = MEASUREMENTS.slots("n_blades callback")
 
 DEMANDS = table(
     "demands",

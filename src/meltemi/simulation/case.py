@@ -353,7 +353,7 @@ class Case:
 
     def bind(self, controller: Controller, start: StartPoint) -> Entry:
         """Give the case a controller, started at an operating point."""
-        self.controller = controller
+        self.controller = controller = controller if controller.fresh is None else controller.fresh()
         self.controller_state = controller.initial_state(start)
         self.clock[WANT_LOADS] = int(controller.uses_loads)
         duals = bool(self.slopes)

@@ -6,6 +6,7 @@ import hashlib
 import math
 import platform
 import time as clock_time
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
@@ -21,7 +22,7 @@ from meltemi.control import fixed
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, StartPoint
 from meltemi.control.signals import DEMANDS, MEASUREMENTS
-from meltemi.core.errors import InputError, Status
+from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.kernel import compile_seconds, kernel_for
 from meltemi.core.tables import View
 from meltemi.numbers.duals import N_DERIVATIVES
@@ -107,6 +108,8 @@ def march(
                 run.interrupted = True
     except KeyboardInterrupt:
         run.interrupted = True
+    finally:
+        run.close()
 
 
 class Simulation:
@@ -157,6 +160,8 @@ class Simulation:
         start = start or shared_point(model, wind)
         case = Case(model, wind, stations, numbers=numbers)
         entry = case.bind(controller, first_point(model, wind, start))
+        if case.controller.close is not None:
+            weakref.finalize(self, case.controller.close)  # of a run that nobody marches to its end
         # dry friction acts over a speed that a step of full braking cannot jump across: as a damper on the generator
         # it has h c / J = 0.4, below the bound of 0.5 with room for the shaft (docs/theory/simulation.md, M-7)
         brake_step = turbine.drivetrain.brake_torque * dt / turbine.drivetrain.generator_inertia
@@ -166,7 +171,7 @@ class Simulation:
         start.put(case)
         begin(case)
         case.clock[step.EVERY_OUTPUT], case.clock[step.EVERY_CONTROL] = every_output, every_control
-        self.model, self.wind, self.case, self.controller = model, wind, case, controller
+        self.model, self.wind, self.case, self.controller = model, wind, case, case.controller
         self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
         self.start = {
             "kind": type(start).__name__,
@@ -227,6 +232,13 @@ class Simulation:
         self.run_seconds += clock_time.perf_counter() - began
         if isinstance(self.case.entry.exception, KeyboardInterrupt):  # came while a controller in Python ran
             self.interrupted = True
+        if self.finished:
+            self.close()
+
+    def close(self) -> None:
+        """Let go of what the controller holds beside its state; a run that has ended did so already."""
+        if self.case.controller.close is not None:
+            self.case.controller.close()
 
     def reset(self) -> View:
         """Go back to the start, in the same arrays; returns the measurements there."""
@@ -446,6 +458,8 @@ def explain(case: Case, status: Status, t: float, dt: float) -> str:
         )
     if status is Status.CONTROLLER_RAISED:
         error = case.entry.exception
+        if isinstance(error, MeltemiError):
+            return f"at t = {t:.3f} s the controller {name!r} failed: {error}"
         what = f"{type(error).__name__}: {error}" if error is not None else "an exception in compiled code"
         return f"at t = {t:.3f} s the controller {name!r} raised {what}"
     if status is Status.CONTROLLER_DEMAND:

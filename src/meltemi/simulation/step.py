@@ -48,6 +48,7 @@ from meltemi.structure.section_loads import (
     APEX_MOMENT,
     R_MOMENT,
     TOP_TOTAL_ACCELERATION,
+    YAW_MOMENT,
     blade_loads,
     chain_loads,
     station_loads,
@@ -330,6 +331,10 @@ def sample(
     measured[sg.WIND_DIRECTION] = atan2(-w, u)
     measured[sg.FORE_AFT_ACCELERATION] = chain[TOP_TOTAL_ACCELERATION]
     measured[sg.SIDE_SIDE_ACCELERATION] = chain[TOP_TOTAL_ACCELERATION + 1]
+    measured[sg.ROTOR_POWER] = summary[ROTOR_POWER]
+    for i in range(3):
+        measured[sg.HUB_MOMENT + i] = chain[APEX_MOMENT + i]
+        measured[sg.YAW_BEARING_MOMENT + i] = chain[YAW_MOMENT + i]
 
 
 @kernel

@@ -1,0 +1,1 @@
+"""Bladed-style controller libraries as controllers of a run."""
