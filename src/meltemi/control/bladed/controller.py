@@ -43,8 +43,9 @@ def bladed_controller(
 ) -> Controller:
     """A controller from a shared library with Bladed's interface, such as ROSCO.
 
-    Each run starts the library in a process of its own, so that its state, its output, a crash or a hang stay there. The
-    turbine's limits and set points reach it through the records of the swap array (docs/guide/bladed-controllers.md).
+    Each run starts the library in a process of its own, so that its state, its output, a crash or a hang stay there.
+    The turbine's limits and set points reach it through the records of the swap array
+    (docs/guide/bladed-controllers.md).
 
     Args:
       turbine: that the library controls.
@@ -124,7 +125,7 @@ class _Run:
         self.close()
         self.host = Host(self.library)
         self.time = -math.inf
-        self.records = np.frombuffer(self.host.records, dtype=np.float32)
+        self.records = np.asarray(self.host.records, dtype=np.float32)
         for r in RECORDS:
             if r.source in CONSTANTS:
                 self.records[r.number - 1] = CONSTANTS[r.source](self.turbine)
@@ -170,7 +171,7 @@ class _Run:
         if self.host.message not in self.messages and len(self.messages) < MOST_MESSAGES:
             self.messages.append(self.host.message)
 
-    def _demand(self, records: memoryview, demands: Vector) -> None:
+    def _demand(self, records: memoryview[float], demands: Vector) -> None:
         if records[PITCH_OVERRIDE] != 0.0 or records[TORQUE_OVERRIDE] != 0.0:
             raise RunError(
                 f"the library {self.library.path} asks for the simulation's own pitch or torque control "

@@ -1,11 +1,15 @@
-"""Where the controller library of an installed rosco package lies."""
+"""ROSCO: where the library of an installed package lies, and its input file with other values."""
 
 from __future__ import annotations
 
-from importlib.metadata import PackageNotFoundError, distribution
+import re
+from collections.abc import Sequence
+from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
 
-from meltemi.core.errors import InputError
+import numpy as np
+
+from meltemi.core.errors import InputError, did_you_mean
 
 SUFFIXES = (".so", ".dylib", ".dll")
 
@@ -18,15 +22,75 @@ def find_rosco() -> Path:
     Raises:
       InputError: the package is not installed, or has no library.
     """
-    try:
-        package = distribution("rosco")
-    except PackageNotFoundError:
-        raise InputError(
-            "the rosco package is not installed: pip install --no-deps 'rosco>=2.10,<3' "
-            "(or give the path of a controller library)"
-        ) from None
+    package = _package()
     for suffix in SUFFIXES:
         path = Path(str(package.locate_file(f"rosco/lib/libdiscon{suffix}")))
         if path.is_file():
             return path
     raise InputError(f"rosco {package.version} has no controller library in {package.locate_file('rosco/lib')}")
+
+
+def _package() -> Distribution:
+    try:
+        return distribution("rosco")
+    except PackageNotFoundError:
+        raise InputError(
+            "the rosco package is not installed: pip install --no-deps 'rosco>=2.10,<3' "
+            "(or give the path of a controller library)"
+        ) from None
+
+
+def rosco_example(name: str) -> Path:
+    """Path of a file of ROSCO's examples, e.g. ``"Test_Cases/NREL-5MW/DISCON.IN"``.
+
+    Raises:
+      InputError: the package is not installed, or has no such file.
+    """
+    package = _package()
+    path = Path(str(package.locate_file(f"Examples/{name}")))
+    if not path.is_file():
+        raise InputError(f"rosco {package.version} has no Examples/{name}")
+    return path
+
+
+def edit_discon(source: str | Path, target: str | Path, **changes: float | str | Sequence[float]) -> Path:
+    """Copy a ``DISCON.IN`` with other values.
+
+    Paths in it that are relative are those of the source's folder; in the copy they are absolute.
+
+    Args:
+      source: the file.
+      target: the copy, overwritten if it exists.
+      changes: by ROSCO's names, e.g. ``IPC_ControlMode=1, IPC_KI=(1e-8, 0.0)``.
+
+    Returns:
+      Path of the copy.
+
+    Raises:
+      InputError: a file cannot be read or written, or has no such name.
+    """
+    source, target = Path(source), Path(target)
+    try:
+        lines = source.read_text(encoding="utf-8", errors="surrogateescape").splitlines()
+    except OSError as error:
+        raise InputError(f"{source}: cannot be read ({error.strerror or error})") from None
+    names = {found[1]: i for i, line in enumerate(lines) if (found := _NAME.search(line))}
+    for name, value in changes.items():
+        if name not in names:
+            raise InputError(f"{source}: has no {name!r}; {did_you_mean(name, names)}")
+        text = value if isinstance(value, str) else " ".join(f"{v:.10g}" for v in np.atleast_1d(value))
+        lines[names[name]] = f"{text}  ! {name}"
+    for name in _PATHS:
+        found = _QUOTED.match(lines[names[name]]) if name in names else None
+        if found and (source.parent / found[1]).is_file():
+            lines[names[name]] = f'"{(source.parent / found[1]).absolute()}"  ! {name}'
+    try:
+        target.write_text("\n".join(lines) + "\n", encoding="utf-8", errors="surrogateescape")
+    except OSError as error:
+        raise InputError(f"{target}: cannot be written ({error.strerror or error})") from None
+    return target
+
+
+_NAME = re.compile(r"!\s*(\w+)")
+_QUOTED = re.compile(r"""\s*["'](.+?)["']""")
+_PATHS = ("PerfFileName", "OL_Filename", "DLL_FileName", "DLL_InFile")
