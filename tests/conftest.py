@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
@@ -43,3 +45,15 @@ def rosco_cases() -> Path:
     if not folder.is_dir():
         pytest.skip(f"rosco {package.version} has no Examples/Test_Cases")
     return folder
+
+
+@pytest.fixture(scope="session")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A Bladed-style controller library, compiled from discon.c."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        pytest.skip("needs a C compiler")
+    path = tmp_path_factory.mktemp("library") / "libdiscon.so"
+    source = Path(__file__).with_name("discon.c")
+    subprocess.run([compiler, "-shared", "-fPIC", "-O1", "-o", str(path), str(source), "-lm"], check=True)
+    return path

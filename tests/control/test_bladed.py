@@ -1,10 +1,9 @@
-"""Controller libraries with Bladed's interface, by a small one that is compiled here (discon.c)."""
+"""Controller libraries with Bladed's interface, by a small one (discon.c)."""
 
 from __future__ import annotations
 
 import gc
 import math
-import shutil
 import subprocess
 import sys
 import time
@@ -24,17 +23,6 @@ from meltemi.control.bladed.rosco import edit_discon
 
 WIND = meltemi.SteadyWind(speed=12.0, shear_exponent=0.2, direction=0.1)
 SHORT = 0.5
-
-
-@pytest.fixture(scope="module")
-def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    compiler = shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        pytest.skip("needs a C compiler")
-    path = tmp_path_factory.mktemp("library") / "libdiscon.so"
-    source = Path(__file__).with_name("discon.c")
-    subprocess.run([compiler, "-shared", "-fPIC", "-O1", "-o", str(path), str(source), "-lm"], check=True)
-    return path
 
 
 @pytest.fixture

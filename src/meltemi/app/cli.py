@@ -18,6 +18,8 @@ from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
 from meltemi.app.options import (
     ClassOption,
+    ControllerInputOption,
+    ControllerOption,
     EditionOption,
     IecOption,
     NtmOption,
@@ -25,6 +27,7 @@ from meltemi.app.options import (
     SpectrumOption,
     TurbulenceOption,
     WindSpeedOption,
+    controller_of_options,
     given_options,
     wind_of_options,
 )
@@ -100,6 +103,8 @@ def run(
         Path | None,
         typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc."),
     ] = None,
+    controller: ControllerOption = None,
+    controller_input: ControllerInputOption = None,
     duration: Annotated[float | None, typer.Option("--duration", help="Length of the run [s] [60].")] = None,
     channels: Annotated[
         str | None,
@@ -118,6 +123,8 @@ def run(
         wind_class=wind_class,
         edition=edition,
         wind_file=wind_file,
+        controller=controller,
+        controller_input=controller_input,
         duration=duration,
         channels=channels,
     )
@@ -126,7 +133,7 @@ def run(
     case, folder = (_case_of_file(path, given), path.parent) if written else (_case_of_options(target, given), Path())
     from meltemi.core.errors import Status
     from meltemi.core.yamlfile import write_record
-    from meltemi.loadcases.case import case_turbine, case_wind, self_contained
+    from meltemi.loadcases.case import case_controller, case_turbine, case_wind, self_contained
     from meltemi.simulation.case import Stations
     from meltemi.simulation.model import build
     from meltemi.simulation.simulate import simulate
@@ -134,6 +141,7 @@ def run(
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
         wind = case_wind(case, turbine, folder)
+        law = case_controller(case, turbine, folder)
     with _named(path if written else None), results_in(out):
         model = build(turbine, case.options, case.environment)
         with progress_bar(f"{turbine.name}, {case.duration:g} s") as progress:
@@ -141,6 +149,7 @@ def run(
                 model,
                 wind,
                 duration=case.duration,
+                controller=law,
                 channels=case.channels,
                 output_step=case.output_step,
                 stations=Stations(case.blade_stations, case.tower_stations),
@@ -198,6 +207,7 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     data: dict[str, Any] = {
         "turbine": str(path.absolute()) if path.is_file() else target,
         "wind": wind,
+        "controller": controller_of_options(given),
         "duration": given.get("--duration", 60.0),
     }
     if "--channels" in given:

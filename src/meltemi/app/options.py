@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -25,6 +26,13 @@ IecOption = Annotated[
 NtmOption = Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")]
 ClassOption = Annotated[str | None, typer.Option("--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")]
 EditionOption = Annotated[int | None, typer.Option("--edition", help="Of IEC 61400-1: 2, 3, 4 [3].")]
+
+ControllerOption = Annotated[
+    str | None, typer.Option("--controller", help="Bladed-style controller library, or: rosco, baseline [baseline].")
+]
+ControllerInputOption = Annotated[
+    Path | None, typer.Option("--controller-input", help="Its input file, e.g. DISCON.IN.")
+]
 
 
 def given_options(**options: Any) -> dict[str, Any]:
@@ -67,3 +75,18 @@ def wind_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
         return {"kind": "turbulence", **wind, **more, **edition}
     only("--shear", because="steady wind has none; give --turbulence or --ntm, too")
     return {"kind": "steady", **wind, **more}
+
+
+def controller_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The controller of a case from the options of a command, by their names there.
+
+    Raises:
+      InputError: there is an input file without a library.
+    """
+    name, file = given.get("--controller", "baseline"), given.get("--controller-input")
+    if name == "baseline":
+        if file is not None:
+            raise InputError("--controller-input: give --controller, too: the path of a library, or rosco")
+        return {"kind": "baseline"}
+    library = name if name == "rosco" else str(Path(name).absolute())
+    return {"kind": "bladed", "library": library, "input": None if file is None else str(file.absolute())}

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from meltemi.control.bladed.controller import bladed_controller
+from meltemi.control.bladed.rosco import find_rosco
+from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
@@ -22,6 +25,9 @@ from meltemi.wind.turbulent import TurbulentWind
 
 if TYPE_CHECKING:
     from meltemi.turbine.definition import Turbine
+
+ROSCO = "rosco"
+"""In the place of a library's path."""
 
 
 class SteadyCase(Record):
@@ -86,7 +92,32 @@ class FileCase(Record):
     """Path, relative to the case file."""
 
 
+class BaselineCase(Record):
+    """The baseline controller with the turbine's settings."""
+
+    kind: Literal["baseline"] = "baseline"
+
+
+class LibraryCase(Record):
+    """A Bladed-style controller library."""
+
+    kind: Literal["bladed"]
+    library: str
+    """Path, relative to the case file; ``rosco`` is that of the installed rosco package."""
+    input: str | None = None
+    """Path of the library's input file, e.g. DISCON.IN, relative to the case file."""
+    procedure: str = "DISCON"
+    """Name of the function in the library."""
+    sample_time: float | None = Field(default=None, gt=0.0)
+    """[s] between calls; by default every time step."""
+    individual_pitch: bool = True
+    """Take the pitch demand of each blade, not the collective one."""
+    timeout: float = Field(default=10.0, gt=0.0)
+    """[s] of wall time that a call may take, the first one three times as long."""
+
+
 WindCase = Annotated[SteadyCase | TurbulenceCase | IecCase | FileCase, Field(discriminator="kind")]
+ControllerCase = Annotated[BaselineCase | LibraryCase, Field(discriminator="kind")]
 
 
 class LoadCase(Record):
@@ -95,6 +126,7 @@ class LoadCase(Record):
     turbine: str
     """Name in the library or path of a YAML file."""
     wind: WindCase
+    controller: ControllerCase = BaselineCase()
     duration: float = Field(gt=0.0, le=1e6)
     """[s]."""
     channels: tuple[str, ...] = tuple(DEFAULT)
@@ -139,7 +171,25 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
         changes["wind.file"] = str((folder / case.wind.file).absolute())
     if isinstance(case.wind, TurbulenceCase) and case.wind.hub_file is not None:
         changes["wind.hub_file"] = str((folder / case.wind.hub_file).absolute())
+    if isinstance(case.controller, LibraryCase):
+        if case.controller.library != ROSCO:
+            changes["controller.library"] = str((folder / case.controller.library).absolute())
+        if case.controller.input is not None:
+            changes["controller.input"] = str((folder / case.controller.input).absolute())
     return case.replace(**changes)
+
+
+def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controller | None:
+    """The controller of a case, None for the baseline one; paths are relative to ``folder``."""
+    c = case.controller
+    if isinstance(c, BaselineCase):
+        return None
+    return bladed_controller(
+        turbine,
+        find_rosco() if c.library == ROSCO else folder / c.library,
+        None if c.input is None else folder / c.input,
+        **c.model_dump(exclude={"kind", "library", "input"}),
+    )
 
 
 def case_wind(case: LoadCase, turbine: Turbine, folder: Path) -> AnyWind:
@@ -176,6 +226,9 @@ wind:
 # wind: {kind: file, file: field.bts}    # TurbSim, Bladed, HAWC2, netCDF or uniform wind
 
 duration: 60.0               # s
+
+controller: {kind: baseline}
+# controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
 
 output_step: 0.05            # s between records
 channels:                    # `meltemi channels` lists them; OpenFAST's names are understood

@@ -1,0 +1,93 @@
+"""Controller libraries on the command line and in case files."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from terminal import Command
+
+import meltemi
+from meltemi.loadcases.case import LibraryCase
+
+STEADY = ("--wind-speed", 12, "--duration", 1)
+
+
+def test_a_library_controls_the_run(command: Command, library: Path, tmp_path: Path) -> None:
+    """And the case file that is written does the same, from any folder."""
+    order = tmp_path / "order.in"
+    order.write_text("count")
+    out = tmp_path / "out"
+    asked = ("--controller", library, "--controller-input", order, "--channels", "generator_torque")
+    ran = command("run", "nrel5mw", *STEADY, *asked, "--out", out)
+    assert ran.status == 0, ran
+    result = meltemi.read_netcdf(out / "result.nc")
+    assert result["generator_torque"][-1] == 101.0
+    assert result.meta["controller"] == "libdiscon.so"
+    case = meltemi.read_case(out / "case.yaml")
+    assert isinstance(case.controller, LibraryCase)
+    assert Path(case.controller.library) == library
+    again = tmp_path / "again"
+    assert command("run", out / "case.yaml", "--out", again).status == 0
+    assert meltemi.read_netcdf(again / "result.nc")["generator_torque"][-1] == 101.0
+
+
+def test_a_crash_ends_the_run_with_a_message(command: Command, library: Path, tmp_path: Path) -> None:
+    order = tmp_path / "order.in"
+    order.write_text("crash 0.5")
+    out = tmp_path / "out"
+    ran = command("run", "nrel5mw", *STEADY, "--controller", library, "--controller-input", order, "--out", out)
+    assert ran.status == 1
+    assert "at t = 0.500 s the controller 'libdiscon.so' failed" in ran.err and "SIGSEGV" in ran.err
+    assert "hello from the library" not in ran.out
+    assert len(meltemi.read_netcdf(out / "result.nc").time) == 10
+
+
+CASE = """turbine: nrel5mw
+wind: {kind: steady, speed: 12.0}
+duration: 1.0
+channels: [generator_torque]
+"""
+
+
+def test_paths_in_a_case_file_are_relative_to_it(command: Command, library: Path, tmp_path: Path) -> None:
+    (tmp_path / "lib.so").write_bytes(library.read_bytes())
+    (tmp_path / "order.in").write_text("count")
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE + "controller: {kind: bladed, library: lib.so, input: order.in, sample_time: 0.1}\n")
+    assert command("run", path, "--out", tmp_path / "out").status == 0
+    assert meltemi.read_netcdf(tmp_path / "out" / "result.nc")["generator_torque"][-1] == 11.0
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("{kind: blade}", "did you mean 'bladed'?"),
+        ("{kind: bladed}", "library: missing"),
+        ("{kind: bladed, library: gone.so}", "library .*gone.so: no such file"),
+        ("{kind: bladed, library: case.yaml, input: gone.in}", "input file .*gone.in: no such file"),
+        ("{kind: bladed, library: case.yaml}", "cannot be used as a controller library"),
+        ("{kind: bladed, library: case.yaml, timeout: 0}", "timeout"),
+        ("{kind: baseline, library: x}", "unknown key"),
+    ],
+)
+def test_bad_controllers_in_case_files(command: Command, tmp_path: Path, line: str, words: str) -> None:
+    path = tmp_path / "case.yaml"
+    path.write_text(CASE + f"controller: {line}\n")
+    ran = command("run", path, "--out", tmp_path / "out")
+    assert ran.status == 2
+    assert ran.err.startswith(f"error: {path}") and "Traceback" not in ran.err
+    assert re.search(words, ran.err), ran.err
+    assert not list((tmp_path / "out").rglob("*"))
+
+
+def test_an_input_file_alone_is_refused(command: Command, tmp_path: Path) -> None:
+    ran = command("run", "nrel5mw", *STEADY, "--controller-input", tmp_path / "x", "--out", tmp_path / "out")
+    assert ran.status == 2 and "give --controller, too" in ran.err
+
+
+def test_baseline_by_its_name_is_the_default(command: Command, tmp_path: Path) -> None:
+    ran = command("run", "nrel5mw", *STEADY, "--controller", "baseline", "--out", tmp_path / "out")
+    assert ran.status == 0
+    assert meltemi.read_netcdf(tmp_path / "out" / "result.nc").meta["controller"] == "baseline"
