@@ -18,6 +18,9 @@ def reproduce(
     quick: Annotated[
         bool, typer.Option("--quick", help="Two short seeds and few wind speeds: a look, nothing to judge by.")
     ] = False,
+    rosco: Annotated[
+        bool, typer.Option("--rosco", help="Only this: its load control beside ROSCO's, on the same turbine.")
+    ] = False,
     workers: Annotated[int | None, typer.Option("--workers", help="Runs at a time [one for each core].")] = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -26,6 +29,9 @@ def reproduce(
         raise InputError(f"no study {study!r}: {did_you_mean(study, STUDIES)}")
     if workers is not None and workers < 1:
         raise InputError(f"--workers must be at least 1, found {workers}")
+    if rosco:
+        _duel(quick, workers, out)
+        return
     with results_in(out):
         from meltemi.studies.reproduce.he2018 import page
         from meltemi.studies.reproduce.he2018.runs import QUICK, Setup
@@ -37,5 +43,22 @@ def reproduce(
     for table in (page.brief_claims(runs), page.acceptance_table(runs), page.ceiling_table(runs)):
         print_table(table.caption, table.head, table.rows, text_columns=len(table.head))
     print(page.lead(runs))
+    for file in files:
+        print(f"wrote {file}")
+
+
+def _duel(quick: bool, workers: int | None, out: Path) -> None:
+    from meltemi.control.bladed.rosco import find_rosco
+
+    find_rosco()
+    with results_in(out):
+        from meltemi.studies.reproduce.he2018.duel import duel, duel_tables, write_duel
+        from meltemi.studies.reproduce.he2018.runs import QUICK, Setup
+
+        with progress_bar("he2018 beside ROSCO") as progress:
+            found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
+        files = write_duel(found, out)
+    for table in duel_tables(found):
+        print_table(table.caption, table.head, table.rows)
     for file in files:
         print(f"wrote {file}")

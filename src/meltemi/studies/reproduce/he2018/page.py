@@ -25,6 +25,7 @@ from meltemi.studies.reproduce.he2018.claims import (
     reasons,
 )
 from meltemi.studies.reproduce.he2018.figures import FIGURES
+from meltemi.studies.reproduce.he2018.markdown import table_lines
 from meltemi.studies.reproduce.he2018.runs import CLASS_B, Progress, Runs, Setup, run_all
 from meltemi.studies.scheme_names import SCHEMES
 
@@ -250,7 +251,7 @@ def markdown(runs: Runs, tables: Tables) -> str:
     for name, (heading, made) in tables.items():
         parts += [f"## {heading}", ""]
         for table in made:
-            parts += [*_markdown_table(table), ""]
+            parts += [*table_lines(table), ""]
         if name == "claims":
             parts += [f"*{key}:* {text}\n" for key, text in reasons(runs).items()]
         if name == "gains":
@@ -262,19 +263,5 @@ def markdown(runs: Runs, tables: Tables) -> str:
     for name, (text, _) in FIGURES.items():
         if name.startswith("fig"):
             parts += [f"![{text}](he2018/{name}.png)", ""]
-    parts.append((HERE / "after.md").read_text(encoding="utf-8"))
+    parts += [(HERE / name).read_text(encoding="utf-8") for name in ("duel.md", "after.md")]
     return "\n".join(parts)
-
-
-def _markdown_table(table: Table) -> list[str]:
-    def clean(text: str) -> str:
-        return text.replace("\n", " ").replace("|", "\\|")
-
-    head = [clean(h) for h in table.head]
-    if table.groups:
-        names = [text for text, span in table.groups for _ in range(span)]
-        head = [f"{name}: {h}" if name else h for name, h in zip(names, head, strict=True)]
-    lines = [f"*{table.caption}*", "", "| " + " | ".join(head) + " |"]
-    lines.append("|" + "|".join("---" if i < table.text_columns else "---:" for i in range(len(head))) + "|")
-    lines += ["| " + " | ".join(clean(cell) for cell in row) + " |" for row in table.rows]
-    return lines + (["", table.note] if table.note else [])

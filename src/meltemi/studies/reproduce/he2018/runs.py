@@ -198,11 +198,11 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
         if name == CLASS_B:
             controllers |= {scheme: b.controller(scheme) for scheme in RIVALS}
             controllers |= {TRAVEL: best, **_previews(b)}
-        readings[name] = run(name, size, controllers, [_wind(seed, SPEED, **reading) for seed in setup.seeds])
+        readings[name] = run(name, size, controllers, [wind_of(seed, SPEED, **reading) for seed in setup.seeds])
     speeds = {}
     at_all: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ALL_SPEEDS}
     for u in setup.speeds:
-        winds = [_wind(seed, u, **READINGS[CLASS_B]) for seed in setup.seeds]
+        winds = [wind_of(seed, u, **READINGS[CLASS_B]) for seed in setup.seeds]
         speeds[u] = run(f"{u:g} m/s", len(at_all) * n, at_all, winds)
     studies = []
     three: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ("cpc", "ipc", "cpfc")}
@@ -219,7 +219,8 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
     return Runs(setup, b, readings, speeds, tuple(studies), shares, travel)
 
 
-def _wind(seed: int, speed: float, **more: Any) -> AnyWind:
+def wind_of(seed: int, speed: float, **more: Any) -> AnyWind:
+    """The paper's wind for a seed and speed, with what a reading or study changes."""
     options: dict[str, Any] = {"spectrum": "vonkarman", "shear_exponent": SHEAR, "wind_class": None} | more
     return ntm(speed, seed=seed, **options)
 
@@ -228,15 +229,15 @@ NO_TORSION = "stiff in torsion, static polars, quasi-steady wake"
 FAST_MODEL = ModelOptions(torsion_modes=0, stall="static", inflow="quasi_steady")
 """Blades as in ElastoDyn, which the paper's FAST has."""
 _STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
-    "class B": lambda seed: _wind(seed, SPEED, **READINGS[CLASS_B]),
-    "TI 10 %": lambda seed: _wind(seed, SPEED, edition=3, intensity=0.10),
-    "TI 5 %": lambda seed: _wind(seed, SPEED, edition=3, intensity=0.05),
-    "TI 2 %": lambda seed: _wind(seed, SPEED, edition=3, intensity=0.02),
+    "class B": lambda seed: wind_of(seed, SPEED, **READINGS[CLASS_B]),
+    "TI 10 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.10),
+    "TI 5 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.05),
+    "TI 2 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.02),
     "no turbulence": lambda seed: SteadyWind(speed=SPEED, shear_exponent=SHEAR),
-    "shear exponent 0.3": lambda seed: _wind(seed, SPEED, wind_class="IIB", shear_exponent=0.3),
-    "Kaimal": lambda seed: _wind(seed, SPEED, wind_class="IIB", spectrum="kaimal"),
-    "Mann": lambda seed: _wind(seed, SPEED, wind_class="IIB", spectrum="mann"),
-    NO_TORSION: lambda seed: _wind(seed, SPEED, **READINGS[CLASS_B]),
+    "shear exponent 0.3": lambda seed: wind_of(seed, SPEED, wind_class="IIB", shear_exponent=0.3),
+    "Kaimal": lambda seed: wind_of(seed, SPEED, wind_class="IIB", spectrum="kaimal"),
+    "Mann": lambda seed: wind_of(seed, SPEED, wind_class="IIB", spectrum="mann"),
+    NO_TORSION: lambda seed: wind_of(seed, SPEED, **READINGS[CLASS_B]),
 }
 
 
@@ -269,7 +270,7 @@ def _equal_travel(
 
     controllers: dict[str, Made] = {"cpfc": b.controller("cpfc")}
     controllers |= {name: candidate(name, shares) for name, shares in tried.items()}
-    winds = [_wind(seed, SPEED, **READINGS[CLASS_B]) for seed in TUNING_SEEDS[: len(setup.seeds)]]
+    winds = [wind_of(seed, SPEED, **READINGS[CLASS_B]) for seed in TUNING_SEEDS[: len(setup.seeds)]]
     found = run(controllers, winds)
     numbers = {
         name: (
