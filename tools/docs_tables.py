@@ -142,4 +142,13 @@ def schemes() -> str:
     return _table(["scheme", "what"], [[f"`{name}`", scheme.about] for name, scheme in SCHEMES.items()])
 
 
-MAKERS: dict[str, Any] = {f.__name__: f for f in (record, channels, array, arrays, schemes)}
+def swap() -> str:
+    """Records that controller libraries read and write."""
+    from meltemi.control.bladed.records import RECORDS
+
+    ways = {"to": "to the library", "from": "from the library", "none": "not used"}
+    rows = [[str(r.number), r.unit, ways[r.way], r.source if r.way != "none" else "", r.meaning] for r in RECORDS]
+    return _table(["record", "unit", "", "filled from, or becomes", "meaning"], rows)
+
+
+MAKERS: dict[str, Any] = {f.__name__: f for f in (record, channels, array, arrays, schemes, swap)}

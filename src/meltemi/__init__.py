@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from meltemi.control.baseline import baseline as baseline
     from meltemi.control.bladed.controller import bladed_controller as bladed_controller
+    from meltemi.control.bladed.rosco import edit_discon as edit_discon
     from meltemi.control.bladed.rosco import find_rosco as find_rosco
     from meltemi.control.controller import Controller as Controller
     from meltemi.control.controller import StartPoint as StartPoint
@@ -168,7 +169,7 @@ __version__ = "0.1.0"
 _HOME = {
     "control.baseline": "baseline",
     "control.bladed.controller": "bladed_controller",
-    "control.bladed.rosco": "find_rosco",
+    "control.bladed.rosco": "edit_discon find_rosco",
     "control.fixed": "fixed",
     "control.controller": "Controller StartPoint",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",

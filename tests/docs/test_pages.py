@@ -6,11 +6,15 @@ import csv
 import re
 import runpy
 import shlex
+import shutil
+import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import meltemi
 from meltemi.app.cli import main
 from meltemi.studies import schemes, tuning
 
@@ -49,6 +53,33 @@ def test_code_on_the_page_runs(
     assert plots
     for plot in plots:
         assert (tmp_path / plot).stat().st_size > 10_000
+
+
+def test_the_library_on_its_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compiled by the line on the page, it holds power and speed."""
+    page = "docs/guide/bladed-controllers.md"
+    (law,), (line,) = blocks(page, 'c title="law.c"'), blocks(page, 'sh title="compile"')
+    if shutil.which("cc") is None:
+        pytest.skip("needs a C compiler")
+    monkeypatch.chdir(tmp_path)
+    Path("law.c").write_text(law, encoding="utf-8")
+    subprocess.run(shlex.split(line), check=True)
+    found: dict[str, Any] = {"__name__": "page"}
+    exec(compile("\n".join(blocks(page, "python")), page, "exec"), found)
+    assert Path("law.png").stat().st_size > 10_000
+    library, baseline = (found[name].between(20.0, 60.0) for name in ("library", "baseline"))
+    for name in ("RotSpeed", "GenPwr"):
+        assert library[name].mean() == pytest.approx(baseline[name].mean(), rel=0.02)
+
+
+@pytest.mark.rosco
+def test_moving_from_rosco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Needs the rosco package, which the page says how to install."""
+    try:
+        meltemi.find_rosco()
+    except meltemi.InputError as missing:
+        pytest.skip(str(missing))
+    test_code_on_the_page_runs("docs/migrate/rosco.md", tmp_path, monkeypatch, capsys)
 
 
 def blocks(page: str, kind: str) -> list[str]:

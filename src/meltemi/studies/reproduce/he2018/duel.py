@@ -33,6 +33,7 @@ from meltemi.studies.reproduce.he2018.runs import (
     paper_turbine,
     wind_of,
 )
+from meltemi.studies.scheme_names import SCHEMES
 from meltemi.turbine.definition import Turbine
 
 DISCON = "Test_Cases/NREL-5MW/DISCON.IN"
@@ -70,7 +71,8 @@ def rosco_schemes(b: Bench, folder: Path) -> dict[str, Controller]:
       b: turbine, and our loops for it.
       folder: for the input files.
     """
-    lead_1p, lead_2p = (tuning.loop.offset for tuning in b.tunings[_loops("ipc2")])
+    # a phase of the harmonic: ROSCO's is an angle of the rotor
+    lead_1p, lead_2p = (t.loop.offset / t.loop.harmonic for t in b.tunings[SCHEMES["ipc2"].loops])
     settings: dict[str, dict[str, Any]] = {
         ROSCO_BASE: {},
         "ROSCO 1P": EXAMPLE,
@@ -84,12 +86,6 @@ def rosco_schemes(b: Bench, folder: Path) -> dict[str, Controller]:
         file = edit_discon(source, folder / f"{name}.IN", LoggingLevel=0, **changes)
         found[name] = bladed_controller(b.model.turbine, library, file, name=name)
     return found
-
-
-def _loops(scheme: str) -> Any:
-    from meltemi.studies.scheme_names import SCHEMES
-
-    return SCHEMES[scheme].loops
 
 
 def duel(setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Duel:
