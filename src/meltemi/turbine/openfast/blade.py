@@ -145,12 +145,11 @@ def _sections(file: InputFile, notes: list[Note]) -> tuple[Float, Float, Float, 
     for station in range(count):
         part = blocks[place : place + 13]
         if len(part) < 13 or [len(row) for _, row in part] != [1] + [6] * 12:
-            line = next(
-                (n for (n, row), w in zip(part, [1] + [6] * 12, strict=False) if len(row) != w), len(file.lines)
-            )
+            odd = (n for (n, row), width in zip(part, [1] + [6] * 12, strict=False) if len(row) != width)
+            bad = next(odd, len(file.lines))
             raise InputError(
-                f"{file.at(line)}: station {station + 1} of {count} (station_total, line {entry.line}) should be its share "
-                "of the length, then 6 lines of 6 numbers of stiffness, then 6 of mass"
+                f"{file.at(bad)}: station {station + 1} of {count} (station_total, line {entry.line}) should be its "
+                "share of the length, then 6 lines of 6 numbers of stiffness, then 6 of mass"
             )
         eta.append(part[0][1][0])
         K.append([row for _, row in part[1:7]])

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from meltemi.core.errors import InputError
 from meltemi.turbine.openfast.values import Values
 from meltemi.turbine.report import Note
 
@@ -20,29 +21,35 @@ MINIMUM_TO_OPTIMAL = 1.05
 UNUSED = 9999.0
 
 
-def from_discon(v: Values, gear_efficiency: float, notes: list[Note]) -> tuple[dict[str, Any], dict[str, Any]]:
+def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Control and pitch actuator from the settings of ROSCO.
 
     ROSCO's gains by pitch angle become K / (1 + pitch / halving): 1 / K is fitted by a straight line in the pitch.
     """
     where = v.source["schedule"].split(":")[0]
-    angle, P, I = (np.array(v[name]) for name in ("angles", "proportional", "integral"))
-    n = min(len(angle), len(P), len(I))
-    angle, P, I = angle[:n], np.abs(P[:n]), np.abs(I[:n])
-    use = (0.05 * P.max() < P) & (0.05 * I.max() < I)
-    slope_p, at_zero_p = np.polyfit(angle[use], 1.0 / P[use], 1) if use.sum() > 2 else (0.0, 1.0 / P[0])
-    slope_i, at_zero_i = np.polyfit(angle[use], 1.0 / I[use], 1) if use.sum() > 2 else (0.0, 1.0 / I[0])
-    at_zero_p, at_zero_i = max(at_zero_p, 1e-3 / P.max()), max(at_zero_i, 1e-3 / I.max())
-    slope = 0.5 * (slope_p / at_zero_p + slope_i / at_zero_i)
+    angle, gain_p, gain_i = (np.array(v[name]) for name in ("angles", "proportional", "integral"))
+    n = min(len(angle), len(gain_p), len(gain_i))
+    angle, gain_p, gain_i = angle[:n], np.abs(gain_p[:n]), np.abs(gain_i[:n])
+    if n < 2 or not gain_p.max() > 0.0 or not gain_i.max() > 0.0:
+        raise InputError(f"{where}: PC_GS_angles, PC_GS_KP, PC_GS_KI: expected two points or more, not all zero")
+    use = (gain_p > 0.05 * gain_p.max()) & (gain_i > 0.05 * gain_i.max())
+    at_zero, slopes = [], []
+    for gain in (gain_p, gain_i):
+        slope, inverse = np.polyfit(angle[use], 1.0 / gain[use], 1) if use.sum() > 2 else (0.0, 1.0 / gain[0])
+        inverse = max(inverse, 1e-3 / gain.max())
+        at_zero.append(1.0 / inverse)
+        slopes.append(slope / inverse)
+    slope = 0.5 * (slopes[0] + slopes[1])
     halving = 1.0 / slope if slope > 0.1 else 10.0
-    fit_p = 1.0 / at_zero_p / (1.0 + angle[use] / halving)
-    off = float(np.max(np.abs(fit_p / P[use] - 1.0)))
+    fit = at_zero[0] / (1.0 + angle[use] / halving)
+    off = float(np.max(np.abs(fit / gain_p[use] - 1.0)))
     notes.append(
         Note(
             "approximated",
             where,
             f"PC_GS_angles, PC_GS_KP, PC_GS_KI ({n} points)",
-            f"K / (1 + pitch / {math.degrees(halving):.2f} deg), off by up to {100.0 * off:.0f} % in the proportional gain",
+            f"K / (1 + pitch / {math.degrees(halving):.2f} deg), off by up to {100.0 * off:.0f} % in the "
+            "proportional gain",
         )
     )
     if v.given("filter_type", 1) != 1:
@@ -71,8 +78,8 @@ def from_discon(v: Values, gear_efficiency: float, notes: list[Note]) -> tuple[d
         },
         "pitch": {
             "reference_speed": rated,
-            "proportional_gain": 1.0 / at_zero_p,
-            "integral_gain": 1.0 / at_zero_i,
+            "proportional_gain": at_zero[0],
+            "integral_gain": at_zero[1],
             "gain_halving_pitch": halving,
             "minimum": fine,
             "maximum": v["maximum_pitch"],
@@ -94,7 +101,7 @@ def from_discon(v: Values, gear_efficiency: float, notes: list[Note]) -> tuple[d
     return control, actuator
 
 
-def simple_torque(v: Values, gear_efficiency: float) -> dict[str, Any] | None:
+def simple_torque(v: Values) -> dict[str, Any] | None:
     """Region 2 and rated point of ServoDyn's simple torque control, if the deck has them."""
     speed, torque, gain, slip = (v[f"simple_{name}"] for name in ("speed", "torque", "gain", "slip"))
     if (

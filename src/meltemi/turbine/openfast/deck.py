@@ -340,7 +340,7 @@ def _control(
             set_keys(data, "drivetrain.generator_efficiency", v["drivetrain.generator_efficiency"])
         if v.given("brake_torque", 0.0) > 0.0:
             set_keys(data, "drivetrain.brake_torque", v["brake_torque"])
-        torque = simple_torque(v, 1.0) if v.given("torque_mode", 0) == 1 else None
+        torque = simple_torque(v) if v.given("torque_mode", 0) == 1 else None
         if torque is not None:
             set_keys(data, "control.torque", torque)
         if 5 in (v["pitch_mode"], v["torque_mode"]):
@@ -378,7 +378,7 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[Note]) -> N
         return
     own = Values(notes)
     own.read(discon)
-    control, actuator = from_discon(own, 1.0, notes)
+    control, actuator = from_discon(own, notes)
     data["control"], data["pitch_actuator"] = control, actuator
     data["rated_power"] = own["rated_power"]
     set_keys(

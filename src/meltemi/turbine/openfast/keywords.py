@@ -1,9 +1,9 @@
 """Which keyword of an OpenFAST deck goes where: one table for all files, ``keywords.csv``.
 
-Its columns: file, names of the keyword (today's first, older ones after it), what is expected ("?" if the line may be missing
-or say "default"), unit in the file, target, remark. A target with a dot is a key path of ``Turbine``, a minus turns the
-sign (OpenFAST counts tilt, cone and overhang of an upwind rotor negative); one without a dot goes to what is put
-together in ``deck.py``; none means that the keyword is read by nobody here, for the reason that stands beside it.
+Its columns: file; names of the keyword (today's first, older ones after it); what is expected ("?" if the line may
+be missing or say "default"); unit in the file; target; remark. A target with a dot is a key path of ``Turbine``, a
+minus turns the sign (OpenFAST counts tilt, cone and overhang of an upwind rotor negative); one without a dot goes to
+what is put together in ``deck.py``; none means that the keyword is read by nobody here, for the reason beside it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from meltemi.turbine.openfast.text import key
 
 UNITS = {
     "": 1.0, "m": 1.0, "kg": 1.0, "s": 1.0, "-": 1.0, "N m": 1.0, "N m/rad": 1.0, "N m s/rad": 1.0, "kg m^2": 1.0,
-    "m/s": 1.0, "m/s^2": 1.0, "kg/m^3": 1.0, "rad": 1.0, "rad/s": 1.0, "W": 1.0, "N m s^2/rad^2": 1.0, "N m/s": 1.0, "N m/rpm^2": (30.0 / math.pi) ** 2,
+    "m/s": 1.0, "m/s^2": 1.0, "kg/m^3": 1.0, "rad": 1.0, "rad/s": 1.0, "W": 1.0, "N m s^2/rad^2": 1.0,
+    "N m/s": 1.0, "N m/rpm^2": (30.0 / math.pi) ** 2,
     "deg": math.pi / 180.0, "deg/s": math.pi / 180.0, "rpm": math.pi / 30.0, "%": 0.01,
 }  # fmt: skip
 """Factor to SI of the units that the table names."""
