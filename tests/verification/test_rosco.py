@@ -113,3 +113,25 @@ def test_what_rosco_refuses_is_said(discon: Path, model: meltemi.Model, tmp_path
     result = meltemi.simulate(model, meltemi.SteadyWind(speed=12.0), duration=1.0, controller=controller)
     assert result.status is meltemi.Status.CONTROLLER_RAISED
     assert "IPC_ControlMode must be" in result.message
+
+
+@pytest.mark.parametrize("speed", [12.0, 18.0])
+def test_the_iea15mw_from_its_deck(speed: float, tmp_path: Path) -> None:
+    """Deck and settings of the rosco package: 15 MW and 7.56 rpm, at the pitch of the baseline law's steady state."""
+    folder = "Test_Cases/IEA-15-240-RWT/IEA-15-240-RWT-Monopile/IEA-15-240-RWT-Monopile"
+    try:
+        deck, settings = rosco_example(f"{folder}.fst"), rosco_example(f"{folder}_DISCON.IN")
+    except meltemi.InputError as missing:
+        pytest.skip(str(missing))
+    turbine = meltemi.read_openfast(deck)
+    discon = edit_discon(settings, tmp_path / "DISCON.IN", LoggingLevel=0)
+    model = meltemi.build(turbine)
+    controller = meltemi.bladed_controller(turbine, meltemi.find_rosco(), discon)
+    wind = meltemi.SteadyWind(speed=speed)
+    channels = ["RotSpeed", "GenPwr", "pitch_1"]
+    result = meltemi.simulate(model, wind, duration=120.0, controller=controller, channels=channels)
+    assert result.status is meltemi.Status.OK, result.message
+    end = result.between(100.0, 120.0)
+    assert end["RotSpeed"].mean() == pytest.approx(7.56 * np.pi / 30.0, rel=1e-3)
+    assert end["GenPwr"].mean() == pytest.approx(15e6, rel=1e-3)
+    assert end["pitch_1"].mean() == pytest.approx(meltemi.operating_point(model, speed).pitch, abs=2e-3)
