@@ -163,6 +163,11 @@ def test_every_run_has_a_fresh_library(make: Any, model: Model) -> None:
         simulation.reset()
 
 
+def test_metadata_tell_input_files_apart(make: Any, model: Model) -> None:
+    hashes = [run(model, make(what)).meta["controller_state_hash"] for what in ("count", "each", "count")]
+    assert hashes[0] == hashes[2] != hashes[1]
+
+
 @pytest.mark.parametrize(
     ("what", "words"),
     [

@@ -101,6 +101,35 @@ def test_a_controller_says_what_it_noticed(model: Model) -> None:
     assert line.startswith("warnings of the controller 'mute' raised IndexError")
 
 
+def test_a_controller_is_made_fresh_for_every_run_and_closed_after_it(model: Model) -> None:
+    """However the run ends, and if it is dropped before it ends."""
+    made: list[list[float]] = []
+    closed: list[int] = []
+
+    def fresh() -> Controller:
+        mine: list[float] = []
+        made.append(mine)
+        number = len(made)
+
+        def update(state: Any, measured: Any, demands: Any, dt: float) -> None:
+            mine.append(float(measured[s.TIME]))
+            if number == 2 and measured[s.TIME] > 0.1:
+                raise ValueError
+
+        return Controller(update, close=lambda: closed.append(number))
+
+    controller = Controller(hold, fresh=fresh)
+    ends = [simulate(model, WIND, duration=0.2, controller=controller, start=BEGIN).status for _ in range(2)]
+    assert ends == [Status.OK, Status.CONTROLLER_RAISED]
+    assert [mine[0] for mine in made] == [0.0, 0.0] and len(made[0]) > len(made[1])
+    assert set(closed) == {1, 2}
+    dropped = meltemi.Simulation(model, WIND, duration=0.2, controller=controller, start=BEGIN)
+    dropped.advance(3)
+    assert 3 not in closed
+    del dropped
+    assert 3 in closed
+
+
 def test_state_vector_persists_between_calls(model: Model) -> None:
     seen: list[float] = []
 
