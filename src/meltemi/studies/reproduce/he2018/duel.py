@@ -157,10 +157,31 @@ def write_duel(found: Duel, out: Path) -> list[Path]:
     return [*files, path]
 
 
+def findings(found: Duel) -> list[str]:
+    """What the tables say of DEL of RootMyc1, a sentence a plant."""
+    lines = []
+    for plant, c in found.plants.items():
+
+        def taken(scheme: str, c: Comparison = c) -> Any:
+            return change(c, "RootMyc1 DEL", scheme, WHOLE, base_of(scheme))
+
+        ahead = {s: int(np.sum(taken("ipc") < taken(s))) for s in ("ROSCO 1P", "ROSCO 1P, led")}
+        mean = {s: f"{taken(s).mean():+.1f} %" for s in (*OURS[1:], *ahead)}
+        n = len(c.winds)
+        lines.append(
+            f"{plant[0].upper()}{plant[1:]}: IPC changes the DEL of RootMyc1 by {mean['ipc']}, with 2P pitch "
+            f"{mean['ipc2']}, CPFC {mean['cpfc']}; ROSCO's 1P {mean['ROSCO 1P']}, led {mean['ROSCO 1P, led']}. "
+            f"IPC is ahead of ROSCO's 1P in {ahead['ROSCO 1P']} of {n} seeds, of the led one in "
+            f"{ahead['ROSCO 1P, led']}."
+        )
+    return lines
+
+
 def _section(found: Duel, tables: Sequence[Table]) -> list[str]:
     lines = [(Path(__file__).parent / "duel_head.md").read_text(encoding="utf-8")]
     for table in tables:
         lines += [*table_lines(table), ""]
+    lines += [f"{line}\n" for line in findings(found)]
     made = f"rosco {version('rosco')}, meltemi {version('meltemi')}, {datetime.now(UTC):%Y-%m-%d}"
     s = found.setup
     lines.append(f"*Made with {made}; {s.transient:g} to {s.duration:g} s of seeds {', '.join(map(str, s.seeds))}.*\n")
