@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -91,3 +92,19 @@ def test_baseline_by_its_name_is_the_default(command: Command, tmp_path: Path) -
     ran = command("run", "nrel5mw", *STEADY, "--controller", "baseline", "--out", tmp_path / "out")
     assert ran.status == 0
     assert meltemi.read_netcdf(tmp_path / "out" / "result.nc").meta["controller"] == "baseline"
+
+
+@pytest.mark.rosco
+def test_a_deck_runs_under_rosco_with_its_own_settings(command: Command, rosco_cases: Path, tmp_path: Path) -> None:
+    shutil.copytree(rosco_cases / "NREL-5MW", tmp_path / "NREL-5MW")
+    deck = tmp_path / "NREL-5MW" / "NREL-5MW.fst"
+    deck.write_text(re.sub(r"^.*TMax ", "5.0 TMax ", deck.read_text(), flags=re.MULTILINE))
+    for path in (tmp_path / "NREL-5MW").glob("*InflowWind.dat"):
+        path.write_text(re.sub(r"^.*WindType ", "1 WindType ", path.read_text(), flags=re.MULTILINE))
+    before = sorted((tmp_path / "NREL-5MW").rglob("*"))
+    ran = command("run", deck, "--controller", "rosco", "--out", tmp_path / "out")
+    assert ran.status == 0, ran
+    assert meltemi.read_netcdf(tmp_path / "out" / "result.nc").meta["controller"] == "libdiscon.so"
+    case = meltemi.read_case(tmp_path / "out" / "case.yaml").controller
+    assert isinstance(case, LibraryCase) and case.input == str(deck.with_name("DISCON.IN"))
+    assert sorted((tmp_path / "NREL-5MW").rglob("*")) == before

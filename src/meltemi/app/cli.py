@@ -136,8 +136,8 @@ def run(
     written = path.suffix in (".yaml", ".yml") and (_is_case(path) or not (given or path.exists()))
     if written:
         case, folder = _case_of_file(path, given), path.parent
-    elif path.suffix == ".fst" and not given:
-        case, folder = _case_of_deck(path), Path()
+    elif path.suffix == ".fst" and given.keys() <= {"--controller", "--controller-input"}:
+        case, folder = _case_of_deck(path, given), Path()
     else:
         case, folder = _case_of_options(target, given), Path()
     from meltemi.core.errors import Status
@@ -207,12 +207,16 @@ def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
     return read_case(path)
 
 
-def _case_of_deck(path: Path) -> LoadCase:
-    """The run of an OpenFAST deck: its wind, models and duration."""
+def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
+    """The run of an OpenFAST deck: its wind, models and duration; a controller library has the deck's settings."""
     from meltemi.loadcases.openfast import deck_case
     from meltemi.turbine.openfast import read_deck
 
-    return deck_case(read_deck(path), path.absolute())
+    deck = read_deck(path)
+    settings = deck.library.get("input")
+    if "--controller" in given and settings:
+        given = {"--controller-input": Path(settings)} | given
+    return deck_case(deck, path.absolute()).replace(controller=controller_of_options(given))
 
 
 def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
