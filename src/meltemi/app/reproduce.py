@@ -52,13 +52,15 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
 
     find_rosco()
     with results_in(out):
-        from meltemi.studies.reproduce.he2018.duel import duel, duel_tables, write_duel
+        from meltemi.studies.reproduce.he2018.duel import brief, duel, duel_tables, findings, write_duel
         from meltemi.studies.reproduce.he2018.runs import QUICK, Setup
 
         with progress_bar("he2018 beside ROSCO") as progress:
             found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
         files = write_duel(found, out)
-    for table in duel_tables(found):
+    for table in map(brief, duel_tables(found)):
         print_table(table.caption, table.head, table.rows)
+    for line in findings(found):
+        print(line)
     for file in files:
         print(f"wrote {file}")

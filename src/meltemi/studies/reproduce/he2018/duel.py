@@ -144,6 +144,13 @@ def duel_tables(found: Duel) -> list[Table]:
     return tables
 
 
+def brief(table: Table) -> Table:
+    """The same for a terminal."""
+    kept = [table.head.index(name) for name in ("scheme", "RootMyc1 std", "RootMyc1 DEL", "TwrBsMyt DEL")]
+    kept.append(table.head.index("pitch travel deg/s"))
+    return Table([table.head[i] for i in kept], [[row[i] for i in kept] for row in table.rows], table.caption)
+
+
 def write_duel(found: Duel, out: Path) -> list[Path]:
     """Write the tables as CSV, and the section of the page.
 
