@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,31 @@ def test_workers_below_one_are_refused(tmp_path: Path) -> None:
     found = CliRunner().invoke(app, ["reproduce", "he2018", "--workers", "0", "--out", str(tmp_path / "out")])
     assert "at least 1" in str(found.exception)
     assert not (tmp_path / "out").exists()
+
+
+def test_the_duel_without_rosco_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def missing(name: str) -> None:
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("meltemi.control.bladed.rosco.distribution", missing)
+    found = CliRunner().invoke(app, ["reproduce", "he2018", "--rosco", "--out", str(tmp_path / "out")])
+    assert "pip install --no-deps" in str(found.exception)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.long
+@pytest.mark.rosco
+def test_the_duel_with_rosco_writes_its_section(tmp_path: Path) -> None:
+    arguments = ["reproduce", "he2018", "--rosco", "--quick", "--out", str(tmp_path)]
+    found = CliRunner().invoke(app, arguments, catch_exceptions=False)
+    assert found.exit_code == 0
+    text = (tmp_path / "duel.md").read_text(encoding="utf-8")
+    assert text.startswith("## Beside ROSCO") and "Made with rosco 2." in text
+    for i in (1, 2):
+        with (tmp_path / f"duel_{i}.csv").open(encoding="utf-8") as file:
+            load = {row["scheme"]: row["RootMyc1 DEL"] for row in csv.DictReader(file)}
+        assert load["cpc"] == load["ROSCO"] == ""
+        assert all(load[scheme].startswith("-") for scheme in ("ipc", "ipc2", "cpfc", "ROSCO 1P", "ROSCO 1P, led"))
 
 
 def test_the_papers_equations_hold_on_our_parts() -> None:
