@@ -175,11 +175,16 @@ def findings(found: Duel) -> list[str]:
         ahead = {s: int(np.sum(taken("ipc") < taken(s))) for s in ("ROSCO 1P", "ROSCO 1P, led")}
         mean = {s: f"{taken(s).mean():+.1f} %" for s in (*OURS[1:], *ahead)}
         n = len(c.winds)
+        held, tower = (
+            f"{c.values(q, ROSCO_BASE).mean() / c.values(q, BASE).mean() * 100.0 - 100.0:+.0f}"
+            for q in ("rotor speed std", "TwrBsMyt DEL")
+        )
         lines.append(
             f"{plant[0].upper()}{plant[1:]}: IPC changes the DEL of RootMyc1 by {mean['ipc']}, with 2P pitch "
             f"{mean['ipc2']}, CPFC {mean['cpfc']}; ROSCO's 1P {mean['ROSCO 1P']}, led {mean['ROSCO 1P, led']}. "
             f"IPC is ahead of ROSCO's 1P in {ahead['ROSCO 1P']} of {n} seeds, of the led one in "
-            f"{ahead['ROSCO 1P, led']}."
+            f"{ahead['ROSCO 1P, led']}. ROSCO's collective pitch changes the std of the rotor speed by {held} % and the "
+            f"DEL of TwrBsMyt by {tower} % against ours."
         )
     return lines
 
