@@ -416,8 +416,8 @@ def _ask(path: Path, data: dict[str, Any]) -> None:
         raise InputError(
             f"{path}: the deck does not say (its controller is not ROSCO with a DISCON.IN that can be read):\n"
             + "\n".join(missing)
-            + "\ngive ROSCO's settings (discon='DISCON.IN'), a turbine with such control (control_of=...), or values by "
-            "these key paths (extra={...}); to `meltemi import`: --discon, --control-of, --extra"
+            + "\ngive ROSCO's settings (discon='DISCON.IN'), a turbine with such control (control_of=...), or values "
+            "by these key paths (extra={...}); to `meltemi import`: --discon, --control-of, --extra"
         )
     if "rated_power" not in data:
         efficiency = data["drivetrain"].get("generator_efficiency", 1.0)
