@@ -16,6 +16,7 @@ import typer
 
 from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
+from meltemi.app.inspect import inspect
 from meltemi.app.options import (
     ClassOption,
     EditionOption,
@@ -333,6 +334,7 @@ def _speeds(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero
 app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
 app.command()(reproduce)
+app.command()(inspect)
 
 
 @app.command()
