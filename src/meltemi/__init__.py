@@ -98,6 +98,7 @@ if TYPE_CHECKING:
     from meltemi.studies.compare import compare as compare
     from meltemi.studies.comparison_report import write_comparison as write_comparison
     from meltemi.studies.inspection import inspect_turbine as inspect_turbine
+    from meltemi.studies.openfast_writer import write_openfast as write_openfast
     from meltemi.studies.preview import preview_of as preview_of
     from meltemi.studies.preview import steady_pitch as steady_pitch
     from meltemi.studies.schemes import Design as Design
@@ -205,6 +206,7 @@ _HOME = {
     "studies.compare": "Comparison compare",
     "studies.comparison_report": "write_comparison",
     "studies.inspection": "inspect_turbine",
+    "studies.openfast_writer": "write_openfast",
     "studies.preview": "preview_of steady_pitch",
     "studies.schemes": "Design design_controllers",
     "studies.sensitivity": "Sensitivity differences sensitivity",

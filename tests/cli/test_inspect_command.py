@@ -21,12 +21,12 @@ def test_it_draws_and_prints(command: Command, tmp_path: Path) -> None:
 
 
 def test_what_is_missing_is_said(command: Command, tmp_path: Path, turbine: Turbine) -> None:
-    write_turbine(turbine.replace(**{"drivetrain.gearbox_efficiency": 0.9}), tmp_path / "mine.yaml")
+    write_turbine(turbine.replace(**{"nacelle.overhang": -5.0}), tmp_path / "mine.yaml")
     ran = command("inspect", tmp_path / "mine.yaml", "--out", tmp_path)
     assert ran.status == 0 and len(ran.files) == 2
-    assert "missing: model: nrel5mw: drivetrain.gearbox_efficiency" in ran.err
+    assert "missing: model: nrel5mw: nacelle.overhang" in ran.err
     page = ran.files[0].read_text(encoding="utf-8")
-    assert "What is missing" in page and "gearbox_efficiency" in page
+    assert "What is missing" in page and "overhang" in page
 
 
 def test_an_unknown_turbine_writes_nothing(command: Command, tmp_path: Path) -> None:

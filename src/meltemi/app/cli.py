@@ -16,6 +16,7 @@ import typer
 
 from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
+from meltemi.app.export import export
 from meltemi.app.inspect import inspect
 from meltemi.app.options import (
     ClassOption,
@@ -335,6 +336,7 @@ app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
 app.command()(reproduce)
 app.command()(inspect)
+app.command()(export)
 
 
 @app.command()
