@@ -49,6 +49,7 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
         "power-curve --help",
         "compare --help",
         "inspect --help",
+        "export --help",
         "verify --help",
         "warmup --help",
         "bench --help",

@@ -80,8 +80,10 @@ def differences(one: Any, other: Any, path: str = "") -> list[str]:
         return [d for k in sorted({*one, *other}) for d in differences(one.get(k), other.get(k), f"{path}.{k}")]
     if path.endswith(".source") or (one is None and other is None):
         return []
-    numbers = isinstance(one, float | np.ndarray) and isinstance(other, float | np.ndarray)
-    same = np.allclose(one, other, rtol=1e-8, atol=1e-12) if numbers else one == other
+    try:
+        same = np.allclose(one, other, rtol=1e-8, atol=1e-12)
+    except (TypeError, ValueError):  # names, or different lengths
+        same = one == other
     return [] if same else [path]
 
 
@@ -110,8 +112,6 @@ def test_the_turbine_is_the_same_when_read_back(turbine: Turbine, tmp_path: Path
     assert differences(deck.turbine.content(), turbine.content()) == [
         ".blade.structure.axial_stiffness",
         ".blade.structure.damping.torsion",
-        ".blade.structure.edge_inertia",  # a massless end has the least that BeamDyn needs
-        ".blade.structure.flap_inertia",
         ".blade.structure.mode_shapes",
         ".tower.axial_stiffness",
         ".tower.damping.torsion",
@@ -141,6 +141,11 @@ def test_elastodyn_says_what_it_does_not_have(bent: Turbine, tmp_path: Path) -> 
     assert "prebend" not in silent and "6 x 6" not in silent
 
 
+@pytest.fixture(scope="module")
+def plain(turbine: Turbine, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    return options_read(tmp_path_factory.mktemp("plain"), turbine, stall_constants=BEDDOES).options
+
+
 def options_read(folder: Path, turbine: Turbine, **options: Any) -> Deck:
     return read_deck(write(turbine, folder, options=ModelOptions(**options)).main, control_of=turbine)
 
@@ -167,9 +172,10 @@ def options_read(folder: Path, turbine: Turbine, **options: Any) -> Deck:
     ],
     ids=lambda changed: "-".join(changed),
 )
-def test_options_are_those_of_the_deck(changed: dict[str, Any], turbine: Turbine, tmp_path: Path) -> None:
-    plain = options_read(tmp_path / "plain", turbine, stall_constants=BEDDOES).options
-    read = options_read(tmp_path / "changed", turbine, **{"stall_constants": BEDDOES, **changed}).options
+def test_options_are_those_of_the_deck(
+    changed: dict[str, Any], turbine: Turbine, plain: dict[str, Any], tmp_path: Path
+) -> None:
+    read = options_read(tmp_path, turbine, **{"stall_constants": BEDDOES, **changed}).options
     assert {name for name in read if read[name] != plain[name]} == set(changed)
     assert all(read[name] == value for name, value in changed.items())
 
@@ -231,14 +237,13 @@ def test_polynomials_give_our_frequencies(turbine: Turbine, written: Written) ->
     for polynomials in (shapes.blade.structure.mode_shapes.flap, shapes.tower.mode_shapes.side_side):
         assert len(polynomials) == 2
         np.testing.assert_allclose([sum(c) for c in polynomials], 1.0, atol=1e-9)
-    natural, given = (
-        build(shapes, ModelOptions(mode_shapes=kind, torsion_modes=0)).blade for kind in ("computed", "given")
-    )
-    ratio = given.modes.frequency / natural.modes.frequency
+    as_elastodyn = {f"blade.structure.{name}": None for name in ("torsion_stiffness", "flap_inertia", "edge_inertia")}
+    given = build(shapes.replace(**as_elastodyn), ModelOptions(mode_shapes="given")).blade
+    ratio = given.modes.frequency / build(turbine, ModelOptions(torsion_modes=0)).blade.modes.frequency
     assert np.all(ratio > 1.0) and np.all(ratio < 1.011)
     noted = [note.why for note in written.notes if "mode of the blade" in note.what]
     assert [float(why.split("frequency ")[1].split(" %")[0]) for why in noted] == pytest.approx(
-        (100.0 * (ratio - 1.0)).tolist(), abs=0.02
+        (100.0 * (ratio - 1.0)).tolist(), abs=0.006
     )
 
 

@@ -52,7 +52,7 @@ def turbine_facts(seen: Portrait) -> Groups:
         ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
         ("generator speed", f"{number(pitch.reference_speed * 30.0 / math.pi)} rpm"),
         ("rated torque", f"{number(torque.rated_power / torque.rated_speed / 1e3)} kN m"),
-        ("efficiency", f"{number(100.0 * d.generator_efficiency)} %"),
+        ("efficiency", f"{number(100.0 * d.generator_efficiency * d.gearbox_efficiency)} %"),
         ("generator inertia", f"{number(d.generator_inertia)} kg m²"),
         ("shaft stiffness", f"{number(d.stiffness)} N m/rad"),
     ]

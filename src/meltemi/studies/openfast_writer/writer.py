@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from meltemi.aero.stall_tables import hansen
+from meltemi.aero.stall_tables import zero_lift_angle
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.environment.site import Environment
 from meltemi.simulation.model import Model, build, head_mass
@@ -26,6 +26,8 @@ from meltemi.wind.fields import SteadyWind
 RPM, DEGREES = 30.0 / math.pi, 180.0 / math.pi
 ATTACHED = 0.7
 """Attachment at OpenFAST's alpha1 and alpha2."""
+LINEAR = (-0.06, 0.09)
+"""[rad] about zero lift, between which the normal force is taken for straight."""
 STEP, BEAM_STEP = 0.01, 0.001
 """[s] time steps of ElastoDyn's runs, and with BeamDyn."""
 OUTPUTS = {
@@ -469,27 +471,38 @@ def _airfoil(name: str, airfoil: Airfoil, constants: StallConstants) -> str:
 
 
 def _stall(airfoil: Airfoil, constants: StallConstants) -> dict[str, object]:
-    """OpenFAST's constants of dynamic stall, from the polar by the fit of Hansen et al. and as stated."""
+    """OpenFAST's constants of dynamic stall, as stated, or from the normal force.
+
+    Its slope is that of a straight line near zero lift; alpha1 and alpha2 are where Kirchhoff's flow
+    C_n = C_n,alpha (1 + sqrt f)^2 / 4 (alpha - alpha0) has the attachment f = 0.7 on either side.
+    """
     alpha, lift, drag = airfoil.angle_of_attack, airfoil.lift, airfoil.drag
-    fit = hansen(alpha, lift, drag)
-    zero = fit.zero_lift if airfoil.zero_lift_angle is None else airfoil.zero_lift_angle
+    zero = zero_lift_angle(alpha, lift) if airfoil.zero_lift_angle is None else airfoil.zero_lift_angle
     floor = float(np.interp(zero, alpha, drag)) if airfoil.zero_lift_drag is None else airfoil.zero_lift_drag
     normal = lift * np.cos(alpha) + (drag - floor) * np.sin(alpha)
-    upper = alpha[(alpha > zero + 0.05) & (fit.attachment < ATTACHED)][0]
-    lower = alpha[(alpha < zero - 0.05) & (fit.attachment < ATTACHED)][-1]
+    fine = zero + np.linspace(*LINEAR, 41)
+    slope = float(np.polyfit(fine, np.interp(fine, alpha, normal), 1)[0])
+    fine = zero + np.linspace(-0.6, 0.6, 2401)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.interp(fine, alpha, normal) / (slope * (fine - zero))
+    separated = (2.0 * np.sqrt(np.clip(ratio, 0.25, 1.0)) - 1.0) ** 2 < ATTACHED
+    upper = fine[separated & (fine > zero + LINEAR[1])]
+    lower = fine[separated & (fine < zero + LINEAR[0])]
+    first = float(upper[0]) if len(upper) else zero + 0.6
+    last = float(lower[-1]) if len(lower) else zero - 0.6
     return {
         "alpha0": zero * DEGREES,
-        "alpha1": float(upper) * DEGREES,
-        "alpha2": float(lower) * DEGREES,
-        "C_nalpha": fit.slope,
+        "alpha1": first * DEGREES,
+        "alpha2": last * DEGREES,
+        "C_nalpha": slope,
         "T_f0": constants.separation_lag,
         "T_p": constants.pressure_lag,
         "b1": constants.b1,
         "b2": constants.b2,
         "A1": constants.a1,
         "A2": constants.a2,
-        "Cn1": float(np.interp(upper, alpha, normal)),
-        "Cn2": float(np.interp(lower, alpha, normal)),
+        "Cn1": float(np.interp(first, alpha, normal)),
+        "Cn2": float(np.interp(last, alpha, normal)),
         "Cd0": floor,
         "Cm0": float(np.interp(zero, alpha, airfoil.moment)),
     }
