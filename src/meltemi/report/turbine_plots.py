@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Callable, Sequence
+from os.path import commonprefix
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -18,7 +19,7 @@ from meltemi.report.plots import COLOURS, INK, style
 from meltemi.report.turbine_facts import turbine_facts
 from meltemi.simulation.portrait import Portrait, line_mass, portrait, principal_stiffness
 from meltemi.structure.members import blade_beam
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.definition import Airfoil, Turbine
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -234,10 +235,22 @@ def _planform(turbine: Turbine) -> tuple[Float, Float, Float]:
     """Aerodynamic centre x, y [m] from the pitch axis, and how much of the chord lies ahead of it."""
     a = turbine.blade.aerodynamics
     zero = np.zeros(len(a.position))
-    lifting = [r for r, name in zip(a.position, a.airfoil, strict=True) if turbine.airfoils[name].dynamic_stall]
+    lifting = [r for r, name in zip(a.position, a.airfoil, strict=True) if _lifts(turbine.airfoils[name])]
     round_root = [0.0, max(float(lifting[0]), 1e-6)] if lifting else [0.0, 1e-6]
     ahead = np.interp(a.position, round_root, [0.5, 0.25] if lifting and lifting[0] > 0.0 else [0.25, 0.25])
     return zero if a.centre_x is None else a.centre_x, zero if a.centre_y is None else a.centre_y, ahead
+
+
+def _lifts(airfoil: Airfoil) -> bool:
+    """Whether its lift has half of a flat plate's slope or more; otherwise it is rather round."""
+    low, high = np.interp((-0.1, 0.1), airfoil.angle_of_attack, airfoil.lift)
+    return bool(high - low > 0.2 * math.pi)
+
+
+def _short(names: Sequence[str]) -> list[str]:
+    """Names without what they all begin with, if that is long."""
+    begin = commonprefix(list(names)) if len(names) > 1 else ""
+    return [name[len(begin) :] or name for name in names] if len(begin) > 5 else list(names)
 
 
 def _from_the_side(turbine: Turbine, points: Float, psi: float, side: float) -> Float:
@@ -297,6 +310,7 @@ def planform(ax: Axes, seen: Portrait) -> None:
     leading, trailing = y - ahead * a.chord, y + (1.0 - ahead) * a.chord
     names = list(dict.fromkeys(a.airfoil))
     colours = colormaps["viridis_r"](np.linspace(0.08, 0.95, len(names)))
+    short = _short(names)
     edges = np.concatenate([a.position[:1], 0.5 * (a.position[1:] + a.position[:-1]), a.position[-1:]])
     fine = np.unique(np.concatenate([edges, a.position]))
     low, high = np.interp(fine, a.position, -leading), np.interp(fine, a.position, -trailing)
@@ -312,7 +326,7 @@ def planform(ax: Axes, seen: Portrait) -> None:
             ax.text(
                 0.5 * (edges[begin] + edges[i]),
                 1.06 * low.max(),
-                a.airfoil[begin],
+                short[k],
                 fontsize=7,
                 color=INK,
                 ha="center",
@@ -537,13 +551,13 @@ def _polars(ax: Axes, seen: Portrait, field: str, symbol: str, title: str) -> No
     t = seen.turbine
     names = list(dict.fromkeys(t.blade.aerodynamics.airfoil))
     colours = colormaps["viridis_r"](np.linspace(0.08, 0.95, len(names)))
-    every = -(-len(names) // MOST_NAMES)
+    every, short = -(-len(names) // MOST_NAMES), _short(names)
     inset = ax.inset_axes((0.34, 0.6, 0.32, 0.39) if field == "drag" else (0.64, 0.56, 0.33, 0.43))
     low, high = math.inf, -math.inf
     for k, name in enumerate(names):
         foil = t.airfoils[name]
         alpha, values = np.degrees(foil.angle_of_attack), getattr(foil, field)
-        label = name if k % every == 0 or k == len(names) - 1 else None
+        label = short[k] if k % every == 0 or k == len(names) - 1 else None
         for each in (ax, inset):
             each.plot(alpha, values, color=colours[k], linewidth=1.0, label=label)
         inside = np.interp(np.linspace(*NEAR, 101), alpha, values)

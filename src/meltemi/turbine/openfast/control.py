@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError
+from meltemi.turbine.openfast.text import Float
 from meltemi.turbine.openfast.values import Values
 from meltemi.turbine.report import Note
 
@@ -24,7 +25,10 @@ UNUSED = 9999.0
 def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Control and pitch actuator from the settings of ROSCO.
 
-    ROSCO's gains by pitch angle become K / (1 + pitch / halving): 1 / K is fitted by a straight line in the pitch.
+    ROSCO's gains by pitch angle become K / (1 + pitch / halving), fitted by least squares of the relative errors.
+
+    Raises:
+      InputError: the schedule has no gains.
     """
     where = v.source["schedule"].split(":")[0]
     angle, gain_p, gain_i = (np.array(v[name]) for name in ("angles", "proportional", "integral"))
@@ -33,23 +37,16 @@ def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str,
     if n < 2 or not gain_p.max() > 0.0 or not gain_i.max() > 0.0:
         raise InputError(f"{where}: PC_GS_angles, PC_GS_KP, PC_GS_KI: expected two points or more, not all zero")
     use = (gain_p > 0.05 * gain_p.max()) & (gain_i > 0.05 * gain_i.max())
-    at_zero, slopes = [], []
-    for gain in (gain_p, gain_i):
-        slope, inverse = np.polyfit(angle[use], 1.0 / gain[use], 1) if use.sum() > 2 else (0.0, 1.0 / gain[0])
-        inverse = max(inverse, 1e-3 / gain.max())
-        at_zero.append(1.0 / inverse)
-        slopes.append(slope / inverse)
-    slope = 0.5 * (slopes[0] + slopes[1])
-    halving = 1.0 / slope if slope > 0.1 else 10.0
-    fit = at_zero[0] / (1.0 + angle[use] / halving)
-    off = float(np.max(np.abs(fit / gain_p[use] - 1.0)))
+    pitch = np.linspace(0.0, angle[use].max(), 60)  # below its first angle ROSCO keeps the first gains
+    gains = np.stack([np.interp(pitch, angle[use], gain[use]) for gain in (gain_p, gain_i)])
+    halving, at_zero, off = _schedule(pitch, gains)
     notes.append(
         Note(
             "approximated",
             where,
             f"PC_GS_angles, PC_GS_KP, PC_GS_KI ({n} points)",
-            f"K / (1 + pitch / {math.degrees(halving):.2f} deg), off by up to {100.0 * off:.0f} % in the "
-            "proportional gain",
+            f"K / (1 + pitch / {math.degrees(halving):.2f} deg), off by up to {100.0 * off[0]:.0f} % "
+            f"(proportional) and {100.0 * off[1]:.0f} % (integral)",
         )
     )
     if v.given("filter_type", 1) != 1:
@@ -78,8 +75,8 @@ def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str,
         },
         "pitch": {
             "reference_speed": rated,
-            "proportional_gain": at_zero[0],
-            "integral_gain": at_zero[1],
+            "proportional_gain": float(at_zero[0]),
+            "integral_gain": float(at_zero[1]),
             "gain_halving_pitch": halving,
             "minimum": fine,
             "maximum": v["maximum_pitch"],
@@ -99,6 +96,24 @@ def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str,
         if v.given("actuator_damping", 0.0) > 0.0:
             actuator["damping_ratio"] = v["actuator_damping"]
     return control, actuator
+
+
+def _schedule(angle: Float, gains: Float) -> tuple[float, Float, Float]:
+    """Halving pitch [rad], gains at zero pitch, and their largest relative errors, by least relative squares.
+
+    The halving pitch is that of the integral gain: ROSCO's proportional gain falls faster, as it counts the rotor's
+    own damping in.
+
+    Args:
+      angle: (n,) [rad].
+      gains: (2, n) proportional and integral, positive.
+    """
+    tried = np.geomspace(0.02, 10.0, 400)
+    ratio = 1.0 / (1.0 + angle / tried[:, None])[:, None, :] / gains  # (tried, 2, n)
+    at_zero = ratio.sum(axis=2) / (ratio**2).sum(axis=2)
+    error = at_zero[:, :, None] * ratio - 1.0
+    best = int(np.argmin((error[:, 1] ** 2).sum(axis=1)))
+    return float(tried[best]), at_zero[best], np.abs(error[best]).max(axis=1)
 
 
 def simple_torque(v: Values) -> dict[str, Any] | None:

@@ -459,14 +459,18 @@ def _options(
         "inflow": {0: "quasi_steady", 1: "constant"}.get(_dynamic(aero, momentum_wake), "variable"),
         "inflow_time": aero.given("wake_time", 4.0),
         "stall": "static" if aero.given("unsteady", 0) == 0 else "hansen",
-        "stall_constants": polars.constants,
-        "stall_fit": "openfast",
-        "stall_rotation": "openfast",
         "chord_angle": "openfast",
         "tower_influence": "potential" if aero.given("tower_potential", 0) else "none",
         "tower_drag": aero.given("tower_drag", False),
         "blade_nodes": tuple(np.asarray(turbine.blade.aerodynamics.position).tolist()),
     }
+    if options["stall"] != "static":
+        options |= {"stall_constants": polars.constants, "stall_rotation": "openfast"}
+        lifting = [airfoil for airfoil in turbine.airfoils.values() if airfoil.dynamic_stall]
+        if all(None not in (airfoil.zero_lift_angle, airfoil.zero_lift_drag) for airfoil in lifting):
+            options["stall_fit"] = "openfast"
+    if options["inflow"] != "constant":
+        del options["inflow_time"]
     if not flexible:
         options |= {
             "flap_modes": int(v.given("flap_1", True)) + int(v.given("flap_2", True)),

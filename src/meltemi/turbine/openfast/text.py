@@ -20,6 +20,8 @@ Float = NDArray[np.float64]
 _TOKEN = re.compile(r"""@?"[^"]*"|@?'[^']*'|[^\s,;]+""")
 _NAME = re.compile(r"[A-Za-z_][\w]*([(\[][\w,]+[)\]])?$")
 NO_FILE = frozenset(["", "unused", "none", "unsed", "n/a", "default"])
+WORDS = NO_FILE | {"true", "false", "t", "f"}
+"""Values that are words."""
 LARGEST = 64_000_000
 """[bytes] no text file of a deck is larger."""
 
@@ -269,10 +271,18 @@ def read_input(path: Path, module: str) -> InputFile:
         if any(t.lower() == "outlist" for t in tokens[:2]):
             in_list = True
             continue
+        if _is_header(tokens):
+            continue
         entry = _entry(tokens, i + 1)
         if entry is not None:
             entries.setdefault(key(entry.name), []).append(entry)
     return InputFile(path, module, lines, entries)
+
+
+def _is_header(tokens: list[str]) -> bool:
+    """Three words in a row that are no value: names of columns, or prose."""
+    first = tokens[0].lower()
+    return first not in WORDS and len(tokens) > 2 and all(_NAME.match(t) and number(t) is None for t in tokens[:3])
 
 
 def _entry(tokens: list[str], line: int) -> Entry | None:
