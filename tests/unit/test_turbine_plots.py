@@ -13,7 +13,7 @@ import pytest
 import meltemi
 from meltemi import InputError, Turbine
 from meltemi.report.turbine_facts import mode_rows, turbine_facts
-from meltemi.report.turbine_plots import plot_turbine, turbine_figures
+from meltemi.report.turbine_plots import _short, plot_turbine, turbine_figures
 from meltemi.simulation.portrait import Portrait, masses, portrait, principal_stiffness
 from meltemi.structure.beam import transfer
 
@@ -160,3 +160,11 @@ def test_winds_without_operation_are_left_out(turbine: Turbine) -> None:
 def test_a_folder_that_is_not_there(turbine: Turbine, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such folder"):
         meltemi.inspect_turbine(turbine, tmp_path / "nowhere")
+
+
+def test_long_names_are_shortened() -> None:
+    """By what they share, if that is long; what is left of a name is never empty."""
+    assert _short(["polar_of_IEA_01", "polar_of_IEA_02"]) == ["1", "2"]
+    assert _short(["polar_of", "polar_of_2"]) == ["polar_of", "_2"]
+    assert _short(["du21", "du25"]) == ["du21", "du25"]
+    assert _short(["polar_of_IEA_01"]) == ["polar_of_IEA_01"]

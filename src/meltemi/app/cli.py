@@ -17,9 +17,9 @@ import typer
 from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
 from meltemi.app.export import export
-from meltemi.app.inspect import inspect
 from meltemi.app.importing import HELP as IMPORT_HELP
 from meltemi.app.importing import import_
+from meltemi.app.inspect import inspect
 from meltemi.app.options import (
     ClassOption,
     EditionOption,

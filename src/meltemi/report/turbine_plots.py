@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Callable, Sequence
-from os.path import commonprefix
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -249,8 +248,10 @@ def _lifts(airfoil: Airfoil) -> bool:
 
 def _short(names: Sequence[str]) -> list[str]:
     """Names without what they all begin with, if that is long."""
-    begin = commonprefix(list(names)) if len(names) > 1 else ""
-    return [name[len(begin) :] or name for name in names] if len(begin) > 5 else list(names)
+    same = 0
+    while len({name[: same + 1] for name in names}) == 1 < len(names) and all(len(name) > same for name in names):
+        same += 1
+    return [name[same:] or name for name in names] if same > 5 else list(names)
 
 
 def _from_the_side(turbine: Turbine, points: Float, psi: float, side: float) -> Float:
