@@ -75,6 +75,7 @@ if TYPE_CHECKING:
     from meltemi.report.tables import rich_table as rich_table
     from meltemi.report.tables import write_csv as write_csv
     from meltemi.report.tuning_plots import plot_tuning as plot_tuning
+    from meltemi.report.turbine_plots import plot_turbine as plot_turbine
     from meltemi.report.wind_plots import plot_wind as plot_wind
     from meltemi.simulation.campbell import Campbell as Campbell
     from meltemi.simulation.campbell import campbell as campbell
@@ -97,6 +98,8 @@ if TYPE_CHECKING:
     from meltemi.studies.compare import Comparison as Comparison
     from meltemi.studies.compare import compare as compare
     from meltemi.studies.comparison_report import write_comparison as write_comparison
+    from meltemi.studies.inspection import inspect_turbine as inspect_turbine
+    from meltemi.studies.openfast_writer import write_openfast as write_openfast
     from meltemi.studies.preview import preview_of as preview_of
     from meltemi.studies.preview import steady_pitch as steady_pitch
     from meltemi.studies.schemes import Design as Design
@@ -193,6 +196,7 @@ _HOME = {
     "report.spectra_plots": "plot_spectra",
     "report.tables": "rich_table write_csv",
     "report.tuning_plots": "plot_tuning",
+    "report.turbine_plots": "plot_turbine",
     "report.wind_plots": "plot_wind",
     "simulation.campbell": "Campbell campbell",
     "simulation.case": "Stations",
@@ -207,6 +211,8 @@ _HOME = {
     "simulation.trim": "OperatingPoint operating_point",
     "studies.compare": "Comparison compare",
     "studies.comparison_report": "write_comparison",
+    "studies.inspection": "inspect_turbine",
+    "studies.openfast_writer": "write_openfast",
     "studies.preview": "preview_of steady_pitch",
     "studies.schemes": "Design design_controllers",
     "studies.sensitivity": "Sensitivity differences sensitivity",

@@ -16,8 +16,10 @@ import typer
 
 from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
+from meltemi.app.export import export
 from meltemi.app.importing import HELP as IMPORT_HELP
 from meltemi.app.importing import import_
+from meltemi.app.inspect import inspect
 from meltemi.app.options import (
     ClassOption,
     EditionOption,
@@ -351,6 +353,8 @@ app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
 app.command("import", help=IMPORT_HELP)(import_)
 app.command()(reproduce)
+app.command()(inspect)
+app.command()(export)
 
 
 @app.command()
