@@ -55,7 +55,9 @@ if TYPE_CHECKING:
     from meltemi.postprocess.fatigue import equivalent_loads as equivalent_loads
     from meltemi.postprocess.fatigue import rainflow_cycles as rainflow_cycles
     from meltemi.postprocess.files import read_netcdf as read_netcdf
+    from meltemi.postprocess.files import read_result as read_result
     from meltemi.postprocess.files import write_netcdf as write_netcdf
+    from meltemi.postprocess.files import write_result as write_result
     from meltemi.postprocess.spectra import Peak as Peak
     from meltemi.postprocess.spectra import PowerSpectrum as PowerSpectrum
     from meltemi.postprocess.spectra import average_spectra as average_spectra
@@ -178,7 +180,7 @@ _HOME = {
         "rayleigh_weights travel"
     ),
     "postprocess.fatigue": "damage_equivalent_load equivalent_loads rainflow_cycles",
-    "postprocess.files": "read_netcdf write_netcdf",
+    "postprocess.files": "read_netcdf read_result write_netcdf write_result",
     "postprocess.spectra": ("Peak PowerSpectrum average_spectra decibels peak power_spectrum rotor_frequency"),
     "postprocess.statistics": "revolution_means",
     "report.comparison_plots": "plot_changes",

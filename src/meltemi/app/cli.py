@@ -263,6 +263,8 @@ def channels(
         unit, factor = c.display_unit
         print(f"{c.name}")
         print(f"  OpenFAST     {c.alias or 'no such channel'}")
+        if c.also:
+            print(f"  also         {', '.join(c.also)}")
         print(f"  what         {c.description}")
         print(f"  unit         {c.unit}" + (f" (shown in {unit}, times {factor:g})" if unit != c.unit else ""))
         print(f"  axes         {c.frame}")
@@ -270,7 +272,7 @@ def channels(
         return
     text = (search or "").lower()
     chosen = [
-        c for c in catalogue(n_nodes=1, flaps=1).values() if text in f"{c.name} {c.alias} {c.description}".lower()
+        c for c in catalogue(n_nodes=1, flaps=1).values() if text in f"{' '.join(c.names)} {c.description}".lower()
     ]
     if not chosen:
         raise InputError(f"no channel has {search!r} in its name or description")
