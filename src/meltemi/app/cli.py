@@ -16,6 +16,7 @@ import typer
 
 from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
+from meltemi.app.diff import diff
 from meltemi.app.options import (
     ClassOption,
     EditionOption,
@@ -105,6 +106,7 @@ def run(
         str | None,
         typer.Option("--channels", help="Channels to record, separated by commas; 'all' records everything."),
     ] = None,
+    outb: Annotated[bool, typer.Option("--outb", help="Also write the result as OpenFAST's binary output.")] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate; gives a table, a plot, a file."""
@@ -146,7 +148,7 @@ def run(
                 stations=Stations(case.blade_stations, case.tower_stations),
                 progress=progress,
             )
-        files = _write(result, out)
+        files = _write(result, out, outb)
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
             files.append(out / "case.yaml")
@@ -214,12 +216,14 @@ def _is_case(path: Path) -> bool:
     return re.search(r"""^(\{\s*)?(['"]?)(turbine|wind|duration)\2\s*:""", text, re.MULTILINE) is not None
 
 
-def _write(result: Result, out: Path) -> list[Path]:
-    from meltemi.postprocess.files import write_netcdf
+def _write(result: Result, out: Path, outb: bool) -> list[Path]:
+    from meltemi.postprocess.files import write_netcdf, write_outb
     from meltemi.report.plots import plot, save
     from meltemi.report.tables import statistics_rows, write_csv
 
     files = [write_netcdf(result, out / "result.nc"), write_csv(out / "statistics.csv", *statistics_rows(result))]
+    if outb:
+        files.append(write_outb(result, out / "result.outb"))
     if len(result.time) > 1:
         files.append(save(plot(result), out / "result.png"))
     else:
@@ -335,6 +339,7 @@ def _speeds(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero
 app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
 app.command()(reproduce)
+app.command()(diff)
 
 
 @app.command()

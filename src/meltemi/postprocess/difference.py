@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,6 +75,10 @@ class Differences:
     only_second: tuple[str, ...]
     notes: tuple[str, ...]
 
+    def of(self, i: int) -> tuple[Float, Float]:
+        """Series (T,) of the compared channel ``i`` in both results."""
+        return self.first.data[:, i], self.second.data[:, i]
+
 
 def compare_results(
     first: Result,
@@ -83,6 +87,7 @@ def compare_results(
     *,
     begin: float | None = None,
     end: float | None = None,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> Differences:
     """Differences of two results, the second being the reference.
 
@@ -94,6 +99,7 @@ def compare_results(
       channels: by any of their names; ``"node_6_alpha_1=B1N1Alpha"`` pairs channels of different names. By default all
         that both have but angles that turn.
       begin, end: [s] of the compared part; by default all that both cover.
+      progress: called with the share that is done.
 
     Raises:
       InputError: there is no common time or no common channel, or a name is unknown.
@@ -101,10 +107,14 @@ def compare_results(
     pairs = _named_pairs(first, second, channels) if channels else _common(first, second)
     time, notes = _common_time(first, second, begin, end)
     a, b = (_at(r, [pair[i] for pair in pairs], time) for i, r in enumerate((first, second)))
+    found = []
+    for i, channel in enumerate(a.channels):
+        found.append(_difference(channel, time, a.data[:, i], b.data[:, i]))
+        progress((i + 1) / len(pairs))
     return Differences(
         a,
         b,
-        channels=tuple(_difference(c, time, a.data[:, i], b.data[:, i]) for i, c in enumerate(a.channels)),
+        channels=tuple(found),
         only_first=_others(first, [c for c, _ in pairs], channels),
         only_second=_others(second, [c for _, c in pairs], channels),
         notes=notes,
@@ -131,11 +141,18 @@ def _named_pairs(first: Result, second: Result, wanted: Sequence[str]) -> list[t
     pairs = []
     for text in wanted:
         name, _, other = (part.strip() for part in text.partition("="))
-        pair = first.channel(name), second.channel(other or name)
+        pair = _channel(first, name, "first"), _channel(second, other or name, "second")
         if pair[0].unit != pair[1].unit:
             raise InputError(f"{text}: the units differ: {pair[0].unit} and {pair[1].unit}")
         pairs.append(pair)
     return pairs
+
+
+def _channel(result: Result, name: str, which: str) -> Channel:
+    try:
+        return result.channel(name)
+    except InputError as error:
+        raise InputError(f"{which} result: {error}") from None
 
 
 def _others(result: Result, used: list[Channel], wanted: Sequence[str] | None) -> tuple[str, ...]:
@@ -182,10 +199,13 @@ def _interpolated(time: Float, known: Float, x: Float, wrap: bool) -> Float:
     return values % (2.0 * np.pi) if wrap else values
 
 
+def gaps(channel: Channel, x: Float, y: Float) -> Float:
+    """x less y, of angles that turn the shorter way round."""
+    return (x - y + np.pi) % (2.0 * np.pi) - np.pi if channel.wrap else x - y
+
+
 def _difference(channel: Channel, time: Float, x: Float, y: Float) -> ChannelDifference:
-    difference = x - y
-    if channel.wrap:
-        difference = (difference + np.pi) % (2.0 * np.pi) - np.pi
+    difference = gaps(channel, x, y)
     slope = usual_slope(channel)
     finite = bool(np.all(np.isfinite(x)) and np.all(np.isfinite(y)))
 

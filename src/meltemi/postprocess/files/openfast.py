@@ -57,7 +57,7 @@ _INVALID = "invalid"
 """Unit that OpenFAST gives to channels which a run could not compute; their values are 0."""
 MOST = 300
 """Nodes and stations that are looked for."""
-EVEN = 0.01
+EVEN = 0.1
 """Of a time step: instants that are written with few digits may be off their grid by this."""
 
 

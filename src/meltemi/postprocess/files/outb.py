@@ -74,23 +74,21 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     if width < 1:
         raise InputError(f"{path}: damaged: names of {width} characters")
     n, rows = (int(v) for v in take("<i4", 2, "size"))
+    if n < 1:
+        raise InputError(f"{path}: damaged: it tells of {n} channels")
     first, second = (float(v) for v in take("<f8", 2, "times"))
     scale, offset = (take("<f4", n, "scales").astype(float) for _ in range(2)) if kind != UNPACKED else (1.0, 0.0)
     description = _text(take("u1", int(take("<i4", 1, "description")[0]), "description"))
     names, units = (
         [_text(row) for row in take("u1", (n + 1) * width, "names").reshape(n + 1, width)] for _ in range(2)
     )
-    time: Float
-    if kind == WITH_TIME:
-        with np.errstate(all="ignore"):
-            time = (take("<i4", rows, "times").astype(float) - second) / first
-    else:
-        time = first + second * np.arange(max(rows, 0), dtype=float)
+    ticks = take("<i4", rows, "times").astype(float) if kind == WITH_TIME else None
     packed = take("<f8" if kind == UNPACKED else "<i2", rows * n, "data")
     if place != size:
         raise InputError(f"{path}: damaged: {size - place} bytes more than its header tells of")
     with np.errstate(all="ignore"):  # a channel of no numbers has no scale
         data = (packed.reshape(rows, n).astype(float) - offset) / scale
+        time = first + second * np.arange(rows, dtype=float) if ticks is None else (ticks - second) / first
     return Columns(tuple(names[1:]), tuple(u.strip("()") for u in units[1:]), time, data, description)
 
 
