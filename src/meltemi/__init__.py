@@ -42,6 +42,9 @@ if TYPE_CHECKING:
     from meltemi.postprocess.bands import ceiling as ceiling
     from meltemi.postprocess.bands import harmonic_bands as harmonic_bands
     from meltemi.postprocess.bands import remove_bands as remove_bands
+    from meltemi.postprocess.difference import ChannelDifference as ChannelDifference
+    from meltemi.postprocess.difference import Differences as Differences
+    from meltemi.postprocess.difference import compare_results as compare_results
     from meltemi.postprocess.ensemble import EnsembleEntry as EnsembleEntry
     from meltemi.postprocess.ensemble import EnsembleTable as EnsembleTable
     from meltemi.postprocess.ensemble import Estimate as Estimate
@@ -67,6 +70,7 @@ if TYPE_CHECKING:
     from meltemi.postprocess.spectra import rotor_frequency as rotor_frequency
     from meltemi.postprocess.statistics import revolution_means as revolution_means
     from meltemi.report.comparison_plots import plot_changes as plot_changes
+    from meltemi.report.difference_plots import plot_differences as plot_differences
     from meltemi.report.ensemble_tables import ensemble_rows as ensemble_rows
     from meltemi.report.plots import plot as plot
     from meltemi.report.plots import plot_campbell as plot_campbell
@@ -175,6 +179,7 @@ _HOME = {
     "loadcases.batch": "BatchCase Outcome simulate_batch",
     "loadcases.case": "LoadCase read_case",
     "postprocess.bands": "Ceiling ceiling harmonic_bands remove_bands",
+    "postprocess.difference": "ChannelDifference Differences compare_results",
     "postprocess.ensemble": (
         "EnsembleEntry EnsembleTable Estimate ensemble_load ensemble_table lifetime_del mean_interval "
         "rayleigh_weights travel"
@@ -184,6 +189,7 @@ _HOME = {
     "postprocess.spectra": ("Peak PowerSpectrum average_spectra decibels peak power_spectrum rotor_frequency"),
     "postprocess.statistics": "revolution_means",
     "report.comparison_plots": "plot_changes",
+    "report.difference_plots": "plot_differences",
     "report.ensemble_tables": "ensemble_rows",
     "report.plots": "plot plot_campbell plot_performance plot_power_curve",
     "report.spectra_plots": "plot_spectra",

@@ -26,6 +26,7 @@ RESULT = Result(
     np.stack([1.2 * TIME % (2.0 * np.pi), 8e6 + 1e6 * np.sin(1.2 * TIME), 1.2 + 0.01 * np.sin(TIME)], axis=1),
     tuple(standard()[name] for name in ("azimuth", NAME, "rotor_speed")),
 )
+SENSITIVITY: Any = SimpleNamespace(result=RESULT, slopes=np.ones((len(TIME), 3, 1)))
 
 
 def label(figure: Any) -> str:
@@ -48,8 +49,8 @@ USES: dict[str, Callable[[str], Any]] = {
     "plot_differences": lambda name: label(
         plot_differences(compare_results(RESULT, RESULT), [name], labels=("a", "b"))
     ),
-    "sensitivity": lambda name: Sensitivity.series(SimpleNamespace(result=RESULT, slopes=np.ones((2000, 3, 1))), name)[0],  # type: ignore[arg-type]
-}  # fmt: skip
+    "sensitivity": lambda name: Sensitivity.series(SENSITIVITY, name)[0],
+}
 
 
 @pytest.mark.parametrize("use", USES)

@@ -14,7 +14,7 @@ from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
-ROUNDING = 1e-6
+ROUNDING = 1e-3
 """Of a time step, within which instants are the same."""
 
 
