@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from meltemi.loadcases.batch import simulate_batch as simulate_batch
     from meltemi.loadcases.case import LoadCase as LoadCase
     from meltemi.loadcases.case import read_case as read_case
+    from meltemi.loadcases.openfast import deck_case as deck_case
     from meltemi.postprocess.bands import Ceiling as Ceiling
     from meltemi.postprocess.bands import ceiling as ceiling
     from meltemi.postprocess.bands import harmonic_bands as harmonic_bands
@@ -120,6 +121,10 @@ if TYPE_CHECKING:
     from meltemi.turbine.library import list_turbines as list_turbines
     from meltemi.turbine.library import load_turbine as load_turbine
     from meltemi.turbine.library import write_turbine as write_turbine
+    from meltemi.turbine.openfast import Deck as Deck
+    from meltemi.turbine.openfast import read_deck as read_deck
+    from meltemi.turbine.openfast import read_openfast as read_openfast
+    from meltemi.turbine.report import report_text as report_text
     from meltemi.wind.fields import SteadyWind as SteadyWind
     from meltemi.wind.fields import WindBox as WindBox
     from meltemi.wind.fields import WindSeries as WindSeries
@@ -178,6 +183,7 @@ _HOME = {
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",
     "loadcases.case": "LoadCase read_case",
+    "loadcases.openfast": "deck_case",
     "postprocess.bands": "Ceiling ceiling harmonic_bands remove_bands",
     "postprocess.difference": "ChannelDifference Differences compare_results",
     "postprocess.ensemble": (
@@ -216,6 +222,8 @@ _HOME = {
     "turbine.definition": "Flap FlapIncrements Turbine",
     "turbine.flaps": "naca64618_flap with_flaps",
     "turbine.library": "list_turbines load_turbine write_turbine",
+    "turbine.openfast": "Deck read_deck read_openfast",
+    "turbine.report": "report_text",
     "wind.fields": "SteadyWind WindBox WindSeries at_speed",
     "wind.files": (
         "Hawc2Grid read_bladed read_bts read_hawc2 read_hub_csv read_wind read_wind_netcdf read_wnd "

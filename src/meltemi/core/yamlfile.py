@@ -25,7 +25,20 @@ def read_record(path: str | Path, kind: type[R]) -> R:
       InputError: the file is missing, is not YAML, or does not describe a valid ``kind``; the message
         lists every problem with its line and key.
     """
-    path = Path(path)
+    data, text = _mapping(Path(path), f" (a {kind.__name__})")
+    return validated(data, kind, where=str(path), text=text)
+
+
+def read_mapping(path: str | Path) -> dict[str, Any]:
+    """Keys and values of a YAML file.
+
+    Raises:
+      InputError: the file is missing, is not YAML, or holds something else.
+    """
+    return _mapping(Path(path), "")[0]
+
+
+def _mapping(path: Path, what: str) -> tuple[dict[str, Any], str]:
     try:
         text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
@@ -34,8 +47,8 @@ def read_record(path: str | Path, kind: type[R]) -> R:
         raise InputError(f"{path}: cannot be read as UTF-8 text ({error})") from None
     data = _parse(text, path)
     if not isinstance(data, dict):
-        raise InputError(f"{path}: expected keys and values (a {kind.__name__}), found {type(data).__name__}")
-    return validated(data, kind, where=str(path), text=text)
+        raise InputError(f"{path}: expected keys and values{what}, found {type(data).__name__}")
+    return data, text
 
 
 def validated(data: dict[str, Any], kind: type[R], where: str, text: str | None = None) -> R:

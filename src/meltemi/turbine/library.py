@@ -18,7 +18,7 @@ def list_turbines() -> list[str]:
 
 
 def load_turbine(name: str | Path) -> Turbine:
-    """A turbine from the library by its name, or from a YAML file by its path.
+    """A turbine from the library by its name, or from a YAML file or OpenFAST deck (.fst) by its path.
 
     Raises:
       InputError: no such turbine or file, or the file does not describe a valid turbine.
@@ -26,6 +26,10 @@ def load_turbine(name: str | Path) -> Turbine:
     if str(name) in list_turbines():
         return _from_library(str(name))
     path = Path(name)
+    if path.suffix == ".fst":
+        from meltemi.turbine.openfast import read_openfast
+
+        return read_openfast(path)
     if path.suffix in (".yaml", ".yml") or path.exists():
         return read_record(path, Turbine)
     raise InputError(
