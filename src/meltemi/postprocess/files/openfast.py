@@ -51,7 +51,7 @@ UNITS: dict[str, tuple[str, float]] = {
 }
 """OpenFAST's unit -> SI unit, factor."""
 _SPELLINGS = (("**", "^"), ("/s/s", "/s^2"), ("*", "-"), ("·", "-"), (" ", "-"), ("sec", "s"), ("Nm", "N-m"))
-OURS = "meltemi"
+OURS = "Result of meltemi"
 """With which the description of our own files begins."""
 _INVALID = "invalid"
 """Unit that OpenFAST gives to channels which a run could not compute; their values are 0."""

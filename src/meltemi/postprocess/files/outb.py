@@ -38,6 +38,8 @@ SHORT = 10
 """Characters of names and units but in the fourth kind."""
 LEVELS = 65532
 """Of int16, less a margin for the rounding of the offset to float32."""
+LARGEST = 1e37
+"""Value, and scale: float32 ends at 3e38."""
 LARGEST_OFFSET = 2.0**23
 """Up to it float32 resolves halves."""
 
@@ -108,11 +110,12 @@ def write_outb(result: Result, path: str | Path) -> Path:
     """
     path = Path(path)
     table = columns_of(result)
-    if not np.all(np.isfinite(table.data)):
-        row, i = np.argwhere(~np.isfinite(table.data))[0]
+    fits = np.abs(table.data) < LARGEST
+    if not np.all(fits):
+        row, i = np.argwhere(~fits)[0]
         raise InputError(
-            f"{path}: {result.names[i]} is not a number at {result.time[row]:g} s, for which .outb has no room: "
-            "write .nc, or the part before by Result.between"
+            f"{path}: {result.names[i]} is not a number below {LARGEST:g} at {result.time[row]:g} s, for which .outb "
+            "has no room: write .nc, or the part before by Result.between"
         )
     names, units = ["Time", *table.names], ["(s)", *(f"({u})" for u in table.units)]
     codes = [[text.encode() for text in texts] for texts in (names, units)]
@@ -131,7 +134,7 @@ def write_outb(result: Result, path: str | Path) -> Path:
 
 
 def packed(data: Float) -> tuple[Float, Float, NDArray[np.int16]]:
-    """Scales (C,), offsets (C,) and numbers (T, C) that stand for finite data (T, C): number = scale data + offset.
+    """Scales (C,), offsets (C,) and numbers (T, C) that stand for data (T, C): number = scale data + offset.
 
     The range of a channel takes up the 16 bits, but for a range that float32, in which scales and offsets are held,
     does not resolve.
@@ -140,7 +143,7 @@ def packed(data: Float) -> tuple[Float, Float, NDArray[np.int16]]:
     middle, spread = 0.5 * low + 0.5 * high, high - low
     with np.errstate(divide="ignore"):
         scale = np.minimum(LEVELS / spread, LARGEST_OFFSET / np.abs(middle))
-    scale = np.where(np.isfinite(scale), scale, 1.0).astype("<f4").astype(float)
+    scale = np.where(np.isfinite(scale), np.minimum(scale, LARGEST), 1.0).astype("<f4").astype(float)
     offset = (-middle * scale).astype("<f4").astype(float)
     return scale, offset, np.rint(data * scale + offset).astype("<i2")
 
