@@ -17,6 +17,8 @@ HEAD = 50
 """Lines in which the names are looked for."""
 STARS = re.compile(r"\*+")
 """What Fortran writes for a number that needs more room than it has."""
+CLOSED = "This output file was closed"
+"""With which modules that run alone end their files."""
 
 
 def read_out(path: str | Path) -> Result:
@@ -52,6 +54,8 @@ def _numbers(lines: list[str], first: int, n: int, path: Path) -> NDArray[np.flo
         words = STARS.sub("nan ", line).split()
         if not words:
             continue
+        if line.startswith(CLOSED):
+            break
         if len(words) != n:
             cut = "; the file is cut" if i == len(lines) else ""
             raise InputError(f"{path}:{i}: expected {n} numbers, found {len(words)}{cut}")
