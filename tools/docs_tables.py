@@ -117,6 +117,19 @@ def openfast_units() -> str:
     return _table(["SI", "OpenFAST"], [[si, ", ".join(units)] for si, units in theirs.items()])
 
 
+def keywords(file: str) -> str:
+    """Keywords of a file of an OpenFAST deck, with an underscore for a blank in its name."""
+    from meltemi.turbine.openfast.keywords import ROWS
+
+    rows = []
+    for row in ROWS[file.replace("_", " ")]:
+        target = "" if not row.target else f"`{row.target}`" if "." in row.target else f"({row.target})"
+        names = ", ".join(f"`{name}`" for name in row.names)
+        kind = row.kind + (" or default" if row.optional else "") if row.target else ""
+        rows.append([names, kind, row.unit, ("-" if row.turned else "") + target, row.remark])
+    return _table(["keyword", "value", "unit", "to", "remark"], rows)
+
+
 def array(path: str) -> str:
     """Fields of a table, e.g. ``control.signals.MEASUREMENTS``."""
     from importlib import import_module
@@ -167,5 +180,5 @@ def schemes() -> str:
 
 
 MAKERS: dict[str, Any] = {
-    f.__name__: f for f in (record, channels, openfast_channels, openfast_units, array, arrays, schemes)
+    f.__name__: f for f in (record, channels, openfast_channels, openfast_units, keywords, array, arrays, schemes)
 }
