@@ -183,8 +183,8 @@ def findings(found: Duel) -> list[str]:
             f"{plant[0].upper()}{plant[1:]}: IPC changes the DEL of RootMyc1 by {mean['ipc']}, with 2P pitch "
             f"{mean['ipc2']}, CPFC {mean['cpfc']}; ROSCO's 1P {mean['ROSCO 1P']}, led {mean['ROSCO 1P, led']}. "
             f"IPC is ahead of ROSCO's 1P in {ahead['ROSCO 1P']} of {n} seeds, of the led one in "
-            f"{ahead['ROSCO 1P, led']}. ROSCO's collective pitch changes the std of the rotor speed by {held} % and the "
-            f"DEL of TwrBsMyt by {tower} % against ours."
+            f"{ahead['ROSCO 1P, led']}. ROSCO's collective pitch changes the std of the rotor speed by {held} % and "
+            f"the DEL of TwrBsMyt by {tower} % against ours."
         )
     return lines
 
