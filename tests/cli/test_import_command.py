@@ -1,0 +1,80 @@
+"""``meltemi import`` and runs of OpenFAST decks, with a deck that we write."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from terminal import Command
+
+import meltemi
+
+
+@pytest.fixture(scope="module")
+def deck(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("deck")
+    turbine = meltemi.load_turbine("nrel5mw")
+    return meltemi.write_openfast(turbine, folder, wind=meltemi.SteadyWind(speed=9.0), duration=2.0).main
+
+
+def test_import_gives_turbine_case_and_report(command: Command, deck: Path, tmp_path: Path) -> None:
+    ran = command("import", deck, "--control-of", "nrel5mw", "--out", tmp_path / "mine")
+    assert ran.status == 0 and ran.err == ""
+    assert [file.name for file in ran.files] == ["turbine.yaml", "case.yaml", "report.md"]
+    turbine, case, report = ran.files
+    assert meltemi.load_turbine(turbine).rated_power == 5e6
+    assert meltemi.read_case(case).duration == 2.0
+    assert meltemi.read_case(case).options.torsion_modes == 0
+    assert "## Ignored" in report.read_text()
+    assert command("run", case, "--out", tmp_path / "run").status == 0
+    assert meltemi.read_netcdf(tmp_path / "run" / "result.nc")["wind_x"].mean() == pytest.approx(9.0)
+
+
+def test_extra_values_come_on_top(command: Command, deck: Path, tmp_path: Path) -> None:
+    (tmp_path / "more.yaml").write_text("hub: {mass: 60000.0}\n")
+    extra = ("--control-of", "nrel5mw", "--extra", tmp_path / "more.yaml")
+    assert command("import", deck, *extra, "--out", tmp_path / "mine").status == 0
+    assert meltemi.load_turbine(tmp_path / "mine" / "turbine.yaml").hub.mass == 60000.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("nope.fst",), "nope.fst: cannot be read"),
+        (("{deck}",), "control.pitch.*--control-of"),
+        (("{deck}", "--blade", "beam"), "--blade 'beam': expected deck, elastodyn or beamdyn"),
+        (("{deck}", "--control-of", "nrel5mv"), "did you mean 'nrel5mw'"),
+        (("{deck}", "--discon", "{deck}"), "not the settings of ROSCO"),
+        (("{deck}", "--control-of", "nrel5mw", "--extra", "no.yaml"), "no.yaml: no such file"),
+    ],
+)
+def test_bad_input_is_one_error_and_writes_nothing(
+    command: Command, deck: Path, tmp_path: Path, arguments: tuple[str, ...], says: str
+) -> None:
+    ran = command("import", *(argument.format(deck=deck) for argument in arguments), "--out", tmp_path / "out")
+    assert ran.status == 2 and ran.err.startswith("error: ") and "Traceback" not in ran.err
+    assert re.search(says, ran.err, re.DOTALL)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_deck_without_readable_control_cannot_be_run_as_it_is(command: Command, deck: Path, tmp_path: Path) -> None:
+    ran = command("run", deck, "--out", tmp_path / "out")
+    assert ran.status == 2 and "--control-of" in ran.err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_deck_with_rosco_runs_as_it_is(command: Command, reference: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "deck"
+    shutil.copytree(reference / "decks" / "nrel5mw-land", folder)
+    for path in folder.rglob("*"):
+        path.chmod(0o755 if path.is_dir() else 0o644)
+    shutil.copy(reference / "openfast_rosco" / "DISCON.IN", folder / "DISCON.IN")
+    main_file = folder / "5MW.fst"
+    main_file.write_text(main_file.read_text().replace("200   TMax", "2   TMax"))
+    assert command("run", main_file, "--out", tmp_path / "run").status == 0
+    assert meltemi.read_netcdf(tmp_path / "run" / "result.nc")["wind_x"].mean() == pytest.approx(12.0)
+    case = meltemi.read_case(tmp_path / "run" / "case.yaml")
+    assert case.turbine == str(main_file)
+    assert case.options.mode_shapes == "given"
