@@ -16,8 +16,8 @@ import pytest
 import meltemi
 from meltemi.control.bladed.rosco import edit_discon, rosco_example
 from meltemi.postprocess.fatigue import damage_equivalent_load
+from meltemi.postprocess.files.openfast import si_unit
 from meltemi.studies.openfast_deck import deck_options, deck_turbine
-from meltemi.studies.verify.turbulent import UNITS
 
 pytestmark = pytest.mark.rosco
 CONTROL = ("RotSpeed", "BldPitch1", "GenPwr", "GenTq")
@@ -58,7 +58,7 @@ def test_as_in_openfast(discon: Path, reference: Path) -> None:
     with (folder / "statistics.csv").open(newline="", encoding="utf-8") as file:
         rows = {row["channel"]: row for row in csv.DictReader(file) if row["case"] == "bemt_noua"}
     for name in CONTROL:
-        unit = UNITS[rows[name]["unit"].strip("()")]
+        _, unit = si_unit(rows[name]["unit"])
         mean, std = (float(rows[name][key]) * unit for key in ("mean", "std"))
         assert 100.0 * abs(part[name].mean() / mean - 1.0) < MEAN, name
         assert 100.0 * abs(part[name].std() / std - 1.0) < STD, name
