@@ -40,8 +40,8 @@ def read_windio(
 
     Args:
       path: the YAML file.
-      extra: what the file lacks, or what shall be different: a YAML file with keys as in a turbine file, or a dictionary
-        of the same or of key paths, ``{"yaw.stiffness": 6e9}``. It wins over the file.
+      extra: what the file lacks, or what shall be different: a YAML file with keys as in a turbine file, or a
+        dictionary of the same or of key paths, ``{"yaw.stiffness": 6e9}``. It wins over the file.
       foundation: the tower is clamped at its base, or stands on the file's monopile.
       mudline: [m] height, below zero under water, where the monopile is clamped.
       reynolds: where an airfoil has polars of several Reynolds numbers, the nearest is taken; by default the highest.
@@ -105,7 +105,7 @@ def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[s
     return {
         "name": name,
         "description": str(tree.get("comments") or name),
-        "source": f"{Path(tree.where).name} (windIO {tree.get('windIO_version') or 2})",
+        "source": f"{tree.source} (windIO {tree.get('windIO_version') or 2})",
         "n_blades": blades,
         **given(
             rated_power=tree.number("assembly.rated_power") or tree.number("control.rated_power"),
@@ -155,9 +155,7 @@ def _validated(data: dict[str, Any], where: str, extra: Extra) -> Turbine:
     try:
         return Turbine.model_validate(data)
     except ValidationError as error:
-        given_by = f" with {extra}" if isinstance(extra, (str, Path)) else ""
-        lines = explain(error, Turbine, f"{where}{given_by}", data)
-        hint = (
-            "; give what is missing by extra, a YAML file or a dictionary of these keys" if "missing" in lines else ""
-        )
-        raise InputError(f"{where}: not a whole turbine{hint}:\n{lines}") from None
+        names = [Path(where).name] + ([Path(extra).name] if isinstance(extra, (str, Path)) else [])
+        lines = explain(error, Turbine, " with ".join(names), data)
+        hint = "give what it lacks by extra, a YAML file or a dictionary of these keys"
+        raise InputError(f"{where}: not a whole turbine; {hint}:\n{lines}") from None

@@ -60,7 +60,7 @@ def read_blade(tree: Tree, reynolds: float | None) -> tuple[dict[str, Any], dict
     axis = _axis(tree)
     shape, airfoils = _aerodynamics(tree, axis, reynolds)
     structure = _structure(tree, axis)
-    return {"aerodynamics": shape, "structure": structure, "source": tree.where}, airfoils
+    return {"aerodynamics": shape, "structure": structure, "source": tree.source}, airfoils
 
 
 def _axis(tree: Tree) -> Axis:
@@ -143,9 +143,9 @@ def _check_axes(tree: Tree, grid: Float, K: Float) -> None:
     outer = grid > OUTBOARD
     if np.median(K[outer, 3, 3] / K[outer, 4, 4]) < 1.0:
         raise InputError(
-            f"{tree.where}: {ELASTIC}.stiffness_matrix: beyond {100 * OUTBOARD:g} % of the span K44 is mostly less than "
-            "K55, so x seems to lie along the chord; expected is x across the chord, y towards the trailing edge, z "
-            "towards the tip, as in BeamDyn, so that K44 is the edgewise bending stiffness: turn the matrices"
+            f"{tree.where}: {ELASTIC}.stiffness_matrix: beyond {100 * OUTBOARD:g} % of the span K44 is mostly less "
+            "than K55, so x seems to lie along the chord; expected is x across the chord, y towards the trailing "
+            "edge, z towards the tip, as in BeamDyn, so that K44 is the edgewise bending stiffness: turn the matrices"
         )
 
 

@@ -78,7 +78,7 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
     for key, why in IGNORED.items():
         if tree.get(f"control.{key}") is not None:
             tree.note("ignored", f"control.{key}", key.replace("_", " "), why)
-    return given(filter_frequency=filtered) | {"torque": torque, "pitch": pitch, "source": tree.where}
+    return given(filter_frequency=filtered) | {"torque": torque, "pitch": pitch, "source": tree.source}
 
 
 IGNORED = {

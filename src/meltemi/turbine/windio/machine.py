@@ -38,7 +38,7 @@ def read_hub(tree: Tree) -> dict[str, Any]:
         mass=tree.number(f"{body}.mass"),
         inertia=None if inertia is None else float(tree.numbers(f"{body}.inertia")[0]),
         mass_centre=None if centre is None else float(tree.numbers(f"{body}.location")[0]),
-        source=tree.where,
+        source=tree.source,
     )
 
 
@@ -53,7 +53,7 @@ def read_nacelle(tree: Tree) -> dict[str, Any]:
     along, apex = tree.number(f"{shape}.overhang"), tree.number(f"{shape}.distance_tt_hub")
     overhang = None if along is None else along / math.cos(tilt or 0.0)
     height = None if apex is None or along is None else apex - along * math.tan(tilt or 0.0)
-    content = given(tilt=tilt, overhang=overhang, shaft_height=height, source=tree.where)
+    content = given(tilt=tilt, overhang=overhang, shaft_height=height, source=tree.source)
     body = f"{DRIVE}.elastic_properties"
     mass = tree.number(f"{body}.mass")
     if mass is None or tree.get(f"{body}.location") is None or tree.get(f"{body}.inertia") is None:
@@ -95,13 +95,13 @@ def read_drivetrain(tree: Tree) -> dict[str, Any]:
         stiffness=tree.number(f"{gearbox}.torsional_stiffness") if stiffness is None else stiffness,
         damping=tree.number(f"{gearbox}.torsional_damping") if damping is None else damping,
         generator_efficiency=efficiency,
-        source=tree.where,
+        source=tree.source,
     )
 
 
 def read_yaw(tree: Tree) -> dict[str, Any]:
     """Content of ``Turbine.yaw``: windIO has the rate only."""
-    return given(rate=scaled(tree.number("control.yaw_rate"), DEGREE), source=tree.where)
+    return given(rate=scaled(tree.number("control.yaw_rate"), DEGREE), source=tree.source)
 
 
 def read_actuator(tree: Tree) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def read_actuator(tree: Tree) -> dict[str, Any]:
         rate_limit=scaled(tree.number("control.max_pitch_rate"), DEGREE),
         minimum=scaled(tree.number("control.min_pitch_limit"), DEGREE),
         maximum=scaled(tree.number("control.max_pitch_limit"), DEGREE),
-        source=tree.where,
+        source=tree.source,
     )
     if frequency is None:
         content["kind"] = "ideal"

@@ -26,7 +26,7 @@ def blended(tree: Tree, shape: str, grid: Float, reynolds: float | None) -> tupl
     thickness along the blade, it is interpolated through the airfoils' positions (PCHIP, as the format says).
 
     Returns:
-      names of the stations' airfoils, content of ``Turbine.airfoils``, aerodynamic centres [chord] from the leading edge.
+      names of the stations' airfoils, content of ``Turbine.airfoils``, aerodynamic centres [chord] from the nose.
     """
     masters = _masters(tree, shape, reynolds)
     thickness = _thickness(tree, shape, grid, masters)
@@ -49,7 +49,7 @@ def blended(tree: Tree, shape: str, grid: Float, reynolds: float | None) -> tupl
             "angle_of_attack": angles,
             **dict(zip(COEFFICIENTS.values(), polar, strict=True)),
             "dynamic_stall": bool(t <= THICKEST),
-            "source": f"{tree.where}: {inner if w == 0.0 else outer if w == 1.0 else f'{1.0 - w:.3f} {inner} + {w:.3f} {outer}'}",
+            "source": f"{tree.source}: {1.0 - w:.3f} {inner} + {w:.3f} {outer}",
         }
     tree.note(
         "used",

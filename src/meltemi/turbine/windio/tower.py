@@ -98,7 +98,7 @@ def read_tower(tree: Tree) -> dict[str, Any]:
     part = "components.tower"
     elastic = f"{part}.structure.elastic_properties"
     walls = tube(tree, part) if tree.get(f"{part}.structure.layers") is not None else None
-    content: dict[str, Any] = {"source": tree.where}
+    content: dict[str, Any] = {"source": tree.source}
     if tree.get(f"{elastic}.stiffness_matrix") is not None:
         K, M = f"{elastic}.stiffness_matrix", f"{elastic}.inertia_matrix"
         axis, shape = f"{part}.reference_axis.z", f"{part}.outer_shape.outer_diameter"
@@ -159,7 +159,7 @@ def read_pile(tree: Tree, mudline: float) -> dict[str, Any]:
         np.interp(height, walls.height, values)
         for values in (walls.bending, walls.shear, walls.axial, walls.torsion, walls.mass)
     )
-    source = f"{tree.where}: {part}, clamped at {mudline:g} m; no soil, no water"
+    source = f"{tree.source}: {part}, clamped at {mudline:g} m; no soil, no water"
     found = pile_foundation(height, bending, shear, axial, torsion, mass, source)
     piece = tree.number(f"{part}.transition_piece_mass") or 0.0
     tree.note("approximated", part, "monopile", f"springs at its top; clamped at {mudline:g} m, no soil, no water")

@@ -20,12 +20,14 @@ class Tree:
     """Data of a windIO file by key paths, and the notes on them.
 
     Attributes:
-      where: the file's name, for messages.
+      where: the file, for messages.
+      source: its name, for records.
       notes: gathered while reading.
     """
 
     def __init__(self, data: dict[str, Any], where: str) -> None:
         self.data, self.where = data, where
+        self.source = Path(where).name
         self.notes: list[Note] = []
 
     def note(self, kind: Literal["used", "approximated", "ignored"], where: str, what: str, why: str = "") -> None:
