@@ -239,9 +239,9 @@ def turbines() -> None:
             f"{entry.source}; {entry.licence}",
             f"{entry.rated_power / 1e6:g}",
             f"{entry.rotor_diameter:g}",
-            f"{entry.hub_height:g}",
+            f"{entry.hub_height:.1f}",
         ]
-        for name, entry in sorted(library_entries().items())
+        for name, entry in sorted(library_entries().items(), key=lambda item: item[1].rated_power)
     ]
     head = ["name", "verified by", "source; licence", "MW", "rotor m", "hub m"]
     print_table("Library", head, rows, text_columns=3)

@@ -20,7 +20,6 @@ WINDIO = "windIO/examples/turbine"
 class LibraryEntry(Record):
     """What there is to know about a turbine of the library before it is loaded."""
 
-    what: str
     file: str
     """The turbine, or what its windIO file lacks."""
     windio: str | None = None

@@ -94,6 +94,9 @@ def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[s
     blade, airfoils = read_blade(tree, reynolds)
     hub, drivetrain = read_hub(tree), read_drivetrain(tree)
     drive = drivetrain | more.get("drivetrain", {})
+    if "generator_efficiency" not in drive:
+        why = "no losses; give drivetrain.generator_efficiency"
+        tree.note("approximated", "components.drivetrain.generator.rpm_efficiency", "generator efficiency", why)
     control = read_control(
         tree,
         rotor_inertia(blade, hub | more.get("hub", {}), blades),

@@ -27,8 +27,8 @@ BANDWIDTH, DAMPING = 0.6 / rpm(12.1), 0.7
 """Frequency of the speed loop over the rated rotor speed, and its damping ratio, of the same."""
 REGION_3, SLIP, POWER_PITCH = 0.99, 0.1, DEGREE
 """Rated over reference speed, slip and [rad] pitch above the smallest where the power is held, of the same."""
-REGION_2 = 1.1
-"""Generator speed where region 2 begins, over the one where torque begins."""
+TORQUE_BEGINS = 0.95
+"""Generator speed where torque begins over the smallest one, where region 2 begins."""
 
 
 def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inertia: float, efficiency: float) -> Any:
@@ -56,7 +56,7 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
     if low is not None:
         torque["power_pitch"] = max(low * DEGREE + POWER_PITCH, 0.0)
     if slowest is not None:
-        torque |= {"cut_in_speed": ratio * slowest, "optimal_speed": REGION_2 * ratio * slowest}
+        torque |= {"cut_in_speed": TORQUE_BEGINS * ratio * slowest, "optimal_speed": ratio * slowest}
     if power is not None:
         torque["rated_power"] = power
     if rated is not None:
