@@ -93,6 +93,19 @@ def channels(group: str) -> str:
     return _table(["name", "OpenFAST", "unit", "axes", "positive", "what"], rows)
 
 
+def keywords(file: str) -> str:
+    """Keywords of a file of an OpenFAST deck, with an underscore for a blank in its name."""
+    from meltemi.turbine.openfast.keywords import ROWS
+
+    rows = []
+    for row in ROWS[file.replace("_", " ")]:
+        target = "" if not row.target else f"`{row.target}`" if "." in row.target else f"({row.target})"
+        names = ", ".join(f"`{name}`" for name in row.names)
+        kind = row.kind + (" or default" if row.optional else "") if row.target else ""
+        rows.append([names, kind, row.unit, ("-" if row.turned else "") + target, row.remark])
+    return _table(["keyword", "value", "unit", "to", "remark"], rows)
+
+
 def array(path: str) -> str:
     """Fields of a table, e.g. ``control.signals.MEASUREMENTS``."""
     from importlib import import_module
@@ -142,4 +155,4 @@ def schemes() -> str:
     return _table(["scheme", "what"], [[f"`{name}`", scheme.about] for name, scheme in SCHEMES.items()])
 
 
-MAKERS: dict[str, Any] = {f.__name__: f for f in (record, channels, array, arrays, schemes)}
+MAKERS: dict[str, Any] = {f.__name__: f for f in (record, channels, keywords, array, arrays, schemes)}

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from meltemi.loadcases.batch import simulate_batch as simulate_batch
     from meltemi.loadcases.case import LoadCase as LoadCase
     from meltemi.loadcases.case import read_case as read_case
+    from meltemi.loadcases.openfast import deck_case as deck_case
     from meltemi.postprocess.bands import Ceiling as Ceiling
     from meltemi.postprocess.bands import ceiling as ceiling
     from meltemi.postprocess.bands import harmonic_bands as harmonic_bands
@@ -118,8 +119,12 @@ if TYPE_CHECKING:
     from meltemi.turbine.library import list_turbines as list_turbines
     from meltemi.turbine.library import load_turbine as load_turbine
     from meltemi.turbine.library import write_turbine as write_turbine
+    from meltemi.turbine.openfast import Deck as Deck
+    from meltemi.turbine.openfast import read_deck as read_deck
+    from meltemi.turbine.openfast import read_openfast as read_openfast
     from meltemi.turbine.report import Imported as Imported
     from meltemi.turbine.report import Note as Note
+    from meltemi.turbine.report import report_text as report_text
     from meltemi.turbine.windio import import_windio as import_windio
     from meltemi.turbine.windio import read_windio as read_windio
     from meltemi.wind.fields import SteadyWind as SteadyWind
@@ -180,6 +185,7 @@ _HOME = {
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",
     "loadcases.case": "LoadCase read_case",
+    "loadcases.openfast": "deck_case",
     "postprocess.bands": "Ceiling ceiling harmonic_bands remove_bands",
     "postprocess.ensemble": (
         "EnsembleEntry EnsembleTable Estimate ensemble_load ensemble_table lifetime_del mean_interval "
@@ -217,7 +223,8 @@ _HOME = {
     "turbine.definition": "Flap FlapIncrements Turbine",
     "turbine.flaps": "naca64618_flap with_flaps",
     "turbine.library": "LibraryEntry library_entries list_turbines load_turbine write_turbine",
-    "turbine.report": "Imported Note",
+    "turbine.openfast": "Deck read_deck read_openfast",
+    "turbine.report": "Imported Note report_text",
     "turbine.windio": "import_windio read_windio",
     "wind.fields": "SteadyWind WindBox WindSeries at_speed",
     "wind.files": (

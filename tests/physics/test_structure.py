@@ -361,12 +361,46 @@ def test_what_is_not_modelled_is_refused_by_name(turbine: Turbine) -> None:
         with pytest.raises((UnsupportedError, meltemi.InputError), match=match):
             meltemi.build(described, options)
 
-    refused("gearbox_efficiency", turbine.replace(**{"drivetrain.gearbox_efficiency": 0.95}))
     refused("overhang", turbine.replace(**{"nacelle.overhang": -5.0}))
     refused("torsion", uniform_blade(turbine), ModelOptions(torsion_modes=1))
     refused("tower torsion", turbine.replace(**{"tower.torsion_stiffness": None}), ModelOptions(tower_torsion_modes=1))
     refused("mode_shapes", turbine, ModelOptions(mode_shapes="given"))
     refused("did you mean", turbine, ModelOptions(locked=("towr",)))
+
+
+@pytest.mark.parametrize("torque", [2.0e4, -2.0e4])
+def test_gearbox_takes_its_share(turbine: Turbine, torque: float) -> None:
+    # (J + n^2 J_g / eta) dw/dt = -n Q / eta, driven the other way -n Q eta; J from a run without losses
+    n, Jg, eta = turbine.drivetrain.gear_ratio, turbine.drivetrain.generator_inertia, 0.9
+    options = ModelOptions(
+        torsion_modes=0, wake="none", locked=("tower", "yaw", "drivetrain", "blades"), tower_drag=False
+    )
+    start = Start(rotor_speed=0.5, pitch=0.0, generator_torque=torque)
+
+    def acceleration(efficiency: float) -> float:
+        lossy = turbine.replace(**{"drivetrain.gearbox_efficiency": efficiency})
+        model = meltemi.build(lossy, options, Environment(gravity=0.0, air_density=1e-9))
+        result = simulate(
+            model,
+            CALM,
+            duration=1.0,
+            start=start,
+            controller=meltemi.fixed(),
+            channels=["rotor_speed"],
+        )
+        return float(np.polyfit(result.time, result["rotor_speed"], 1)[0])
+
+    whole = -n * torque / acceleration(1.0)
+    loss = eta if torque > 0.0 else 1.0 / eta
+    expected = -n * torque / loss / (whole - n**2 * Jg + n**2 * Jg / eta)
+    assert acceleration(eta) == pytest.approx(expected, rel=1e-6)
+
+
+def test_gearbox_losses_in_the_power(turbine: Turbine) -> None:
+    lossy = turbine.replace(**{"drivetrain.gearbox_efficiency": 0.95})
+    point = meltemi.operating_point(meltemi.build(lossy, ModelOptions(tower_influence="none")), 8.0)
+    share = point.generator_torque * point.generator_speed / point["rotor_power"]
+    assert share == pytest.approx(0.95, rel=2e-3)
 
 
 def test_pile_as_springs() -> None:

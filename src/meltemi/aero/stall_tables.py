@@ -139,5 +139,6 @@ def _openfast_range(alpha: Float, lift: Float, drag: Float, drag_floor: float) -
             break
     margin = 0.2 * (upper - lower)
     used = (alpha >= lower + margin) & (alpha <= upper - margin)
-    slope = float(np.polyfit(alpha[used], lift[used], 1)[0])
+    # thick sections may stall so early that no line can be drawn through what is left
+    slope = float(np.polyfit(alpha[used], lift[used], 1)[0]) if used.sum() > 1 else at_start
     return lower, upper, slope

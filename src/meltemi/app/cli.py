@@ -16,6 +16,8 @@ import typer
 
 from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
+from meltemi.app.importing import HELP as IMPORT_HELP
+from meltemi.app.importing import import_
 from meltemi.app.options import (
     ClassOption,
     EditionOption,
@@ -86,7 +88,9 @@ def options(
 
 @app.command()
 def run(
-    target: Annotated[str, typer.Argument(help="A turbine's name, or the YAML file of a turbine or a case.")],
+    target: Annotated[
+        str, typer.Argument(help="A turbine's name, the YAML file of a turbine or a case, or an OpenFAST deck (.fst).")
+    ],
     wind_speed: WindSpeedOption = None,
     turbulence: TurbulenceOption = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Seed of the turbulence [1].")] = None,
@@ -123,7 +127,12 @@ def run(
     )
     path = Path(target)
     written = path.suffix in (".yaml", ".yml") and (_is_case(path) or not (given or path.exists()))
-    case, folder = (_case_of_file(path, given), path.parent) if written else (_case_of_options(target, given), Path())
+    if written:
+        case, folder = _case_of_file(path, given), path.parent
+    elif path.suffix == ".fst" and not given:
+        case, folder = _case_of_deck(path), Path()
+    else:
+        case, folder = _case_of_options(target, given), Path()
     from meltemi.core.errors import Status
     from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import case_turbine, case_wind, self_contained
@@ -187,6 +196,14 @@ def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
     if given:
         raise InputError(f"{path} is a case file and describes its run itself; leave {', '.join(given)} out")
     return read_case(path)
+
+
+def _case_of_deck(path: Path) -> LoadCase:
+    """The run of an OpenFAST deck: its wind, models and duration."""
+    from meltemi.loadcases.openfast import deck_case
+    from meltemi.turbine.openfast import read_deck
+
+    return deck_case(read_deck(path), path.absolute())
 
 
 def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
@@ -331,6 +348,7 @@ def _speeds(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero
 
 app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
+app.command("import", help=IMPORT_HELP)(import_)
 app.command()(reproduce)
 
 

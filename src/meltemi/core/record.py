@@ -44,6 +44,15 @@ Vector = Annotated[Array, AfterValidator(_flat)]
 """An :data:`Array` of one dimension."""
 
 
+def set_keys(data: dict[str, Any], path: str, value: Any) -> None:
+    """Put a value into nested dictionaries, which are made where there are none: ``set_keys(d, "hub.mass", 5e4)``."""
+    *parts, last = path.split(".")
+    for part in parts:
+        inner = data.setdefault(part, {})
+        data = inner if isinstance(inner, dict) else data
+    data[last] = value
+
+
 class Record(BaseModel):
     """Base of all described data: unknown keys are refused, nothing can be changed after creation."""
 

@@ -30,6 +30,15 @@ def read_record(path: str | Path, kind: type[R]) -> R:
     return validated(parse(text, path, f"a {kind.__name__}"), kind, where=str(path), text=text)
 
 
+def read_mapping(path: str | Path) -> dict[str, Any]:
+    """Keys and values of a YAML file.
+
+    Raises:
+      InputError: the file is missing, is not YAML, or holds something else.
+    """
+    return parse(read_text(Path(path)), Path(path))
+
+
 def read_text(path: Path) -> str:
     """Content of a text file.
 
@@ -79,8 +88,8 @@ def write_record(record: Record, path: str | Path) -> None:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
 
-def parse(text: str, path: Path, what: str) -> dict[str, Any]:
-    """Keys and values of a YAML text that describes ``what``.
+def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
+    """Keys and values of a YAML text, which describes ``what``.
 
     Raises:
       InputError: it is not YAML, or not keys and values.
@@ -99,7 +108,8 @@ def parse(text: str, path: Path, what: str) -> dict[str, Any]:
             f"{path}: not valid YAML: {str(error).splitlines()[0] if str(error) else type(error).__name__}"
         ) from None
     if not isinstance(data, dict):
-        raise InputError(f"{path}: expected keys and values ({what}), found {type(data).__name__}")
+        described = f" ({what})" if what else ""
+        raise InputError(f"{path}: expected keys and values{described}, found {type(data).__name__}")
     return data
 
 

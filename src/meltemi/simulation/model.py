@@ -241,8 +241,6 @@ def _refuse(turbine: Turbine) -> None:
     problems = []
     if not 2 <= turbine.n_blades <= MAX_BLADES:
         problems.append(f"n_blades: {turbine.n_blades} blades; 2 and 3 are supported")
-    if turbine.drivetrain.gearbox_efficiency != 1.0:
-        problems.append("drivetrain.gearbox_efficiency: losses in the gearbox are not modelled, set it to 1")
     if turbine.nacelle.overhang <= 0.0:
         problems.append("nacelle.overhang: downwind rotors are not supported")
     if problems:
@@ -352,6 +350,7 @@ def _structure(turbine: Turbine, environment: Environment) -> Float:
     x, y, _ = n.mass_centre
     v["nacelle_inertia"] = (n.roll_inertia, n.nod_inertia, n.yaw_inertia - n.mass * (x * x + y * y))
     v["gear_ratio"], v["generator_inertia"] = d.gear_ratio, d.generator_inertia
+    v["gearbox_efficiency"] = d.gearbox_efficiency
     v["shaft_stiffness"], v["shaft_damping"] = d.stiffness, d.damping
     v["yaw_stiffness"], v["yaw_damping"] = turbine.yaw.stiffness, turbine.yaw.damping
     return array

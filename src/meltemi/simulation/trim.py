@@ -15,8 +15,10 @@ Reference: docs/theory/simulation.md (M-10 to M-16).
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -54,7 +56,9 @@ MEAN_ONLY, FULL = 0, 1
 """Levels: only the mean deflections, as long as speed and pitch are searched for; then all harmonics."""
 SCAN = 9
 """Rotor speeds at which the balance of torque is looked at first."""
-SETTLE_SWEEPS, SECANT_STEPS = 3, 5
+SETTLE_SWEEPS, SECANT_STEPS, SEARCHES = 3, 5, 4
+BALANCE = 1e-4
+"""Torque left over, as a share of the rated one, with which a search may end."""
 TOLERANCE = 1e-5
 """Relative change of rotor speed or pitch at which the search ends."""
 
@@ -152,13 +156,18 @@ def operating_point(
     orbit.level = FULL
     for _ in range(SETTLE_SWEEPS):
         left_over(rotor_speed, angle)
-    if search_speed:
-        rotor_speed = _secant(lambda x: left_over(x, angle), rotor_speed, 1e-3 * rotor_speed)
-    if search_pitch:
-        angle = _secant(lambda x: left_over(reference, x), angle, 1e-3)
-    for _ in range(SETTLE_SWEEPS):
-        left = left_over(rotor_speed, angle)
-    return orbit.finish(left)
+    enough = BALANCE * control.torque.rated_power / reference
+    for _ in range(SEARCHES):
+        if search_speed:
+            rotor_speed = _secant(partial(left_over, angle=angle), rotor_speed, 1e-3 * rotor_speed)
+        if search_pitch:
+            angle = _secant(lambda x: left_over(reference, x), angle, 1e-3)
+        for _ in range(SETTLE_SWEEPS):
+            left_over(rotor_speed, angle)
+        if abs(orbit.over_revolution) <= enough:
+            break
+        orbit.unlike = True
+    return orbit.finish()
 
 
 def _secant(f: Callable[[float], float], x: float, step: float) -> float:
@@ -304,6 +313,9 @@ class _Orbit:
         self.speed = self.pitch = self.torque = 0.0
         self.level = MEAN_ONLY
         self.correct: dict[int, Float] = {}
+        self.lefts: deque[float] = deque(maxlen=self.B)
+        # near their roots blades may settle in different states of the flow, so that sectors differ for good
+        self.unlike = False
         # by how much the quasi-steady induced velocity exceeds the lagged one, summed over a sector
         self.lack = np.zeros((2, *self.case.parts[PARTS.index("flow")].shape[1:]))
 
@@ -454,13 +466,22 @@ class _Orbit:
             for _ in range(2):
                 self.linearise()
                 self.sector()
-        left = 0.0
         for _ in range(SWEEPS):
-            left = self.sector()
-        return left
+            self.sector()
+        return self.left
 
-    def sector(self) -> float:
-        """March 1/B revolution, correct motion and mean inflow; returns the mean torque left over."""
+    @property
+    def left(self) -> float:
+        """Mean torque left over [N m], in the last sector or over the last revolution."""
+        return self.over_revolution if self.unlike else self.lefts[-1]
+
+    @property
+    def over_revolution(self) -> float:
+        """Mean torque left over [N m] of the last B sectors."""
+        return sum(self.lefts) / len(self.lefts)
+
+    def sector(self) -> None:
+        """March 1/B revolution, correct motion and mean inflow."""
         case = self.case
         step = 2.0 * np.pi / self.B / SAMPLES
         missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed)
@@ -476,16 +497,16 @@ class _Orbit:
         for i, (reduced, velocity) in enumerate((("reduced_x", "x"), ("reduced_y", "y"))):
             inflow[INFLOW.index(velocity)] += lack[i]
             inflow[INFLOW.index(reduced)] += (1.0 - k) * lack[i]
-        return left
+        self.lefts.append(left)
 
     # result -------------------------------------------------------------------------------------
 
-    def finish(self, left: float) -> OperatingPoint:
+    def finish(self) -> OperatingPoint:
         """March one more revolution, average all signals, and keep the state with blade 1 up."""
         case, B = self.case, self.B
         # come to azimuth 0 with the flow that belongs there
         while round(self.azimuth * B / (2.0 * np.pi)) % B:
-            left = self.sector()
+            self.sector()
         self.azimuth = 0.0
         step = 2.0 * np.pi / B / SAMPLES
         means = np.zeros_like(case.signals.vector)
@@ -508,7 +529,7 @@ class _Orbit:
             pitch=self.pitch,
             generator_speed=self.speed * model.turbine.drivetrain.gear_ratio,
             generator_torque=self.torque,
-            imbalance=left,
+            imbalance=self.over_revolution,
             q=case["q"].copy(),
             v=case["v"].copy(),
             aero=aero,

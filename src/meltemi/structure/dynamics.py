@@ -44,7 +44,7 @@ Float = NDArray[float64]
 
 GRAVITY, HUB_MASS, HUB_CENTRE, HUB_INERTIA = STRUCTURE.slots("gravity hub_mass hub_centre hub_inertia")
 NACELLE_MASS, NACELLE_CENTRE, NACELLE_INERTIA = STRUCTURE.slots("nacelle_mass nacelle_centre nacelle_inertia")
-GEAR_RATIO, GENERATOR_INERTIA = STRUCTURE.slots("gear_ratio generator_inertia")
+GEAR_RATIO, GENERATOR_INERTIA, GEARBOX = STRUCTURE.slots("gear_ratio generator_inertia gearbox_efficiency")
 SHAFT_STIFFNESS, SHAFT_DAMPING, YAW_STIFFNESS, YAW_DAMPING = STRUCTURE.slots(
     "shaft_stiffness shaft_damping yaw_stiffness yaw_damping"
 )
@@ -303,9 +303,12 @@ def drivetrain(
         core_mass[g, i] += Jg * ratio * along
         for j in range(i + 1):
             core_mass[i, j] += Jg * along * dot(vec2(columns, 3, j), shaft)
-    core_mass[g, g] += Jg * ratio * ratio
+    core_mass[g, g] += Jg * ratio * ratio / p[GEARBOX]
     brake = drive[ex.BRAKE_TORQUE] * tanh(ratio * v[g] / drive[ex.BRAKE_SPEED])
-    core_force[g] -= ratio * (drive[ex.GENERATOR_TORQUE] + brake) + ratio * dot(shaft, known)
+    held = drive[ex.GENERATOR_TORQUE] + brake
+    # the rotor drives through the gearbox and pays its losses; a motor pays them when it drives the rotor
+    held = held / p[GEARBOX] if held >= 0.0 else held * p[GEARBOX]
+    core_force[g] -= ratio * held + ratio * dot(shaft, known)
     core_force[t] -= p[SHAFT_STIFFNESS] * q[t] + p[SHAFT_DAMPING] * v[t]
     twist, twist_rate = q[y] - drive[ex.YAW_COMMAND], v[y] - drive[ex.YAW_COMMAND_RATE]
     core_force[y] -= drive[ex.YAW_HELD] * (p[YAW_STIFFNESS] * twist + p[YAW_DAMPING] * twist_rate)

@@ -28,6 +28,7 @@ STRUCTURE = table(
     nacelle_inertia xyz| kg m^2    | nacelle about its axes through its centre of mass
     gear_ratio        | -          | generator over rotor speed
     generator_inertia | kg m^2     | generator about its own shaft
+    gearbox_efficiency| -          | power out over power in
     shaft_stiffness   | N m/rad    | drivetrain torsion, low-speed side
     shaft_damping     | N m s/rad  | the same
     yaw_stiffness     | N m/rad    | yaw bearing held by its drive

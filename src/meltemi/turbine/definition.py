@@ -416,7 +416,7 @@ class Drivetrain(Record):
     generator_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
     """Electrical over mechanical power [-]."""
     gearbox_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
-    """[-]; only 1 is supported so far."""
+    """[-] power on the fast side over power on the slow one."""
     brake_torque: float = Field(default=0.0, ge=0.0)
     """[N m] of the fully applied brake, on the generator's shaft."""
     source: str = ""
@@ -503,7 +503,7 @@ class PitchActuator(Record):
     """[rad/s]."""
     damping_ratio: float = Field(default=0.6, gt=0.0)
     """[-]."""
-    rate_limit: float = Field(gt=0.0, lt=2.0)
+    rate_limit: float = Field(gt=0.0, le=2.0)
     """[rad/s] of the blade."""
     minimum: float = Field(gt=-1.6, lt=1.6)
     """[rad] smallest pitch."""
@@ -567,7 +567,7 @@ class PitchControl(Record):
     """[rad]."""
     maximum: float = Field(gt=-1.6, lt=3.2)
     """[rad]."""
-    rate_limit: float = Field(gt=0.0, lt=2.0)
+    rate_limit: float = Field(gt=0.0, le=2.0)
     """[rad/s]."""
 
     @model_validator(mode="after")

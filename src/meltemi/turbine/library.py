@@ -8,7 +8,7 @@ from pathlib import Path
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
-from meltemi.core.yamlfile import parse, read_record, read_text, validated, write_record
+from meltemi.core.yamlfile import read_mapping, read_record, validated, write_record
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.windio import read_windio
 
@@ -41,7 +41,7 @@ class LibraryEntry(Record):
 def library_entries() -> dict[str, LibraryEntry]:
     """The turbines of the library by name."""
     path = DATA / "library.yaml"
-    data = parse(read_text(path), path, "turbines")
+    data = read_mapping(path)
     return {name: validated(entry, LibraryEntry, f"{path}: {name}") for name, entry in data.items()}
 
 
@@ -51,7 +51,7 @@ def list_turbines() -> list[str]:
 
 
 def load_turbine(name: str | Path) -> Turbine:
-    """A turbine from the library by its name, or from a YAML file by its path.
+    """A turbine from the library by its name, or from a YAML file or OpenFAST deck (.fst) by its path.
 
     Raises:
       InputError: no such turbine or file, or the file does not describe a valid turbine, or the turbine's data are in
@@ -60,6 +60,10 @@ def load_turbine(name: str | Path) -> Turbine:
     if str(name) in library_entries():
         return _from_library(str(name))
     path = Path(name)
+    if path.suffix == ".fst":
+        from meltemi.turbine.openfast import read_openfast
+
+        return read_openfast(path)
     if path.suffix in (".yaml", ".yml") or path.exists():
         return read_record(path, Turbine)
     raise InputError(

@@ -1,25 +1,30 @@
-"""What a reader of another code's files made of them: the turbine, and notes on what it did not take as it stands."""
+"""What a reader made of somebody else's description of a turbine."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from meltemi.turbine.definition import Turbine
 
+Kind = Literal["used", "approximated", "ignored"]
+KINDS: tuple[Kind, ...] = ("approximated", "ignored", "used")
+"""In the order of a reader's interest."""
+
 
 @dataclass(frozen=True)
 class Note:
-    """One quantity of a file and what became of it.
+    """What became of one thing in a file.
 
     Attributes:
-      kind: used as it stands, approximated, or ignored.
-      where: file or key.
-      what: the quantity.
-      why: reason, with numbers where there are any.
+      kind: used as it is, approximated, or ignored.
+      where: file and line, or key path.
+      what: name and value.
+      why: where it went, or the reason.
     """
 
-    kind: Literal["used", "approximated", "ignored"]
+    kind: Kind
     where: str
     what: str
     why: str = ""
@@ -27,12 +32,26 @@ class Note:
 
 @dataclass(frozen=True)
 class Imported:
-    """A turbine from another code's files.
-
-    Attributes:
-      turbine: the record.
-      notes: what was used, approximated and ignored.
-    """
+    """A turbine from somebody else's files, and what became of everything in them."""
 
     turbine: Turbine
     notes: tuple[Note, ...]
+
+    def noted(self, kind: Kind) -> list[Note]:
+        """The notes of one kind."""
+        return [note for note in self.notes if note.kind == kind]
+
+
+def report_text(notes: Sequence[Note], title: str) -> str:
+    """The notes as a page of Markdown, what matters first."""
+    lines = [f"# {title}", ""]
+    for kind in KINDS:
+        chosen = [note for note in notes if note.kind == kind]
+        lines += [f"## {kind.capitalize()} ({len(chosen)})", ""]
+        if chosen:
+            lines += ["| where | what | " + ("to" if kind == "used" else "why") + " |", "|---|---|---|"]
+        for note in chosen:
+            cells = (note.where, note.what, note.why)
+            lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+        lines.append("")
+    return "\n".join(lines)

@@ -9,7 +9,8 @@ from typing import Any, Literal
 from pydantic import ValidationError
 
 from meltemi.core.errors import InputError
-from meltemi.core.yamlfile import explain, parse, read_text
+from meltemi.core.record import set_keys
+from meltemi.core.yamlfile import explain, read_mapping
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.report import Imported
 from meltemi.turbine.windio.blade import read_blade
@@ -132,16 +133,10 @@ def _extra(extra: Extra) -> dict[str, Any]:
     if extra is None:
         return {}
     if isinstance(extra, (str, Path)):
-        return parse(read_text(Path(extra)), Path(extra), "parts of a turbine")
+        return read_mapping(extra)
     nested: dict[str, Any] = {}
     for path, value in extra.items():
-        target = nested
-        *above, last = str(path).split(".")
-        for key in above:
-            target = target.setdefault(key, {})
-            if not isinstance(target, dict):
-                raise InputError(f"extra: {path}: {key} already has a value")
-        target[last] = _merged(target.get(last, {}), value) if isinstance(value, dict) else value
+        set_keys(nested, str(path), value)
     return nested
 
 

@@ -1,0 +1,87 @@
+"""``meltemi import``: somebody else's description becomes a turbine file, a case file and a report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from meltemi.app.terminal import OutOption, print_table, results_in
+from meltemi.core.errors import InputError
+
+HELP = "Turn an OpenFAST deck (.fst) into a turbine file and a case file, with a report."
+MOST_LINES = 20
+"""Notes printed of each kind; the report has all."""
+
+
+def import_(
+    source: Annotated[Path, typer.Argument(help="Main file of an OpenFAST deck (.fst).")],
+    blade: Annotated[
+        str, typer.Option("--blade", help="Sections of the blade: deck (what it computes with), elastodyn, beamdyn.")
+    ] = "deck",
+    fixed_base: Annotated[
+        bool, typer.Option("--fixed-base", help="Clamp the tower of a floating turbine at its base.")
+    ] = False,
+    momentum_wake: Annotated[
+        bool, typer.Option("--momentum-wake", help="Momentum theory in place of a vortex wake.")
+    ] = False,
+    discon: Annotated[
+        Path | None, typer.Option("--discon", help="Settings of ROSCO (DISCON.IN) in place of the deck's.")
+    ] = None,
+    control_of: Annotated[
+        str | None, typer.Option("--control-of", help="Turbine whose control is taken, for other controllers.")
+    ] = None,
+    extra: Annotated[
+        Path | None, typer.Option("--extra", help="YAML file with values on top: drivetrain: {stiffness: 8.7e8}.")
+    ] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Read, report, write."""
+    from meltemi.core.yamlfile import read_mapping, write_record
+    from meltemi.loadcases.openfast import deck_case
+    from meltemi.turbine.library import load_turbine, write_turbine
+    from meltemi.turbine.openfast import read_deck
+    from meltemi.turbine.report import KINDS, report_text
+
+    deck = read_deck(
+        source,
+        blade=_choice(blade),
+        fixed_base=fixed_base,
+        momentum_wake=momentum_wake,
+        discon=discon,
+        control_of=None if control_of is None else load_turbine(control_of),
+        extra=None if extra is None else flat(read_mapping(extra)),
+    )
+    case = deck_case(deck, "turbine.yaml")
+    for kind in KINDS[:2]:
+        notes = deck.noted(kind)
+        if kind == "approximated" and notes:
+            rows = [[note.where, note.what, note.why] for note in notes[:MOST_LINES]]
+            print_table("Approximated", ["where", "what", "how"], rows, text_columns=3)
+    print(", ".join(f"{len(deck.noted(kind))} {kind}" for kind in KINDS) + ": see the report")
+    if deck.wind is None:
+        print(f"the wind of the deck cannot be named in a case file; the case has {case.wind.model_dump()} instead")
+    with results_in(out):
+        write_turbine(deck.turbine, out / "turbine.yaml")
+        write_record(case, out / "case.yaml")
+        (out / "report.md").write_text(report_text(deck.notes, f"{source.name} as a turbine"), encoding="utf-8")
+    for name in ("turbine.yaml", "case.yaml", "report.md"):
+        print(f"wrote {out / name}")
+    print(f"next: meltemi run {out / 'case.yaml'}")
+
+
+def _choice(blade: str) -> Literal["deck", "elastodyn", "beamdyn"]:
+    if blade not in ("deck", "elastodyn", "beamdyn"):
+        raise InputError(f"--blade {blade!r}: expected deck, elastodyn or beamdyn")
+    return blade  # type: ignore[return-value]
+
+
+def flat(data: Any, path: str = "") -> dict[str, Any]:
+    """Nested keys as key paths: ``{"drivetrain": {"stiffness": 1.0}}`` is ``{"drivetrain.stiffness": 1.0}``."""
+    if not isinstance(data, dict) or not data:
+        return {path: data}
+    found: dict[str, Any] = {}
+    for name, value in data.items():
+        found |= flat(value, f"{path}.{name}" if path else str(name))
+    return found

@@ -1,0 +1,34 @@
+"""The run that an OpenFAST deck describes, as a load case."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from meltemi.core.yamlfile import validated
+from meltemi.loadcases.case import LoadCase
+from meltemi.turbine.openfast import Deck
+
+STAND_IN = {"kind": "steady", "speed": 10.0, "shear_exponent": 0.2}
+"""Wind of a case whose deck has none that a case file can name."""
+
+
+def deck_case(deck: Deck, turbine: str | Path) -> LoadCase:
+    """Wind, duration, model options, gravity and air density of a deck.
+
+    Args:
+      deck: from :func:`read_deck`.
+      turbine: what the case names: the deck's main file, or a turbine file written from it.
+
+    Raises:
+      InputError: the deck's run is not one that can be made here.
+    """
+    data: dict[str, Any] = {
+        "turbine": str(turbine),
+        "wind": deck.wind or STAND_IN,
+        "duration": deck.duration,
+        "output_step": deck.output_step,
+        "options": deck.options,
+        "environment": deck.environment,
+    }
+    return validated(data, LoadCase, str(turbine))

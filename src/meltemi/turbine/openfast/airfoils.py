@@ -1,0 +1,127 @@
+"""Airfoil files of AeroDyn."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from meltemi.core.errors import InputError
+from meltemi.turbine.openfast.text import InputFile, number, read_input, split
+from meltemi.turbine.openfast.values import Values
+from meltemi.turbine.report import Note
+
+NO_LIFT = 0.05
+"""A section whose lift coefficient stays below this within 30 degrees has no dynamic stall: a cylinder."""
+STALL_CONSTANTS = {"a1": 0.3, "a2": 0.7, "b1": 0.14, "b2": 0.53, "pressure_lag": 1.7, "separation_lag": 3.0}
+"""AeroDyn's defaults."""
+
+
+@dataclass(frozen=True)
+class Polars:
+    """The airfoils of a deck.
+
+    Attributes:
+      airfoils: records by name, in the order of the AeroDyn file.
+      constants: of the dynamic stall model, those that most airfoils have.
+    """
+
+    airfoils: dict[str, dict[str, Any]]
+    constants: dict[str, float]
+
+
+def read_airfoils(paths: Sequence[Path], columns: dict[str, int], notes: list[Note]) -> Polars:
+    """Read the airfoil files of a deck.
+
+    Args:
+      paths: in the order of the AeroDyn file.
+      columns: places of angle, lift, drag and moment in their tables, from 1; 0: there is none.
+      notes: gets one for every file.
+
+    Raises:
+      InputError: with file and line.
+    """
+    airfoils: dict[str, dict[str, Any]] = {}
+    constants: list[tuple[float, ...]] = []
+    for path in paths:
+        name = path.stem
+        while name in airfoils:
+            name += "_"
+        airfoils[name], found = _airfoil(read_input(path, "airfoil"), columns, notes)
+        if airfoils[name]["dynamic_stall"]:
+            constants.append(tuple(found.values()))
+    usual = max(set(constants), key=constants.count) if constants else tuple(STALL_CONSTANTS.values())
+    if len(set(constants)) > 1:
+        notes.append(
+            Note("approximated", "airfoils", "T_f0, T_p, A1, A2, b1, b2", "one set for all: that of most airfoils")
+        )
+    return Polars(airfoils, dict(zip(STALL_CONSTANTS, usual, strict=True)))
+
+
+def _airfoil(file: InputFile, columns: dict[str, int], notes: list[Note]) -> tuple[dict[str, Any], dict[str, float]]:
+    values = Values([])  # their notes would fill pages: one line a file
+    values.read(file)
+    entry = file.require(["NumAlf"], "the number of lines of the polar")
+    count = file.count(entry)
+    at = entry.line
+    while at < len(file.lines) and (
+        file.lines[at].strip().startswith(("!", "(")) or number((split(file.lines[at]) or [""])[0]) is None
+    ):
+        at += 1
+    rows = []
+    for i in range(count):
+        tokens = split(file.lines[at + i]) if at + i < len(file.lines) else []
+        numbers = [number(t) for t in tokens]
+        need = max(columns.values())
+        if len(numbers) < need or any(x is None for x in numbers[:need]):
+            raise InputError(
+                f"{file.at(min(at + i + 1, len(file.lines)))}: NumAlf says {count} lines of {need} numbers, but line "
+                f"{i + 1} of the polar is not one ({' '.join(tokens)[:40]!r})"
+            )
+        rows.append([float(x) for x in numbers[:need] if x is not None])
+    after = split(file.lines[at + count]) if at + count < len(file.lines) else []
+    if len(after) >= 3 and all(number(t) is not None for t in after):
+        raise InputError(f"{file.at(at + count + 1)}: NumAlf says {count} lines, but the polar goes on")
+    if count < 3:
+        raise InputError(f"{file.at(entry.line)}: NumAlf: a polar needs at least 3 lines")
+    table = np.array(rows)
+
+    def column(which: str) -> Any:
+        return table[:, columns[which] - 1] if columns[which] else np.zeros(count)
+
+    alpha = np.radians(column("alpha"))
+    if np.any(np.diff(alpha) <= 0.0):
+        i = int(np.flatnonzero(np.diff(alpha) <= 0.0)[0])
+        raise InputError(f"{file.at(at + i + 2)}: angles of attack must increase from line to line")
+    if abs(alpha[0] + math.pi) > 1e-3 or abs(alpha[-1] - math.pi) > 1e-3:
+        raise InputError(
+            f"{file.at(at + 1)}: the polar must cover -180 to 180 degrees, but goes from {math.degrees(alpha[0]):g} to "
+            f"{math.degrees(alpha[-1]):g}"
+        )
+    lift = column("lift")
+    lifts = bool(np.any(np.abs(lift[np.abs(alpha) < 0.52]) > NO_LIFT))
+    stated = lifts and bool(values.given("has_unsteady", False))
+    airfoil: dict[str, Any] = {
+        "angle_of_attack": alpha,
+        "lift": lift,
+        "drag": column("drag"),
+        "moment": column("moment"),
+        "dynamic_stall": lifts,
+        "zero_lift_angle": values["zero_lift"] if stated else None,
+        "zero_lift_drag": values["zero_lift_drag"] if stated else None,
+        "source": f"{file.path.name}",
+    }
+    several = values.given("tables", 1) > 1
+    notes.append(
+        Note(
+            "approximated" if several else "used",
+            file.path.name,
+            f"polar, {count} lines" + ("" if lifts else ", no lift"),
+            f"first of {values['tables']} tables (Reynolds numbers, settings)" if several else "airfoils",
+        )
+    )
+    return airfoil, {name: values.given(name, default) for name, default in STALL_CONSTANTS.items()}

@@ -1,0 +1,82 @@
+"""Which keyword of an OpenFAST deck goes where: one table for all files, ``keywords.csv``.
+
+Its columns: file; names of the keyword (today's first, older ones after it); what is expected ("?" if the line may
+be missing or say "default"); unit in the file; target; remark. A target with a dot is a key path of ``Turbine``, a
+minus turns the sign (OpenFAST counts tilt, cone and overhang of an upwind rotor negative); one without a dot goes to
+what is put together in ``deck.py``; none means that the keyword is read by nobody here, for the reason beside it.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from meltemi.turbine.openfast.text import key
+
+UNITS = {
+    "": 1.0, "m": 1.0, "kg": 1.0, "s": 1.0, "-": 1.0, "N m": 1.0, "N m/rad": 1.0, "N m s/rad": 1.0, "kg m^2": 1.0,
+    "m/s": 1.0, "m/s^2": 1.0, "kg/m^3": 1.0, "rad": 1.0, "rad/s": 1.0, "W": 1.0, "N m s^2/rad^2": 1.0,
+    "N m/s": 1.0, "N m/rpm^2": (30.0 / math.pi) ** 2,
+    "deg": math.pi / 180.0, "deg/s": math.pi / 180.0, "rpm": math.pi / 30.0, "%": 0.01,
+}  # fmt: skip
+"""Factor to SI of the units that the table names."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of the table.
+
+    Attributes:
+      names: of the keyword, today's first; patterns with ``*`` in rows without a target.
+      kind: int, float, flag, text, file, list or any.
+      optional: the line may be missing or say "default".
+      unit: in the file.
+      target: key path, local name, or empty.
+      turned: the sign is turned.
+      remark: for people.
+    """
+
+    names: tuple[str, ...]
+    kind: str
+    optional: bool
+    unit: str
+    target: str
+    turned: bool
+    remark: str
+
+
+def _rows() -> dict[str, tuple[Row, ...]]:
+    found: dict[str, list[Row]] = {}
+    with (Path(__file__).parent / "keywords.csv").open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            kind, target = row["kind"], row["target"]
+            found.setdefault(row["file"], []).append(
+                Row(
+                    tuple(row["keyword"].split()),
+                    kind.rstrip("?"),
+                    kind.endswith("?"),
+                    row["unit"],
+                    target.lstrip("-"),
+                    target.startswith("-"),
+                    row["remark"],
+                )
+            )
+    return {module: tuple(rows) for module, rows in found.items()}
+
+
+ROWS = _rows()
+
+
+def row_of(module: str, name: str) -> Row | None:
+    """The row that a keyword of a file belongs to, exact names before patterns."""
+    wanted = key(name)
+    for row in ROWS[module]:
+        if wanted in (key(n) for n in row.names):
+            return row
+    for row in ROWS[module]:
+        if any("*" in n and fnmatchcase(wanted, key(n)) for n in row.names):
+            return row
+    return None

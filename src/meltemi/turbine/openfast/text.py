@@ -1,0 +1,301 @@
+"""OpenFAST's text files: values found by their keywords, tables by their headers.
+
+OpenFAST reads by position; versions differ in order, spelling and number of lines. Here a line is
+``value(s)  Keyword  - comment``, wherever it stands; brackets and case of keywords do not matter.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path, PureWindowsPath
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError, closest
+
+Float = NDArray[np.float64]
+_TOKEN = re.compile(r"""@?"[^"]*"|@?'[^']*'|[^\s,;]+""")
+_NAME = re.compile(r"[A-Za-z_][\w]*([(\[][\w,]+[)\]])?$")
+NO_FILE = frozenset(["", "unused", "none", "unsed", "n/a", "default"])
+WORDS = NO_FILE | {"true", "false", "t", "f"}
+"""Values that are words."""
+LARGEST = 64_000_000
+"""[bytes] no text file of a deck is larger."""
+
+
+def key(name: str) -> str:
+    """A keyword as it is compared: ``BldFile(1)``, ``BldFile1`` and ``bldfile[1]`` are one."""
+    return re.sub(r"[()\[\]]", "", name).lower()
+
+
+def number(text: str) -> float | None:
+    """A number as Fortran reads it, or None."""
+    try:
+        return float(text)
+    except ValueError:
+        pass
+    try:
+        return float(re.sub(r"(?<=[\d.])[dDqQ](?=[+-]?\d)", "e", text))
+    except ValueError:
+        return None
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One line with a keyword.
+
+    Attributes:
+      name: the keyword as it is spelled.
+      values: what stands before it.
+      line: its number, from 1.
+    """
+
+    name: str
+    values: tuple[str, ...]
+    line: int
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file of a deck, cut into keywords and lines.
+
+    Attributes:
+      path: where it is.
+      module: for messages, e.g. ``"ElastoDyn"``.
+      lines: its text.
+      entries: keyword lines by key; a keyword that comes again, as in airfoil tables, has several.
+    """
+
+    path: Path
+    module: str
+    lines: tuple[str, ...]
+    entries: dict[str, list[Entry]] = field(default_factory=dict)
+
+    def at(self, line: int) -> str:
+        """File and line for a message."""
+        return f"{self.path}:{line}" if line else str(self.path)
+
+    def find(self, *names: str) -> Entry | None:
+        """The first line that has one of the keywords."""
+        for name in names:
+            if key(name) in self.entries:
+                return self.entries[key(name)][0]
+        return None
+
+    def require(self, names: Sequence[str], what: str) -> Entry:
+        """The line of a keyword.
+
+        Raises:
+          InputError: the file has none; it names the closest keyword it has.
+        """
+        entry = self.find(*names)
+        if entry is not None:
+            return entry
+        near = closest(key(names[0]), self.entries, n=1)
+        other = self.entries[near[0]][0] if near else None
+        hint = f"; the closest is {other.name} in line {other.line}" if other else ""
+        raise InputError(
+            f"{self.path}: {self.module} keyword {names[0]} is missing ({what}){hint}; "
+            "a line reads: value, keyword, comment"
+        )
+
+    def rows(self, entry: Entry, count: int, columns: int, *, first: str) -> list[list[str]]:
+        """``count`` lines of a table with at least ``columns`` entries, below the header that names ``first``.
+
+        The header is looked for below the line of ``entry``, which tells the count; lines of units are skipped.
+
+        Raises:
+          InputError: no such header, a line that is too short, or fewer or more lines than counted.
+        """
+        return [tokens for _, tokens in self._table(entry, count, columns, first)[1]]
+
+    def table(self, entry: Entry, first: Sequence[str], wanted: Mapping[str, Sequence[str]]) -> dict[str, Float]:
+        """Columns of numbers by their names in the header.
+
+        Args:
+          entry: the line that says how many rows there are.
+          first: names of a column by which the header is known.
+          wanted: for each column wanted the names it may have; missing columns are left out.
+
+        Raises:
+          InputError: with file, line, and what was expected.
+        """
+        count = self.count(entry)
+        header, rows = self._table(entry, count, 1, *first)
+        columns = [key(name) for name in header]
+        result: dict[str, Float] = {}
+        for target, names in wanted.items():
+            place = next((columns.index(key(name)) for name in names if key(name) in columns), None)
+            if place is None:
+                continue
+            result[target] = np.array([self._cell(line, tokens, place, names[0]) for line, tokens in rows])
+        return result
+
+    def _cell(self, line: int, tokens: list[str], place: int, name: str) -> float:
+        if place >= len(tokens):
+            raise InputError(
+                f"{self.at(line)}: the table has {place + 1} columns or more ({name}), found {len(tokens)}"
+            )
+        value = number(tokens[place])
+        if value is None or not np.isfinite(value):
+            raise InputError(f"{self.at(line)}: expected a number for {name}, found {tokens[place]!r}")
+        return value
+
+    def _table(
+        self, entry: Entry, count: int, columns: int, *first: str
+    ) -> tuple[list[str], list[tuple[int, list[str]]]]:
+        wanted = {key(name) for name in first}
+        at = entry.line
+        while at < len(self.lines):
+            tokens = [t for t in split(self.lines[at]) if t.strip("!")]
+            if wanted & {key(t.lstrip("!")) for t in tokens}:
+                break
+            at += 1
+        else:
+            raise InputError(
+                f"{self.path}: no table header with {first[0]} below line {entry.line} ({entry.name}); "
+                "columns are found by their names"
+            )
+        header = [t.lstrip("!") for t in tokens]
+        at += 1
+        while at < len(self.lines) and self.lines[at].strip().lstrip("!").strip().startswith("("):
+            at += 1
+        rows: list[tuple[int, list[str]]] = []
+        for i in range(count):
+            tokens = split(self.lines[at + i]) if at + i < len(self.lines) else []
+            if len(tokens) < columns or number(tokens[0].strip("'\"")) is None:
+                raise InputError(
+                    f"{self.at(min(at + i + 1, len(self.lines)))}: {entry.name} in line {entry.line} says {count} "
+                    f"lines, but line {i + 1} of the table is not one ({' '.join(tokens)[:40]!r})"
+                )
+            rows.append((at + i + 1, tokens))
+        after = split(self.lines[at + count]) if at + count < len(self.lines) else []
+        if count and len(after) >= len(rows[0][1]) > 1 and all(number(t) is not None for t in after):
+            raise InputError(
+                f"{self.at(at + count + 1)}: {entry.name} in line {entry.line} says {count} lines, "
+                "but the table goes on"
+            )
+        return header, rows
+
+    def count(self, entry: Entry) -> int:
+        """A number of lines.
+
+        Raises:
+          InputError: it is not a whole number from 0 to 100000.
+        """
+        value = number(entry.values[0])
+        if value is None or value != int(value) or not 0 <= value <= 100_000:
+            raise InputError(
+                f"{self.at(entry.line)}: {entry.name}: expected a whole number of lines, found {entry.values[0]!r}"
+            )
+        return int(value)
+
+    def file(self, text: str, line: int) -> Path | None:
+        """A path that the file names, or None for "unused" and the like; those of other systems are understood.
+
+        Raises:
+          InputError: there is no such file.
+        """
+        bare = text.lstrip("@").strip("\"'").strip()
+        if bare.lower() in NO_FILE:
+            return None
+        parts = PureWindowsPath(bare).parts if "\\" in bare else Path(bare).parts
+        path = self.path.parent.joinpath(*parts)
+        found = path if path.is_file() else _any_case(self.path.parent, parts)
+        if found is None:
+            folder = path.parent
+            names = [p.name for p in folder.iterdir()] if folder.is_dir() else []
+            near = closest(path.name, names, n=1)
+            raise InputError(
+                f"{self.at(line)}: there is no file {path}" + (f"; did you mean {near[0]!r}?" if near else "")
+            )
+        return found
+
+
+def _any_case(folder: Path, parts: Sequence[str]) -> Path | None:
+    """The file if it is there but for upper and lower case, as systems differ in it."""
+    for part in parts:
+        if part in (".", "..") or (folder / part).exists():
+            folder = folder / part
+            continue
+        try:
+            near = [p for p in folder.iterdir() if p.name.lower() == part.lower()]
+        except OSError:
+            return None
+        if not near:
+            return None
+        folder = near[0]
+    return folder if folder.is_file() else None
+
+
+def split(line: str) -> list[str]:
+    """Values and words of a line; what is quoted is one."""
+    return _TOKEN.findall(line)
+
+
+def read_input(path: Path, module: str) -> InputFile:
+    """Read a file of a deck.
+
+    Raises:
+      InputError: it cannot be read, or is not text.
+    """
+    try:
+        if path.stat().st_size > LARGEST:
+            raise InputError(f"{path}: too large for a {module} file")
+        raw = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    if b"\0" in raw[:4096]:
+        raise InputError(f"{path}: not a text file; expected {module} input")
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    lines = tuple(text.splitlines())
+    entries: dict[str, list[Entry]] = {}
+    in_list = False
+    titled = bool(lines) and lines[0].lstrip().startswith("--")
+    for i, line in enumerate(lines):
+        bare = line.strip()
+        if i == 1 and titled:
+            continue
+        if not bare or bare[0] in "!#%" or bare.startswith(("---", "===")):
+            continue
+        tokens = split(bare)
+        if in_list:
+            in_list = not bare.strip("\"'").upper().startswith("END")
+            continue
+        if any(t.lower() == "outlist" for t in tokens[:2]):
+            in_list = True
+            continue
+        if _is_header(tokens):
+            continue
+        entry = _entry(tokens, i + 1)
+        if entry is not None:
+            entries.setdefault(key(entry.name), []).append(entry)
+    return InputFile(path, module, lines, entries)
+
+
+def _is_header(tokens: list[str]) -> bool:
+    """Three words in a row that are no value: names of columns, or prose."""
+    first = tokens[0].lower()
+    return first not in WORDS and len(tokens) > 2 and all(_NAME.match(t) and number(t) is None for t in tokens[:3])
+
+
+def _entry(tokens: list[str], line: int) -> Entry | None:
+    """Leading values, then the keyword: the first word that is neither number nor quoted nor the first."""
+    values: list[str] = []
+    for token in tokens:
+        word = token.strip("!")
+        if not word or word == "-":
+            continue
+        if values and _NAME.match(word) and number(word) is None:
+            return Entry(word, tuple(values), line)
+        if not values or number(token) is not None or token[0] in "\"'":
+            values.append(token.strip("\"'") if token[0] in "\"'" else token)
+            continue
+        return None
+    return None

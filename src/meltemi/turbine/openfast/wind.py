@@ -1,0 +1,56 @@
+"""The wind of a deck, as a case file names it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from meltemi.core.errors import InputError
+from meltemi.turbine.openfast.text import InputFile
+from meltemi.turbine.openfast.values import Values
+from meltemi.turbine.report import Note
+
+
+def read_inflow(file: InputFile, hub_height: float, notes: list[Note]) -> dict[str, Any] | None:
+    """The ``wind`` of a case file, with absolute paths; None for kinds of wind that a case file cannot name.
+
+    Raises:
+      InputError: with file, line, keyword.
+    """
+    v = Values(notes)
+    v.read(file)
+    if v["wind_type"] == 1:
+        if v["speed"] is None:
+            raise InputError(f"{file.path}: WindType is 1, but HWindSpeed is missing")
+        shear = v.given("shear_exponent", 0.0)
+        height = v.given("reference_height", hub_height) or hub_height
+        if not height > 0.0 or not v["speed"] >= 0.0:
+            raise InputError(f"{file.path}: HWindSpeed must be zero or more, RefHt positive")
+        wind: dict[str, Any] = {
+            "kind": "steady",
+            "speed": v["speed"] * (hub_height / height) ** shear,
+            "shear_exponent": shear,
+        }
+        if v.given("direction", 0.0):
+            wind["direction"] = v["direction"]
+        if v.given("upflow", 0.0):
+            wind["upflow"] = v["upflow"]
+        return wind
+    target, suffix = {2: ("uniform_file", ""), 3: ("turbsim_file", ""), 4: ("bladed_file", ".wnd")}.get(
+        v["wind_type"], ("", "")
+    )
+    if v.given("direction", 0.0):
+        v.note("ignored", "direction", "only a steady wind is turned; turn the nacelle instead")
+    if not target or v[target] is None:
+        v.note("ignored", "wind_type", "this kind of wind is not read from a deck; name a wind file for the run")
+        return None
+    text = v[target]
+    if suffix and not text.lower().endswith(suffix):
+        text += suffix
+    line = int(v.source[target].split(" ")[0].rsplit(":", 1)[1])
+    try:
+        found: Path | None = file.file(text, line)
+    except InputError:
+        v.note("ignored", target, "there is no such file; name a wind file for the run")
+        return None
+    return None if found is None else {"kind": "file", "file": str(found.absolute())}

@@ -1,0 +1,394 @@
+"""OpenFAST decks in: what is read, what is said about it, and what happens to broken ones."""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi import InputError, ModelOptions, UnsupportedError
+from meltemi.core.errors import MeltemiError
+from meltemi.studies.openfast_deck import deck_options, deck_turbine
+from meltemi.turbine.openfast.keywords import ROWS, UNITS, row_of
+from meltemi.turbine.openfast.text import key, number, read_input, split
+
+Deck = Callable[..., Path]
+
+
+@pytest.fixture(scope="module")
+def master(reference: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The reference deck with its controller settings and BeamDyn files beside it."""
+    folder = tmp_path_factory.mktemp("deck") / "deck"
+    shutil.copytree(reference / "decks" / "nrel5mw-land", folder)
+    for path in folder.rglob("*"):
+        path.chmod(0o755 if path.is_dir() else 0o644)
+    shutil.copy(reference / "openfast_rosco" / "DISCON.IN", folder / "DISCON.IN")
+    main = folder / "5MW.fst"
+    main.write_text(main.read_text().replace("NRELOffshrBsline5MW_BeamDyn.dat", "BeamDyn.dat"))
+    beamdyn = folder / "BeamDyn.dat"
+    beamdyn.write_text(re.sub(r'"[^"]*BeamDyn_Blade.dat"', '"BeamDyn_Blade.dat"', beamdyn.read_text()))
+    return folder
+
+
+@pytest.fixture
+def deck(master: Path, tmp_path: Path) -> Deck:
+    """A copy with replacements in its files: ``deck("ElastoDyn.dat", (old, new), ...)`` gives the main file."""
+
+    def make(name: str = "", *changes: tuple[str, str]) -> Path:
+        folder = tmp_path / "copy"
+        shutil.copytree(master, folder, dirs_exist_ok=True)
+        if name:
+            text = (folder / name).read_text()
+            for old, new in changes:
+                assert old in text, old
+                text = text.replace(old, new, 1)
+            (folder / name).write_text(text)
+        return folder / "5MW.fst"
+
+    return make
+
+
+def test_the_reference_deck_is_the_library_turbine(master: Path, turbine: meltemi.Turbine) -> None:
+    read = meltemi.read_openfast(master / "5MW.fst")
+    ours = deck_turbine(turbine)
+    for name in ("hub", "nacelle"):
+        for field, value in getattr(read, name).content().items():
+            if field != "source":
+                assert value == pytest.approx(getattr(ours, name).content()[field], rel=1e-6), field
+    for name in ("gear_ratio", "generator_inertia", "stiffness", "damping", "generator_efficiency", "brake_torque"):
+        assert getattr(read.drivetrain, name) == pytest.approx(getattr(ours.drivetrain, name), rel=1e-6)
+    for name in ("position", "mass", "fore_aft_stiffness", "side_side_stiffness"):
+        np.testing.assert_allclose(getattr(read.tower, name), getattr(ours.tower, name), rtol=1e-6)
+    np.testing.assert_allclose(read.tower.diameter, ours.tower.diameter, rtol=1e-4)
+    structure = read.blade.structure
+    for name in ("twist", "flap_stiffness", "edge_stiffness", "torsion_stiffness"):
+        np.testing.assert_allclose(getattr(structure, name), getattr(ours.blade.structure, name), rtol=1e-6, atol=1e-9)
+    assert structure.mass is not None
+    np.testing.assert_allclose(structure.mass[0], 678.935 * 1.04536, rtol=1e-9)
+    assert structure.mode_shapes == ours.blade.structure.mode_shapes
+    assert read.tower.mode_shapes == ours.tower.mode_shapes
+    for name in ("chord", "twist", "centre_x", "centre_y"):
+        np.testing.assert_allclose(
+            getattr(read.blade.aerodynamics, name), getattr(ours.blade.aerodynamics, name), rtol=1e-6, atol=1e-9
+        )
+    for mine, other in zip(read.airfoils.values(), ours.airfoils.values(), strict=True):
+        np.testing.assert_allclose(mine.lift, other.lift)
+        assert mine.zero_lift_angle == pytest.approx(other.zero_lift_angle)
+        assert mine.dynamic_stall is other.dynamic_stall
+    assert read.hub_height == pytest.approx(90.0, abs=1e-3)
+    assert read.rated_power == 5e6
+
+
+def test_options_are_those_of_the_comparison(master: Path, turbine: meltemi.Turbine) -> None:
+    deck = meltemi.read_deck(master / "5MW.fst")
+    options, ours = ModelOptions(**deck.options), deck_options(deck_turbine(turbine), "A")
+    # the reference runs were made with the yaw drive locked and no drag on the tower; the tip node is 0.1 mm off
+    same = options.replace(locked=["yaw"], tower_drag=False, blade_nodes=list(ours.blade_nodes))  # type: ignore[arg-type]
+    assert same == ours
+    assert deck.environment == {"air_density": 1.225, "gravity": 9.80665}
+    assert deck.start["rotor_speed"] == pytest.approx(12.1 * math.pi / 30.0)
+    assert deck.wind == {"kind": "steady", "speed": 12.0, "shear_exponent": 0.0}
+    assert deck.library["library"] == "libdiscon.so"
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "option", "value"),
+    [
+        ("ElastoDyn.dat", "True          FlapDOF2", "False  FlapDOF2", "flap_modes", 1),
+        ("ElastoDyn.dat", "True          EdgeDOF", "False  EdgeDOF", "edge_modes", 0),
+        ("ElastoDyn.dat", "True          DrTrDOF", "False  DrTrDOF", "locked", ("drivetrain",)),
+        ("ElastoDyn.dat", "True          YawDOF", "F  YawDOF", "locked", ("yaw",)),
+        ("ElastoDyn.dat", "True          TwFADOF2", "False  TwFADOF2", "fore_aft_modes", 1),
+        ("ElastoDyn.dat", "True          TwSSDOF2", "False  TwSSDOF2", "side_side_modes", 1),
+        ("AeroDyn.dat", "1   Wake_Mod", "0 Wake_Mod", "wake", "none"),
+        ("AeroDyn.dat", "0   DBEMT_Mod", "2 DBEMT_Mod", "inflow", "variable"),
+        ("AeroDyn.dat", "0   DBEMT_Mod", "1 DBEMT_Mod", "inflow", "constant"),
+        ("AeroDyn.dat", "0   UA_Mod", "4 UA_Mod", "stall", "hansen"),
+        ("AeroDyn.dat", "0   UA_Mod", "4 UA_Mod", "stall_fit", "openfast"),
+        ("AeroDyn.dat", "1   TwrPotent", "0 TwrPotent", "tower_influence", "none"),
+        ("AeroDyn.dat", "True          TwrAero", "False TwrAero", "tower_drag", False),
+        ("AeroDyn.dat", "True          TipLoss", "False TipLoss", "tip_loss", False),
+        ("AeroDyn.dat", "True          HubLoss", "False HubLoss", "hub_loss", False),
+        ("AeroDyn.dat", "False         AIDrag", "True AIDrag", "axial_drag", True),
+        ("AeroDyn.dat", "False         TIDrag", "True TIDrag", "tangential_drag", True),
+        ("AeroDyn.dat", "1                      Skew_Mod", "0 Skew_Mod", "skew", "none"),
+        ("AeroDyn.dat", "1                      Skew_Mod", "1 SkewMod", "skew", "none"),
+        ("AeroDyn.dat", "1   Wake_Mod", "2 WakeMod", "inflow", "quasi_steady"),
+    ],
+)
+def test_switches_become_options(deck: Deck, name: str, old: str, new: str, option: str, value: object) -> None:
+    found = ModelOptions(**meltemi.read_deck(deck(name, (old, new))).options)
+    assert getattr(found, option) == value
+    assert getattr(ModelOptions(**meltemi.read_deck(deck()).options), option) != value or option == "inflow"
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "path", "value"),
+    [
+        ("ElastoDyn.dat", "-5.0191   OverHang", "-6.5 OverHang", "nacelle.overhang", 6.5),
+        ("ElastoDyn.dat", "-2.5   PreCone(1)", "-4 PreCone1", "hub.precone", math.radians(4.0)),
+        ("ElastoDyn.dat", "-5   ShftTilt", "-6 ShftTilt", "nacelle.tilt", math.radians(6.0)),
+        ("ElastoDyn.dat", "0   YawBrMass", "1000 YawBrMass", "nacelle.mass", 241000.0),
+        ("ElastoDyn.dat", "100   GBoxEff", "96 GBoxEff", "drivetrain.gearbox_efficiency", 0.96),
+        ("ElastoDyn.dat", "534.116   GenIner", "5.34116D+02   GenIner", "drivetrain.generator_inertia", 534.116),
+        ("ServoDyn.dat", "94.4   GenEff", "90 GenEff", "drivetrain.generator_efficiency", 0.9),
+        ("ServoDyn.dat", "9.02832E+09   YawSpr", "1E+09   YawSpr", "yaw.stiffness", 1e9),
+        ("DISCON.IN", "122.9096700000      ! PC_RefSpd", "120.0 ! PC_RefSpd", "control.pitch.reference_speed", 120.0),
+        ("DISCON.IN", "0                   ! PA_Mode", "2 ! PA_Mode", "pitch_actuator.kind", "second_order"),
+    ],
+)
+def test_values_reach_the_turbine(deck: Deck, name: str, old: str, new: str, path: str, value: object) -> None:
+    changes = [(old, new)]
+    if "PA_Mode" in old:
+        text = (deck().parent / name).read_text()
+        line = next(line for line in text.splitlines() if "PA_CornerFreq" in line)
+        changes.append((line, "3.14 ! PA_CornerFreq"))
+    content: object = meltemi.read_openfast(deck(name, *changes)).content()
+    for part in path.split("."):
+        content = content[part]  # type: ignore[index]
+    assert content == pytest.approx(value, rel=1e-9) if isinstance(value, float) else content == value
+
+
+def test_the_blade_of_beamdyn(master: Path) -> None:
+    sections = meltemi.read_openfast(master / "5MW.fst", blade="beamdyn").blade.structure
+    classical = meltemi.read_openfast(master / "5MW.fst", blade="elastodyn").blade.structure
+    assert sections.stiffness_matrix is not None
+    assert sections.damping_time is not None
+    assert (sections.damping_time.flap, sections.damping_time.edge) == (0.0022, 0.0014)
+    # BeamDyn's x is the flap direction: bending about y is flap bending
+    np.testing.assert_allclose(sections.stiffness_matrix[:, 4, 4], classical.flap_stiffness, rtol=1e-6)
+    np.testing.assert_allclose(sections.stiffness_matrix[:, 3, 3], classical.edge_stiffness, rtol=1e-6)
+    np.testing.assert_allclose(sections.stiffness_matrix[:, 5, 5], classical.torsion_stiffness, rtol=1e-6)
+    # the sections of BeamDyn are soft in shear, have no factor on the mass, and offset centres of mass
+    stiff = np.array(sections.stiffness_matrix)
+    stiff[:, [0, 1], [0, 1]] *= 1e4
+    turbine = meltemi.read_openfast(master / "5MW.fst", blade="beamdyn")
+    rigid = turbine.replace(**{"blade.structure.stiffness_matrix": stiff.tolist()})
+    by_matrix = meltemi.build(rigid, ModelOptions(torsion_modes=0)).blade.modes.frequency_alone
+    lighter = {"blade.structure.mass": (np.asarray(classical.mass) / 1.04536).tolist()}
+    by_class = meltemi.build(meltemi.read_openfast(master / "5MW.fst", extra=lighter), ModelOptions(torsion_modes=0))
+    np.testing.assert_allclose(by_matrix, by_class.blade.modes.frequency_alone, rtol=5e-3)
+
+
+def test_every_line_of_the_deck_is_in_the_report(master: Path) -> None:
+    deck = meltemi.read_deck(master / "5MW.fst")
+    for name, module in (("5MW.fst", "main"), ("ElastoDyn.dat", "ElastoDyn"), ("AeroDyn.dat", "AeroDyn")):
+        entries = [e for found in read_input(master / name, module).entries.values() for e in found]
+        noted = {note.where for note in deck.notes}
+        missing = [e.name for e in entries if f"{name}:{e.line}" not in noted and row_of(module, e.name) is not None]
+        assert not missing
+        # and the table knows every keyword: what it does not know is no keyword but prose
+        unknown = [e.name for e in entries if row_of(module, e.name) is None]
+        assert not unknown, f"{module}: {unknown}"
+    text = meltemi.report_text(deck.notes, "5MW")
+    assert "| ElastoDyn.dat:" in text
+    assert all(note.why for note in deck.notes)
+
+
+def test_the_table_of_keywords_is_sound(turbine: meltemi.Turbine) -> None:
+    for module, rows in ROWS.items():
+        names = [key(name) for row in rows for name in row.names]
+        assert len(names) == len(set(names)), module
+        targets = [row.target for row in rows if row.target]
+        assert len(targets) == len(set(targets)), module
+        assert all(row.unit in UNITS for row in rows)
+        assert all(row.remark or row.target for row in rows), module
+        for row in rows:
+            place: object = turbine.content()
+            for part in row.target.split(".") if "." in row.target else []:
+                assert isinstance(place, dict)
+                assert part in place, row.target
+                place = place[part]
+
+
+def test_case_and_paths_of_other_systems(deck: Deck) -> None:
+    path = deck("AeroDyn.dat", ('"Airfoils/Cylinder2.dat"', '"airfoils\\CYLINDER2.dat"'))
+    assert meltemi.read_openfast(path).name == "5MW"
+
+
+def test_order_and_comments_do_not_matter(deck: Deck) -> None:
+    path = deck()
+    file = path.parent / "ElastoDyn.dat"
+    lines = file.read_text().splitlines()
+    at = next(i for i, line in enumerate(lines) if "OUTPUT" in line)
+    body = lines[3:at]
+    random.Random(1).shuffle(body)
+    lines[3:at] = [line.split(" - ")[0] for line in body] + ["! a comment", ""]
+    before = meltemi.read_openfast(path)
+    file.write_text("\r\n".join(lines), encoding="latin-1")
+    assert meltemi.read_openfast(path) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "says"),
+    [
+        ("5MW.fst", "0          MHK", "1          MHK", "marine"),
+        ("5MW.fst", "1   NRotors", "2   NRotors", "rotors"),
+        ("5MW.fst", "F   MirrorRotor", "T   MirrorRotor", "counter-clockwise"),
+        ("5MW.fst", "0          CompMooring", "3 CompMooring", "floating.*--fixed-base"),
+        ("5MW.fst", "1          CompElast", "3 CompElast", "ElastoDyn"),
+        ("5MW.fst", "2          CompAero", "1 CompAero", "AeroDyn"),
+        ("ElastoDyn.dat", "False         PtfmPDOF", "True PtfmPDOF", "platform.*--fixed-base"),
+        ("AeroDyn.dat", "1   Wake_Mod", "3 Wake_Mod", "AeroDyn.dat:6 .*vortex wake.*--momentum-wake"),
+    ],
+)
+def test_what_is_not_modelled_is_refused_by_name(deck: Deck, name: str, old: str, new: str, says: str) -> None:
+    text = (deck().parent / name).read_text()
+    old = old if old in text else next(line for line in text.splitlines() if line.split()[1:2] == [old.split()[-1]])
+    with pytest.raises(UnsupportedError, match=says):
+        meltemi.read_openfast(deck(name, (old, new)))
+
+
+def test_fixed_base_and_momentum_wake_when_the_user_says_so(deck: Deck) -> None:
+    text = (deck().parent / "5MW.fst").read_text()
+    old = next(line for line in text.splitlines() if "CompMooring" in line)
+    path = deck("5MW.fst", (old, "3 CompMooring"))
+    found = meltemi.read_deck(path, fixed_base=True)
+    assert any(note.kind == "ignored" and "CompMooring = 3" in note.what for note in found.notes)
+    path = deck("AeroDyn.dat", ("1   Wake_Mod", "3 Wake_Mod"))
+    assert meltemi.read_deck(path, momentum_wake=True).options["inflow"] == "variable"
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "says"),
+    [
+        (
+            "ElastoDyn.dat",
+            "TipRad ",
+            "TipRadius ",
+            r"ElastoDyn.dat: ElastoDyn keyword TipRad is missing .*TipRadius in",
+        ),
+        (
+            "ElastoDyn.dat",
+            "63   TipRad",
+            "sixty   TipRad",
+            r"ElastoDyn.dat:\d+: TipRad: expected a number in m.*'sixty'",
+        ),
+        ("ElastoDyn.dat", "3   NumBl", "2.5   NumBl", r"ElastoDyn.dat:\d+: NumBl: expected a whole number.*'2.5'"),
+        ("ElastoDyn.dat", "True          EdgeDOF", "maybe EdgeDOF", r"EdgeDOF: expected True or False.*'maybe'"),
+        ("ElastoDyn.dat", "97   GBRatio", "-97   GBRatio", r"drivetrain.gear_ratio.*GBRatio"),
+        (
+            "ElastoDyn.dat",
+            '"ElastoDyn_tower.dat"',
+            '"ElastoDyn_towr.dat"',
+            r"no file .*did you mean '\w+_tower.dat'",
+        ),
+        ("ElastoDyn_blade.dat", "49   NBlInpSt", "48   NBlInpSt", r"NBlInpSt in line 4 says 48.*goes on"),
+        ("ElastoDyn_blade.dat", "49   NBlInpSt", "50   NBlInpSt", r"NBlInpSt in line 4 says 50 lines, but line 50"),
+        ("ElastoDyn_blade.dat", "BMassDen", "Mass", r"needs the column BMassDen"),
+        ("ElastoDyn_tower.dat", "11   NTwInpSt", "12   NTwInpSt", r"says 12 lines"),
+        ("AeroDyn.dat", "8   NumAFfiles", "9   NumAFfiles", r"name of airfoil file 9 of 9"),
+        ("AeroDyn_blade.dat", "BlChord", "Chord", r"needs the column BlChord"),
+        ("AeroDyn_blade.dat", "3.5420000E+00        1 ", "3.5420000E+00        9 ", r"BlAFID of station 1 is 9"),
+        ("Airfoils/DU21_A17.dat", "142   NumAlf", "141   NumAlf", r"DU21_A17.dat:\d+: NumAlf says 141.*goes on"),
+        ("Airfoils/DU21_A17.dat", "-175.00    0.394", "-185.00    0.394", r"angles of attack must increase"),
+        ("Airfoils/DU21_A17.dat", "-175.00    0.394", "-175.00    0.x94", r"is not one \('-175.00 0.x94"),
+        ("InflowWind.dat", "WindType", "WindTyp", r"WindType is missing .*WindTyp in line"),
+        ("5MW.fst", '"ElastoDyn.dat"', '"unused"', r"EDFile"),
+        ("BeamDyn_Blade.dat", "0.003250", "0.0000", r"stations must increase"),
+        ("BeamDyn_Blade.dat", "1.811360E+10", "1.811360E+10 1.0", r"BeamDyn_Blade.dat:\d+: station 1 of 49"),
+    ],
+)
+def test_broken_decks_say_what_is_wrong(deck: Deck, name: str, old: str, new: str, says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        meltemi.read_openfast(deck(name, (old, new)))
+
+
+def test_a_deck_without_a_readable_controller_asks_for_one(deck: Deck, turbine: meltemi.Turbine) -> None:
+    path = deck()
+    settings = path.parent / "DISCON.IN"
+    settings.rename(path.parent / "elsewhere.in")
+    with pytest.raises(InputError, match=r"(?s)control\.pitch.*rated_power.*--control-of"):
+        meltemi.read_openfast(path)
+    assert meltemi.read_openfast(path, discon=path.parent / "elsewhere.in").control.pitch.integral_gain > 0.0
+    assert meltemi.read_openfast(path, control_of=turbine).control == turbine.control
+    extra = {"control": turbine.control.content(), "rated_power": 5e6}
+    assert meltemi.read_openfast(path, extra=extra).control == turbine.control
+
+
+def test_gains_of_rosco_become_a_schedule(master: Path) -> None:
+    pitch = meltemi.read_openfast(master / "5MW.fst").control.pitch
+    file = read_input(master / "DISCON.IN", "DISCON")
+    angle, gain = (np.array([number(t) for t in file.require([n], "").values]) for n in ("PC_GS_angles", "PC_GS_KI"))
+    ours = pitch.integral_gain / (1.0 + angle / pitch.gain_halving_pitch)
+    np.testing.assert_allclose(ours, np.abs(gain), rtol=0.35)
+
+
+def _mutations(master: Path, path: Path, rng: random.Random) -> None:
+    """One random harm to one file."""
+    files = sorted(p for p in path.parent.rglob("*") if p.suffix in (".dat", ".fst", ".IN"))
+    file = rng.choice(files)
+    text = file.read_bytes()
+    lines = text.split(b"\n")
+    i = rng.randrange(len(lines))
+    harm = rng.randrange(8)
+    if harm == 0:
+        file.unlink()
+        return
+    if harm == 1:
+        del lines[i]
+    elif harm == 2:
+        lines.insert(i, lines[rng.randrange(len(lines))])
+    elif harm == 3:
+        words = lines[i].split()
+        lines[i] = b" ".join(words[1:])
+    elif harm == 4:
+        lines[i] = lines[i].replace(b"1", b"x", 1)
+    elif harm == 5:
+        lines = lines[:i]
+    elif harm == 6:
+        words = lines[i].split()
+        lines[i] = b" ".join([rng.choice([b"-1", b"1e999", b"NaN", b'"', b"\xff\xfe", b"0", b"default"]), *words[1:]])
+    else:
+        words = lines[i].split()
+        lines[i] = b" ".join([*words[:1], b"Renamed", *words[2:]])
+    file.write_bytes(b"\n".join(lines))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_decks_harmed_by_machine_never_surprise(master: Path, tmp_path: Path, seed: int) -> None:
+    rng = random.Random(seed)
+    for i in range(25):
+        folder = tmp_path / str(i)
+        shutil.copytree(master, folder)
+        for _ in range(rng.randrange(1, 3)):
+            _mutations(master, folder / "5MW.fst", rng)
+        try:
+            meltemi.read_deck(folder / "5MW.fst", blade=rng.choice(["deck", "beamdyn"]))
+        except MeltemiError as error:
+            assert str(error)
+        shutil.rmtree(folder)
+
+
+def test_every_required_keyword_is_missed_by_name(master: Path, tmp_path: Path) -> None:
+    files = {"main": "5MW.fst", "ElastoDyn": "ElastoDyn.dat", "ElastoDyn blade": "ElastoDyn_blade.dat"}
+    files |= {"ElastoDyn tower": "ElastoDyn_tower.dat", "AeroDyn": "AeroDyn.dat", "DISCON": "DISCON.IN"}
+    shutil.copytree(master, tmp_path / "copy")
+    tried = 0
+    for module, name in files.items():
+        file = tmp_path / "copy" / name
+        text = file.read_text()
+        for row in ROWS[module]:
+            found = read_input(master / name, module).find(*row.names)
+            if row.optional or not row.target or found is None or row.names[0] == "PC_GS_KP":  # it tells ROSCO's files
+                continue
+            lines = text.splitlines()
+            lines[found.line - 1] = lines[found.line - 1].replace(found.name, "Qqq", 1)
+            file.write_text("\n".join(lines))
+            with pytest.raises(MeltemiError, match=re.escape(row.names[0])):
+                meltemi.read_openfast(tmp_path / "copy" / "5MW.fst")
+            tried += 1
+        file.write_text(text)
+    assert tried > 40
+
+
+def test_numbers_as_fortran_writes_them() -> None:
+    assert [number(t) for t in ("1.5D+03", "1.", ".5", "-2d-1", "True", "")] == [1500.0, 1.0, 0.5, -0.2, None, None]
+    assert split("1, 9, 19  BlOutNd - text") == ["1", "9", "19", "BlOutNd", "-", "text"]
