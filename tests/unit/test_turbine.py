@@ -235,8 +235,8 @@ AERO, STRUCTURE = "blade.aerodynamics", "blade.structure"
         (put("hub.precone", 2.5), "hub.precone: expected less than 0.6"),
         (put("nacelle.tilt", 5.0), "nacelle.tilt: expected less than 0.6"),
         (put("pitch_actuator.maximum", 90.0), "pitch_actuator.maximum: expected less than 3.2"),
-        (put("pitch_actuator.rate_limit", 8.0), "pitch_actuator.rate_limit: expected less than 2"),
-        (put("control.pitch.rate_limit", 8.0), "control.pitch.rate_limit: expected less than 2"),
+        (put("pitch_actuator.rate_limit", 8.0), "pitch_actuator.rate_limit: expected less than or equal to 2"),
+        (put("control.pitch.rate_limit", 8.0), "control.pitch.rate_limit: expected less than or equal to 2"),
         (put("yaw.rate", 0.3), "yaw.rate: expected less than 0.2"),
         (
             put("airfoils.du40.angle_of_attack", lambda a: np.degrees(a).tolist()),

@@ -13,6 +13,7 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Turbine, import_windio, read_windio
+from meltemi.app.cli import main
 from meltemi.core.yamlfile import parse
 from meltemi.turbine.library import DATA, windio_file
 from meltemi.turbine.windio.tower import tube
@@ -355,3 +356,24 @@ def test_lists_beside_yaml_are_what_yaml_reads() -> None:
     assert parse_quickly(text, where) == parse(text, where, "")
     with pytest.raises(InputError, match=r"t\.yaml: line 4, column 3: not valid YAML"):
         parse_quickly("a: [1,\n 2]\nb: 1\n c: :\n", where)
+
+
+def test_the_command_writes_turbine_and_report(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = tmp_path / "out"
+    for arguments, status in (
+        ([str(path), "--extra", str(EXTRA)], 0),
+        ([str(path)], 2),
+        ([str(path), "--fixed-base"], 2),
+    ):
+        monkeypatch.setattr("sys.argv", ["meltemi", "import", *arguments, "--out", str(out)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert ended.value.code == status
+    said = capsys.readouterr()
+    assert "min_pitch_table" in (out / "report.md").read_text(encoding="utf-8")
+    assert meltemi.load_turbine(out / "turbine.yaml") == read_windio(path, EXTRA)
+    assert f"next: meltemi run {out / 'turbine.yaml'}" in said.out
+    assert "yaw.stiffness: missing" in said.err
+    assert "--fixed-base is for OpenFAST decks" in said.err
