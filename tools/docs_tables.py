@@ -93,6 +93,30 @@ def channels(group: str) -> str:
     return _table(["name", "OpenFAST", "unit", "axes", "positive", "what"], rows)
 
 
+def openfast_channels() -> str:
+    """Channels by OpenFAST's names, with all that it has for each."""
+    from meltemi.simulation.channels import catalogue
+
+    known = catalogue(n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1).values()
+    rows = [
+        [f"`{c.alias}`", ", ".join(f"`{name}`" for name in c.also), f"`{c.name}`", c.description]
+        for c in sorted(known, key=lambda c: c.alias.lower())
+        if c.alias
+    ]
+    return _table(["OpenFAST", "also", "meltemi", "what"], rows)
+
+
+def openfast_units() -> str:
+    """Units of OpenFAST's files and their SI units."""
+    from meltemi.postprocess.files.openfast import UNITS
+
+    theirs: dict[str, list[str]] = {}
+    for unit, (si, factor) in UNITS.items():
+        if unit != "-":
+            theirs.setdefault(si, []).append(f"`{unit}`" if factor == 1.0 else f"`{unit}` (times {factor:.8g})")
+    return _table(["SI", "OpenFAST"], [[si, ", ".join(units)] for si, units in theirs.items()])
+
+
 def keywords(file: str) -> str:
     """Keywords of a file of an OpenFAST deck, with an underscore for a blank in its name."""
     from meltemi.turbine.openfast.keywords import ROWS
@@ -155,4 +179,6 @@ def schemes() -> str:
     return _table(["scheme", "what"], [[f"`{name}`", scheme.about] for name, scheme in SCHEMES.items()])
 
 
-MAKERS: dict[str, Any] = {f.__name__: f for f in (record, channels, keywords, array, arrays, schemes)}
+MAKERS: dict[str, Any] = {
+    f.__name__: f for f in (record, channels, openfast_channels, openfast_units, keywords, array, arrays, schemes)
+}

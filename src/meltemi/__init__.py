@@ -43,6 +43,9 @@ if TYPE_CHECKING:
     from meltemi.postprocess.bands import ceiling as ceiling
     from meltemi.postprocess.bands import harmonic_bands as harmonic_bands
     from meltemi.postprocess.bands import remove_bands as remove_bands
+    from meltemi.postprocess.difference import ChannelDifference as ChannelDifference
+    from meltemi.postprocess.difference import Differences as Differences
+    from meltemi.postprocess.difference import compare_results as compare_results
     from meltemi.postprocess.ensemble import EnsembleEntry as EnsembleEntry
     from meltemi.postprocess.ensemble import EnsembleTable as EnsembleTable
     from meltemi.postprocess.ensemble import Estimate as Estimate
@@ -56,7 +59,9 @@ if TYPE_CHECKING:
     from meltemi.postprocess.fatigue import equivalent_loads as equivalent_loads
     from meltemi.postprocess.fatigue import rainflow_cycles as rainflow_cycles
     from meltemi.postprocess.files import read_netcdf as read_netcdf
+    from meltemi.postprocess.files import read_result as read_result
     from meltemi.postprocess.files import write_netcdf as write_netcdf
+    from meltemi.postprocess.files import write_result as write_result
     from meltemi.postprocess.spectra import Peak as Peak
     from meltemi.postprocess.spectra import PowerSpectrum as PowerSpectrum
     from meltemi.postprocess.spectra import average_spectra as average_spectra
@@ -66,6 +71,7 @@ if TYPE_CHECKING:
     from meltemi.postprocess.spectra import rotor_frequency as rotor_frequency
     from meltemi.postprocess.statistics import revolution_means as revolution_means
     from meltemi.report.comparison_plots import plot_changes as plot_changes
+    from meltemi.report.difference_plots import plot_differences as plot_differences
     from meltemi.report.ensemble_tables import ensemble_rows as ensemble_rows
     from meltemi.report.plots import plot as plot
     from meltemi.report.plots import plot_campbell as plot_campbell
@@ -75,6 +81,7 @@ if TYPE_CHECKING:
     from meltemi.report.tables import rich_table as rich_table
     from meltemi.report.tables import write_csv as write_csv
     from meltemi.report.tuning_plots import plot_tuning as plot_tuning
+    from meltemi.report.turbine_plots import plot_turbine as plot_turbine
     from meltemi.report.wind_plots import plot_wind as plot_wind
     from meltemi.simulation.campbell import Campbell as Campbell
     from meltemi.simulation.campbell import campbell as campbell
@@ -99,6 +106,8 @@ if TYPE_CHECKING:
     from meltemi.studies.compare import Comparison as Comparison
     from meltemi.studies.compare import compare as compare
     from meltemi.studies.comparison_report import write_comparison as write_comparison
+    from meltemi.studies.inspection import inspect_turbine as inspect_turbine
+    from meltemi.studies.openfast_writer import write_openfast as write_openfast
     from meltemi.studies.preview import preview_of as preview_of
     from meltemi.studies.preview import steady_pitch as steady_pitch
     from meltemi.studies.schemes import Design as Design
@@ -187,20 +196,23 @@ _HOME = {
     "loadcases.case": "LoadCase read_case",
     "loadcases.openfast": "deck_case",
     "postprocess.bands": "Ceiling ceiling harmonic_bands remove_bands",
+    "postprocess.difference": "ChannelDifference Differences compare_results",
     "postprocess.ensemble": (
         "EnsembleEntry EnsembleTable Estimate ensemble_load ensemble_table lifetime_del mean_interval "
         "rayleigh_weights travel"
     ),
     "postprocess.fatigue": "damage_equivalent_load equivalent_loads rainflow_cycles",
-    "postprocess.files": "read_netcdf write_netcdf",
+    "postprocess.files": "read_netcdf read_result write_netcdf write_result",
     "postprocess.spectra": ("Peak PowerSpectrum average_spectra decibels peak power_spectrum rotor_frequency"),
     "postprocess.statistics": "revolution_means",
     "report.comparison_plots": "plot_changes",
+    "report.difference_plots": "plot_differences",
     "report.ensemble_tables": "ensemble_rows",
     "report.plots": "plot plot_campbell plot_performance plot_power_curve",
     "report.spectra_plots": "plot_spectra",
     "report.tables": "rich_table write_csv",
     "report.tuning_plots": "plot_tuning",
+    "report.turbine_plots": "plot_turbine",
     "report.wind_plots": "plot_wind",
     "simulation.campbell": "Campbell campbell",
     "simulation.case": "Stations",
@@ -216,6 +228,8 @@ _HOME = {
     "studies.baseline_tuning": "BaselineTuning tune_baseline",
     "studies.compare": "Comparison compare",
     "studies.comparison_report": "write_comparison",
+    "studies.inspection": "inspect_turbine",
+    "studies.openfast_writer": "write_openfast",
     "studies.preview": "preview_of steady_pitch",
     "studies.schemes": "Design design_controllers",
     "studies.sensitivity": "Sensitivity differences sensitivity",

@@ -28,6 +28,7 @@ COMMANDS = (
     "power-curve",
     "wind",
     "compare",
+    "diff",
     "reproduce",
     "campbell",
     "verify",
@@ -82,6 +83,26 @@ def test_channels_are_chosen_by_either_name(command: Command, tmp_path: Path) ->
     succeeded(ran, tmp_path, *RUN)
     recorded = meltemi.read_netcdf(tmp_path / "result.nc").names
     assert recorded == ["root_moment_out_of_plane_1", "wind_x", "rotor_speed", "node_20_alpha_2"]
+
+
+def test_further_names_of_openfast_are_the_same_channels(command: Command, tmp_path: Path) -> None:
+    names = "ROOTMOOP1,PtchPMzc2,AB1N020Alpha,LSShftMxa"
+    command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--channels", names, "--out", tmp_path)
+    recorded = meltemi.read_result(tmp_path / "result.nc").names
+    assert recorded == ["root_moment_out_of_plane_1", "pitch_2", "node_20_alpha_1", "rotor_torque"]
+    case = "turbine: nrel5mw\nwind: {kind: steady, speed: 10.0}\nduration: 5.0\nchannels: [TipDxc1, spn1mlyb2]\n"
+    (tmp_path / "a.yaml").write_text(case + "blade_stations: [20.0]\n")
+    assert command("run", tmp_path / "a.yaml", "--out", tmp_path).status == 0
+    assert meltemi.read_result(tmp_path / "result.nc").names == ["tip_out_of_plane_1", "station_1_moment_y_2"]
+
+
+def test_a_run_is_written_for_tools_for_openfast(command: Command, tmp_path: Path) -> None:
+    ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--outb", "--out", tmp_path)
+    succeeded(ran, tmp_path, *RUN, "result.outb")
+    result, packed = (meltemi.read_result(tmp_path / f"result.{suffix}") for suffix in ("nc", "outb"))
+    assert packed.names == result.names
+    assert np.all(np.abs(packed.data - result.data) <= np.ptp(result.data, axis=0) / 131000 + 6e-8 * abs(result.data))
+    assert "nrel5mw: steady wind 10 m/s" in packed.meta["description"]
 
 
 def test_turbulence_repeats_with_its_seed(command: Command, tmp_path: Path) -> None:
@@ -268,15 +289,17 @@ def test_channels_by_a_word(command: Command) -> None:
     assert "tower_base_moment_torsion" in names
     assert "tip_twist_1" in names  # by its description
     assert "wind_x" not in names
+    assert "tip_out_of_plane_1" in command("channels", "--search", "tipdxc").out  # by a further name
 
 
-@pytest.mark.parametrize("name", ["RootMyc1", "rootmyc1", "root_moment_out_of_plane_1"])
+@pytest.mark.parametrize("name", ["RootMyc1", "rootmyc1", "root_moment_out_of_plane_1", "RootMOoP1"])
 def test_a_channel_is_explained(command: Command, name: str) -> None:
     ran = command("channels", "--explain", name)
     assert (ran.status, ran.err) == (0, "")
     assert ran.out.splitlines()[0] == "root_moment_out_of_plane_1"
     for part in (
         "RootMyc1",
+        "also         RootMOoP1",
         "out-of-plane bending moment at the blade root",
         "N m (shown in kN m, times 0.001)",
         "coned blade axes",
@@ -334,7 +357,7 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     assert "Usage: " in ran.out
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
-    with_files = ("run", "power-curve", "wind", "compare", "reproduce", "campbell", "verify", "template")
+    with_files = ("run", "power-curve", "wind", "compare", "diff", "reproduce", "campbell", "verify", "template")
     assert ("--out" in options) is (name in with_files)
 
 

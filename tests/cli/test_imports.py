@@ -48,6 +48,8 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
         "run --help",
         "power-curve --help",
         "compare --help",
+        "inspect --help",
+        "export --help",
         "verify --help",
         "warmup --help",
         "bench --help",

@@ -67,6 +67,16 @@ def files(page: str, folder: Path) -> list[Path]:
     return [folder / name for name, _ in found]
 
 
+def test_the_deck_of_the_page_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (code,) = blocks("docs/guide/openfast-decks.md", "python")
+    monkeypatch.chdir(tmp_path)
+    exec(compile(code, "page", "exec"), {"__name__": "page"})
+    assert "1st flap mode of the blade" in capsys.readouterr().out
+    assert (tmp_path / "deck" / "nrel5mw.fst").is_file()
+
+
 TUTORIAL = "docs/guide/own-controller.md"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
@@ -48,7 +49,7 @@ def test_forces_moments_and_motions_have_axes_and_a_positive_direction(channel: 
 def test_a_name_leads_to_one_channel_whatever_the_case() -> None:
     leads_to: dict[str, set[str]] = {}
     for channel in EVERYTHING.values():
-        for name in filter(None, (channel.name, channel.alias)):
+        for name in channel.names:
             leads_to.setdefault(name.lower(), set()).add(channel.name)
     assert {name: channels for name, channels in leads_to.items() if len(channels) > 1} == {}
     assert len(EVERYTHING) > 800
@@ -64,9 +65,8 @@ def test_names_are_words_in_small_letters() -> None:
 @pytest.mark.parametrize("change", [str, str.lower, str.upper])
 def test_every_name_and_alias_is_found_whatever_the_case(change: object) -> None:
     for channel in standard().values():
-        assert find(change(channel.name), standard()) is channel
-        if channel.alias:
-            assert find(change(channel.alias), standard()) is channel
+        for name in channel.names:
+            assert find(change(name), standard()) is channel
 
 
 @pytest.mark.parametrize(
@@ -80,10 +80,45 @@ def test_every_name_and_alias_is_found_whatever_the_case(change: object) -> None
         ("B2N13Alpha", "node_13_alpha_2"),
         ("GenPwr", "generator_power"),
         ("BldPitch2", "pitch_2"),
+        ("PtchPMzc2", "pitch_2"),
+        ("BlPitch3", "pitch_3"),
+        ("TipDxc1", "tip_out_of_plane_1"),
+        ("RootMOoP2", "root_moment_out_of_plane_2"),
+        ("LSShftMxa", "rotor_torque"),
+        ("LSShftPwr", "rotor_power"),
+        ("HSShftV", "generator_speed"),
+        ("YawPzn", "nacelle_yaw"),
+        ("YawBrTDxt", "tower_top_fore_aft"),
+        ("RtAeroFxh", "rotor_aero_thrust"),
+        ("AB2N013Alpha", "node_13_alpha_2"),
+        ("B2N013Alpha", "node_13_alpha_2"),
+        ("Spn2MLyb3", "station_2_moment_y_3"),
+        ("TwHt1MLyt", "tower_station_1_moment_y"),
     ],
 )
 def test_names_of_openfast(alias: str, name: str) -> None:
     assert find(alias, EVERYTHING).name == name
+
+
+def test_further_names_are_those_of_the_same_quantity() -> None:
+    """The table of OpenFAST's names that comes with openfast_io says the same of all names of a channel."""
+    table = pytest.importorskip("openfast_io.FAST_vars_out")
+    lines = Path(table.__file__).read_text(encoding="utf-8").splitlines()
+    said = {}
+    for line in lines:
+        if found := re.match(r"(?:ElastoDyn|ServoDyn|AeroDyn)\['(\w+)'\]\s*= \w+\s*# (.*)", line):
+            said[found[1]] = found[2].strip()
+    compared = 0
+    for channel in catalogue(1).values():
+        for name in channel.also:
+            assert said[name] == said[channel.alias], name
+            compared += 1
+    assert compared >= 50
+
+
+def test_a_channel_keeps_its_name_where_axes_differ() -> None:
+    """OpenFAST's deflections of the yaw bearing in its own tilting axes are no deflections in those of the base."""
+    assert "YawBrTDxp" not in {name for c in EVERYTHING.values() for name in c.names}
 
 
 def test_each_blade_and_node_has_its_own_place() -> None:
@@ -199,7 +234,9 @@ def test_a_name_like_no_other_says_so() -> None:
         find("zzzz", standard())
 
 
-@pytest.mark.parametrize(("name", "nodes"), [("B1N21Alpha", 20), ("node_0_alpha_1", 20), ("b3n99cl", 20)])
+@pytest.mark.parametrize(
+    ("name", "nodes"), [("B1N21Alpha", 20), ("node_0_alpha_1", 20), ("b3n99cl", 20), ("AB1N021Alpha", 20)]
+)
 def test_nodes_that_are_not_there_are_answered_with_their_number(name: str, nodes: int) -> None:
     with pytest.raises(InputError, match=f"Blade nodes are numbered 1 to {nodes}"):
         find(name, EVERYTHING)

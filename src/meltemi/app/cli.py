@@ -16,8 +16,11 @@ import typer
 
 from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
+from meltemi.app.diff import diff
+from meltemi.app.export import export
 from meltemi.app.importing import HELP as IMPORT_HELP
 from meltemi.app.importing import import_
+from meltemi.app.inspect import inspect
 from meltemi.app.options import (
     ClassOption,
     EditionOption,
@@ -109,6 +112,7 @@ def run(
         str | None,
         typer.Option("--channels", help="Channels to record, separated by commas; 'all' records everything."),
     ] = None,
+    outb: Annotated[bool, typer.Option("--outb", help="Also write the result as OpenFAST's binary output.")] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate; gives a table, a plot, a file."""
@@ -155,7 +159,7 @@ def run(
                 stations=Stations(case.blade_stations, case.tower_stations),
                 progress=progress,
             )
-        files = _write(result, out)
+        files = _write(result, out, outb)
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
             files.append(out / "case.yaml")
@@ -231,12 +235,14 @@ def _is_case(path: Path) -> bool:
     return re.search(r"""^(\{\s*)?(['"]?)(turbine|wind|duration)\2\s*:""", text, re.MULTILINE) is not None
 
 
-def _write(result: Result, out: Path) -> list[Path]:
-    from meltemi.postprocess.files import write_netcdf
+def _write(result: Result, out: Path, outb: bool) -> list[Path]:
+    from meltemi.postprocess.files import write_netcdf, write_outb
     from meltemi.report.plots import plot, save
     from meltemi.report.tables import statistics_rows, write_csv
 
     files = [write_netcdf(result, out / "result.nc"), write_csv(out / "statistics.csv", *statistics_rows(result))]
+    if outb:
+        files.append(write_outb(result, out / "result.outb"))
     if len(result.time) > 1:
         files.append(save(plot(result), out / "result.png"))
     else:
@@ -279,6 +285,8 @@ def channels(
         unit, factor = c.display_unit
         print(f"{c.name}")
         print(f"  OpenFAST     {c.alias or 'no such channel'}")
+        if c.also:
+            print(f"  also         {', '.join(c.also)}")
         print(f"  what         {c.description}")
         print(f"  unit         {c.unit}" + (f" (shown in {unit}, times {factor:g})" if unit != c.unit else ""))
         print(f"  axes         {c.frame}")
@@ -286,7 +294,7 @@ def channels(
         return
     text = (search or "").lower()
     chosen = [
-        c for c in catalogue(n_nodes=1, flaps=1).values() if text in f"{c.name} {c.alias} {c.description}".lower()
+        c for c in catalogue(n_nodes=1, flaps=1).values() if text in f"{' '.join(c.names)} {c.description}".lower()
     ]
     if not chosen:
         raise InputError(f"no channel has {search!r} in its name or description")
@@ -350,6 +358,9 @@ app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
 app.command("import", help=IMPORT_HELP)(import_)
 app.command()(reproduce)
+app.command()(inspect)
+app.command()(export)
+app.command()(diff)
 
 
 @app.command()

@@ -106,7 +106,7 @@ def usual_slope(channel: Channel) -> float | None:
     """Usual S-N slope for a channel: 10 for blades, 4 for steel, None where it is no load."""
     if channel.unit not in ("N", "N m"):
         return None
-    return 10.0 if channel.name.startswith(("root", "station")) else 4.0
+    return 10.0 if channel.name.lower().startswith(("root", "station", "spn")) else 4.0  # Spn: OpenFAST's stations
 
 
 def equivalent_loads(result: Result, names: Sequence[str] | None = None, f_eq: float = 1.0) -> dict[str, float]:

@@ -30,6 +30,7 @@ class Channel:
       source: array of the case and row in it.
       index: further places in that array (blade, node or station).
       wrap: an angle kept between 0 and 2 pi.
+      also: further names that OpenFAST has for it.
     """
 
     name: str
@@ -41,11 +42,17 @@ class Channel:
     source: tuple[str, str]
     index: tuple[int, ...] = ()
     wrap: bool = False
+    also: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names it is found by, ours first."""
+        return tuple(filter(None, (self.name, self.alias, *self.also)))
 
     @property
     def display_unit(self) -> tuple[str, float]:
         """Unit for people and the factor to it."""
-        return display(self.unit, angular_rate_in_degrees="speed" not in self.name)
+        return display(self.unit, angular_rate_in_degrees="speed" not in self.name.lower())
 
 
 @cache
@@ -58,11 +65,12 @@ def _rows(group: str) -> list[list[str]]:
 
 
 def _channel(row: list[str], index: tuple[int, ...], **numbers: int) -> Channel:
-    name, alias, unit, frame, sign, description, source = (part.format(**numbers) for part in row)
+    name, alias, also, unit, frame, sign, description, source = (part.format(**numbers) for part in row)
     array, field, *rest = source.split(".")
     if rest:
         index = (int(rest[0]),)
-    return Channel(name, alias, unit, frame, sign, description, (array, field), index, wrap=field == "azimuth")
+    wrap, others = field == "azimuth", tuple(also.split())
+    return Channel(name, alias, unit, frame, sign, description, (array, field), index, wrap, others)
 
 
 def catalogue(
@@ -113,7 +121,7 @@ def standard() -> dict[str, Channel]:
 
 
 def find(name: str, channels: dict[str, Channel]) -> Channel:
-    """A channel by its name or OpenFAST's, upper or lower case alike.
+    """A channel by its name or one of OpenFAST's, upper or lower case alike.
 
     Raises:
       InputError: unknown; the message gives the closest names.
@@ -122,12 +130,12 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
         return channels[name]
     lower = name.lower()
     for channel in channels.values():
-        if lower and lower in (channel.name.lower(), channel.alias.lower()):
+        if any(lower == known.lower() for known in channel.names):
             return channel
-    names = [*channels, *(c.alias for c in channels.values() if c.alias)]
+    names = [known for c in channels.values() for known in c.names]
     near = closest(name, names, n=4)
     hint = f"did you mean {', '.join(near)}?" if near else did_you_mean(name, names)
-    if re.match(r"(b\dn\d|node_)", lower):
+    if re.match(r"(a?b\dn\d|node_)", lower):
         hint += f" Blade nodes are numbered 1 to {_last_node(channels)}."
     raise InputError(f"no channel {name!r}: {hint}")
 

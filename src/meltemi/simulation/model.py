@@ -176,7 +176,7 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         "torsion": options.tower_torsion_modes,
     }
     pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
-    head = _head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
+    head = head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
     with _about(f"{turbine.name}: tower"):
         tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
     coordinates = _coordinates(turbine, blade, tower)
@@ -299,7 +299,7 @@ def _locked(coordinates: tuple[str, ...], options: ModelOptions) -> Float:
     return locked
 
 
-def _head_mass(turbine: Turbine, pieces: Float, axis: Float) -> Float:
+def head_mass(turbine: Turbine, pieces: Float, axis: Float) -> Float:
     """(6, 6) inertia about the tower top of nacelle and rotor as one mass at their common centre.
 
     Their rotary inertia is left out of the tower's modes: in the assembled machine the flexible blades do

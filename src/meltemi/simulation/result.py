@@ -59,7 +59,7 @@ class Result:
         return self.data[:, self.names.index(self.channel(name).name)]
 
     def __contains__(self, name: str) -> bool:
-        return any(name.lower() in (c.name.lower(), c.alias.lower()) for c in self.channels)
+        return any(name.lower() == known.lower() for c in self.channels for known in c.names)
 
     def between(self, begin: float, end: float) -> Result:
         """The part of the series from ``begin`` to ``end`` [s], both included."""

@@ -29,6 +29,7 @@ from meltemi.postprocess.spectra import (
     power_spectrum,
     rotor_frequency,
 )
+from meltemi.simulation.channels import find, standard
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.wind.fields import Wind
@@ -234,8 +235,16 @@ class Comparison:
         return {q.name: (q.unit, q.factor) for q in self.quantities}
 
     def spectrum(self, channel: str, scheme: str) -> PowerSpectrum:
-        """Mean over seeds."""
-        return average_spectra([run.spectra[channel] for run in self.runs[scheme]])
+        """Mean over seeds.
+
+        Raises:
+          InputError: of this channel spectra are not kept.
+        """
+        kept = {find(name, standard()).name: name for name in SPECTRA}
+        name = find(channel, standard()).name
+        if name not in kept:
+            raise InputError(f"spectrum of {channel!r}: there are those of {' and '.join(SPECTRA)}")
+        return average_spectra([run.spectra[kept[name]] for run in self.runs[scheme]])
 
     def ceiling_change(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> Estimate:
         """Change of RootMyc1 of the first scheme when 1P (``harmonics`` 1), or 1P and 2P (2), are removed ideally."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
+from meltemi.postprocess.files.openfast import si_unit
 from meltemi.report.plots import COLOURS, new_figure, style
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
@@ -36,7 +37,6 @@ CHANNELS = (
 ).split()
 WIDE = {"YawBrMzp": 10.0, "TwrBsMxt": 10.0}
 """[%] for the two channels that a weakly damped mode or a small mean make uncertain."""
-UNITS = {"kN": 1e3, "kN-m": 1e3, "kW": 1e3, "deg": np.pi / 180.0, "rpm": np.pi / 30.0}
 SEEDS = (1, 2)
 
 
@@ -52,7 +52,7 @@ def reference_series(folder: Path, name: str) -> dict[str, Float]:
     with np.load(path) as z:
         data = z["data"].astype(float)
         return {
-            str(c): data[:, i] * UNITS.get(str(u), 1.0)
+            str(c): data[:, i] * si_unit(str(u))[1]
             for i, (c, u) in enumerate(zip(z["channels"], z["units"], strict=True))
         }
 

@@ -88,9 +88,10 @@ def read_deck(
     path = Path(path)
     notes: list[Note] = []
     v = Values(notes)
-    main = v.read(read_input(path, "main"))
-    if main.find("EDFile") is None or len(main.entries) < 8:
-        raise InputError(f"{path}: not the main file of an OpenFAST deck (.fst)")
+    main = read_input(path, "main")
+    if main.find("EDFile") is None and main.find("CompElast") is None:
+        raise InputError(f"{path}: not the main file of an OpenFAST deck (.fst): no CompElast and EDFile in it")
+    v.read(main)
     _refuse_modules(main, v, fixed_base)
     _read(main, "elastodyn", "ElastoDyn", v)
     _refuse_platform(path, v, fixed_base)
@@ -329,6 +330,7 @@ def _control(
 ) -> dict[str, Any]:
     """Control, actuator, yaw drive; gives the controller library that the deck names."""
     library: dict[str, Any] = {}
+    given = discon is not None
     servo = v.file(main, "servo") if v.given("comp_servo", 1) == 1 else None
     if servo is not None:
         file = v.read(read_input(servo, "ServoDyn"))
@@ -345,11 +347,10 @@ def _control(
             set_keys(data, "control.torque", torque)
         if 5 in (v["pitch_mode"], v["torque_mode"]):
             library = {"library": v["library"], "input": None, "step": v["library_step"]}
-            if discon is None:
-                discon = _named_settings(file, v)
+            discon = discon or _named_settings(file, v)
             library["input"] = None if discon is None else str(discon)
     if discon is not None:
-        _discon(discon, data, v, notes)
+        _discon(discon, data, v, notes, must=given)
     yaw = data.setdefault("yaw", {})
     if not yaw.get("stiffness"):
         yaw["stiffness"] = LEAST_YAW_FREQUENCY**2 * max(data["nacelle"]["yaw_inertia"], 1.0)
@@ -370,10 +371,12 @@ def _named_settings(file: InputFile, v: Values) -> Path | None:
         return None
 
 
-def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[Note]) -> None:
-    """Control and actuator from ROSCO's settings."""
+def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[Note], *, must: bool) -> None:
+    """Control and actuator from ROSCO's settings; ``must``: they were given for it."""
     discon = read_input(path, "DISCON")
     if discon.find("PC_GS_KP") is None:
+        if must:
+            raise InputError(f"{path}: not the settings of ROSCO (a DISCON.IN): no PC_GS_KP in it")
         v.note("ignored", "library_input", "not ROSCO's settings (no PC_GS_KP); the library itself can be run")
         return
     own = Values(notes)
@@ -413,8 +416,8 @@ def _ask(path: Path, data: dict[str, Any]) -> None:
         raise InputError(
             f"{path}: the deck does not say (its controller is not ROSCO with a DISCON.IN that can be read):\n"
             + "\n".join(missing)
-            + "\ngive ROSCO's settings (discon='DISCON.IN', --discon), a turbine with such control (control_of=..., "
-            "--control-of), or values by these key paths (extra={...}, --extra more.yaml)"
+            + "\ngive ROSCO's settings (discon='DISCON.IN'), a turbine with such control (control_of=...), or values "
+            "by these key paths (extra={...}); to `meltemi import`: --discon, --control-of, --extra"
         )
     if "rated_power" not in data:
         efficiency = data["drivetrain"].get("generator_efficiency", 1.0)

@@ -64,5 +64,4 @@ def _plain(channel: Channel) -> dict[str, object]:
 
 
 def _channel(entry: dict[str, object]) -> Channel:
-    source, index = entry.pop("source"), entry.pop("index")
-    return Channel(**entry, source=tuple(source), index=tuple(index))  # type: ignore[arg-type]
+    return Channel(**{name: tuple(v) if isinstance(v, list) else v for name, v in entry.items()})  # type: ignore[arg-type]

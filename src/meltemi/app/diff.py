@@ -1,0 +1,66 @@
+"""``meltemi diff``: two results of the same case, channel by channel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
+
+LISTED = 12
+"""Names of channels that one side has not, as many as are printed."""
+
+
+def diff(
+    ours: Annotated[Path, typer.Argument(help="A result: .nc, or OpenFAST's .outb, .out.")],
+    theirs: Annotated[Path, typer.Argument(help="Another, against which it is held.")],
+    channels: Annotated[
+        str | None,
+        typer.Option(
+            "--channels", help="Which, separated by commas; node_6_alpha_1=B1N1Alpha pairs names [all that both have]."
+        ),
+    ] = None,
+    begin: Annotated[float | None, typer.Option("--begin", help="Of the compared time [s].")] = None,
+    end: Annotated[float | None, typer.Option("--end", help="Of the compared time [s].")] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Compare two results; gives a table, a plot."""
+    wanted = [name.strip() for name in channels.split(",") if name.strip()] if channels else None
+    from meltemi.postprocess.difference import compare_results
+    from meltemi.postprocess.files import read_result
+
+    first, second = read_result(ours), read_result(theirs)
+    with progress_bar("differences", compiles=False) as progress:
+        found = compare_results(first, second, wanted, begin=begin, end=end, progress=progress)
+    from meltemi.report.difference_plots import difference_rows, plot_differences, short_difference_rows
+    from meltemi.report.plots import save
+    from meltemi.report.tables import write_csv
+
+    labels = _labels(ours, theirs)
+    with results_in(out):
+        files = [
+            write_csv(out / "differences.csv", *difference_rows(found, labels)),
+            save(plot_differences(found, wanted, labels=labels), out / "differences.png"),
+        ]
+    print_table(f"{labels[0]} against {labels[1]}", *short_difference_rows(found), text_columns=2)
+    print(
+        "mean, std, DEL: of the second, and by how many percent the first is more; a mean near 0: in percent of the std"
+    )
+    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
+    for note in found.notes:
+        print(note)
+    for label, names in zip(labels, (found.only_first, found.only_second), strict=True):
+        if names:
+            more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+            print(f"only in {label}: {', '.join(names[:LISTED])}{more}")
+    for file in files:
+        print(f"wrote {file}")
+
+
+def _labels(ours: Path, theirs: Path) -> tuple[str, str]:
+    """Names of the files, with their folders where these alone tell them apart."""
+    if ours.name != theirs.name:
+        return ours.name, theirs.name
+    return str(ours), str(theirs)

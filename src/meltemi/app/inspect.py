@@ -1,0 +1,32 @@
+"""``meltemi inspect``: a turbine on one page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+
+
+def inspect(
+    turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
+    out: OutOption = Path("out"),
+) -> None:
+    """Draw a turbine on one page."""
+    from meltemi.turbine.library import load_turbine
+
+    described = load_turbine(turbine)
+    with results_in(out):
+        from meltemi.report.turbine_facts import turbine_facts
+        from meltemi.studies.inspection import inspect_turbine
+
+        with progress_bar(described.name) as progress:
+            seen, files = inspect_turbine(described, out, progress=progress)
+    rows = [[name if i == 0 else "", *row] for name, found in turbine_facts(seen) for i, row in enumerate(found)]
+    print_table(described.description or described.name, ["", "what", "value"], rows, text_columns=3)
+    for file in files:
+        print(f"wrote {file}")
+    for what, why in seen.problems.items():
+        say(f"missing: {what}: {why}")

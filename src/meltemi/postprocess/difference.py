@@ -1,0 +1,245 @@
+"""How two results differ, channel by channel: means, scatter, loads, and the instants themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
+from meltemi.simulation.channels import Channel
+from meltemi.simulation.result import Result
+
+Float = NDArray[np.float64]
+ROUNDING = 1e-3
+"""Of a time step, within which instants are the same."""
+
+
+@dataclass(frozen=True)
+class ChannelDifference:
+    """A channel of two results, in SI.
+
+    Attributes:
+      channel: of the first result.
+      mean, std: of the first and the second result.
+      load: their damage-equivalent loads at 1 Hz, with the usual slope; NaN for what is no load.
+      correlation: of the two series; NaN where one is constant.
+      distance: root mean square of the difference over the standard deviation of the second; NaN where that is 0.
+      worst: largest difference, first less second, with its sign.
+      worst_time: [s] at which it is.
+    """
+
+    channel: Channel
+    mean: tuple[float, float]
+    std: tuple[float, float]
+    load: tuple[float, float]
+    correlation: float
+    distance: float
+    worst: float
+    worst_time: float
+
+    @property
+    def mean_change(self) -> float:
+        """First mean less second, over the size of the second or, if that is more, its standard deviation."""
+        return _over(self.mean[0] - self.mean[1], max(abs(self.mean[1]), self.std[1]))
+
+    @property
+    def std_change(self) -> float:
+        """Change of the standard deviation, over that of the second."""
+        return _over(self.std[0] - self.std[1], self.std[1])
+
+    @property
+    def load_change(self) -> float:
+        """Change of the equivalent load, over that of the second."""
+        return _over(self.load[0] - self.load[1], self.load[1])
+
+
+@dataclass(frozen=True)
+class Differences:
+    """Two results on their common time.
+
+    Attributes:
+      first, second: the results on the same instants, with the compared channels in the same columns.
+      channels: one entry a channel.
+      only_first, only_second: names of channels that the other has not.
+      notes: what was done to bring them together.
+    """
+
+    first: Result
+    second: Result
+    channels: tuple[ChannelDifference, ...]
+    only_first: tuple[str, ...]
+    only_second: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    def of(self, i: int) -> tuple[Float, Float]:
+        """Series (T,) of the compared channel ``i`` in both results."""
+        return self.first.data[:, i], self.second.data[:, i]
+
+
+def compare_results(
+    first: Result,
+    second: Result,
+    channels: Sequence[str] | None = None,
+    *,
+    begin: float | None = None,
+    end: float | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Differences:
+    """Differences of two results, the second being the reference.
+
+    They are compared over the time that both cover, at the instants of the one with the longer time step, onto which
+    the other is interpolated linearly.
+
+    Args:
+      first, second: results, of runs or of files (``read_result``).
+      channels: by any of their names; ``"node_6_alpha_1=B1N1Alpha"`` pairs channels of different names. By default all
+        that both have but angles that turn.
+      begin, end: [s] of the compared part; by default all that both cover.
+      progress: called with the share that is done.
+
+    Raises:
+      InputError: there is no common time or no common channel, or a name is unknown.
+    """
+    pairs = _named_pairs(first, second, channels) if channels else _common(first, second)
+    time, notes = _common_time(first, second, begin, end)
+    a, b = (_at(r, [pair[i] for pair in pairs], time) for i, r in enumerate((first, second)))
+    found = []
+    for i, channel in enumerate(a.channels):
+        found.append(_difference(channel, time, a.data[:, i], b.data[:, i]))
+        progress((i + 1) / len(pairs))
+    return Differences(
+        a,
+        b,
+        channels=tuple(found),
+        only_first=_others(first, [c for c, _ in pairs], channels),
+        only_second=_others(second, [c for _, c in pairs], channels),
+        notes=notes,
+    )
+
+
+def _common(first: Result, second: Result) -> list[tuple[Channel, Channel]]:
+    names = {c.name: c for c in second.channels}
+    pairs = [(c, names[c.name]) for c in first.channels if c.name in names and not c.wrap and c.unit != "s"]
+    if not pairs:
+        raise InputError(
+            f"no channel is in both: the first has {_some(first)}, the second {_some(second)}; "
+            "pair channels of different names by name=other"
+        )
+    return pairs
+
+
+def _some(result: Result) -> str:
+    names = result.names
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "") if names else "none"
+
+
+def _named_pairs(first: Result, second: Result, wanted: Sequence[str]) -> list[tuple[Channel, Channel]]:
+    pairs = []
+    for text in wanted:
+        name, _, other = (part.strip() for part in text.partition("="))
+        pair = _channel(first, name, "first"), _channel(second, other or name, "second")
+        if pair[0].unit != pair[1].unit:
+            raise InputError(f"{text}: the units differ: {pair[0].unit} and {pair[1].unit}")
+        pairs.append(pair)
+    return pairs
+
+
+def _channel(result: Result, name: str, which: str) -> Channel:
+    try:
+        return result.channel(name)
+    except InputError as error:
+        raise InputError(f"{which} result: {error}") from None
+
+
+def _others(result: Result, used: list[Channel], wanted: Sequence[str] | None) -> tuple[str, ...]:
+    """Channels without a partner; of no interest where channels are named."""
+    return () if wanted else tuple(c.name for c in result.channels if c not in used and not c.wrap and c.unit != "s")
+
+
+def _common_time(
+    first: Result, second: Result, begin: float | None, end: float | None
+) -> tuple[Float, tuple[str, ...]]:
+    for result, which in ((first, "first"), (second, "second")):
+        if len(result.time) < 2:
+            raise InputError(f"the {which} result has {len(result.time)} instants: there is nothing to compare")
+    steps = [float(np.median(np.diff(r.time))) for r in (first, second)]
+    spans = [(float(r.time[0]), float(r.time[-1])) for r in (first, second)]
+    low = max(spans[0][0], spans[1][0], -np.inf if begin is None else begin)
+    high = min(spans[0][1], spans[1][1], np.inf if end is None else end)
+    coarse = first if steps[0] > steps[1] else second
+    margin = ROUNDING * max(steps)
+    time = coarse.time[(coarse.time >= low - margin) & (coarse.time <= high + margin)]
+    if len(time) < 2:
+        asked = "" if begin is None and end is None else f", asked for {low:g} to {high:g} s"
+        both = " and ".join(f"{a:g} to {b:g} s" for a, b in spans)
+        raise InputError(f"no time in common: the results cover {both}{asked}")
+    notes = []
+    if max(abs(spans[0][i] - spans[1][i]) for i in (0, 1)) > margin:
+        notes.append("they cover " + " and ".join(f"{a:g} to {b:g} s" for a, b in spans))
+    if abs(steps[0] - steps[1]) > margin:
+        finer, step = ("second", steps[0]) if coarse is first else ("first", steps[1])
+        notes.append(f"the {finer} is interpolated onto the time step of the other, {step:g} s")
+    return time, (*notes, f"compared from {time[0]:g} to {time[-1]:g} s")
+
+
+def _at(result: Result, channels: list[Channel], time: Float) -> Result:
+    """The channels of a result at other instants."""
+    columns = [_interpolated(time, result.time, result[c.name], c.wrap) for c in channels]
+    return Result(time, np.stack(columns, axis=1), tuple(channels), result.status, result.message, result.meta)
+
+
+def _interpolated(time: Float, known: Float, x: Float, wrap: bool) -> Float:
+    if wrap:
+        x = np.unwrap(x)
+    values: Float = np.interp(time, known, x)
+    return values % (2.0 * np.pi) if wrap else values
+
+
+def gaps(channel: Channel, x: Float, y: Float) -> Float:
+    """x less y, of angles that turn the shorter way round."""
+    return (x - y + np.pi) % (2.0 * np.pi) - np.pi if channel.wrap else x - y
+
+
+def _difference(channel: Channel, time: Float, x: Float, y: Float) -> ChannelDifference:
+    difference = gaps(channel, x, y)
+    slope = usual_slope(channel)
+    finite = bool(np.all(np.isfinite(x)) and np.all(np.isfinite(y)))
+
+    def load(series: Float) -> float:
+        if slope is None or not finite:
+            return np.nan
+        return damage_equivalent_load(series, duration=float(time[-1] - time[0]), slope=slope)
+
+    std = _scatter(x), _scatter(y)
+    size = np.where(np.isfinite(difference), np.abs(difference), np.inf)
+    at = int(np.argmax(size))
+    correlation = np.nan
+    if finite and min(std) > 0.0:
+        correlation = float(np.mean((x - x.mean()) * (y - y.mean())) / (std[0] * std[1]))
+    with np.errstate(invalid="ignore"):
+        rms = float(np.sqrt(np.mean(difference**2)))
+        mean = float(x.mean()), float(y.mean())
+    loads = load(x), load(y)
+    return ChannelDifference(
+        channel, mean, std, loads, correlation, _over(rms, std[1]), float(difference[at]), float(time[at])
+    )
+
+
+def _scatter(x: Float) -> float:
+    """Standard deviation; that of a constant is 0, not the rounding error of its mean."""
+    with np.errstate(invalid="ignore"):
+        return float(x.std()) if np.ptp(x) != 0.0 else 0.0
+
+
+def _over(value: float, size: float) -> float:
+    return value / size if size > 0.0 else (0.0 if value == 0.0 else np.nan)
+
+
+def most_different(found: Differences, n: int) -> list[ChannelDifference]:
+    """The ``n`` channels that lie furthest apart in their own scatter, furthest first."""
+    known = [d for d in found.channels if np.isfinite(d.distance)]
+    return sorted(known, key=lambda d: -d.distance)[:n]

@@ -1,0 +1,175 @@
+"""What the columns of OpenFAST's output files are: names, signs and units, there and back."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.core.tables import MAX_FLAPS
+from meltemi.simulation.channels import Channel, catalogue
+from meltemi.simulation.result import Result
+
+Float = NDArray[np.float64]
+
+_DEG = math.pi / 180.0
+UNITS: dict[str, tuple[str, float]] = {
+    "s": ("s", 1.0),
+    "Hz": ("Hz", 1.0),
+    "rad": ("rad", 1.0),
+    "rad/s": ("rad/s", 1.0),
+    "rad/s^2": ("rad/s^2", 1.0),
+    "deg": ("rad", _DEG),
+    "deg/s": ("rad/s", _DEG),
+    "deg/s^2": ("rad/s^2", _DEG),
+    "rpm": ("rad/s", math.pi / 30.0),
+    "m": ("m", 1.0),
+    "m^2": ("m^2", 1.0),
+    "m/s": ("m/s", 1.0),
+    "m/s^2": ("m/s^2", 1.0),
+    "kg": ("kg", 1.0),
+    "N": ("N", 1.0),
+    "kN": ("N", 1e3),
+    "MN": ("N", 1e6),
+    "N-m": ("N m", 1.0),
+    "kN-m": ("N m", 1e3),
+    "MN-m": ("N m", 1e6),
+    "N/m": ("N/m", 1.0),
+    "kN/m": ("N/m", 1e3),
+    "N-m/m": ("N m/m", 1.0),
+    "kN-m/m": ("N m/m", 1e3),
+    "W": ("W", 1.0),
+    "kW": ("W", 1e3),
+    "MW": ("W", 1e6),
+    "Pa": ("Pa", 1.0),
+    "-": ("-", 1.0),
+}
+"""OpenFAST's unit -> SI unit, factor."""
+_SPELLINGS = (("**", "^"), ("/s/s", "/s^2"), ("*", "-"), ("·", "-"), (" ", "-"), ("sec", "s"), ("Nm", "N-m"))
+OURS = "Result of meltemi"
+"""With which the description of our own files begins."""
+_INVALID = "invalid"
+"""Unit that OpenFAST gives to channels which a run could not compute; their values are 0."""
+MOST = 300
+"""Nodes and stations that are looked for."""
+EVEN = 0.1
+"""Of a time step: instants that are written with few digits may be off their grid by this."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """A table as it stands in a file of OpenFAST.
+
+    Attributes:
+      names, units: of the columns, as they are written; units without parentheses.
+      time: (T,) [s].
+      data: (T, C) in those units, without the time.
+      description: of the run.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    time: Float
+    data: Float
+    description: str = ""
+
+
+def si_unit(text: str) -> tuple[str, float]:
+    """SI unit and factor to it of a unit as OpenFAST writes it; what is not known is kept as it is."""
+    unit = text.strip().strip("()").strip()
+    for theirs, ours in _SPELLINGS:
+        unit = unit.replace(theirs, ours)
+    return UNITS.get(unit or "-", (text.strip().strip("()").strip(), 1.0))
+
+
+def result_of(columns: Columns, path: Path) -> Result:
+    """A result in SI, with our channels where the catalogue has them.
+
+    Names are those of the catalogue, with their sign where OpenFAST's was turned round by a leading ``-``, ``_``, ``M``
+    or ``m``. Channels of numbered nodes and stations keep their names, since the numbers are those of another
+    discretisation, unless we wrote the file. What the catalogue has not, or has in another unit, keeps its name, too.
+
+    Raises:
+      InputError: the times do not increase.
+    """
+    time = _even(columns.time)
+    if not (np.all(np.isfinite(time)) and np.all(np.diff(time) > 0.0)):
+        raise InputError(f"{path}: the times in it do not increase from row to row: the file is damaged")
+    ours = columns.description.startswith(OURS)
+    known = _known(columns.names if ours else ())
+    found: dict[str, tuple[Channel, Float]] = {}
+    invalid = []
+    for i, (name, text) in enumerate(zip(columns.names, columns.units, strict=True)):
+        unit, factor = si_unit(text)
+        if unit.lower() == _INVALID:
+            invalid.append(name)
+            continue
+        sign, channel = _mapped(name, known)
+        if channel is None or channel.unit != unit or channel.name in found:
+            sign, channel = 1, Channel(name, "", unit, "-", "-", "channel of OpenFAST", ("file", name))
+        if channel.name not in found:  # of two columns of one name the first counts, as for OpenFAST's tools
+            found[channel.name] = (channel, columns.data[:, i] * (sign * factor))
+    meta: dict[str, object] = {"file": path.name, "description": columns.description}
+    if invalid:
+        meta["warnings"] = [f"left out, since OpenFAST could not compute them: {', '.join(invalid)}"]
+    series = [x for _, x in found.values()]
+    data = np.stack(series, axis=1) if series else np.zeros((len(time), 0))
+    return Result(time, data, tuple(c for c, _ in found.values()), meta=meta)
+
+
+def columns_of(result: Result) -> Columns:
+    """A result under OpenFAST's names and in its units; names that it has not are ours, with ``_`` for blanks."""
+    found = [_written(c) for c in result.channels]
+    factors = np.array([factor for _, _, factor in found])
+    about = f"{result.meta.get('turbine', '')}: {result.meta.get('wind', '')}".strip(": ")
+    own = " ".join(f"{OURS} {result.meta.get('version', '')} {about} {result.message}".split())
+    return Columns(
+        names=tuple(name for name, _, _ in found),
+        units=tuple(unit for _, unit, _ in found),
+        time=result.time,
+        data=result.data * factors,
+        description=str(result.meta.get("description", own)),
+    )
+
+
+def _written(channel: Channel) -> tuple[str, str, float]:
+    unit, factor = channel.display_unit
+    if channel.alias.startswith("RtFld"):  # AeroDyn gives the loads of the rotor in N and N m
+        unit, factor = channel.unit, 1.0
+    return (channel.alias or channel.name).replace(" ", "_"), unit.replace(" ", "-"), factor
+
+
+def _known(names: tuple[str, ...]) -> dict[str, Channel]:
+    """Channels by all their names in small letters, with as many nodes, stations and flaps as ``names`` tell of."""
+    last = min(max((int(n) for name in names for n in re.findall(r"\d+", name)), default=0), MOST)
+    every = catalogue(3, last, last, last, flaps=MAX_FLAPS) if names else catalogue(3)
+    known = {name.lower(): channel for channel in every.values() for name in channel.names}
+    for name in names:  # coordinates have names of their model
+        if re.match(r"[qv]_", name):
+            own = name.replace("_", " ")
+            unit = "rad" if re.search(r"yaw|generator|drivetrain|torsion$", own) else "m"
+            unit += "/s" if own[0] == "v" else ""
+            what = f"{'rate of' if own[0] == 'v' else 'generalised'} coordinate {own[2:]!r}"
+            known[name.lower()] = Channel(own, "", unit, "-", "-", what, (own[0], own[2:]))
+    return known
+
+
+def _mapped(name: str, known: dict[str, Channel]) -> tuple[int, Channel | None]:
+    """Sign and channel of a column; OpenFAST takes a leading ``M`` for a sign only where the whole is no name."""
+    lower = name.lower()
+    if lower in known:
+        return 1, known[lower]
+    return -1, known.get(lower[1:]) if lower[:1] in ("-", "_", "m") else None
+
+
+def _even(time: Float) -> Float:
+    """The times, on an even grid if they lie on one but for their last digits."""
+    if len(time) < 3 or not np.all(np.isfinite(time)):
+        return time
+    grid = np.linspace(time[0], time[-1], len(time))
+    return grid if np.max(np.abs(time - grid)) <= EVEN * abs(grid[1] - grid[0]) else time

@@ -1,0 +1,94 @@
+"""OpenFAST's output as text (``.out``): a line of names that begins with ``Time``, a line of units, rows of numbers."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.postprocess.files.openfast import Columns, columns_of, result_of
+from meltemi.simulation.result import Result
+from meltemi.wind.files.common import replacing, text_of
+
+HEAD = 50
+"""Lines in which the names are looked for."""
+STARS = re.compile(r"\*+")
+"""What Fortran writes for a number that needs more room than it has."""
+CLOSED = "This output file was closed"
+"""With which modules that run alone end their files."""
+
+
+def read_out(path: str | Path) -> Result:
+    """Read a text output of OpenFAST 2 to 5, in SI; see :func:`meltemi.postprocess.files.openfast.result_of`.
+
+    Numbers that Fortran could not write (``****``) become NaN.
+
+    Raises:
+      InputError: the file is missing, damaged, cut or of another kind.
+    """
+    path = Path(path)
+    lines = text_of(path).splitlines()
+    head = next((i for i, line in enumerate(lines[:HEAD]) if line.split()[:1] and _begins(line)), None)
+    if head is None or head + 1 >= len(lines):
+        raise InputError(f"{path}: no text output of OpenFAST: there is no line of names that begins with 'Time'")
+    names, units = lines[head].split(), re.findall(r"\(([^()]*)\)", lines[head + 1])
+    if len(names) != len(units):
+        raise InputError(
+            f"{path}:{head + 2}: {len(names)} channels are named, but {len(units)} have a unit in parentheses"
+        )
+    data = _numbers(lines, head + 2, len(names), path)
+    about = (line.partition(":")[2].strip() for line in lines[:head] if line.startswith("Description"))
+    return result_of(Columns(tuple(names[1:]), tuple(units[1:]), data[:, 0], data[:, 1:], next(about, "")), path)
+
+
+def _begins(line: str) -> bool:
+    return line.split()[0].strip('"').lower() == "time"
+
+
+def _numbers(lines: list[str], first: int, n: int, path: Path) -> NDArray[np.float64]:
+    rows = []
+    for i, line in enumerate(lines[first:], first + 1):
+        words = STARS.sub("nan ", line).split()
+        if not words:
+            continue
+        if line.startswith(CLOSED):
+            break
+        if len(words) != n:
+            cut = "; the file is cut" if i == len(lines) else ""
+            raise InputError(f"{path}:{i}: expected {n} numbers, found {len(words)}{cut}")
+        try:
+            rows.append(np.array(words, dtype=float))
+        except ValueError:
+            raise InputError(f"{path}:{i}: {_first_bad(words)!r} is no number") from None
+    return np.stack(rows) if rows else np.zeros((0, n))
+
+
+def _first_bad(words: list[str]) -> str:
+    for word in words:
+        try:
+            float(word)
+        except ValueError:
+            return word
+    return ""
+
+
+def write_out(result: Result, path: str | Path) -> Path:
+    """Write a result as OpenFAST's text output, under its names and in its units, with seven digits.
+
+    Raises:
+      InputError: the file cannot be written.
+    """
+    path = Path(path)
+    table = columns_of(result)
+    units = ("(s)", *(f"({u})" for u in table.units))
+    width = max(15, *(len(word) for word in (*table.names, *units)))
+    about = ["", "", "", "", f"Description from the FAST input file:  {table.description}", ""]
+    words = [("Time", *table.names), units]
+    rows = np.column_stack([table.time, table.data])
+    with replacing(path) as (partial,), partial.open("w", encoding="utf-8", newline="\n") as file:
+        file.write("\n".join([*about, *("\t".join(w.ljust(width) for w in line) for line in words)]) + "\n")
+        np.savetxt(file, rows, fmt=[f"%-{width}.6f", *[f"%-{width}.6e"] * len(table.names)], delimiter="\t")
+    return path

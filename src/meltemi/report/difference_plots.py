@@ -1,0 +1,119 @@
+"""Two results on top of each other, and tables of how they differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from meltemi.postprocess.difference import ChannelDifference, Differences, gaps, most_different
+from meltemi.report.plots import COLOURS, EVERYBODY, INK, new_figure, style
+from meltemi.report.tables import number
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PANELS = 8
+"""Channels of a plot that names none."""
+ZOOM = 20.0
+"""[s] shown around the worst instant, or a fifth of shorter results."""
+
+
+def difference_rows(found: Differences, labels: tuple[str, str]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of all numbers, in units for people: a row a channel."""
+    each = [f"{what} {label}" for what in ("mean", "std", "DEL 1 Hz") for label in labels]
+    changes = ["mean %", "std %", "DEL %"]
+    head = ["channel", "OpenFAST", "unit", *each, *changes, "correlation", "rms / std", "worst", "at s"]
+    rows = []
+    for d in found.channels:
+        unit, factor = d.channel.display_unit
+        values = [number(v * factor) for pair in (d.mean, d.std, d.load) for v in pair]
+        rows.append([d.channel.name, d.channel.alias, unit, *values, *_closeness(d), number(d.worst * factor)])
+        rows[-1].append(f"{d.worst_time:g}")
+    return head, rows
+
+
+def short_difference_rows(found: Differences) -> tuple[list[str], list[list[str]]]:
+    """As :func:`difference_rows`, narrow enough for a terminal: values of the second result, and changes."""
+    head = ["channel", "unit", "mean", "%", "std", "%", "DEL", "%", "corr.", "rms/std", "worst", "at s"]
+    rows = []
+    for d in found.channels:
+        unit, factor = d.channel.display_unit
+        mean, std, load, correlation, distance = _closeness(d)
+        values = (number(pair[1] * factor) for pair in (d.mean, d.std, d.load))
+        pairs = [text for both in zip(values, (mean, std, load), strict=True) for text in both]
+        name = d.channel.alias or d.channel.name
+        worst = number(d.worst * factor)
+        rows.append([name, unit, *pairs, correlation, distance, worst, f"{d.worst_time:g}"])
+    return head, rows
+
+
+def _closeness(d: ChannelDifference) -> list[str]:
+    """Changes of mean, deviation and load [%]; correlation; distance."""
+    changes = [_percent(v) for v in (d.mean_change, d.std_change, d.load_change)]
+    return [*changes, "-" if np.isnan(d.correlation) else f"{d.correlation:.5f}", _fixed(d.distance)]
+
+
+def _percent(change: float) -> str:
+    return "-" if np.isnan(change) else f"{100.0 * change:+.2f}"
+
+
+def _fixed(value: float) -> str:
+    return "-" if np.isnan(value) else f"{value:.4f}"
+
+
+def plot_differences(found: Differences, channels: Sequence[str] | None = None, *, labels: tuple[str, str]) -> Figure:
+    """Both results over the whole time and around the worst instant, and their difference; a row a channel.
+
+    Args:
+      found: the differences.
+      channels: what to show; by default the channels everyone wants, and the most different of the others.
+      labels: of the first and the second result.
+
+    Raises:
+      InputError: a channel was not compared.
+    """
+    shown = [_entry(found, name) for name in channels] if channels else _chosen(found)
+    figure, axes = new_figure(len(shown), 3, size=(15.0, 1.5 * len(shown) + 0.9), share=False)
+    time = found.second.time
+    half = 0.5 * min(ZOOM, 0.2 * float(time[-1] - time[0]))
+    for (whole, zoom, gap), d in zip(axes, shown, strict=True):
+        unit, factor = d.channel.display_unit
+        i = found.channels.index(d)
+        x, y = (result.data[:, i] * factor for result in (found.first, found.second))
+        near = np.abs(time - np.clip(d.worst_time, time[0] + half, time[-1] - half)) <= half
+        for ax, part, thick, thin in ((whole, slice(None), 0.9, 0.6), (zoom, near, 2.4, 1.0)):
+            ax.plot(time[part], y[part], color=COLOURS[1], linewidth=thick, label=labels[1])
+            ax.plot(time[part], x[part], color=COLOURS[0], linewidth=thin, label=labels[0])
+        gap.plot(time, gaps(d.channel, *found.of(i)) * factor, color=INK, linewidth=0.6)
+        for ax in (whole, gap):
+            ax.axvspan(time[near][0], time[near][-1], color="#8a97a3", alpha=0.18, linewidth=0.0)
+        zoom.axvline(d.worst_time, color=INK, linewidth=0.8, linestyle=":")
+        worst = f"worst {number(d.worst * factor)} {unit.strip('-')}".strip() + f" at {d.worst_time:g} s"
+        changes = f"mean {_percent(d.mean_change)} %, std {_percent(d.std_change)} %, rms/std {_fixed(d.distance)}"
+        for ax, text in ((whole, d.channel.name.replace("_", " ")), (zoom, worst), (gap, f"difference: {changes}")):
+            ax.set_title(text, fontsize=9 if ax is whole else 8, loc="left", color=INK, pad=3)
+            style(ax)
+            ax.tick_params(labelsize=7)
+            ax.margins(x=0.01)
+        whole.set_ylabel(f"[{unit}]", fontsize=8)
+    for ax in axes[-1]:
+        ax.set_xlabel("time [s]", fontsize=8)
+    figure.align_ylabels(axes[:, 0])
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    legend = figure.legend(handles[::-1], names[::-1], loc="outside upper center", ncols=2, fontsize=9, frameon=False)
+    for line in legend.get_lines():
+        line.set_linewidth(2.0)
+    return figure
+
+
+def _chosen(found: Differences) -> list[ChannelDifference]:
+    wanted = [d for name in EVERYBODY for d in found.channels if d.channel.name == name]
+    others = [d for d in most_different(found, len(found.channels)) if d not in wanted]
+    return [*wanted, *others[: PANELS - len(wanted)]] or list(found.channels[:PANELS])
+
+
+def _entry(found: Differences, name: str) -> ChannelDifference:
+    channel = found.first.channel(name.partition("=")[0].strip())
+    return found.channels[found.first.channels.index(channel)]

@@ -1,0 +1,115 @@
+"""What an engineer asks first about a turbine: names and values, in units for people."""
+
+from __future__ import annotations
+
+import math
+
+from meltemi.report import tables
+from meltemi.simulation.modes import Mode
+from meltemi.simulation.portrait import Portrait, masses
+
+Groups = list[tuple[str, list[tuple[str, str]]]]
+FIRST = (
+    ("tower fore-aft", "tower 1st fore-aft"),
+    ("tower side-side", "tower 1st side-side"),
+    ("drivetrain", "drivetrain"),
+)
+"""Modes of the machine among the facts, and their coordinates; the generator's speed is held."""
+
+
+def turbine_facts(seen: Portrait) -> Groups:
+    """Groups of names and values; what could not be computed is left out."""
+    t = seen.turbine
+    n, d, torque, pitch = t.nacelle, t.drivetrain, t.control.torque, t.control.pitch
+    reference, swept = pitch.reference_speed / d.gear_ratio, math.pi * t.rotor_radius**2
+    kg = masses(t)
+    rotor = [
+        ("blades", f"{t.n_blades} of {number(t.blade.length)} m"),
+        ("diameter", f"{number(t.rotor_diameter)} m"),
+        ("hub height", f"{number(t.hub_height)} m"),
+        ("hub radius", f"{number(t.hub.radius)} m"),
+        ("cone, tilt", f"{_degrees(t.hub.precone)}, {_degrees(n.tilt)}"),
+        ("overhang", f"{number(n.overhang)} m"),
+        ("swept area", f"{number(swept)} m²"),
+        ("specific power", f"{number(t.rated_power / swept)} W/m²"),
+    ]
+    operation = [
+        ("rated power", f"{number(t.rated_power / 1e6)} MW electrical"),
+        ("rotor speed", f"{number(reference * 30.0 / math.pi)} rpm"),
+        ("tip speed", f"{number(reference * t.rotor_radius)} m/s"),
+        ("wind", f"{number(t.cut_in)} to {number(t.cut_out)} m/s"),
+    ]
+    if seen.rated:
+        operation.insert(3, ("rated wind", f"{seen.rated.wind.speed:.2f} m/s, uniform"))
+    if seen.curve:
+        most = max(seen.curve, key=lambda p: p["rotor_aero_thrust"])
+        force, wind = number(most["rotor_aero_thrust"] / 1e3), most.wind.speed
+        operation.append(("largest thrust", f"{force} kN at {wind:.1f} m/s"))
+    if seen.best:
+        best, ratio, angle = seen.best
+        operation.append(("largest C_p", f"{best:.3f} at λ {ratio:g}, {_degrees(angle)}"))
+    drive = [
+        ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
+        ("generator speed", f"{number(pitch.reference_speed * 30.0 / math.pi)} rpm"),
+        ("rated torque", f"{number(torque.rated_power / torque.rated_speed / 1e3)} kN m"),
+        ("efficiency", f"{number(100.0 * d.generator_efficiency * d.gearbox_efficiency)} %"),
+        ("generator inertia", f"{number(d.generator_inertia)} kg m²"),
+        ("shaft stiffness", f"{number(d.stiffness)} N m/rad"),
+    ]
+    actuator = t.pitch_actuator
+    kind = "ideal" if actuator.kind == "ideal" else f"{number(actuator.natural_frequency)} rad/s"
+    control = [
+        ("speed filter", f"{number(t.control.filter_frequency / (2.0 * math.pi))} Hz"),
+        ("region 2 gain", f"{number(torque.optimal_gain)} N m s²"),
+        ("pitch gains", f"{number(pitch.proportional_gain)} s, {number(pitch.integral_gain)}"),
+        ("halved at", _degrees(pitch.gain_halving_pitch)),
+        ("pitch", f"{_degrees(pitch.minimum)} to {_degrees(pitch.maximum)}"),
+        ("pitch rate", f"{_degrees(actuator.rate_limit)}/s"),
+        ("actuator", kind),
+    ]
+    weights = [(name, f"{number(value / 1e3)} t") for name, value in kg.items()]
+    weights.append(("tower top", f"{number((kg['rotor'] + kg['nacelle']) / 1e3)} t"))
+    groups = [
+        ("Rotor", rotor),
+        ("Operation", operation),
+        ("Drivetrain", drive),
+        ("Control", control),
+        ("Mass", weights),
+    ]
+    if frequencies := _frequencies(seen):
+        groups.append(("Frequency at rest", frequencies))
+    return groups
+
+
+def mode_rows(modes: tuple[Mode, ...]) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of natural modes."""
+    rows = [
+        [str(i + 1), mode.participation(), number(mode.frequency / (2.0 * math.pi)), number(100.0 * mode.damping)]
+        for i, mode in enumerate(modes)
+    ]
+    return ["mode", "coordinates that move most", "Hz", "damping %"], rows
+
+
+def _frequencies(seen: Portrait) -> list[tuple[str, str]]:
+    """First ones: of the machine where there are its modes, of the clamped blade."""
+    found = []
+    for name, coordinate in FIRST:
+        moving = [m for m in seen.modes or () if coordinate in m.coordinates]
+        if moving:  # the mode in which it moves most, amplitudes being relative
+            mode = max(moving, key=lambda m: abs(m.shape[m.coordinates.index(coordinate)]))
+            found.append((name, f"{number(mode.frequency / (2.0 * math.pi))} Hz"))
+    if seen.blade:
+        for name, frequency in zip(seen.blade.names, seen.blade.modes.frequency, strict=True):
+            if name.startswith("1st"):
+                found.append((f"blade {name[4:]}", f"{number(float(frequency) / (2.0 * math.pi))} Hz, clamped"))
+    return found
+
+
+def number(value: float) -> str:
+    """Four significant digits, without zeros at the end."""
+    text = tables.number(value)
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
+
+
+def _degrees(angle: float) -> str:
+    return f"{number(round(math.degrees(angle), 4))}°"

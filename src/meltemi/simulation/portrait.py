@@ -1,0 +1,180 @@
+"""A turbine in numbers: members, modes, rotor performance and steady operation, each as far as it can be had."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError, MeltemiError
+from meltemi.simulation.model import Model, build
+from meltemi.simulation.modes import Mode, natural_modes
+from meltemi.simulation.performance import Performance, rotor_performance
+from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.structure.beam import Beam
+from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam
+from meltemi.turbine.definition import BladeStructure, Turbine
+
+Float = NDArray[np.float64]
+T = TypeVar("T")
+
+TIP_SPEED_RATIOS = tuple(np.arange(1.0, 15.01, 0.5).tolist())
+PITCHES = tuple(np.radians(np.arange(-6.0, 20.01, 1.0)).tolist())
+HALVINGS = 5
+"""Of the wind speeds between which rated power is reached: 1 m/s becomes 3 cm/s."""
+RATED_PITCH = 1e-3
+"""[rad] above the smallest pitch from which on the turbine is at rated power."""
+
+
+@dataclass(frozen=True)
+class Portrait:
+    """A turbine in numbers; what could not be computed is None, and ``problems`` says why.
+
+    Attributes:
+      turbine: as described.
+      model: with default options.
+      blade: the clamped blade with two flap and edge modes, and the first in torsion if it twists.
+      modes: of the whole machine at rest, in vacuum.
+      performance: coefficients of the rigid, straight rotor.
+      curve: operating points in uniform wind, by wind speed; closer to each other around rated.
+      problems: what is missing (model, blade, modes, performance, curve), and why.
+    """
+
+    turbine: Turbine
+    model: Model | None
+    blade: Member | None
+    modes: tuple[Mode, ...] | None
+    performance: Performance | None
+    curve: tuple[OperatingPoint, ...] | None
+    problems: Mapping[str, str]
+
+    @property
+    def best(self) -> tuple[float, float, float] | None:
+        """Highest power coefficient of the table, its tip-speed ratio, and its pitch [rad]."""
+        if self.performance is None:
+            return None
+        table = self.performance
+        i, j = np.unravel_index(np.argmax(table.power), table.power.shape)
+        return float(table.power[i, j]), float(table.tip_speed_ratio[i]), float(table.pitch[j])
+
+    @property
+    def rated(self) -> OperatingPoint | None:
+        """The operating point in the lowest wind in which the blades begin to pitch."""
+        return next((p for p in self.curve or () if _above(self.turbine, p)), None)
+
+
+def portrait(turbine: Turbine, *, progress: Callable[[float], None] | None = None) -> Portrait:
+    """Compute everything that describes a turbine; what fails is left out, with its reason.
+
+    Args:
+      progress: called with the share that is done.
+    """
+    problems: dict[str, str] = {}
+    done = progress or (lambda _: None)
+    model = _attempt(problems, "model", lambda: build(turbine))
+    blade = _attempt(problems, "blade", lambda: _blade(turbine))
+    modes = performance = curve = None
+    if model is None:
+        problems.update(dict.fromkeys(("modes", "performance", "curve"), problems["model"]))
+    else:
+        modes = _attempt(problems, "modes", lambda: tuple(natural_modes(model)))
+        done(0.1)
+        performance = _attempt(problems, "performance", lambda: rotor_performance(turbine, TIP_SPEED_RATIOS, PITCHES))
+        done(0.3)
+        curve = _attempt(problems, "curve", lambda: _curve(model, problems, lambda x: done(0.3 + 0.7 * x)))
+    done(1.0)
+    return Portrait(turbine, model, blade, modes, performance, curve, problems)
+
+
+def principal_stiffness(blade: BladeStructure) -> tuple[Float, Float, Float | None]:
+    """Bending stiffness in flap and edge direction, and in torsion [N m^2] at the stations.
+
+    Of a 6 x 6 matrix they are the principal ones: curvature under a pure moment is the same about every point of the
+    section, so the moments' part of the inverse does not depend on the reference axis; one over its eigenvalues in the
+    plane of bending are the stiffnesses, one over its last entry that of free torsion.
+    """
+    if blade.stiffness_matrix is None:
+        assert blade.flap_stiffness is not None and blade.edge_stiffness is not None
+        return blade.flap_stiffness, blade.edge_stiffness, blade.torsion_stiffness
+    compliance: Any = np.linalg.inv(blade.stiffness_matrix)[:, 3:, 3:]
+    value, vector = np.linalg.eigh(compliance[:, :2, :2])
+    flap = np.argmax(np.abs(vector[:, 1, :]), axis=1)  # flapwise bending is about y
+    rows = np.arange(len(value))
+    return 1.0 / value[rows, flap], 1.0 / value[rows, 1 - flap], 1.0 / compliance[:, 2, 2]
+
+
+def line_mass(beam: Beam) -> Float:
+    """(S,) [kg/m] at the stations."""
+    return beam.mass[:, 0, 0]
+
+
+def beam_mass(beam: Beam) -> tuple[float, float]:
+    """[kg] of a beam, and [m] its centre along it."""
+    z, weights = beam.pieces(beam.position[[0, -1]])
+    share = weights[:, 0] * beam.at(z, "mass")[:, 0, 0]
+    return float(share.sum()), float(share @ z / share.sum())
+
+
+def masses(turbine: Turbine) -> dict[str, float]:
+    """[kg] of blade, hub, rotor, nacelle and tower."""
+    blade, tower = beam_mass(blade_beam(turbine.blade.structure))[0], beam_mass(tower_beam(turbine.tower))[0]
+    rotor = turbine.n_blades * blade + turbine.hub.mass
+    return {"blade": blade, "hub": turbine.hub.mass, "rotor": rotor, "nacelle": turbine.nacelle.mass, "tower": tower}
+
+
+def _attempt(problems: dict[str, str], what: str, compute: Callable[[], T]) -> T | None:
+    try:
+        return compute()
+    except (MeltemiError, ValueError, ArithmeticError) as error:  # LinAlgError is a ValueError
+        problems[what] = str(error)
+        return None
+
+
+def _blade(turbine: Turbine) -> Member:
+    structure = turbine.blade.structure
+    counts = {"flap": 2, "edge": 2, "torsion": int(structure.twists)}
+    return blade_member(structure, counts, cells(np.linspace(0.0, turbine.blade.length, 21)))
+
+
+def _above(turbine: Turbine, point: OperatingPoint) -> bool:
+    return point.pitch > turbine.control.pitch.minimum + RATED_PITCH
+
+
+def _curve(model: Model, problems: dict[str, str], progress: Callable[[float], None]) -> tuple[OperatingPoint, ...]:
+    """Operating points each 1 m/s, and those that bracket rated wind; speeds without one are left out."""
+    turbine = model.turbine
+    found: dict[float, OperatingPoint] = {}
+    speeds = [float(u) for u in range(math.ceil(turbine.cut_in), math.floor(turbine.cut_out) + 1)]
+    reasons: dict[float, str] = {}
+
+    def at(speed: float) -> OperatingPoint | None:
+        try:
+            found[speed] = operating_point(model, speed)
+        except (MeltemiError, ValueError, ArithmeticError) as error:
+            reasons[speed] = str(error)
+        return found.get(speed)
+
+    for i, speed in enumerate(speeds):
+        at(speed)
+        progress((i + 1) / (len(speeds) + HALVINGS))
+    above = [u for u in sorted(found) if _above(turbine, found[u])]
+    below = [u for u in sorted(found) if above and u < above[0]]
+    if above and below:
+        low, high = below[-1], above[0]
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            point = at(middle)
+            if point is None:
+                break
+            low, high = (low, middle) if _above(turbine, point) else (middle, high)
+    if reasons:
+        some = ", ".join(f"{u:g}" for u in sorted(reasons))
+        first = reasons[min(reasons)]
+        problems["some of the curve"] = f"no operating point in winds of {some} m/s: {first}"
+    if not found:
+        raise InputError(next(iter(reasons.values()), "no whole number of m/s lies between cut_in and cut_out"))
+    return tuple(found[u] for u in sorted(found))

@@ -1,0 +1,81 @@
+"""The files of an OpenFAST 5 deck, line by line: ``lines.txt`` has keywords in the order in which OpenFAST reads them.
+
+A line there is a neutral value and a keyword; ``==`` begins a heading, ``@`` a table or list that the writer fills in.
+The order is that of the decks of OpenFAST 5.0.0's reference runs (Apache-2.0), which the tests compare.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from meltemi.turbine.openfast.keywords import row_of
+from meltemi.turbine.openfast.text import key
+
+
+def template(module: str) -> list[str]:
+    """The lines of a file."""
+    text = (Path(__file__).parent / "lines.txt").read_text(encoding="utf-8")
+    for part in text.split("\n# "):
+        name, _, lines = part.removeprefix("# ").partition("\n")
+        if name == module:
+            return lines.splitlines()
+    raise KeyError(module)
+
+
+def fill(module: str, title: str, values: Mapping[str, object], tables: Mapping[str, Sequence[str]]) -> str:
+    """The text of a file: what is not among the values is as the template has it.
+
+    Args:
+      module: name of the file, such as ``"ElastoDyn"``.
+      title: second line.
+      values: by keyword; one for ``BldFile`` counts for ``BldFile(1)`` to ``BldFile(3)``.
+      tables: lines by the name of their place; of a list of outputs only its entries.
+    """
+    mark = "!" if module == "airfoil" else "-"
+    lines = [f"{mark}------ {module.upper()} INPUT FILE for OpenFAST 5, by meltemi ".ljust(80, "-")]
+    lines.append(f"! {title}" if module == "airfoil" else title)
+    left = set(values)
+    for line in template(module):
+        if line.startswith("=="):
+            lines.append(f"---------------------- {line[2:].strip()} ".ljust(80, "-"))
+        elif line == "@outputs":
+            lines.append(f"{'':>22}   OutList - channels that are written")
+            lines += [f'"{name}"' for name in tables.get("outputs", ())]
+            lines.append('END of input file (the word "END" must appear in the first 3 columns of this last line)')
+            lines.append("-" * 80)
+        elif line.startswith("@"):
+            lines += tables[line[1:]]
+        else:
+            default, _, name = line.rpartition(" ")
+            known = next((n for n in (name, name.partition("(")[0]) if n in values), None)
+            left.discard(known or "")
+            value = default if known is None else text_of(values[known])
+            unit = unit_of(module, name)
+            lines.append(
+                f"{value:>22}   {name:<18} {'!' if module == 'airfoil' else '-'}{f' ({unit})' if unit else ''}"
+            )
+    if left:
+        raise KeyError(f"{module}: {sorted(left)}")
+    return "\n".join(lines) + "\n"
+
+
+def text_of(value: object) -> str:
+    """A value as Fortran reads it."""
+    if isinstance(value, bool):
+        return str(value)
+    if isinstance(value, str):
+        return f'"{value}"'
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def unit_of(module: str, name: str) -> str:
+    """Unit of a keyword, as far as the reader's table says it."""
+    row = row_of(module, key(name))
+    return row.unit if row else ""
+
+
+def columns(*values: Sequence[float] | Sequence[str]) -> list[str]:
+    """Lines of a table."""
+    cells = ([text if isinstance(text, str) else f"{text:.9E}" for text in column] for column in values)
+    return ["  ".join(f"{cell:>17}" for cell in row) for row in zip(*cells, strict=True)]

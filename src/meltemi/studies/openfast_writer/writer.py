@@ -1,0 +1,508 @@
+"""A turbine as an OpenFAST 5 deck, so that a run can be repeated there."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from meltemi.aero.stall_tables import zero_lift_angle
+from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.environment.site import Environment
+from meltemi.simulation.model import Model, build, head_mass
+from meltemi.simulation.options import BEDDOES, ModelOptions, StallConstants
+from meltemi.structure.members import Member, blade_member
+from meltemi.studies.openfast_writer.sections import classical, damping_ratios, damping_times, matrices
+from meltemi.studies.openfast_writer.shapes import Shape, blade_shapes, tower_shapes
+from meltemi.studies.openfast_writer.template import columns, fill
+from meltemi.turbine.definition import Airfoil, Blade, Turbine
+from meltemi.turbine.report import Note
+from meltemi.wind.fields import SteadyWind
+
+RPM, DEGREES = 30.0 / math.pi, 180.0 / math.pi
+ATTACHED = 0.7
+"""Attachment at OpenFAST's alpha1 and alpha2."""
+LINEAR = (-0.06, 0.09)
+"""[rad] about zero lift, between which the normal force is taken for straight."""
+STEP, BEAM_STEP = 0.01, 0.001
+"""[s] time steps of ElastoDyn's runs, and with BeamDyn."""
+OUTPUTS = {
+    "ElastoDyn": (
+        "RotSpeed GenSpeed BldPitch1 Azimuth OoPDefl1 IPDefl1 TTDspFA TTDspSS RootMxc1 RootMyc1 RootMxb1 RootMyb1 "
+        "RotThrust RotTorq LSSTipMys LSSTipMzs TwrBsMxt TwrBsMyt TwrBsMzt YawBrMzp"
+    ),
+    "AeroDyn": "RtAeroFxh RtAeroMxh RtAeroCp RtAeroCt RtTSR",
+    "ServoDyn": "GenPwr GenTq",
+    "InflowWind": "Wind1VelX Wind1VelY Wind1VelZ",
+    "BeamDyn": "TipTDxr TipTDyr TipRDzr RootMxr RootMyr",
+}
+"""Channels that are written; ours have their names, too."""
+
+
+@dataclass(frozen=True)
+class Written:
+    """A deck that was written.
+
+    Attributes:
+      main: the main file (.fst).
+      files: all of them.
+      notes: what the deck does not have, or has otherwise.
+    """
+
+    main: Path
+    files: tuple[Path, ...]
+    notes: tuple[Note, ...]
+
+
+def write_openfast(
+    turbine: Turbine,
+    folder: str | Path,
+    *,
+    options: ModelOptions | None = None,
+    environment: Environment | None = None,
+    wind: SteadyWind | str | Path | None = None,
+    duration: float = 600.0,
+    time_step: float | None = None,
+    rotor_speed: float | None = None,
+    pitch: float | None = None,
+    beamdyn: bool = False,
+    library: str | Path | None = None,
+    settings: str | Path = "DISCON.IN",
+) -> Written:
+    """Write a turbine as input of OpenFAST 5: main file, ElastoDyn, AeroDyn, InflowWind, ServoDyn, airfoils.
+
+    BeamDyn's files are written for blades with a stiffness in torsion. Mode shapes are those of the description, or
+    the best that ElastoDyn's polynomials can do for our sections.
+
+    Args:
+      turbine: as described.
+      folder: is made if it is not there; files of the same names are replaced.
+      options: degrees of freedom and aerodynamic models.
+      environment: air density and gravity.
+      wind: a steady wind (12 m/s by default), or a TurbSim file (.bts).
+      duration: [s].
+      time_step: [s]; by default 0.01 s, with BeamDyn 0.001 s.
+      rotor_speed: [rad/s] at the begin; by default rated.
+      pitch: [rad] at the begin; by default the smallest.
+      beamdyn: BeamDyn computes the blades (CompElast 2) instead of ElastoDyn.
+      library: Bladed-style controller library, with its input file ``settings``; without it the torque follows
+        OpenFAST's simple law of region 2 and 2 1/2, and the pitch is held.
+      settings: see library.
+
+    Raises:
+      InputError: a file cannot be written, or the wind is of another kind.
+      UnsupportedError: BeamDyn is asked for a blade without torsion, or the turbine cannot be modelled.
+    """
+    folder = Path(folder)
+    if beamdyn and not turbine.blade.structure.twists:
+        raise UnsupportedError(f"{turbine.name}: BeamDyn needs blade.structure.torsion_stiffness, or 6 x 6 matrices")
+    deck = _Deck(turbine, options or ModelOptions(), environment or Environment())
+    rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+    start = (rated if rotor_speed is None else rotor_speed, turbine.control.pitch.minimum if pitch is None else pitch)
+    texts: dict[str, str] = {}
+    step = time_step or (BEAM_STEP if beamdyn else STEP)
+    deck.main(texts, duration, step, beamdyn)
+    deck.elastodyn(texts, *start, beamdyn=beamdyn)
+    if turbine.blade.structure.twists:
+        deck.beamdyn(texts)
+    deck.aerodyn(texts)
+    deck.inflow(texts, SteadyWind(speed=12.0) if wind is None else wind)
+    deck.servo(texts, library, settings)
+    return Written(folder / f"{deck.name}.fst", tuple(_save(folder, texts)), tuple(deck.notes))
+
+
+def _save(folder: Path, texts: Mapping[str, str]) -> list[Path]:
+    files = [folder / name for name in texts]
+    try:
+        for path, text in zip(files, texts.values(), strict=True):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{error.filename or folder}: cannot be written ({error.strerror or error})") from None
+    return files
+
+
+class _Deck:
+    """The files of a deck; each method adds the text of some, and what they cannot carry to the notes."""
+
+    def __init__(self, turbine: Turbine, options: ModelOptions, environment: Environment) -> None:
+        self.turbine, self.options, self.environment = turbine, options, environment
+        self.notes: list[Note] = []
+        self.name = re.sub(r"[^\w.-]+", "_", turbine.name)
+        self.title = turbine.description or turbine.name
+        self.model: Model = build(turbine)
+        counts = {"flap": 1, "edge": 1, "torsion": int(turbine.blade.structure.twists)}
+        self.member: Member = blade_member(turbine.blade.structure, counts, self.model.blade_layout)
+        self._limits()
+
+    def lost(self, what: str, why: str) -> None:
+        self.notes.append(Note("ignored", self.turbine.name, what, why))
+
+    def changed(self, what: str, why: str) -> None:
+        self.notes.append(Note("approximated", self.turbine.name, what, why))
+
+    def _limits(self) -> None:
+        t, o = self.turbine, self.options
+        for there, what, why in (
+            (t.foundation is not None, "foundation", "the tower is clamped; SubDyn is not written"),
+            (
+                t.nacelle.roll_inertia or t.nacelle.nod_inertia,
+                "roll and nod inertia of the nacelle",
+                "only yaw inertia",
+            ),
+            (t.blade.flaps, "trailing-edge flaps", "AeroDyn has them in tables of another kind"),
+            (o.tower_torsion_modes, "torsion of the tower", "ElastoDyn has none"),
+            (o.flap_modes > 2 or o.edge_modes > 1, "further blade modes", "ElastoDyn has 2 flap modes and 1 edge mode"),
+            (o.fore_aft_modes > 2 or o.side_side_modes > 2, "further tower modes", "ElastoDyn has two each way"),
+            (t.pitch_actuator.kind == "second_order", "pitch actuator", "the controller library has to model it"),
+        ):
+            if there:
+                self.lost(what, why)
+
+    def main(self, texts: dict[str, str], duration: float, step: float, beamdyn: bool) -> None:
+        torsion = self.turbine.blade.structure.twists
+        values: dict[str, object] = {
+            "TMax": duration,
+            "DT": step,
+            "CompElast": 2 if beamdyn else 1,
+            "Gravity": self.environment.gravity,
+            "AirDens": self.environment.air_density,
+            "EDFile": "ElastoDyn.dat",
+            "BDBldFile": "BeamDyn.dat" if torsion else "unused",
+            "InflowFile": "InflowWind.dat",
+            "AeroFile": "AeroDyn.dat",
+            "ServoFile": "ServoDyn.dat",
+        }
+        texts[f"{self.name}.fst"] = fill("main", self.title, values, {})
+
+    def elastodyn(self, texts: dict[str, str], rotor_speed: float, pitch: float, *, beamdyn: bool) -> None:
+        t, o = self.turbine, self.options
+        n, h, d = t.nacelle, t.hub, t.drivetrain
+        free = {name: name not in o.locked for name in ("tower", "yaw", "generator", "drivetrain", "blades")}
+        values: dict[str, object] = {
+            "FlapDOF1": o.flap_modes > 0 and free["blades"] and "flap" not in o.locked,
+            "FlapDOF2": o.flap_modes > 1 and free["blades"] and "flap" not in o.locked,
+            "EdgeDOF": o.edge_modes > 0 and free["blades"] and "edge" not in o.locked,
+            "DrTrDOF": free["drivetrain"],
+            "GenDOF": free["generator"],
+            "YawDOF": free["yaw"],
+            "TwFADOF1": o.fore_aft_modes > 0 and free["tower"],
+            "TwFADOF2": o.fore_aft_modes > 1 and free["tower"],
+            "TwSSDOF1": o.side_side_modes > 0 and free["tower"],
+            "TwSSDOF2": o.side_side_modes > 1 and free["tower"],
+            "BlPitch": pitch * DEGREES,
+            "RotSpeed": rotor_speed * RPM,
+            "NumBl": t.n_blades,
+            "TipRad": t.rotor_radius,
+            "HubRad": h.radius,
+            "PreCone": -h.precone * DEGREES,
+            "HubCM": h.mass_centre,
+            "OverHang": -n.overhang,
+            "ShftTilt": -n.tilt * DEGREES,
+            **dict(zip(("NacCMxn", "NacCMyn", "NacCMzn"), n.mass_centre, strict=True)),
+            "Twr2Shft": n.shaft_height,
+            "TowerHt": t.tower.base_height + t.tower.length,
+            "TowerBsHt": t.tower.base_height,
+            "HubMass": h.mass,
+            "HubIner": h.inertia,
+            "GenIner": d.generator_inertia,
+            "NacMass": n.mass,
+            "NacYIner": n.yaw_inertia,
+            "BldFile": "ElastoDyn_blade.dat",
+            "GBoxEff": 100.0 * d.gearbox_efficiency,
+            "GBRatio": d.gear_ratio,
+            "DTTorSpr": d.stiffness,
+            "DTTorDmp": d.damping,
+            "TwrFile": "ElastoDyn_tower.dat",
+        }
+        texts["ElastoDyn.dat"] = fill("ElastoDyn", self.title, values, {"outputs": OUTPUTS["ElastoDyn"].split()})
+        texts["ElastoDyn_blade.dat"] = self._elastodyn_blade(beamdyn)
+        texts["ElastoDyn_tower.dat"] = self._tower()
+
+    def _elastodyn_blade(self, beamdyn: bool) -> str:
+        whole = self.turbine.blade.structure
+        ratios = damping_ratios(whole.damping or whole.damping_time, self.member)
+        blade = classical(whole, ratios, (lambda what, why: None) if beamdyn else self.lost)
+        if blade.mode_shapes is None:
+            flap, edge = blade_shapes(blade, self.model)
+            self._shapes("blade", {"flap": flap, "edge": edge})
+        else:
+            flap, edge = (
+                [Shape(c, math.nan) for c in modes] for modes in (blade.mode_shapes.flap, blade.mode_shapes.edge)
+            )
+        assert blade.mass is not None and blade.flap_stiffness is not None and blade.edge_stiffness is not None
+        values: dict[str, object] = {
+            "NBlInpSt": len(blade.position),
+            "BldFlDmp": 100.0 * ratios.flap,
+            "BldEdDmp": 100.0 * ratios.edge,
+            "AdjBlMs": 1.0,
+            **_coefficients({"BldFl1Sh": flap[0], "BldFl2Sh": flap[1], "BldEdgSh": edge[0]}),
+        }
+        stations = columns(
+            (blade.position / blade.position[-1]).tolist(),
+            (blade.twist * DEGREES).tolist(),
+            blade.mass.tolist(),
+            blade.flap_stiffness.tolist(),
+            blade.edge_stiffness.tolist(),
+        )
+        head = _head("BlFract StrcTwst BMassDen FlpStff EdgStff", "- deg kg/m Nm^2 Nm^2")
+        return fill("ElastoDyn blade", self.title, values, {"stations": [*head, *stations]})
+
+    def _tower(self) -> str:
+        tower = self.turbine.tower
+        if tower.mode_shapes is None:
+            model = self.model
+            axis = model.blade.beam.at(model.blade_layout.position, "axis")
+            pieces = model.blade.beam.rigid_pieces(model.blade_layout.edges, axis)
+            fore_aft, side_side = tower_shapes(model, head_mass(self.turbine, pieces, axis))
+            self._shapes("tower", {"fore-aft": fore_aft, "side-side": side_side})
+        else:
+            given = tower.mode_shapes
+            fore_aft, side_side = ([Shape(c, math.nan) for c in modes] for modes in (given.fore_aft, given.side_side))
+        values: dict[str, object] = {
+            "NTwInpSt": len(tower.position),
+            "TwrFADmp": 100.0 * tower.damping.fore_aft,
+            "TwrSSDmp": 100.0 * tower.damping.side_side,
+            **_coefficients(
+                {"TwFAM1Sh": fore_aft[0], "TwFAM2Sh": fore_aft[1], "TwSSM1Sh": side_side[0], "TwSSM2Sh": side_side[1]}
+            ),
+        }
+        stations = columns(
+            (tower.position / tower.length).tolist(),
+            tower.mass.tolist(),
+            tower.fore_aft_stiffness.tolist(),
+            tower.side_side_stiffness.tolist(),
+        )
+        head = _head("HtFract TMassDen TwFAStif TwSSStif", "- kg/m Nm^2 Nm^2")
+        return fill("ElastoDyn tower", self.title, values, {"stations": [*head, *stations]})
+
+    def _shapes(self, member: str, shapes: Mapping[str, list[Shape]]) -> None:
+        """Say how far the frequencies of the polynomials are from those of the natural modes."""
+        natural = self.model.blade if member == "blade" else self.model.tower
+        for kind, found in shapes.items():
+            for i, shape in enumerate(found):
+                name = f"{('1st', '2nd')[i]} {kind}"
+                if name in natural.names:
+                    there = float(natural.modes.frequency[natural.names.index(name)])
+                    off = 100.0 * (shape.frequency / there - 1.0)
+                    what = f"{name} mode of the {member}"
+                    self.changed(
+                        what, f"polynomial of degree 6: frequency {off:+.2f} % of ours, {there / math.tau:.4g} Hz"
+                    )
+
+    def beamdyn(self, texts: dict[str, str]) -> None:
+        s = self.turbine.blade.structure
+        K, M = matrices(s, self.changed)
+        zero = np.zeros(len(s.position))
+        x, y = (zero if value is None else value for value in (s.axis_x, s.axis_y))
+        z = s.position
+        arc = np.concatenate([[0.0], np.cumsum(np.sqrt(np.diff(x) ** 2 + np.diff(y) ** 2 + np.diff(z) ** 2))])
+        values: dict[str, object] = {"kp_total": len(z), "BldFile": "BeamDyn_blade.dat"}
+        points = columns(x.tolist(), y.tolist(), z.tolist(), (s.twist * DEGREES).tolist())
+        head = [f"     1   {len(z)}   - member, its key points", *_head("kp_xr kp_yr kp_zr initial_twist", "m m m deg")]
+        tables = {"key_points": [*head, *points], "outputs": OUTPUTS["BeamDyn"].split()}
+        texts["BeamDyn.dat"] = fill("BeamDyn", self.title, values, tables)
+        flap, edge, torsion = damping_times(s.damping or s.damping_time, self.member)
+        if s.damping is not None:
+            self.changed("damping of the blade", "ratios of the first modes as times over stiffness in BeamDyn")
+        sections = []
+        for share, stiffness, mass in zip(arc / arc[-1], K, M, strict=True):
+            sections += [f"{share:.12f}", *columns(*stiffness.T.tolist()), "", *columns(*mass.T.tolist()), ""]
+        times = columns(*([mu] for mu in (flap, edge, flap, edge, flap, torsion)))
+        tables = {"damping": [*_head("mu1 mu2 mu3 mu4 mu5 mu6", "s s s s s s"), *times], "sections": sections}
+        values = {"station_total": len(z), "damp_type": int(any((flap, edge, torsion)))}
+        texts["BeamDyn_blade.dat"] = fill("BeamDyn blade", self.title, values, tables)
+
+    def aerodyn(self, texts: dict[str, str]) -> None:
+        t, o = self.turbine, self.options
+        names = list(dict.fromkeys(t.blade.aerodynamics.airfoil))
+        files = {name: f"Airfoils/{re.sub(r'[^A-Za-z0-9_.+-]+', '_', name)}.dat" for name in names}
+        if len(set(files.values())) < len(files):
+            files = {name: f"Airfoils/{i + 1:02d}.dat" for i, name in enumerate(names)}
+        if unused := [name for name in t.airfoils if name not in files]:
+            self.lost(f"airfoils {', '.join(unused)}", "no station of the blade uses them")
+        if o.tower_influence == "lower_half":
+            self.changed("tower_influence lower_half", "TwrPotent 1: everywhere below the tower top")
+        if o.wake == "none" or o.inflow == "quasi_steady":
+            dynamic = 0
+        else:
+            dynamic = 1 if o.inflow == "constant" else 2
+        values: dict[str, object] = {
+            "Wake_Mod": 0 if o.wake == "none" else 1,
+            "TwrPotent": 0 if o.tower_influence == "none" else 1,
+            "TwrAero": o.tower_drag,
+            "AirDens": self.environment.air_density,
+            "Skew_Mod": 1 if o.skew == "glauert" else 0,
+            "TipLoss": o.tip_loss,
+            "HubLoss": o.hub_loss,
+            "AIDrag": o.axial_drag,
+            "TIDrag": o.tangential_drag,
+            "DBEMT_Mod": dynamic,
+            "tau1_const": o.inflow_time,
+            "UA_Mod": 4 if o.stall == "hansen" else 0,
+            "NumAFfiles": len(names),
+            "ADBlFile": "AeroDyn_blade.dat",
+            "NumTwrNds": len(t.tower.position),
+        }
+        n = len(t.tower.position)
+        zeros = [0.0] * n
+        height = (t.tower.base_height + t.tower.position).tolist()
+        drag = [t.tower.drag_coefficient] * n
+        tower = columns(height, t.tower.diameter.tolist(), drag, [0.1] * n, zeros, zeros, zeros)
+        head = _head("TwrElev TwrDiam TwrCd TwrTI TwrCb TwrCp TwrCa", "m m - - - - -")
+        listed = [
+            f'"{file}"' + ("    AFNames - airfoil files" if i == 0 else "") for i, file in enumerate(files.values())
+        ]
+        tables = {"airfoils": listed, "tower": [*head, *tower], "outputs": OUTPUTS["AeroDyn"].split()}
+        texts["AeroDyn.dat"] = fill("AeroDyn", self.title, values, tables)
+        texts["AeroDyn_blade.dat"] = _aerodyn_blade(t.blade, names, self.title)
+        for name, file in files.items():
+            texts[file] = _airfoil(name, t.airfoils[name], o.stall_constants)
+
+    def inflow(self, texts: dict[str, str], wind: SteadyWind | str | Path) -> None:
+        hub = self.turbine.hub_height
+        values: dict[str, object] = {"WindVziList": hub, "RefHt": hub, "RefHt_Uni": hub, "RefHt_Hawc": hub}
+        if isinstance(wind, SteadyWind):
+            values |= {
+                "WindType": 1,
+                "HWindSpeed": wind.speed,
+                "RefHt": wind.reference_height or hub,
+                "PLexp": wind.shear_exponent,
+                "PropagationDir": wind.direction * DEGREES,
+                "VFlowAng": wind.upflow * DEGREES,
+            }
+            if wind.roughness or wind.veer:
+                self.lost("roughness or veer of the wind", "InflowWind's steady wind has a power law only")
+        elif isinstance(wind, str | Path) and Path(wind).suffix.lower() == ".bts":
+            values |= {"WindType": 3, "FileName_BTS": Path(wind).absolute().as_posix()}
+        else:
+            raise InputError(f"write_openfast: wind {wind!r}: expected a SteadyWind or a TurbSim file (.bts)")
+        texts["InflowWind.dat"] = fill("InflowWind", self.title, values, {"outputs": OUTPUTS["InflowWind"].split()})
+
+    def servo(self, texts: dict[str, str], library: str | Path | None, settings: str | Path) -> None:
+        t = self.turbine
+        law, pitch = t.control.torque, t.control.pitch
+        rated_torque = law.rated_power / law.rated_speed
+        mode = 0 if library is None else 5
+        if library is None:
+            self.changed("control", "the pitch is held; torque by OpenFAST's simple law, constant above rated speed")
+        values: dict[str, object] = {
+            "PCMode": mode,
+            "VSContrl": mode or 1,
+            "PitManRat": t.pitch_actuator.rate_limit * DEGREES,
+            "GenEff": 100.0 * t.drivetrain.generator_efficiency,
+            "VS_RtGnSp": law.rated_speed * RPM,
+            "VS_RtTq": rated_torque,
+            "VS_Rgn2K": law.optimal_gain / RPM**2,
+            "VS_SlPc": 100.0 * law.slip,
+            "HSSBrTqF": t.drivetrain.brake_torque,
+            "YawSpr": t.yaw.stiffness,
+            "YawDamp": t.yaw.damping,
+            "YawManRat": t.yaw.rate * DEGREES,
+            "DLL_FileName": "unused" if library is None else str(library),
+            "DLL_InFile": "unused" if library is None else str(settings),
+            "Ptch_Cntrl": 1,
+            "Ptch_SetPnt": pitch.minimum * DEGREES,
+            "Ptch_Min": pitch.minimum * DEGREES,
+            "Ptch_Max": pitch.maximum * DEGREES,
+            "PtchRate_Min": -pitch.rate_limit * DEGREES,
+            "PtchRate_Max": pitch.rate_limit * DEGREES,
+            "Gain_OM": law.optimal_gain,
+            "GenSpd_MinOM": law.optimal_speed * RPM,
+            "GenSpd_MaxOM": law.rated_speed * RPM,
+            "GenSpd_Dem": pitch.reference_speed * RPM,
+            "GenTrq_Dem": rated_torque,
+            "GenPwr_Dem": law.rated_power,
+        }
+        tables = {"torque_table": _head("GenSpd_TLU GenTrq_TLU", "rpm Nm"), "outputs": OUTPUTS["ServoDyn"].split()}
+        texts["ServoDyn.dat"] = fill("ServoDyn", self.title, values, tables)
+
+
+def _head(names: str, units: str) -> list[str]:
+    return ["  ".join(f"{name:>17}" for name in line) for line in (names.split(), [f"({u})" for u in units.split()])]
+
+
+def _coefficients(shapes: Mapping[str, Shape]) -> dict[str, object]:
+    return {
+        f"{name}({power})": float(c)
+        for name, shape in shapes.items()
+        for power, c in zip(range(2, 7), shape.coefficients, strict=True)
+    }
+
+
+def _aerodyn_blade(blade: Blade, names: list[str], title: str) -> str:
+    a, s = blade.aerodynamics, blade.structure
+    n = len(a.position)
+    zero = np.zeros(n)
+    x, y = (zero if value is None else value for value in (a.centre_x, a.centre_y))
+    slope = zero if s.axis_x is None else np.interp(a.position, s.position, np.gradient(s.axis_x, s.position))
+    ids = [str(names.index(name) + 1) for name in a.airfoil]
+    numbers = (v.tolist() for v in (a.position, x, y, np.degrees(np.arctan(slope)), a.twist * DEGREES, a.chord))
+    head = _head(
+        "BlSpn BlCrvAC BlSwpAC BlCrvAng BlTwist BlChord BlAFID t_c BlCb BlCenBn BlCenBt BlCpn BlCpt BlCan BlCat BlCam",
+        "m m m deg deg m - - - m m - - - - -",
+    )
+    lines = columns(*numbers, ids, *([0.0] * n for _ in range(9)))
+    return fill("AeroDyn blade", title, {"NumBlNds": n}, {"stations": [*head, *lines]})
+
+
+def _airfoil(name: str, airfoil: Airfoil, constants: StallConstants) -> str:
+    """A polar; constants of dynamic stall are written where they are stated, OpenFAST finds the others itself."""
+    alpha = airfoil.angle_of_attack
+    values: dict[str, object] = {"NumAlf": len(alpha)}
+    table = columns(*(v.tolist() for v in (alpha * DEGREES, airfoil.lift, airfoil.drag, airfoil.moment)))
+    stated = airfoil.dynamic_stall and (airfoil.zero_lift_angle is not None or constants != BEDDOES)
+    values["InclUAdata"] = stated
+    if stated:
+        values |= _stall(airfoil, constants)
+    text = fill(
+        "airfoil", name, values, {"polar": ["!  " + line for line in _head("Alpha Cl Cd Cm", "deg - - -")] + table}
+    )
+    if not stated:
+        lines = text.splitlines(keepends=True)
+        first = next(i for i, line in enumerate(lines) if " alpha0 " in line)
+        last = next(i for i, line in enumerate(lines) if " NumAlf " in line)
+        text = "".join(lines[:first] + lines[last:])
+    return text
+
+
+def _stall(airfoil: Airfoil, constants: StallConstants) -> dict[str, object]:
+    """OpenFAST's constants of dynamic stall, as stated, or from the normal force.
+
+    Its slope is that of a straight line near zero lift; alpha1 and alpha2 are where Kirchhoff's flow
+    C_n = C_n,alpha (1 + sqrt f)^2 / 4 (alpha - alpha0) has the attachment f = 0.7 on either side.
+    """
+    alpha, lift, drag = airfoil.angle_of_attack, airfoil.lift, airfoil.drag
+    zero = zero_lift_angle(alpha, lift) if airfoil.zero_lift_angle is None else airfoil.zero_lift_angle
+    floor = float(np.interp(zero, alpha, drag)) if airfoil.zero_lift_drag is None else airfoil.zero_lift_drag
+    normal = lift * np.cos(alpha) + (drag - floor) * np.sin(alpha)
+    fine = zero + np.linspace(*LINEAR, 41)
+    slope = float(np.polyfit(fine, np.interp(fine, alpha, normal), 1)[0])
+    fine = zero + np.linspace(-0.6, 0.6, 2401)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.interp(fine, alpha, normal) / (slope * (fine - zero))
+    separated = (2.0 * np.sqrt(np.clip(ratio, 0.25, 1.0)) - 1.0) ** 2 < ATTACHED
+    upper = fine[separated & (fine > zero + LINEAR[1])]
+    lower = fine[separated & (fine < zero + LINEAR[0])]
+    first = float(upper[0]) if len(upper) else zero + 0.6
+    last = float(lower[-1]) if len(lower) else zero - 0.6
+    return {
+        "alpha0": zero * DEGREES,
+        "alpha1": first * DEGREES,
+        "alpha2": last * DEGREES,
+        "C_nalpha": slope,
+        "T_f0": constants.separation_lag,
+        "T_p": constants.pressure_lag,
+        "b1": constants.b1,
+        "b2": constants.b2,
+        "A1": constants.a1,
+        "A2": constants.a2,
+        "Cn1": float(np.interp(first, alpha, normal)),
+        "Cn2": float(np.interp(last, alpha, normal)),
+        "Cd0": floor,
+        "Cm0": float(np.interp(zero, alpha, airfoil.moment)),
+    }

@@ -1,0 +1,41 @@
+"""``meltemi inspect``: the same numbers as from Python, a page and a picture, errors in one line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from terminal import Command
+
+from meltemi import Turbine, write_turbine
+
+
+def test_it_draws_and_prints(command: Command, tmp_path: Path) -> None:
+    ran = command("inspect", "nrel5mw", "--out", tmp_path / "a" / "b")
+    assert ran.status == 0 and ran.err == ""
+    assert "12.1 rpm" in ran.out and "730.9 kN" in ran.out
+    assert [f.name for f in ran.files] == ["turbine.html", "turbine.png"]
+    assert all(f.stat().st_size > 100_000 for f in ran.files)
+    page = ran.files[0].read_text(encoding="utf-8")
+    assert page.count("<img") == 6 and "What is missing" not in page and "730.9 kN" in page
+    assert "://" not in page and "<script" not in page
+
+
+def test_what_is_missing_is_said(command: Command, tmp_path: Path, turbine: Turbine) -> None:
+    write_turbine(turbine.replace(**{"nacelle.overhang": -5.0}), tmp_path / "mine.yaml")
+    ran = command("inspect", tmp_path / "mine.yaml", "--out", tmp_path)
+    assert ran.status == 0 and len(ran.files) == 2
+    assert "missing: model: nrel5mw: nacelle.overhang" in ran.err
+    page = ran.files[0].read_text(encoding="utf-8")
+    assert "What is missing" in page and "overhang" in page
+
+
+def test_an_unknown_turbine_writes_nothing(command: Command, tmp_path: Path) -> None:
+    ran = command("inspect", "nrel5", "--out", tmp_path / "out")
+    assert ran.status == 2 and "nrel5mw" in ran.err and len(ran.err.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_cannot_be_made(command: Command, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("x")
+    ran = command("inspect", "nrel5mw", "--out", tmp_path / "file" / "out")
+    assert ran.status == 2 and "cannot be written" in ran.err

@@ -1,0 +1,312 @@
+"""Decks for OpenFAST: keywords in its order, the same turbine when read back, by us and by openfast_io."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from meltemi import BEDDOES, Environment, InputError, ModelOptions, SteadyWind, Turbine, UnsupportedError, build
+from meltemi import write_openfast as write
+from meltemi.structure.beam import section_axes
+from meltemi.studies.openfast_writer.sections import principal
+from meltemi.studies.openfast_writer.template import fill
+from meltemi.studies.openfast_writer.writer import Written
+from meltemi.turbine.openfast import Deck, read_deck
+from meltemi.turbine.openfast.text import key, read_input
+
+FILES = {
+    "main": ("nrel5mw.fst", "5MW.fst"),
+    "ElastoDyn": ("ElastoDyn.dat", "ElastoDyn.dat"),
+    "ElastoDyn blade": ("ElastoDyn_blade.dat", "ElastoDyn_blade.dat"),
+    "ElastoDyn tower": ("ElastoDyn_tower.dat", "ElastoDyn_tower.dat"),
+    "BeamDyn": ("BeamDyn.dat", "BeamDyn.dat"),
+    "AeroDyn": ("AeroDyn.dat", "AeroDyn.dat"),
+    "AeroDyn blade": ("AeroDyn_blade.dat", "AeroDyn_blade.dat"),
+    "airfoil": ("Airfoils/du21.dat", "Airfoils/DU21_A17.dat"),
+    "InflowWind": ("InflowWind.dat", "InflowWind.dat"),
+    "ServoDyn": ("ServoDyn.dat", "ServoDyn.dat"),
+}
+"""Ours, and those of the reference runs."""
+
+
+@pytest.fixture(scope="module")
+def written(turbine: Turbine, tmp_path_factory: pytest.TempPathFactory) -> Written:
+    return write(turbine, tmp_path_factory.mktemp("deck"))
+
+
+@pytest.fixture(scope="module")
+def bent(turbine: Turbine) -> Turbine:
+    """The same blade as 6 x 6 matrices with couplings, prebent, and damped over stiffness."""
+    s = turbine.blade.structure
+    assert s.mass is not None and s.edge_stiffness is not None and s.flap_stiffness is not None
+    assert s.torsion_stiffness is not None
+    n = len(s.position)
+    K, M = np.zeros((2, n, 6, 6))
+    for i, values in enumerate((5e8, 4e8, 6e9, s.edge_stiffness, s.flap_stiffness, s.torsion_stiffness)):
+        K[:, i, i] = values
+    K[:, 4, 5] = K[:, 5, 4] = 0.05 * np.sqrt(K[:, 4, 4] * K[:, 5, 5])
+    for i, share in enumerate((1.0, 1.0, 1.0, 0.3, 0.1, 0.4)):
+        M[:, i, i] = share * s.mass
+    axis = -3.0 * (s.position / s.position[-1]) ** 2
+    data = turbine.content()
+    data["name"] = "bent blade"
+    data["blade"]["structure"] = {
+        "position": s.position,
+        "twist": s.twist,
+        "stiffness_matrix": K,
+        "mass_matrix": M,
+        "axis_x": axis,
+        "axis_y": np.zeros(n),
+        "damping_time": {"flap": 2e-3, "edge": 1e-3, "torsion": 5e-4},
+    }
+    a = turbine.blade.aerodynamics
+    data["blade"]["aerodynamics"]["centre_x"] = np.interp(a.position, s.position, axis)
+    return Turbine.model_validate(data)
+
+
+def keywords(path: Path) -> list[str]:
+    """Keywords in their order, as OpenFAST reads them."""
+    entries = [entry for several in read_input(path, "any").entries.values() for entry in several]
+    return [key(entry.name) for entry in sorted(entries, key=lambda e: e.line) if not entry.name.startswith("BldNd")]
+
+
+def differences(one: Any, other: Any, path: str = "") -> list[str]:
+    """Key paths at which two descriptions differ by more than the digits of a file."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return [d for k in sorted({*one, *other}) for d in differences(one.get(k), other.get(k), f"{path}.{k}")]
+    if path.endswith(".source") or (one is None and other is None):
+        return []
+    try:
+        same = np.allclose(one, other, rtol=1e-8, atol=1e-12)
+    except (TypeError, ValueError):  # names, or different lengths
+        same = one == other
+    return [] if same else [path]
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_keywords_stand_in_openfasts_order(module: str, written: Written, reference: Path) -> None:
+    ours, theirs = FILES[module]
+    assert keywords(written.main.parent / ours) == keywords(reference / "decks/nrel5mw-land" / theirs)
+
+
+@pytest.mark.rosco
+@pytest.mark.parametrize("module", ["ElastoDyn", "ServoDyn", "AeroDyn", "BeamDyn", "BeamDyn blade"])
+def test_keywords_are_those_of_newer_decks(module: str, written: Written, rosco_cases: Path) -> None:
+    folder = rosco_cases / "IEA-15-240-RWT"
+    name = {"BeamDyn": "BeamDyn", "BeamDyn blade": "BeamDyn_blade", "AeroDyn": "AeroDyn15"}.get(module, module)
+    kind = "" if "BeamDyn" in module else "-Monopile"
+    path = folder / f"IEA-15-240-RWT{kind}" / f"IEA-15-240-RWT{kind}_{name}.dat"
+    wanted = keywords(path)
+    if module == "BeamDyn":  # its dash touches the keyword there
+        wanted.insert(wanted.index("rotstates"), "tngt_stf_difftol")
+    assert keywords(written.main.parent / f"{module.replace(' ', '_')}.dat") == wanted
+
+
+def test_the_turbine_is_the_same_when_read_back(turbine: Turbine, tmp_path: Path) -> None:
+    """But for what ElastoDyn does not have, and what the reader takes from the new mode shapes."""
+    deck = read_deck(write(turbine, tmp_path, options=ModelOptions(stall_constants=BEDDOES)).main, control_of=turbine)
+    assert differences(deck.turbine.content(), turbine.content()) == [
+        ".blade.structure.axial_stiffness",
+        ".blade.structure.damping.torsion",
+        ".blade.structure.mode_shapes",
+        ".tower.axial_stiffness",
+        ".tower.damping.torsion",
+        ".tower.mode_shapes",
+        ".tower.torsion_stiffness",
+    ]
+
+
+def test_matrices_are_the_same_when_read_back(bent: Turbine, tmp_path: Path) -> None:
+    done = write(bent, tmp_path, beamdyn=True, options=ModelOptions(stall_constants=BEDDOES))
+    deck = read_deck(done.main, control_of=bent)
+    assert deck.turbine.name == "bent_blade"
+    assert differences(deck.turbine.content(), bent.content()) == [
+        ".name",
+        ".tower.axial_stiffness",
+        ".tower.damping.torsion",
+        ".tower.mode_shapes",
+        ".tower.torsion_stiffness",
+    ]
+
+
+def test_elastodyn_says_what_it_does_not_have(bent: Turbine, tmp_path: Path) -> None:
+    text = " ".join(note.what for note in write(bent, tmp_path).notes)
+    for what in ("prebend", "torsion of the blade", "6 x 6", "1st flap mode", "control"):
+        assert what in text
+    silent = " ".join(note.what for note in write(bent, tmp_path, beamdyn=True).notes)
+    assert "prebend" not in silent and "6 x 6" not in silent
+
+
+@pytest.fixture(scope="module")
+def plain(turbine: Turbine, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    return options_read(tmp_path_factory.mktemp("plain"), turbine, stall_constants=BEDDOES).options
+
+
+def options_read(folder: Path, turbine: Turbine, **options: Any) -> Deck:
+    return read_deck(write(turbine, folder, options=ModelOptions(**options)).main, control_of=turbine)
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"inflow": "quasi_steady"},
+        {"inflow": "constant", "inflow_time": 7.0},
+        {"stall": "static"},
+        {"tip_loss": False},
+        {"hub_loss": False},
+        {"axial_drag": True},
+        {"tangential_drag": True},
+        {"skew": "none"},
+        {"wake": "none", "inflow": "quasi_steady"},
+        {"tower_influence": "none"},
+        {"tower_drag": False},
+        {"locked": ("drivetrain",)},
+        {"locked": ("generator", "yaw")},
+        {"flap_modes": 1, "edge_modes": 0},
+        {"fore_aft_modes": 1, "side_side_modes": 0},
+        {"stall_constants": {**BEDDOES.model_dump(), "pressure_lag": 1.5}},
+    ],
+    ids=lambda changed: "-".join(changed),
+)
+def test_options_are_those_of_the_deck(
+    changed: dict[str, Any], turbine: Turbine, plain: dict[str, Any], tmp_path: Path
+) -> None:
+    read = options_read(tmp_path, turbine, **{"stall_constants": BEDDOES, **changed}).options
+    assert {name: read[name] for name in changed} == changed
+    assert all(plain.get(name) != value for name, value in changed.items())
+    assert all(read[name] == plain[name] for name in (read.keys() & plain.keys()) - changed.keys())
+
+
+def test_run_and_site(turbine: Turbine, tmp_path: Path) -> None:
+    deck = read_deck(
+        write(
+            turbine,
+            tmp_path,
+            environment=Environment(air_density=1.1, gravity=9.7),
+            wind=SteadyWind(speed=9.0, shear_exponent=0.2, direction=0.1, upflow=0.05),
+            duration=33.0,
+            time_step=0.004,
+            rotor_speed=1.1,
+            pitch=0.02,
+        ).main,
+        control_of=turbine,
+    )
+    assert deck.environment == pytest.approx({"air_density": 1.1, "gravity": 9.7})
+    assert deck.wind is not None
+    assert deck.wind.pop("kind") == "steady"
+    assert deck.wind == pytest.approx({"speed": 9.0, "shear_exponent": 0.2, "direction": 0.1, "upflow": 0.05})
+    assert deck.duration == 33.0 and deck.start == pytest.approx({"rotor_speed": 1.1, "pitch": 0.02})
+    assert "0.004   DT " in (tmp_path / "nrel5mw.fst").read_text()
+
+
+def test_a_wind_file_is_named(turbine: Turbine, tmp_path: Path) -> None:
+    (tmp_path / "field.bts").write_bytes(b"")
+    deck = read_deck(write(turbine, tmp_path, wind=tmp_path / "field.bts").main, control_of=turbine)
+    assert deck.wind == {"kind": "file", "file": str(tmp_path / "field.bts")}
+    with pytest.raises(InputError, match=r"expected a SteadyWind or a TurbSim file"):
+        write(turbine, tmp_path, wind="field.wnd")
+
+
+def test_a_controller_library_is_named(turbine: Turbine, tmp_path: Path) -> None:
+    deck = read_deck(write(turbine, tmp_path, library="libdiscon.so", settings="mine.IN").main, control_of=turbine)
+    assert deck.library["library"] == "libdiscon.so"
+    text = (tmp_path / "ServoDyn.dat").read_text()
+    assert '"mine.IN"   DLL_InFile' in text
+
+
+def test_the_simple_law_is_ours_up_to_rated(turbine: Turbine, written: Written) -> None:
+    """Region 2 meets region 2 1/2, and that the rated torque, at our speeds."""
+    file = read_input(written.main.parent / "ServoDyn.dat", "ServoDyn")
+    speed, torque, gain, slip = (
+        float(file.require([name], "").values[0]) for name in ("VS_RtGnSp", "VS_RtTq", "VS_Rgn2K", "VS_SlPc")
+    )
+    law = turbine.control.torque
+    assert speed * math.pi / 30.0 == pytest.approx(law.rated_speed)
+    assert torque * law.rated_speed == pytest.approx(law.rated_power)
+    assert gain * 1000.0**2 == pytest.approx(law.optimal_gain * (1000.0 * math.pi / 30.0) ** 2)
+    assert slip == pytest.approx(100.0 * law.slip)
+
+
+def test_polynomials_give_our_frequencies(turbine: Turbine, written: Written) -> None:
+    """In our own model with given shapes: the blade as in the notes, the tower to 0.1 %."""
+    shapes = read_deck(written.main, control_of=turbine).turbine
+    assert shapes.blade.structure.mode_shapes is not None and shapes.tower.mode_shapes is not None
+    for polynomials in (shapes.blade.structure.mode_shapes.flap, shapes.tower.mode_shapes.side_side):
+        assert len(polynomials) == 2
+        np.testing.assert_allclose([sum(c) for c in polynomials], 1.0, atol=1e-9)
+    as_elastodyn = {f"blade.structure.{name}": None for name in ("torsion_stiffness", "flap_inertia", "edge_inertia")}
+    given = build(shapes.replace(**as_elastodyn), ModelOptions(mode_shapes="given")).blade
+    ratio = given.modes.frequency / build(turbine, ModelOptions(torsion_modes=0)).blade.modes.frequency
+    assert np.all(ratio > 1.0) and np.all(ratio < 1.011)
+    noted = [note.why for note in written.notes if "mode of the blade" in note.what]
+    assert [float(why.split("frequency ")[1].split(" %")[0]) for why in noted] == pytest.approx(
+        (100.0 * (ratio - 1.0)).tolist(), abs=0.006
+    )
+
+
+def test_shapes_that_are_given_are_written(turbine: Turbine, tmp_path: Path) -> None:
+    flap, edge = ((0.1, 0.2, 0.3, 0.2, 0.2), (0.5, 0.5, 0.5, -0.5, 0.0)), ((0.2, 0.2, 0.2, 0.2, 0.2),)
+    mine = turbine.replace(**{"blade.structure.mode_shapes": {"flap": flap, "edge": edge}})
+    read = read_deck(write(mine, tmp_path).main, control_of=turbine).turbine.blade.structure.mode_shapes
+    assert read is not None and read.flap == flap and read.edge == edge
+
+
+def test_principal_axes_of_a_turned_section() -> None:
+    """A section whose axes are turned to feather by an angle is found there."""
+    for angle in (-0.6, 0.2):
+        K = np.diag([4e8, 3e8, 5e9, 7e9, 2e9, 1e9])[None]
+        Q = section_axes(np.array([angle]), np.array([[0.0, 0.0, 1.0]]))
+        flap, edge, found = principal(Q @ K @ Q.transpose(0, 2, 1))
+        assert (flap[0], edge[0], found[0]) == pytest.approx((2e9, 7e9, angle))
+
+
+def test_stated_constants_of_airfoils(turbine: Turbine, tmp_path: Path) -> None:
+    stated = turbine.replace(**{"airfoils.du21.zero_lift_angle": -0.07, "airfoils.du21.zero_lift_drag": 0.006})
+    deck = read_deck(write(stated, tmp_path, options=ModelOptions(stall_constants=BEDDOES)).main, control_of=turbine)
+    found = deck.turbine.airfoils["du21"]
+    assert found.zero_lift_angle == pytest.approx(-0.07) and found.zero_lift_drag == pytest.approx(0.006)
+    file = read_input(tmp_path / "Airfoils/du21.dat", "airfoil")
+    constants = {name: float(file.require([name], "").values[0]) for name in ("alpha1", "alpha2", "C_nalpha", "Cn1")}
+    # the reference deck has 8, -8, 6.2047 and 1.4144, fitted by hand
+    assert 5.0 < constants["alpha1"] < 15.0 and -15.0 < constants["alpha2"] < -5.0
+    assert 5.5 < constants["C_nalpha"] < 7.5 and 0.8 < constants["Cn1"] < 1.8
+
+
+def test_what_cannot_be_written(turbine: Turbine, tmp_path: Path) -> None:
+    data = turbine.content()
+    data["blade"]["structure"]["torsion_stiffness"] = None
+    with pytest.raises(UnsupportedError, match="torsion_stiffness"):
+        write(Turbine.model_validate(data), tmp_path, beamdyn=True)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        write(turbine, tmp_path / "file")
+
+
+def test_unknown_keywords_are_refused() -> None:
+    with pytest.raises(KeyError, match="HubMas"):
+        fill("ElastoDyn", "", {"HubMas": 1.0}, {"outputs": ()})
+
+
+def test_openfast_io_reads_the_same_numbers(turbine: Turbine, written: Written, bent: Turbine, tmp_path: Path) -> None:
+    reader = pytest.importorskip("openfast_io.FAST_reader")
+    for described, path in ((turbine, written.main), (bent, write(bent, tmp_path, beamdyn=True).main)):
+        deck = reader.InputReader_OpenFAST()
+        deck.FAST_InputFile, deck.FAST_directory = path.name, str(path.parent)
+        deck.execute()
+        found = deck.fst_vt
+        elastodyn, blade, tower = found["ElastoDyn"], found["AeroDynBlade"], found["ElastoDynTower"]
+        blade = blade[0] if isinstance(blade, list) else blade
+        assert elastodyn["TipRad"] == pytest.approx(described.rotor_radius)
+        assert elastodyn["NacYIner"] == pytest.approx(described.nacelle.yaw_inertia)
+        np.testing.assert_allclose(np.radians(blade["BlTwist"]), described.blade.aerodynamics.twist, atol=1e-9)
+        np.testing.assert_allclose(tower["TMassDen"], described.tower.mass)
+        assert len(found["AeroDyn"]["af_data"]) == len(set(described.blade.aerodynamics.airfoil))
+        assert found["ServoDyn"]["YawSpr"] == pytest.approx(described.yaw.stiffness)
+    matrices = found["BeamDynBlade"]
+    matrices = matrices[0] if isinstance(matrices, list) else matrices
+    np.testing.assert_allclose(matrices["beam_stiff"], bent.blade.structure.stiffness_matrix, rtol=1e-9)
+    np.testing.assert_allclose(matrices["beam_inertia"], bent.blade.structure.mass_matrix, rtol=1e-9)
