@@ -349,7 +349,7 @@ def planform(ax: Axes, seen: Portrait) -> None:
         color=SOFT,
         va="top",
     )
-    ax.set_ylim(-1.25 * float(trailing.max()), (1.75 if len(names) > 6 else 1.45) * float(-leading.min()))
+    ax.set_ylim(-1.25 * float(trailing.max()), (2.4 if len(names) > 6 else 1.45) * float(-leading.min()))
     ax.set_xlim(-0.01 * a.position[-1], 1.01 * a.position[-1])
     _label(ax, "planform: chord, pitch axis and polars", SPAN, "towards the nose [m]")
     _legend(ax, loc="lower right", ncols=2)
