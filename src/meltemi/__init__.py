@@ -104,6 +104,8 @@ if TYPE_CHECKING:
     from meltemi.simulation.start import Start as Start
     from meltemi.simulation.trim import OperatingPoint as OperatingPoint
     from meltemi.simulation.trim import operating_point as operating_point
+    from meltemi.studies.baseline_tuning import BaselineTuning as BaselineTuning
+    from meltemi.studies.baseline_tuning import tune_baseline as tune_baseline
     from meltemi.studies.compare import Comparison as Comparison
     from meltemi.studies.compare import compare as compare
     from meltemi.studies.comparison_report import write_comparison as write_comparison
@@ -124,13 +126,19 @@ if TYPE_CHECKING:
     from meltemi.turbine.definition import Turbine as Turbine
     from meltemi.turbine.flaps import naca64618_flap as naca64618_flap
     from meltemi.turbine.flaps import with_flaps as with_flaps
+    from meltemi.turbine.library import LibraryEntry as LibraryEntry
+    from meltemi.turbine.library import library_entries as library_entries
     from meltemi.turbine.library import list_turbines as list_turbines
     from meltemi.turbine.library import load_turbine as load_turbine
     from meltemi.turbine.library import write_turbine as write_turbine
     from meltemi.turbine.openfast import Deck as Deck
     from meltemi.turbine.openfast import read_deck as read_deck
     from meltemi.turbine.openfast import read_openfast as read_openfast
+    from meltemi.turbine.report import Imported as Imported
+    from meltemi.turbine.report import Note as Note
     from meltemi.turbine.report import report_text as report_text
+    from meltemi.turbine.windio import import_windio as import_windio
+    from meltemi.turbine.windio import read_windio as read_windio
     from meltemi.wind.fields import SteadyWind as SteadyWind
     from meltemi.wind.fields import WindBox as WindBox
     from meltemi.wind.fields import WindSeries as WindSeries
@@ -222,6 +230,7 @@ _HOME = {
     "simulation.simulate": "Simulation simulate",
     "simulation.start": "Start",
     "simulation.trim": "OperatingPoint operating_point",
+    "studies.baseline_tuning": "BaselineTuning tune_baseline",
     "studies.compare": "Comparison compare",
     "studies.comparison_report": "write_comparison",
     "studies.inspection": "inspect_turbine",
@@ -232,9 +241,10 @@ _HOME = {
     "studies.tuning": "Tuning tune_ipc tune_loops",
     "turbine.definition": "Flap FlapIncrements Turbine",
     "turbine.flaps": "naca64618_flap with_flaps",
-    "turbine.library": "list_turbines load_turbine write_turbine",
+    "turbine.library": "LibraryEntry library_entries list_turbines load_turbine write_turbine",
     "turbine.openfast": "Deck read_deck read_openfast",
-    "turbine.report": "report_text",
+    "turbine.report": "Imported Note report_text",
+    "turbine.windio": "import_windio read_windio",
     "wind.fields": "SteadyWind WindBox WindSeries at_speed",
     "wind.files": (
         "Hawc2Grid read_bladed read_bts read_hawc2 read_hub_csv read_wind read_wind_netcdf read_wnd "

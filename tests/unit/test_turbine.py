@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,14 @@ import pytest
 from meltemi.core.errors import InputError
 from meltemi.core.yamlfile import validated
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.library import DATA, list_turbines, load_turbine, write_turbine
+from meltemi.turbine.library import (
+    DATA,
+    library_entries,
+    list_turbines,
+    load_turbine,
+    windio_file,
+    write_turbine,
+)
 
 Content = dict[str, Any]
 
@@ -62,8 +70,30 @@ def refused(turbine: Turbine, *changes: Callable[[Content], None]) -> str:
 
 
 def test_the_library_lists_its_turbines() -> None:
-    assert "nrel5mw" in list_turbines()
-    assert list_turbines() == sorted(p.stem for p in DATA.glob("*.yaml"))
+    assert list_turbines() == ["iea15mw", "iea22mw", "nrel5mw"]
+    assert {entry.file for entry in library_entries().values()} == {p.name for p in DATA.glob("*.yaml")} - {
+        "library.yaml"
+    }
+
+
+@pytest.mark.parametrize("name", list_turbines())
+def test_the_table_of_the_library_says_what_the_turbines_say(name: str) -> None:
+    turbine, entry = load_turbine(name), library_entries()[name]
+    assert turbine.rated_power == entry.rated_power
+    assert turbine.rotor_diameter == pytest.approx(entry.rotor_diameter, abs=0.01)
+    assert turbine.hub_height == pytest.approx(entry.hub_height, abs=0.01)
+
+
+def test_a_turbine_whose_data_are_not_installed_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> None:
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("meltemi.turbine.library.distribution", missing)
+    with pytest.raises(InputError, match=r"iea15mw.*windIO, which is missing: pip install 'meltemi\[windio\]'"):
+        windio_file("IEA-15-240-RWT.yaml", "iea15mw")
+    monkeypatch.undo()
+    with pytest.raises(InputError, match=r"has no windIO/examples/turbine/IEA-16\.yaml"):
+        windio_file("IEA-16.yaml", "iea16mw")
 
 
 @pytest.mark.parametrize("name", list_turbines())

@@ -267,22 +267,21 @@ def _write(result: Result, out: Path, outb: bool) -> list[Path]:
 @app.command()
 def turbines() -> None:
     """List the turbines of the library."""
-    from meltemi.turbine.library import list_turbines, load_turbine
+    from meltemi.turbine.library import library_entries
 
-    rows = []
-    for name in list_turbines():
-        t = load_turbine(name)
-        rows.append(
-            [
-                name,
-                t.description,
-                t.source,
-                f"{t.rated_power / 1e6:g}",
-                f"{t.rotor_diameter:g}",
-                f"{t.hub_height:.1f}",
-            ]
-        )
-    print_table("Library", ["name", "what", "source", "MW", "rotor m", "hub m"], rows, text_columns=3)
+    rows = [
+        [
+            name,
+            entry.verified,
+            f"{entry.source}; {entry.licence}",
+            f"{entry.rated_power / 1e6:g}",
+            f"{entry.rotor_diameter:g}",
+            f"{entry.hub_height:.1f}",
+        ]
+        for name, entry in sorted(library_entries().items(), key=lambda item: item[1].rated_power)
+    ]
+    head = ["name", "verified by", "source; licence", "MW", "rotor m", "hub m"]
+    print_table("Library", head, rows, text_columns=3)
 
 
 @app.command()

@@ -1,22 +1,25 @@
-"""``meltemi import``: somebody else's description becomes a turbine file, a case file and a report."""
+"""``meltemi import``: somebody else's description becomes a turbine file and a report, a deck also a case file."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
 from meltemi.app.terminal import OutOption, print_table, results_in
 from meltemi.core.errors import InputError
 
-HELP = "Turn an OpenFAST deck (.fst) into a turbine file and a case file, with a report."
+if TYPE_CHECKING:
+    from meltemi.turbine.report import Imported
+
+HELP = "Turn an OpenFAST deck (.fst) or a windIO file (.yaml) into a turbine file, with a report."
 MOST_LINES = 20
 """Notes printed of each kind; the report has all."""
 
 
 def import_(
-    source: Annotated[Path, typer.Argument(help="Main file of an OpenFAST deck (.fst).")],
+    source: Annotated[Path, typer.Argument(help="Main file of an OpenFAST deck (.fst), or a windIO file (.yaml).")],
     blade: Annotated[
         str, typer.Option("--blade", help="Sections of the blade: deck (what it computes with), elastodyn, beamdyn.")
     ] = "deck",
@@ -42,8 +45,21 @@ def import_(
     from meltemi.loadcases.openfast import deck_case
     from meltemi.turbine.library import load_turbine, write_turbine
     from meltemi.turbine.openfast import read_deck
-    from meltemi.turbine.report import KINDS, report_text
+    from meltemi.turbine.windio import import_windio
 
+    if source.suffix.lower() in (".yaml", ".yml"):
+        of_decks = {"--blade": blade != "deck", "--fixed-base": fixed_base, "--momentum-wake": momentum_wake}
+        of_decks |= {"--discon": discon is not None, "--control-of": control_of is not None}
+        for option in (name for name, used in of_decks.items() if used):
+            raise InputError(f"{option} is for OpenFAST decks, {source} is a windIO file")
+        imported = import_windio(source, extra)
+        _show(imported)
+        with results_in(out):
+            write_turbine(imported.turbine, out / "turbine.yaml")
+            _write_report(imported, source, out)
+        _wrote(out, "turbine.yaml", "report.md")
+        print(f"next: meltemi run {out / 'turbine.yaml'} --wind-speed 12")
+        return
     deck = read_deck(
         source,
         blade=_choice(blade),
@@ -54,21 +70,38 @@ def import_(
         extra=None if extra is None else flat(read_mapping(extra)),
     )
     case = deck_case(deck, "turbine.yaml")
-    for kind in KINDS[:2]:
-        notes = deck.noted(kind)
-        if kind == "approximated" and notes:
-            rows = [[note.where, note.what, note.why] for note in notes[:MOST_LINES]]
-            print_table("Approximated", ["where", "what", "how"], rows, text_columns=3)
-    print(", ".join(f"{len(deck.noted(kind))} {kind}" for kind in KINDS) + ": see the report")
+    _show(deck)
     if deck.wind is None:
         print(f"the wind of the deck cannot be named in a case file; the case has {case.wind.model_dump()} instead")
     with results_in(out):
         write_turbine(deck.turbine, out / "turbine.yaml")
         write_record(case, out / "case.yaml")
-        (out / "report.md").write_text(report_text(deck.notes, f"{source.name} as a turbine"), encoding="utf-8")
-    for name in ("turbine.yaml", "case.yaml", "report.md"):
-        print(f"wrote {out / name}")
+        _write_report(deck, source, out)
+    _wrote(out, "turbine.yaml", "case.yaml", "report.md")
     print(f"next: meltemi run {out / 'case.yaml'}")
+
+
+def _show(imported: Imported) -> None:
+    """What was approximated, and how many notes there are."""
+    from meltemi.turbine.report import KINDS
+
+    notes = imported.noted("approximated")
+    if notes:
+        rows = [[note.where, note.what, note.why] for note in notes[:MOST_LINES]]
+        print_table("Approximated", ["where", "what", "how"], rows, text_columns=3)
+    print(", ".join(f"{len(imported.noted(kind))} {kind}" for kind in KINDS) + ": see the report")
+
+
+def _write_report(imported: Imported, source: Path, out: Path) -> None:
+    from meltemi.turbine.report import report_text
+
+    text = report_text(imported.notes, f"{source.name} as a turbine")
+    (out / "report.md").write_text(text, encoding="utf-8")
+
+
+def _wrote(out: Path, *names: str) -> None:
+    for name in names:
+        print(f"wrote {out / name}")
 
 
 def _choice(blade: str) -> Literal["deck", "elastodyn", "beamdyn"]:

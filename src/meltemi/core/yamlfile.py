@@ -25,8 +25,9 @@ def read_record(path: str | Path, kind: type[R]) -> R:
       InputError: the file is missing, is not YAML, or does not describe a valid ``kind``; the message
         lists every problem with its line and key.
     """
-    data, text = _mapping(Path(path), f" (a {kind.__name__})")
-    return validated(data, kind, where=str(path), text=text)
+    path = Path(path)
+    text = read_text(path)
+    return validated(parse(text, path, f"a {kind.__name__}"), kind, where=str(path), text=text)
 
 
 def read_mapping(path: str | Path) -> dict[str, Any]:
@@ -35,20 +36,21 @@ def read_mapping(path: str | Path) -> dict[str, Any]:
     Raises:
       InputError: the file is missing, is not YAML, or holds something else.
     """
-    return _mapping(Path(path), "")[0]
+    return parse(read_text(Path(path)), Path(path))
 
 
-def _mapping(path: Path, what: str) -> tuple[dict[str, Any], str]:
+def read_text(path: Path) -> str:
+    """Content of a text file.
+
+    Raises:
+      InputError: the file is missing or no UTF-8 text.
+    """
     try:
-        text = path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError(f"{path}: no such file{_similar_file(path)}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read as UTF-8 text ({error})") from None
-    data = _parse(text, path)
-    if not isinstance(data, dict):
-        raise InputError(f"{path}: expected keys and values{what}, found {type(data).__name__}")
-    return data, text
 
 
 def validated(data: dict[str, Any], kind: type[R], where: str, text: str | None = None) -> R:
@@ -86,12 +88,17 @@ def write_record(record: Record, path: str | Path) -> None:
         raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
 
 
-def _parse(text: str, path: Path) -> Any:
+def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
+    """Keys and values of a YAML text, which describes ``what``.
+
+    Raises:
+      InputError: it is not YAML, or not keys and values.
+    """
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
     try:
-        return YAML(typ="safe").load(text)
+        data = YAML(typ="safe").load(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
@@ -100,6 +107,10 @@ def _parse(text: str, path: Path) -> Any:
         raise InputError(
             f"{path}: not valid YAML: {str(error).splitlines()[0] if str(error) else type(error).__name__}"
         ) from None
+    if not isinstance(data, dict):
+        described = f" ({what})" if what else ""
+        raise InputError(f"{path}: expected keys and values{described}, found {type(data).__name__}")
+    return data
 
 
 def _similar_file(path: Path) -> str:

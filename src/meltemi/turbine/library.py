@@ -3,27 +3,61 @@
 from __future__ import annotations
 
 from functools import cache
+from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.yamlfile import read_record, write_record
+from meltemi.core.record import Record
+from meltemi.core.yamlfile import read_mapping, read_record, validated, write_record
 from meltemi.turbine.definition import Turbine
+from meltemi.turbine.windio import read_windio
 
 DATA = Path(__file__).parent / "data"
+WINDIO = "windIO/examples/turbine"
+"""Where the windIO package has its turbines."""
+
+
+class LibraryEntry(Record):
+    """What there is to know about a turbine of the library before it is loaded."""
+
+    file: str
+    """The turbine, or what its windIO file lacks."""
+    windio: str | None = None
+    """File of the windIO package that it is read from."""
+    rated_power: float
+    """[W] electrical."""
+    rotor_diameter: float
+    """[m]."""
+    hub_height: float
+    """[m]."""
+    source: str
+    licence: str
+    """Of the data."""
+    verified: str
+    """What has been compared with other sources."""
+
+
+@cache
+def library_entries() -> dict[str, LibraryEntry]:
+    """The turbines of the library by name."""
+    path = DATA / "library.yaml"
+    data = read_mapping(path)
+    return {name: validated(entry, LibraryEntry, f"{path}: {name}") for name, entry in data.items()}
 
 
 def list_turbines() -> list[str]:
     """Names that :func:`load_turbine` knows."""
-    return sorted(path.stem for path in DATA.glob("*.yaml"))
+    return sorted(library_entries())
 
 
 def load_turbine(name: str | Path) -> Turbine:
     """A turbine from the library by its name, or from a YAML file or OpenFAST deck (.fst) by its path.
 
     Raises:
-      InputError: no such turbine or file, or the file does not describe a valid turbine.
+      InputError: no such turbine or file, or the file does not describe a valid turbine, or the turbine's data are in
+        the windIO package, which is not installed.
     """
-    if str(name) in list_turbines():
+    if str(name) in library_entries():
         return _from_library(str(name))
     path = Path(name)
     if path.suffix == ".fst":
@@ -40,7 +74,27 @@ def load_turbine(name: str | Path) -> Turbine:
 
 @cache
 def _from_library(name: str) -> Turbine:
-    return read_record(DATA / f"{name}.yaml", Turbine)
+    entry = library_entries()[name]
+    if entry.windio is None:
+        return read_record(DATA / entry.file, Turbine)
+    return read_windio(windio_file(entry.windio, name), DATA / entry.file)
+
+
+def windio_file(name: str, wanted_for: str) -> Path:
+    """A turbine file of the windIO package, which is not imported.
+
+    Raises:
+      InputError: the package is not installed, or has no such file.
+    """
+    install = "pip install 'meltemi[windio]'"
+    try:
+        package = distribution("windIO")
+    except PackageNotFoundError:
+        raise InputError(f"the data of {wanted_for} are in the package windIO, which is missing: {install}") from None
+    path = Path(str(package.locate_file(f"{WINDIO}/{name}")))
+    if not path.is_file():
+        raise InputError(f"windIO {package.version} has no {WINDIO}/{name}, the data of {wanted_for}: {install}")
+    return path
 
 
 def write_turbine(turbine: Turbine, path: str | Path) -> None:

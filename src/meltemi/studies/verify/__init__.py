@@ -9,6 +9,7 @@ from meltemi.core.errors import InputError
 from meltemi.studies.verify import (
     closed_form,
     elastodyn_blade,
+    iea,
     modes,
     momentum,
     published,
@@ -48,6 +49,7 @@ FULL: tuple[Study, ...] = (
     (12.0, lambda: steady.steady("B")),
     (2.0, lambda: steady.spanwise("B")),
     (2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),
+    *(((1.0, iea.frequencies), (8.0, iea.steady_15mw), (3.0, iea.steady_22mw)) if iea.installed() else ()),
 )
 TURBULENCE_SECONDS = 20.0
 

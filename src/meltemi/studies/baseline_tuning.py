@@ -1,0 +1,208 @@
+"""``tune_baseline``: gains of the baseline law from the turbine's own aerodynamics, by the rule of its authors.
+
+The speed of the rotor under the pitch loop is an oscillator (Jonkman et al. 2009, section 7.3):
+
+    I phi'' + N (-dP/dtheta) / Omega (K_P phi' + K_I phi) = 0       I: rotor and N^2 generator, N: gear ratio
+
+so a frequency w and a damping ratio zeta ask for
+
+    K_P = 2 I Omega zeta w / (N (-dP/dtheta)),    K_I = I Omega w^2 / (N (-dP/dtheta))
+
+dP/dtheta is the sensitivity of the rotor's power to collective pitch at operating points from rated wind to cut-out,
+with the induced velocities and the deflections held ("frozen wake"). A straight line through it against pitch gives
+its value at zero pitch and the pitch at which it has doubled, where the gains are to be halved.
+
+The frequency is that of the NREL 5 MW, 0.6 rad/s, scaled with the rated rotor speed: as many revolutions to an
+oscillation, 2.1, on any rotor. The optimal gain is torque over speed squared where the power coefficient is largest,
+or at a tip-speed ratio that is given, but at most so large that rated power is not passed below rated speed.
+
+Reference: Jonkman et al. (2009), NREL/TP-500-38060; docs/theory/control.md (C-9a to C-9c).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.actuators import ANGLE
+from meltemi.core.errors import InputError
+from meltemi.core.tables import View
+from meltemi.core.units import rpm
+from meltemi.simulation.case import Case
+from meltemi.simulation.model import Model, build
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.structure.tables import BLADE_NODE
+from meltemi.turbine.definition import BaselineControl, Turbine
+
+Float = NDArray[np.float64]
+
+FREQUENCY, OF_SPEED = 0.6, rpm(12.1)
+"""[rad/s] of the speed loop of the NREL 5 MW, and its rated rotor speed."""
+DAMPING = 0.7
+POINTS = 8
+"""Operating points from rated wind to cut-out."""
+AZIMUTHS = 4
+"""Rotor positions in a third of a revolution over which the sensitivity is averaged."""
+STEP = math.radians(0.1)
+"""Of pitch, to both sides."""
+PART_SPEED = 0.8
+"""Of the reference speed, where the optimal gain is taken."""
+RATIOS = 4.0, 14.0
+"""Tip-speed ratios among which the best is sought."""
+
+
+@dataclass(frozen=True)
+class BaselineTuning:
+    """Gains of the baseline law and what they were made from.
+
+    Attributes:
+      control: the turbine's control with the new gains.
+      frequency: [rad/s] of the speed loop.
+      damping_ratio: of the same.
+      inertia: [kg m^2] of rotor and generator about the shaft.
+      wind_speed: (n,) [m/s] of the operating points.
+      pitch: (n,) [rad].
+      sensitivity: (n,) [W/rad] of the power to pitch.
+      sensitivity_at_zero: [W/rad] of the line through them.
+      tip_speed_ratio: that the optimal gain holds at the smallest pitch.
+      power_coefficient: there, referred to the rotor radius without cone.
+    """
+
+    control: BaselineControl
+    frequency: float
+    damping_ratio: float
+    inertia: float
+    wind_speed: Float
+    pitch: Float
+    sensitivity: Float
+    sensitivity_at_zero: float
+    tip_speed_ratio: float
+    power_coefficient: float
+
+
+def tune_baseline(
+    turbine: Turbine,
+    *,
+    frequency: float | None = None,
+    damping_ratio: float = DAMPING,
+    tip_speed_ratio: float | None = None,
+    options: ModelOptions | None = None,
+) -> BaselineTuning:
+    """Pitch gains, their schedule and the optimal torque gain of the baseline law.
+
+    Speeds, limits, filter and rated power stay as they are.
+
+    Args:
+      frequency: [rad/s] of the speed loop; by default 0.6 rad/s times the rated rotor speed over 12.1 rpm.
+      damping_ratio: of the speed loop.
+      tip_speed_ratio: that the optimal gain holds; by default the one of the largest power coefficient.
+      options: of the model; dynamic stall is left out.
+
+    Raises:
+      InputError: a number is not above zero, the wind does not drive the rotor, or the power does not
+        fall with pitch.
+    """
+    reference = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+    if frequency is None:
+        frequency = FREQUENCY * reference / OF_SPEED
+    given = {"frequency": frequency, "damping_ratio": damping_ratio, "tip_speed_ratio": tip_speed_ratio}
+    for name, value in given.items():
+        if value is not None and not value > 0.0:
+            raise InputError(f"tune_baseline: {name} must be above zero, found {value!r}")
+    model = build(turbine, (options or ModelOptions()).replace(stall="static", inflow="variable"))
+    best, gain, coefficient = _optimal(model, PART_SPEED * reference, tip_speed_ratio)
+    ratio, torque, pitch_control = turbine.drivetrain.gear_ratio, turbine.control.torque, turbine.control.pitch
+    most = torque.rated_power / torque.rated_speed**3  # more would be above rated power below rated speed
+    control = turbine.control.replace(**{"torque.optimal_gain": min(gain / ratio**3, most)})
+    model = build(turbine.replace(control=control), model.options)
+    speeds = np.linspace(_rated_wind(model), turbine.cut_out, POINTS)
+    points = [operating_point(model, float(u)) for u in speeds]
+    pitch = np.array([point.pitch for point in points])
+    sensitivity = np.array([_sensitivity(model, point) for point in points])
+    slope, at_zero = np.polyfit(pitch, sensitivity, 1)
+    if at_zero >= 0.0 or slope >= 0.0:
+        raise InputError(
+            f"tune_baseline: the power of {turbine.name} does not fall ever faster with pitch ({at_zero:.3g} W/rad at "
+            f"zero pitch, then {slope:.3g} W/rad^2): look at its polars, twist and rated speed"
+        )
+    inertia = _inertia(model)
+    unit = inertia * reference / (ratio * -at_zero)
+    tuned = pitch_control.replace(
+        proportional_gain=2.0 * damping_ratio * frequency * unit,
+        integral_gain=frequency**2 * unit,
+        gain_halving_pitch=float(at_zero / slope),
+    )
+    control = control.replace(pitch=tuned, source=f"{control.source}; gains by tune_baseline".lstrip("; "))
+    return BaselineTuning(
+        control=control,
+        frequency=frequency,
+        damping_ratio=damping_ratio,
+        inertia=inertia,
+        wind_speed=speeds,
+        pitch=pitch,
+        sensitivity=sensitivity,
+        sensitivity_at_zero=float(at_zero),
+        tip_speed_ratio=best,
+        power_coefficient=coefficient,
+    )
+
+
+def _optimal(model: Model, speed: float, wanted: float | None) -> tuple[float, float, float]:
+    """Tip-speed ratio, by default the best at the smallest pitch; torque over speed squared and power coefficient."""
+    from scipy.optimize import minimize_scalar
+
+    turbine = model.turbine
+    R, rho = turbine.rotor_radius, model.environment.air_density
+    pitch = turbine.control.pitch.minimum
+
+    def torque(tip_ratio: float) -> float:
+        point = operating_point(model, speed * R / tip_ratio, rotor_speed=speed, pitch=pitch)
+        return point["rotor_aero_torque"]
+
+    def lost(tip_ratio: float) -> float:
+        return -torque(tip_ratio) * tip_ratio**3  # power over the cube of the wind speed
+
+    best = wanted or float(minimize_scalar(lost, bounds=RATIOS, method="bounded", options={"xatol": 0.01}).x)
+    found = torque(best)
+    if found <= 0.0:
+        raise InputError(f"tune_baseline: the wind does not drive the rotor of {turbine.name} at its smallest pitch")
+    return best, found / speed**2, found * speed / (0.5 * rho * math.pi * R**2 * (speed * R / best) ** 3)
+
+
+def _rated_wind(model: Model) -> float:
+    """[m/s] where the pitch leaves its minimum."""
+    low, high = model.turbine.cut_in, model.turbine.cut_out
+    smallest = model.turbine.control.pitch.minimum
+    for _ in range(8):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if operating_point(model, middle).pitch > smallest + 1e-6 else (middle, high)
+    return high
+
+
+def _sensitivity(model: Model, point: OperatingPoint) -> float:
+    """[W/rad] power over pitch at an operating point, deflections and induced velocities held."""
+    case = Case(model, point.wind)
+    rotor = case.view("rotor")
+    torque = np.zeros(2)
+    for psi in 2.0 * math.pi / model.n_blades / AZIMUTHS * np.arange(AZIMUTHS):
+        for side, sign in enumerate((-1.0, 1.0)):
+            point.put(case, float(psi))
+            case["pitch"][ANGLE] = point.pitch + sign * STEP
+            for _ in range(3):
+                case.evaluate(0.0)
+            torque[side] += rotor["torque"] / AZIMUTHS
+    return float(point.rotor_speed * (torque[1] - torque[0]) / (2.0 * STEP))
+
+
+def _inertia(model: Model) -> float:
+    """[kg m^2] of blades, hub and generator about the shaft."""
+    turbine = model.turbine
+    nodes = View(BLADE_NODE, model.blade_nodes)
+    x, y, z = nodes["position"]
+    across = x * math.sin(turbine.hub.precone) + z * math.cos(turbine.hub.precone)
+    blades = float(np.sum(nodes["mass"] * (across**2 + y**2)))
+    return blades + turbine.hub.inertia + turbine.drivetrain.gear_ratio**2 * turbine.drivetrain.generator_inertia
