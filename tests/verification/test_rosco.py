@@ -115,15 +115,18 @@ def test_what_rosco_refuses_is_said(discon: Path, model: meltemi.Model, tmp_path
     assert "IPC_ControlMode must be" in result.message
 
 
+@pytest.mark.parametrize("source", ["library", "deck"])
 @pytest.mark.parametrize("speed", [12.0, 18.0])
-def test_the_iea15mw_from_its_deck(speed: float, tmp_path: Path) -> None:
-    """Deck and settings of the rosco package: 15 MW and 7.56 rpm, at the pitch of the baseline law's steady state."""
+def test_the_iea15mw(speed: float, source: str, tmp_path: Path) -> None:
+    """Settings of the rosco package: 15 MW and 7.56 rpm, at the pitch of the baseline law's steady state."""
     folder = "Test_Cases/IEA-15-240-RWT/IEA-15-240-RWT-Monopile/IEA-15-240-RWT-Monopile"
+    if source == "library":
+        pytest.importorskip("windIO")
     try:
         deck, settings = rosco_example(f"{folder}.fst"), rosco_example(f"{folder}_DISCON.IN")
     except meltemi.InputError as missing:
         pytest.skip(str(missing))
-    turbine = meltemi.read_openfast(deck)
+    turbine = meltemi.read_openfast(deck) if source == "deck" else meltemi.load_turbine("iea15mw")
     discon = edit_discon(settings, tmp_path / "DISCON.IN", LoggingLevel=0)
     model = meltemi.build(turbine)
     controller = meltemi.bladed_controller(turbine, meltemi.find_rosco(), discon)
