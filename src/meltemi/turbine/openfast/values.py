@@ -31,6 +31,7 @@ class Values:
         self.notes = notes
         self.data: dict[str, Any] = {}
         self.source: dict[str, str] = {}
+        self._shown: dict[str, str] = {}
 
     def __getitem__(self, target: str) -> Any:
         return self.data.get(target)
@@ -47,15 +48,12 @@ class Values:
         shown = what if what is not None else f"{name} = {self._shown.get(target, '')}"
         self.notes.append(Note(kind, where, shown, why))
 
-    _shown: dict[str, str]
-
     def read(self, file: InputFile) -> InputFile:
         """Add what a file says; every keyword in it gets a note.
 
         Raises:
           InputError: a keyword is missing or its value is not what it should be.
         """
-        self._shown = getattr(self, "_shown", {})
         taken: set[int] = set()
         for row in ROWS[file.module]:
             if not row.target:
