@@ -246,9 +246,9 @@ blade_stations: [20.0, 40.0] # m from the root: section loads there are channels
 tower_stations: [43.8]       # m above the base
 
 options:                     # docs: options; defaults are shown
-  flap_modes: 2              # modes of each blade
+  flap_modes: 2              # modes of each blade; by default more for blades of 6 x 6 sections
   edge_modes: 1
-  torsion_modes: 1           # by default 1 if the blade has a stiffness in torsion
+  torsion_modes: 1
   fore_aft_modes: 2          # modes of the tower
   side_side_modes: 2
   locked: []                 # e.g. [yaw, drivetrain]

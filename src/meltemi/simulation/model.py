@@ -164,8 +164,7 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
     environment = environment or Environment()
     _refuse(turbine)
     blade_layout = _blade_layout(turbine, options)
-    torsion = int(turbine.blade.structure.twists) if options.torsion_modes is None else options.torsion_modes
-    blade_counts = {"flap": options.flap_modes, "edge": options.edge_modes, "torsion": torsion}
+    blade_counts = blade_modes(turbine, options)
     given = options.mode_shapes == "given"
     with _about(f"{turbine.name}: blade.structure"):
         blade = blade_member(turbine.blade.structure, blade_counts, blade_layout, given=given)
@@ -225,6 +224,15 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         increments=_increments(turbine),
         flap_actuators=_flap_actuators(turbine),
     )
+
+
+def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
+    """Numbers of flap, edge and torsion modes of a blade: those of the options, or the usual ones for its sections."""
+    structure = turbine.blade.structure
+    usual = (3, 2, 2) if structure.stiffness_matrix is not None else (2, 1, int(structure.twists))
+    asked = (options.flap_modes, options.edge_modes, options.torsion_modes)
+    kinds = ("flap", "edge", "torsion")
+    return {kind: n if given is None else given for kind, n, given in zip(kinds, usual, asked, strict=True)}
 
 
 @contextmanager

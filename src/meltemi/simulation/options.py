@@ -33,12 +33,13 @@ BEDDOES = StallConstants(a1=0.3, a2=0.7, b1=0.14, b2=0.53, pressure_lag=1.7, sep
 class ModelOptions(Record):
     """Degrees of freedom, aerodynamic models, discretisation."""
 
-    flap_modes: int = Field(default=2, ge=0, le=10)
-    """Flapwise modes of each blade."""
-    edge_modes: int = Field(default=1, ge=0, le=10)
-    """Edgewise modes of each blade."""
+    flap_modes: int | None = Field(default=None, ge=0, le=10)
+    """Flapwise modes of each blade; by default two, or three if its sections are 6 x 6 matrices, which couple bending
+    and torsion."""
+    edge_modes: int | None = Field(default=None, ge=0, le=10)
+    """Edgewise modes of each blade; by default one, or two with 6 x 6 matrices."""
     torsion_modes: int | None = Field(default=None, ge=0, le=5)
-    """Torsional modes of each blade; by default one if the blade has a stiffness in torsion."""
+    """Torsional modes of each blade; by default one if it has a stiffness in torsion, two with 6 x 6 matrices."""
     fore_aft_modes: int = Field(default=2, ge=0, le=5)
     """Fore-aft modes of the tower."""
     side_side_modes: int = Field(default=2, ge=0, le=5)

@@ -13,7 +13,7 @@ import numpy as np
 from meltemi.aero.stall_tables import zero_lift_angle
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.environment.site import Environment
-from meltemi.simulation.model import Model, build, head_mass
+from meltemi.simulation.model import Model, blade_modes, build, head_mass
 from meltemi.simulation.options import BEDDOES, ModelOptions, StallConstants
 from meltemi.structure.members import Member, blade_member
 from meltemi.studies.openfast_writer.sections import classical, damping_ratios, damping_times, matrices
@@ -131,6 +131,7 @@ class _Deck:
 
     def __init__(self, turbine: Turbine, options: ModelOptions, environment: Environment) -> None:
         self.turbine, self.options, self.environment = turbine, options, environment
+        self.modes = blade_modes(turbine, options)
         self.notes: list[Note] = []
         self.name = re.sub(r"[^\w.-]+", "_", turbine.name)
         self.title = turbine.description or turbine.name
@@ -156,7 +157,11 @@ class _Deck:
             ),
             (t.blade.flaps, "trailing-edge flaps", "AeroDyn has them in tables of another kind"),
             (o.tower_torsion_modes, "torsion of the tower", "ElastoDyn has none"),
-            (o.flap_modes > 2 or o.edge_modes > 1, "further blade modes", "ElastoDyn has 2 flap modes and 1 edge mode"),
+            (
+                self.modes["flap"] > 2 or self.modes["edge"] > 1,
+                "further blade modes",
+                "ElastoDyn has 2 flap modes and 1 edge mode",
+            ),
             (o.fore_aft_modes > 2 or o.side_side_modes > 2, "further tower modes", "ElastoDyn has two each way"),
             (t.pitch_actuator.kind == "second_order", "pitch actuator", "the controller library has to model it"),
         ):
@@ -184,9 +189,9 @@ class _Deck:
         n, h, d = t.nacelle, t.hub, t.drivetrain
         free = {name: name not in o.locked for name in ("tower", "yaw", "generator", "drivetrain", "blades")}
         values: dict[str, object] = {
-            "FlapDOF1": o.flap_modes > 0 and free["blades"] and "flap" not in o.locked,
-            "FlapDOF2": o.flap_modes > 1 and free["blades"] and "flap" not in o.locked,
-            "EdgeDOF": o.edge_modes > 0 and free["blades"] and "edge" not in o.locked,
+            "FlapDOF1": self.modes["flap"] > 0 and free["blades"] and "flap" not in o.locked,
+            "FlapDOF2": self.modes["flap"] > 1 and free["blades"] and "flap" not in o.locked,
+            "EdgeDOF": self.modes["edge"] > 0 and free["blades"] and "edge" not in o.locked,
             "DrTrDOF": free["drivetrain"],
             "GenDOF": free["generator"],
             "YawDOF": free["yaw"],
