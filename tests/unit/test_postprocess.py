@@ -359,7 +359,7 @@ def test_a_run_survives_a_file(run: Result, run_file: Path) -> None:
     assert len(run.channels) > 800
     again = read_netcdf(run_file)
     same(again, run)
-    assert again.meta["options"]["flap_modes"] == 2
+    assert again.meta["options"]["fore_aft_modes"] == 2
     assert np.array_equal(again["q blade 1 1st flap"], run["q blade 1 1st flap"])
 
 
