@@ -110,7 +110,6 @@ def read_beamdyn(file: InputFile, length: float, notes: list[Note]) -> dict[str,
         "twist": np.interp(at, z, twist),
         "stiffness_matrix": K,
         "mass_matrix": M,
-        "source": path.name,
     }
     if np.any(x) or np.any(y):
         structure["axis_x"], structure["axis_y"] = np.interp(at, z, x), np.interp(at, z, y)

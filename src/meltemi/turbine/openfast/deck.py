@@ -93,12 +93,10 @@ def read_deck(
         raise InputError(f"{path}: not the main file of an OpenFAST deck (.fst): no CompElast and EDFile in it")
     v.read(main)
     _refuse_modules(main, v, fixed_base)
-    _read(main, "elastodyn", "ElastoDyn", v)
+    elastodyn = v.read(_open(main, "EDFile", "ElastoDyn"))
     _refuse_platform(path, v, fixed_base)
-    elastodyn = _open(main, "elastodyn", "ElastoDyn")
     aero_values = Values(notes)
-    aero = _open(main, "aero", "AeroDyn", v)
-    aero_values.read(aero)
+    aero = aero_values.read(_open(main, "AeroFile", "AeroDyn"))
     _refuse_wake(aero, aero_values, momentum_wake)
 
     polars = _polars(aero, aero_values, notes)
@@ -109,7 +107,6 @@ def read_deck(
     if not length > 0.0:
         raise InputError(f"{elastodyn.path}: TipRad must be larger than HubRad")
     structure = _structure(main, elastodyn, v, length, blade, notes)
-    structure.pop("source", None) if isinstance(structure.get("source"), str) else None
 
     tower = read_tower(read_input(_file(elastodyn, v, "tower_file"), "ElastoDyn tower"), v, notes)
     add_diameter(tower, aero, aero_values, notes)
@@ -149,7 +146,7 @@ def read_deck(
     return Deck(
         turbine,
         tuple(notes),
-        options=_options(turbine, v, aero_values, polars, blade, momentum_wake),
+        options=_options(turbine, v, aero_values, polars, momentum_wake),
         environment={
             name: value for name, value in (("air_density", density), ("gravity", v["gravity"])) if value is not None
         },
@@ -161,16 +158,12 @@ def read_deck(
     )
 
 
-def _open(main: InputFile, target: str, module: str, v: Values | None = None) -> InputFile:
-    entry = main.require([{"elastodyn": "EDFile", "aero": "AeroFile"}[target]], f"name of the {module} file")
+def _open(main: InputFile, keyword: str, module: str) -> InputFile:
+    entry = main.require([keyword], f"name of the {module} file")
     found = main.file(entry.values[0], entry.line)
     if found is None:
         raise InputError(f"{main.at(entry.line)}: {entry.name}: a {module} file is needed, found {entry.values[0]!r}")
     return read_input(found, module)
-
-
-def _read(main: InputFile, target: str, module: str, v: Values) -> None:
-    v.read(_open(main, target, module))
 
 
 def _file(file: InputFile, v: Values, target: str) -> Path:
@@ -294,10 +287,7 @@ def _structure(
     if matrices:
         if path is None:
             raise InputError(f"{main.path}: BDBldFile(1) names no BeamDyn file")
-        structure = read_beamdyn(read_input(path, "BeamDyn"), length, notes)
-        if "damping_time" not in structure:
-            structure["damping"] = {}
-        return structure
+        return read_beamdyn(read_input(path, "BeamDyn"), length, notes)
     structure = read_elastodyn_blade(read_input(_file(elastodyn, v, "blade_file"), "ElastoDyn blade"), length, notes)
     if v.given("tip_mass", 0.0) != 0.0:
         v.note("ignored", "tip_mass", "tip brakes are not modelled")
@@ -443,9 +433,7 @@ def _validated(data: dict[str, Any], path: Path, v: Values) -> Turbine:
         raise InputError("\n".join(lines)) from None
 
 
-def _options(
-    turbine: Turbine, v: Values, aero: Values, polars: Polars, blade: BladeChoice, momentum_wake: bool
-) -> dict[str, Any]:
+def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum_wake: bool) -> dict[str, Any]:
     """Degrees of freedom and models of the deck; for the rest what OpenFAST 5 does."""
     locked = [name for name in ("drivetrain", "generator", "yaw") if v.given(name, True) is False]
     flexible = turbine.blade.structure.stiffness_matrix is not None

@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.turbine.definition import Foundation
-from meltemi.turbine.openfast.text import InputFile, read_input
+from meltemi.turbine.openfast.text import Entry, InputFile, number, read_input
 from meltemi.turbine.openfast.values import Values
 from meltemi.turbine.pile import pile_foundation
 from meltemi.turbine.report import Note
@@ -45,7 +45,6 @@ def read_tower(file: InputFile, values: Values, notes: list[Note]) -> dict[str, 
     if not length > 0.0:
         raise InputError(f"{values.source['tower_top']}: TowerHt must be above TowerBsHt")
     position = columns["position"] * length
-    position[0] += 0.0 if position[0] > 1e-6 else -position[0]
     for name, target, what in (
         ("fore_aft_tuner", 1, "fore-aft"),
         ("fore_aft_tuner_2", 2, "fore-aft"),
@@ -83,9 +82,7 @@ def shapes(file: InputFile, wanted: dict[str, tuple[str, ...]]) -> dict[str, Any
     return found
 
 
-def _coefficient(file: InputFile, entry: Any) -> float:
-    from meltemi.turbine.openfast.text import number
-
+def _coefficient(file: InputFile, entry: Entry) -> float:
     value = number(entry.values[0])
     if value is None:
         raise InputError(f"{file.at(entry.line)}: {entry.name}: expected a number, found {entry.values[0]!r}")
@@ -166,16 +163,16 @@ def read_pile(file: InputFile, notes: list[Note]) -> Foundation:
             f"{file.path}: the substructure has {len(height)} joints and {len(members['a'])} members that are not one "
             "upright pile; only monopiles are modelled, or a fixed base (fixed_base=True, --fixed-base)"
         )
-    number = {int(j): float(z) for j, z in zip(joints["id"], joints["z"], strict=True)}
+    joint_height = {int(j): float(z) for j, z in zip(joints["id"], joints["z"], strict=True)}
     which = {int(i): k for k, i in enumerate(sets["id"])}
     stations: list[tuple[float, int]] = []
     for a, b, first, second in zip(members["a"], members["b"], members["first"], members["second"], strict=True):
         for joint, prop in ((a, first), (b, second)):
-            if int(joint) not in number or int(prop) not in which:
+            if int(joint) not in joint_height or int(prop) not in which:
                 raise InputError(
                     f"{file.path}: a member names joint {int(joint)} or property set {int(prop)}: not there"
                 )
-            stations.append((number[int(joint)], which[int(prop)]))
+            stations.append((joint_height[int(joint)], which[int(prop)]))
     stations.sort()
     z = np.array([s[0] for s in stations])
     z += 1e-6 * np.arange(len(z))  # members that meet have two values there
