@@ -23,17 +23,13 @@ def read_elastodyn_blade(file: InputFile, length: float, notes: list[Note]) -> d
     values.read(file)
     entry = file.require(["NBlInpSt"], "number of stations")
     wanted = {
-        "position": ["BlFract"],
-        "twist": ["StrcTwst"],
-        "mass": ["BMassDen"],
-        "flap_stiffness": ["FlpStff"],
-        "edge_stiffness": ["EdgStff"],
+        "position": "BlFract",
+        "twist": "StrcTwst",
+        "mass": "BMassDen",
+        "flap_stiffness": "FlpStff",
+        "edge_stiffness": "EdgStff",
     }
-    columns = file.table(entry, ["BlFract"], wanted)
-    if missing := [names[0] for target, names in wanted.items() if target not in columns]:
-        raise InputError(
-            f"{file.path}: the table of the blade needs the column{'s' * (len(missing) > 1)} {', '.join(missing)}"
-        )
+    columns = file.table(entry, wanted)
     for name in ("flap_tuner", "flap_tuner_2"):
         if values.given(name, 1.0) != 1.0:
             values.note("ignored", name, "tuning of a mode: modes follow from the stiffness")
@@ -86,13 +82,10 @@ def read_beamdyn(file: InputFile, length: float, notes: list[Note]) -> dict[str,
         raise UnsupportedError(f"{file.path}: blades of {values['members']} members are not read, only of one")
     keys = file.table(
         file.require(["kp_total"], "number of key points"),
-        ["kp_xr"],
-        {"x": ["kp_xr"], "y": ["kp_yr"], "z": ["kp_zr"], "twist": ["initial_twist"]},
+        {"x": "kp_xr", "y": "kp_yr", "z": "kp_zr", "twist": "initial_twist"},
     )
-    if len(keys) < 4 or len(keys["z"]) < 3:
-        raise InputError(
-            f"{file.path}: key points need the columns kp_xr, kp_yr, kp_zr, initial_twist, in 3 rows or more"
-        )
+    if len(keys["z"]) < 3:
+        raise InputError(f"{file.path}: at least 3 key points are needed")
     z = keys["z"]
     if abs(z[0]) > 1e-6 or np.any(np.diff(z) <= 0.0) or abs(z[-1] / length - 1.0) > 2e-3:
         raise InputError(
@@ -191,26 +184,16 @@ def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[Note]) -> 
     """
     Values(notes).read(file)
     entry = file.require(["NumBlNds"], "number of stations")
-    wanted = {
-        "position": ["BlSpn"],
-        "chord": ["BlChord"],
-        "twist": ["BlTwist"],
-        "airfoil": ["BlAFID"],
-        "centre_x": ["BlCrvAC"],
-        "centre_y": ["BlSwpAC"],
-    }
-    columns: dict[str, Any] = file.table(entry, ["BlSpn"], wanted)
-    if missing := [wanted[t][0] for t in ("position", "chord", "twist", "airfoil") if t not in columns]:
-        raise InputError(
-            f"{file.path}: the table of the blade needs the column{'s' * (len(missing) > 1)} {', '.join(missing)}"
-        )
+    wanted = {"position": "BlSpn", "chord": "BlChord", "twist": "BlTwist", "airfoil": "BlAFID"}
+    offsets = {"centre_x": "BlCrvAC", "centre_y": "BlSwpAC"}
+    columns: dict[str, Any] = dict(file.table(entry, wanted | offsets, optional=tuple(offsets)))
     ids = columns["airfoil"]
     if np.any(ids != np.round(ids)) or np.any(ids < 1) or np.any(ids > len(names)):
         i = int(np.flatnonzero((ids != np.round(ids)) | (ids < 1) | (ids > len(names)))[0])
         raise InputError(f"{file.path}: BlAFID of station {i + 1} is {ids[i]:g}; there are airfoils 1 to {len(names)}")
     columns["airfoil"] = tuple(names[int(i) - 1] for i in ids)
     columns["twist"] = np.radians(columns["twist"])
-    for name in ("centre_x", "centre_y"):
+    for name in offsets:
         if name in columns and not np.any(columns[name]):
             del columns[name]
     notes.append(

@@ -100,8 +100,7 @@ def read_deck(
     _refuse_wake(aero, aero_values, momentum_wake)
 
     polars = _polars(aero, aero_values, notes)
-    shape_path = aero_values.file(aero, "blade_file")
-    assert shape_path is not None
+    shape_path = _file(aero, aero_values, "blade_file")
     outer = read_aerodyn_blade(read_input(shape_path, "AeroDyn blade"), list(polars.airfoils), notes)
     length = v["tip_radius"] - v["hub.radius"]
     if not length > 0.0:

@@ -102,37 +102,31 @@ class InputFile:
             "a line reads: value, keyword, comment"
         )
 
-    def rows(self, entry: Entry, count: int, columns: int, *, first: str) -> list[list[str]]:
-        """``count`` lines of a table with at least ``columns`` entries, below the header that names ``first``.
-
-        The header is looked for below the line of ``entry``, which tells the count; lines of units are skipped.
-
-        Raises:
-          InputError: no such header, a line that is too short, or fewer or more lines than counted.
-        """
-        return [tokens for _, tokens in self._table(entry, count, columns, first)[1]]
-
-    def table(self, entry: Entry, first: Sequence[str], wanted: Mapping[str, Sequence[str]]) -> dict[str, Float]:
+    def table(self, entry: Entry, wanted: Mapping[str, str], optional: Sequence[str] = ()) -> dict[str, Float]:
         """Columns of numbers by their names in the header.
 
         Args:
           entry: the line that says how many rows there are.
-          first: names of a column by which the header is known.
-          wanted: for each column wanted the names it may have; missing columns are left out.
+          wanted: for each column its name in the header; the header is known by the first.
+          optional: columns that may be missing, and are left out then.
 
         Raises:
           InputError: with file, line, and what was expected.
         """
         count = self.count(entry)
-        header, rows = self._table(entry, count, 1, *first)
+        header, rows = self._table(entry, count, next(iter(wanted.values())))
         columns = [key(name) for name in header]
-        result: dict[str, Float] = {}
-        for target, names in wanted.items():
-            place = next((columns.index(key(name)) for name in names if key(name) in columns), None)
-            if place is None:
-                continue
-            result[target] = np.array([self._cell(line, tokens, place, names[0]) for line, tokens in rows])
-        return result
+        missing = [name for target, name in wanted.items() if key(name) not in columns and target not in optional]
+        if missing:
+            raise InputError(
+                f"{self.path}: the table of {entry.name} (line {entry.line}) needs the "
+                f"column{'s' * (len(missing) > 1)} {', '.join(missing)}"
+            )
+        places = {t: (columns.index(key(name)), name) for t, name in wanted.items() if key(name) in columns}
+        return {
+            target: np.array([self._cell(line, tokens, place, name) for line, tokens in rows])
+            for target, (place, name) in places.items()
+        }
 
     def _cell(self, line: int, tokens: list[str], place: int, name: str) -> float:
         if place >= len(tokens):
@@ -144,19 +138,16 @@ class InputFile:
             raise InputError(f"{self.at(line)}: expected a number for {name}, found {tokens[place]!r}")
         return value
 
-    def _table(
-        self, entry: Entry, count: int, columns: int, *first: str
-    ) -> tuple[list[str], list[tuple[int, list[str]]]]:
-        wanted = {key(name) for name in first}
+    def _table(self, entry: Entry, count: int, first: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
         at = entry.line
         while at < len(self.lines):
             tokens = [t for t in split(self.lines[at]) if t.strip("!")]
-            if wanted & {key(t.lstrip("!")) for t in tokens}:
+            if key(first) in (key(t.lstrip("!")) for t in tokens):
                 break
             at += 1
         else:
             raise InputError(
-                f"{self.path}: no table header with {first[0]} below line {entry.line} ({entry.name}); "
+                f"{self.path}: no table header with {first} below line {entry.line} ({entry.name}); "
                 "columns are found by their names"
             )
         header = [t.lstrip("!") for t in tokens]
@@ -166,7 +157,7 @@ class InputFile:
         rows: list[tuple[int, list[str]]] = []
         for i in range(count):
             tokens = split(self.lines[at + i]) if at + i < len(self.lines) else []
-            if len(tokens) < columns or number(tokens[0].strip("'\"")) is None:
+            if not tokens or number(tokens[0].strip("'\"")) is None:
                 raise InputError(
                     f"{self.at(min(at + i + 1, len(self.lines)))}: {entry.name} in line {entry.line} says {count} "
                     f"lines, but line {i + 1} of the table is not one ({' '.join(tokens)[:40]!r})"

@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.turbine.definition import Foundation
-from meltemi.turbine.openfast.text import Entry, InputFile, number, read_input
+from meltemi.turbine.openfast.text import Entry, Float, InputFile, number, read_input
 from meltemi.turbine.openfast.values import Values
 from meltemi.turbine.pile import pile_foundation
 from meltemi.turbine.report import Note
@@ -29,18 +29,13 @@ def read_tower(file: InputFile, values: Values, notes: list[Note]) -> dict[str, 
     own = Values(notes)
     own.read(file)
     entry = file.require(["NTwInpSt"], "number of stations")
-    columns = file.table(
-        entry,
-        ["HtFract"],
-        {
-            "position": ["HtFract"],
-            "mass": ["TMassDen"],
-            "fore_aft_stiffness": ["TwFAStif"],
-            "side_side_stiffness": ["TwSSStif"],
-        },
-    )
-    if len(columns) < 4:
-        raise InputError(f"{file.path}: the table needs the columns HtFract, TMassDen, TwFAStif, TwSSStif")
+    wanted = {
+        "position": "HtFract",
+        "mass": "TMassDen",
+        "fore_aft_stiffness": "TwFAStif",
+        "side_side_stiffness": "TwSSStif",
+    }
+    columns = file.table(entry, wanted)
     length = values["tower_top"] - values["tower.base_height"]
     if not length > 0.0:
         raise InputError(f"{values.source['tower_top']}: TowerHt must be above TowerBsHt")
@@ -98,10 +93,7 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
     entry = aero.find("NumTwrNds")
     count = aero.count(entry) if entry is not None else 0
     if entry is not None and count >= 2:
-        wanted = {"height": ["TwrElev"], "diameter": ["TwrDiam"], "drag": ["TwrCd"]}
-        table = aero.table(entry, ["TwrElev"], wanted)
-        if "height" not in table or "diameter" not in table:
-            raise InputError(f"{aero.at(entry.line)}: the table of the tower needs the columns TwrElev and TwrDiam")
+        table = aero.table(entry, {"height": "TwrElev", "diameter": "TwrDiam", "drag": "TwrCd"}, optional=("drag",))
         height = tower["position"] + tower["base_height"]
         tower["diameter"] = np.interp(height, table["height"], table["diameter"])
         if "drag" in table:
@@ -133,27 +125,14 @@ def read_pile(file: InputFile, notes: list[Note]) -> Foundation:
     Values(notes).read(file)
     name = file.path.name
 
-    def table(count: str, first: str, wanted: dict[str, list[str]]) -> dict[str, Any]:
-        found = file.table(file.require([count], "a number of lines"), [first], wanted)
-        missing = [names[0] for target, names in wanted.items() if target not in found]
-        if missing:
-            raise InputError(f"{file.path}: the table below {count} needs the columns {', '.join(missing)}")
-        return found
+    def table(count: str, wanted: dict[str, str]) -> dict[str, Float]:
+        return file.table(file.require([count], "a number of lines"), wanted)
 
-    joints = table(
-        "NJoints",
-        "JointXss",
-        {"id": ["JointID"], "x": ["JointXss"], "y": ["JointYss"], "z": ["JointZss"]},
-    )
-    members = table(
-        "NMembers",
-        "MJointID1",
-        {"a": ["MJointID1"], "b": ["MJointID2"], "first": ["MPropSetID1"], "second": ["MPropSetID2"]},
-    )
+    joints = table("NJoints", {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"})
+    members = table("NMembers", {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"})
     sets = table(
         "NPropSets",
-        "XsecD",
-        {"id": ["PropSetID"], "E": ["YoungE"], "G": ["ShearG"], "density": ["MatDens"], "d": ["XsecD"], "t": ["XsecT"]},
+        {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": "ShearG", "density": "MatDens"},
     )
     order = np.argsort(joints["z"], kind="stable")
     height = joints["z"][order]
