@@ -59,6 +59,23 @@ class StartPoint:
 
 
 @dataclass(frozen=True)
+class LogEntry:
+    """Something that happened in a run, for people.
+
+    Attributes:
+      time: [s].
+      source: who says so: "supervisor", "event".
+      what: e.g. ``"power limit -> normal stop"``.
+      reason: why, e.g. ``"wind above cut-out"``.
+    """
+
+    time: float
+    source: str
+    what: str
+    reason: str = ""
+
+
+@dataclass(frozen=True)
 class Controller:
     """A controller as the simulation takes it.
 
@@ -71,6 +88,7 @@ class Controller:
       state_names: of the entries of the state vector, for derivatives by them. In one of the name ``switches`` update
         may sum what ``meltemi.maths.generic.crossed`` gives for the distance from each of its switches.
       warnings: called with the state at the end of a run; its lines go into the result's ``warnings``.
+      log: called with the state at the end of a run; gives what happened, in order, for the result's ``log``.
       fresh: gives the controller of one run. For those that keep something beside the state vector, such as a process;
         then every run, also of a batch, has its own.
       close: called once or more when a run has ended, however it ended.
@@ -83,6 +101,7 @@ class Controller:
     uses_loads: bool = True
     state_names: tuple[str, ...] = ()
     warnings: Callable[[Vector], Sequence[str]] | None = None
+    log: Callable[[Vector], Sequence[LogEntry]] | None = None
     fresh: Callable[[], Controller] | None = None
     close: Callable[[], None] | None = None
 

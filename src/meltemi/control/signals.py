@@ -39,6 +39,9 @@ MEASUREMENTS = table(
     rotor_power                | W       | mechanical, of the low-speed shaft
     hub_moment xyz             | N m     | of the rotor on the shaft at its apex, shaft axes (not rotating)
     yaw_bearing_moment xyz     | N m     | of the nacelle on the tower, tower-top axes (not yawing)
+    grid                       | -       | 1 while there is a grid that takes power, 0 while there is none
+    request                    | -       | last word of the operator, a number of REQUESTS
+    power_limit                | W       | electrical, that the operator sets; infinite without one
     n_blades                   | -       | number of blades
     callback                   | -       | internal: address of a controller in plain Python
     """,
@@ -55,7 +58,11 @@ WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION = MEAS
     "wind_speed wind_direction fore_aft_acceleration side_side_acceleration"
 )
 FLAP, ROTOR_POWER, HUB_MOMENT, YAW_BEARING_MOMENT = MEASUREMENTS.slots("flap rotor_power hub_moment yaw_bearing_moment")
+GRID, REQUEST, POWER_LIMIT = MEASUREMENTS.slots("grid request power_limit")
 N_BLADES, CALLBACK = MEASUREMENTS.slots("n_blades callback")
+
+REQUESTS = ("none", "start", "normal_stop", "emergency_stop")
+"""Words of the operator; their numbers are their places."""
 
 DEMANDS = table(
     "demands",
@@ -66,13 +73,23 @@ DEMANDS = table(
     brake            | -     | share of the full brake torque
     yaw_rate         | rad/s | of the yaw drive, counter-clockwise from above
     flap flaps       | rad   | deflection of flap i of each blade, trailing edge towards the pressure side
+    operating_state  | -     | report: number of the supervisor's state
+    power_setpoint   | W     | report: electrical power that is not to be exceeded
+    yaw_error        | rad   | report: as the yaw control sees it, wind direction minus nacelle direction, clockwise
+    yaw_threshold    | rad   | report: its limit at present
     """,
 )
-"""What a controller can ask for. Demands keep their values until they are changed."""
+"""What a controller can ask for; the last four are what it reports, which is recorded and has no effect. Demands keep
+their values until they are changed."""
 
 GENERATOR_TORQUE, PITCH_DEMAND, BRAKE, YAW_RATE_DEMAND, FLAP_DEMAND = DEMANDS.slots(
     "generator_torque pitch brake yaw_rate flap"
 )
+OPERATING_STATE, POWER_SETPOINT, YAW_ERROR, YAW_THRESHOLD = DEMANDS.slots(
+    "operating_state power_setpoint yaw_error yaw_threshold"
+)
+REPORTS = ("operating_state", "power_setpoint", "yaw_error", "yaw_threshold")
+"""Demands that are reports."""
 
 MOST_TORQUE, MOST_PITCH, MOST_FLAP = 5.0, 0.5, 1.6
 """A torque demand may reach this multiple of the turbine's largest torque, a pitch demand go this far [rad] beyond

@@ -20,7 +20,17 @@ from meltemi.aero.rotor import derivatives, settle
 from meltemi.aero.tables import AERO_NODE, FLOW, INFLOW, MEMORY, ROTOR, STALL, TOWER_FLOW
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
-from meltemi.control.signals import DEMANDS, MEASUREMENTS, MOST_FLAP, MOST_PITCH, MOST_TORQUE, N_BLADES
+from meltemi.control.signals import (
+    DEMANDS,
+    GRID,
+    MEASUREMENTS,
+    MOST_FLAP,
+    MOST_PITCH,
+    MOST_TORQUE,
+    N_BLADES,
+    POWER_LIMIT,
+    REPORTS,
+)
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import announce, kernel
 from meltemi.core.tables import Table, View
@@ -268,6 +278,9 @@ class Case:
         most["pitch"] = MOST_PITCH + max(abs(actuator.minimum), abs(actuator.maximum))
         most["brake"] = most["yaw_rate"] = 1.0
         most["flap"] = MOST_FLAP
+        for name in REPORTS:
+            most[name] = np.inf
+        self.measured[GRID], self.measured[POWER_LIMIT] = 1.0, np.inf
         self.events = np.zeros((0, 4))
         self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
         self.spare = np.zeros_like(self.aero_state.vector)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.control.controller import LogEntry
 from meltemi.core.errors import RunError, Status
 from meltemi.simulation.channels import Channel, find
 
@@ -50,6 +51,11 @@ class Result:
     def warnings(self) -> tuple[str, ...]:
         """What its controller has to say about a run, such as demands that were at their limits for most of it."""
         return tuple(self.meta.get("warnings", ()))
+
+    @property
+    def log(self) -> tuple[LogEntry, ...]:
+        """What happened in the run: events and the supervisor's transitions, by time."""
+        return tuple(LogEntry(**entry) for entry in self.meta.get("log", ()))
 
     def channel(self, name: str) -> Channel:
         """The description of a recorded channel; unknown names are answered with the closest ones."""

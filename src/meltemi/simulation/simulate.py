@@ -8,6 +8,7 @@ import platform
 import time as clock_time
 import weakref
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -311,6 +312,8 @@ class Simulation:
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
         if self.controller.warnings is not None:
             meta["warnings"] = noticed(self.controller, self.case.controller_state)
+        if self.controller.log is not None:
+            meta["log"] = [asdict(entry) for entry in self.controller.log(self.case.controller_state)]
         return Result(
             time=np.arange(rows, dtype=float) * self.output_step,
             data=data,
