@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from meltemi.control.bladed.rosco import edit_discon as edit_discon
     from meltemi.control.bladed.rosco import find_rosco as find_rosco
     from meltemi.control.controller import Controller as Controller
+    from meltemi.control.controller import LogEntry as LogEntry
     from meltemi.control.controller import StartPoint as StartPoint
     from meltemi.control.fixed import fixed as fixed
     from meltemi.control.load_control import FeedForward as FeedForward
@@ -93,6 +94,19 @@ if TYPE_CHECKING:
     from meltemi.simulation.campbell import Campbell as Campbell
     from meltemi.simulation.campbell import campbell as campbell
     from meltemi.simulation.case import Stations as Stations
+    from meltemi.simulation.events import Brake as Brake
+    from meltemi.simulation.events import BrakeFault as BrakeFault
+    from meltemi.simulation.events import FlapStuck as FlapStuck
+    from meltemi.simulation.events import GeneratorFault as GeneratorFault
+    from meltemi.simulation.events import GridLoss as GridLoss
+    from meltemi.simulation.events import PitchRunaway as PitchRunaway
+    from meltemi.simulation.events import PitchStuck as PitchStuck
+    from meltemi.simulation.events import PowerLimit as PowerLimit
+    from meltemi.simulation.events import Request as Request
+    from meltemi.simulation.events import SensorDrift as SensorDrift
+    from meltemi.simulation.events import SensorLoss as SensorLoss
+    from meltemi.simulation.events import SensorOffset as SensorOffset
+    from meltemi.simulation.events import YawStuck as YawStuck
     from meltemi.simulation.linear import LinearModel as LinearModel
     from meltemi.simulation.linear import linearise as linearise
     from meltemi.simulation.model import Model as Model
@@ -197,7 +211,7 @@ _HOME = {
     "control.bladed.controller": "bladed_controller",
     "control.bladed.rosco": "edit_discon find_rosco",
     "control.fixed": "fixed",
-    "control.controller": "Controller StartPoint",
+    "control.controller": "Controller LogEntry StartPoint",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",
     "control.yaw": "YawControl yaw_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
@@ -227,6 +241,10 @@ _HOME = {
     "report.wind_plots": "plot_wind",
     "simulation.campbell": "Campbell campbell",
     "simulation.case": "Stations",
+    "simulation.events": (
+        "Brake BrakeFault FlapStuck GeneratorFault GridLoss PitchRunaway PitchStuck PowerLimit Request SensorDrift "
+        "SensorLoss SensorOffset YawStuck"
+    ),
     "simulation.linear": "LinearModel linearise",
     "simulation.model": "Model build",
     "simulation.modes": "natural_modes",

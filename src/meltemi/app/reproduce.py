@@ -19,9 +19,7 @@ STUDIES = {
 
 def reproduce(
     study: Annotated[str, typer.Argument(help="Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()))],
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Few and short runs: a look, nothing to judge by.")
-    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Few and short runs: a look, nothing to judge by.")] = False,
     rosco: Annotated[
         bool, typer.Option("--rosco", help="Only this, of he2018: its load control beside ROSCO's.")
     ] = False,

@@ -73,7 +73,11 @@ def _table2(name: str, table: Table2) -> list[Claim]:
         change = power[inside] / target[inside] - 1.0
         item = f"mean power, {words}, {name}"
         ok = bool(np.abs(change).max() <= band)
-        seen = ", ".join(f"{k}" for k in bins[inside]) if len(bins[inside]) < 4 else f"{bins[inside][0]} to {bins[inside][-1]}"
+        seen = (
+            ", ".join(f"{k}" for k in bins[inside])
+            if len(bins[inside]) < 4
+            else f"{bins[inside][0]} to {bins[inside][-1]}"
+        )
         found.append(
             Claim(item, f"Table 2 ± {100 * band:g} %", f"{_spread(change)} (bins {seen})", _holds(ok), "Table 2", why)
         )

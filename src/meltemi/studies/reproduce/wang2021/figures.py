@@ -118,9 +118,7 @@ def gust_wind(gust: Gust) -> Figure:
     axes[1, 0].plot(
         result.time, np.degrees(np.abs(result["yaw_error"])), color=COLOURS[1], label="yaw error, filtered, of S2"
     )
-    axes[1, 0].plot(
-        result.time, np.degrees(result["yaw_threshold"]), color=COLOURS[2], label="threshold, interpolated"
-    )
+    axes[1, 0].plot(result.time, np.degrees(result["yaw_threshold"]), color=COLOURS[2], label="threshold, interpolated")
     axes[1, 0].legend(fontsize=8)
     panel(axes[1, 0], "Fig. 9: wind direction; yaw error and its threshold", "deg")
     axes[-1, 0].set_xlabel("time [s]")

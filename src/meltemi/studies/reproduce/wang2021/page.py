@@ -35,8 +35,10 @@ SHARE = 0.6
 """Of the time that the paper's part takes."""
 
 FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
-    "table2": ("Power and load curves of Table 2 over the measured columns; shaded: smallest to largest value",
-               lambda runs: figures.table2(dict(runs.tables))),
+    "table2": (
+        "Power and load curves of Table 2 over the measured columns; shaded: smallest to largest value",
+        lambda runs: figures.table2(dict(runs.tables)),
+    ),
     "fig04_start_up": (
         "Figure 4 (V1): start-up, all seeds",
         lambda runs: figures.validation(

@@ -147,7 +147,5 @@ def calibrate(
         at = [k - 1 for k in FITTED]
         power = float(np.mean([r.power_mean for r in rows] / found.column(POWER, "mean")[at]))
         moment = float(np.mean([r.moment_mean for r in rows] / found.column(MOMENT, "mean")[at]))
-        now = replace(
-            now, efficiency=now.efficiency * power / moment, air_density=now.air_density * moment
-        )
+        now = replace(now, efficiency=now.efficiency * power / moment, air_density=now.air_density * moment)
     return now

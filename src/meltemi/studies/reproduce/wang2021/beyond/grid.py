@@ -106,9 +106,7 @@ def run_grid(
     import pandas as pd
 
     keys: dict[str, dict[str, Any]] = {}
-    found = simulate_batch(
-        _Cases(turbine, grid, base_points, keys), reduce=reduced, workers=workers, progress=progress
-    )
+    found = simulate_batch(_Cases(turbine, grid, base_points, keys), reduce=reduced, workers=workers, progress=progress)
     rows = [keys[outcome.name] | outcome.value for outcome in found if outcome.ok]
     failed = {outcome.name: outcome.message for outcome in found if not outcome.ok}
     return Found(grid, pd.DataFrame(rows), failed)

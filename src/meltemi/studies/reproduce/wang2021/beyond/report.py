@@ -97,9 +97,13 @@ def costs_table(grid: Found) -> Table:
         cells = [name, f"{len(part)}", f"{100.0 * part['stops'].mean():.0f}", f"{100.0 * part['derates'].mean():.0f}"]
         cells.append(f"{float((lost['base'] - lost['energy']).mean()) / KWH:.0f}")
         for load in LOADS:
-            cells.append(f"{100.0 * relative(some, f'{load}, extreme').pipe(lambda r, n=name: r[r['strategy'] == n])['change'].mean():+.0f}")
+            cells.append(
+                f"{100.0 * relative(some, f'{load}, extreme').pipe(lambda r, n=name: r[r['strategy'] == n])['change'].mean():+.0f}"
+            )
         for load in (YAW_BENDING, YAW_TORSION):
-            cells.append(f"{100.0 * relative(some, f'{load}, fatigue').pipe(lambda r, n=name: r[r['strategy'] == n])['change'].mean():+.0f}")
+            cells.append(
+                f"{100.0 * relative(some, f'{load}, fatigue').pipe(lambda r, n=name: r[r['strategy'] == n])['change'].mean():+.0f}"
+            )
         rows.append(cells)
     head = ["strategy", "runs", "stops\n% of runs", "derates\n% of runs", "energy lost\nkWh a gust"]
     head += [f"{load}\nextreme %" for load in LOADS] + [f"{load}\nfatigue %" for load in (YAW_BENDING, YAW_TORSION)]
@@ -122,7 +126,9 @@ def recheck_table(grid: Found) -> Table:
             cells.append(f"{100.0 * some['stops'].mean():.0f}" if len(some) else "-")
         rows.append(cells)
     head = ["yaw rate [deg/s]", *(f"recheck after {time:g} s" for time in times)]
-    note = "Percent of the runs that were derated. The drive has to turn the error below the threshold before the recheck."
+    note = (
+        "Percent of the runs that were derated. The drive has to turn the error below the threshold before the recheck."
+    )
     return Table(head, rows, "Derated, and stopped all the same", note=note)
 
 
@@ -234,7 +240,12 @@ def _limits(ax: Axes, limits: Limits) -> None:
 
     c = np.linspace(0.0, 30.0, 301)
     drawn = ax.contourf(
-        limits.speeds, np.degrees(limits.errors), limits.use.T, levels=np.arange(0.2, 2.01, 0.2), cmap="RdYlBu_r", extend="both"
+        limits.speeds,
+        np.degrees(limits.errors),
+        limits.use.T,
+        levels=np.arange(0.2, 2.01, 0.2),
+        cmap="RdYlBu_r",
+        extend="both",
     )
     ax.figure.colorbar(drawn, ax=ax, label="largest load over its limit")
     ax.plot(limits.speeds, np.degrees(limits.allowed()), "o-", color=INK, label="ours: loads within limits")
@@ -269,7 +280,15 @@ def better(grid: Found) -> Table:
         both = one.join(two, lsuffix=" of S1", how="inner")
         for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR):
             ratio = both[f"{load}, extreme"] / both[f"{load}, extreme of S1"]
-            rows.append([name, load, f"{ratio.median():.2f}", f"{ratio.quantile(0.95):.2f}", f"{100.0 * (ratio > 1.05).mean():.0f}"])
+            rows.append(
+                [
+                    name,
+                    load,
+                    f"{ratio.median():.2f}",
+                    f"{ratio.quantile(0.95):.2f}",
+                    f"{100.0 * (ratio > 1.05).mean():.0f}",
+                ]
+            )
     head = ["strategy", "load", "median over S1", "95 % over S1", "runs with 5 % more [%]"]
     return Table(head, rows, "Extremes of derating over those of stopping, gust by gust", text_columns=2)
 
