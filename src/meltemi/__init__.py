@@ -131,6 +131,7 @@ if TYPE_CHECKING:
     from meltemi.studies.openfast_writer import write_openfast as write_openfast
     from meltemi.studies.preview import preview_of as preview_of
     from meltemi.studies.preview import steady_pitch as steady_pitch
+    from meltemi.studies.scaled_turbines import scaled_turbine as scaled_turbine
     from meltemi.studies.schemes import Design as Design
     from meltemi.studies.schemes import design_controllers as design_controllers
     from meltemi.studies.sensitivity import Sensitivity as Sensitivity
@@ -155,6 +156,9 @@ if TYPE_CHECKING:
     from meltemi.turbine.report import Imported as Imported
     from meltemi.turbine.report import Note as Note
     from meltemi.turbine.report import report_text as report_text
+    from meltemi.turbine.scaling import Masses as Masses
+    from meltemi.turbine.scaling import scale_turbine as scale_turbine
+    from meltemi.turbine.scaling import typical_masses as typical_masses
     from meltemi.turbine.windio import import_windio as import_windio
     from meltemi.turbine.windio import read_windio as read_windio
     from meltemi.wind.fields import SteadyWind as SteadyWind
@@ -260,6 +264,7 @@ _HOME = {
     "studies.inspection": "inspect_turbine",
     "studies.openfast_writer": "write_openfast",
     "studies.preview": "preview_of steady_pitch",
+    "studies.scaled_turbines": "scaled_turbine",
     "studies.schemes": "Design design_controllers",
     "studies.sensitivity": "Sensitivity differences sensitivity",
     "studies.tuning": "Tuning tune_ipc tune_loops",
@@ -268,6 +273,7 @@ _HOME = {
     "turbine.library": "LibraryEntry library_entries list_turbines load_turbine write_turbine",
     "turbine.openfast": "Deck read_deck read_openfast",
     "turbine.report": "Imported Note report_text",
+    "turbine.scaling": "Masses scale_turbine typical_masses",
     "turbine.windio": "import_windio read_windio",
     "wind.fields": "SteadyWind WindBox WindSeries at_speed",
     "wind.files": (
