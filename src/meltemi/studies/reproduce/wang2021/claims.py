@@ -73,17 +73,13 @@ def _table2(name: str, table: Table2) -> list[Claim]:
         change = power[inside] / target[inside] - 1.0
         item = f"mean power, {words}, {name}"
         ok = bool(np.abs(change).max() <= band)
-        seen = (
-            ", ".join(f"{k}" for k in bins[inside])
-            if len(bins[inside]) < 4
-            else f"{bins[inside][0]} to {bins[inside][-1]}"
-        )
+        seen = f"{bins[inside][0]} to {bins[inside][-1]}"
         found.append(
             Claim(item, f"Table 2 ± {100 * band:g} %", f"{_spread(change)} (bins {seen})", _holds(ok), "Table 2", why)
         )
-    high = bins >= 12
+    above = bins >= 12
     peak = int(np.nanargmax(spread))
-    factor = np.exp(np.abs(np.log(spread[high] / [r.power_std for r in rows if r.bin >= 12])))
+    factor = np.exp(np.abs(np.log(spread[above] / [r.power_std for r in rows if r.bin >= 12])))
     found.append(
         Claim(
             f"largest std of power, {name}",
@@ -98,7 +94,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
         Claim(
             f"std of power from 13 m/s, {name}",
             "13 to 21 kW",
-            f"{spread[high].min():.1f} to {spread[high].max():.1f} kW",
+            f"{spread[above].min():.1f} to {spread[above].max():.1f} kW",
             _holds(bool(factor.max() <= 2.0)),
             "Table 2",
             "plateau",
@@ -107,6 +103,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
     top = int(np.nanargmax(moment))
     ratio = moment[-1] / moment[top]
     level = moment[top] / max(r.moment_mean for r in rows) - 1.0
+    rising = int(np.sum(np.diff(moment_std[7:]) > 0.0))
     near = abs(int(bins[top]) - PEAK_BIN) <= 1
     found += [
         Claim(f"peak of the flapwise moment, {name}", "bin 8", f"bin {bins[top]}", _holds(near), "Table 2", "load"),
@@ -129,7 +126,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
         Claim(
             f"std of the moment from bin 8 on, {name}",
             "rises in every bin, to 1,057 kNm",
-            f"rises in {int(np.sum(np.diff(moment_std[7:]) > 0))} of {len(moment_std[7:]) - 1}, to {moment_std[-1]:.0f} kNm",
+            f"rises in {rising} of {len(moment_std) - 8}, to {moment_std[-1]:.0f} kNm",
             _holds(bool(np.all(np.diff(moment_std[7:]) > 0.0))),
             "Table 2",
             "load std",
@@ -221,10 +218,10 @@ def unfiltered_trigger(law: YawProtection, rise: float, hub_height: float, step:
 
 
 def _gust(g: Gust) -> list[Claim]:
-    s1, s2, s3 = (g.results[name] for name in (STOP, DERATE, IGNORE))
+    s1, s2, _s3 = (g.results[name] for name in (STOP, DERATE, IGNORE))
     u, v = s2["wind_x"], s2["wind_y"]
     speed, turned = float(np.hypot(u[-1], v[-1])), float(np.degrees(np.arctan2(-v[-1], u[-1])))
-    raw = [unfiltered_trigger(YawProtection(law=law), 14.33, 120.0) for law in ("interpolated", "stepwise")]  # type: ignore[arg-type]
+    raw = [unfiltered_trigger(YawProtection(law=law), 14.33, 120.0) for law in ("interpolated", "stepwise")]
     first = [g.first_pitch(name) for name in (STOP, DERATE, IGNORE)]
     begin = next((e.time for e in s1.log if "stop" in e.what.rsplit("->", 1)[-1]), np.nan)
     derated = next((e.time for e in s2.log if "derate" in e.what.rsplit("->", 1)[-1]), np.nan)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -79,7 +80,7 @@ def validation(results: Sequence[Result], title: str, spans: Sequence[tuple[floa
     for ax, (name, unit, channel, factor) in zip(axes[:, 0], SHOWN, strict=True):
         for i, result in reversed(list(enumerate(results))):
             look = {"color": COLOURS[0], "linewidth": 0.9} if i == 0 else {"color": "#b8c4cc", "linewidth": 0.5}
-            ax.plot(result.time, result[channel] * factor, **look)  # type: ignore[arg-type]
+            ax.plot(result.time, result[channel] * factor, **look)
         if channel == "generator_power":
             for (begin, end, words, value), colour in zip(spans, COLOURS[1:], strict=False):
                 ax.plot([begin, end], [value, value], color=colour, linewidth=2.0, label=f"{words}: {value:g} kW")
@@ -125,14 +126,18 @@ def gust_wind(gust: Gust) -> Figure:
     return figure
 
 
+def _sized(name: str, result: Result) -> Float:
+    return LOADS[name].size(result) * LOADS[name].factor
+
+
 def gust_runs(gust: Gust) -> Figure:
     """Figure 10: pitch, power, yaw bearing, tower top under the three strategies."""
-    shown = (
+    shown: tuple[tuple[str, str, Callable[[Result], Float]], ...] = (
         ("Fig. 10A: pitch", "deg", lambda r: np.degrees(r["pitch_1"])),
         ("Fig. 10B: electrical power", "kW", lambda r: r["generator_power"] * 1e-3),
         ("rotor speed", "rpm", lambda r: r["rotor_speed"] * 30.0 / np.pi),
         *(
-            (f"Fig. 10{letter}: {name}", LOADS[name].unit, lambda r, n=name: LOADS[n].size(r) * LOADS[n].factor)
+            (f"Fig. 10{letter}: {name}", LOADS[name].unit, partial(_sized, name))
             for letter, name in (("C", YAW_BENDING), ("C", YAW_TORSION), ("D", TOP_SHEAR))
         ),
     )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from meltemi.control.controller import Controller
-from meltemi.control.supervisor import Supervision, supervised
+from meltemi.control.supervisor.settings import Supervision
+from meltemi.control.supervisor.supervised import supervised
 from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.control.yaw import YawControl
 from meltemi.turbine.definition import Turbine
@@ -31,7 +32,7 @@ def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
 
 
 def prompt_yaw() -> YawControl:
-    """A yaw control that begins to turn as soon as the filtered error leaves the dead band: "the yaw drive corrects"."""
+    """A yaw control that turns as soon as the filtered error leaves the dead band: "the yaw drive corrects"."""
     return YawControl(average_time=1.0, start_time=0.0)
 
 

@@ -7,10 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-
 from meltemi.report.html import Picture, Section, Table, write_page
 from meltemi.report.plots import save
-from meltemi.report.supervisor_plots import plot_states, plot_yaw_states
+from meltemi.report.state_diagram import plot_states
 from meltemi.report.tables import write_csv
 from meltemi.studies.reproduce.markdown import table_lines
 from meltemi.studies.reproduce.study import Reproduction
@@ -57,7 +56,7 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
     ),
     "fig06_threshold": ("Figures 6 and 7: the threshold", lambda runs: figures.thresholds()),
     "fig07_supervisor": ("Figure 7: the supervisor, drawn from its own table", lambda runs: plot_states()),
-    "fig08_recheck": ("Figure 8: derate and look again, from the table", lambda runs: plot_yaw_states()),
+    "fig08_recheck": ("Figure 8: derate and look again, from the table", lambda runs: plot_states("yaw")),
     "fig09_wind": ("Figure 9: the gust with direction change", lambda runs: figures.gust_wind(runs.gust)),
     "fig10_strategies": ("Figure 10: the three strategies", lambda runs: figures.gust_runs(runs.gust)),
 }
@@ -161,7 +160,8 @@ def bins_table(runs: Runs) -> Table:
             row.append(f"{getattr(r, column):.{digits}f}")
             row += [f"{table.column(name, of)[i]:.{digits}f}" for table in runs.tables.values()]
         rows.append(row)
-    note = f"Ours: {len(runs.setup.seeds)} seeds a bin, {runs.setup.period:g} s each; calibrated: {calibration_words(runs)}."
+    seeds, period = len(runs.setup.seeds), runs.setup.period
+    note = f"Ours: {seeds} seeds a bin, {period:g} s each; calibrated: {calibration_words(runs)}."
     return Table(head, rows, "Table 2 of the paper and ours", groups=groups, text_columns=1, note=note)
 
 

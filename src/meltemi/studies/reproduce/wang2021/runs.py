@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from meltemi.control.supervisor import Supervision, supervised
+from meltemi.control.supervisor.settings import Supervision
+from meltemi.control.supervisor.supervised import supervised
 from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.core.errors import RunError
 from meltemi.environment.site import Environment

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -147,14 +147,20 @@ class _Cases:
         for speed, seed, begin, rise, change in product(g.speeds, g.seeds, g.begins, g.rises, g.changes):
             for rate, (name, recheck, protection) in product(g.yaw_rates, self.strategies):
                 key = {
-                    **{"speed": speed, "rise": rise, "change": change, "begin": begin, "seed": seed},
-                    **{"yaw_rate": rate, "strategy": name, "recheck": recheck},
+                    "speed": speed,
+                    "rise": rise,
+                    "change": change,
+                    "begin": begin,
+                    "seed": seed,
+                    "yaw_rate": rate,
+                    "strategy": name,
+                    "recheck": recheck,
                 }
                 label = f"case_{len(self.keys) + 1:05d}"
                 self.keys[label] = key
                 yield BatchCase(
                     model=self.models[rate],
-                    wind=lambda a=(speed, seed, begin, rise, change): self.wind(*a),
+                    wind=partial(self.wind, speed, seed, begin, rise, change),
                     duration=LENGTH,
                     controller=strategy(self.machines[rate], protection),
                     channels=(*CHANNELS, "generator_power", "operating_state"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -93,17 +92,15 @@ def costs_table(grid: Found) -> Table:
         part = some[some["strategy"] == name]
         if not len(part):
             continue
-        lost = relative(some, "energy").pipe(lambda r, n=name: r[r["strategy"] == n])
+        lost = relative(some, "energy")
+        lost = lost[lost["strategy"] == name]
         cells = [name, f"{len(part)}", f"{100.0 * part['stops'].mean():.0f}", f"{100.0 * part['derates'].mean():.0f}"]
         cells.append(f"{float((lost['base'] - lost['energy']).mean()) / KWH:.0f}")
-        for load in LOADS:
-            cells.append(
-                f"{100.0 * relative(some, f'{load}, extreme').pipe(lambda r, n=name: r[r['strategy'] == n])['change'].mean():+.0f}"
-            )
-        for load in (YAW_BENDING, YAW_TORSION):
-            cells.append(
-                f"{100.0 * relative(some, f'{load}, fatigue').pipe(lambda r, n=name: r[r['strategy'] == n])['change'].mean():+.0f}"
-            )
+        columns = [f"{load}, extreme" for load in LOADS] + [f"{load}, fatigue" for load in (YAW_BENDING, YAW_TORSION)]
+        for column in columns:
+            runs = relative(some, column)
+            change = runs[runs["strategy"] == name]["change"]
+            cells.append(f"{100.0 * change.mean():+.0f}")
         rows.append(cells)
     head = ["strategy", "runs", "stops\n% of runs", "derates\n% of runs", "energy lost\nkWh a gust"]
     head += [f"{load}\nextreme %" for load in LOADS] + [f"{load}\nfatigue %" for load in (YAW_BENDING, YAW_TORSION)]
@@ -127,7 +124,7 @@ def recheck_table(grid: Found) -> Table:
         rows.append(cells)
     head = ["yaw rate [deg/s]", *(f"recheck after {time:g} s" for time in times)]
     note = (
-        "Percent of the runs that were derated. The drive has to turn the error below the threshold before the recheck."
+        "Percent of the runs that were derated. The drive must turn the error below the threshold before the recheck."
     )
     return Table(head, rows, "Derated, and stopped all the same", note=note)
 
