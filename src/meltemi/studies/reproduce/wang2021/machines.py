@@ -36,6 +36,10 @@ def prompt_yaw() -> YawControl:
     return YawControl(average_time=1.0, start_time=0.0)
 
 
+SUPERVISION = Supervision(over_speed=1.25, trip_speed=1.3)
+"""Wide enough for the strategies to act alone: at 60 degrees of yaw error the speed swings by up to 17 %."""
+
+
 def strategy(turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None) -> Controller:
     """Supervisor with yaw control and a strategy of yaw protection."""
-    return supervised(turbine, Supervision(), yaw=yaw or YawControl(), protection=protection)
+    return supervised(turbine, SUPERVISION, yaw=yaw or YawControl(), protection=protection)
