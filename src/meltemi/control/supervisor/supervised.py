@@ -58,6 +58,7 @@ SUPERVISOR = table(
     connect_speed      | rad/s   | at which the generator connects, and below which a stop leaves no torque
     start_acceleration | rad/s^2 | of the reference
     start_pitch        | rad     | lowest at standstill
+    start_ratio        | rad/m   | generator speed over wind speed from which the pitch may be the law's lowest
     connect_time       | s       | in which the torque is allowed
     feather            | rad     | pitch at rest
     brake              | -       | share of the full brake
@@ -81,6 +82,7 @@ SUPERVISOR = table(
     operator_power     | W       | state: set-point for the operator
     protected_power    | W       | state: set-point for yaw protection
     share              | -       | state: of the largest torque that is allowed
+    lowering           | -       | state: 1 while a start lowers the pitch, before the law has it
     stop_torque        | N m     | state: when the stop began
     stop_speed         | rad/s   | state: of the generator, when the stop began
     latched            | -       | state: 1 while a stop lasts
@@ -105,6 +107,7 @@ REFERENCE, MIN_PITCH, LAW_RATE, RATED_POWER, EFFICIENCY, GEAR_RATIO, CONNECT_SPE
         "start_pitch"
     )
 )
+START_RATIO, LOWERING = SUPERVISOR.slots("start_ratio lowering")
 CONNECT_TIME, FEATHER, BRAKE, BRAKE_SPEED, EMERGENCY_TORQUE, DERATE_RATE, AUTO_START, LATCHING, STRATEGY = (
     SUPERVISOR.slots("connect_time feather brake brake_speed emergency_torque derate_rate auto_start latching strategy")
 )
@@ -361,6 +364,7 @@ def begin_state(x: Float, at: int, state: int, speed: float, demands: Float, bla
             mean = mean + demands[s.PITCH_DEMAND + i] / blades
         x[law.REFERENCE] = min(max(speed, 0.0), x[at + REFERENCE])
         law_pitch(x, mean, speed)
+        x[at + LOWERING] = 1.0
         forget_loops(x)
     if state == CONNECTION:
         x[law.TORQUE] = 0.0
@@ -376,9 +380,21 @@ def start_law(x: Float, at: int, speed: float, dt: float) -> None:
     step = x[at + ACCELERATION] * dt
     ahead = max(speed, 0.0) + AHEAD * x[at + ACCELERATION]
     x[law.REFERENCE] = min(max(min(x[law.REFERENCE] + step, ahead), 0.0), x[at + REFERENCE])
-    left = min(max(1.0 - speed / x[at + CONNECT_SPEED], 0.0), 1.0)
+    fine = min(x[at + CONNECT_SPEED], x[at + START_RATIO] * max(x[at + WIND], 1.0))
+    left = min(max(1.0 - speed / fine, 0.0), 1.0)
     x[law.MIN_PITCH] = x[at + MIN_PITCH] + left * max(x[at + START_PITCH] - x[at + MIN_PITCH], 0.0)
     x[law.PITCH_RATE] = x[at + LAW_RATE + 1]
+
+
+@kernel
+def lower(x: Float, at: int, speed: float, measured: Float, demands: Float, dt: float) -> None:
+    """Lower the pitch until the rotor has its reference speed or the pitch is lowest; then the law has it (C-66)."""
+    pitch = max(x[law.PITCH] - x[law.PITCH_RATE] * dt, x[law.MIN_PITCH])
+    if speed >= x[law.REFERENCE] or pitch <= x[law.MIN_PITCH]:
+        x[at + LOWERING] = 0.0
+    law_pitch(x, pitch, speed)
+    for i in range(whole(measured[s.N_BLADES])):
+        demands[s.PITCH_DEMAND + i] = pitch
 
 
 @kernel
@@ -409,8 +425,12 @@ def produce(x: Float, at: int, mode: int, measured: Float, demands: Float, dt: f
         if x[law.RATED_POWER] < x[at + RATED_POWER]:
             limit_torque(x, x[law.RATED_POWER] / max(x[law.SPEED], 1e-3), demands)
         return
+    speed = measured[s.GENERATOR_SPEED]
     start_law(x, at, x[law.SPEED], dt)
-    law.law(x, measured[s.GENERATOR_SPEED], measured, demands, dt)
+    if x[at + LOWERING] > 0.5 and mode == TORQUE_NONE:
+        lower(x, at, speed, measured, demands, dt)
+    else:
+        law.law(x, speed, measured, demands, dt)
     for i in range(MAX_BLADES):
         x[inner.LIMITED + inner.LAST + i] = x[law.PITCH]
     if mode == TORQUE_JOIN:
@@ -630,6 +650,7 @@ def _section(
     rated = control.torque.rated_power
     view["rated_power"] = view["operator_power"] = view["protected_power"] = rated
     view["efficiency"], view["gear_ratio"] = drivetrain.generator_efficiency, drivetrain.gear_ratio
+    view["start_ratio"] = settings.start_ratio * drivetrain.gear_ratio / turbine.rotor_radius
     view["emergency_torque"], view["derate_rate"] = settings.emergency_torque, settings.derate_rate * rated
     view["auto_start"], view["latching"], view["follow"] = settings.auto_start, settings.latched, yaw is not None
     view["yaw_state"], view["yaw_rate"] = NORMAL, settings.derate_rate * rated
