@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from meltemi.control.supervisor.supervised import supervised as supervised
     from meltemi.control.supervisor.threshold import YawProtection as YawProtection
     from meltemi.control.supervisor.threshold import yaw_threshold as yaw_threshold
+    from meltemi.control.yaw import YawControl as YawControl
+    from meltemi.control.yaw import yaw_control as yaw_control
     from meltemi.core.errors import InputError as InputError
     from meltemi.core.errors import MeltemiError as MeltemiError
     from meltemi.core.errors import RunError as RunError
@@ -203,6 +205,7 @@ _HOME = {
     "control.supervisor.settings": "Supervision",
     "control.supervisor.supervised": "supervised",
     "control.supervisor.threshold": "YawProtection yaw_threshold",
+    "control.yaw": "YawControl yaw_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",

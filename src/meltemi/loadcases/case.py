@@ -14,7 +14,7 @@ from meltemi.control.load_control import LoadControl
 from meltemi.control.supervisor.settings import Supervision, limits
 from meltemi.control.supervisor.supervised import supervised
 from meltemi.control.supervisor.threshold import YawProtection
-from meltemi.control.yaw import YawControl
+from meltemi.control.yaw import YawControl, yaw_control
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
@@ -102,6 +102,8 @@ class BaselineCase(Record):
     """The baseline controller with the turbine's settings."""
 
     kind: Literal["baseline"] = "baseline"
+    yaw: YawControl | None = None
+    """An active yaw beside it, which needs ``options: {yaw: driven}``; none by default."""
 
 
 class LibraryCase(Record):
@@ -209,10 +211,10 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
 
 
 def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controller | None:
-    """The controller of a case, None for the baseline one; paths are relative to ``folder``."""
+    """The controller of a case, None for the plain baseline one; paths are relative to ``folder``."""
     c = case.controller
     if isinstance(c, BaselineCase):
-        return None
+        return None if c.yaw is None else yaw_control(turbine, c.yaw)
     if isinstance(c, SupervisedCase):
         settings = c.supervision
         if case.start != "operating":
@@ -270,6 +272,7 @@ wind:
 duration: 60.0               # s
 
 controller: {kind: baseline}
+# controller: {kind: baseline, yaw: {dead_band: 0.14}}           # turns into the wind; with options: {yaw: driven}
 # controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
 # controller: {kind: supervised}         # starts, stops and protects; then also   start: standstill
 
