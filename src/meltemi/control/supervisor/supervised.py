@@ -24,6 +24,7 @@ from meltemi.control import baseline as law
 from meltemi.control import load_control as inner
 from meltemi.control import signals as s
 from meltemi.control import yaw as vane
+from meltemi.control.baseline import law_torque
 from meltemi.control.controller import Controller, LogEntry, StartPoint
 from meltemi.control.harmonic import LOOP_STATES, TILT_AXIS, YAW_AXIS
 from meltemi.control.integrator import INTEGRAL as AXIS_INTEGRAL
@@ -327,7 +328,9 @@ def quantities(x: Float, at: int, speed: float, twin: float, measured: Float, de
     x[at + Q_ACCELERATION] = sqrt(a * a + b * b)
     x[at + Q_GUST], x[at + Q_WIND], x[at + Q_MEAN] = x[at + GUST], x[at + WIND], x[at + MEAN_WIND]
     x[at + Q_START_TIME] = x[at + SINCE] * dt
-    x[at + Q_SHARE] = x[at + SHARE]
+    x[at + Q_SHARE] = 0.0
+    if x[law.SPEED] >= x[law.RATED] or x[law.PITCH] < x[law.POWER_PITCH] or x[law.PITCH] <= x[law.MIN_PITCH]:
+        x[at + Q_SHARE] = x[at + SHARE]
     x[at + Q_REGION] = region(x, at)
 
 
@@ -375,7 +378,7 @@ def begin_state(x: Float, at: int, state: int, speed: float, demands: Float, bla
 
 
 @kernel
-def start_law(x: Float, at: int, speed: float, dt: float) -> None:
+def start_law(x: Float, at: int, state: int, speed: float, dt: float) -> None:
     """Knobs of the collective law while it starts: reference and lowest pitch follow the speed (C-66)."""
     step = x[at + ACCELERATION] * dt
     ahead = max(speed, 0.0) + AHEAD * x[at + ACCELERATION]
@@ -383,7 +386,7 @@ def start_law(x: Float, at: int, speed: float, dt: float) -> None:
     fine = min(x[at + CONNECT_SPEED], x[at + START_RATIO] * max(x[at + WIND], 1.0))
     left = min(max(1.0 - speed / fine, 0.0), 1.0)
     x[law.MIN_PITCH] = x[at + MIN_PITCH] + left * max(x[at + START_PITCH] - x[at + MIN_PITCH], 0.0)
-    x[law.PITCH_RATE] = x[at + LAW_RATE + 1]
+    x[law.PITCH_RATE] = x[at + LAW_RATE + t.MODES[state - 1, M_RATE]]
 
 
 @kernel
@@ -417,8 +420,9 @@ def limit_torque(x: Float, most: float, demands: Float) -> None:
 
 
 @kernel
-def produce(x: Float, at: int, mode: int, measured: Float, demands: Float, dt: float) -> None:
+def produce(x: Float, at: int, state: int, measured: Float, demands: Float, dt: float) -> None:
     """States whose pitch is the law's."""
+    mode = t.MODES[state - 1, M_TORQUE]
     if mode == TORQUE_LAW:
         usual_law(x, at, dt)
         inner.update(x, measured, demands, dt)
@@ -426,7 +430,7 @@ def produce(x: Float, at: int, mode: int, measured: Float, demands: Float, dt: f
             limit_torque(x, x[law.RATED_POWER] / max(x[law.SPEED], 1e-3), demands)
         return
     speed = measured[s.GENERATOR_SPEED]
-    start_law(x, at, x[law.SPEED], dt)
+    start_law(x, at, state, x[law.SPEED], dt)
     if x[at + LOWERING] > 0.5 and mode == TORQUE_NONE:
         lower(x, at, speed, measured, demands, dt)
     else:
@@ -435,7 +439,8 @@ def produce(x: Float, at: int, mode: int, measured: Float, demands: Float, dt: f
         x[inner.LIMITED + inner.LAST + i] = x[law.PITCH]
     if mode == TORQUE_JOIN:
         x[at + SHARE] = min(x[at + SHARE] + dt / x[at + CONNECT_TIME], 1.0)
-        most = x[law.RATED_POWER] / max(x[law.SPEED], 1e-3)
+        # below rated speed the torque of the regions: held power would stop the rotor that is to speed up
+        most = min(law_torque(x, x[law.SPEED]), x[law.RATED_POWER] / max(x[law.SPEED], 1e-3))
         limit_torque(x, min(x[at + SHARE] * x[law.MAX_TORQUE], most), demands)
     else:
         x[law.TORQUE] = 0.0
@@ -530,7 +535,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
     if t.MODES[state - 1, M_PITCH] == PITCH_FEATHER:
         rest(x, at, state, speed, measured, demands, dt)
     else:
-        produce(x, at, t.MODES[state - 1, M_TORQUE], measured, demands, dt)
+        produce(x, at, state, measured, demands, dt)
         demands[s.BRAKE] = 0.0
     if measured[s.GRID] < 0.5:
         x[law.TORQUE] = 0.0
