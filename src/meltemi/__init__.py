@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from meltemi.control.load_control import Preview as Preview
     from meltemi.control.load_control import SpeedNotch as SpeedNotch
     from meltemi.control.load_control import load_control as load_control
+    from meltemi.control.supervisor.settings import Supervision as Supervision
+    from meltemi.control.supervisor.supervised import supervised as supervised
+    from meltemi.control.supervisor.threshold import YawProtection as YawProtection
+    from meltemi.control.supervisor.threshold import yaw_threshold as yaw_threshold
     from meltemi.control.yaw import YawControl as YawControl
     from meltemi.control.yaw import yaw_control as yaw_control
     from meltemi.core.errors import InputError as InputError
@@ -86,6 +90,7 @@ if TYPE_CHECKING:
     from meltemi.report.plots import plot_performance as plot_performance
     from meltemi.report.plots import plot_power_curve as plot_power_curve
     from meltemi.report.spectra_plots import plot_spectra as plot_spectra
+    from meltemi.report.state_diagram import plot_states as plot_states
     from meltemi.report.tables import rich_table as rich_table
     from meltemi.report.tables import write_csv as write_csv
     from meltemi.report.tuning_plots import plot_tuning as plot_tuning
@@ -217,6 +222,9 @@ _HOME = {
     "control.fixed": "fixed",
     "control.controller": "Controller LogEntry StartPoint",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",
+    "control.supervisor.settings": "Supervision",
+    "control.supervisor.supervised": "supervised",
+    "control.supervisor.threshold": "YawProtection yaw_threshold",
     "control.yaw": "YawControl yaw_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "environment.site": "Environment",
@@ -239,6 +247,7 @@ _HOME = {
     "report.ensemble_tables": "ensemble_rows",
     "report.plots": "plot plot_campbell plot_performance plot_power_curve",
     "report.spectra_plots": "plot_spectra",
+    "report.state_diagram": "plot_states",
     "report.tables": "rich_table write_csv",
     "report.tuning_plots": "plot_tuning",
     "report.turbine_plots": "plot_turbine",

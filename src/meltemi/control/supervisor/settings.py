@@ -51,7 +51,9 @@ class Supervision(Record):
     """[s] of the gust."""
 
     start_pitch: float = Field(default=0.5, ge=0.0, lt=1.6)
-    """[rad] at standstill; the lowest pitch falls from here in proportion to speed."""
+    """[rad] the lowest at standstill, which falls in proportion to speed: at low tip-speed ratios fine pitch stalls."""
+    start_ratio: float = Field(default=5.0, gt=0.0)
+    """Tip-speed ratio at which the lowest pitch is that of the law."""
     start_rate: float | None = Field(default=None, gt=0.0, le=2.0)
     """[rad/s] of the pitch during start-up; 2 deg/s by default, or what the actuator can do."""
     start_acceleration: float | None = Field(default=None, gt=0.0)

@@ -24,6 +24,7 @@ from meltemi.control import baseline as law
 from meltemi.control import load_control as inner
 from meltemi.control import signals as s
 from meltemi.control import yaw as vane
+from meltemi.control.baseline import law_torque
 from meltemi.control.controller import Controller, LogEntry, StartPoint
 from meltemi.control.harmonic import LOOP_STATES, TILT_AXIS, YAW_AXIS
 from meltemi.control.integrator import INTEGRAL as AXIS_INTEGRAL
@@ -58,6 +59,7 @@ SUPERVISOR = table(
     connect_speed      | rad/s   | at which the generator connects, and below which a stop leaves no torque
     start_acceleration | rad/s^2 | of the reference
     start_pitch        | rad     | lowest at standstill
+    start_ratio        | rad/m   | generator speed over wind speed from which the pitch may be the law's lowest
     connect_time       | s       | in which the torque is allowed
     feather            | rad     | pitch at rest
     brake              | -       | share of the full brake
@@ -81,6 +83,7 @@ SUPERVISOR = table(
     operator_power     | W       | state: set-point for the operator
     protected_power    | W       | state: set-point for yaw protection
     share              | -       | state: of the largest torque that is allowed
+    lowering           | -       | state: 1 while a start lowers the pitch, before the law has it
     stop_torque        | N m     | state: when the stop began
     stop_speed         | rad/s   | state: of the generator, when the stop began
     latched            | -       | state: 1 while a stop lasts
@@ -105,6 +108,7 @@ REFERENCE, MIN_PITCH, LAW_RATE, RATED_POWER, EFFICIENCY, GEAR_RATIO, CONNECT_SPE
         "start_pitch"
     )
 )
+START_RATIO, LOWERING = SUPERVISOR.slots("start_ratio lowering")
 CONNECT_TIME, FEATHER, BRAKE, BRAKE_SPEED, EMERGENCY_TORQUE, DERATE_RATE, AUTO_START, LATCHING, STRATEGY = (
     SUPERVISOR.slots("connect_time feather brake brake_speed emergency_torque derate_rate auto_start latching strategy")
 )
@@ -324,7 +328,9 @@ def quantities(x: Float, at: int, speed: float, twin: float, measured: Float, de
     x[at + Q_ACCELERATION] = sqrt(a * a + b * b)
     x[at + Q_GUST], x[at + Q_WIND], x[at + Q_MEAN] = x[at + GUST], x[at + WIND], x[at + MEAN_WIND]
     x[at + Q_START_TIME] = x[at + SINCE] * dt
-    x[at + Q_SHARE] = x[at + SHARE]
+    x[at + Q_SHARE] = 0.0
+    if x[law.SPEED] >= x[law.RATED] or x[law.PITCH] < x[law.POWER_PITCH] or x[law.PITCH] <= x[law.MIN_PITCH]:
+        x[at + Q_SHARE] = x[at + SHARE]
     x[at + Q_REGION] = region(x, at)
 
 
@@ -361,6 +367,7 @@ def begin_state(x: Float, at: int, state: int, speed: float, demands: Float, bla
             mean = mean + demands[s.PITCH_DEMAND + i] / blades
         x[law.REFERENCE] = min(max(speed, 0.0), x[at + REFERENCE])
         law_pitch(x, mean, speed)
+        x[at + LOWERING] = 1.0
         forget_loops(x)
     if state == CONNECTION:
         x[law.TORQUE] = 0.0
@@ -371,14 +378,26 @@ def begin_state(x: Float, at: int, state: int, speed: float, demands: Float, bla
 
 
 @kernel
-def start_law(x: Float, at: int, speed: float, dt: float) -> None:
+def start_law(x: Float, at: int, state: int, speed: float, dt: float) -> None:
     """Knobs of the collective law while it starts: reference and lowest pitch follow the speed (C-66)."""
     step = x[at + ACCELERATION] * dt
     ahead = max(speed, 0.0) + AHEAD * x[at + ACCELERATION]
     x[law.REFERENCE] = min(max(min(x[law.REFERENCE] + step, ahead), 0.0), x[at + REFERENCE])
-    left = min(max(1.0 - speed / x[at + CONNECT_SPEED], 0.0), 1.0)
+    fine = min(x[at + CONNECT_SPEED], x[at + START_RATIO] * max(x[at + WIND], 1.0))
+    left = min(max(1.0 - speed / fine, 0.0), 1.0)
     x[law.MIN_PITCH] = x[at + MIN_PITCH] + left * max(x[at + START_PITCH] - x[at + MIN_PITCH], 0.0)
-    x[law.PITCH_RATE] = x[at + LAW_RATE + 1]
+    x[law.PITCH_RATE] = x[at + LAW_RATE + t.MODES[state - 1, M_RATE]]
+
+
+@kernel
+def lower(x: Float, at: int, speed: float, measured: Float, demands: Float, dt: float) -> None:
+    """Lower the pitch until the rotor has its reference speed or the pitch is lowest; then the law has it (C-66)."""
+    pitch = max(x[law.PITCH] - x[law.PITCH_RATE] * dt, x[law.MIN_PITCH])
+    if speed >= x[law.REFERENCE] or pitch <= x[law.MIN_PITCH]:
+        x[at + LOWERING] = 0.0
+    law_pitch(x, pitch, speed)
+    for i in range(whole(measured[s.N_BLADES])):
+        demands[s.PITCH_DEMAND + i] = pitch
 
 
 @kernel
@@ -401,21 +420,27 @@ def limit_torque(x: Float, most: float, demands: Float) -> None:
 
 
 @kernel
-def produce(x: Float, at: int, mode: int, measured: Float, demands: Float, dt: float) -> None:
+def produce(x: Float, at: int, state: int, measured: Float, demands: Float, dt: float) -> None:
     """States whose pitch is the law's."""
+    mode = t.MODES[state - 1, M_TORQUE]
     if mode == TORQUE_LAW:
         usual_law(x, at, dt)
         inner.update(x, measured, demands, dt)
         if x[law.RATED_POWER] < x[at + RATED_POWER]:
             limit_torque(x, x[law.RATED_POWER] / max(x[law.SPEED], 1e-3), demands)
         return
-    start_law(x, at, x[law.SPEED], dt)
-    law.law(x, measured[s.GENERATOR_SPEED], measured, demands, dt)
+    speed = measured[s.GENERATOR_SPEED]
+    start_law(x, at, state, x[law.SPEED], dt)
+    if x[at + LOWERING] > 0.5 and mode == TORQUE_NONE:
+        lower(x, at, speed, measured, demands, dt)
+    else:
+        law.law(x, speed, measured, demands, dt)
     for i in range(MAX_BLADES):
         x[inner.LIMITED + inner.LAST + i] = x[law.PITCH]
     if mode == TORQUE_JOIN:
         x[at + SHARE] = min(x[at + SHARE] + dt / x[at + CONNECT_TIME], 1.0)
-        most = x[law.RATED_POWER] / max(x[law.SPEED], 1e-3)
+        # below rated speed the torque of the regions: held power would stop the rotor that is to speed up
+        most = min(law_torque(x, x[law.SPEED]), x[law.RATED_POWER] / max(x[law.SPEED], 1e-3))
         limit_torque(x, min(x[at + SHARE] * x[law.MAX_TORQUE], most), demands)
     else:
         x[law.TORQUE] = 0.0
@@ -510,7 +535,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
     if t.MODES[state - 1, M_PITCH] == PITCH_FEATHER:
         rest(x, at, state, speed, measured, demands, dt)
     else:
-        produce(x, at, t.MODES[state - 1, M_TORQUE], measured, demands, dt)
+        produce(x, at, state, measured, demands, dt)
         demands[s.BRAKE] = 0.0
     if measured[s.GRID] < 0.5:
         x[law.TORQUE] = 0.0
@@ -630,6 +655,7 @@ def _section(
     rated = control.torque.rated_power
     view["rated_power"] = view["operator_power"] = view["protected_power"] = rated
     view["efficiency"], view["gear_ratio"] = drivetrain.generator_efficiency, drivetrain.gear_ratio
+    view["start_ratio"] = settings.start_ratio * drivetrain.gear_ratio / turbine.rotor_radius
     view["emergency_torque"], view["derate_rate"] = settings.emergency_torque, settings.derate_rate * rated
     view["auto_start"], view["latching"], view["follow"] = settings.auto_start, settings.latched, yaw is not None
     view["yaw_state"], view["yaw_rate"] = NORMAL, settings.derate_rate * rated

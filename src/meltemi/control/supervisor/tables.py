@@ -101,7 +101,7 @@ QUANTITIES = table(
     wind           | m/s   | wind, 30 s mean
     mean_wind      | m/s   | wind, 10 min mean
     start_time     | s     | since the start-up began
-    share          | -     | of the torque that is allowed at connection
+    share          | -     | of the torque that is allowed; 0 while the law would hold power below rated speed
     region         | -     | of the collective law: 1 maximum power, 2 speed limit, 3 power limit
     feathered      | rad   | demanded pitch, smallest of the blades
     """,
@@ -186,7 +186,7 @@ slow           | generator speed {value:.2f} rad/s below {limit:.2f} rad/s
 _STATES = """
 standby        | none | feather | normal    | free | follow | ready, waits for wind
 start_up       | none | speed   | start     | free | follow | speeds up to the connection
-connection     | join | speed   | start     | free | follow | connected to the grid, torque rises
+connection     | join | speed   | law       | free | follow | connected to the grid, torque rises
 maximum_power  | law  | law     | law       | free | follow | tracks maximum power, below the speed limit
 speed_limit    | law  | law     | law       | free | follow | holds the speed by torque
 power_limit    | law  | law     | law       | free | follow | holds power by torque, speed by pitch
