@@ -47,6 +47,8 @@ if TYPE_CHECKING:
     from meltemi.postprocess.bands import ceiling as ceiling
     from meltemi.postprocess.bands import harmonic_bands as harmonic_bands
     from meltemi.postprocess.bands import remove_bands as remove_bands
+    from meltemi.postprocess.bins import bin_statistics as bin_statistics
+    from meltemi.postprocess.bins import period_statistics as period_statistics
     from meltemi.postprocess.difference import ChannelDifference as ChannelDifference
     from meltemi.postprocess.difference import Differences as Differences
     from meltemi.postprocess.difference import compare_results as compare_results
@@ -215,6 +217,7 @@ _HOME = {
     "loadcases.case": "LoadCase read_case",
     "loadcases.openfast": "deck_case",
     "postprocess.bands": "Ceiling ceiling harmonic_bands remove_bands",
+    "postprocess.bins": "bin_statistics period_statistics",
     "postprocess.difference": "ChannelDifference Differences compare_results",
     "postprocess.ensemble": (
         "EnsembleEntry EnsembleTable Estimate ensemble_load ensemble_table lifetime_del mean_interval "

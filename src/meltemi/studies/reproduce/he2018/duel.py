@@ -20,7 +20,7 @@ from meltemi.report.tables import write_csv
 from meltemi.simulation.model import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.reproduce.he2018.claims import change, percent
-from meltemi.studies.reproduce.he2018.markdown import table_lines
+from meltemi.studies.reproduce.markdown import table_lines
 from meltemi.studies.reproduce.he2018.runs import (
     CLASS_B,
     PAPER,
