@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from meltemi.control.load_control import Preview as Preview
     from meltemi.control.load_control import SpeedNotch as SpeedNotch
     from meltemi.control.load_control import load_control as load_control
+    from meltemi.control.yaw import YawControl as YawControl
+    from meltemi.control.yaw import yaw_control as yaw_control
     from meltemi.core.errors import InputError as InputError
     from meltemi.core.errors import MeltemiError as MeltemiError
     from meltemi.core.errors import RunError as RunError
@@ -211,6 +213,7 @@ _HOME = {
     "control.fixed": "fixed",
     "control.controller": "Controller LogEntry StartPoint",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",
+    "control.yaw": "YawControl yaw_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",

@@ -22,6 +22,7 @@ from meltemi.control.actuators import (
     drive_advance,
     pitch_advance,
     second_order_step,
+    yaw_advance,
 )
 from meltemi.control.faults import PITCH_STUCK, healthy
 from meltemi.core.tables import View
@@ -42,6 +43,7 @@ def parameters(**changes: float) -> Float:
         "pitch_maximum": 10.0,
         "brake_torque": 28000.0,
         "yaw_rate": 0.005,
+        "yaw_hold": -1.0,
     } | changes
     for name, value in values.items():
         View(ACTUATOR, array)[name] = value
@@ -194,10 +196,10 @@ def test_the_brake_has_a_share_of_its_torque(share: float, torque: float) -> Non
 def test_the_yaw_drive_turns_with_its_rate_at_most() -> None:
     drive = ex.DRIVE.zeros()
     for _ in range(10):
-        drive_advance(parameters(), demand(yaw_rate=0.002), healthy(), drive, 0.5)
+        yaw_advance(parameters(), 1e9, demand(yaw_rate=0.002), healthy(), drive, 0.0, 0.0, 0.5)
     assert drive[ex.YAW_COMMAND] == pytest.approx(0.01, rel=1e-14)
     for _ in range(10):
-        drive_advance(parameters(), demand(yaw_rate=-1.0), healthy(), drive, 0.5)
+        yaw_advance(parameters(), 1e9, demand(yaw_rate=-1.0), healthy(), drive, 0.0, 0.0, 0.5)
     assert drive[ex.YAW_COMMAND] == pytest.approx(0.01 - 0.025, rel=1e-13)
     assert drive[ex.YAW_COMMAND_RATE] == -0.005
 

@@ -5,7 +5,7 @@ and angle. Its ideal variant has the demanded angle at once and no rate, so it t
 without inertial loads. A blade or flap that is stuck stops where it is; a blade that runs away goes to the end of its
 range at a rate of its own, as if that were demanded.
 
-Reference: docs/theory/control.md (C-10 to C-13).
+Reference: docs/theory/control.md (C-10 to C-13, C-55 to C-58).
 """
 
 from __future__ import annotations
@@ -40,6 +40,9 @@ ACTUATOR = table(
     pitch_maximum     | rad   | limit
     brake_torque      | N m   | of the full brake, on the generator's shaft
     yaw_rate          | rad/s | limit of the yaw drive
+    yaw_acceleration  | rad/s^2 | of the yaw drive; 0: its rate is there at once
+    yaw_friction      | N m   | of the bearing while it turns
+    yaw_hold          | N m   | at which the standing drive slips; negative: never
     pitch_offset blades | rad | by which each blade stands beyond what its actuator believes
     """,
 )
@@ -48,7 +51,9 @@ ACTUATOR = table(
 PITCH_IDEAL, PITCH_FREQUENCY, PITCH_DAMPING, PITCH_RATE, PITCH_MINIMUM, PITCH_MAXIMUM = ACTUATOR.slots(
     "pitch_ideal pitch_frequency pitch_damping pitch_rate pitch_minimum pitch_maximum"
 )
-BRAKE_TORQUE, YAW_RATE, OFFSET = ACTUATOR.slots("brake_torque yaw_rate pitch_offset")
+BRAKE_TORQUE, YAW_RATE, YAW_ACCELERATION, YAW_FRICTION, YAW_HOLD, OFFSET = ACTUATOR.slots(
+    "brake_torque yaw_rate yaw_acceleration yaw_friction yaw_hold pitch_offset"
+)
 
 PITCH = table(
     "pitch",
@@ -197,11 +202,58 @@ def flap_advance(p: Float, demands: Float, faults: Float, flap: Float, dt: float
 
 @kernel
 def drive_advance(p: Float, demands: Float, faults: Float, drive: Float, dt: float) -> None:
-    """Generator torque, brake and yaw drive under held demands."""
+    """Generator torque and brake under held demands."""
     drive[ex.GENERATOR_TORQUE] = demands[s.GENERATOR_TORQUE] * faults[f.GRID] * faults[f.GENERATOR]
     drive[ex.BRAKE_TORQUE] = p[BRAKE_TORQUE] * min(
         max(demands[s.BRAKE] * faults[f.BRAKE], faults[f.BRAKE_APPLIED]), 1.0
     )
-    rate = min(max(demands[s.YAW_RATE_DEMAND] * faults[f.YAW_DRIVE], -p[YAW_RATE]), p[YAW_RATE])
-    drive[ex.YAW_COMMAND_RATE] = rate
-    drive[ex.YAW_COMMAND] += rate * dt
+
+
+@kernel
+def slid(rest: float, angle: float, most: float) -> float:
+    """Angle at which a spring is free that slides where it would be stretched by more than ``most`` (C-57)."""
+    return min(max(rest, angle - most), angle + most)
+
+
+@kernel
+def yaw_advance(
+    p: Float, stiffness: float, demands: Float, faults: Float, drive: Float, angle: float, speed: float, dt: float
+) -> None:
+    """Yaw drive, its brake and the bearing's friction after ``dt`` under a held demand (C-55 to C-58).
+
+    Args:
+      stiffness: [N m/rad] of the bearing.
+      angle: [rad] of the nacelle, after ``dt``.
+      speed: [rad/s] of the same.
+    """
+    most, a, friction = p[YAW_RATE], p[YAW_ACCELERATION], p[YAW_FRICTION]
+    target = min(max(demands[s.YAW_RATE_DEMAND] * faults[f.YAW_DRIVE], -most), most)
+    before = drive[ex.YAW_DRIVE_RATE]
+    if a > 0.0:
+        # towards the target at constant acceleration, then at its rate
+        change = min(max(target - before, -a * dt), a * dt)
+        rate = target if abs(target - before) <= a * dt else before + change
+        drive[ex.YAW_COMMAND] += rate * dt - 0.5 * change * abs(change) / a
+    else:
+        rate = target
+        drive[ex.YAW_COMMAND] += rate * dt
+    drive[ex.YAW_DRIVE_RATE] = rate
+    stands = rate == 0.0 and target == 0.0
+    if friction > 0.0:
+        rubs = drive[ex.YAW_HELD] == 0.0 or not stands
+        if rubs and drive[ex.YAW_RUBS] == 0.0:
+            drive[ex.YAW_REST], drive[ex.YAW_REST_RATE] = angle, speed
+        elif drive[ex.YAW_RUBS] > 0.0 and not rubs:
+            drive[ex.YAW_COMMAND] += drive[ex.YAW_REST] - angle  # the brake takes over what the friction held
+        drive[ex.YAW_RUBS] = 1.0 if rubs else 0.0
+        if dt > 0.0:
+            rest = slid(drive[ex.YAW_REST], angle, friction / stiffness)
+            drive[ex.YAW_REST_RATE] = speed if rest != drive[ex.YAW_REST] else 0.0 * speed
+            drive[ex.YAW_REST] = rest
+    if not stands or before != 0.0 or p[YAW_HOLD] < 0.0:
+        drive[ex.YAW_COMMAND_RATE] = rate
+    elif dt > 0.0 and drive[ex.YAW_HELD] > 0.0:
+        drive[ex.YAW_SWITCHES] += crossed(stiffness * abs(angle - drive[ex.YAW_COMMAND]) - p[YAW_HOLD])
+        command = slid(drive[ex.YAW_COMMAND], angle, p[YAW_HOLD] / stiffness)
+        drive[ex.YAW_COMMAND_RATE] = speed if command != drive[ex.YAW_COMMAND] else 0.0 * speed
+        drive[ex.YAW_COMMAND] = command

@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import find_rosco
 from meltemi.control.controller import Controller
+from meltemi.control.yaw import YawControl, yaw_control
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
@@ -97,6 +98,8 @@ class BaselineCase(Record):
     """The baseline controller with the turbine's settings."""
 
     kind: Literal["baseline"] = "baseline"
+    yaw: YawControl | None = None
+    """An active yaw beside it, which needs ``options: {yaw: driven}``; none by default."""
 
 
 class LibraryCase(Record):
@@ -193,10 +196,10 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
 
 
 def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controller | None:
-    """The controller of a case, None for the baseline one; paths are relative to ``folder``."""
+    """The controller of a case, None for the plain baseline one; paths are relative to ``folder``."""
     c = case.controller
     if isinstance(c, BaselineCase):
-        return None
+        return None if c.yaw is None else yaw_control(turbine, c.yaw)
     return bladed_controller(
         turbine,
         find_rosco() if c.library == ROSCO else folder / c.library,
@@ -241,6 +244,7 @@ wind:
 duration: 60.0               # s
 
 controller: {kind: baseline}
+# controller: {kind: baseline, yaw: {dead_band: 0.14}}           # turns into the wind; with options: {yaw: driven}
 # controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
 
 output_step: 0.05            # s between records

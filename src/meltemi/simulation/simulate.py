@@ -166,6 +166,11 @@ class Simulation:
         controller = controller or baseline(turbine.control)
         if not isinstance(controller, Controller):
             raise InputError(f"controller: expected a meltemi.Controller, found {type(controller).__name__}")
+        if controller.yaws and model.options.yaw != "driven":
+            raise InputError(
+                f"controller {controller.name!r} turns the nacelle, but the model's yaw is {model.options.yaw!r}: "
+                'build it with ModelOptions(yaw="driven"), or in a file options: {yaw: driven}'
+            )
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
         start = start or shared_point(model, wind)

@@ -37,14 +37,14 @@ from meltemi.aero.rotor import AIR_DENSITY, disk_averages, loads, quasi_steady, 
 from meltemi.aero.tables import AERO_OPTIONS
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control import signals as sg
-from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance, pitch_advance
+from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import MAX_BLADES, table
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, blade_frames, blade_motion, nacelle_and_hub, tower_top
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT, YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
 from meltemi.structure.section_loads import (
     APEX_MOMENT,
     R_MOMENT,
@@ -121,8 +121,8 @@ LOCKED, CORE_MASS, CORE_FORCE, ARM_MASS, COUPLING, ARM_FORCE = (
 )
 
 (TOWER_DRAG,) = AERO_OPTIONS.slots("tower_drag")
-GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT = STRUCTURE.slots(
-    "gear_ratio tower_base tower_length shaft_height overhang tilt"
+GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, YAW_STIFFNESS = STRUCTURE.slots(
+    "gear_ratio tower_base tower_length shaft_height overhang tilt yaw_stiffness"
 )
 
 
@@ -509,6 +509,7 @@ def advance(
     q, v, a, structure, n_core = seen[Q], seen[V], seen[A], seen[P_STRUCTURE], seen[COLUMNS].shape[1]
     pitch, drive, flap = seen[P_PITCH], seen[P_DRIVE], seen[P_FLAP]
     root, chain, summary = loads_seen[ROOT], loads_seen[CHAIN], loads_seen[-1]
+    yaw = n_core - N_SHAFT + YAW
     for _ in range(n_steps):
         step = clock[STEP]
         t = step * dt
@@ -529,6 +530,7 @@ def advance(
                 return
         pitch_advance(actuators, demands, faults, pitch, 0.0)
         drive_advance(actuators, demands, faults, drive, 0.0)
+        yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], 0.0)
         flap_advance(flap_actuators, demands, faults, flap, 0.0)
         # physics at t: complete the velocities of the step that ends here
         behind = dt if step > 0 else 0.0
@@ -564,5 +566,6 @@ def advance(
             a_old[j] = a_now
         pitch_advance(actuators, demands, faults, pitch, dt)
         drive_advance(actuators, demands, faults, drive, dt)
+        yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], dt)
         flap_advance(flap_actuators, demands, faults, flap, dt)
         clock[STEP] = step + 1

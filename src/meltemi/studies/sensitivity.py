@@ -38,6 +38,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, first_point, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
+from meltemi.turbine.exchange import DRIVE
 from meltemi.wind.turbulence.field import AnyWind, realised
 
 Float = NDArray[np.float64]
@@ -409,5 +410,6 @@ def count_switches(case: Case, controller: Controller) -> dict[str, int | None]:
     return {
         "controller": int(case.controller_state[names.index("switches")]) if "switches" in names else None,
         "pitch limits": int(case["pitch"][PITCH.index("switches")].sum()),
+        "yaw brake": int(case["drive"][DRIVE.index("yaw_switches")]),
         "stall": int(case["memory"][MEMORY.index("switches")].sum()),
     }

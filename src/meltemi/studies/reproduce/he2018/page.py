@@ -25,8 +25,8 @@ from meltemi.studies.reproduce.he2018.claims import (
     reasons,
 )
 from meltemi.studies.reproduce.he2018.figures import FIGURES
-from meltemi.studies.reproduce.markdown import table_lines
 from meltemi.studies.reproduce.he2018.runs import CLASS_B, Progress, Runs, Setup, run_all
+from meltemi.studies.reproduce.markdown import table_lines
 from meltemi.studies.scheme_names import SCHEMES
 
 HERE = Path(__file__).parent
