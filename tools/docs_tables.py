@@ -87,7 +87,7 @@ def events() -> str:
                 values = f" ({_kind(field.annotation)})" if get_args(field.annotation) else ""
                 keys.append(f"`{key}`{default}: {field.description}{values}")
         ends = ["`until`"] if issubclass(kind, Lasting) else []
-        text = (kind.__doc__ or "").strip()
+        text = (kind.__doc__ or "").strip().replace("``", "`")
         rows.append([f"`{kind.model_fields['type'].default}`", "<br>".join(keys + ends), text])
     return _table(["type", "keys", "what happens"], rows)
 

@@ -313,3 +313,38 @@ def test_a_blade_that_the_turbine_does_not_have(turbine: Turbine) -> None:
     ):
         with pytest.raises(InputError, match=words):
             schedule(read_events([{"at": 0.0, **event}]), two, DT, 10)
+
+
+@numba.njit
+def stops(state: Any, measured: Any, demands: Any, dt: float) -> None:
+    """Held at constant power until the grid is lost or a stop is asked for, then feathered."""
+    stop = measured[s.GRID] < 0.5 or measured[s.REQUEST] >= 2.0
+    demands[s.GENERATOR_TORQUE] = 0.0 if stop else 4.3e4
+    for b in range(3):
+        held = 0.35 + 0.03 * (measured[s.GENERATOR_SPEED] - 122.9)
+        demands[s.PITCH_DEMAND + b] = min(measured[s.PITCH + b] + 0.14, 1.5) if stop else max(held, 0.0)
+
+
+@pytest.mark.parametrize(
+    "faults",
+    [
+        [{"type": "grid_loss"}],
+        [{"type": "request", "request": "emergency_stop"}, {"type": "pitch_stuck", "blade": 2}],
+        [{"type": "grid_loss"}, {"type": "pitch_runaway", "blade": 1, "rate": -0.15}],
+        [{"type": "grid_loss"}, {"type": "sensor_loss", "sensor": "pitch_3", "holds": "zero"}],
+        [{"type": "request", "request": "normal_stop"}, {"type": "brake"}],
+    ],
+    ids=["grid", "stuck", "runaway", "sensor", "brake"],
+)
+def test_a_stop_in_strong_wind_brings_the_rotor_down_whatever_fails(
+    machine: Model, faults: list[dict[str, Any]]
+) -> None:
+    """Two blades are enough to stop; nothing diverges."""
+    wind = meltemi.TurbulentWind(speed=22.0, intensity=0.15, points=7)
+    events = [{"at": 10.0, **fault} for fault in faults]
+    names = ["rotor_speed", "tip_out_of_plane_1", "pitch_1"]
+    result = simulate(machine, wind, duration=60.0, controller=Controller(stops), channels=names, events=events)
+    assert result.status is Status.OK
+    before, after = result.between(0.0, 10.0)["rotor_speed"], result.between(50.0, 60.0)["rotor_speed"]
+    assert before.min() > 1.0 and np.abs(after).max() < 0.4 * before.min()
+    assert np.abs(result["tip_out_of_plane_1"]).max() < 15.0

@@ -241,7 +241,7 @@ def yaw_advance(
     if friction > 0.0:
         rubs = drive[ex.YAW_HELD] == 0.0 or not stands
         if rubs and drive[ex.YAW_RUBS] == 0.0:
-            drive[ex.YAW_REST] = angle
+            drive[ex.YAW_REST], drive[ex.YAW_REST_RATE] = angle, speed
         elif drive[ex.YAW_RUBS] > 0.0 and not rubs:
             drive[ex.YAW_COMMAND] += drive[ex.YAW_REST] - angle  # the brake takes over what the friction held
         drive[ex.YAW_RUBS] = 1.0 if rubs else 0.0
