@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from meltemi.control.moving_mean import MEAN, mean_start, mean_states, moving_me
 from meltemi.control.supervisor import tables as t
 from meltemi.control.supervisor.log import ENTRY, LOG_ROOM
 from meltemi.control.supervisor.settings import limits
-from meltemi.control.supervisor.supervised import JOURNAL, LENGTH, Q, YAW
+from meltemi.control.supervisor.supervised import JOURNAL, LENGTH, YAW, Q
 from meltemi.control.supervisor.threshold import threshold
 from meltemi.control.yaw import FILTERED
 
@@ -394,9 +395,7 @@ STOPS: list[tuple[dict[str, float], int, str, str]] = [
 
 
 @pytest.mark.parametrize(("changes", "calls", "state", "reason"), STOPS, ids=[f"{c[0]}" for c in STOPS])
-def test_stops(
-    plain: Controller, changes: dict[str, float], calls: int, state: str, reason: str
-) -> None:
+def test_stops(plain: Controller, changes: dict[str, float], calls: int, state: str, reason: str) -> None:
     run = Script(plain).call(20)
     assert run.state == "power_limit"
     before = run.pitch()
@@ -591,7 +590,7 @@ def test_no_script_leaves_the_tables(turbine: Turbine, script: Any, rest: bool) 
                 assert run.demands[s.GENERATOR_TORQUE] == 0.0 or grid == 1.0
             assert 0.0 <= run.demands[s.GENERATOR_TORQUE] <= 47402.91
     entries = [e for e in run.log if e.source == "supervisor"]
-    assert all(a.what.split(" -> ")[1] == b.what.split(" -> ")[0] for a, b in zip(entries, entries[1:], strict=False))
+    assert all(a.what.split(" -> ")[1] == b.what.split(" -> ")[0] for a, b in pairwise(entries))
     assert all(entry.reason for entry in entries)
 
 

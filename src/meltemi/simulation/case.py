@@ -53,7 +53,16 @@ from meltemi.simulation.step import (
     evaluate,
     observe,
 )
-from meltemi.structure.tables import BLADE_NODE, BODY, MACHINE_LOAD, ROOT_LOAD, STATION_LOAD, TOWER_STATION_LOAD
+from meltemi.structure.tables import (
+    BLADE_NODE,
+    BODY,
+    GEAR_LOAD,
+    GEARS,
+    MACHINE_LOAD,
+    ROOT_LOAD,
+    STATION_LOAD,
+    TOWER_STATION_LOAD,
+)
 from meltemi.turbine.exchange import DRIVE, FRAME, LOAD, MACHINE, MOTION
 from meltemi.wind.fields import Wind, wind_arrays
 
@@ -106,6 +115,8 @@ SIGNAL_TABLES: dict[str, Table] = {
     "pitch": PITCH,
     "flap": FLAP,
     "drive": DRIVE,
+    "gears": GEARS,
+    "gear_loads": GEAR_LOAD,
     "demands": DEMANDS,
     "flow": FLOW,
     "motion": MOTION,
@@ -196,7 +207,8 @@ class Case:
         K, nq, nc = len(model.blade.names), len(model.coordinates), model.n_core
         M, NT = len(model.tower.names), model.tower_flow.shape[1]
         fill = -(-N // WIDTH) * WIDTH if lanes else N
-        sizes = {"blade": B, "node": fill, "flap": model.n_flaps}
+        gears, gear_parts = model.gear_modes.shape[1], model.gear_rows.shape[1]
+        sizes = {"blade": B, "node": fill, "flap": model.n_flaps, "mode": gears, "part": gear_parts}
         self.signals = Arena(
             {
                 "q": (nq,),
@@ -224,6 +236,9 @@ class Case:
             **self.aero_state.views,
             "locked": model.locked.copy(),
             "structure": model.structure,
+            "gear_modes": model.gear_modes,
+            "gear_rows": model.gear_rows,
+            "gear_shape": model.gear_shape,
             "blade_nodes": filled("blade_nodes", model.blade_nodes, fill),
             "blade_edges": model.blade_edges,
             "shape": filled("shape", model.shape, fill),

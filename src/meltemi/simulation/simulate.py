@@ -383,7 +383,13 @@ def model_channels(model: Model, stations: Stations | None = None) -> dict[str, 
     """Everything that can be recorded of a model."""
     stations = stations or Stations()
     return catalogue(
-        model.n_blades, model.n_nodes, len(stations.blade), len(stations.tower), model.coordinates, model.n_flaps
+        model.n_blades,
+        model.n_nodes,
+        len(stations.blade),
+        len(stations.tower),
+        model.coordinates,
+        model.n_flaps,
+        model.n_gear_stages,
     )
 
 

@@ -214,8 +214,8 @@ def page(found: Beyond) -> Figure:
     _limits(axes[2, 1], found.limits)
     _years(axes[2, 2], found.years)
     figure.suptitle(
-        f"Derate or stop? {len(found.grid.rows)} gusts; maps at a yaw rate of {np.degrees(middle):.1f} deg/s, means over "
-        "wind speeds, seeds and begins",
+        f"Derate or stop? {len(found.grid.rows)} runs; maps at {np.degrees(middle):.1f} deg/s, means over "
+        "wind speeds, seeds, begins",
         fontsize=11,
         color=INK,
     )
