@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.simulation.result import Result
-from meltemi.studies.reproduce.wang2021.loads import LOADS, extreme
+from meltemi.studies.reproduce.wang2021.loads import LOADS, YAW_BENDING, extreme
 from meltemi.studies.reproduce.wang2021.winds import GUST_BEGIN
 
 Float = NDArray[np.float64]
@@ -42,6 +42,23 @@ class Gust:
         result = self.results[strategy]
         moved = np.abs(result["pitch_1"] - result["pitch_1"][0]) > MOVED
         return float(result.time[np.argmax(moved)]) if moved.any() else np.nan
+
+    def parting(self, strategy: str) -> float:
+        """[s] at which the pitch of blade 1 leaves that of the strategy that ignores the error by 0.2 degrees."""
+        one, other = self.results[strategy], self.results[IGNORE]
+        apart = np.abs(one["pitch_1"] - other["pitch_1"]) > MOVED
+        return float(one.time[np.argmax(apart)]) if apart.any() else np.nan
+
+    def late(self) -> tuple[float, float, float]:
+        """Derating over ignoring in the last 40 s, when both have settled: mean bending, ranges of bending, torsion."""
+        parts = [self.results[name].between(60.0, np.inf) for name in (DERATE, IGNORE)]
+        bend = [LOADS[YAW_BENDING].size(r) for r in parts]
+        twist = [r["yaw_moment_z"] for r in parts]
+        return (
+            float(bend[0].mean() / bend[1].mean()),
+            float(np.ptp(bend[0]) / np.ptp(bend[1])),
+            float(np.ptp(twist[0]) / np.ptp(twist[1])),
+        )
 
     def triggered(self, strategy: str) -> float:
         """[s] at which the yaw error first lies above its threshold, as the controller sees both."""

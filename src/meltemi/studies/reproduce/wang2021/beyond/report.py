@@ -76,12 +76,12 @@ def longest(grid: Found) -> pd.DataFrame:
 
 
 def relative(rows: pd.DataFrame, column: str, against: str = "S3") -> pd.DataFrame:
-    """Rows with a column ``change``: of a quantity against another strategy in the same wind and with the same yaw
-    rate, as a share."""
+    """Rows with columns ``base``, of another strategy in the same wind and with the same yaw rate, and ``gain``: the
+    difference from it as a share."""
     wind = ["speed", "rise", "change", "begin", "seed", "yaw_rate"]
     base = rows[rows["strategy"] == against].set_index(wind)[column]
     joined = rows.join(base.rename("base"), on=wind)
-    return joined.assign(change=joined[column] / joined["base"] - 1.0)
+    return joined.assign(gain=joined[column] / joined["base"] - 1.0)
 
 
 def costs_table(grid: Found) -> Table:
@@ -99,8 +99,8 @@ def costs_table(grid: Found) -> Table:
         columns = [f"{load}, extreme" for load in LOADS] + [f"{load}, fatigue" for load in (YAW_BENDING, YAW_TORSION)]
         for column in columns:
             runs = relative(some, column)
-            change = runs[runs["strategy"] == name]["change"]
-            cells.append(f"{100.0 * change.mean():+.0f}")
+            gain = runs[runs["strategy"] == name]["gain"]
+            cells.append(f"{100.0 * gain.mean():+.0f}")
         rows.append(cells)
     head = ["strategy", "runs", "stops\n% of runs", "derates\n% of runs", "energy lost\nkWh a gust"]
     head += [f"{load}\nextreme %" for load in LOADS] + [f"{load}\nfatigue %" for load in (YAW_BENDING, YAW_TORSION)]
@@ -204,7 +204,7 @@ def page(found: Beyond) -> Figure:
         part = lost[lost["strategy"] == name]
         _heat(ax, *by_gust(part, "lost"), f"{name}: energy lost a gust [kWh]", text=".0f", low=0.0, high=top)
     for ax, name in zip(axes[1], ("S1", "S2", OURS), strict=True):
-        part = load[load["strategy"] == name].assign(percent=lambda r: 100.0 * r["change"])
+        part = load[load["strategy"] == name].assign(percent=lambda r: 100.0 * r["gain"])
         title = f"{name}: extreme bending at the yaw bearing against S3 [%]"
         _heat(ax, *by_gust(part, "percent"), title, text="+.0f", low=-60.0, high=60.0)
     for ax in axes[:2].flat:

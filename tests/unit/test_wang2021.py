@@ -1,0 +1,115 @@
+"""The parts of the reproduction that need no simulation: the gust, limits from loads, tables, a year of wind."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from meltemi import InputError, YawProtection, load_turbine, yaw_threshold
+from meltemi.app.cli import app
+from meltemi.studies.reproduce.wang2021.beyond.grid import Found, Grid
+from meltemi.studies.reproduce.wang2021.beyond.limits import JUDGED, Limits
+from meltemi.studies.reproduce.wang2021.beyond.report import recheck_table, relative
+from meltemi.studies.reproduce.wang2021.beyond.year import PowerCurve, a_year
+from meltemi.studies.reproduce.wang2021.claims import CHECKS, unfiltered_trigger
+from meltemi.studies.reproduce.wang2021.table2 import Calibration
+from meltemi.studies.reproduce.wang2021.winds import measured
+
+
+def test_the_gust_passes_the_thresholds_when_the_paper_says() -> None:
+    """16.05 and 16.10 s, within a tenth of a second."""
+    times = [unfiltered_trigger(YawProtection(law=law), 14.33, 120.0) for law in ("interpolated", "stepwise")]
+    assert times == pytest.approx([16.05, 16.10], abs=0.1)
+    assert times[0] < times[1]
+
+
+def test_the_laws_at_the_values_of_the_paper() -> None:
+    speeds, degrees = np.array(CHECKS).T
+    assert np.degrees(yaw_threshold(YawProtection(law="interpolated"), speeds)) == pytest.approx(degrees, abs=1e-9)
+    steps = np.degrees(yaw_threshold(YawProtection(law="stepwise"), [0.0, 10.0, 10.1, 35.0, 35.1]))
+    assert steps == pytest.approx([60.0, 60.0, 45.0, 45.0, 30.0], abs=1e-9)
+
+
+def limits(use: list[list[float]]) -> Limits:
+    errors = np.radians([0.0, 30.0, 60.0])
+    loads = {name: np.array(use) * (k + 1.0) for k, name in enumerate(JUDGED)}
+    return Limits(np.array([5.0, 10.0, 20.0, 25.0]), errors, loads, {name: k + 1.0 for k, name in enumerate(JUDGED)})
+
+
+def test_base_points_lie_where_a_load_reaches_its_limit() -> None:
+    found = limits([[0.2, 0.3, 0.4], [0.5, 0.5, 1.5], [0.8, 0.9, 0.7], [1.1, 1.2, 1.3]])
+    # within the limit everywhere; halfway from 30 to 60; within, but never above what a lower wind allows; beyond
+    assert np.degrees(found.allowed()) == pytest.approx([60.0, 45.0, 45.0, 0.0])
+    speeds, thresholds = found.base_points
+    assert YawProtection(wind_speeds=speeds, thresholds=thresholds).thresholds[1] == pytest.approx(np.radians(45.0))
+
+
+def test_calibration_keeps_the_rated_power() -> None:
+    turbine = load_turbine("nrel5mw")
+    found = Calibration(efficiency=0.8).turbine(turbine)
+    torque, plain = found.control.torque, turbine.control.torque
+    assert found.drivetrain.generator_efficiency == pytest.approx(0.8 * turbine.drivetrain.generator_efficiency)
+    assert torque.rated_power * 0.8 == pytest.approx(plain.rated_power)
+    assert torque.optimal_gain == plain.optimal_gain
+
+
+def test_gains_and_rechecks_of_a_grid() -> None:
+    wind = {"speed": 10.0, "rise": 5.0, "change": 1.0, "begin": 20.0, "seed": 1}
+    rows = [
+        {**wind, "yaw_rate": r, "strategy": s, "recheck": t, "energy": e, "stops": n, "derates": d}
+        for r, s, t, e, n, d in (
+            (0.005, "S3", 0.0, 100.0, 0, 0),
+            (0.005, "S2", 30.0, 50.0, 1, 1),
+            (0.005, "S2", 90.0, 90.0, 0, 1),
+            (0.010, "S3", 0.0, 200.0, 0, 0),
+            (0.010, "S2", 30.0, 180.0, 0, 1),
+            (0.010, "S2", 90.0, 190.0, 0, 0),
+        )
+    ]
+    grid = Found(Grid(yaw_rates=(0.005, 0.010), rechecks=(30.0, 90.0)), pd.DataFrame(rows), {})
+    gain = relative(grid.rows, "energy")
+    assert gain[gain["strategy"] == "S2"]["gain"].tolist() == pytest.approx([-0.5, -0.1, -0.1, -0.05])
+    assert gain["change"].unique().tolist() == [1.0]
+    assert [row[1:] for row in recheck_table(grid).rows] == [["100", "0"], ["0", "-"]]
+
+
+@pytest.mark.slow
+def test_a_year_has_the_order_of_the_strategies() -> None:
+    """Ignoring loses nothing, derating less than stopping; more fronts, more stops; light winds turn most."""
+    speed = np.arange(3.0, 10.0)
+    curve = PowerCurve(speed, 3e6 * np.minimum(speed / 9.0, 1.0) ** 3, 3.0, 25.0, 3e6)
+    years = a_year(load_turbine("ct30-155"), curve, (np.array([5.0, 25.0]), np.radians([75.0, 20.0])), days=60.0)
+    by = {(y.fronts, y.strategy): y for y in years}
+    for fronts in (0, 200):
+        s1, s2, s3 = (by[fronts, name] for name in ("S1", "S2", "S3"))
+        assert s1.energy <= s2.energy <= s3.energy
+        assert s1.stops == s1.exceeded and s1.derates == s3.derates == s3.stops == 0
+        assert s2.stops <= s2.derates
+    assert by[200, "S1"].stops > by[0, "S1"].stops
+    assert by[0, "S3"].energy == pytest.approx(0.35 * 60.0 * 86400.0 * 3e6, rel=0.4)
+
+
+def test_the_measured_bins_are_those_of_the_paper() -> None:
+    assert sum(r.sets for r in measured()) == 2917
+    assert max(measured(), key=lambda r: r.moment_mean).bin == 8
+
+
+def test_the_rosco_part_belongs_to_another_study(tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, ["reproduce", "wang2021", "--rosco", "--out", str(tmp_path / "out")])
+    assert isinstance(found.exception, InputError)
+    assert "belongs to he2018" in str(found.exception)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.long
+def test_a_quick_look_writes_everything(tmp_path: Path) -> None:
+    found = CliRunner().invoke(
+        app, ["reproduce", "wang2021", "--quick", "--out", str(tmp_path)], catch_exceptions=False
+    )
+    assert found.exit_code == 0
+    names = {path.name for path in tmp_path.iterdir()}
+    assert {"wang2021.html", "wang2021.md", "claims.csv", "grid.csv", "beyond.png", "fig10_strategies.png"} <= names
