@@ -162,6 +162,8 @@ def operating_point(
             rotor_speed = _secant(partial(left_over, angle=angle), rotor_speed, 1e-3 * rotor_speed)
         if search_pitch:
             angle = _secant(lambda x: left_over(reference, x), angle, 1e-3)
+            if angle < control.pitch.minimum:  # the harmonics took what drove it beyond the reference speed
+                angle, search_pitch, search_speed = control.pitch.minimum, False, True
         for _ in range(SETTLE_SWEEPS):
             left_over(rotor_speed, angle)
         if abs(orbit.over_revolution) <= enough:
