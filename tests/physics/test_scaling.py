@@ -17,6 +17,7 @@ from meltemi.core.record import Record
 from meltemi.core.units import rpm
 from meltemi.simulation.portrait import masses
 from meltemi.structure.members import blade_member, cells
+from meltemi.studies.scaled_turbines import BOTH, NUMBERS
 from meltemi.turbine.scaling.factors import design_ratio
 from meltemi.turbine.scaling.machine import Inertia, inertia_of
 
@@ -317,6 +318,16 @@ def test_the_librarys_scaled_turbines_are_those_of_the_paper(name: str) -> None:
     assert (flap, edge) == pytest.approx((3.2, 5.2), abs=0.1)  # P at rated speed; the NREL 5 MW has 3.4 and 5.4
 
 
+def test_steady_operation_never_pitches_below_the_smallest_pitch(turbine: Turbine) -> None:
+    """Close below rated wind, where the power hardly depends on pitch, a search by pitch finds what is not there."""
+    numbers = BOTH | NUMBERS["ct30-155"] | {"blade_stiffness": 1.0}
+    model = meltemi.build(scale_turbine(turbine, **numbers))
+    below, above = (meltemi.operating_point(model, speed) for speed in (8.59, 8.64))
+    assert (below.pitch, above.pitch > 0.0) == (0.0, True)
+    assert 0.98 < below.rotor_speed / above.rotor_speed < 0.99
+    assert 0.985 < below["generator_power"] / above["generator_power"] < 0.995
+
+
 def test_usual_masses_are_close_to_published_ones(turbine: Turbine) -> None:
     """Of the NREL 5 MW: blade 17.7 t, hub 56.8 t, nacelle 240 t, tower 347 t. An offshore nacelle is heavier."""
     usual = typical_masses(turbine)
@@ -352,3 +363,20 @@ def test_the_librarys_scaled_turbines_are_made_anew(name: str) -> None:
     for path, _, value in leaves(stored):
         gains = path.startswith("control.pitch") or path.endswith("optimal_gain")
         np.testing.assert_allclose(again[path], value, rtol=1e-3 if gains else 1e-6, atol=1e-9, err_msg=path)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", PAPER)
+def test_the_librarys_scaled_turbines_run_in_turbulence(name: str) -> None:
+    turbine = meltemi.load_turbine(name)
+    model = meltemi.build(turbine)
+    clearances = [f"tip_clearance_{blade}" for blade in (1, 2, 3)]
+    for speed in (9.0, turbine.cut_out):
+        wind = meltemi.ntm(speed, "IIIC", seed=2, points=9)
+        result = meltemi.simulate(
+            model, wind, duration=150.0, channels=["rotor_speed", "generator_power", "pitch_1", *clearances]
+        )
+        rated = rpm(PAPER[name][2])
+        assert 0.6 * rated < result["rotor_speed"].min() < result["rotor_speed"].max() < 1.12 * rated
+        assert result["generator_power"].max() < 1.1 * turbine.rated_power
+        assert min(result[channel].min() for channel in clearances) > 0.5 * turbine.tower.diameter[0] + 2.0
