@@ -109,6 +109,23 @@ def test_the_deck_of_the_page_is_written(
     assert (tmp_path / "deck" / "nrel5mw.fst").is_file()
 
 
+@pytest.mark.long
+def test_the_scaled_turbine_of_the_page_is_the_librarys(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = "docs/guide/scaling.md"
+    monkeypatch.chdir(tmp_path)
+    found: dict[str, Any] = {"__name__": "page"}
+    exec(compile("\n".join(blocks(page, "python")), page, "exec"), found)
+    assert "tower 1.15 times the rated rotor speed" in capsys.readouterr().out
+    made, stored = meltemi.load_turbine("my-2mw.yaml"), meltemi.load_turbine("zr20-122")
+    for gain in ("proportional_gain", "gain_halving_pitch"):
+        assert getattr(made.control.pitch, gain) == pytest.approx(getattr(stored.control.pitch, gain), rel=1e-3)
+    (fast,) = blocks(page, 'python title="with the paper\'s speed"')
+    exec(compile(fast, page, "exec"), found)
+    assert 100.0 < found["fast"].control.pitch.reference_speed / 40.49 * 77.5 < 104.0
+
+
 TUTORIAL = "docs/guide/own-controller.md"
 
 

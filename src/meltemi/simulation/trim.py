@@ -61,6 +61,8 @@ BALANCE = 1e-4
 """Torque left over, as a share of the rated one, with which a search may end."""
 TOLERANCE = 1e-5
 """Relative change of rotor speed or pitch at which the search ends."""
+CLOSE = 0.97
+"""Of the reference speed, from which on it is sought where a first search promised the reference speed in vain."""
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,7 @@ def operating_point(
     angle = control.pitch.minimum if pitch is None else pitch
     if rotor_speed is None and not free:
         rotor_speed = reference
-    search_speed, search_pitch = rotor_speed is None, False
+    search_speed, search_pitch, close = rotor_speed is None, False, False
     if rotor_speed is None:
         rotor_speed, above = _balance_speed(left_over, reference, angle, steady.speed)
         search_pitch = above and pitch is None
@@ -162,6 +164,10 @@ def operating_point(
             rotor_speed = _secant(partial(left_over, angle=angle), rotor_speed, 1e-3 * rotor_speed)
         if search_pitch:
             angle = _secant(lambda x: left_over(reference, x), angle, 1e-3)
+            if angle < control.pitch.minimum:  # the harmonics took what drove it up to the reference speed
+                angle, search_pitch, close = control.pitch.minimum, False, True
+        if close:
+            rotor_speed = _root(partial(left_over, angle=angle), CLOSE * reference, reference, 0.01 * reference)
         for _ in range(SETTLE_SWEEPS):
             left_over(rotor_speed, angle)
         if abs(orbit.over_revolution) <= enough:

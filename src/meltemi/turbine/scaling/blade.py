@@ -16,19 +16,22 @@ AREA = "mass axial_stiffness"
 """Properties of a section of thin walls that go with its size and its wall,"""
 SECOND_MOMENT = "flap_stiffness edge_stiffness torsion_stiffness flap_inertia edge_inertia"
 """and with the cube of its size and its wall."""
+STIFFNESS = "axial_stiffness flap_stiffness edge_stiffness torsion_stiffness stiffness_matrix"
 
 
-def scaled_blade(reference: Turbine, factors: Factors, blade_mass: float | None) -> dict[str, Any]:
+def scaled_blade(reference: Turbine, factors: Factors, blade_mass: float | None, stiffness: float) -> dict[str, Any]:
     """Content of ``Turbine.blade``.
 
     A section is s c times as large as the reference's: s of geometric similarity, c of the design tip-speed ratio. Its
     walls are s w times as thick, with w = (moment / s^3) / c^2, which keeps the strain under the flap moment of rated
     wind. A given mass sets w instead, alike in mass and stiffness, and so leaves the frequencies.
+    All stiffness may be multiplied: stiffer material of the same mass.
 
     Args:
       reference: the turbine that is scaled.
       factors: of the new one.
       blade_mass: [kg] of the new blade.
+      stiffness: further factor of all stiffness.
     """
     content = reference.blade.content()
     aero, structure = content["aerodynamics"], content["structure"]
@@ -44,13 +47,14 @@ def scaled_blade(reference: Turbine, factors: Factors, blade_mass: float | None)
     _sections(structure, s * c, wall)
     if blade_mass is not None:
         _sections(structure, np.ones_like(c), np.full_like(c, blade_mass / s / _mass(structure)))
+    multiply(structure, STIFFNESS, stiffness)
     for part in (aero, structure):
         part["twist"] = np.asarray(part["twist"]) + factors.twist(share(part))
         multiply(part, "position", s)
     multiply(structure, "axis_x axis_y", s)
     if structure["damping_time"] is not None:
         multiply(structure["damping_time"], "flap edge torsion", s)
-    if factors.slender != 1.0:
+    if factors.slender != 1.0 or stiffness != 1.0:
         structure["mode_shapes"] = None  # those of another blade
     for flap in content["flaps"]:
         multiply(flap, "rate frequency", 1.0 / factors.time)

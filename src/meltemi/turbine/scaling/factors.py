@@ -5,8 +5,8 @@ them everything else by the units it has: forces by s^2, moments by s^3, bending
 Stresses and wind speeds stay. A turbine of another specific power, design tip-speed ratio or rotor speed leaves it by
 three further factors: the rated wind, the chord and the time.
 
-References: Burton et al. (2011), Wind Energy Handbook, 2nd ed., section 6.2 (similarity); Manwell, McGowan and Rogers
-(2009), Wind Energy Explained, 2nd ed., section 3.8 (the optimum rotor with wake rotation); docs/guide/scaling.md.
+References: Burton et al. (2011), Wind Energy Handbook, 2nd ed. (similarity); Manwell, McGowan and Rogers (2009), Wind
+Energy Explained, 2nd ed., chapter 3 (the optimum rotor with wake rotation); docs/guide/scaling.md.
 """
 
 from __future__ import annotations

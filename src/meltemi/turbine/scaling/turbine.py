@@ -48,6 +48,7 @@ def scale_turbine(
     gearbox_efficiency: float | None = None,
     generator_inertia: float | None = None,
     blade_mass: float | None = None,
+    blade_stiffness: float = 1.0,
     hub_mass: float | None = None,
     nacelle_mass: float | None = None,
     tower_frequency: float | None = None,
@@ -78,6 +79,7 @@ def scale_turbine(
       gearbox_efficiency: power on the fast side over power on the slow one.
       generator_inertia: [kg m^2] on the generator's shaft.
       blade_mass: [kg] of one blade; sets the thickness of its walls, so that its frequencies stay.
+      blade_stiffness: over that of equal strain, as of stiffer material; frequencies go with its root.
       hub_mass: [kg] with pitch bearings and spinner.
       nacelle_mass: [kg] without rotor.
       tower_frequency: [Hz] of the first fore-aft mode; sets the diameter. By default the stress in rated wind stays.
@@ -99,7 +101,7 @@ def scale_turbine(
     factors = _factors(reference, given, power, new_drive)
     _plausible(given, reference, factors, power)
     content = reference.content()
-    content["blade"] = scaled_blade(reference, factors, blade_mass)
+    content["blade"] = scaled_blade(reference, factors, blade_mass, blade_stiffness)
     blade = validated(content["blade"], Blade, WHERE)
     before = inertia_of(reference.n_blades, reference.blade.structure, reference.hub, reference.nacelle)
     blade_masses = blade_moments(blade.structure, 0.0)[0] / before.blade
