@@ -32,7 +32,7 @@ SPEED, POWER, MOMENT = "wind_x", "generator_power", "root_moment_flap_1"
 CHANNELS = (SPEED, POWER, MOMENT, "rotor_speed", "pitch_1")
 FITTED = (5, 6, 7)
 """Bins that the calibration sees."""
-ROUNDS = 3
+ROUNDS = 2
 """Of the calibration."""
 
 

@@ -38,7 +38,7 @@ FAST = ModelOptions(blade_nodes=10, yaw="driven")
 """Half the usual nodes: extremes of these runs change by some percent, the order of strategies does not."""
 DOWN = 600.0
 """[s] from the stop of a turbine to production again: wait, yaw, start-up."""
-LENGTH = 240.0
+LENGTH = 180.0
 """[s] of a run."""
 
 
