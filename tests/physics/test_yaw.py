@@ -12,6 +12,7 @@ import meltemi
 from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawControl, simulate, yaw_control
 from meltemi.control import signals as s
 from meltemi.control.actuators import ACTUATOR, yaw_advance
+from meltemi.control.faults import healthy
 from meltemi.core.tables import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
@@ -58,7 +59,7 @@ def test_the_drive_follows_the_trapezoid_exactly(dt: float) -> None:
         demands[s.YAW_RATE_DEMAND] = demand
         rate0, angle0, t0 = drive[ex.YAW_DRIVE_RATE], drive[ex.YAW_COMMAND], t
         while t < until:
-            yaw_advance(p, 1e9, demands, drive, 0.0, 0.0, dt)
+            yaw_advance(p, 1e9, demands, healthy(), drive, 0.0, 0.0, dt)
             t += dt
         target = min(demand, 0.005)
         ramp = abs(target - rate0) / 0.001
