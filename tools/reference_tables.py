@@ -31,6 +31,10 @@ FACTOR = {
     "rad": 1, "-": 1, "N/m": 1, "s": 1, "W": 1,
 }  # fmt: skip
 GUST = "Wind1VelX GenPwr RotSpeed BldPitch1 RtFldFxh RootMyc1 OoPDefl1 TTDspFA TwrBsMyt".split()
+YAWED = (
+    "GenPwr RotSpeed YawBrFxp YawBrFyp YawBrFzp YawBrMxp YawBrMyp YawBrMzp TwrBsFxt TwrBsFyt TwrBsMxt TwrBsMyt "
+    "TwrBsMzt RootFxc1 RootFyc1 RootFzc1 RootMxc1 RootMyc1 RootMzc1"
+).split()
 NODES = "Alpha AxInd TnInd Cl Cd Fx Fy".split()
 
 
@@ -75,6 +79,21 @@ def main(folder: Path) -> None:
         for channel in ("RootMyc1", "RootMxc1", "OoPDefl1"):
             rows += [[case, channel, i, f"{x:.6g}"] for i, x in enumerate(b[channel])]
     write("azimuth", "means over 36 azimuth bins of the last 60 s", "case channel bin value", rows)
+
+    rows = []
+    for case in ("A_yaw20_10", "B_yaw20_10"):
+        b = bins(case)
+        psi = np.radians(b["azimuth_bin_centre_deg"])
+        for channel in YAWED:
+            x = b[channel]
+            first, third = (2.0 * abs(np.mean(x * np.exp(1j * n * psi))) for n in (1, 3))
+            rows.append([case[0], channel, f"{x.mean():.7g}", f"{first:.6g}", f"{third:.6g}"])
+    write(
+        "yaw",
+        "10 m/s, 20 deg of yaw error: mean, amplitudes at 1P and 3P over 36 azimuth bins of the last 60 s",
+        "set channel mean first third",
+        rows,
+    )
 
     rows = []
     for case in ("straight", "notower", "", "shear", "yaw20"):

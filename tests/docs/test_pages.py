@@ -32,6 +32,7 @@ PAGES = (
     "docs/guide/linear.md",
     "docs/guide/sensitivities.md",
     "docs/guide/wind.md",
+    "docs/guide/yaw.md",
     "docs/migrate/windio.md",
     "docs/migrate/openfast.md",
 )

@@ -139,7 +139,7 @@ def test_free_yaw_loses_what_friction_takes(turbine: Turbine, friction: float) -
     moving = result.time < 0.9 * J * 0.1 / friction
     work = np.trapezoid((result["yaw_friction_torque"] * rate)[moving], result.time[moving])
     assert work == pytest.approx(0.5 * J * (rate[moving][-1] ** 2 - 0.1**2), rel=1e-3)
-    assert np.ptp(result["nacelle_yaw"][result.time > 19.0]) < 1e-6  # it sticks
+    assert np.ptp(result["nacelle_yaw"][result.time > 19.0]) < 0.1 * spring  # it sticks
 
 
 def test_the_held_bearing_swings_at_its_frequency(turbine: Turbine) -> None:

@@ -239,7 +239,7 @@ def test_packing_never_leaves_its_bound(values: list[float]) -> None:
 @pytest.mark.parametrize("name", ["a.outb", "a.out"])
 def test_tools_for_openfast_read_what_is_written(tmp_path: Path, name: str) -> None:
     reader = pytest.importorskip("openfast_io.FAST_output_reader")
-    result = everything(60)
+    result = everything(80)
     path = meltemi.write_result(result, tmp_path / name)
     found = reader.FASTOutputFile(str(path))
     at = found.info["attribute_names"].index("RootMyc1")

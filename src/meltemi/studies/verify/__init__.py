@@ -17,6 +17,7 @@ from meltemi.studies.verify import (
     steady,
     transient,
     turbulent,
+    yaw,
 )
 from meltemi.studies.verify.known import KNOWN
 from meltemi.studies.verify.table import Comparison, Known, Report, Row, Verdict
@@ -39,6 +40,8 @@ QUICK: tuple[Study, ...] = (
     (12.0, lambda: steady.steady("A")),
     (2.0, lambda: steady.spanwise("A")),
     (3.0, lambda: steady.periodic("A", ("shear_8", "shear_12", "shear_20", "yaw20_10"))),
+    (1.0, lambda: yaw.yawed("A")),
+    (2.0, yaw.power_in_yaw),
     (2.0, transient.gust),
     (2.0, transient.step),
 )
@@ -49,6 +52,7 @@ FULL: tuple[Study, ...] = (
     (12.0, lambda: steady.steady("B")),
     (2.0, lambda: steady.spanwise("B")),
     (2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),
+    (1.0, lambda: yaw.yawed("B")),
     *(((1.0, iea.frequencies), (8.0, iea.steady_15mw), (3.0, iea.steady_22mw)) if iea.installed() else ()),
 )
 TURBULENCE_SECONDS = 20.0
