@@ -260,6 +260,15 @@ def test_log_and_meta(machine: Model, tmp_path: Any) -> None:
     assert ran(machine, seconds=0.1).log == ()
 
 
+def test_the_supervisor_notices(model: Model) -> None:
+    """At the same instant; the log has the cause before what is made of it."""
+    law = meltemi.supervised(model.turbine)
+    result = simulate(model, WIND, duration=2.0, controller=law, events=[meltemi.GridLoss(at=1.0)])
+    cause, reaction = result.log
+    assert (cause.source, reaction.source) == ("event", "supervisor")
+    assert cause.time == reaction.time == 1.0 and reaction.what.endswith("emergency stop")
+
+
 def test_in_a_batch(machine: Model) -> None:
     cases = [
         meltemi.BatchCase(machine, WIND, 0.5, Controller(by_the_clock), CHANNELS, DT, events=events)
