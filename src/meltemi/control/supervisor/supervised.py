@@ -142,6 +142,8 @@ YAW = PROTECTION_MEAN + mean_states(ROOMS[3])
 LENGTH = YAW + vane.LENGTH
 """Places from the beginning of the section on, and how many it has."""
 
+_MEANS = (GUST_MEAN, WIND_MEAN, LONG_MEAN)
+
 Q = {name: QUANTITY + i for i, name in enumerate(t.QUANTITIES.names)}
 Q_YAW, Q_PRODUCING, Q_DERATE, Q_STOP, Q_TIME_OVER, Q_STANDING_BY, Q_YAW_STATE, Q_EMERGENCY, Q_STOP_WORD = (
     Q[name]
@@ -590,11 +592,13 @@ def supervised(
 
     def init(start: StartPoint) -> Float:
         x = np.concatenate([work.init(start), points, section])
-        x[len(x) - LENGTH + STATE] = _first_state(turbine, settings, numbers, start)
         at = len(x) - LENGTH
+        x[at + STATE] = _first_state(turbine, settings, numbers, start)
         x[at + LATCHED] = float(settings.begin == "idling")
         x[at + SHARE] = float(x[at + STATE] >= CONNECTION)
         x[at + WORD] = -1.0
+        for place, window, room in zip(_MEANS, ("gust_window", "wind_window", "mean_window"), ROOMS, strict=False):
+            mean_start(x, at + place, numbers[window], room, before=start.wind_speed)
         return x
 
     names: tuple[str, ...] = ()
@@ -674,14 +678,7 @@ def _section(
     for i, condition in enumerate(t.CONDITIONS):
         x[LIMIT + i] = 0.0 if condition.limit == "yaw_threshold" else _number(condition.limit, numbers)
         x[HOLD + i] = _number(condition.hold, numbers)
-    window = 30.0 if protection is None else protection.window
-    for place, length, room in (
-        (GUST_MEAN, numbers["gust_window"], ROOMS[0]),
-        (WIND_MEAN, numbers["wind_window"], ROOMS[1]),
-        (LONG_MEAN, numbers["mean_window"], ROOMS[2]),
-        (PROTECTION_MEAN, window, ROOMS[3]),
-    ):
-        mean_start(x, place, length, room)
+    mean_start(x, PROTECTION_MEAN, 30.0 if protection is None else protection.window, ROOMS[3])
     x[YAW:LENGTH] = yaw_settings(yaw or YawControl(), turbine.yaw)
     if protection is not None:
         x[YAW + vane.FILTER_TIME] = protection.filter_time
