@@ -30,6 +30,7 @@ PAGES = (
     "docs/guide/operating-points.md",
     "docs/guide/linear.md",
     "docs/guide/sensitivities.md",
+    "docs/guide/supervision.md",
     "docs/guide/wind.md",
     "docs/migrate/windio.md",
     "docs/migrate/openfast.md",

@@ -7,7 +7,7 @@ gone round, so rounding does not grow with time.
 
 State and settings lie in a vector from the place ``at`` on.
 
-Reference: docs/theory/control.md (C-62).
+Reference: docs/theory/control.md (C-60).
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def mean_start(x: Float, at: int, window: float, room: int, before: float | None
 
 @kernel
 def moving_mean(x: Float, at: int, signal: float, dt: float) -> float:
-    """One call: the mean of the signal over the window, in the signal's unit (C-62)."""
+    """One call: the mean of the signal over the window, in the signal's unit (C-60)."""
     if x[at + PER_BLOCK] < 1.0:
         samples, room = max(whole(x[at + WINDOW] / dt + 0.5), 1), whole(x[at + ROOM])
         x[at + PER_BLOCK] = float((samples + room - 1) // room)
