@@ -217,5 +217,6 @@ def supervisor(what: str) -> str:
 
 
 MAKERS: dict[str, Any] = {
-    f.__name__: f for f in (record, channels, openfast_channels, openfast_units, keywords, array, arrays, schemes, swap, supervisor)
+    f.__name__: f
+    for f in (record, channels, openfast_channels, openfast_units, keywords, array, arrays, schemes, swap, supervisor)
 }
