@@ -167,6 +167,7 @@ def run(
                 output_step=case.output_step,
                 start=case_start(case, turbine),
                 stations=Stations(case.blade_stations, case.tower_stations),
+                events=case.events,
                 progress=progress,
             )
         files = _write(result, out, outb)
@@ -179,6 +180,9 @@ def run(
     print_table(f"{turbine.name}: {result.meta['wind']}", head, rows, text_columns=3)
     meta = result.meta
     print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
+    if result.log:
+        happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
+        print_table("What happened", ["time s", "source", "what", "reason"], happened, text_columns=4)
     print(
         f"{result.time[-1] if len(result.time) else 0.0:g} s simulated in {meta['run_seconds']:.2f} s: "
         f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import find_rosco
@@ -20,6 +20,7 @@ from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
 from meltemi.environment.site import Environment
 from meltemi.simulation.channels import DEFAULT
+from meltemi.simulation.events import Event, Happening, conflict
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.start import Start
 from meltemi.turbine.library import load_turbine
@@ -144,6 +145,14 @@ WindCase = Annotated[SteadyCase | TurbulenceCase | IecCase | FileCase, Field(dis
 ControllerCase = Annotated[BaselineCase | LibraryCase | SupervisedCase, Field(discriminator="kind")]
 
 
+def _within(event: Happening, info: ValidationInfo) -> Happening:
+    """Here, and not at the case, so that a message has the event's line."""
+    duration = info.data.get("duration", event.at)
+    if event.at > duration:
+        raise ValueError(f"at {event.at:g} s is after the end of the run at {duration:g} s (duration)")
+    return event
+
+
 class LoadCase(Record):
     """One simulation, completely described."""
 
@@ -164,6 +173,8 @@ class LoadCase(Record):
     """[m] from the blade root: further places for section loads."""
     tower_stations: tuple[float, ...] = ()
     """[m] above the tower base: further places for section loads."""
+    events: tuple[Annotated[Event, AfterValidator(_within)], ...] = ()
+    """Faults, grid losses and requests, each with its time."""
     options: ModelOptions = ModelOptions()
     environment: Environment = Environment()
 
@@ -171,6 +182,8 @@ class LoadCase(Record):
     def _check(self) -> Self:
         if not self.channels:
             raise ValueError("channels: name at least one")
+        if words := conflict(self.events):
+            raise ValueError(words)
         if self.start != "operating" and not isinstance(self.controller, SupervisedCase):
             raise ValueError(
                 f"start: {self.start} needs a controller that can start the turbine: controller: {{kind: supervised}}"
@@ -290,6 +303,13 @@ channels:                    # `meltemi channels` lists them; OpenFAST's names a
 
 blade_stations: [20.0, 40.0] # m from the root: section loads there are channels station_1_..., station_2_...
 tower_stations: [43.8]       # m above the base
+
+events: []                   # faults, grid losses and requests; docs: events. For instance
+# events:
+#   - {at: 40.0, type: pitch_stuck, blade: 2, until: 50.0}
+#   - {at: 45.0, type: grid_loss}
+#   - {at: 30.0, type: sensor_offset, sensor: generator_speed, offset: 2.0}
+#   - {at: 50.0, type: request, request: normal_stop}
 
 options:                     # docs: options; defaults are shown
   flap_modes: 2              # modes of each blade; by default more for blades of 6 x 6 sections

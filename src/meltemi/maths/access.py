@@ -61,6 +61,12 @@ def put3(A: Float, i: int, b: int, n: int, v: Vec) -> None:
 
 
 @kernel
+def sym1(A: Float, i: int) -> Sym:
+    """Symmetric matrix in rows i to i+5."""
+    return Sym(A[i], A[i + 1], A[i + 2], A[i + 3], A[i + 4], A[i + 5])
+
+
+@kernel
 def sym2(A: Float, i: int, b: int) -> Sym:
     """Symmetric matrix in rows i to i+5 of column b."""
     return Sym(A[i, b], A[i + 1, b], A[i + 2, b], A[i + 3, b], A[i + 4, b], A[i + 5, b])

@@ -20,6 +20,7 @@ from meltemi.aero.rotor import derivatives, settle
 from meltemi.aero.tables import AERO_NODE, FLOW, INFLOW, MEMORY, ROTOR, STALL, TOWER_FLOW
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
+from meltemi.control.faults import healthy
 from meltemi.control.signals import (
     DEMANDS,
     GRID,
@@ -52,7 +53,16 @@ from meltemi.simulation.step import (
     evaluate,
     observe,
 )
-from meltemi.structure.tables import BLADE_NODE, BODY, MACHINE_LOAD, ROOT_LOAD, STATION_LOAD, TOWER_STATION_LOAD
+from meltemi.structure.tables import (
+    BLADE_NODE,
+    BODY,
+    GEAR_LOAD,
+    GEARS,
+    MACHINE_LOAD,
+    ROOT_LOAD,
+    STATION_LOAD,
+    TOWER_STATION_LOAD,
+)
 from meltemi.turbine.exchange import DRIVE, FRAME, LOAD, MACHINE, MOTION
 from meltemi.wind.fields import Wind, wind_arrays
 
@@ -105,6 +115,8 @@ SIGNAL_TABLES: dict[str, Table] = {
     "pitch": PITCH,
     "flap": FLAP,
     "drive": DRIVE,
+    "gears": GEARS,
+    "gear_loads": GEAR_LOAD,
     "demands": DEMANDS,
     "flow": FLOW,
     "motion": MOTION,
@@ -195,7 +207,8 @@ class Case:
         K, nq, nc = len(model.blade.names), len(model.coordinates), model.n_core
         M, NT = len(model.tower.names), model.tower_flow.shape[1]
         fill = -(-N // WIDTH) * WIDTH if lanes else N
-        sizes = {"blade": B, "node": fill, "flap": model.n_flaps}
+        gears, gear_parts = model.gear_modes.shape[1], model.gear_rows.shape[1]
+        sizes = {"blade": B, "node": fill, "flap": model.n_flaps, "mode": gears, "part": gear_parts}
         self.signals = Arena(
             {
                 "q": (nq,),
@@ -223,6 +236,9 @@ class Case:
             **self.aero_state.views,
             "locked": model.locked.copy(),
             "structure": model.structure,
+            "gear_modes": model.gear_modes,
+            "gear_rows": model.gear_rows,
+            "gear_shape": model.gear_shape,
             "blade_nodes": filled("blade_nodes", model.blade_nodes, fill),
             "blade_edges": model.blade_edges,
             "shape": filled("shape", model.shape, fill),
@@ -236,6 +252,7 @@ class Case:
             "tower_weight": model.tower_weight,
             "tower_nodes": model.tower_nodes,
             "tower_shape": filled("tower_shape", model.tower_shape, tower_fill),
+            "faults": healthy(),
             "actuators": model.actuators,
             "aero": model.aero,
             "aero_options": model.aero_options.copy(),
@@ -281,7 +298,7 @@ class Case:
         for name in REPORTS:
             most[name] = np.inf
         self.measured[GRID], self.measured[POWER_LIMIT] = 1.0, np.inf
-        self.events = np.zeros((0, 4))
+        self.events = np.zeros((0, 3))
         self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
         self.spare = np.zeros_like(self.aero_state.vector)
         self.clock = np.zeros(N_CLOCK, dtype=np.int64)

@@ -80,6 +80,7 @@ def catalogue(
     tower_stations: int = 0,
     coordinates: Iterable[str] = (),
     flaps: int = 0,
+    gears: tuple[int, int] = (0, 0),
 ) -> dict[str, Channel]:
     """All channels of a turbine by name.
 
@@ -89,8 +90,10 @@ def catalogue(
       blade_stations, tower_stations: further stations at which section loads are wanted.
       coordinates: names of the generalised coordinates; each becomes a channel, and its velocity.
       flaps: of each blade.
+      gears: planetary stages, and all stages of a gearbox whose parts are modelled.
     """
     found = [_channel(row, ()) for row in _rows("machine")]
+    found += _gearbox(*gears)
     for b in range(1, n_blades + 1):
         for row in _rows("blade"):
             index = () if row[-1].startswith("demands.") else (b - 1,)
@@ -112,6 +115,18 @@ def catalogue(
             found.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
         found.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
     return {channel.name: channel for channel in found}
+
+
+def _gearbox(planetary: int, stages: int) -> list[Channel]:
+    """Channels of a gearbox, in the order of the table GEAR_LOAD."""
+    rows = [(row, 1) for row in _rows("main_shaft")] if stages else []
+    for n in range(1, stages + 1):
+        rows += [(row, n) for row in _rows("planetary" if n <= planetary else "parallel")]
+        rows += [(row, n) for row in _rows("stage_shaft" if n < stages else "high_speed_shaft")]
+    return [_channel(row, (i,), n=n) for i, (row, n) in enumerate(rows)]
+
+
+GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|hsshfttq|stage_\d_.*")
 
 
 @cache
@@ -137,6 +152,8 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
     hint = f"did you mean {', '.join(near)}?" if near else did_you_mean(name, names)
     if re.match(r"(a?b\dn\d|node_)", lower):
         hint += f" Blade nodes are numbered 1 to {_last_node(channels)}."
+    if GEARBOX.fullmatch(lower) and "main_shaft_torque" not in channels:
+        hint = "loads of the gearbox need options.drivetrain: quasi_static or multibody"
     raise InputError(f"no channel {name!r}: {hint}")
 
 

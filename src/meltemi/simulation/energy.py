@@ -11,8 +11,8 @@ from meltemi.core.tables import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.step import evaluate
 from meltemi.structure.dynamics import STIFFNESS, WEIGHT
-from meltemi.structure.kinematics import N_SHAFT, TORSION, YAW
-from meltemi.structure.tables import BLADE_NODE, STRUCTURE
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
+from meltemi.structure.tables import BLADE_NODE, GEAR_MODE, STRUCTURE
 from meltemi.turbine.exchange import FRAME, MACHINE, MOTION, YAW_COMMAND, YAW_HELD, YAW_REST, YAW_RUBS
 
 
@@ -50,4 +50,16 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
         lift += total * hub[2] + (R @ (nodes["mass"][b] * motion["position"][:, b] + moment).sum(axis=1))[2]
     # the tower's own part, as far as it changes
     lift += 0.5 * tower @ matrix[WEIGHT] @ tower - model.tower_weight @ tower
-    return float(kinetic), float(elastic), float(p["gravity"]) * float(lift)
+    moving, strained = _gear_energy(case)
+    return float(kinetic) + moving, float(elastic) + strained, float(p["gravity"]) * float(lift)
+
+
+def _gear_energy(case: Case) -> tuple[float, float]:
+    """Kinetic and elastic energy of a gearbox's modes; the mass matrix has what is left when they are free (S-58)."""
+    modes, gears = View(GEAR_MODE, case["gear_modes"]), case.view("gears")
+    n = case.model.n_core - N_SHAFT
+    machine, v = View(MACHINE, case["machine"]), case["v"]
+    spins = np.array([machine["nacelle_spin"] @ machine["shaft"], v[n + GENERATOR], v[n + TORSION]])
+    speed = gears["rate"] + spins @ modes["coupling"] / modes["inertia"]
+    strain = modes["frequency"] * gears["angle"]
+    return 0.5 * float(modes["inertia"] @ speed**2), 0.5 * float(modes["inertia"] @ strain**2)

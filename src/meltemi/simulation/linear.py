@@ -2,10 +2,10 @@
 
     dx/dt = A x + B u,   y = C x + D u          (deviations from the operating point)
 
-States are the free coordinates and their velocities, the states of inflow and stall, and those of the pitch
-actuators. The rotor's azimuth is none: it is what the matrices depend on. At a fixed azimuth they belong to the
-blades; in the fixed frame blade quantities are collective, cosine and sine parts, and the matrices are averaged
-over a revolution.
+States are the free coordinates and their velocities, amplitudes and rates of a gearbox's modes, the states of
+inflow and stall, and those of the pitch actuators. The rotor's azimuth is none: it is what the matrices depend on. At a
+fixed azimuth they belong to the blades; in the fixed frame blade quantities are collective, cosine and sine parts, and
+the matrices are averaged over a revolution.
 
 Reference: docs/theory/simulation.md (M-20 to M-26); Bir (2008), NREL/CP-500-42553.
 """
@@ -205,7 +205,7 @@ def linearise(
     if azimuths < 1 or SAMPLES % azimuths:
         raise InputError(f"linearise: azimuths must divide {SAMPLES}, found {azimuths!r}")
     case = linear_case(model, point)
-    channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps)
+    channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps, model.n_gear_stages)
     outputs = [find(name, channels).name for name in outputs]
     u = _inputs(case, point, _of_all_blades(inputs) if fixed else inputs)
     y = _outputs(case, [channels[name] for name in (_of_all_blades(outputs) if fixed else outputs)])
@@ -298,6 +298,10 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
         moves += ((("q", generator), -1.0),) if i == torsion else ()
         x.append(Variable(f"q {names[i]}", unit[i], moves, ("v", i)))
     x += [Variable(f"v {names[i]}", f"{unit[i]}/s", ((("v", i), 1.0),), ("a", i)) for i in free]
+    for row, begins, units, rate in (("angle", "q", "rad", "rate"), ("rate", "v", "rad/s", "acceleration")):
+        for k in range(model.gear_modes.shape[1]):
+            own, grows = (_place(case, "gears", r, k) for r in (row, rate))
+            x.append(Variable(f"{begins} gear mode {k + 1}", units, ((own, 1.0),), grows))
     air = (("inflow", INFLOW, _lagging(case)), ("stall", STALL, _stalling(case, point, azimuths)))
     for array, table, active in air:
         for f, entry in enumerate(table.fields):

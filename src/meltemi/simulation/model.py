@@ -24,10 +24,12 @@ from meltemi.core.tables import MAX_BLADES, Table, View
 from meltemi.core.threads import one_blas_thread
 from meltemi.environment.site import Environment
 from meltemi.simulation.options import ModelOptions
+from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.structure.members import Member, NodeLayout, blade_member, cells, points, rigid_body, tower_member
 from meltemi.structure.tables import BLADE_NODE, STRUCTURE, TOWER_NODE
 from meltemi.turbine.definition import Airfoil, Turbine
+from meltemi.turbine.gearbox import LEAST_RATIO
 
 Float = NDArray[np.float64]
 
@@ -67,6 +69,9 @@ class Model:
     tower_layout: NodeLayout
     locked: Float
     structure: Float
+    gear_modes: Float
+    gear_rows: Float
+    gear_shape: Float
     blade_nodes: Float
     blade_edges: Float
     shape: Float
@@ -109,6 +114,24 @@ class Model:
     def n_flaps(self) -> int:
         """Flaps of each blade."""
         return len(self.flap_nodes)
+
+    @property
+    def n_gear_stages(self) -> tuple[int, int]:
+        """Planetary stages of the gearbox, and all its stages; none where they are not modelled."""
+        gearbox = self.turbine.drivetrain.gearbox
+        if gearbox is None or self.options.drivetrain == "two_mass":
+            return 0, 0
+        return len(gearbox.planetary), len(gearbox.stages)
+
+    def with_static_gears(self) -> Model:
+        """The same with a gearbox whose parts follow rotor and generator statically, so that none of its modes is left.
+
+        Steady operation, default time step and modes in vacuum look at the slow motion only.
+        """
+        if not self.gear_modes.shape[1]:
+            return self
+        _, modes, rows, shape = gear_arrays(self.turbine.drivetrain, "quasi_static")
+        return replace(self, gear_modes=modes, gear_rows=rows, gear_shape=shape)
 
     def parameter_names(self) -> list[str]:
         """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
@@ -162,7 +185,7 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
     """
     options = options or ModelOptions()
     environment = environment or Environment()
-    _refuse(turbine)
+    _refuse(turbine, options)
     blade_layout = _blade_layout(turbine, options)
     blade_counts = blade_modes(turbine, options)
     given = options.mode_shapes == "given"
@@ -180,6 +203,7 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
     coordinates = _coordinates(turbine, blade, tower)
     polars, section, polar_index = _polars(turbine, blade_layout, options)
+    gears, gear_modes, gear_rows, gear_shape = gear_arrays(turbine.drivetrain, options.drivetrain)
     k = len(tower.names)
     top = tower.modes.shape[:, -1, :].T.copy() if k else np.zeros((6, 0))
     return Model(
@@ -192,7 +216,10 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         blade_layout=blade_layout,
         tower_layout=tower_layout,
         locked=_locked(coordinates, options),
-        structure=_structure(turbine, environment),
+        structure=_structure(turbine, environment, options, gears),
+        gear_modes=gear_modes,
+        gear_rows=gear_rows,
+        gear_shape=gear_shape,
         blade_nodes=_blade_nodes(turbine, pieces, blade.beam.at(blade_layout.position, "axis")),
         blade_edges=blade_layout.edges,
         shape=_per_blade(
@@ -245,12 +272,19 @@ def _about(member: str) -> Iterator[None]:
         ) from None
 
 
-def _refuse(turbine: Turbine) -> None:
+def _refuse(turbine: Turbine, options: ModelOptions) -> None:
     problems = []
     if not 2 <= turbine.n_blades <= MAX_BLADES:
         problems.append(f"n_blades: {turbine.n_blades} blades; 2 and 3 are supported")
     if turbine.nacelle.overhang <= 0.0:
         problems.append("nacelle.overhang: downwind rotors are not supported")
+    d = turbine.drivetrain
+    if options.drivetrain != "two_mass" and d.gearbox is None:
+        missing = f"{turbine.name}: options.drivetrain {options.drivetrain!r} needs drivetrain.gearbox"
+        if d.gear_ratio > LEAST_RATIO:
+            rated = turbine.control.torque.rated_power * d.gear_ratio / turbine.control.torque.rated_speed
+            missing += f"; size_gearbox(ratio={d.gear_ratio:g}, rated_torque={rated:.3g}) makes one"
+        raise InputError(missing)
     if problems:
         raise UnsupportedError(f"{turbine.name}: " + "; ".join(problems))
 
@@ -339,7 +373,7 @@ def _second(member: Member, position: Float) -> Float:
     return member.second_at(position).transpose(0, 1, 3, 2).reshape(3 * k * k, len(position))
 
 
-def _structure(turbine: Turbine, environment: Environment) -> Float:
+def _structure(turbine: Turbine, environment: Environment, options: ModelOptions, gears: Float) -> Float:
     array = STRUCTURE.zeros()
     v = View(STRUCTURE, array)
     n, h, d = turbine.nacelle, turbine.hub, turbine.drivetrain
@@ -358,7 +392,8 @@ def _structure(turbine: Turbine, environment: Environment) -> Float:
     x, y, _ = n.mass_centre
     v["nacelle_inertia"] = (n.roll_inertia, n.nod_inertia, n.yaw_inertia - n.mass * (x * x + y * y))
     v["gear_ratio"], v["generator_inertia"] = d.gear_ratio, d.generator_inertia
-    v["gearbox_efficiency"] = d.gearbox_efficiency
+    v["gearbox_efficiency"], v["gears"] = d.gearbox_efficiency, gears
+    v["generator_sense"] = 1.0 if d.gearbox is None or options.drivetrain == "two_mass" else d.gearbox.sense
     v["shaft_stiffness"], v["shaft_damping"] = d.stiffness, d.damping
     v["yaw_stiffness"], v["yaw_damping"] = turbine.yaw.stiffness, turbine.yaw.damping
     return array

@@ -55,7 +55,8 @@ class Mode:
 
 def vacuum_case(model: Model) -> Case:
     """A case without air or wind."""
-    return Case(model.with_parameters(**{"aerodynamics.air_density": 0.0}), SteadyWind(speed=0.0))
+    still = model.with_static_gears().with_parameters(**{"aerodynamics.air_density": 0.0})
+    return Case(still, SteadyWind(speed=0.0))
 
 
 def derivative_matrix(case: Case, which: str, step: float = 1e-4) -> Float:

@@ -54,6 +54,9 @@ class ModelOptions(Record):
     "tower", "yaw", "generator", "drivetrain", "blades", "flap", "edge", "torsion", or a full name."""
     yaw: Literal["held", "free", "driven"] = "held"
     """The yaw bearing: held by its spring and damper, free, or driven by the controller's yaw rate."""
+    drivetrain: Literal["two_mass", "quasi_static", "multibody"] = "two_mass"
+    """Torsion of the drivetrain: one spring between rotor and generator; with the inertia of the gearbox's parts, which
+    follow statically; or with their own motion. The latter two need ``drivetrain.gearbox``."""
 
     blade_nodes: int | tuple[float, ...] = 20
     """Number of nodes along a blade (midpoint rule, denser towards the tip), or their distances [m] from

@@ -8,9 +8,14 @@ from dataclasses import dataclass, field
 from meltemi.control.actuators import ANGLE
 from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.tables import View
 from meltemi.simulation.case import Case
 from meltemi.structure.kinematics import GENERATOR
+from meltemi.structure.tables import GEAR_MODE
 from meltemi.turbine import exchange as ex
+
+GEAR_SWEEPS = 6
+"""Each makes what is missing less by the gears' share in the inertia of rotor and generator."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +58,7 @@ def hold(case: Case, pitch: float, torque: float) -> None:
     case["pitch"][:] = 0.0
     case["pitch"][ANGLE] = pitch
     case["drive"][ex.GENERATOR_TORQUE] = torque
+    case["gears"][:] = 0.0
     demands = case["demands"]
     demands[:] = 0.0
     demands[GENERATOR_TORQUE] = torque
@@ -62,5 +68,10 @@ def hold(case: Case, pitch: float, torque: float) -> None:
 def begin(case: Case) -> None:
     """Compute everything at time 0 after the state was set, so that the first step finds it."""
     case.evaluate(0.0)
+    for _ in range(GEAR_SWEEPS if case["gears"].size else 0):
+        # modes of a gearbox begin where they stand still under the accelerations that they see
+        gears, modes = case.view("gears"), View(GEAR_MODE, case["gear_modes"])
+        gears["angle"] += gears["acceleration"] / modes["frequency"] ** 2
+        case.evaluate(0.0)
     case.loads(0.0)
     case.v_old[:], case.a_old[:] = case["v"], case["a"]

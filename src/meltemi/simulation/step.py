@@ -2,9 +2,9 @@
 
 ``evaluate`` computes everything at one instant. ``advance`` marches: at each instant, in this order,
 
-1. sample: measurements from the state (with the extrapolated velocity) and the last loads;
-2. control, when its sample time has come: demands;
-3. events that are due;
+1. events that are due;
+2. sample: measurements from the state (with the extrapolated velocity) and the last loads, as the sensors report them;
+3. control, when its sample time has come: demands;
 4. actuators: they have moved under the demands so far, the ideal ones follow the new ones at once;
 5. physics: ``evaluate``, which completes the velocities of the step that ends here;
 6. record, when an output is due;
@@ -18,7 +18,7 @@ velocity in forces extrapolated from the two last accelerations, so one evaluati
     v_{n+1} = v_n + h/2 (a_n + a_{n+1})
 
 It is of second order and neither damps nor excites free vibrations. States of inflow and stall take
-exact steps of their linear parts.
+exact steps of their linear parts, modes of a gearbox implicit ones, solved together with a_{n+1}.
 
 Reference: docs/theory/simulation.md (M-1 to M-9); Newmark (1959).
 """
@@ -38,11 +38,13 @@ from meltemi.aero.tables import AERO_OPTIONS
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control import signals as sg
 from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance, pitch_advance, yaw_advance
+from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import MAX_BLADES, table
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
+from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
 from meltemi.structure.section_loads import (
     APEX_MOMENT,
@@ -92,8 +94,8 @@ ABSURD = 1e6
 PARTS = (
     "q v a locked structure blade_nodes shape second modal top_shape top_second tower_matrix tower_weight "
     "tower_shape aero aero_options aero_nodes polars section flap_nodes increments flap wind series now box pitch "
-    "drive inflow stall memory columns machine frame partial motion load body link arm_mass arm_force core_mass "
-    "core_force coupling flow rotor tower_flow tower_lanes tower_push"
+    "drive gear_modes gears inflow stall memory columns machine frame partial motion load body link arm_mass arm_force "
+    "core_mass core_force coupling flow rotor tower_flow tower_lanes tower_push"
 ).split()
 """Arrays of :func:`equations`, in the order of its arguments after t and dt."""
 NODES = (
@@ -102,19 +104,20 @@ NODES = (
 ).split()
 """Those whose last axis are the nodes of a blade or of the tower; ``tower_lanes`` is ``tower_flow``, read in lanes."""
 LOAD_PARTS = (
-    "q v a structure blade_nodes blade_edges shape tip_shape tip_second top_shape tower_nodes tower_shape "
-    "columns machine frame partial motion load body link tower_drag apex root chain blade_stations "
-    "station tower_stations tower_station summary"
+    "q v a structure gear_modes gears gear_rows gear_shape blade_nodes blade_edges shape tip_shape tip_second "
+    "top_shape tower_nodes tower_shape columns machine frame partial motion load body link tower_drag apex root chain "
+    "gear_loads blade_stations station tower_stations tower_station summary"
 ).split()
 """Arrays of :func:`section_loads`, in the order of its arguments; then the summary."""
 RUN_PARTS = (
-    "controller_state measured demands actuators flap_actuators v_old a_old spare aero_state signals output"
+    "controller_state measured demands faults actuators flap_actuators v_old a_old spare aero_state signals output"
 ).split()
 """Arrays of a run under way, see :func:`advance`."""
 ROOT, CHAIN = LOAD_PARTS.index("root"), LOAD_PARTS.index("chain")
 Q, V, A, P_STRUCTURE, COLUMNS = (PARTS.index(name) for name in ("q", "v", "a", "structure", "columns"))
 P_WIND, P_SERIES, NOW, BOX = (PARTS.index(name) for name in ("wind", "series", "now", "box"))
 P_PITCH, P_DRIVE, P_FLAP = (PARTS.index(name) for name in ("pitch", "drive", "flap"))
+GEAR_MODES, GEARS, P_MACHINE = (PARTS.index(name) for name in ("gear_modes", "gears", "machine"))
 LOCKED, CORE_MASS, CORE_FORCE, ARM_MASS, COUPLING, ARM_FORCE = (
     PARTS.index(name) for name in ("locked", "core_mass", "core_force", "arm_mass", "coupling", "arm_force")
 )
@@ -157,6 +160,8 @@ def equations(
     box: NDArray[float32],
     pitch: Float,
     drive: Float,
+    gear_modes: Float,
+    gears: Float,
     inflow: Float,
     stall: Float,
     memory: Float,
@@ -185,7 +190,8 @@ def equations(
     ``arm_force``.
 
     Args:
-      dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first; 0 leaves them.
+      dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first, and at whose end the modes
+        of a gearbox were predicted; 0 leaves them.
     """
     n_core = columns.shape[1]
     # motion
@@ -239,10 +245,13 @@ def equations(
         arm_force,
     )
     assemble(
+        dt,
         q,
         v,
         structure,
         drive,
+        gear_modes,
+        gears,
         columns,
         tower_matrix,
         tower_weight,
@@ -283,6 +292,8 @@ def evaluate(t: float, dt: float, numbers: tuple[Any, ...], parts: tuple[Any, ..
             seen[ARM_FORCE],
             seen[A],
         )
+        n_tower = seen[COLUMNS].shape[1] - N_SHAFT
+        gear_accelerations(dt, n_tower, seen[A], seen[GEAR_MODES], seen[GEARS], seen[COLUMNS], seen[P_MACHINE])
 
 
 @kernel
@@ -382,6 +393,10 @@ def section_loads(
     v: Float,
     a: Float,
     structure: Float,
+    gear_modes: Float,
+    gears: Float,
+    gear_rows: Float,
+    gear_shape: Float,
     blade_nodes: Float,
     blade_edges: Float,
     shape: Float,
@@ -402,6 +417,7 @@ def section_loads(
     apex: Float,
     root: Float,
     chain: Float,
+    gear_load: Float,
     blade_stations: Float,
     station: Float,
     tower_stations: Float,
@@ -409,7 +425,22 @@ def section_loads(
 ) -> None:
     """Section loads after an evaluation: at roots, hub and yaw bearing, and ``everywhere`` along tower and blades."""
     blade_loads(q, a, structure, columns, machine, frame, body, link, tip_shape, tip_second, apex, root)
-    chain_loads(q, v, a, structure, columns, machine, apex, top_shape, chain)
+    chain_loads(
+        q,
+        v,
+        a,
+        structure,
+        gear_modes,
+        gears,
+        gear_rows,
+        gear_shape,
+        columns,
+        machine,
+        apex,
+        top_shape,
+        chain,
+        gear_load,
+    )
     if not everywhere:
         return
     tower_loads(q, a, structure, machine, apex, tower_nodes, tower_shape, tower_drag, tower_stations, tower_station)
@@ -483,6 +514,7 @@ def advance(
     """March ``n_steps`` instants, or until something ends the run (``clock[STATUS]``).
 
     Args:
+      events: (n, 3) see ``control.faults.happen``.
       index: (channels,) places in the signals, recorded in the columns of the output.
       run: arrays RUN_PARTS. ``v_old`` and ``a_old`` are velocities and accelerations of the last instant,
         ``aero_state`` are states and memory of inflow and stall as one vector, ``spare`` a copy of it for
@@ -493,6 +525,7 @@ def advance(
         controller_state,
         measured,
         demands,
+        faults,
         actuators,
         flap_actuators,
         v_old,
@@ -505,15 +538,19 @@ def advance(
     seen, loads_seen = view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts)
     q, v, a, structure, n_core = seen[Q], seen[V], seen[A], seen[P_STRUCTURE], seen[COLUMNS].shape[1]
     pitch, drive, flap = seen[P_PITCH], seen[P_DRIVE], seen[P_FLAP]
+    gear_modes, gears = seen[GEAR_MODES], seen[GEARS]
     root, chain, summary = loads_seen[ROOT], loads_seen[CHAIN], loads_seen[-1]
     yaw = n_core - N_SHAFT + YAW
     for _ in range(n_steps):
         step = clock[STEP]
         t = step * dt
+        clock[NEXT_EVENT] = happen(step, clock[NEXT_EVENT], events, faults)
         if step % clock[EVERY_CONTROL] == 0:
             sample(
                 t, q, v, n_core, structure, drive, pitch, flap, actuators, root, chain, summary, efficiency, measured
             )
+            if clock[NEXT_EVENT] > 0:
+                report(t, faults, measured)
             try:
                 controller(controller_state, measured, demands, clock[EVERY_CONTROL] * dt)
             except Exception:
@@ -522,12 +559,10 @@ def advance(
                 clock[STATUS] = CONTROLLER_DEMAND
             if clock[STATUS] != OK:
                 return
-        while clock[NEXT_EVENT] < events.shape[0] and events[clock[NEXT_EVENT], 0] <= t:
-            clock[NEXT_EVENT] += 1
-        pitch_advance(actuators, demands, pitch, 0.0)
-        drive_advance(actuators, demands, drive, 0.0)
-        yaw_advance(actuators, structure[YAW_STIFFNESS], demands, drive, q[yaw], v[yaw], 0.0)
-        flap_advance(flap_actuators, demands, flap, 0.0)
+        pitch_advance(actuators, demands, faults, pitch, 0.0)
+        drive_advance(actuators, demands, faults, drive)
+        yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], 0.0)
+        flap_advance(flap_actuators, demands, faults, flap, 0.0)
         # physics at t: complete the velocities of the step that ends here
         behind = dt if step > 0 else 0.0
         for i in range(1 + clock[CORRECTIONS]):
@@ -542,6 +577,8 @@ def advance(
             if step > 0:
                 for j in range(q.shape[0]):
                     v[j] = v_old[j] + 0.5 * dt * (a_old[j] + a[j])
+        if step > 0:
+            gear_end(dt, gear_modes, gears)
         if diverged(q, v):
             clock[STATUS] = DIVERGED
             return
@@ -560,8 +597,8 @@ def advance(
             v[j] = v_now + dt * (1.5 * a_now - 0.5 * before)
             v_old[j] = v_now
             a_old[j] = a_now
-        pitch_advance(actuators, demands, pitch, dt)
-        drive_advance(actuators, demands, drive, dt)
-        yaw_advance(actuators, structure[YAW_STIFFNESS], demands, drive, q[yaw], v[yaw], dt)
-        flap_advance(flap_actuators, demands, flap, dt)
+        gear_begin(dt, gear_modes, gears)
+        pitch_advance(actuators, demands, faults, pitch, dt)
+        yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], dt)
+        flap_advance(flap_actuators, demands, faults, flap, dt)
         clock[STEP] = step + 1

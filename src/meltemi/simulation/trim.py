@@ -295,7 +295,7 @@ class _Orbit:
 
     def __init__(self, model: Model, wind: SteadyWind) -> None:
         self.model, self.wind = model, wind
-        self.case = Case(model, wind)
+        self.case = Case(model.with_static_gears(), wind)
         self.case["drive"][ex.YAW_HELD] = 1.0  # a free nacelle has no steady direction of its own
         self.B, self.K = model.n_blades, len(model.blade.names)
         self.core = model.n_core
@@ -521,7 +521,7 @@ class _Orbit:
         aero = case.air()
         self.prescribe(0.0)
         model = self.model
-        channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps)
+        channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps, model.n_gear_stages)
         places = {name: case.place(channel) for name, channel in channels.items()}
         return OperatingPoint(
             wind=self.wind,

@@ -36,6 +36,7 @@ from meltemi.maths.vectors import (
     sub,
     turn,
 )
+from meltemi.structure.gears import gear_equations
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.tables import BLADE_NODE, BODY, STRUCTURE
 from meltemi.turbine import exchange as ex
@@ -44,7 +45,9 @@ Float = NDArray[float64]
 
 GRAVITY, HUB_MASS, HUB_CENTRE, HUB_INERTIA = STRUCTURE.slots("gravity hub_mass hub_centre hub_inertia")
 NACELLE_MASS, NACELLE_CENTRE, NACELLE_INERTIA = STRUCTURE.slots("nacelle_mass nacelle_centre nacelle_inertia")
-GEAR_RATIO, GENERATOR_INERTIA, GEARBOX = STRUCTURE.slots("gear_ratio generator_inertia gearbox_efficiency")
+GEAR_RATIO, SENSE, GENERATOR_INERTIA, GEARBOX = STRUCTURE.slots(
+    "gear_ratio generator_sense generator_inertia gearbox_efficiency"
+)
 SHAFT_STIFFNESS, SHAFT_DAMPING, YAW_STIFFNESS, YAW_DAMPING = STRUCTURE.slots(
     "shaft_stiffness shaft_damping yaw_stiffness yaw_damping"
 )
@@ -177,10 +180,13 @@ def add_body(columns: Float, n: int, m: float, s: Vec, J: Sym, G: Vec, N: Vec, A
 
 @kernel
 def assemble(
+    dt: float,
     q: Float,
     v: Float,
     p: Float,
     drive: Float,
+    gear_modes: Float,
+    gears: Float,
     columns: Float,
     tower_matrix: Float,
     tower_weight: Float,
@@ -196,7 +202,9 @@ def assemble(
     """Mass matrix and forces of the coordinates below the blades, and their coupling to the blades.
 
     Args:
+      dt: [s] as in ``simulation.step.equations``.
       drive: table DRIVE.
+      gear_modes, gears: tables GEAR_MODE and GEARS.
       tower_matrix: (4, tower modes, tower modes), layers MASS, STIFFNESS, DAMPING, WEIGHT.
       tower_weight: (tower modes,) generalised force of the tower's own weight for unit gravity.
       tower_load: (tower modes,) generalised aerodynamic force on the tower.
@@ -256,6 +264,7 @@ def assemble(
     nacelle(n_tower, p, columns, machine, gravity, core_mass, core_force)
     drivetrain(n_tower, q, v, p, drive, columns, machine, core_mass, core_force)
     yaw_bearing(n_tower + YAW, q, v, p, drive, core_force)
+    gear_equations(dt, n_tower, v, p, gear_modes, gears, columns, machine, core_mass, core_force)
 
 
 @kernel
@@ -293,15 +302,16 @@ def drivetrain(
     """Add generator, shaft and brake (S-37 to S-39)."""
     g, t = n_tower + GENERATOR, n_tower + TORSION
     ratio, Jg = p[GEAR_RATIO], p[GENERATOR_INERTIA]
+    turns = p[SENSE] * ratio
     shaft, w_n = vec1(machine, ex.SHAFT), vec1(machine, ex.NACELLE_SPIN)
     # the generator turns with the nacelle and, about the shaft, with the gear ratio times the low-speed end
-    spin = dot(w_n, shaft) + ratio * v[g]
+    spin = dot(w_n, shaft) + turns * v[g]
     known = add(scale(Jg * dot(vec1(machine, ex.NACELLE_SPIN_RATE), shaft), shaft), scale(Jg * spin, cross(w_n, shaft)))
     for i in range(n_tower + 1):
         W = vec2(columns, 3, i)
         along = dot(W, shaft)
         core_force[i] -= dot(W, known)
-        core_mass[g, i] += Jg * ratio * along
+        core_mass[g, i] += Jg * turns * along
         for j in range(i + 1):
             core_mass[i, j] += Jg * along * dot(vec2(columns, 3, j), shaft)
     core_mass[g, g] += Jg * ratio * ratio / p[GEARBOX]
@@ -309,7 +319,7 @@ def drivetrain(
     held = drive[ex.GENERATOR_TORQUE] + brake
     # the rotor drives through the gearbox and pays its losses; a motor pays them when it drives the rotor
     held = held / p[GEARBOX] if held >= 0.0 else held * p[GEARBOX]
-    core_force[g] -= ratio * held + ratio * dot(shaft, known)
+    core_force[g] -= ratio * held + turns * dot(shaft, known)
     core_force[t] -= p[SHAFT_STIFFNESS] * q[t] + p[SHAFT_DAMPING] * v[t]
 
 

@@ -50,7 +50,9 @@ from meltemi.structure.dynamics import (
     NODE_INERTIA,
     NODE_MASS,
     NODE_MOMENT,
+    SENSE,
 )
+from meltemi.structure.gears import gear_loads, gear_momentum
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, NODE_POSITION, TILT, TORSION, TOWER_BASE
 from meltemi.structure.tables import (
     MACHINE_LOAD,
@@ -161,11 +163,26 @@ def unpitched(cp: float, sp: float, v: Vec) -> Vec:
 
 @kernel
 def chain_loads(
-    q: Float, v: Float, a: Float, p: Float, columns: Float, machine: Float, apex: Float, top_shape: Float, out: Float
+    q: Float,
+    v: Float,
+    a: Float,
+    p: Float,
+    gear_modes: Float,
+    gears: Float,
+    gear_rows: Float,
+    gear_shape: Float,
+    columns: Float,
+    machine: Float,
+    apex: Float,
+    top_shape: Float,
+    out: Float,
+    gear_load: Float,
 ) -> None:
-    """Loads at the apex and at the yaw bearing (S-43, S-44).
+    """Loads at the apex, at the yaw bearing (S-43, S-44) and in the gearbox (S-57).
 
     Args:
+      gear_modes, gears, gear_rows, gear_load: tables GEAR_MODE, GEARS, GEAR_ROW, GEAR_LOAD.
+      gear_shape: (parts, modes) [N m/rad or N/rad] load of a unit amplitude.
       apex: (6,) from :func:`blade_loads`; becomes force and moment at the yaw bearing, inertial axes.
       out: table MACHINE_LOAD.
     """
@@ -202,10 +219,17 @@ def chain_loads(
     centre = add(top, add(cross(nacelle_rate, d), cross(w_n, cross(w_n, d))))
     F_n = scale(p[NACELLE_MASS], sub(gravity, centre))
     M_n = sub(cross(d, F_n), add(apply(J, nacelle_rate), cross(w_n, apply(J, w_n))))
-    ratio, Jg = p[GEAR_RATIO], p[GENERATOR_INERTIA]
-    turning = dot(nacelle_rate, shaft) + ratio * a[n_tower + GENERATOR]
-    momentum = dot(w_n, shaft) + ratio * v[n_tower + GENERATOR]
+    turns, Jg = p[SENSE] * p[GEAR_RATIO], p[GENERATOR_INERTIA]
+    g, t = n_tower + GENERATOR, n_tower + TORSION
+    spin_rates = Vec(dot(nacelle_rate, shaft), a[g], a[t])
+    turning = spin_rates.x + turns * a[g]
+    momentum = dot(w_n, shaft) + turns * v[g]
     M_g = scale(-Jg, add(scale(turning, shaft), scale(momentum, cross(w_n, shaft))))
+    if gear_load.shape[1] > 0:
+        spins = Vec(dot(w_n, shaft), v[g], v[t])
+        momentum, turning = gear_momentum(p, gear_modes, gears, spins, spin_rates)
+        M_g = sub(M_g, add(scale(turning, shaft), scale(momentum, cross(w_n, shaft))))
+        gear_loads(q[t], v[t], spin_rates, p, gear_modes, gears, gear_rows, gear_shape, gear_load)
     F_o = add(F, F_n)
     M_o = add(add(M, cross(arm, F)), add(M_n, M_g))
     R_it = rot1(machine, ex.TOP)

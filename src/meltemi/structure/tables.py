@@ -27,15 +27,59 @@ STRUCTURE = table(
     nacelle_centre xyz| m          | nacelle's centre of mass from the tower top, nacelle axes
     nacelle_inertia xyz| kg m^2    | nacelle about its axes through its centre of mass
     gear_ratio        | -          | generator over rotor speed
+    generator_sense   | -          | 1 when it turns as the rotor does, -1 when against it
     generator_inertia | kg m^2     | generator about its own shaft
     gearbox_efficiency| -          | power out over power in
     shaft_stiffness   | N m/rad    | drivetrain torsion, low-speed side
     shaft_damping     | N m s/rad  | the same
+    gears symmetric   | kg m^2     | of a gearbox's parts: x nacelle's spin along the shaft, y generator, z torsion
     yaw_stiffness     | N m/rad    | yaw bearing held by its drive
     yaw_damping       | N m s/rad  | the same
     """,
 )
 """Scalar parameters."""
+
+GEAR_MODE = table(
+    "gear modes",
+    "mode",
+    """
+    frequency    | rad/s  | with rotor and generator held
+    damping      | -      | ratio
+    inertia      | kg m^2 | modal mass: all modes are scaled to the gears' inertia seen from the rotor
+    coupling xyz | kg m^2 | with the nacelle's spin along the shaft, the generator, the torsion
+    """,
+)
+"""Modes of the parts between rotor and generator."""
+
+GEARS = table(
+    "gears",
+    "mode",
+    """
+    angle        | rad     | amplitude of the mode, seen from the rotor
+    rate         | rad/s   | its derivative
+    acceleration | rad/s^2 | its second derivative
+    """,
+)
+"""State of these modes."""
+
+GEAR_ROW = table(
+    "gear rows",
+    "part",
+    """
+    factor      | - or 1/m         | static load over the torque of the main shaft
+    inertia xyz | kg m^2 or kg m   | load from accelerations of the same three, of parts without states
+    """,
+)
+"""What makes the loads of shafts and meshes; their part from the modes is in ``gear_shape``."""
+
+GEAR_LOAD = table(
+    "gear loads",
+    "part",
+    """
+    load | N m or N | torque of a shaft, or force of a mesh along its pitch circle
+    """,
+)
+"""Loads of shafts and meshes, from the rotor on: main shaft; of each stage its meshes and the shaft that goes out."""
 
 BLADE_NODE = table(
     "blade node",

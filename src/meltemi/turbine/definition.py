@@ -16,6 +16,7 @@ from pydantic import Field, field_validator, model_validator
 
 from meltemi.core.record import Array, Record, Vector
 from meltemi.core.tables import MAX_FLAPS
+from meltemi.turbine.gearbox import Gearbox
 
 HALF_TURN = math.pi
 
@@ -419,7 +420,32 @@ class Drivetrain(Record):
     """[-] power on the fast side over power on the slow one."""
     brake_torque: float = Field(default=0.0, ge=0.0)
     """[N m] of the fully applied brake, on the generator's shaft."""
+    gearbox: Gearbox | None = None
+    """Stages of the gearbox, for ``options.drivetrain`` other than ``two_mass``; ``stiffness`` remains that of the
+    whole drivetrain, and the main shaft has what the gearbox leaves of it."""
     source: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.gearbox is None:
+            return self
+        ratio = self.gearbox.ratio
+        if abs(ratio - self.gear_ratio) > 1e-3 * self.gear_ratio:
+            stages = " x ".join(f"{r:.5g}" for r in self.gearbox.ratios)
+            raise ValueError(
+                f"the stages of the gearbox give a ratio of {stages} = {ratio:.6g}, not {self.gear_ratio:g}"
+            )
+        if self.stiffness * self.gearbox.compliance >= 1.0:
+            raise ValueError(
+                f"stiffness {self.stiffness:.4g} N m/rad is that of the whole drivetrain and must be less than that of "
+                f"its gearbox, {1.0 / self.gearbox.compliance:.4g} N m/rad seen from the rotor"
+            )
+        return self
+
+    @property
+    def main_shaft_stiffness(self) -> float:
+        """[N m/rad] which with the gearbox behind it makes ``stiffness``."""
+        return 1.0 / (1.0 / self.stiffness - (0.0 if self.gearbox is None else self.gearbox.compliance))
 
 
 class Yaw(Record):
