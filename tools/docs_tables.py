@@ -180,6 +180,11 @@ def arrays() -> str:
         "control.harmonic",
         "control.preview",
         "control.load_control",
+        "control.yaw",
+        "control.moving_mean",
+        "control.supervisor.tables",
+        "control.supervisor.log",
+        "control.supervisor.supervised",
         "simulation.step",
     ):
         home = import_module(f"meltemi.{module}")
