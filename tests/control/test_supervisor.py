@@ -170,7 +170,7 @@ def test_moving_mean_by_blocks_and_for_long() -> None:
     x = np.zeros(mean_states(10))
     mean_start(x, 0, 3.0, 10)  # 30 samples in 10 blocks of 3
     rng = np.random.default_rng(1)
-    signal = rng.normal(1e6, 1.0, 30000)
+    signal = rng.normal(1e6, 1.0, 8000)
     for k, value in enumerate(signal):
         found = moving_mean(x, 0, value, 0.1)
         whole = (k + 1) // 3 * 3
