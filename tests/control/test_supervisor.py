@@ -436,6 +436,16 @@ def test_a_frozen_sensor_is_noticed(plain: Controller) -> None:
     assert Script(plain).call(100).log == []  # a machine that stands still to the last bit is not frozen
 
 
+def test_a_stuck_sensor_of_speed_drives_nothing_backwards(plain: Controller) -> None:
+    """The generator's speed is frozen at rated: torque falls by the rotor's, and the brake waits for both."""
+    run = Script(plain).call(10)
+    for speed in (100.0, 80.0, 60.0, 20.0, 5.0, 0.0):
+        run.call(30, rotor_speed=speed / 97.0)
+    assert run.state == "emergency_stop"
+    assert run.demands[s.GENERATOR_TORQUE] == 0.0
+    assert run.demands[s.BRAKE] == 0.0
+
+
 def test_an_emergency_follows_a_normal_stop(plain: Controller) -> None:
     run = Script(plain).call(5).call(2, request=2).call(1, grid=0.0)
     assert [e.what for e in run.log] == ["power limit -> normal stop", "normal stop -> emergency stop"]

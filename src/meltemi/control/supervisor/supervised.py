@@ -450,14 +450,18 @@ def produce(x: Float, at: int, state: int, measured: Float, demands: Float, dt: 
 
 
 @kernel
-def rest(x: Float, at: int, state: int, speed: float, measured: Float, demands: Float, dt: float) -> None:
-    """States that pitch to feather: torque falls with speed, or there is none (C-68)."""
+def rest(x: Float, at: int, state: int, speed: float, twin: float, measured: Float, demands: Float, dt: float) -> None:
+    """States that pitch to feather: torque falls with speed, or there is none (C-68).
+
+    Of the two sensors of speed the lower one counts for the torque, the higher one for the brake: one that is stuck can
+    neither drive the rotor backwards nor brake it at full speed.
+    """
     mode, blades = t.MODES[state - 1, M_TORQUE], whole(measured[s.N_BLADES])
     keep = 1.0 - exp(-dt * x[law.FILTER])
     x[law.SPEED] = x[law.SPEED] + keep * (speed - x[law.SPEED])
     wanted = 0.0 * speed
     if mode == TORQUE_FALL and x[at + STOP_SPEED] > x[at + CONNECT_SPEED]:
-        share = (speed - x[at + CONNECT_SPEED]) / (x[at + STOP_SPEED] - x[at + CONNECT_SPEED])
+        share = (min(speed, twin) - x[at + CONNECT_SPEED]) / (x[at + STOP_SPEED] - x[at + CONNECT_SPEED])
         wanted = x[at + STOP_TORQUE] * min(max(share, 0.0), 1.0)
     if state == EMERGENCY_STOP and x[at + EMERGENCY_TORQUE] < 0.5:
         wanted = 0.0 * wanted
@@ -469,7 +473,7 @@ def rest(x: Float, at: int, state: int, speed: float, measured: Float, demands: 
         mean = mean + demands[s.PITCH_DEMAND + i] / blades
     x[law.PITCH] = mean
     demands[s.BRAKE] = 0.0
-    if t.MODES[state - 1, M_BRAKE] > 0 and speed < x[at + BRAKE_SPEED]:
+    if t.MODES[state - 1, M_BRAKE] > 0 and max(speed, twin) < x[at + BRAKE_SPEED]:
         demands[s.BRAKE] = x[at + BRAKE]
 
 
@@ -535,7 +539,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
         measured[s.GENERATOR_SPEED] = speed
     state = whole(x[at + STATE])
     if t.MODES[state - 1, M_PITCH] == PITCH_FEATHER:
-        rest(x, at, state, speed, measured, demands, dt)
+        rest(x, at, state, speed, twin, measured, demands, dt)
     else:
         produce(x, at, state, measured, demands, dt)
         demands[s.BRAKE] = 0.0
