@@ -180,6 +180,11 @@ def arrays() -> str:
         "control.harmonic",
         "control.preview",
         "control.load_control",
+        "control.yaw",
+        "control.moving_mean",
+        "control.supervisor.tables",
+        "control.supervisor.log",
+        "control.supervisor.supervised",
         "simulation.step",
     ):
         home = import_module(f"meltemi.{module}")
@@ -207,7 +212,47 @@ def swap() -> str:
     return _table(["record", "unit", "", "filled from, or becomes", "meaning"], rows)
 
 
+def supervisor(what: str) -> str:
+    """States, conditions or transitions of the supervisor; with ``yaw_`` before it those of yaw protection."""
+    from meltemi.control.supervisor import tables
+
+    def words(name: str) -> str:
+        return name.replace("_", " ")
+
+    states = tables.YAW_STATES if what.startswith("yaw_") else tables.STATES
+    lines = tables.YAW_TRANSITIONS if what.startswith("yaw_") else tables.TRANSITIONS
+    if what == "states":
+        head = ["", "state", "torque", "pitch", "pitch rate", "brake", "yaw", "what"]
+        cells = [[words(a.name), a.torque, a.pitch, a.rate, a.brake, a.yaw, a.doc] for a in states]
+        return _table(head, [[str(i), *row] for i, row in enumerate(cells, 1)])
+    if what == "yaw_states":
+        return _table(["", "state", "what"], [[str(i), words(a.name), a.doc] for i, a in enumerate(states, 1)])
+    if what == "conditions":
+        head = ["condition", "quantity", "", "limit", "for", "latches", "quantity is"]
+        docs = {f.name: f"{f.doc} [{f.unit}]" for f in tables.QUANTITIES.fields}
+        rows = [
+            [words(c.name), words(c.quantity), c.sense, f"`{c.limit}`", "" if c.hold == "0" else f"`{c.hold}`"]
+            + ["yes" if c.latches else "", docs[c.quantity]]
+            for c in tables.CONDITIONS
+        ]
+        return _table(head, rows)
+    rows = [[", ".join(map(words, a.sources)), words(a.target), words(", ".join(a.conditions))] for a in lines]
+    return _table(["from", "to", "when"], rows)
+
+
 MAKERS: dict[str, Any] = {
     f.__name__: f
-    for f in (record, events, channels, openfast_channels, openfast_units, keywords, array, arrays, schemes, swap)
+    for f in (
+        record,
+        events,
+        channels,
+        openfast_channels,
+        openfast_units,
+        keywords,
+        array,
+        arrays,
+        schemes,
+        swap,
+        supervisor,
+    )
 }

@@ -1,4 +1,4 @@
-"""Draw the frames and signs of ``docs/conventions.md``:  python tools/drawings.py"""
+"""Draw the frames and signs of ``docs/conventions.md`` and the machines of the supervisor:  python tools/drawings.py"""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, FancyArrowPatch, Polygon
+
+from meltemi.report.state_diagram import plot_states
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 INK, BODY, AXIS, MOTION, WIND = "#1b2a38", "#c9d3da", "#0b6e99", "#d1495b", "#66a182"
@@ -234,4 +236,8 @@ if __name__ == "__main__":
     for draw in (side, front, section, above):
         path = IMAGES / f"conventions-{draw.__name__}.svg"
         draw().savefig(path, metadata={"Date": None})
+        print(f"wrote {path}")
+    for machine in ("operation", "yaw"):
+        path = IMAGES / f"supervisor-{machine}.svg"
+        plot_states(machine).savefig(path, metadata={"Date": None})
         print(f"wrote {path}")

@@ -31,6 +31,7 @@ PAGES = (
     "docs/guide/operating-points.md",
     "docs/guide/linear.md",
     "docs/guide/sensitivities.md",
+    "docs/guide/supervision.md",
     "docs/guide/wind.md",
     "docs/guide/yaw.md",
     "docs/migrate/windio.md",

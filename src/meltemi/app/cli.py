@@ -188,8 +188,6 @@ def run(
         f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "
         f"preparation {meta['prepare_seconds']:.1f} s, compilation {meta['compile_seconds']:.1f} s)"
     )
-    for entry in result.log:
-        print(f"t = {entry.time:.2f} s, {entry.source}: {entry.what}{f' ({entry.reason})' if entry.reason else ''}")
     for file in files:
         print(f"wrote {file}")
     for warning in result.warnings:

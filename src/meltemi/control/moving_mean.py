@@ -1,12 +1,13 @@
 """The mean of a signal over a window that moves with time, exact.
 
 The window is a ring of blocks. A block is one sample where the ring has room for all of the window; else as many as
-needed, and the window moves block by block. Before the window is full the mean is that since the start. The running sum
-is made anew whenever the ring has gone round, so rounding does not grow with time.
+needed, and the window moves block by block. Before the window is full the mean is that since the start, unless the
+value before the start is known: then the window begins full of it. The running sum is made anew whenever the ring has
+gone round, so rounding does not grow with time.
 
 State and settings lie in a vector from the place ``at`` on.
 
-Reference: docs/theory/control.md (C-62).
+Reference: docs/theory/control.md (C-60).
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ MEAN = table(
     """
     window    | s      | over which the mean is taken
     room      | -      | of the ring, in blocks
+    known     | -      | 1: the value before the start is known
+    before    | signal | that value
     per_block | -      | samples of a block; 0 before the first call
     blocks    | -      | of the window
     oldest    | -      | place of the oldest block
@@ -37,7 +40,7 @@ MEAN = table(
 )
 """What stands before the ring."""
 
-WINDOW, ROOM, PER_BLOCK, BLOCKS, OLDEST, FILLED, SUM, PART, COUNT = range(len(MEAN))
+WINDOW, ROOM, KNOWN, BEFORE, PER_BLOCK, BLOCKS, OLDEST, FILLED, SUM, PART, COUNT = range(len(MEAN))
 RING = len(MEAN)
 
 
@@ -46,19 +49,26 @@ def mean_states(room: int) -> int:
     return RING + room
 
 
-def mean_start(x: Float, at: int, window: float, room: int) -> None:
-    """Set a moving mean to its beginning: window [s] and the blocks of its ring."""
+def mean_start(x: Float, at: int, window: float, room: int, before: float | None = None) -> None:
+    """Set a moving mean to its beginning: window [s], blocks of its ring, and the signal before, if it is known."""
     x[at : at + mean_states(room)] = 0.0
     x[at + WINDOW], x[at + ROOM] = window, room
+    if before is not None:
+        x[at + KNOWN], x[at + BEFORE] = 1.0, before
 
 
 @kernel
 def moving_mean(x: Float, at: int, signal: float, dt: float) -> float:
-    """One call: the mean of the signal over the window, in the signal's unit (C-62)."""
+    """One call: the mean of the signal over the window, in the signal's unit (C-60)."""
     if x[at + PER_BLOCK] < 1.0:
         samples, room = max(whole(x[at + WINDOW] / dt + 0.5), 1), whole(x[at + ROOM])
         x[at + PER_BLOCK] = float((samples + room - 1) // room)
         x[at + BLOCKS] = float(max(samples // whole(x[at + PER_BLOCK]), 1))
+        if x[at + KNOWN] > 0.5:
+            x[at + FILLED] = x[at + BLOCKS]
+            for i in range(whole(x[at + BLOCKS])):
+                x[at + RING + i] = x[at + BEFORE] * x[at + PER_BLOCK]
+                x[at + SUM] += x[at + RING + i]
     per, blocks = whole(x[at + PER_BLOCK]), whole(x[at + BLOCKS])
     x[at + PART] += signal
     x[at + COUNT] += 1.0

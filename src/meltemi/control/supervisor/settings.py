@@ -36,7 +36,7 @@ class Supervision(Record):
     cut_out_mean: float | None = Field(default=None, gt=0.0)
     """[m/s] 10 min mean above which it stops; the turbine's cut-out by default."""
     cut_out_wind: float | None = Field(default=None, gt=0.0)
-    """[m/s] 30 s mean above which it stops; 1.12 of cut-out by default."""
+    """[m/s] 30 s mean above which it stops; 1.2 of cut-out by default."""
     cut_out_gust: float | None = Field(default=None, gt=0.0)
     """[m/s] 3 s mean above which it stops; 1.4 of cut-out by default."""
     restart_wind: float | None = Field(default=None, gt=0.0)
@@ -133,7 +133,7 @@ def limits(turbine: Turbine, settings: Supervision) -> dict[str, float]:
         "start_wind": given("start_wind", turbine.cut_in),
         "stop_wind": given("stop_wind", 0.8 * turbine.cut_in),
         "cut_out_mean": given("cut_out_mean", cut_out),
-        "cut_out_wind": given("cut_out_wind", 1.12 * cut_out),
+        "cut_out_wind": given("cut_out_wind", 1.2 * cut_out),
         "cut_out_gust": given("cut_out_gust", 1.4 * cut_out),
         "restart_wind": given("restart_wind", 0.88 * cut_out),
         "connect_speed": connect,

@@ -142,6 +142,8 @@ YAW = PROTECTION_MEAN + mean_states(ROOMS[3])
 LENGTH = YAW + vane.LENGTH
 """Places from the beginning of the section on, and how many it has."""
 
+_MEANS = (GUST_MEAN, WIND_MEAN, LONG_MEAN)
+
 Q = {name: QUANTITY + i for i, name in enumerate(t.QUANTITIES.names)}
 Q_YAW, Q_PRODUCING, Q_DERATE, Q_STOP, Q_TIME_OVER, Q_STANDING_BY, Q_YAW_STATE, Q_EMERGENCY, Q_STOP_WORD = (
     Q[name]
@@ -448,14 +450,18 @@ def produce(x: Float, at: int, state: int, measured: Float, demands: Float, dt: 
 
 
 @kernel
-def rest(x: Float, at: int, state: int, speed: float, measured: Float, demands: Float, dt: float) -> None:
-    """States that pitch to feather: torque falls with speed, or there is none (C-68)."""
+def rest(x: Float, at: int, state: int, speed: float, twin: float, measured: Float, demands: Float, dt: float) -> None:
+    """States that pitch to feather: torque falls with speed, or there is none (C-68).
+
+    Of the two sensors of speed the lower one counts for the torque, the higher one for the brake: one that is stuck can
+    neither drive the rotor backwards nor brake it at full speed.
+    """
     mode, blades = t.MODES[state - 1, M_TORQUE], whole(measured[s.N_BLADES])
     keep = 1.0 - exp(-dt * x[law.FILTER])
     x[law.SPEED] = x[law.SPEED] + keep * (speed - x[law.SPEED])
     wanted = 0.0 * speed
     if mode == TORQUE_FALL and x[at + STOP_SPEED] > x[at + CONNECT_SPEED]:
-        share = (speed - x[at + CONNECT_SPEED]) / (x[at + STOP_SPEED] - x[at + CONNECT_SPEED])
+        share = (min(speed, twin) - x[at + CONNECT_SPEED]) / (x[at + STOP_SPEED] - x[at + CONNECT_SPEED])
         wanted = x[at + STOP_TORQUE] * min(max(share, 0.0), 1.0)
     if state == EMERGENCY_STOP and x[at + EMERGENCY_TORQUE] < 0.5:
         wanted = 0.0 * wanted
@@ -467,7 +473,7 @@ def rest(x: Float, at: int, state: int, speed: float, measured: Float, demands: 
         mean = mean + demands[s.PITCH_DEMAND + i] / blades
     x[law.PITCH] = mean
     demands[s.BRAKE] = 0.0
-    if t.MODES[state - 1, M_BRAKE] > 0 and speed < x[at + BRAKE_SPEED]:
+    if t.MODES[state - 1, M_BRAKE] > 0 and max(speed, twin) < x[at + BRAKE_SPEED]:
         demands[s.BRAKE] = x[at + BRAKE]
 
 
@@ -533,7 +539,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
         measured[s.GENERATOR_SPEED] = speed
     state = whole(x[at + STATE])
     if t.MODES[state - 1, M_PITCH] == PITCH_FEATHER:
-        rest(x, at, state, speed, measured, demands, dt)
+        rest(x, at, state, speed, twin, measured, demands, dt)
     else:
         produce(x, at, state, measured, demands, dt)
         demands[s.BRAKE] = 0.0
@@ -590,11 +596,13 @@ def supervised(
 
     def init(start: StartPoint) -> Float:
         x = np.concatenate([work.init(start), points, section])
-        x[len(x) - LENGTH + STATE] = _first_state(turbine, settings, numbers, start)
         at = len(x) - LENGTH
+        x[at + STATE] = _first_state(turbine, settings, numbers, start)
         x[at + LATCHED] = float(settings.begin == "idling")
         x[at + SHARE] = float(x[at + STATE] >= CONNECTION)
         x[at + WORD] = -1.0
+        for place, window, room in zip(_MEANS, ("gust_window", "wind_window", "mean_window"), ROOMS, strict=False):
+            mean_start(x, at + place, numbers[window], room, before=start.wind_speed)
         return x
 
     names: tuple[str, ...] = ()
@@ -674,14 +682,7 @@ def _section(
     for i, condition in enumerate(t.CONDITIONS):
         x[LIMIT + i] = 0.0 if condition.limit == "yaw_threshold" else _number(condition.limit, numbers)
         x[HOLD + i] = _number(condition.hold, numbers)
-    window = 30.0 if protection is None else protection.window
-    for place, length, room in (
-        (GUST_MEAN, numbers["gust_window"], ROOMS[0]),
-        (WIND_MEAN, numbers["wind_window"], ROOMS[1]),
-        (LONG_MEAN, numbers["mean_window"], ROOMS[2]),
-        (PROTECTION_MEAN, window, ROOMS[3]),
-    ):
-        mean_start(x, place, length, room)
+    mean_start(x, PROTECTION_MEAN, 30.0 if protection is None else protection.window, ROOMS[3])
     x[YAW:LENGTH] = yaw_settings(yaw or YawControl(), turbine.yaw)
     if protection is not None:
         x[YAW + vane.FILTER_TIME] = protection.filter_time

@@ -74,7 +74,7 @@ class YawProtection(Record):
 
 @kernel
 def threshold(x: Float, at: int, n: int, stepwise: float, wind: float) -> float:
-    """Threshold [rad] at a mean wind speed [m/s] (C-60, C-61).
+    """Threshold [rad] at a mean wind speed [m/s] (C-61, C-62).
 
     Args:
       x: vector that holds n wind speeds and then n thresholds from the place ``at`` on.
