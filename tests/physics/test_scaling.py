@@ -18,6 +18,7 @@ from meltemi.core.units import rpm
 from meltemi.simulation.portrait import masses
 from meltemi.structure.members import blade_member, cells
 from meltemi.studies.scaled_turbines import BOTH, NUMBERS
+from meltemi.turbine.gearbox import size_gearbox
 from meltemi.turbine.scaling.factors import design_ratio
 from meltemi.turbine.scaling.machine import Inertia, inertia_of
 
@@ -43,6 +44,9 @@ def leaves(record: Record, where: str = "") -> Iterator[tuple[str, str, Any]]:
         value, path = getattr(record, name), f"{where}{name}"
         if isinstance(value, Record):
             yield from leaves(value, f"{path}.")
+        elif isinstance(value, tuple) and value and isinstance(value[0], Record):
+            for i, part in enumerate(value):
+                yield from leaves(part, f"{path}.{i}.")
         elif isinstance(value, float | np.ndarray) or (
             isinstance(value, tuple) and value and isinstance(value[0], float)
         ):
@@ -87,13 +91,17 @@ def test_without_numbers_it_is_the_reference(turbine: Turbine) -> None:
         np.testing.assert_allclose(same[path], value, rtol=1e-12, err_msg=path)
 
 
-def test_every_quantity_of_a_similar_turbine_goes_with_its_unit(turbine: Turbine, large: Turbine) -> None:
+def test_every_quantity_of_a_similar_turbine_goes_with_its_unit(turbine: Turbine) -> None:
+    gearbox = size_gearbox(ratio=97.0, rated_torque=4.2e6)
+    more = {"drivetrain.gearbox": gearbox, "yaw.acceleration": 0.01, "yaw.friction": 1e6, "yaw.brake_torque": 4e6}
+    turbine = turbine.replace(**more)
+    large = scale_turbine(turbine, rotor_diameter=S * turbine.rotor_diameter)
     scaled = {path: value for path, _, value in leaves(large)}
     powers = {path: power_of(text) for path, text, _ in leaves(turbine)}
     assert {powers[path] for path in ("blade.structure.flap_stiffness", "tower.mass", "yaw.damping")} == {4, 2}
     assert len(powers) > 70
     for path, _, value in leaves(turbine):
-        expected = 0 if path == "yaw.rate" else powers[path]  # the wind does not turn slower for large turbines
+        expected = 0 if path in ("yaw.rate", "yaw.acceleration") else powers[path]  # wind turns as fast for large ones
         np.testing.assert_allclose(scaled[path], value * S**expected, rtol=1e-10, atol=1e-12, err_msg=path)
 
 
@@ -120,6 +128,14 @@ def test_sections_as_matrices_scale_as_classical_ones(turbine: Turbine) -> None:
         np.testing.assert_allclose(other.stiffness_matrix[:, i, i], values, rtol=1e-12)
     for i, values in ((0, one.mass), (3, one.edge_inertia)):
         np.testing.assert_allclose(other.mass_matrix[:, i, i], values, rtol=1e-12)
+
+
+def test_a_gearbox_of_another_ratio_is_sized_anew(turbine: Turbine) -> None:
+    geared = turbine.replace(**{"drivetrain.gearbox": size_gearbox(ratio=97.0, rated_torque=4.2e6)})
+    drive = scale_turbine(geared, **SMALL).drivetrain
+    torque = 1.8e6 / (0.95 * 0.97) / 1.5
+    assert drive.gearbox is not None
+    assert drive.gearbox.compliance == pytest.approx(size_gearbox(ratio=40.0, rated_torque=torque).compliance)
 
 
 def test_a_foundation_and_flaps_are_scaled_too(turbine: Turbine) -> None:
@@ -307,6 +323,9 @@ def test_the_librarys_scaled_turbines_are_those_of_the_paper(name: str) -> None:
     assert turbine.control.torque.cut_in_speed / ratio == pytest.approx(rpm(6.0), rel=1e-6)
     assert (turbine.cut_in, turbine.cut_out) == (2.5, cut_out)
     assert 79.0 < rpm(speed) * turbine.rotor_radius < 81.0
+    gearbox = turbine.drivetrain.gearbox
+    assert gearbox is not None and gearbox.parallel is None
+    assert gearbox.ratios == pytest.approx([math.sqrt(ratio)] * 2)
     usual, found = typical_masses(turbine), masses(turbine)
     for part, tolerance in (("blade", 0.20), ("hub", 0.10), ("nacelle", 0.15)):  # -16, -10 %; +3, +7 %; 0, +12 %
         assert found[part] == pytest.approx(getattr(usual, part), rel=tolerance), part

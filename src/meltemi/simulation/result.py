@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.controller import LogEntry
 from meltemi.core.errors import RunError, Status
 from meltemi.simulation.channels import Channel, find
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+
+    from meltemi.control.controller import LogEntry
 
 Float = NDArray[np.float64]
 
@@ -55,6 +56,8 @@ class Result:
     @property
     def log(self) -> tuple[LogEntry, ...]:
         """What happened in the run: events and the supervisor's transitions, by time."""
+        from meltemi.control.controller import LogEntry  # brings the compiler along
+
         return tuple(LogEntry(**entry) for entry in self.meta.get("log", ()))
 
     def channel(self, name: str) -> Channel:

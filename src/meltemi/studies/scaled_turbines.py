@@ -4,8 +4,9 @@
 
 Diameter, power, rotor speeds, gear ratio, tower height and wind speeds are those of Wang et al. (2021), Table 1. Not
 stated there, and chosen: the tip-speed ratio (9.15 and 9.3 belong to the stated rated winds), efficiencies (generator
-0.97, converter 0.98, two planetary stages 0.975), a blade stiffness with which the same rules meet the frequencies of a
-published blade of this size (NREL 2.8-127), and towers whose first mode lies 15 % above the rated rotor speed.
+0.97, converter 0.98, two planetary stages 0.975), stages by ``size_gearbox``, a blade stiffness with which the rules
+meet the frequencies of a published blade of this size (NREL 2.8-127), and towers whose first mode lies 15 % above the
+rated rotor speed.
 The paper gives the 3 MW turbine 12.6 rpm, a tip speed of 102 m/s; 9.9 rpm are taken, which is 80 m/s.
 
 Reference: Wang, Cai, Xu and Li (2021), Frontiers in Energy Research 9:711927.
@@ -23,6 +24,7 @@ from meltemi.core.units import rpm
 from meltemi.core.yamlfile import validated
 from meltemi.studies.baseline_tuning import tune_baseline
 from meltemi.turbine.definition import Turbine
+from meltemi.turbine.gearbox import size_gearbox
 from meltemi.turbine.library import DATA, load_turbine, write_turbine
 from meltemi.turbine.scaling import scale_turbine
 
@@ -79,6 +81,10 @@ def scaled_turbine(name: str, **changes: Any) -> Turbine:
             raise InputError(f"scaled_turbine: no number {key!r}: {did_you_mean(key, KEYWORDS)}")
     turbine = scale_turbine(load_turbine(REFERENCE), **(numbers | changes))
     turbine = turbine.replace(control=tune_baseline(turbine).control)
+    drive, law = turbine.drivetrain, turbine.control
+    torque = law.torque.rated_power / drive.gearbox_efficiency / law.pitch.reference_speed * drive.gear_ratio
+    gearbox = size_gearbox(ratio=drive.gear_ratio, rated_torque=torque)
+    turbine = turbine.replace(**{"drivetrain.gearbox": gearbox})
     return validated(_rounded(turbine.content()), Turbine, name)
 
 

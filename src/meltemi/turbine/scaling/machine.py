@@ -8,11 +8,15 @@ from typing import Any
 import numpy as np
 
 from meltemi.turbine.definition import BladeStructure, Foundation, Hub, Nacelle, Turbine
+from meltemi.turbine.gearbox import size_gearbox
 from meltemi.turbine.scaling.blade import blade_moments
 from meltemi.turbine.scaling.factors import Factors, multiply
 
 ABOVE_MINIMUM = 1.1
 """Rotor speed over a given smallest one, from which on the torque follows the optimal law."""
+
+GEARBOX = {"radius": 1, "inertia": 5, "mass": 3, "mesh": 1, "stiffness": 3}
+"""Powers of the length of a gearbox, by the last word of a quantity."""
 
 
 @dataclass(frozen=True)
@@ -68,19 +72,21 @@ def scaled_nacelle(nacelle: Nacelle, factors: Factors, mass: float | None) -> di
 
 
 def scaled_drivetrain(
-    reference: Turbine, factors: Factors, shaft: tuple[float, float], given: dict[str, Any]
+    reference: Turbine, factors: Factors, shaft: tuple[float, float], given: dict[str, Any], torque: float
 ) -> dict[str, Any]:
     """Content of ``Turbine.drivetrain``.
 
     The twist under rated torque is kept, and the damping ratio of the torsion between rotor and generator. The
     generator's inertia goes with its torque to the power 5/3: its volume goes with its torque, its inertia with its
-    volume to 5/3. The brake goes with the generator's torque.
+    volume to 5/3. The brake goes with the generator's torque. A gearbox of the same ratio has the same stress under
+    rated torque; one of another ratio is sized anew.
 
     Args:
       reference: the turbine that is scaled.
       factors: of the new one.
       shaft: [kg m^2] inertia of rotor about the shaft, of the reference and of the new one.
       given: keys that are set from outside.
+      torque: [N m] rated, of the new rotor.
     """
     drive = reference.drivetrain
     fast = factors.torque / factors.gear * given["gearbox_efficiency"] / drive.gearbox_efficiency
@@ -98,22 +104,39 @@ def scaled_drivetrain(
     content["stiffness"] *= stiffness
     content["damping"] *= float(np.sqrt(stiffness * reduced[1] / reduced[0]))
     content["brake_torque"] *= fast
+    if drive.gearbox is not None:
+        same = content["gear_ratio"] == drive.gear_ratio
+        made = _similar(content["gearbox"], factors.torque) if same else None
+        content["gearbox"] = made or size_gearbox(ratio=content["gear_ratio"], rated_torque=torque).content()
     return content
+
+
+def _similar(gearbox: dict[str, Any], torque: float) -> dict[str, Any]:
+    """A gearbox whose stresses are the same under another torque (a factor): lengths go with its cube root."""
+    for stage in (*gearbox["planetary"], gearbox["parallel"] or {}):
+        for key in stage:
+            if power := GEARBOX.get(key.rsplit("_", 1)[-1]):
+                multiply(stage, key, torque ** (power / 3.0))
+    return gearbox
 
 
 def scaled_yaw(reference: Turbine, factors: Factors, inertias: float, rate: float | None) -> dict[str, Any]:
     """Content of ``Turbine.yaw``: frequency over rotor speed and damping ratio of the locked bearing are kept.
 
+    Friction and brake go with the rotor's bending moment.
+
     Args:
       reference: the turbine that is scaled.
       factors: of the new one.
       inertias: factor of the inertia about the yaw axis.
-      rate: [rad/s] of the drive; it stays by default, as the wind's direction does not turn faster for small turbines.
+      rate: [rad/s] of the drive; it stays by default, like its acceleration, as the wind's direction does not turn
+        faster for small turbines.
     """
     content = reference.yaw.content()
     content["stiffness"] *= inertias / factors.time**2
     content["damping"] *= inertias / factors.time
     content["rate"] = reference.yaw.rate if rate is None else rate
+    multiply(content, "friction brake_torque", factors.moment)
     return content
 
 

@@ -110,7 +110,8 @@ def scale_turbine(
     now = inertia_of(reference.n_blades, blade.structure, hub, nacelle)
     if generator_inertia is not None:
         new_drive["generator_inertia"] = generator_inertia
-    drive = scaled_drivetrain(reference, factors, (before.shaft, now.shaft), new_drive)
+    torque = power / math.prod(new_drive[key] for key in EFFICIENCIES) / (_speed(reference) / factors.time)
+    drive = scaled_drivetrain(reference, factors, (before.shaft, now.shaft), new_drive, torque)
     above = nacelle.shaft_height + nacelle.overhang * math.sin(nacelle.tilt)
     ground = reference.tower.base_height * factors.length
     hub_above_ground = hub_height or reference.hub_height * factors.length
