@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -248,3 +247,83 @@ def test_time_integration_remains_of_second_order(geared: Turbine, kind: str) ->
     assert np.all(order > 1.7), order
 
 
+def stopped(geared: Turbine, kind: str) -> Result:
+    """A minute in turbulence; after 30 s the grid is lost, the brake falls in and the blades go to feather."""
+    driven = geared.replace(**{"pitch_actuator.kind": "second_order"})
+    options = ModelOptions(drivetrain=kind)
+    n, rated = geared.drivetrain.gear_ratio, 4.3e4
+
+    def stop(state: Float, measured: Float, demands: Float, dt: float) -> None:
+        running = measured[s.TIME] < 30.0
+        demands[s.GENERATOR_TORQUE] = rated if running else 0.0
+        demands[s.BRAKE] = 0.0 if running else 1.0
+        speed = measured[s.GENERATOR_SPEED] - 1.267 * n
+        state[0] += 0.003 * speed * dt
+        demands[s.PITCH_DEMAND : s.PITCH_DEMAND + 3] = state[0] + 0.01 * speed if running else 1.4
+
+    return simulate(
+        meltemi.build(driven, options),
+        meltemi.TurbulentWind(speed=16.0, intensity=0.16),
+        duration=60.0,
+        controller=meltemi.Controller(stop, init=lambda point: np.array([point.pitch])),
+        channels=["rotor_speed", "rotor_torque", *(GEAR_LOADS if kind != "two_mass" else [])],
+        output_step=0.01,
+    )
+
+
+def test_stiff_modes_are_stable_through_an_emergency_stop(geared: Turbine) -> None:
+    two, static, free = (stopped(geared, kind) for kind in ("two_mass", "quasi_static", "multibody"))
+    for run in (static, free):
+        assert run.status is meltemi.Status.OK
+    rated = 4.18e6
+    torque = free["main_shaft_torque"]
+    assert 1.5 * rated < np.max(np.abs(torque[3000:])) < 5.0 * rated  # the brake shakes the drivetrain
+    assert np.max(np.abs(free["rotor_torque"] - two["rotor_torque"])) < 0.1 * np.ptp(two["rotor_torque"])
+    # what rings in the gears when the brake falls in dies as their damping has it, and nothing grows after
+    ring = free["high_speed_shaft_torque"] - static["high_speed_shaft_torque"]
+    struck, later = np.ptp(ring[3000:3100]), np.ptp(ring[5500:])
+    assert struck > 1e-3 * np.ptp(free["high_speed_shaft_torque"])
+    assert later < 0.05 * struck
+
+
+# kinds of numbers ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", ["quasi_static", "multibody"])
+def test_lanes_give_what_floats_give(geared: Turbine, kind: str) -> None:
+    found = []
+    for numbers in ("floats", "lanes"):
+        model = meltemi.build(geared, ModelOptions(drivetrain=kind))
+        wind = meltemi.TurbulentWind(speed=12.0, intensity=0.16)
+        run = Simulation(model, wind, duration=20.0, channels=[*GEAR_LOADS, "yaw_moment_x"], numbers=numbers)  # type: ignore[arg-type]
+        while not run.finished:
+            run.advance(1000)
+        found.append(run.result().data)
+    assert np.max(np.abs(found[1] - found[0]) / np.abs(found[0]).max(axis=0)) < 1e-10
+
+
+def test_a_run_begins_at_rest_in_the_gears(geared: Turbine, multibody: Model) -> None:
+    case = Case(multibody, SteadyWind(speed=12.0))
+    meltemi.operating_point(multibody, 12.0).put(case)
+    begin(case)
+    gears, w = case.view("gears"), View(GEAR_MODE, multibody.gear_modes)["frequency"]
+    size = np.abs(w**2 * gears["angle"]).max()
+    assert size > 0.0
+    assert np.abs(gears["acceleration"]).max() < 1e-6 * size
+
+
+def test_derivatives_go_through_the_gears(geared: Turbine) -> None:
+    """Of a run by the stiffness of the drivetrain, against a difference of two runs."""
+    model = meltemi.build(geared, ModelOptions(drivetrain="multibody", torsion_modes=0))
+    wind = SteadyWind(speed=9.0, shear_exponent=0.3)
+    start = meltemi.operating_point(model, 9.0)
+    names = ["main_shaft_torque", "stage_2_ring_force"]
+    given: dict[str, Any] = {"duration": 3.0, "channels": names, "start": start, "controller": meltemi.fixed()}
+    path = "structure.shaft_stiffness"
+    exact = meltemi.sensitivity(model, wind, [path], **given).slopes[..., 0]
+    value = model.parameter(path)
+    h = 1e-5 * value
+    runs = [simulate(model.with_parameters(**{path: value + x}), wind, **given).data for x in (h, -h)]
+    difference = (runs[0] - runs[1]) / (2.0 * h)
+    assert np.abs(exact).max() > 1e-3 * np.abs(runs[0]).max() / value
+    np.testing.assert_allclose(exact, difference, atol=1e-4 * np.abs(difference).max(axis=0).max(), rtol=1e-4)

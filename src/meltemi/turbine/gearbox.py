@@ -4,7 +4,7 @@ A planetary stage is driven at its carrier, its ring is held by the housing and 
 of sun R_s and ring R_r = R_s + 2 r_p the output turns 1 + R_r/R_s times as fast (Willis 1841), in the same sense; a
 parallel stage reverses the sense.
 
-Reference: docs/theory/structure.md (S-49 to S-58).
+Reference: docs/theory/structure.md (S-49 to S-59).
 """
 
 from __future__ import annotations
