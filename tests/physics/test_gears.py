@@ -248,8 +248,8 @@ def test_time_integration_remains_of_second_order(geared: Turbine, kind: str) ->
 
 
 def stopped(geared: Turbine, kind: str) -> Result:
-    """A minute in turbulence; after 30 s the grid is lost, the brake falls in and the blades go to feather."""
-    driven = geared.replace(**{"pitch_actuator.kind": "second_order"})
+    """A minute in turbulence; after 30 s the grid is lost, a strong brake falls in and the blades go to feather."""
+    driven = geared.replace(**{"pitch_actuator.kind": "second_order", "drivetrain.brake_torque": 85e3})
     options = ModelOptions(drivetrain=kind)
     n, rated = geared.drivetrain.gear_ratio, 4.3e4
 
