@@ -74,6 +74,24 @@ def _kind(annotation: Any) -> str:
     return {float: "number", int: "integer", str: "text", bool: "true or false"}.get(annotation, annotation.__name__)
 
 
+def events() -> str:
+    """Kinds of events with their own keys."""
+    from meltemi.simulation.events import KINDS, Lasting
+
+    rows = []
+    for kind in KINDS:
+        keys = []
+        for key, field in kind.model_fields.items():
+            if key not in ("at", "until", "type"):
+                default = "" if field.is_required() else f" [`{field.get_default()!r}`]"
+                values = f" ({_kind(field.annotation)})" if get_args(field.annotation) else ""
+                keys.append(f"`{key}`{default}: {field.description}{values}")
+        ends = ["`until`"] if issubclass(kind, Lasting) else []
+        text = (kind.__doc__ or "").strip().replace("``", "`")
+        rows.append([f"`{kind.model_fields['type'].default}`", "<br>".join(keys + ends), text])
+    return _table(["type", "keys", "what happens"], rows)
+
+
 def channels(group: str) -> str:
     """Channels of a group: machine, gearbox, blade, flap, node, station, tower_station."""
     from meltemi.simulation.channels import catalogue
@@ -158,6 +176,7 @@ def arrays() -> str:
         "control.signals",
         "control.baseline",
         "control.actuators",
+        "control.faults",
         "control.feedforward",
         "control.integrator",
         "control.harmonic",
@@ -191,5 +210,6 @@ def swap() -> str:
 
 
 MAKERS: dict[str, Any] = {
-    f.__name__: f for f in (record, channels, openfast_channels, openfast_units, keywords, array, arrays, schemes, swap)
+    f.__name__: f
+    for f in (record, events, channels, openfast_channels, openfast_units, keywords, array, arrays, schemes, swap)
 }

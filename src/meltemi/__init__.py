@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from meltemi.control.bladed.rosco import edit_discon as edit_discon
     from meltemi.control.bladed.rosco import find_rosco as find_rosco
     from meltemi.control.controller import Controller as Controller
+    from meltemi.control.controller import LogEntry as LogEntry
     from meltemi.control.controller import StartPoint as StartPoint
     from meltemi.control.fixed import fixed as fixed
     from meltemi.control.load_control import FeedForward as FeedForward
@@ -30,6 +31,12 @@ if TYPE_CHECKING:
     from meltemi.control.load_control import Preview as Preview
     from meltemi.control.load_control import SpeedNotch as SpeedNotch
     from meltemi.control.load_control import load_control as load_control
+    from meltemi.control.supervisor.settings import Supervision as Supervision
+    from meltemi.control.supervisor.supervised import supervised as supervised
+    from meltemi.control.supervisor.threshold import YawProtection as YawProtection
+    from meltemi.control.supervisor.threshold import yaw_threshold as yaw_threshold
+    from meltemi.control.yaw import YawControl as YawControl
+    from meltemi.control.yaw import yaw_control as yaw_control
     from meltemi.core.errors import InputError as InputError
     from meltemi.core.errors import MeltemiError as MeltemiError
     from meltemi.core.errors import RunError as RunError
@@ -46,6 +53,8 @@ if TYPE_CHECKING:
     from meltemi.postprocess.bands import ceiling as ceiling
     from meltemi.postprocess.bands import harmonic_bands as harmonic_bands
     from meltemi.postprocess.bands import remove_bands as remove_bands
+    from meltemi.postprocess.bins import bin_statistics as bin_statistics
+    from meltemi.postprocess.bins import period_statistics as period_statistics
     from meltemi.postprocess.difference import ChannelDifference as ChannelDifference
     from meltemi.postprocess.difference import Differences as Differences
     from meltemi.postprocess.difference import compare_results as compare_results
@@ -81,6 +90,7 @@ if TYPE_CHECKING:
     from meltemi.report.plots import plot_performance as plot_performance
     from meltemi.report.plots import plot_power_curve as plot_power_curve
     from meltemi.report.spectra_plots import plot_spectra as plot_spectra
+    from meltemi.report.state_diagram import plot_states as plot_states
     from meltemi.report.tables import rich_table as rich_table
     from meltemi.report.tables import write_csv as write_csv
     from meltemi.report.tuning_plots import plot_tuning as plot_tuning
@@ -89,6 +99,19 @@ if TYPE_CHECKING:
     from meltemi.simulation.campbell import Campbell as Campbell
     from meltemi.simulation.campbell import campbell as campbell
     from meltemi.simulation.case import Stations as Stations
+    from meltemi.simulation.events import Brake as Brake
+    from meltemi.simulation.events import BrakeFault as BrakeFault
+    from meltemi.simulation.events import FlapStuck as FlapStuck
+    from meltemi.simulation.events import GeneratorFault as GeneratorFault
+    from meltemi.simulation.events import GridLoss as GridLoss
+    from meltemi.simulation.events import PitchRunaway as PitchRunaway
+    from meltemi.simulation.events import PitchStuck as PitchStuck
+    from meltemi.simulation.events import PowerLimit as PowerLimit
+    from meltemi.simulation.events import Request as Request
+    from meltemi.simulation.events import SensorDrift as SensorDrift
+    from meltemi.simulation.events import SensorLoss as SensorLoss
+    from meltemi.simulation.events import SensorOffset as SensorOffset
+    from meltemi.simulation.events import YawStuck as YawStuck
     from meltemi.simulation.linear import LinearModel as LinearModel
     from meltemi.simulation.linear import linearise as linearise
     from meltemi.simulation.model import Model as Model
@@ -113,6 +136,7 @@ if TYPE_CHECKING:
     from meltemi.studies.openfast_writer import write_openfast as write_openfast
     from meltemi.studies.preview import preview_of as preview_of
     from meltemi.studies.preview import steady_pitch as steady_pitch
+    from meltemi.studies.scaled_turbines import scaled_turbine as scaled_turbine
     from meltemi.studies.schemes import Design as Design
     from meltemi.studies.schemes import design_controllers as design_controllers
     from meltemi.studies.sensitivity import Sensitivity as Sensitivity
@@ -141,6 +165,9 @@ if TYPE_CHECKING:
     from meltemi.turbine.report import Imported as Imported
     from meltemi.turbine.report import Note as Note
     from meltemi.turbine.report import report_text as report_text
+    from meltemi.turbine.scaling import Masses as Masses
+    from meltemi.turbine.scaling import scale_turbine as scale_turbine
+    from meltemi.turbine.scaling import typical_masses as typical_masses
     from meltemi.turbine.windio import import_windio as import_windio
     from meltemi.turbine.windio import read_windio as read_windio
     from meltemi.wind.fields import SteadyWind as SteadyWind
@@ -197,14 +224,19 @@ _HOME = {
     "control.bladed.controller": "bladed_controller",
     "control.bladed.rosco": "edit_discon find_rosco",
     "control.fixed": "fixed",
-    "control.controller": "Controller StartPoint",
+    "control.controller": "Controller LogEntry StartPoint",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",
+    "control.supervisor.settings": "Supervision",
+    "control.supervisor.supervised": "supervised",
+    "control.supervisor.threshold": "YawProtection yaw_threshold",
+    "control.yaw": "YawControl yaw_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",
     "loadcases.case": "LoadCase read_case",
     "loadcases.openfast": "deck_case",
     "postprocess.bands": "Ceiling ceiling harmonic_bands remove_bands",
+    "postprocess.bins": "bin_statistics period_statistics",
     "postprocess.difference": "ChannelDifference Differences compare_results",
     "postprocess.ensemble": (
         "EnsembleEntry EnsembleTable Estimate ensemble_load ensemble_table lifetime_del mean_interval "
@@ -219,12 +251,17 @@ _HOME = {
     "report.ensemble_tables": "ensemble_rows",
     "report.plots": "plot plot_campbell plot_performance plot_power_curve",
     "report.spectra_plots": "plot_spectra",
+    "report.state_diagram": "plot_states",
     "report.tables": "rich_table write_csv",
     "report.tuning_plots": "plot_tuning",
     "report.turbine_plots": "plot_turbine",
     "report.wind_plots": "plot_wind",
     "simulation.campbell": "Campbell campbell",
     "simulation.case": "Stations",
+    "simulation.events": (
+        "Brake BrakeFault FlapStuck GeneratorFault GridLoss PitchRunaway PitchStuck PowerLimit Request SensorDrift "
+        "SensorLoss SensorOffset YawStuck"
+    ),
     "simulation.linear": "LinearModel linearise",
     "simulation.model": "Model build",
     "simulation.modes": "natural_modes",
@@ -240,6 +277,7 @@ _HOME = {
     "studies.inspection": "inspect_turbine",
     "studies.openfast_writer": "write_openfast",
     "studies.preview": "preview_of steady_pitch",
+    "studies.scaled_turbines": "scaled_turbine",
     "studies.schemes": "Design design_controllers",
     "studies.sensitivity": "Sensitivity differences sensitivity",
     "studies.tuning": "Tuning tune_ipc tune_loops",
@@ -249,6 +287,7 @@ _HOME = {
     "turbine.library": "LibraryEntry library_entries list_turbines load_turbine write_turbine",
     "turbine.openfast": "Deck read_deck read_openfast",
     "turbine.report": "Imported Note report_text",
+    "turbine.scaling": "Masses scale_turbine typical_masses",
     "turbine.windio": "import_windio read_windio",
     "wind.fields": "SteadyWind WindBox WindSeries at_speed",
     "wind.files": (

@@ -213,6 +213,26 @@ def case_message(command: Command, tmp_path: Path, text: str) -> str:
         ("\nduration", "\nchannels: RootMyc1\nduration", "FILE:3: channels: expected a"),
         ("\nduration", "\nduration: 4.0\nduration", "FILE: line 4, column 1: not valid YAML: found duplicate key"),
         ("{kind", "[kind", "not valid YAML"),
+        (
+            "duration: 5.0",
+            "duration: 5.0\nevents:\n  - {at: 1, type: grid_loss}\n  - {at: 1, type: pitch_stuck, blade: 4}",
+            "FILE:6: events.1.blade: expected less than or equal to 3, found 4",
+        ),
+        (
+            "duration: 5.0",
+            "duration: 5.0\nevents:\n  - {at: 9, type: grid_loss}",
+            "FILE:5: events.0: at 9 s is after the end of the run at 5 s (duration)",
+        ),
+        (
+            "duration: 5.0",
+            "duration: 5.0\nevents: [{at: 1, type: sensor_loss, sensor: generator_sped}]",
+            "FILE:4: events.0.sensor: there is no sensor 'generator_sped'; did you mean 'generator_speed'",
+        ),
+        (
+            "duration: 5.0",
+            "duration: 5.0\nevents: [{at: 1, type: yaw_stuck}, {at: 2, type: yaw_stuck}]",
+            "FILE: events.1 at 2 s and events.0, which acts from 1 s for good, contradict each other (yaw drive stuck)",
+        ),
     ],
 )
 def test_a_case_file_is_refused_with_file_line_and_key(
@@ -225,6 +245,7 @@ FOUND_LATER = [
     ("turbine: nrel5wm", "did you mean 'nrel5mw'?"),
     ("channels: [wind_x, RootMyc9]", "no channel 'RootMyc9': did you mean RootMyc1, RootMyc2, RootMyc3"),
     ("output_step: 0.013", "output_step 0.013 s is not a multiple of the time step 0.01 s; use 0.01 or 0.02 s"),
+    ("events: [{at: 1.0, type: flap_stuck, blade: 2}]", "events.0.flap: there is no flap 1; nrel5mw has none"),
     ("options: {locked: [yow]}", "locked: no coordinate 'yow': did you mean 'yaw'"),
     ("options: {blade_nodes: [0.0, 30.0, 20.0, 40.0, 61.5]}", "blade_nodes"),
 ]

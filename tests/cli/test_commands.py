@@ -105,6 +105,20 @@ def test_a_run_is_written_for_tools_for_openfast(command: Command, tmp_path: Pat
     assert "nrel5mw: steady wind 10 m/s" in packed.meta["description"]
 
 
+def test_events_of_a_case_happen_and_are_told(command: Command, tmp_path: Path) -> None:
+    events = "events:\n  - {at: 2, type: grid_loss}\n  - {at: 1.5, until: 3, type: pitch_stuck, blade: 3}\n"
+    case = f"turbine: nrel5mw\nwind: {{kind: steady, speed: 14.0}}\nduration: 4.0\nchannels: [GenTq]\n{events}"
+    (tmp_path / "a.yaml").write_text(case)
+    ran = command("run", tmp_path / "a.yaml", "--out", tmp_path / "out")
+    succeeded(ran, tmp_path / "out", *RUN)
+    assert re.search(r"1\.50 .* event .* pitch of blade 3 stuck .*\n.* 2\.00 .* grid lost", ran.out)
+    result = meltemi.read_netcdf(tmp_path / "out" / "result.nc")
+    assert np.flatnonzero(result["GenTq"] == 0.0)[0] == 40 and len(result.log) == 3
+    again = command("run", tmp_path / "out" / "case.yaml", "--out", tmp_path / "again")
+    assert np.array_equal(meltemi.read_netcdf(tmp_path / "again" / "result.nc").data, result.data)
+    assert again.status == 0
+
+
 def test_turbulence_repeats_with_its_seed(command: Command, tmp_path: Path) -> None:
     winds = []
     for i, seed in enumerate((7, 7, 8)):

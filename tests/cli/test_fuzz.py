@@ -45,7 +45,12 @@ def small_turbine() -> Content:
 
 
 TURBINE: Content = small_turbine()
-CASE: Content = YAML(typ="safe").load(TEMPLATE)
+EVENTS = [
+    {"at": 40.0, "type": "pitch_stuck", "blade": 2, "until": 50.0},
+    {"at": 30.0, "type": "sensor_loss", "sensor": "pitch_1", "holds": "zero"},
+    {"at": 50.0, "type": "request", "request": "normal_stop"},
+]
+CASE: Content = YAML(typ="safe").load(TEMPLATE) | {"events": EVENTS}
 KINDS: dict[str, tuple[type[Record], Content]] = {"turbine": (Turbine, TURBINE), "case": (LoadCase, CASE)}
 whats = st.sampled_from(list(KINDS))
 

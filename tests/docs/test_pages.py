@@ -27,6 +27,7 @@ PAGES = (
     "docs/guide/own-controller.md",
     "docs/guide/batches.md",
     "docs/guide/results.md",
+    "docs/guide/events.md",
     "docs/guide/operating-points.md",
     "docs/guide/linear.md",
     "docs/guide/sensitivities.md",

@@ -145,6 +145,33 @@ def test_near_rated_with_smoothing(model: Model) -> None:
         assert errors(found, number, model=model, wind=wind, controller=law).max() < 1e-3
 
 
+def test_through_events(model: Model, wind: WindBox) -> None:
+    """Their times are held; a value that is frozen keeps its derivatives."""
+    events: list[dict[str, Any]] = [
+        {"at": 2.0, "until": 5.0, "type": "sensor_loss", "sensor": "generator_speed"},
+        {"at": 4.0, "type": "pitch_stuck", "blade": 2},
+        {"at": 6.0, "until": 7.0, "type": "grid_loss"},
+        {"at": 6.0, "type": "sensor_drift", "sensor": "pitch_1", "rate": 1e-3},
+        {"at": 7.0, "until": 9.0, "type": "pitch_runaway", "blade": 3, "rate": -0.01},
+    ]
+    arguments: dict[str, Any] = {"duration": 12.0, "channels": CHANNELS, "events": events}
+    names = ["controller.proportional_gain", "aerodynamics.air_density"]
+    found = sensitivity(model, wind, names, **arguments)
+    plain = sensitivity(model, wind, names, duration=12.0, channels=CHANNELS)
+    for number, name in enumerate(names):
+        low, high, step = differences(model, wind, name, **arguments)
+        change = (high.data - low.data) / (2.0 * step)
+        exact = found.slopes[..., number]
+        assert np.all(np.abs(change - exact).max(axis=0) < 1e-4 * np.abs(exact).max(axis=0))
+        assert np.array_equal(exact[:41], plain.slopes[:41, :, number])
+        assert not np.allclose(exact[60:], plain.slopes[60:, :, number], rtol=0.1)
+    run = Simulation(model, wind, numbers="floats", **arguments)
+    march(run)
+    for result in (run.result(), simulate(model, wind, **arguments)):
+        assert np.all(np.abs(found.result.data - result.data).max(axis=0) < 1e-9 * np.abs(result.data).max(axis=0))
+    assert len(found.result.log) == 8
+
+
 def test_switches_are_counted(model: Model) -> None:
     wind = box(11.4, 4)
     arguments: dict[str, Any] = {"duration": SECONDS, "channels": CHANNELS}

@@ -348,6 +348,17 @@ def test_coherent_gust_with_direction_change(speed: float, theta: float, sign: A
             assert v == pytest.approx(-there * sin(radians(sign * share * theta)), abs=1e-6)
 
 
+def test_gust_and_change_of_the_ecd_may_be_given(turbine: Turbine) -> None:
+    """Wang et al. (2021) reach 25 m/s from 10.67 m/s with the standard's change of direction."""
+    wind = ecd(turbine, 10.67, gust=14.33, begin=10.0)
+    assert wind.speed[0] + wind.gust[-1] == pytest.approx(25.0)
+    assert np.degrees(wind.direction[-1]) == pytest.approx(67.479, abs=1e-3)
+    assert ecd(turbine, 10.67, change=0.5).direction[-1] == pytest.approx(0.5)
+    for bad in ({"gust": -12.0}, {"gust": np.nan}, {"change": -0.1}, {"change": 4.0}):
+        with pytest.raises(InputError, match=f"ECD: {next(iter(bad))}"):
+            ecd(turbine, 10.67, **bad)
+
+
 def test_coherent_gust_of_edition_2(turbine: Turbine) -> None:
     wind = ecg(turbine, 25.0)
     for t, expected in ((0.0, 25.0), (5.0, 32.5), (10.0, 40.0), (99.0, 40.0)):

@@ -22,7 +22,9 @@ from meltemi.control.actuators import (
     drive_advance,
     pitch_advance,
     second_order_step,
+    yaw_advance,
 )
+from meltemi.control.faults import PITCH_STUCK, healthy
 from meltemi.core.tables import View
 from meltemi.turbine import exchange as ex
 
@@ -41,6 +43,7 @@ def parameters(**changes: float) -> Float:
         "pitch_maximum": 10.0,
         "brake_torque": 28000.0,
         "yaw_rate": 0.005,
+        "yaw_hold": -1.0,
     } | changes
     for name, value in values.items():
         View(ACTUATOR, array)[name] = value
@@ -94,7 +97,7 @@ def test_the_answer_to_a_step_is_that_of_the_differential_equation(damping: floa
     demands = demand([0.1, -0.2, 0.0])
     found = []
     for _ in range(n):
-        pitch_advance(p, demands, pitch, dt)
+        pitch_advance(p, demands, healthy(), pitch, dt)
         found.append(pitch[[ANGLE, RATE], 0].copy())
     solution = solve_ivp(
         lambda t, y: [y[1], w * w * (0.1 - y[0]) - 2.0 * damping * w * y[1]],
@@ -112,7 +115,7 @@ def test_the_answer_to_a_step_is_that_of_the_differential_equation(damping: floa
 
 def test_the_acceleration_is_the_change_of_rate_over_the_step() -> None:
     pitch = PITCH.zeros(blade=2)
-    pitch_advance(parameters(), demand(0.1), pitch, 0.01)
+    pitch_advance(parameters(), demand(0.1), healthy(), pitch, 0.01)
     np.testing.assert_allclose(pitch[ACCELERATION], pitch[RATE] / 0.01, rtol=1e-14)
 
 
@@ -120,7 +123,7 @@ def test_the_rate_limit_holds_and_the_angle_follows_it() -> None:
     p, pitch, limit, dt = parameters(pitch_rate=0.14), PITCH.zeros(blade=1), 0.14, 0.0125
     angles, rates = [0.0], [0.0]
     for _ in range(400):
-        pitch_advance(p, demand(0.5), pitch, dt)
+        pitch_advance(p, demand(0.5), healthy(), pitch, dt)
         angles.append(pitch[ANGLE, 0])
         rates.append(pitch[RATE, 0])
     assert np.max(rates) == limit
@@ -136,7 +139,7 @@ def test_the_rate_limit_holds_in_both_directions() -> None:
     p, pitch = parameters(pitch_rate=0.14), PITCH.zeros(blade=1)
     pitch[ANGLE] = 0.5
     for _ in range(100):
-        pitch_advance(p, demand(0.0), pitch, 0.0125)
+        pitch_advance(p, demand(0.0), healthy(), pitch, 0.0125)
         assert abs(pitch[RATE, 0]) <= 0.14
     assert pitch[ANGLE, 0] < 0.4
 
@@ -146,7 +149,7 @@ def test_the_rate_limit_holds_in_both_directions() -> None:
 def test_angles_stay_within_their_limits_whatever_is_demanded(demands: list[float], dt: float) -> None:
     p, pitch = parameters(pitch_minimum=-0.1, pitch_maximum=0.4, pitch_damping=0.1), PITCH.zeros(blade=2)
     for value in demands:
-        pitch_advance(p, demand(value), pitch, dt)
+        pitch_advance(p, demand(value), healthy(), pitch, dt)
         assert np.all(pitch[ANGLE] >= -0.1)
         assert np.all(pitch[ANGLE] <= 0.4)
         at_limit = (pitch[ANGLE] == -0.1) | (pitch[ANGLE] == 0.4)
@@ -156,7 +159,7 @@ def test_angles_stay_within_their_limits_whatever_is_demanded(demands: list[floa
 def test_a_demand_beyond_the_limit_ends_at_the_limit() -> None:
     p, pitch = parameters(pitch_minimum=0.0, pitch_maximum=0.4), PITCH.zeros(blade=1)
     for _ in range(400):
-        pitch_advance(p, demand(2.0), pitch, 0.01)
+        pitch_advance(p, demand(2.0), healthy(), pitch, 0.01)
     assert pitch[ANGLE, 0] == pytest.approx(0.4, abs=1e-12)
 
 
@@ -164,14 +167,14 @@ def test_nothing_moves_in_no_time() -> None:
     pitch = PITCH.zeros(blade=3)
     pitch[ANGLE], pitch[RATE], pitch[ACCELERATION] = 0.1, 0.2, 0.3
     before = pitch.copy()
-    pitch_advance(parameters(), demand(1.0), pitch, 0.0)
+    pitch_advance(parameters(), demand(1.0), healthy(), pitch, 0.0)
     np.testing.assert_array_equal(pitch, before)
 
 
 @pytest.mark.parametrize("dt", [0.0, 0.0125])
 def test_the_ideal_actuator_has_the_demand_at_once_and_no_rate(dt: float) -> None:
     p, pitch = parameters(pitch_ideal=1.0, pitch_maximum=0.5), PITCH.zeros(blade=3)
-    pitch_advance(p, demand([0.1, 0.2, 3.0]), pitch, dt)
+    pitch_advance(p, demand([0.1, 0.2, 3.0]), healthy(), pitch, dt)
     np.testing.assert_array_equal(pitch[ANGLE], [0.1, 0.2, 0.5])
     np.testing.assert_array_equal(pitch[RATE], 0.0)
     np.testing.assert_array_equal(pitch[ACCELERATION], 0.0)
@@ -179,23 +182,42 @@ def test_the_ideal_actuator_has_the_demand_at_once_and_no_rate(dt: float) -> Non
 
 def test_the_generator_has_the_torque_that_is_asked_for() -> None:
     drive = ex.DRIVE.zeros()
-    drive_advance(parameters(), demand(generator_torque=4.2e4), drive, 0.01)
+    drive_advance(parameters(), demand(generator_torque=4.2e4), healthy(), drive)
     assert drive[ex.GENERATOR_TORQUE] == 4.2e4
 
 
 @pytest.mark.parametrize(("share", "torque"), [(-1.0, 0.0), (0.0, 0.0), (0.25, 7000.0), (1.0, 28000.0), (3.0, 28000.0)])
 def test_the_brake_has_a_share_of_its_torque(share: float, torque: float) -> None:
     drive = ex.DRIVE.zeros()
-    drive_advance(parameters(), demand(brake=share), drive, 0.01)
+    drive_advance(parameters(), demand(brake=share), healthy(), drive)
     assert drive[ex.BRAKE_TORQUE] == torque
 
 
 def test_the_yaw_drive_turns_with_its_rate_at_most() -> None:
     drive = ex.DRIVE.zeros()
     for _ in range(10):
-        drive_advance(parameters(), demand(yaw_rate=0.002), drive, 0.5)
+        yaw_advance(parameters(), 1e9, demand(yaw_rate=0.002), healthy(), drive, 0.0, 0.0, 0.5)
     assert drive[ex.YAW_COMMAND] == pytest.approx(0.01, rel=1e-14)
     for _ in range(10):
-        drive_advance(parameters(), demand(yaw_rate=-1.0), drive, 0.5)
+        yaw_advance(parameters(), 1e9, demand(yaw_rate=-1.0), healthy(), drive, 0.0, 0.0, 0.5)
     assert drive[ex.YAW_COMMAND] == pytest.approx(0.01 - 0.025, rel=1e-13)
     assert drive[ex.YAW_COMMAND_RATE] == -0.005
+
+
+def test_a_blade_that_sticks_stops_within_a_step_and_passes_its_momentum_on() -> None:
+    """The acceleration of that one step is what takes the rate away; when it comes free it starts from rest."""
+    p, pitch, faults, dt = parameters(), PITCH.zeros(blade=3), healthy(), 0.01
+    for _ in range(10):
+        pitch_advance(p, demand(0.5), faults, pitch, dt)
+    angle, rate = pitch[ANGLE, 1], pitch[RATE, 1]
+    faults[PITCH_STUCK + 1] = 1.0
+    pitch_advance(p, demand(0.5), faults, pitch, 0.0)
+    assert (pitch[ANGLE, 1], pitch[RATE, 1]) == (angle, rate)
+    pitch_advance(p, demand(0.5), faults, pitch, dt)
+    assert (pitch[ANGLE, 1], pitch[RATE, 1], pitch[ACCELERATION, 1]) == (angle, 0.0, -rate / dt)
+    assert pitch[ANGLE, 0] == pitch[ANGLE, 2] > angle
+    pitch_advance(p, demand(0.5), faults, pitch, dt)
+    assert (pitch[ANGLE, 1], pitch[ACCELERATION, 1]) == (angle, 0.0)
+    faults[PITCH_STUCK + 1] = 0.0
+    pitch_advance(p, demand(0.5), faults, pitch, dt)
+    assert 0.0 < pitch[RATE, 1] < 0.2 * rate

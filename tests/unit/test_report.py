@@ -47,6 +47,29 @@ def labelled(figure: Any) -> None:
             assert "[" in ax.get_xlabel()
 
 
+def test_what_happened_is_marked_and_listed() -> None:
+    """In every panel; entries that are close share a number; those outside the plot are left out."""
+    some = result("rotor_speed", "root_moment_out_of_plane_1")
+    entries = [
+        (2.0, "event", "grid lost"),
+        (2.1, "supervisor", "production -> stop"),
+        (15.0, "event", "grid lost: over"),
+    ]
+    some.meta["log"] = [{"time": t, "source": source, "what": what} for t, source, what in [*entries, (30.0, "x", "y")]]
+    figure = plot(some, ["RotSpeed", "RootMyc1"])
+    for ax in figure.axes:
+        assert [line.get_xdata()[0] for line in ax.lines[1:]] == [2.0, 2.1, 15.0]
+    assert [text.get_text() for text in figure.axes[0].texts] == ["1-2", "3"]
+    (legend,) = figure.legends
+    said = [text.get_text() for text in legend.get_texts()]
+    assert said == ["1: 2 s, grid lost", "2: 2.1 s, production -> stop", "3: 15 s, grid back"]
+    colours = [line.get_color() for line in figure.axes[0].lines[1:]]
+    assert colours[0] == colours[2] != colours[1]
+    assert not plot([some, some], ["RotSpeed"]).axes[0].texts
+    some.meta["log"] *= 5
+    assert [text.get_text() for text in plot(some, ["RotSpeed"]).legends[0].get_texts()][-1] == "and 4 more"
+
+
 def test_a_result_is_plotted_in_units_for_people() -> None:
     some = result("rotor_speed", "root_moment_out_of_plane_1")
     figure = plot(some, ["RotSpeed", "RootMyc1"])

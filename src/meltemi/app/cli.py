@@ -146,7 +146,7 @@ def run(
         case, folder = _case_of_options(target, given), Path()
     from meltemi.core.errors import Status
     from meltemi.core.yamlfile import write_record
-    from meltemi.loadcases.case import case_controller, case_turbine, case_wind, self_contained
+    from meltemi.loadcases.case import case_controller, case_start, case_turbine, case_wind, self_contained
     from meltemi.simulation.case import Stations
     from meltemi.simulation.model import build
     from meltemi.simulation.simulate import simulate
@@ -165,7 +165,9 @@ def run(
                 controller=law,
                 channels=case.channels,
                 output_step=case.output_step,
+                start=case_start(case, turbine),
                 stations=Stations(case.blade_stations, case.tower_stations),
+                events=case.events,
                 progress=progress,
             )
         files = _write(result, out, outb)
@@ -178,11 +180,16 @@ def run(
     print_table(f"{turbine.name}: {result.meta['wind']}", head, rows, text_columns=3)
     meta = result.meta
     print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
+    if result.log:
+        happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
+        print_table("What happened", ["time s", "source", "what", "reason"], happened, text_columns=4)
     print(
         f"{result.time[-1] if len(result.time) else 0.0:g} s simulated in {meta['run_seconds']:.2f} s: "
         f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "
         f"preparation {meta['prepare_seconds']:.1f} s, compilation {meta['compile_seconds']:.1f} s)"
     )
+    for entry in result.log:
+        print(f"t = {entry.time:.2f} s, {entry.source}: {entry.what}{f' ({entry.reason})' if entry.reason else ''}")
     for file in files:
         print(f"wrote {file}")
     for warning in result.warnings:

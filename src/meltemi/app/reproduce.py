@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -10,16 +11,17 @@ import typer
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
 from meltemi.core.errors import InputError, did_you_mean
 
-STUDIES = {"he2018": "combined individual pitch and flap control of the NREL 5 MW (Energies 11, 2519)"}
+STUDIES = {
+    "he2018": "combined individual pitch and flap control of the NREL 5 MW (Energies 11, 2519)",
+    "wang2021": "yaw-error thresholds, derating instead of shutdown (Front. Energy Res. 9, 711927)",
+}
 
 
 def reproduce(
     study: Annotated[str, typer.Argument(help="Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()))],
-    quick: Annotated[
-        bool, typer.Option("--quick", help="Two short seeds and few wind speeds: a look, nothing to judge by.")
-    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Few and short runs: a look, nothing to judge by.")] = False,
     rosco: Annotated[
-        bool, typer.Option("--rosco", help="Only this: its load control beside ROSCO's, on the same turbine.")
+        bool, typer.Option("--rosco", help="Only this, of he2018: its load control beside ROSCO's.")
     ] = False,
     workers: Annotated[int | None, typer.Option("--workers", help="Runs at a time [one for each core].")] = None,
     out: OutOption = Path("out"),
@@ -30,20 +32,18 @@ def reproduce(
     if workers is not None and workers < 1:
         raise InputError(f"--workers must be at least 1, found {workers}")
     if rosco:
+        if study != "he2018":
+            raise InputError(f"--rosco belongs to he2018; {study} has no such part")
         _duel(quick, workers, out)
         return
     with results_in(out):
-        from meltemi.studies.reproduce.he2018 import page
-        from meltemi.studies.reproduce.he2018.runs import QUICK, Setup
-
+        page = import_module(f"meltemi.studies.reproduce.{study}.page")
         with progress_bar(f"{study}") as progress:
-            runs, files = page.reproduce(
-                out, QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share)
-            )
-    for table in (page.brief_claims(runs), page.acceptance_table(runs), page.ceiling_table(runs)):
+            found = page.reproduce(out, quick=quick, workers=workers, progress=lambda share, what: progress(share))
+    for table in found.tables:
         print_table(table.caption, table.head, table.rows, text_columns=len(table.head))
-    print(page.lead(runs))
-    for file in files:
+    print(found.lead)
+    for file in found.files:
         print(f"wrote {file}")
 
 

@@ -2,9 +2,10 @@
 
 The pitch actuator is a second-order system stepped exactly under a held demand, then limited in rate
 and angle. Its ideal variant has the demanded angle at once and no rate, so it turns the blades
-without inertial loads.
+without inertial loads. A blade or flap that is stuck stops where it is; a blade that runs away goes to the end of its
+range at a rate of its own, as if that were demanded.
 
-Reference: docs/theory/control.md (C-10 to C-13).
+Reference: docs/theory/control.md (C-10 to C-13, C-55 to C-58).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from meltemi.aero.flaps import ACCELERATION as FLAP_ACCELERATION
 from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
 from meltemi.aero.flaps import RATE as FLAP_RATE
 from meltemi.aero.flaps import SWITCHES as FLAP_SWITCHES
+from meltemi.control import faults as f
 from meltemi.control import signals as s
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import MAX_BLADES, table
@@ -38,6 +40,9 @@ ACTUATOR = table(
     pitch_maximum     | rad   | limit
     brake_torque      | N m   | of the full brake, on the generator's shaft
     yaw_rate          | rad/s | limit of the yaw drive
+    yaw_acceleration  | rad/s^2 | of the yaw drive; 0: its rate is there at once
+    yaw_friction      | N m   | of the bearing while it turns
+    yaw_hold          | N m   | at which the standing drive slips; negative: never
     pitch_offset blades | rad | by which each blade stands beyond what its actuator believes
     """,
 )
@@ -46,7 +51,9 @@ ACTUATOR = table(
 PITCH_IDEAL, PITCH_FREQUENCY, PITCH_DAMPING, PITCH_RATE, PITCH_MINIMUM, PITCH_MAXIMUM = ACTUATOR.slots(
     "pitch_ideal pitch_frequency pitch_damping pitch_rate pitch_minimum pitch_maximum"
 )
-BRAKE_TORQUE, YAW_RATE, OFFSET = ACTUATOR.slots("brake_torque yaw_rate pitch_offset")
+BRAKE_TORQUE, YAW_RATE, YAW_ACCELERATION, YAW_FRICTION, YAW_HOLD, OFFSET = ACTUATOR.slots(
+    "brake_torque yaw_rate yaw_acceleration yaw_friction yaw_hold pitch_offset"
+)
 
 PITCH = table(
     "pitch",
@@ -114,20 +121,29 @@ def limited_step(
 
 
 @kernel
-def pitch_advance(p: Float, demands: Float, pitch: Float, dt: float) -> None:
+def pitch_advance(p: Float, demands: Float, faults: Float, pitch: Float, dt: float) -> None:
     """Pitch angles after ``dt`` under held demands; with the ideal actuator at once."""
     for b in range(pitch.shape[1]):
-        demand = demands[s.PITCH_DEMAND + b]
+        if faults[f.PITCH_STUCK + b] > 0.0:
+            if dt > 0.0:
+                pitch[ACCELERATION, b] = -pitch[RATE, b] / dt
+                pitch[RATE, b] = 0.0
+            continue
+        demand, most, run = demands[s.PITCH_DEMAND + b], p[PITCH_RATE], faults[f.PITCH_RUN + b]
+        if run != 0.0:
+            demand, most = (p[PITCH_MAXIMUM] if run > 0.0 else p[PITCH_MINIMUM]), abs(run)
         if dt > 0.0:
             pitch[SWITCHES, b] += crossed(demand - p[PITCH_MINIMUM]) + crossed(demand - p[PITCH_MAXIMUM])
         demand = min(max(demand, p[PITCH_MINIMUM]), p[PITCH_MAXIMUM])
         angle, rate = pitch[ANGLE, b] - p[OFFSET + b], pitch[RATE, b]
         if p[PITCH_IDEAL] > 0.0:
+            if run != 0.0:
+                demand = min(max(demand, angle - most * dt), angle + most * dt)
             pitch[ANGLE, b] = demand + p[OFFSET + b]
             continue
         if dt <= 0.0:
             continue
-        w, z, most = p[PITCH_FREQUENCY], p[PITCH_DAMPING], p[PITCH_RATE]
+        w, z = p[PITCH_FREQUENCY], p[PITCH_DAMPING]
         new, new_rate, switches = limited_step(angle, rate, demand, w, z, most, p[PITCH_MINIMUM], p[PITCH_MAXIMUM], dt)
         pitch[SWITCHES, b] += switches
         pitch[ANGLE, b] = new + p[OFFSET + b]
@@ -155,10 +171,15 @@ F_IDEAL, F_FREQUENCY, F_DAMPING, F_RATE, F_MINIMUM, F_MAXIMUM = FLAP_ACTUATOR.sl
 
 
 @kernel
-def flap_advance(p: Float, demands: Float, flap: Float, dt: float) -> None:
+def flap_advance(p: Float, demands: Float, faults: Float, flap: Float, dt: float) -> None:
     """Deflections after ``dt`` under held demands; with ideal actuators at once, within their limits."""
     for j in range(flap.shape[1]):
         for b in range(flap.shape[2]):
+            if faults[f.FLAP_STUCK + MAX_BLADES * j + b] > 0.0:
+                if dt > 0.0:
+                    flap[FLAP_ACCELERATION, j, b] = -flap[FLAP_RATE, j, b] / dt
+                    flap[FLAP_RATE, j, b] = 0.0
+                continue
             demand = demands[s.FLAP_DEMAND + MAX_BLADES * j + b]
             low, high, most = p[F_MINIMUM, j], p[F_MAXIMUM, j], p[F_RATE, j]
             if dt > 0.0:
@@ -180,10 +201,58 @@ def flap_advance(p: Float, demands: Float, flap: Float, dt: float) -> None:
 
 
 @kernel
-def drive_advance(p: Float, demands: Float, drive: Float, dt: float) -> None:
-    """Generator torque, brake and yaw drive under held demands."""
-    drive[ex.GENERATOR_TORQUE] = demands[s.GENERATOR_TORQUE]
-    drive[ex.BRAKE_TORQUE] = p[BRAKE_TORQUE] * min(max(demands[s.BRAKE], 0.0), 1.0)
-    rate = min(max(demands[s.YAW_RATE_DEMAND], -p[YAW_RATE]), p[YAW_RATE])
-    drive[ex.YAW_COMMAND_RATE] = rate
-    drive[ex.YAW_COMMAND] += rate * dt
+def drive_advance(p: Float, demands: Float, faults: Float, drive: Float) -> None:
+    """Generator torque and brake under held demands."""
+    drive[ex.GENERATOR_TORQUE] = demands[s.GENERATOR_TORQUE] * faults[f.GRID] * faults[f.GENERATOR]
+    share = max(demands[s.BRAKE] * faults[f.BRAKE], faults[f.BRAKE_APPLIED])
+    drive[ex.BRAKE_TORQUE] = p[BRAKE_TORQUE] * min(max(share, 0.0), 1.0)
+
+
+@kernel
+def slid(rest: float, angle: float, most: float) -> float:
+    """Angle at which a spring is free that slides where it would be stretched by more than ``most`` (C-57)."""
+    return min(max(rest, angle - most), angle + most)
+
+
+@kernel
+def yaw_advance(
+    p: Float, stiffness: float, demands: Float, faults: Float, drive: Float, angle: float, speed: float, dt: float
+) -> None:
+    """Yaw drive, its brake and the bearing's friction after ``dt`` under a held demand (C-55 to C-58).
+
+    Args:
+      stiffness: [N m/rad] of the bearing.
+      angle: [rad] of the nacelle, after ``dt``.
+      speed: [rad/s] of the same.
+    """
+    most, a, friction = p[YAW_RATE], p[YAW_ACCELERATION], p[YAW_FRICTION]
+    target = min(max(demands[s.YAW_RATE_DEMAND] * faults[f.YAW_DRIVE], -most), most)
+    before = drive[ex.YAW_DRIVE_RATE]
+    if a > 0.0:
+        # towards the target at constant acceleration, then at its rate
+        change = min(max(target - before, -a * dt), a * dt)
+        rate = target if abs(target - before) <= a * dt else before + change
+        drive[ex.YAW_COMMAND] += rate * dt - 0.5 * change * abs(change) / a
+    else:
+        rate = target
+        drive[ex.YAW_COMMAND] += rate * dt
+    drive[ex.YAW_DRIVE_RATE] = rate
+    stands = rate == 0.0 and target == 0.0
+    if friction > 0.0:
+        rubs = drive[ex.YAW_HELD] == 0.0 or not stands
+        if rubs and drive[ex.YAW_RUBS] == 0.0:
+            drive[ex.YAW_REST], drive[ex.YAW_REST_RATE] = angle, speed
+        elif drive[ex.YAW_RUBS] > 0.0 and not rubs:
+            drive[ex.YAW_COMMAND] += drive[ex.YAW_REST] - angle  # the brake takes over what the friction held
+        drive[ex.YAW_RUBS] = 1.0 if rubs else 0.0
+        if dt > 0.0:
+            rest = slid(drive[ex.YAW_REST], angle, friction / stiffness)
+            drive[ex.YAW_REST_RATE] = speed if rest != drive[ex.YAW_REST] else 0.0 * speed
+            drive[ex.YAW_REST] = rest
+    if not stands or before != 0.0 or p[YAW_HOLD] < 0.0:
+        drive[ex.YAW_COMMAND_RATE] = rate
+    elif dt > 0.0 and drive[ex.YAW_HELD] > 0.0:
+        drive[ex.YAW_SWITCHES] += crossed(stiffness * abs(angle - drive[ex.YAW_COMMAND]) - p[YAW_HOLD])
+        command = slid(drive[ex.YAW_COMMAND], angle, p[YAW_HOLD] / stiffness)
+        drive[ex.YAW_COMMAND_RATE] = speed if command != drive[ex.YAW_COMMAND] else 0.0 * speed
+        drive[ex.YAW_COMMAND] = command

@@ -84,6 +84,7 @@ class Controller:
       init: gives the state vector for a start point; by default one zero.
       sample_time: [s] between calls; None calls it every time step.
       name: for messages.
+      yaws: whether it asks the yaw drive for a rate; then the model's yaw has to be driven.
       uses_loads: whether it reads loads, accelerations or wind; a run is a little faster when it does not.
       state_names: of the entries of the state vector, for derivatives by them. In one of the name ``switches`` update
         may sum what ``meltemi.maths.generic.crossed`` gives for the distance from each of its switches.
@@ -99,6 +100,7 @@ class Controller:
     sample_time: float | None = None
     name: str = ""
     uses_loads: bool = True
+    yaws: bool = False
     state_names: tuple[str, ...] = ()
     warnings: Callable[[Vector], Sequence[str]] | None = None
     log: Callable[[Vector], Sequence[LogEntry]] | None = None

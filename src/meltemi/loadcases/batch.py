@@ -10,7 +10,7 @@ is asked for the next one when a worker is free. So memory holds as many fields 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +22,7 @@ from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.postprocess.files import write_netcdf
 from meltemi.simulation.case import Stations
 from meltemi.simulation.channels import DEFAULT
+from meltemi.simulation.events import Happening
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, march
@@ -55,6 +56,7 @@ class BatchCase:
     output_step: float = 0.05
     start: OperatingPoint | Start | None = None
     stations: Stations | None = None
+    events: Sequence[Happening | Mapping[str, Any]] = ()
     name: str = ""
 
 
@@ -221,4 +223,5 @@ def prepare(case: BatchCase) -> Simulation:
         output_step=case.output_step,
         start=case.start,
         stations=case.stations,
+        events=case.events,
     )

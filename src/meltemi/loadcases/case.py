@@ -5,17 +5,24 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import find_rosco
 from meltemi.control.controller import Controller
+from meltemi.control.load_control import LoadControl
+from meltemi.control.supervisor.settings import Supervision, limits
+from meltemi.control.supervisor.supervised import supervised
+from meltemi.control.supervisor.threshold import YawProtection
+from meltemi.control.yaw import YawControl, yaw_control
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
 from meltemi.environment.site import Environment
 from meltemi.simulation.channels import DEFAULT
+from meltemi.simulation.events import Event, Happening, conflict
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.start import Start
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.files import read_hub_csv, read_wind
@@ -96,6 +103,8 @@ class BaselineCase(Record):
     """The baseline controller with the turbine's settings."""
 
     kind: Literal["baseline"] = "baseline"
+    yaw: YawControl | None = None
+    """An active yaw beside it, which needs ``options: {yaw: driven}``; none by default."""
 
 
 class LibraryCase(Record):
@@ -116,8 +125,32 @@ class LibraryCase(Record):
     """[s] of wall time that a call may take, the first one three times as long."""
 
 
+class SupervisedCase(Record):
+    """Supervisory control: starts, stops and protects the turbine."""
+
+    kind: Literal["supervised"]
+    supervision: Supervision = Supervision()
+    """When it starts, stops and trips."""
+    load: LoadControl | None = None
+    """Load control in production; none leaves the collective law."""
+    yaw: YawControl | None = None
+    """Turns the nacelle; needs options: {yaw: driven}."""
+    protection: YawProtection | None = None
+    """Against yaw errors."""
+    sample_time: float | None = Field(default=None, gt=0.0)
+    """[s] between calls; by default every time step."""
+
+
 WindCase = Annotated[SteadyCase | TurbulenceCase | IecCase | FileCase, Field(discriminator="kind")]
-ControllerCase = Annotated[BaselineCase | LibraryCase, Field(discriminator="kind")]
+ControllerCase = Annotated[BaselineCase | LibraryCase | SupervisedCase, Field(discriminator="kind")]
+
+
+def _within(event: Happening, info: ValidationInfo) -> Happening:
+    """Here, and not at the case, so that a message has the event's line."""
+    duration = info.data.get("duration", event.at)
+    if event.at > duration:
+        raise ValueError(f"at {event.at:g} s is after the end of the run at {duration:g} s (duration)")
+    return event
 
 
 class LoadCase(Record):
@@ -127,6 +160,9 @@ class LoadCase(Record):
     """Name in the library or path of a YAML file."""
     wind: WindCase
     controller: ControllerCase = BaselineCase()
+    start: Literal["operating", "standstill", "idling"] = "operating"
+    """Where the run begins: in steady operation, or with a feathered rotor at rest that starts when the wind is right
+    (``standstill``) or stays until the operator's word (``idling``); the last two need the supervised controller."""
     duration: float = Field(gt=0.0, le=1e6)
     """[s]."""
     channels: tuple[str, ...] = tuple(DEFAULT)
@@ -137,6 +173,8 @@ class LoadCase(Record):
     """[m] from the blade root: further places for section loads."""
     tower_stations: tuple[float, ...] = ()
     """[m] above the tower base: further places for section loads."""
+    events: tuple[Annotated[Event, AfterValidator(_within)], ...] = ()
+    """Faults, grid losses and requests, each with its time."""
     options: ModelOptions = ModelOptions()
     environment: Environment = Environment()
 
@@ -144,6 +182,12 @@ class LoadCase(Record):
     def _check(self) -> Self:
         if not self.channels:
             raise ValueError("channels: name at least one")
+        if words := conflict(self.events):
+            raise ValueError(words)
+        if self.start != "operating" and not isinstance(self.controller, SupervisedCase):
+            raise ValueError(
+                f"start: {self.start} needs a controller that can start the turbine: controller: {{kind: supervised}}"
+            )
         return self
 
 
@@ -180,16 +224,29 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
 
 
 def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controller | None:
-    """The controller of a case, None for the baseline one; paths are relative to ``folder``."""
+    """The controller of a case, None for the plain baseline one; paths are relative to ``folder``."""
     c = case.controller
     if isinstance(c, BaselineCase):
-        return None
+        return None if c.yaw is None else yaw_control(turbine, c.yaw)
+    if isinstance(c, SupervisedCase):
+        settings = c.supervision
+        if case.start != "operating":
+            settings = settings.replace(begin="standby" if case.start == "standstill" else "idling")
+        return supervised(turbine, settings, load=c.load, yaw=c.yaw, protection=c.protection, sample_time=c.sample_time)
     return bladed_controller(
         turbine,
         find_rosco() if c.library == ROSCO else folder / c.library,
         None if c.input is None else folder / c.input,
         **c.model_dump(exclude={"kind", "library", "input"}),
     )
+
+
+def case_start(case: LoadCase, turbine: Turbine) -> Start | None:
+    """Where the run of a case begins; None for steady operation."""
+    if case.start == "operating" or not isinstance(case.controller, SupervisedCase):
+        return None
+    feather = limits(turbine, case.controller.supervision)["feather"]
+    return Start(rotor_speed=0.0, pitch=feather)
 
 
 def case_wind(case: LoadCase, turbine: Turbine, folder: Path) -> AnyWind:
@@ -228,7 +285,9 @@ wind:
 duration: 60.0               # s
 
 controller: {kind: baseline}
+# controller: {kind: baseline, yaw: {dead_band: 0.14}}           # turns into the wind; with options: {yaw: driven}
 # controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
+# controller: {kind: supervised}         # starts, stops and protects; then also   start: standstill
 
 output_step: 0.05            # s between records
 channels:                    # `meltemi channels` lists them; OpenFAST's names are understood
@@ -244,6 +303,13 @@ channels:                    # `meltemi channels` lists them; OpenFAST's names a
 
 blade_stations: [20.0, 40.0] # m from the root: section loads there are channels station_1_..., station_2_...
 tower_stations: [43.8]       # m above the base
+
+events: []                   # faults, grid losses and requests; docs: events. For instance
+# events:
+#   - {at: 40.0, type: pitch_stuck, blade: 2, until: 50.0}
+#   - {at: 45.0, type: grid_loss}
+#   - {at: 30.0, type: sensor_offset, sensor: generator_speed, offset: 2.0}
+#   - {at: 50.0, type: request, request: normal_stop}
 
 options:                     # docs: options; defaults are shown
   flap_modes: 2              # modes of each blade; by default more for blades of 6 x 6 sections

@@ -74,10 +74,61 @@ def plot_channel(
     return ax
 
 
+MARK_COLOURS = {"event": "#d1495b"}
+"""Of what is not a controller's, by the source of a log entry."""
+MOST_MARKS = 12
+"""Log entries that are listed below a plot; of more, the first ones."""
+NEAR = 0.02
+"""Share of the time axis within which marks stand under one number."""
+
+
+def mark_log(result: Result, axes: Sequence[Axes]) -> None:
+    """Thin numbered lines where something happened in a run, and below the panels what it was."""
+    from matplotlib.lines import Line2D
+
+    inside = [entry for entry in result.log if result.time[0] <= entry.time <= result.time[-1]]
+    if not inside:
+        return
+    near = NEAR * float(result.time[-1] - result.time[0])
+    handles: list[Line2D] = []
+    groups: list[tuple[float, list[int]]] = []
+    for number, entry in enumerate(inside, 1):
+        look: dict[str, Any] = {
+            "color": MARK_COLOURS.get(entry.source, COLOURS[4]),
+            "linewidth": 0.8,
+            "linestyle": (0, (4, 2)),
+        }
+        for ax in axes:
+            ax.axvline(entry.time, zorder=1.0, **look)
+        if not groups or entry.time - groups[-1][0] > near:
+            groups.append((entry.time, []))
+        groups[-1][1].append(number)
+        said = f"{number}: {entry.time:g} s, {entry.what}"
+        handles.append(Line2D([], [], label=said if len(said) <= 75 else said[:72] + "...", **look))
+    for time, numbers in groups:
+        text = str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]}-{numbers[-1]}"
+        place: dict[str, Any] = {
+            "xycoords": ("data", "axes fraction"),
+            "xytext": (2, -1),
+            "textcoords": "offset points",
+        }
+        axes[0].annotate(text, (time, 1.0), va="top", fontsize=7, color=INK, **place)
+    if len(handles) > MOST_MARKS:
+        handles = [
+            *handles[: MOST_MARKS - 1],
+            Line2D([], [], label=f"and {len(handles) - MOST_MARKS + 1} more", alpha=0.0),
+        ]
+    axes[0].figure.legend(
+        handles=handles, loc="outside lower left", ncols=min(2, len(handles)), fontsize=7, frameon=False
+    )
+
+
 def plot(
     results: Result | Sequence[Result], channels: Sequence[str] | None = None, labels: Sequence[str] | None = None
 ) -> Figure:
     """Series of one result, or of several on top of each other; by default the channels everyone wants.
+
+    What a single result has in its log is marked and listed.
 
     Raises:
       InputError: nothing to plot.
@@ -95,6 +146,8 @@ def plot(
             text = labels[j] if labels else str(result.meta.get("turbine", j))
             plot_channel(result, name, axes[i, 0], text, COLOURS[j % len(COLOURS)])
     axes[-1, 0].set_xlabel("time [s]")
+    if len(several) == 1 and len(several[0].time):
+        mark_log(several[0], axes[:, 0])
     if len(several) > 1:
         above = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "frameon": False, "borderpad": 0.0}
         axes[0, 0].legend(fontsize=8, ncols=len(several), **above)

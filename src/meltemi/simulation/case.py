@@ -20,6 +20,7 @@ from meltemi.aero.rotor import derivatives, settle
 from meltemi.aero.tables import AERO_NODE, FLOW, INFLOW, MEMORY, ROTOR, STALL, TOWER_FLOW
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
+from meltemi.control.faults import healthy
 from meltemi.control.signals import (
     DEMANDS,
     GRID,
@@ -251,6 +252,7 @@ class Case:
             "tower_weight": model.tower_weight,
             "tower_nodes": model.tower_nodes,
             "tower_shape": filled("tower_shape", model.tower_shape, tower_fill),
+            "faults": healthy(),
             "actuators": model.actuators,
             "aero": model.aero,
             "aero_options": model.aero_options.copy(),
@@ -296,7 +298,7 @@ class Case:
         for name in REPORTS:
             most[name] = np.inf
         self.measured[GRID], self.measured[POWER_LIMIT] = 1.0, np.inf
-        self.events = np.zeros((0, 4))
+        self.events = np.zeros((0, 3))
         self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
         self.spare = np.zeros_like(self.aero_state.vector)
         self.clock = np.zeros(N_CLOCK, dtype=np.int64)

@@ -13,7 +13,7 @@ from meltemi.simulation.step import evaluate
 from meltemi.structure.dynamics import STIFFNESS, WEIGHT
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.structure.tables import BLADE_NODE, GEAR_MODE, STRUCTURE
-from meltemi.turbine.exchange import FRAME, MACHINE, MOTION, YAW_COMMAND, YAW_HELD
+from meltemi.turbine.exchange import FRAME, MACHINE, MOTION, YAW_COMMAND, YAW_HELD, YAW_REST, YAW_RUBS
 
 
 def mechanical_energy(case: Case) -> tuple[float, float, float]:
@@ -34,7 +34,8 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
     q_blade = q[n:].reshape(model.n_blades, -1)
     matrix = model.tower_matrix
     elastic = 0.5 * tower @ matrix[STIFFNESS] @ tower
-    elastic += 0.5 * (float(p["shaft_stiffness"]) * twist**2 + float(p["yaw_stiffness"]) * yaw**2)
+    rubbed = drive[YAW_RUBS] * (q[len(tower) + YAW] - drive[YAW_REST])
+    elastic += 0.5 * (float(p["shaft_stiffness"]) * twist**2 + float(p["yaw_stiffness"]) * (yaw**2 + rubbed**2))
     elastic += 0.5 * np.einsum("bk,bkl,bl->", q_blade, model.modal[0], q_blade)
 
     machine = View(MACHINE, case["machine"])

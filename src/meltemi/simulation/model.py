@@ -656,5 +656,8 @@ def _actuators(turbine: Turbine, options: ModelOptions) -> Float:
     v["pitch_frequency"], v["pitch_damping"], v["pitch_rate"] = a.natural_frequency, a.damping_ratio, a.rate_limit
     v["pitch_minimum"], v["pitch_maximum"] = a.minimum, a.maximum
     v["brake_torque"] = turbine.drivetrain.brake_torque
-    v["yaw_rate"] = turbine.yaw.rate if options.yaw == "driven" else 0.0
+    yaw = turbine.yaw
+    v["yaw_rate"] = yaw.rate if options.yaw == "driven" else 0.0
+    v["yaw_acceleration"], v["yaw_friction"] = yaw.acceleration or 0.0, yaw.friction
+    v["yaw_hold"] = -1.0 if yaw.brake_torque is None else yaw.brake_torque + yaw.friction
     return array

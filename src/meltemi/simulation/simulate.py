@@ -7,7 +7,7 @@ import math
 import platform
 import time as clock_time
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
@@ -21,7 +21,8 @@ from numba import types
 
 from meltemi.control import fixed
 from meltemi.control.baseline import baseline
-from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, StartPoint
+from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, LogEntry, StartPoint
+from meltemi.control.faults import happen, report
 from meltemi.control.signals import DEMANDS, MEASUREMENTS
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.kernel import compile_seconds, kernel_for
@@ -30,6 +31,7 @@ from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case, Numbers, Stations
 from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
+from meltemi.simulation.events import Happening, read_events, schedule
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import time_step
 from meltemi.simulation.points import shared_point
@@ -53,6 +55,7 @@ def simulate(
     output_step: float = 0.05,
     start: OperatingPoint | Start | None = None,
     stations: Stations | None = None,
+    events: Iterable[Happening | Mapping[str, Any]] = (),
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Simulate a model in a wind.
@@ -69,6 +72,8 @@ def simulate(
       output_step: [s] between records; a multiple of the time step.
       start: operating point or initial conditions to start from.
       stations: further places for section loads.
+      events: faults, grid losses and requests, as records or as keys and values:
+        ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
       progress: called with the share that is done.
 
     Returns:
@@ -87,6 +92,7 @@ def simulate(
         output_step=output_step,
         start=start,
         stations=stations,
+        events=events,
     )
     march(run, progress)
     return run.result()
@@ -135,6 +141,7 @@ class Simulation:
         output_step: float = 0.05,
         start: OperatingPoint | Start | None = None,
         stations: Stations | None = None,
+        events: Iterable[Happening | Mapping[str, Any]] = (),
         numbers: Numbers = "lanes",
         prepare: Callable[[Case], None] | None = None,
     ) -> None:
@@ -147,6 +154,9 @@ class Simulation:
         every_output = _multiple(output_step, dt, "output_step")
         stations = stations or Stations()
         chosen = choose(model, channels, stations)
+        n_steps = round(duration / dt) + 1
+        self.events = read_events(events)
+        planned = schedule(self.events, turbine, dt, n_steps)
         began, compiled = clock_time.perf_counter(), compile_seconds()
         wind = realised(wind, turbine, duration)
         reach = turbine.nacelle.overhang + turbine.rotor_radius * math.sin(turbine.hub.precone + turbine.nacelle.tilt)
@@ -156,10 +166,16 @@ class Simulation:
         controller = controller or baseline(turbine.control)
         if not isinstance(controller, Controller):
             raise InputError(f"controller: expected a meltemi.Controller, found {type(controller).__name__}")
+        if controller.yaws and model.options.yaw != "driven":
+            raise InputError(
+                f"controller {controller.name!r} turns the nacelle, but the model's yaw is {model.options.yaw!r}: "
+                'build it with ModelOptions(yaw="driven"), or in a file options: {yaw: driven}'
+            )
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
         start = start or shared_point(model, wind)
         case = Case(model, wind, stations, numbers=numbers)
+        case.events, self._planned = planned.rows, planned.log
         entry = case.bind(controller, first_point(model, wind, start))
         if case.controller.close is not None:
             weakref.finalize(self, case.controller.close)  # of a run that nobody marches to its end
@@ -181,7 +197,7 @@ class Simulation:
             "generator_torque": float(start.generator_torque),
         }
         self.dt, self.duration, self.channels = dt, duration, tuple(chosen)
-        self.n_steps = round(duration / dt) + 1
+        self.n_steps = n_steps
         self.interrupted = False
         self.output_step = every_output * dt
         self._output = np.full(((self.n_steps - 1) // every_output + 1, len(chosen)), np.nan)
@@ -199,6 +215,7 @@ class Simulation:
             case.a_old,
             case.clock,
             case.controller_state,
+            case["faults"],
         )
         self._begin = tuple(array.copy() for array in self._moving)
         self._sensors = sample_arguments(case)
@@ -291,13 +308,25 @@ class Simulation:
 
     def _measure(self) -> View:
         case = self.case
-        step.sample(int(case.clock[step.STEP]) * self.dt, *self._sensors)
+        now = int(case.clock[step.STEP])
+        step.sample(now * self.dt, *self._sensors)
+        if len(case.events):
+            case.clock[step.NEXT_EVENT] = happen(now, int(case.clock[step.NEXT_EVENT]), case.events, case["faults"])
+            if case.clock[step.NEXT_EVENT] > 0:
+                report(now * self.dt, case["faults"], case.measured)
         return View(MEASUREMENTS, case.measured.copy())  # of its own, so it stays as it is
 
     def motion(self) -> tuple[Any, Any]:
         """Coordinates and velocities at the last instant that was computed."""
         case, h = self.case, self.dt
         return case["q"] - h * (case.v_old + 0.5 * h * case.a_old), case.v_old.copy()
+
+    def log(self) -> list[LogEntry]:
+        """What has happened so far, by time; an event comes before what a controller makes of it."""
+        entries = [entry for at, entry in self._planned if at < self.case.clock[step.STEP]]
+        if self.controller.log is not None:
+            entries += self.controller.log(self.case.controller_state)
+        return sorted(entries, key=lambda entry: entry.time)
 
     def result(self) -> Result:
         """What has been recorded so far."""
@@ -312,8 +341,8 @@ class Simulation:
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
         if self.controller.warnings is not None:
             meta["warnings"] = noticed(self.controller, self.case.controller_state)
-        if self.controller.log is not None:
-            meta["log"] = [asdict(entry) for entry in self.controller.log(self.case.controller_state)]
+        if self.controller.log is not None or self.events:
+            meta["log"] = [asdict(entry) for entry in self.log()]
         return Result(
             time=np.arange(rows, dtype=float) * self.output_step,
             data=data,
@@ -512,6 +541,7 @@ def describe(run: Simulation) -> dict[str, Any]:
         "time_step": run.dt,
         "duration": run.duration,
         "output_step": run.output_step,
+        "events": [event.model_dump(mode="json", exclude_none=True) for event in run.events],
         "channels": [channel.name for channel in run.channels],
         "python": platform.python_version(),
         "numba": numba.__version__,

@@ -2,9 +2,9 @@
 
 ``evaluate`` computes everything at one instant. ``advance`` marches: at each instant, in this order,
 
-1. sample: measurements from the state (with the extrapolated velocity) and the last loads;
-2. control, when its sample time has come: demands;
-3. events that are due;
+1. events that are due;
+2. sample: measurements from the state (with the extrapolated velocity) and the last loads, as the sensors report them;
+3. control, when its sample time has come: demands;
 4. actuators: they have moved under the demands so far, the ideal ones follow the new ones at once;
 5. physics: ``evaluate``, which completes the velocities of the step that ends here;
 6. record, when an output is due;
@@ -37,14 +37,15 @@ from meltemi.aero.rotor import AIR_DENSITY, disk_averages, loads, quasi_steady, 
 from meltemi.aero.tables import AERO_OPTIONS
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control import signals as sg
-from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance, pitch_advance
+from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance, pitch_advance, yaw_advance
+from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import MAX_BLADES, table
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, blade_frames, blade_motion, nacelle_and_hub, tower_top
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT, YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
 from meltemi.structure.section_loads import (
     APEX_MOMENT,
     R_MOMENT,
@@ -109,7 +110,7 @@ LOAD_PARTS = (
 ).split()
 """Arrays of :func:`section_loads`, in the order of its arguments; then the summary."""
 RUN_PARTS = (
-    "controller_state measured demands actuators flap_actuators v_old a_old spare aero_state signals output"
+    "controller_state measured demands faults actuators flap_actuators v_old a_old spare aero_state signals output"
 ).split()
 """Arrays of a run under way, see :func:`advance`."""
 ROOT, CHAIN = LOAD_PARTS.index("root"), LOAD_PARTS.index("chain")
@@ -122,8 +123,8 @@ LOCKED, CORE_MASS, CORE_FORCE, ARM_MASS, COUPLING, ARM_FORCE = (
 )
 
 (TOWER_DRAG,) = AERO_OPTIONS.slots("tower_drag")
-GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT = STRUCTURE.slots(
-    "gear_ratio tower_base tower_length shaft_height overhang tilt"
+GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, YAW_STIFFNESS = STRUCTURE.slots(
+    "gear_ratio tower_base tower_length shaft_height overhang tilt yaw_stiffness"
 )
 
 
@@ -513,6 +514,7 @@ def advance(
     """March ``n_steps`` instants, or until something ends the run (``clock[STATUS]``).
 
     Args:
+      events: (n, 3) see ``control.faults.happen``.
       index: (channels,) places in the signals, recorded in the columns of the output.
       run: arrays RUN_PARTS. ``v_old`` and ``a_old`` are velocities and accelerations of the last instant,
         ``aero_state`` are states and memory of inflow and stall as one vector, ``spare`` a copy of it for
@@ -523,6 +525,7 @@ def advance(
         controller_state,
         measured,
         demands,
+        faults,
         actuators,
         flap_actuators,
         v_old,
@@ -537,13 +540,17 @@ def advance(
     pitch, drive, flap = seen[P_PITCH], seen[P_DRIVE], seen[P_FLAP]
     gear_modes, gears = seen[GEAR_MODES], seen[GEARS]
     root, chain, summary = loads_seen[ROOT], loads_seen[CHAIN], loads_seen[-1]
+    yaw = n_core - N_SHAFT + YAW
     for _ in range(n_steps):
         step = clock[STEP]
         t = step * dt
+        clock[NEXT_EVENT] = happen(step, clock[NEXT_EVENT], events, faults)
         if step % clock[EVERY_CONTROL] == 0:
             sample(
                 t, q, v, n_core, structure, drive, pitch, flap, actuators, root, chain, summary, efficiency, measured
             )
+            if clock[NEXT_EVENT] > 0:
+                report(t, faults, measured)
             try:
                 controller(controller_state, measured, demands, clock[EVERY_CONTROL] * dt)
             except Exception:
@@ -552,11 +559,10 @@ def advance(
                 clock[STATUS] = CONTROLLER_DEMAND
             if clock[STATUS] != OK:
                 return
-        while clock[NEXT_EVENT] < events.shape[0] and events[clock[NEXT_EVENT], 0] <= t:
-            clock[NEXT_EVENT] += 1
-        pitch_advance(actuators, demands, pitch, 0.0)
-        drive_advance(actuators, demands, drive, 0.0)
-        flap_advance(flap_actuators, demands, flap, 0.0)
+        pitch_advance(actuators, demands, faults, pitch, 0.0)
+        drive_advance(actuators, demands, faults, drive)
+        yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], 0.0)
+        flap_advance(flap_actuators, demands, faults, flap, 0.0)
         # physics at t: complete the velocities of the step that ends here
         behind = dt if step > 0 else 0.0
         for i in range(1 + clock[CORRECTIONS]):
@@ -592,7 +598,7 @@ def advance(
             v_old[j] = v_now
             a_old[j] = a_now
         gear_begin(dt, gear_modes, gears)
-        pitch_advance(actuators, demands, pitch, dt)
-        drive_advance(actuators, demands, drive, dt)
-        flap_advance(flap_actuators, demands, flap, dt)
+        pitch_advance(actuators, demands, faults, pitch, dt)
+        yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], dt)
+        flap_advance(flap_actuators, demands, faults, flap, dt)
         clock[STEP] = step + 1

@@ -263,6 +263,7 @@ def assemble(
 
     nacelle(n_tower, p, columns, machine, gravity, core_mass, core_force)
     drivetrain(n_tower, q, v, p, drive, columns, machine, core_mass, core_force)
+    yaw_bearing(n_tower + YAW, q, v, p, drive, core_force)
     gear_equations(dt, n_tower, v, p, gear_modes, gears, columns, machine, core_mass, core_force)
 
 
@@ -298,8 +299,8 @@ def drivetrain(
     core_mass: Float,
     core_force: Float,
 ) -> None:
-    """Add generator, shaft, brake and yaw bearing (S-37 to S-40)."""
-    g, t, y = n_tower + GENERATOR, n_tower + TORSION, n_tower + YAW
+    """Add generator, shaft and brake (S-37 to S-39)."""
+    g, t = n_tower + GENERATOR, n_tower + TORSION
     ratio, Jg = p[GEAR_RATIO], p[GENERATOR_INERTIA]
     turns = p[SENSE] * ratio
     shaft, w_n = vec1(machine, ex.SHAFT), vec1(machine, ex.NACELLE_SPIN)
@@ -320,8 +321,22 @@ def drivetrain(
     held = held / p[GEARBOX] if held >= 0.0 else held * p[GEARBOX]
     core_force[g] -= ratio * held + turns * dot(shaft, known)
     core_force[t] -= p[SHAFT_STIFFNESS] * q[t] + p[SHAFT_DAMPING] * v[t]
+
+
+@kernel
+def yaw_bearing(y: int, q: Float, v: Float, p: Float, drive: Float, core_force: Float) -> None:
+    """Add the yaw bearing: drive and brake behind a spring and a damper, and friction behind the same (S-40)."""
     twist, twist_rate = q[y] - drive[ex.YAW_COMMAND], v[y] - drive[ex.YAW_COMMAND_RATE]
-    core_force[y] -= drive[ex.YAW_HELD] * (p[YAW_STIFFNESS] * twist + p[YAW_DAMPING] * twist_rate)
+    held = drive[ex.YAW_HELD] * (p[YAW_STIFFNESS] * twist + p[YAW_DAMPING] * twist_rate)
+    core_force[y] -= held
+    drive[ex.YAW_DRIVE_TORQUE] = -held
+    if drive[ex.YAW_RUBS] > 0.0:
+        twist, twist_rate = q[y] - drive[ex.YAW_REST], v[y] - drive[ex.YAW_REST_RATE]
+        rubbed = p[YAW_STIFFNESS] * twist + p[YAW_DAMPING] * twist_rate
+        core_force[y] -= rubbed
+        drive[ex.YAW_FRICTION_TORQUE] = -rubbed
+    else:
+        drive[ex.YAW_FRICTION_TORQUE] = 0.0
 
 
 @kernel

@@ -73,6 +73,7 @@ R_FORCE, R_MOMENT, R_PITCHED_FORCE, R_PITCHED_MOMENT, R_TIP, R_PITCHED_TIP, R_TI
 APEX_FORCE, APEX_MOMENT, ROTATING_FORCE, ROTATING_MOMENT, YAW_FORCE, YAW_MOMENT = MACHINE_LOAD.slots(
     "apex_force apex_moment rotating_force rotating_moment yaw_force yaw_moment"
 )
+NACELLE_FORCE, NACELLE_MOMENT = MACHINE_LOAD.slots("nacelle_force nacelle_moment")
 TOP_DEFLECTION, TOP_ROTATION, TOP_TOTAL_ACCELERATION, ROTOR_ACCELERATION = MACHINE_LOAD.slots(
     "top_deflection top_rotation top_acceleration rotor_acceleration"
 )
@@ -234,6 +235,8 @@ def chain_loads(
     R_it = rot1(machine, ex.TOP)
     put1(out, YAW_FORCE, rotate_back(R_it, F_o))
     put1(out, YAW_MOMENT, rotate_back(R_it, M_o))
+    put1(out, NACELLE_FORCE, rotate_back(R_in, F_o))
+    put1(out, NACELLE_MOMENT, rotate_back(R_in, M_o))
     put1(out, TOP_TOTAL_ACCELERATION, rotate_back(R_it, top))
     put1(out, TOP_DEFLECTION, sub(vec1(machine, ex.TOP_POSITION), Vec(0.0, 0.0, p[TOWER_BASE] + p[TOWER_LENGTH])))
     theta = no_vec(out)

@@ -148,6 +148,8 @@ MACHINE_LOAD = table(
     top_rotation xyz        | rad     | of the tower top
     top_acceleration xyz    | m/s^2   | of the tower top, tower-top axes, without gravity
     rotor_acceleration      | rad/s^2 | of the rotor about the shaft, relative to the nacelle
+    nacelle_force xyz       | N       | at the yaw bearing on the tower, nacelle axes (yawing)
+    nacelle_moment xyz      | N m     | the same
     """,
 )
 """Loads and motion along the chain from rotor to ground."""

@@ -12,7 +12,7 @@ Reference: docs/guide/sensitivities.md; docs/theory/fatigue.md (F-12 to F-15) fo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -30,6 +30,7 @@ from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.case import Case, Stations
 from meltemi.simulation.channels import DEFAULT
+from meltemi.simulation.events import Happening
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.modes import time_step
 from meltemi.simulation.points import shared_point
@@ -37,6 +38,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, first_point, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
+from meltemi.turbine.exchange import DRIVE
 from meltemi.wind.turbulence.field import AnyWind, realised
 
 Float = NDArray[np.float64]
@@ -137,6 +139,7 @@ def sensitivity(
     output_step: float = 0.05,
     start: OperatingPoint | Start | None = None,
     stations: Stations | None = None,
+    events: Iterable[Happening | Mapping[str, Any]] = (),
     steps: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Sensitivity:
@@ -146,7 +149,8 @@ def sensitivity(
       parameters: paths, see :func:`direction`. Eight cost little more than one; more are taken eight at a time.
       steps: changes by parameter for which switches are counted; by default 1e-4 of the value, 1e-5 rad for pitch
         offsets.
-      model, wind, duration, controller, channels, output_step, start, stations, progress: as in ``simulate``.
+      model, wind, duration, controller, channels, output_step, start, stations, events, progress: as in ``simulate``;
+        the times of events are held.
 
     Returns:
       The run and the derivatives. A run that diverges or whose controller fails ends early with a status.
@@ -159,7 +163,7 @@ def sensitivity(
         raise InputError("sensitivity: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     controller = controller or baseline(model.turbine.control)
     dual_entry(controller)  # refuses those that have no derivatives
-    wind = realised(wind, model.turbine, duration)
+    wind, events = realised(wind, model.turbine, duration), tuple(events)
     start = start or shared_point(model, wind)
     ways = directions(model, parameters, controller, first_point(model, wind, start), steps or {})
     switches: dict[str, int | None] = {}
@@ -176,6 +180,7 @@ def sensitivity(
             output_step=output_step,
             start=start,
             stations=stations,
+            events=events,
             numbers="duals",
             prepare=lambda case, some=some: seed(case, some),  # type: ignore[misc]
         )
@@ -405,5 +410,6 @@ def count_switches(case: Case, controller: Controller) -> dict[str, int | None]:
     return {
         "controller": int(case.controller_state[names.index("switches")]) if "switches" in names else None,
         "pitch limits": int(case["pitch"][PITCH.index("switches")].sum()),
+        "yaw brake": int(case["drive"][DRIVE.index("yaw_switches")]),
         "stall": int(case["memory"][MEMORY.index("switches")].sum()),
     }

@@ -116,13 +116,17 @@ def _turbulence() -> None:
 
 def _stepping() -> None:
     """Runs that are stepped from outside."""
+    from meltemi.control.faults import happen, report
     from meltemi.control.fixed import fixed
     from meltemi.simulation.case import Case
     from meltemi.simulation.simulate import sample_arguments
     from meltemi.simulation.step import sample
 
     fixed()
-    sample(0.0, *sample_arguments(Case(*_machine())))
+    case = Case(*_machine())
+    sample(0.0, *sample_arguments(case))
+    happen(0, 0, case.events, case["faults"])
+    report(0.0, case["faults"], case.measured)
 
 
 def _section_loads() -> None:

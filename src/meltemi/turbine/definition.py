@@ -447,7 +447,7 @@ class Drivetrain(Record):
 
 
 class Yaw(Record):
-    """Yaw bearing and its drive."""
+    """Yaw bearing, its drive and its brake."""
 
     stiffness: float = Field(gt=0.0)
     """[N m/rad] of the locked bearing."""
@@ -455,6 +455,12 @@ class Yaw(Record):
     """[N m s/rad] of the locked bearing."""
     rate: float = Field(default=0.0052, ge=0.0, lt=0.2)
     """[rad/s] of the yaw drive."""
+    acceleration: float | None = Field(default=None, gt=0.0)
+    """[rad/s^2] of the yaw drive; without it the rate is there at once."""
+    friction: float = Field(default=0.0, ge=0.0)
+    """[N m] Coulomb friction of the bearing."""
+    brake_torque: float | None = Field(default=None, ge=0.0)
+    """[N m] at which the standing drive and its brake slip, beside the friction; without it they never do."""
     source: str = ""
 
 

@@ -105,10 +105,20 @@ DRIVE = table(
     yaw_command      | rad   | yaw angle that the yaw drive holds
     yaw_command_rate | rad/s | rate at which it turns
     yaw_held         | -     | 1 when the drive holds the bearing through its spring and damper, 0 when it lets go
+    yaw_drive_rate   | rad/s | at which the drive turns; the command's, unless the brake slips
+    yaw_rubs         | -     | 1 while the bearing's friction acts beside the drive: it turns or has let go
+    yaw_rest         | rad   | yaw angle at which the friction's spring is free
+    yaw_rest_rate    | rad/s | of the same: the nacelle's while it slides, 0 while it sticks
+    yaw_drive_torque | N m   | of the drive and its brake on the nacelle, counter-clockwise from above
+    yaw_friction_torque | N m | of the friction beside it on the nacelle
+    yaw_switches     | -     | limits that a difference step would have reached, in derivative runs
     """,
 )
 """What the control side does to the structure."""
 
 GENERATOR_TORQUE, BRAKE_TORQUE, BRAKE_SPEED, YAW_COMMAND, YAW_COMMAND_RATE, YAW_HELD = DRIVE.slots(
     "generator_torque brake_torque brake_speed yaw_command yaw_command_rate yaw_held"
+)
+YAW_DRIVE_RATE, YAW_RUBS, YAW_REST, YAW_REST_RATE, YAW_DRIVE_TORQUE, YAW_FRICTION_TORQUE, YAW_SWITCHES = DRIVE.slots(
+    "yaw_drive_rate yaw_rubs yaw_rest yaw_rest_rate yaw_drive_torque yaw_friction_torque yaw_switches"
 )

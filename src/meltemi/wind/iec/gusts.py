@@ -133,13 +133,23 @@ def edc(
     return _series(turbine, v_hub, f"EDC{years or ''}", EDC_TIME, begin, k.label, sign, direction=direction)
 
 
-def ecd(turbine: Turbine, speed: float, *, sign: Sign = 1, begin: float = 60.0) -> WindSeries:
-    """Extreme coherent gust with direction change: 15 m/s more and theta_cg within 10 s, both of which stay.
+def ecd(
+    turbine: Turbine,
+    speed: float,
+    *,
+    sign: Sign = 1,
+    gust: float = COHERENT_GUST,
+    change: float | None = None,
+    begin: float = 60.0,
+) -> WindSeries:
+    """Extreme coherent gust with direction change: V_cg more and theta_cg within 10 s, both of which stay.
 
     Args:
       turbine: whose hub height counts.
       speed: V_hub [m/s].
       sign: +1 turns the wind clockwise seen from above, -1 counter-clockwise.
+      gust: V_cg [m/s], 15 in the standard.
+      change: theta_cg [rad], zero or more; by default that of the standard.
       begin: [s] of the change.
 
     Returns:
@@ -152,10 +162,15 @@ def ecd(turbine: Turbine, speed: float, *, sign: Sign = 1, begin: float = 60.0) 
     Source: ed. 3, clause 6.3.2.5, eq. 22 to 25; the same in editions 2 (6.3.2) and 4 (6.3.3). It depends on no class.
     """
     v_hub = positive_speed("ECD", speed)
+    if not -v_hub < gust < math.inf:
+        raise InputError(f"ECD: gust must be a rise in m/s that leaves some wind, found {gust!r}")
+    if change is not None and not 0.0 <= change <= math.pi:
+        raise InputError(f"ECD: change must be an angle from 0 to pi rad, found {change!r}")
     theta_cg = math.pi if v_hub < 4.0 else math.radians(720.0 / v_hub)
+    theta_cg = theta_cg if change is None else change
     rise = _rise(RISE_TIME)
     direction = _sign("ECD", sign) * theta_cg * rise
-    return _series(turbine, v_hub, "ECD", RISE_TIME, begin, "", sign, gust=COHERENT_GUST * rise, direction=direction)
+    return _series(turbine, v_hub, "ECD", RISE_TIME, begin, "", sign, gust=gust * rise, direction=direction)
 
 
 def ecg(turbine: Turbine, speed: float, *, begin: float = 60.0) -> WindSeries:

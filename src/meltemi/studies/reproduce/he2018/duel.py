@@ -20,7 +20,6 @@ from meltemi.report.tables import write_csv
 from meltemi.simulation.model import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.reproduce.he2018.claims import change, percent
-from meltemi.studies.reproduce.he2018.markdown import table_lines
 from meltemi.studies.reproduce.he2018.runs import (
     CLASS_B,
     PAPER,
@@ -33,6 +32,7 @@ from meltemi.studies.reproduce.he2018.runs import (
     paper_turbine,
     wind_of,
 )
+from meltemi.studies.reproduce.markdown import table_lines
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi.turbine.definition import Turbine
 

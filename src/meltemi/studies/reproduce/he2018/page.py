@@ -25,8 +25,9 @@ from meltemi.studies.reproduce.he2018.claims import (
     reasons,
 )
 from meltemi.studies.reproduce.he2018.figures import FIGURES
-from meltemi.studies.reproduce.he2018.markdown import table_lines
-from meltemi.studies.reproduce.he2018.runs import CLASS_B, Progress, Runs, Setup, run_all
+from meltemi.studies.reproduce.he2018.runs import CLASS_B, QUICK, Progress, Runs, Setup, run_all
+from meltemi.studies.reproduce.markdown import table_lines
+from meltemi.studies.reproduce.study import Reproduction
 from meltemi.studies.scheme_names import SCHEMES
 
 HERE = Path(__file__).parent
@@ -38,21 +39,18 @@ SOURCE = (
 
 
 def reproduce(
-    out: Path, setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None
-) -> tuple[Runs, list[Path]]:
+    out: Path, *, quick: bool = False, workers: int | None = None, progress: Progress = lambda share, what: None
+) -> Reproduction:
     """Run everything and write it.
 
     Args:
       out: folder for page, tables and figures; it must exist.
-      setup: how much is run.
+      quick: two short seeds and few wind speeds: a look, nothing to judge by.
       workers: threads.
       progress: called with the share that is done and what is under way.
-
-    Returns:
-      The runs, and the files that were written.
     """
     began = time.perf_counter()
-    runs = run_all(setup, workers=workers, progress=progress)
+    runs = run_all(QUICK if quick else Setup(), workers=workers, progress=progress)
     files = [save(draw(runs), out / f"{name}.png") for name, (_, draw) in FIGURES.items()]
     cpfc = zip(SCHEMES["cpfc"].loops, runs.bench.tunings[SCHEMES["cpfc"].loops], strict=True)
     loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in cpfc}
@@ -68,7 +66,7 @@ def reproduce(
     files.append(path)
     seconds = time.perf_counter() - began
     files.append(write_html(out / "he2018.html", runs, tables, out, seconds))
-    return runs, files
+    return Reproduction([brief_claims(runs), acceptance_table(runs), ceiling_table(runs)], lead(runs), files)
 
 
 def row_cells(row: Row) -> list[str]:

@@ -1,0 +1,185 @@
+"""Settings of the supervisor, and their defaults by the turbine."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, Self
+
+from pydantic import Field, model_validator
+
+from meltemi.core.errors import InputError
+from meltemi.core.record import Record
+from meltemi.turbine.definition import Turbine
+
+LEAST_CUT_IN = 0.3
+"""Share of rated speed: a law that begins below it says nothing of the speed at which to connect."""
+
+
+class Supervision(Record):
+    """When the turbine starts, stops and trips, and how; what is not given follows from the turbine."""
+
+    begin: Literal["automatic", "standby", "idling"] = "automatic"
+    """State at the start of a run: by the rotor's speed, or one of rest; ``idling`` lasts until the word "start"."""
+    auto_start: bool = True
+    """Start by itself when the wind is right; else only at the operator's word."""
+    latched: bool = True
+    """Whether stops for the turbine's protection last until the operator's word "start"."""
+
+    start_wind: float | None = Field(default=None, gt=0.0)
+    """[m/s] 30 s mean above which it starts; the turbine's cut-in by default."""
+    start_time: float = Field(default=10.0, ge=0.0)
+    """[s] for which."""
+    stop_wind: float | None = Field(default=None, ge=0.0)
+    """[m/s] 30 s mean below which it stops; 0.8 of cut-in by default."""
+    stop_time: float = Field(default=60.0, ge=0.0)
+    """[s] for which."""
+    cut_out_mean: float | None = Field(default=None, gt=0.0)
+    """[m/s] 10 min mean above which it stops; the turbine's cut-out by default."""
+    cut_out_wind: float | None = Field(default=None, gt=0.0)
+    """[m/s] 30 s mean above which it stops; 1.12 of cut-out by default."""
+    cut_out_gust: float | None = Field(default=None, gt=0.0)
+    """[m/s] 3 s mean above which it stops; 1.4 of cut-out by default."""
+    restart_wind: float | None = Field(default=None, gt=0.0)
+    """[m/s] 30 s mean below which it may start; 0.88 of cut-out by default."""
+    restart_time: float = Field(default=60.0, ge=0.0)
+    """[s] for which, after a stop."""
+    mean_window: float = Field(default=600.0, gt=0.0, le=3600.0)
+    """[s] of the long mean, which moves in steps of a 600th of it."""
+    wind_window: float = Field(default=30.0, gt=0.0, le=3600.0)
+    """[s] of the mean."""
+    gust_window: float = Field(default=3.0, gt=0.0, le=3600.0)
+    """[s] of the gust."""
+
+    start_pitch: float = Field(default=0.5, ge=0.0, lt=1.6)
+    """[rad] the lowest at standstill, which falls in proportion to speed: at low tip-speed ratios fine pitch stalls."""
+    start_ratio: float = Field(default=5.0, gt=0.0)
+    """Tip-speed ratio at which the lowest pitch is that of the law."""
+    start_rate: float | None = Field(default=None, gt=0.0, le=2.0)
+    """[rad/s] of the pitch during start-up; 2 deg/s by default, or what the actuator can do."""
+    start_acceleration: float | None = Field(default=None, gt=0.0)
+    """[rad/s^2] of the generator, by which the reference of the speed rises; to connection in 30 s by default."""
+    connect_speed: float | None = Field(default=None, gt=0.0)
+    """[rad/s] of the generator; where the law's torque begins by default."""
+    connect_time: float = Field(default=10.0, gt=0.0)
+    """[s] in which the limit of the torque rises from zero to the largest torque."""
+    start_limit: float = Field(default=600.0, gt=0.0)
+    """[s] that a start-up may take."""
+
+    feather: float | None = Field(default=None, gt=-1.6, lt=3.2)
+    """[rad] pitch at rest; the largest of the collective law by default."""
+    normal_rate: float | None = Field(default=None, gt=0.0, le=2.0)
+    """[rad/s] at a normal stop; 4 deg/s by default, or what the actuator can do."""
+    emergency_rate: float | None = Field(default=None, gt=0.0, le=2.0)
+    """[rad/s] at an emergency stop; 7 deg/s by default, or what the actuator can do."""
+    emergency_torque: bool = True
+    """Whether the generator brakes at an emergency stop while there is a grid."""
+    brake: float = Field(default=1.0, ge=0.0, le=1.0)
+    """Share of the full brake at an emergency stop; 0: none."""
+    brake_speed: float = Field(default=0.1, ge=0.0, lt=2.0)
+    """Share of rated speed below which it is applied."""
+    idle_speed: float = Field(default=0.15, gt=0.0, lt=1.0)
+    """Share of rated speed below which a stopped turbine idles."""
+
+    over_speed: float = Field(default=1.15, gt=1.0, lt=3.0)
+    """Share of rated speed above which it stops."""
+    trip_speed: float = Field(default=1.2, gt=1.0, lt=3.0)
+    """Share of rated speed above which it makes an emergency stop."""
+    over_power: float = Field(default=1.2, gt=1.0, lt=10.0)
+    """Share of rated power above which it stops."""
+    power_time: float = Field(default=1.0, ge=0.0)
+    """[s] for which."""
+    speed_difference: float = Field(default=0.05, gt=0.0)
+    """Share of rated speed by which the sensors of rotor and generator may differ."""
+    sensor_time: float = Field(default=0.5, ge=0.0)
+    """[s] for which they may differ by more."""
+    frozen_time: float = Field(default=2.0, gt=0.0)
+    """[s] for which the generator's speed may stay the same to the last bit while the rotor's changes."""
+    pitch_difference: float = Field(default=math.radians(5.0), gt=0.0)
+    """[rad] by which a blade may be off its demand."""
+    pitch_time: float = Field(default=1.0, ge=0.0)
+    """[s] for which it may be off by more."""
+    acceleration: float = Field(default=3.0, gt=0.0)
+    """[m/s^2] of the tower top, horizontal, above which it stops."""
+
+    region_time: float = Field(default=5.0, ge=0.0)
+    """[s] for which the law must be in another region before the state follows; it changes nothing but the state."""
+    derate_rate: float = Field(default=0.1, gt=0.0)
+    """[1/s] share of rated power a second by which the set-point follows the operator's limit."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.over_speed > self.trip_speed:
+            raise ValueError(f"over_speed {self.over_speed:g} must not be more than trip_speed {self.trip_speed:g}")
+        return self
+
+
+def limits(turbine: Turbine, settings: Supervision) -> dict[str, float]:
+    """Every number that conditions and states ask for, in SI, by its name.
+
+    Raises:
+      InputError: winds or speeds in a wrong order, or a pitch rate that the actuator does not have.
+    """
+
+    def given(name: str, default: float) -> float:
+        value = getattr(settings, name)
+        return default if value is None else float(value)
+
+    torque, pitch = turbine.control.torque, turbine.control.pitch
+    rated, cut_out = pitch.reference_speed, turbine.cut_out
+    most = turbine.pitch_actuator.rate_limit if turbine.pitch_actuator.kind != "ideal" else pitch.rate_limit
+    begins = torque.cut_in_speed
+    connect = given("connect_speed", begins if begins >= LEAST_CUT_IN * rated else 0.5 * rated)
+    found = {
+        "start_wind": given("start_wind", turbine.cut_in),
+        "stop_wind": given("stop_wind", 0.8 * turbine.cut_in),
+        "cut_out_mean": given("cut_out_mean", cut_out),
+        "cut_out_wind": given("cut_out_wind", 1.12 * cut_out),
+        "cut_out_gust": given("cut_out_gust", 1.4 * cut_out),
+        "restart_wind": given("restart_wind", 0.88 * cut_out),
+        "connect_speed": connect,
+        "start_acceleration": given("start_acceleration", connect / 30.0),
+        "feather": given("feather", pitch.maximum),
+        "start_rate": given("start_rate", min(math.radians(2.0), most)),
+        "normal_rate": given("normal_rate", min(math.radians(4.0), most)),
+        "emergency_rate": given("emergency_rate", min(math.radians(7.0), most)),
+        "rated_speed": rated,
+        "trip_speed": settings.trip_speed * rated,
+        "over_speed": settings.over_speed * rated,
+        "speed_difference": settings.speed_difference * rated,
+        "idle_speed": settings.idle_speed * rated,
+        "brake_speed": settings.brake_speed * rated,
+        "over_power": settings.over_power * turbine.rated_power,
+        "rated_power": torque.rated_power * turbine.drivetrain.generator_efficiency,
+    }
+    names = "start_time stop_time restart_time mean_window wind_window gust_window start_pitch connect_time"
+    names += " start_limit brake power_time sensor_time frozen_time pitch_difference pitch_time"
+    names += " acceleration region_time derate_rate"
+    found |= {name: getattr(settings, name) for name in names.split()}
+    found["feathered"] = found["feather"] - math.radians(0.5)
+    for low, high in (
+        ("stop_wind", "start_wind"),
+        ("start_wind", "restart_wind"),
+        ("restart_wind", "cut_out_mean"),
+        ("cut_out_mean", "cut_out_wind"),
+        ("cut_out_wind", "cut_out_gust"),
+    ):
+        if found[low] > found[high]:
+            raise InputError(
+                f"supervision: {low} {found[low]:g} m/s is more than {high} {found[high]:g} m/s "
+                f"(the turbine's cut-in is {turbine.cut_in:g}, its cut-out {cut_out:g} m/s)"
+            )
+    if not connect < rated:
+        raise InputError(
+            f"supervision: connect_speed {connect:g} rad/s is not below the rated {rated:g} rad/s of the generator"
+        )
+    for name in ("normal_rate", "emergency_rate", "start_rate"):
+        if found[name] > most * (1.0 + 1e-9):
+            raise InputError(
+                f"supervision: {name} {found[name]:g} rad/s is more than the pitch actuator's {most:g} rad/s"
+            )
+    if found["feather"] > turbine.pitch_actuator.maximum:
+        raise InputError(
+            f"supervision: feather {found['feather']:g} rad is beyond the pitch actuator's "
+            f"{turbine.pitch_actuator.maximum:g} rad"
+        )
+    return found

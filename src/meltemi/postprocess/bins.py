@@ -1,0 +1,130 @@
+"""Measured or simulated series as statistics of ten minutes, and those in bins of the wind speed.
+
+Means, standard deviations and extremes of fixed periods are what IEC TS 61400-13 stores of a load measurement; bins of
+1 m/s centred on whole numbers are those of IEC 61400-12-1. In a bin stand the mean of the means, the mean of the
+standard deviations, the smallest minimum and the largest maximum of its periods.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from meltemi.core.errors import InputError, did_you_mean
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from meltemi.simulation.result import Result
+
+Float = NDArray[np.float64]
+STATISTICS = ("mean", "std", "min", "max")
+TEN_MINUTES = 600.0
+"""[s]."""
+EDGES = (0.0, *(k + 0.5 for k in range(2, 25)))
+"""[m/s] up to 2.5 in one bin, then 1 m/s each, centred on whole numbers."""
+
+
+def period_statistics(
+    time: ArrayLike, series: Mapping[str, ArrayLike], *, period: float = TEN_MINUTES, complete: float = 1.0
+) -> pd.DataFrame:
+    """Statistics of consecutive periods of measured series.
+
+    Args:
+      time: (T,) [s], increasing; gaps are allowed. Periods begin at whole multiples of ``period``.
+      series: (T,) values by name, NaN where a sample is missing, for example ``{"wind_speed": v, "power": p}``.
+      period: [s].
+      complete: share of the samples a period of this sampling rate would have that it must have, in every series;
+        periods with fewer are left out.
+
+    Returns:
+      One row a period, its begin [s] as index; columns (name, "mean" | "std" | "min" | "max"). The standard deviation
+      is that of the samples about their mean (divided by n).
+
+    Raises:
+      InputError: times do not increase, lengths differ, or a number is out of range.
+    """
+    import pandas as pd
+
+    t = np.asarray(time, dtype=float)
+    if t.ndim != 1 or len(t) < 2 or not np.all(np.diff(t) > 0.0):
+        raise InputError("period_statistics: time must be at least two increasing numbers of seconds")
+    if not (np.isfinite(period) and period > 0.0):
+        raise InputError(f"period_statistics: period must be a positive number of seconds, found {period!r}")
+    if not 0.0 < complete <= 1.0:
+        raise InputError(f"period_statistics: complete must lie in (0, 1], found {complete!r}")
+    values = {name: np.asarray(x, dtype=float) for name, x in series.items()}
+    for name, x in values.items():
+        if x.shape != t.shape:
+            raise InputError(f"period_statistics: {name!r} has shape {x.shape}, time has {t.shape}")
+    step = float(np.median(np.diff(t)))
+    which = np.floor(t / period + 1e-9).astype(np.int64)
+    first = np.flatnonzero(np.append(True, np.diff(which) > 0))
+    expected = complete * (period / step) - 0.5  # a period may have lost or won a sample by rounding
+    rows: dict[float, dict[tuple[str, str], float]] = {}
+    for begin, end in zip(first, [*first[1:], len(t)], strict=True):
+        parts = {name: x[begin:end][np.isfinite(x[begin:end])] for name, x in values.items()}
+        if all(len(x) >= max(expected, 1.0) for x in parts.values()):
+            rows[float(which[begin] * period)] = {
+                (name, of): float(getattr(x, of)()) for name, x in parts.items() for of in STATISTICS
+            }
+    columns = pd.MultiIndex.from_product([list(values), STATISTICS])
+    return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("begin")
+
+
+def result_statistics(result: Result, names: Sequence[str], *, begin: float = 0.0) -> pd.DataFrame:
+    """The same of a simulation, as one period from ``begin`` [s] to its end; units are SI.
+
+    Raises:
+      InputError: a channel is not there.
+    """
+    import pandas as pd
+
+    part = result.between(begin, np.inf)
+    row = {(name, of): float(getattr(part[name], of)()) for name in names for of in STATISTICS}
+    return pd.DataFrame([row], index=pd.Index([begin], name="begin"), columns=pd.MultiIndex.from_tuples(list(row)))
+
+
+def bin_statistics(periods: pd.DataFrame, by: str = "wind_speed", *, edges: Sequence[float] = EDGES) -> pd.DataFrame:
+    """Statistics of periods in bins of the mean of one of the series.
+
+    Args:
+      periods: from ``period_statistics``; those of several records can be joined by ``pandas.concat``.
+      by: name of the series whose mean decides.
+      edges: of the bins, increasing, in the unit of that series. A bin holds from its lower edge, included, to its
+        upper one, excluded; the last bin holds its upper edge as well.
+
+    Returns:
+      One row a bin, numbered from 1, empty ones with NaN; columns ("bin", "from"), ("bin", "to"), ("bin", "sets"), and
+      for each series mean of means, mean of standard deviations, smallest minimum, largest maximum; for the series
+      ``by`` also ("bin", "intensity"): mean of standard deviation over mean.
+
+    Raises:
+      InputError: no such series, or edges that do not increase.
+    """
+    import pandas as pd
+
+    names = list(dict.fromkeys(name for name, _ in periods.columns))
+    if by not in names:
+        raise InputError(f"bin_statistics: no series {by!r}: {did_you_mean(by, names)}")
+    limits = np.asarray(edges, dtype=float)
+    if limits.ndim != 1 or len(limits) < 2 or not np.all(np.diff(limits) > 0.0):
+        raise InputError("bin_statistics: edges must be at least two increasing numbers")
+    mean = periods[by, "mean"].to_numpy()
+    which = np.searchsorted(limits, mean, side="right")
+    which[mean == limits[-1]] -= 1
+    rows: list[dict[tuple[str, str], float]] = []
+    for k in range(1, len(limits)):
+        inside = periods[which == k]
+        row = {("bin", "from"): limits[k - 1], ("bin", "to"): limits[k], ("bin", "sets"): float(len(inside))}
+        row["bin", "intensity"] = float((inside[by, "std"] / inside[by, "mean"]).mean())
+        for name in names:
+            for of, over in (("mean", "mean"), ("std", "mean"), ("min", "min"), ("max", "max")):
+                row[name, of] = float(getattr(inside[name, of], over)())
+        rows.append(row)
+    table = pd.DataFrame(rows, index=pd.RangeIndex(1, len(limits), name="bin"))
+    table["bin", "sets"] = table["bin", "sets"].astype(int)
+    return table

@@ -1,0 +1,131 @@
+"""Diagrams of the supervisor's machines, drawn from the tables that its kernels walk."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from meltemi.control.supervisor.tables import (
+    GROUPS,
+    STATES,
+    TRANSITIONS,
+    YAW_STATES,
+    YAW_TRANSITIONS,
+    Transition,
+)
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.report.plots import new_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_PLACES = {
+    "standby": (0.0, 0.0),
+    "start_up": (2.2, 0.0),
+    "connection": (4.4, 0.0),
+    "maximum_power": (6.6, 0.0),
+    "speed_limit": (8.8, 0.0),
+    "power_limit": (11.0, 0.0),
+    "normal_stop": (6.6, -2.6),
+    "emergency_stop": (6.6, -4.6),
+    "idling": (0.0, -2.6),
+}
+_YAW_PLACES = {"normal": (0.0, 0.0), "derated": (5.0, 0.0), "shutdown": (2.5, -2.8)}
+MACHINES = ("operation", "yaw")
+
+
+def plot_states(machine: str = "operation") -> Figure:
+    """Draw a machine of the supervisor: its states as boxes, its transitions as arrows with their conditions.
+
+    Args:
+      machine: ``operation``, or ``yaw``: protection against yaw errors, which derates and looks again.
+
+    Raises:
+      InputError: another machine.
+    """
+    if machine not in MACHINES:
+        raise InputError(f"plot_states: machine {machine!r}: {did_you_mean(machine, MACHINES)}")
+    if machine == "yaw":
+        return _draw(_YAW_PLACES, [a.name for a in YAW_STATES], _merged(YAW_TRANSITIONS), (8.0, 4.6))
+    return _draw(_PLACES, [a.name for a in STATES], _merged(TRANSITIONS), (15.0, 7.6))
+
+
+def _words(t: Transition) -> str:
+    return " and ".join(name.replace("_", " ") for name in t.conditions)
+
+
+def _merged(transitions: tuple[Transition, ...]) -> dict[tuple[str, str], list[str]]:
+    """Words of all transitions from a state, or from the group of those that run, to another."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for t in transitions:
+        running = {*GROUPS["running"]} <= {*t.sources}
+        others = [name for name in t.sources if name not in GROUPS["running"]]
+        for source in ["running", *others] if running else t.sources:
+            found.setdefault((source, t.target), []).append(_words(t))
+    return found
+
+
+def _draw(
+    places: dict[str, tuple[float, float]],
+    names: list[str],
+    arrows: dict[tuple[str, str], list[str]],
+    size: tuple[float, float],
+) -> Figure:
+    figure, grid = new_figure(1, size=size)
+    axes = grid[0, 0]
+    xs, ys = [x for x, _ in places.values()], [y for _, y in places.values()]
+    axes.set_xlim(min(xs) - 1.0, max(xs) + 1.5)
+    axes.set_ylim(min(ys) - 0.6, max(ys) + 1.5)
+    axes.set_axis_off()
+    style: dict[str, Any] = {"boxstyle": "round,pad=0.5", "facecolor": "#e8f3f2", "edgecolor": "#1b7f79"}
+    boxes = {}
+    for number, name in enumerate(names, 1):
+        words = f"{number}  {name.replace('_', ' ')}"
+        text = axes.text(*places[name], words, ha="center", va="center", fontsize=9, bbox=style, zorder=3)
+        boxes[name] = text.get_bbox_patch()
+    if any(source == "running" for source, _ in arrows):
+        _frame(axes, *places["start_up"], *places["power_limit"])
+    for (source, target), lines in arrows.items():
+        words = " or\n".join(line.replace(" and ", "\nand ") for line in lines)
+        x1, y1 = places[target]
+        if source == "running":  # from the frame down to the state
+            bend = 0.0
+            x0, y0 = (x1, -0.6) if target == "normal_stop" else (x1 + 3.3, -0.6)
+            _arrow(axes, (x0, y0), (x1, y1), None, boxes[target], bend)
+        else:
+            x0, y0 = places[source]
+            bend = -0.18 if (target, source) in arrows else 0.0
+            _arrow(axes, (x0, y0), (x1, y1), boxes[source], boxes[target], bend)
+        level = y0 == y1 and source != "running"
+        if level and (source, target) not in {("normal_stop", "idling")}:
+            away = 0.12 - 0.5 * bend * abs(x1 - x0)
+            low = x1 < x0
+            y = y0 - away if low else y0 + away
+            axes.text(0.5 * (x0 + x1), y, words, fontsize=7, ha="center", va="top" if low else "bottom")
+        else:
+            side = 0.0 if (target, source) not in arrows else -0.09
+            x = x0 + 0.5 * (x1 - x0) + side * (y1 - y0)
+            y = y0 + 0.5 * (y1 - y0) - side * (x1 - x0)
+            blank = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+            axes.text(x, y, words, fontsize=7, ha="center", va="center", bbox=blank)
+    return figure
+
+
+def _frame(axes: Any, x0: float, y0: float, x1: float, y1: float) -> None:
+    """Around the states that run, which lie in a row."""
+    from matplotlib.patches import FancyBboxPatch
+
+    style = "round,pad=0.02,rounding_size=0.15"
+    axes.add_patch(
+        FancyBboxPatch(
+            (x0 - 0.75, y0 - 0.6), x1 - x0 + 1.5, 1.4, boxstyle=style, facecolor="none", edgecolor="#999999", ls="--"
+        )
+    )
+    axes.text(x1 + 0.7, y0 + 0.9, "running", fontsize=8, color="#555555", ha="right")
+
+
+def _arrow(
+    axes: Any, begin: tuple[float, float], end: tuple[float, float], first: Any, second: Any, bend: float
+) -> None:
+    """From box to box; a bend keeps two arrows between the same boxes apart."""
+    shape = {"arrowstyle": "-|>", "color": "#444444", "connectionstyle": f"arc3,rad={bend}"}
+    axes.annotate("", xy=end, xytext=begin, arrowprops={**shape, "patchA": first, "patchB": second})

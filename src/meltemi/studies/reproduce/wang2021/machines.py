@@ -1,0 +1,45 @@
+"""The paper's two turbines under its strategies."""
+
+from __future__ import annotations
+
+from meltemi.control.controller import Controller
+from meltemi.control.supervisor.settings import Supervision
+from meltemi.control.supervisor.supervised import supervised
+from meltemi.control.supervisor.threshold import YawProtection
+from meltemi.control.yaw import YawControl
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
+
+MEASURED, STUDIED = "zr20-122", "ct30-155"
+"""Of the library: that of the measurements, and that of the strategies."""
+LIMITED = 2.0e6
+"""[W] to which the paper derates."""
+
+
+def measured_turbine() -> Turbine:
+    """ZR2.0-122."""
+    return load_turbine(MEASURED)
+
+
+def studied_turbine(yaw_rate: float) -> Turbine:
+    """CT3.0-155 with a yaw rate [rad/s]."""
+    return with_yaw_rate(load_turbine(STUDIED), yaw_rate)
+
+
+def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
+    """The turbine with another yaw drive [rad/s]."""
+    return turbine.replace(**{"yaw.rate": rate})
+
+
+def prompt_yaw() -> YawControl:
+    """A yaw control that turns as soon as the filtered error leaves the dead band: "the yaw drive corrects"."""
+    return YawControl(average_time=1.0, start_time=0.0)
+
+
+SUPERVISION = Supervision(over_speed=1.25, trip_speed=1.3)
+"""Wide enough for the strategies to act alone: at 60 degrees of yaw error the speed swings by up to 17 %."""
+
+
+def strategy(turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None) -> Controller:
+    """Supervisor with yaw control and a strategy of yaw protection."""
+    return supervised(turbine, SUPERVISION, yaw=yaw or YawControl(), protection=protection)

@@ -1,0 +1,207 @@
+"""Everything on one page and in files: claims, figures, diagrams, what lies beyond."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from meltemi.report.html import Picture, Section, Table, write_page
+from meltemi.report.plots import save
+from meltemi.report.state_diagram import plot_states
+from meltemi.report.tables import write_csv
+from meltemi.studies.reproduce.markdown import table_lines
+from meltemi.studies.reproduce.study import Reproduction
+from meltemi.studies.reproduce.wang2021 import figures
+from meltemi.studies.reproduce.wang2021.beyond import report as beyond
+from meltemi.studies.reproduce.wang2021.claims import REASONS, Claim, claims
+from meltemi.studies.reproduce.wang2021.gust import DERATE, IGNORE, SHORT, STOP, peaks
+from meltemi.studies.reproduce.wang2021.runs import QUICK, Progress, Runs, Setup, run_all
+from meltemi.studies.reproduce.wang2021.table2 import MOMENT, POWER
+from meltemi.studies.reproduce.wang2021.winds import measured
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+HERE = Path(__file__).parent
+TITLE = "Wang et al. (2021): derate and look again instead of shutting down, reproduced"
+SOURCE = (
+    "Wang, Y., Cai, Y., Xu, Z., Li, J. (2021): yaw error strategy of a wind turbine by multibody dynamics. "
+    "Frontiers in Energy Research 9, 711927."
+)
+SHARE = 0.6
+"""Of the time that the paper's part takes."""
+
+FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
+    "table2": (
+        "Power and load curves of Table 2 over the measured columns; shaded: smallest to largest value",
+        lambda runs: figures.table2(dict(runs.tables)),
+    ),
+    "fig04_start_up": (
+        "Figure 4 (V1): start-up, all seeds",
+        lambda runs: figures.validation(
+            runs.start_up,
+            "Fig. 4: start-up, mean wind 7.49 m/s, last minute 8.06 m/s",
+            ((180.0, 240.0, "measured", 1380.0), (180.0, 240.0, "the paper's simulation", 1435.0)),
+        ),
+    ),
+    "fig05_power_limit": (
+        "Figure 5 (V2): power limit, yaw and stop, all seeds",
+        lambda runs: figures.validation(
+            runs.power_stage,
+            "Fig. 5: mean wind 10.49 m/s, turn of the wind at 120 s, stop at 430 s",
+            ((360.0, 430.0, "measured", 2011.0), (360.0, 430.0, "the paper's simulation", 2036.0)),
+        ),
+    ),
+    "fig06_threshold": ("Figures 6 and 7: the threshold", lambda runs: figures.thresholds()),
+    "fig07_supervisor": ("Figure 7: the supervisor, drawn from its own table", lambda runs: plot_states()),
+    "fig08_recheck": ("Figure 8: derate and look again, from the table", lambda runs: plot_states("yaw")),
+    "fig09_wind": ("Figure 9: the gust with direction change", lambda runs: figures.gust_wind(runs.gust)),
+    "fig10_strategies": ("Figure 10: the three strategies", lambda runs: figures.gust_runs(runs.gust)),
+}
+
+
+def reproduce(
+    out: Path, *, quick: bool = False, workers: int | None = None, progress: Progress = lambda share, what: None
+) -> Reproduction:
+    """Run everything and write it.
+
+    Args:
+      out: folder for page, tables and figures; it must exist.
+      quick: few and short runs: a look, nothing to judge by.
+      workers: threads.
+      progress: called with the share that is done and what is under way.
+    """
+    began = time.perf_counter()
+    setup = QUICK if quick else Setup()
+    runs = run_all(setup, workers=workers, progress=lambda share, what: progress(SHARE * share, what))
+    more = beyond.study(
+        runs, workers=workers, progress=lambda share, what: progress(SHARE + (1.0 - SHARE) * share, what)
+    )
+    drawn = {name: (text, draw(runs)) for name, (text, draw) in FIGURES.items()}
+    drawn |= beyond.figures(more)
+    files = [save(figure, out / f"{name}.png") for name, (_, figure) in drawn.items()]
+    found = claims(runs)
+    tables = {
+        "claims": ("Claim by claim", [claims_table(found)]),
+        "table2": ("Table 2", [bins_table(runs)]),
+        "strategies": ("Loads of the strategies", [loads_table(runs), log_table(runs)]),
+        **beyond.tables(more),
+    }
+    for name, (_, made) in tables.items():
+        for i, table in enumerate(made):
+            stem = name if len(made) == 1 else f"{name}_{i + 1}"
+            files.append(write_csv(out / f"{stem}.csv", [h.replace("\n", " ") for h in table.head], table.rows))
+    more.grid.rows.to_csv(out / "grid.csv", index=False, float_format="%.6g")
+    files.append(out / "grid.csv")
+    captions = {name: text for name, (text, _) in drawn.items()}
+    text = markdown(found, tables, captions, beyond.verdict(more))
+    path = out / "wang2021.md"
+    path.write_text(text, encoding="utf-8")
+    files.append(path)
+    seconds = time.perf_counter() - began
+    sections = []
+    for name, (heading, made) in tables.items():
+        content: list[str | Table | Picture] = list(made)
+        if name == "claims":
+            content += [f"{key}: {words}" for key, words in REASONS.items()]
+        if name == "beyond":
+            content += [Picture(out / f"{n}.png", t) for n, t in captions.items() if n.startswith("beyond")]
+            content += [beyond.verdict(more)]
+        sections.append(Section(heading, content))
+    pictures = [Picture(out / f"{n}.png", t) for n, t in captions.items() if not n.startswith("beyond")]
+    sections.append(Section("The paper's figures", pictures))
+    facts = [
+        ("turbines", ", ".join(turbine.name for turbine in runs.turbines)),
+        ("calibration", calibration_words(runs)),
+        ("seeds", ", ".join(str(seed) for seed in setup.seeds)),
+        ("computed in", f"{seconds:.0f} s"),
+    ]
+    files.append(write_page(out / "wang2021.html", TITLE, sections, facts=facts, lead=lead(found), footer=SOURCE))
+    return Reproduction([brief(claims_table(found)), loads_table(runs)], lead(found), files)
+
+
+def calibration_words(runs: Runs) -> str:
+    """The two numbers."""
+    c = runs.calibration
+    return f"efficiency {c.efficiency:.3f}, air density {c.air_density:.3f} kg/m^3, from bins 5 to 7"
+
+
+def claims_table(found: list[Claim]) -> Table:
+    """The paper's results line by line."""
+    rows = [[c.item, c.paper, c.ours, c.verdict, c.reason, c.where] for c in found]
+    head = ["claim", "paper", "ours", "verdict", "reason", "where"]
+    return Table(head, rows, "Claims of the paper", text_columns=len(head))
+
+
+def brief(table: Table) -> Table:
+    """The same for a terminal."""
+    return Table(table.head[:4], [row[:4] for row in table.rows], table.caption, text_columns=4)
+
+
+def bins_table(runs: Runs) -> Table:
+    """Table 2 beside ours."""
+    head, groups = ["bin", "m/s", "sets", "measured"], [("", 3), ("mean power [kW]", 1 + len(runs.tables))]
+    columns = [
+        ("mean power [kW]", POWER, "mean", "power_mean", 0),
+        ("std of power [kW]", POWER, "std", "power_std", 0),
+        ("mean moment [kNm]", MOMENT, "mean", "moment_mean", 0),
+        ("std of moment [kNm]", MOMENT, "std", "moment_std", 0),
+    ]
+    head, groups = ["bin", "m/s", "sets"], [("", 3)]
+    for title, *_ in columns:
+        head += ["measured", *runs.tables]
+        groups.append((title, 1 + len(runs.tables)))
+    rows = []
+    for i, r in enumerate(measured()):
+        row = [str(r.bin), f"{r.speed:g}", str(r.sets)]
+        for _, name, of, column, digits in columns:
+            row.append(f"{getattr(r, column):.{digits}f}")
+            row += [f"{table.column(name, of)[i]:.{digits}f}" for table in runs.tables.values()]
+        rows.append(row)
+    seeds, period = len(runs.setup.seeds), runs.setup.period
+    note = f"Ours: {seeds} seeds a bin, {period:g} s each; calibrated: {calibration_words(runs)}."
+    return Table(head, rows, "Table 2 of the paper and ours", groups=groups, text_columns=1, note=note)
+
+
+def loads_table(runs: Runs) -> Table:
+    """Peaks after the gust began."""
+    head = ["largest size after the gust began", STOP, DERATE, IGNORE, "S2 over S1", "S2 over S3"]
+    return Table(head, peaks(runs.gust), "Loads of the strategies in the gust with direction change")
+
+
+def log_table(runs: Runs) -> Table:
+    """What the supervisor did."""
+    rows = [
+        [name, f"{entry.time:.2f}", entry.what, entry.reason]
+        for name in (STOP, DERATE, IGNORE, SHORT)
+        for entry in runs.gust.results[name].log
+    ]
+    return Table(["strategy", "time [s]", "transition", "reason"], rows, "The supervisor's log", text_columns=4)
+
+
+def lead(found: list[Claim]) -> str:
+    """The result in a sentence."""
+    held = sum(c.verdict == "holds" for c in found)
+    return f"{held} of {len(found)} lines hold. " + (HERE / "lead.md").read_text(encoding="utf-8").strip()
+
+
+def markdown(
+    found: list[Claim], tables: dict[str, tuple[str, list[Table]]], captions: dict[str, str], verdict: str
+) -> str:
+    """Tables and figures for the documentation."""
+    parts = [(HERE / "before.md").read_text(encoding="utf-8"), lead(found), ""]
+    for name, (heading, made) in tables.items():
+        parts += [f"## {heading}", ""]
+        if name == "beyond":
+            parts += [verdict, ""]
+            parts += [f"![{t}](wang2021/{n}.png)\n" for n, t in captions.items() if n.startswith("beyond")]
+        for table in made:
+            parts += [*table_lines(table), ""]
+        if name == "claims":
+            parts += [f"*{key}:* {words}\n" for key, words in REASONS.items()]
+    parts += ["## The paper's figures", ""]
+    parts += [f"![{t}](wang2021/{n}.png)\n" for n, t in captions.items() if not n.startswith("beyond")]
+    parts.append((HERE / "after.md").read_text(encoding="utf-8"))
+    return "\n".join(parts)

@@ -1,0 +1,5 @@
+"""Turbines made from a reference turbine and a dozen numbers."""
+
+from meltemi.turbine.scaling.turbine import scale_turbine as scale_turbine
+from meltemi.turbine.scaling.typical import Masses as Masses
+from meltemi.turbine.scaling.typical import typical_masses as typical_masses

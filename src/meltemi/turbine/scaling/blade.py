@@ -1,0 +1,86 @@
+"""The scaled blade: outer shape of the optimum rotor, walls for equal strain."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.turbine.definition import BladeStructure, Turbine
+from meltemi.turbine.scaling.factors import Factors, multiply
+
+Float = NDArray[np.float64]
+
+AREA = "mass axial_stiffness"
+"""Properties of a section of thin walls that go with its size and its wall,"""
+SECOND_MOMENT = "flap_stiffness edge_stiffness torsion_stiffness flap_inertia edge_inertia"
+"""and with the cube of its size and its wall."""
+
+
+def scaled_blade(reference: Turbine, factors: Factors, blade_mass: float | None) -> dict[str, Any]:
+    """Content of ``Turbine.blade``.
+
+    A section is s c times as large as the reference's: s of geometric similarity, c of the design tip-speed ratio. Its
+    walls are s w times as thick, with w = (moment / s^3) / c^2, which keeps the strain under the flap moment of rated
+    wind. A given mass sets w instead, alike in mass and stiffness, and so leaves the frequencies.
+
+    Args:
+      reference: the turbine that is scaled.
+      factors: of the new one.
+      blade_mass: [kg] of the new blade.
+    """
+    content = reference.blade.content()
+    aero, structure = content["aerodynamics"], content["structure"]
+    s, radius = factors.length, reference.rotor_radius
+
+    def share(part: dict[str, Any]) -> Float:
+        return (np.asarray(part["position"]) + reference.hub.radius) / radius
+
+    size = s * factors.chord(share(aero))
+    multiply(aero, "chord centre_x centre_y", size)
+    c = factors.chord(share(structure))
+    wall = s * factors.pressure / c**2
+    _sections(structure, s * c, wall)
+    if blade_mass is not None:
+        _sections(structure, np.ones_like(c), np.full_like(c, blade_mass / s / _mass(structure)))
+    for part in (aero, structure):
+        part["twist"] = np.asarray(part["twist"]) + factors.twist(share(part))
+        multiply(part, "position", s)
+    multiply(structure, "axis_x axis_y", s)
+    if structure["damping_time"] is not None:
+        multiply(structure["damping_time"], "flap edge torsion", s)
+    if factors.slender != 1.0:
+        structure["mode_shapes"] = None  # those of another blade
+    for flap in content["flaps"]:
+        multiply(flap, "rate frequency", 1.0 / factors.time)
+    return content
+
+
+def blade_moments(structure: BladeStructure, hub_radius: float) -> tuple[float, float]:
+    """Mass [kg] of a blade, and its inertia [kg m^2] about the shaft."""
+    z = np.asarray(structure.position)
+    mass = structure.mass if structure.mass is not None else np.asarray(structure.mass_matrix)[:, 0, 0]
+    r = z + hub_radius
+    # mass varies linearly between stations: Simpson's rule is exact to the second moment
+    half = 0.5 * (r[1:] + r[:-1])
+    middle = 0.5 * (mass[1:] + mass[:-1])
+    inertia = np.diff(z) / 6.0 * (mass[:-1] * r[:-1] ** 2 + 4.0 * middle * half**2 + mass[1:] * r[1:] ** 2)
+    return float(np.trapezoid(mass, z)), float(inertia.sum())
+
+
+def _sections(structure: dict[str, Any], size: Float, wall: Float) -> None:
+    """Multiply the size of sections and the thickness of their walls."""
+    multiply(structure, AREA, size * wall)
+    multiply(structure, SECOND_MOMENT, size**3 * wall)
+    multiply(structure, "mass_centre_x mass_centre_y", size)
+    arm = np.ones((len(size), 6))
+    arm[:, 3:] = size[:, None]  # moments and curvatures have one length more than forces and strains
+    matrix = arm[:, :, None] * arm[:, None, :] * (size * wall)[:, None, None]
+    multiply(structure, "stiffness_matrix mass_matrix", matrix)
+
+
+def _mass(structure: dict[str, Any]) -> float:
+    """[kg] along the reference's length."""
+    mass = structure["mass"] if structure["mass"] is not None else np.asarray(structure["mass_matrix"])[:, 0, 0]
+    return float(np.trapezoid(mass, structure["position"]))

@@ -1,0 +1,102 @@
+"""What a scaled turbine is to its reference, as factors from which every rule is made.
+
+Geometric similarity with equal materials and tip speed multiplies lengths and times by s and masses by s^3, and with
+them everything else by the units it has: forces by s^2, moments by s^3, bending stiffness by s^4, frequencies by 1/s.
+Stresses and wind speeds stay. A turbine of another specific power, design tip-speed ratio or rotor speed leaves it by
+three further factors: the rated wind, the chord and the time.
+
+References: Burton et al. (2011), Wind Energy Handbook, 2nd ed., section 6.2 (similarity); Manwell, McGowan and Rogers
+(2009), Wind Energy Explained, 2nd ed., section 3.8 (the optimum rotor with wake rotation); docs/guide/scaling.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.turbine.definition import Turbine
+
+Float = NDArray[np.float64]
+
+AIR = 1.225
+"""[kg/m^3]"""
+USUAL_POWER_COEFFICIENT = 0.48
+"""Of a rotor at its best tip-speed ratio; only its cube root matters here."""
+
+
+@dataclass(frozen=True)
+class Factors:
+    """New over reference.
+
+    Attributes:
+      length: of the rotor, and all that is drawn to its scale.
+      time: of a revolution at rated speed.
+      power: of the rotor at rated power, before losses.
+      gear: of the gear ratio.
+      tip_speed_ratio: [-] that the reference's rotor was drawn for (not a factor).
+      slender: of the design tip-speed ratio.
+    """
+
+    length: float
+    time: float
+    power: float
+    gear: float
+    tip_speed_ratio: float
+    slender: float
+
+    @property
+    def pressure(self) -> float:
+        """Of the dynamic pressure of rated wind, at equal power coefficient: (P / s^2)^(2/3)."""
+        return float((self.power / self.length**2) ** (2.0 / 3.0))
+
+    @property
+    def thrust(self) -> float:
+        """Of the rotor's thrust in rated wind."""
+        return self.pressure * self.length**2
+
+    @property
+    def moment(self) -> float:
+        """Of the blade's root moment in rated wind."""
+        return self.pressure * self.length**3
+
+    @property
+    def torque(self) -> float:
+        """Of the rotor's rated torque."""
+        return self.power * self.time
+
+    def chord(self, share: Float) -> Float:
+        """Of the chord beyond geometric similarity, at shares of the radius, with the lift coefficient kept.
+
+        The optimum rotor has the chord 8 pi r (1 - cos phi) / (B C_l).
+        """
+        old, new = self._inflow(share)
+        return np.asarray((1.0 - np.cos(new)) / (1.0 - np.cos(old)))
+
+    def twist(self, share: Float) -> Float:
+        """[rad] to be added to the twist, so that the angle of attack is kept."""
+        old, new = self._inflow(share)
+        return new - old
+
+    def _inflow(self, share: Float) -> tuple[Float, Float]:
+        """[rad] inflow angle of the optimum rotor, 2/3 atan(1 / (lambda r/R)): reference and new."""
+        ratio = self.tip_speed_ratio * np.maximum(share, 1e-6)
+        return 2.0 / 3.0 * np.arctan(1.0 / ratio), 2.0 / 3.0 * np.arctan(1.0 / (self.slender * ratio))
+
+
+def design_ratio(turbine: Turbine) -> float:
+    """Tip-speed ratio that the torque law holds below rated, where the rotor has a power coefficient of 0.48."""
+    slow_gain = turbine.control.torque.optimal_gain * turbine.drivetrain.gear_ratio**3
+    power = 0.5 * AIR * math.pi * turbine.rotor_radius**5 * USUAL_POWER_COEFFICIENT
+    return float((power * turbine.drivetrain.gearbox_efficiency / slow_gain) ** (1.0 / 3.0))
+
+
+def multiply(content: dict[str, Any], names: str, factor: Any) -> None:
+    """Multiply values of a record's content, numbers or lists, where it has them."""
+    for name in names.split():
+        if content[name] is not None:
+            product = np.asarray(content[name]) * factor
+            content[name] = product if product.ndim else float(product)
