@@ -190,7 +190,6 @@ SITUATIONS: dict[str, tuple[float, float, dict[str, Any]]] = {
     "variants": (16.0, 4.0, {"inflow": "constant", "stall_rotation": "openfast", "tower_influence": "none"}),
     "no wake": (12.0, 5.0, {"wake": "none", "stall_rotation": "none", "skew": "none"}),
     "static": (12.0, 5.0, {"stall": "static", "inflow": "quasi_steady", "torsion_modes": 0}),
-    "static gears": (11.0, 3.0, {"drivetrain": "quasi_static", "stall": "static", "torsion_modes": 0}),
     "gears": (11.0, 3.0, {"drivetrain": "multibody", "stall": "static", "torsion_modes": 0}),
 }
 
