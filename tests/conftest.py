@@ -27,6 +27,13 @@ def model(turbine: Turbine) -> Model:
 
 
 @pytest.fixture(scope="session")
+def geared(turbine: Turbine) -> Turbine:
+    """The same with a gearbox of two planetary stages and a parallel one, sized for its rated torque."""
+    gearbox = meltemi.size_gearbox(ratio=turbine.drivetrain.gear_ratio, rated_torque=4.18e6)
+    return turbine.replace(**{"drivetrain.gearbox": gearbox})
+
+
+@pytest.fixture(scope="session")
 def reference() -> Path:
     """Folder of the reference runs, which lies beside the repository where it is developed."""
     if not (REFERENCE / "openfast").is_dir():

@@ -150,6 +150,10 @@ if TYPE_CHECKING:
     from meltemi.turbine.definition import Turbine as Turbine
     from meltemi.turbine.flaps import naca64618_flap as naca64618_flap
     from meltemi.turbine.flaps import with_flaps as with_flaps
+    from meltemi.turbine.gearbox import Gearbox as Gearbox
+    from meltemi.turbine.gearbox import ParallelStage as ParallelStage
+    from meltemi.turbine.gearbox import PlanetaryStage as PlanetaryStage
+    from meltemi.turbine.gearbox import size_gearbox as size_gearbox
     from meltemi.turbine.library import LibraryEntry as LibraryEntry
     from meltemi.turbine.library import library_entries as library_entries
     from meltemi.turbine.library import list_turbines as list_turbines
@@ -279,6 +283,7 @@ _HOME = {
     "studies.tuning": "Tuning tune_ipc tune_loops",
     "turbine.definition": "Flap FlapIncrements Turbine",
     "turbine.flaps": "naca64618_flap with_flaps",
+    "turbine.gearbox": "Gearbox ParallelStage PlanetaryStage size_gearbox",
     "turbine.library": "LibraryEntry library_entries list_turbines load_turbine write_turbine",
     "turbine.openfast": "Deck read_deck read_openfast",
     "turbine.report": "Imported Note report_text",

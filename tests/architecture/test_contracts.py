@@ -80,6 +80,14 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
         WIND,
         duration=1.0,
     ),
+    "gearbox": lambda t: simulate(
+        meltemi.build(
+            t.replace(**{"drivetrain.gearbox": meltemi.size_gearbox(ratio=97.0, rated_torque=4e6)}),
+            ModelOptions(drivetrain="multibody"),
+        ),
+        WIND,
+        duration=1.0,
+    ),
     "locked": lambda t: simulate(meltemi.build(t, ModelOptions(locked=("blades", "tower"))), WIND, duration=1.0),
     "nodes": lambda t: simulate(meltemi.build(t, ModelOptions(blade_nodes=33, tower_nodes=11)), WIND, duration=1.0),
     "two blades": lambda t: simulate(meltemi.build(t.replace(n_blades=2)), WIND, duration=1.0),

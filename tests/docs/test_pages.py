@@ -77,6 +77,16 @@ def test_the_library_on_its_page_runs(tmp_path: Path, monkeypatch: pytest.Monkey
         assert library[name].mean() == pytest.approx(baseline[name].mean(), rel=0.02)
 
 
+def test_the_gearbox_on_its_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    """Means follow the ratio; the two meshes of a stage carry the same."""
+    found: dict[str, Any] = {"__name__": "page"}
+    exec(compile("\n".join(blocks("docs/guide/turbine-file.md", "python")), "page", "exec"), found)
+    assert "high_speed_shaft_torque" in capsys.readouterr().out
+    mean = {name: found["result"][name].mean() for name in found["loads"]}
+    assert mean["main_shaft_torque"] == pytest.approx(97.0 * mean["high_speed_shaft_torque"], rel=1e-3)
+    assert mean["stage_1_sun_force"] == pytest.approx(mean["stage_1_ring_force"], rel=1e-3)
+
+
 @pytest.mark.rosco
 def test_moving_from_rosco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Needs the rosco package, which the page says how to install."""

@@ -14,8 +14,7 @@ from meltemi import ModelOptions, Stations, SteadyWind, Turbine
 from meltemi.aero.tables import AERO_OPTIONS, FLOW, MEMORY
 from meltemi.simulation import linear
 from meltemi.simulation.case import Case, Numbers
-from meltemi.simulation.channels import catalogue
-from meltemi.simulation.simulate import Simulation
+from meltemi.simulation.simulate import Simulation, model_channels
 
 Float = NDArray[np.float64]
 LAST = 3.06
@@ -191,6 +190,7 @@ SITUATIONS: dict[str, tuple[float, float, dict[str, Any]]] = {
     "variants": (16.0, 4.0, {"inflow": "constant", "stall_rotation": "openfast", "tower_influence": "none"}),
     "no wake": (12.0, 5.0, {"wake": "none", "stall_rotation": "none", "skew": "none"}),
     "static": (12.0, 5.0, {"stall": "static", "inflow": "quasi_steady", "torsion_modes": 0}),
+    "gears": (11.0, 3.0, {"drivetrain": "multibody", "stall": "static", "torsion_modes": 0}),
 }
 
 
@@ -217,7 +217,7 @@ class Difference:
 
 
 @pytest.mark.parametrize("what", SITUATIONS)
-def test_derivatives_are_those_of_differences(turbine: Turbine, what: str) -> None:
+def test_derivatives_are_those_of_differences(geared: Turbine, what: str) -> None:
     """Entry by entry, for all kinds of states, inputs and outputs.
 
     A derivative is that of the branch on which the state stands. Central differences straddle two branches where a
@@ -230,10 +230,10 @@ def test_derivatives_are_those_of_differences(turbine: Turbine, what: str) -> No
       and there the derivative must be that of the difference to the inner side.
     """
     speed, azimuth, options = SITUATIONS[what]
-    model = meltemi.build(turbine.replace(**{"pitch_actuator.kind": "second_order"}), ModelOptions(**options))
+    model = meltemi.build(geared.replace(**{"pitch_actuator.kind": "second_order"}), ModelOptions(**options))
     point = meltemi.operating_point(model, SteadyWind(speed=speed, shear_exponent=0.14, direction=0.1))
     case = linear.linear_case(model, point)
-    channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps)
+    channels = model_channels(model)
     fixed = (("q", "generator"), ("summary", "time"))
     shown = [
         channel
@@ -244,10 +244,11 @@ def test_derivatives_are_those_of_differences(turbine: Turbine, what: str) -> No
         )
     ]
     x = linear._states(case, point, [azimuth], True)
-    kinds = ("q blade", "v blade", "q tower", " inflow ", " stall ", " pitch rate", "yaw command")
+    kinds = ("q blade", "v blade", "q tower", " inflow ", " stall ", " pitch rate", "yaw command", "gear mode")
     optional = {
         " inflow ": "none" in options.values() or "quasi_steady" in options.values(),
         " stall ": "stall" in options,
+        "gear mode": options.get("drivetrain") != "multibody",
     }
     for kind in kinds:
         assert any(kind in s.name for s in x) or optional.get(kind), kind

@@ -300,7 +300,7 @@ def channels(
     from meltemi.simulation.channels import catalogue, find
 
     if explain is not None:
-        c = find(explain, catalogue(n_nodes=20, blade_stations=3, tower_stations=3, flaps=4))
+        c = find(explain, catalogue(n_nodes=20, blade_stations=3, tower_stations=3, flaps=4, gears=(2, 3)))
         unit, factor = c.display_unit
         print(f"{c.name}")
         print(f"  OpenFAST     {c.alias or 'no such channel'}")
@@ -312,9 +312,8 @@ def channels(
         print(f"  positive     {c.sign}")
         return
     text = (search or "").lower()
-    chosen = [
-        c for c in catalogue(n_nodes=1, flaps=1).values() if text in f"{' '.join(c.names)} {c.description}".lower()
-    ]
+    every = catalogue(n_nodes=1, flaps=1, gears=(2, 3)).values()
+    chosen = [c for c in every if text in f"{' '.join(c.names)} {c.description}".lower()]
     if not chosen:
         raise InputError(f"no channel has {search!r} in its name or description")
     rows = [[c.name, c.alias, c.unit, c.sign, c.description] for c in chosen]

@@ -95,6 +95,7 @@ def campbell(
     if not given:
         raise InputError("campbell: no wind speeds or rotor speeds")
     free = air if generator_free is None else generator_free
+    model = model.with_static_gears()  # modes of a gearbox lie far above
     vacuum = replace(
         model.with_parameters(**{"structure.gravity": 0.0}), environment=model.environment.replace(gravity=0.0)
     )

@@ -126,7 +126,7 @@ def _gearbox(planetary: int, stages: int) -> list[Channel]:
     return [_channel(row, (i,), n=n) for i, (row, n) in enumerate(rows)]
 
 
-GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|hsshfttq|stage_\d_.*")
+GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|stage_\d_.*")
 
 
 @cache

@@ -4,18 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from meltemi.control.actuators import ANGLE
 from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.tables import View
+from meltemi.core.kernel import kernel
 from meltemi.simulation.case import Case
+from meltemi.simulation.step import GEAR_MODES, GEARS, view_parts
+from meltemi.structure.gears import ACCELERATION, FREQUENCY
+from meltemi.structure.gears import ANGLE as ANGLE_OF_MODE
 from meltemi.structure.kinematics import GENERATOR
-from meltemi.structure.tables import GEAR_MODE
 from meltemi.turbine import exchange as ex
 
-GEAR_SWEEPS = 6
+GEAR_SWEEPS = 8
 """Each makes what is missing less by the gears' share in the inertia of rotor and generator."""
+
+
+@kernel
+def settle_gears(numbers: Any, parts: tuple[Any, ...]) -> None:
+    """Bring the modes of a gearbox to where they stand still under the accelerations that they see."""
+    seen = view_parts(numbers, parts)
+    modes, gears = seen[GEAR_MODES], seen[GEARS]
+    for k in range(modes.shape[1]):
+        w = modes[FREQUENCY, k]
+        gears[ANGLE_OF_MODE, k] += gears[ACCELERATION, k] / (w * w)
 
 
 @dataclass(frozen=True)
@@ -67,11 +80,8 @@ def hold(case: Case, pitch: float, torque: float) -> None:
 
 def begin(case: Case) -> None:
     """Compute everything at time 0 after the state was set, so that the first step finds it."""
-    case.evaluate(0.0)
-    for _ in range(GEAR_SWEEPS if case["gears"].size else 0):
-        # modes of a gearbox begin where they stand still under the accelerations that they see
-        gears, modes = case.view("gears"), View(GEAR_MODE, case["gear_modes"])
-        gears["angle"] += gears["acceleration"] / modes["frequency"] ** 2
+    for _ in range(GEAR_SWEEPS if case["gears"].size else 1):
         case.evaluate(0.0)
+        settle_gears(case.numbers[1], case.parts)
     case.loads(0.0)
     case.v_old[:], case.a_old[:] = case["v"], case["a"]

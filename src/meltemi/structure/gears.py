@@ -37,7 +37,7 @@ def implicit_step(x: float, z: float) -> tuple[float, float]:
 
     Args:
       x: angular frequency times time step, greater than 0.
-      z: damping ratio, up to 0.5.
+      z: damping ratio, up to 0.3.
     """
     left = 1.0 - exp(-2.0 * z * x)
     a = 0.25 * left * x * x

@@ -432,9 +432,7 @@ class Drivetrain(Record):
         ratio = self.gearbox.ratio
         if abs(ratio - self.gear_ratio) > 1e-3 * self.gear_ratio:
             stages = " x ".join(f"{r:.5g}" for r in self.gearbox.ratios)
-            raise ValueError(
-                f"the stages of the gearbox give a ratio of {stages} = {ratio:.6g}, not {self.gear_ratio:g}"
-            )
+            raise ValueError(f"the gearbox has the ratio {stages} = {ratio:.6g}, but gear_ratio is {self.gear_ratio:g}")
         if self.stiffness * self.gearbox.compliance >= 1.0:
             raise ValueError(
                 f"stiffness {self.stiffness:.4g} N m/rad is that of the whole drivetrain and must be less than that of "

@@ -4,12 +4,13 @@ A planetary stage is driven at its carrier, its ring is held by the housing and 
 of sun R_s and ring R_r = R_s + 2 r_p the output turns 1 + R_r/R_s times as fast (Willis 1841), in the same sense; a
 parallel stage reverses the sense.
 
-Reference: docs/theory/structure.md (S-49 to S-58).
+Reference: docs/theory/structure.md (S-49 to S-59).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Self
 
 from pydantic import Field, model_validator
@@ -105,7 +106,7 @@ class Gearbox(Record):
     """Planetary stages, from the rotor on."""
     parallel: ParallelStage | None = None
     """A last stage with parallel shafts."""
-    damping_ratio: float = Field(default=0.05, ge=0.0, le=0.5)
+    damping_ratio: float = Field(default=0.05, ge=0.0, le=0.3)
     """[-] of the gearbox's modes between rotor and generator held. In gear meshes 0.03 to 0.17 was measured (Kasuba &
     Evans 1981)."""
     source: str = ""
@@ -156,22 +157,33 @@ MESH_PER_WIDTH = 20e9
 """[Pa] mean mesh stiffness per face width, 20 N/(mm um) (ISO 6336-1)."""
 SHAFT_STRESS, SHAFT_LENGTH = 50e6, 4.0
 """[Pa] shear stress of solid shafts at rated torque; their length over their diameter."""
-LEAST_RATIO, PARALLEL_FROM, PARALLEL_RATIO, LARGEST_STAGE = 3.0, 50.0, 4.0, 7.5
-"""Least overall ratio; the one from which on a parallel stage is added, and its ratio; largest of a planetary stage."""
+LEAST_RATIO, PARALLEL_FROM, PARALLEL_RATIO = 3.0, 50.0, 4.0
+"""Least overall ratio; the one from which on a parallel stage is added, and its ratio."""
+LEAST_STAGE, LARGEST_STAGE = 2.5, 7.5
+"""Ratios of planetary stages: below, planets are too small; the least number of stages is taken that stays below."""
 
 
-def size_gearbox(*, ratio: float, rated_torque: float, width_ratio: float = 1.0) -> Gearbox:
+def size_gearbox(
+    *,
+    ratio: float,
+    rated_torque: float,
+    planetary: Sequence[float] | None = None,
+    parallel: float | None = None,
+    width_ratio: float = 1.0,
+) -> Gearbox:
     """A gearbox of plausible inertia and stiffness for a turbine of which none is known.
 
     Gears: the sun (pinion) is as large as the pitting of ISO 6336-2 asks for, with the constants of this module; mesh
     stiffness is 20 N/(mm um) of face width (ISO 6336-1); three to five planets, as many as have room. Shafts: solid, 50
-    MPa at rated torque. Stages: planetary, of equal ratio up to 7.5; above an overall ratio of 50 a parallel stage of 4
-    comes last. Inertia: sun and pinion solid, planets with a bore of 0.6 (their bearings count as mass), carrier two
+    MPa at rated torque. Stages: planetary, of equal ratio up to 7.5; above an overall ratio of 50 a parallel stage of
+    4 comes last. Inertia: sun and pinion solid, planets with a bore of 0.6 (their bearings count as mass), carrier two
     discs, wheel a rim with a web.
 
     Args:
       ratio: generator over rotor speed [-].
       rated_torque: [N m] on the low-speed shaft.
+      planetary: ratios of the planetary stages, if they are known.
+      parallel: ratio of a parallel stage behind them.
       width_ratio: face width over diameter of sun and pinion [-].
 
     Returns:
@@ -187,16 +199,26 @@ def size_gearbox(*, ratio: float, rated_torque: float, width_ratio: float = 1.0)
     for name, value in (("rated_torque", rated_torque), ("width_ratio", width_ratio)):
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(f"size_gearbox: {name} must be positive, found {value!r}")
-    last = PARALLEL_RATIO if ratio > PARALLEL_FROM else 1.0
-    n = math.ceil(math.log(ratio / last) / math.log(LARGEST_STAGE) - 1e-9)
-    each = (ratio / last) ** (1.0 / n)
-    stages, torque = [], rated_torque
-    for _ in range(n):
-        stages.append(_planetary(each, torque, width_ratio))
+    if planetary is None:
+        if parallel is None and ratio > PARALLEL_FROM:
+            parallel = PARALLEL_RATIO
+        rest = ratio / (parallel or 1.0)
+        n = max(1, math.ceil(math.log(rest) / math.log(LARGEST_STAGE) - 1e-9))
+        planetary = n * [rest ** (1.0 / n)]
+    found = math.prod(planetary) * (parallel or 1.0)
+    if abs(found - ratio) > 1e-3 * ratio or min(planetary) <= LEAST_STAGE:
+        stages = " x ".join(f"{r:.4g}" for r in (*planetary, *([] if parallel is None else [parallel])))
+        raise InputError(
+            f"size_gearbox: stages of {stages} do not make a ratio of {ratio:g} with planetary stages above "
+            f"{LEAST_STAGE:g}"
+        )
+    sized, torque = [], rated_torque
+    for each in planetary:
+        sized.append(_planetary(each, torque, width_ratio))
         torque /= each
     return Gearbox(
-        planetary=tuple(stages),
-        parallel=_parallel(last, torque, width_ratio) if last > 1.0 else None,
+        planetary=tuple(sized),
+        parallel=None if parallel is None else _parallel(parallel, torque, width_ratio),
         source=f"sized for {rated_torque / 1e6:g} MN m by ISO 6336 (size_gearbox)",
     )
 
