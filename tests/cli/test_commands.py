@@ -285,7 +285,7 @@ def test_templates_never_overwrite(command: Command, tmp_path: Path) -> None:
 def test_turbines(command: Command) -> None:
     ran = command("turbines")
     assert (ran.status, ran.err) == (0, "")
-    (line,) = (line for line in ran.out.splitlines() if "nrel5mw" in line)
+    (line,) = (line for line in ran.out.splitlines() if line.strip("│ ").startswith("nrel5mw"))
     assert [part.strip() for part in line.strip("│").split("│")][-3:] == ["5", "126", "90.0"]
 
 

@@ -114,7 +114,7 @@ def test_derivatives_are_limits_of_differences(found: Sensitivity, model: Model,
 
 
 def test_nothing_switches_at_20_metres_a_second(found: Sensitivity) -> None:
-    assert found.switches == {"controller": 0, "pitch limits": 0, "stall": 0}
+    assert found.switches == {"controller": 0, "pitch limits": 0, "stall": 0, "yaw brake": 0}
     assert found.result["pitch_1"].min() > 0.1
 
 

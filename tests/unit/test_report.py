@@ -62,7 +62,7 @@ def test_what_happened_is_marked_and_listed() -> None:
     assert [text.get_text() for text in figure.axes[0].texts] == ["1-2", "3"]
     (legend,) = figure.legends
     said = [text.get_text() for text in legend.get_texts()]
-    assert said == ["1: 2 s, grid lost", "2: 2.1 s, production -> stop", "3: 15 s, grid back"]
+    assert said == ["1: 2 s, grid lost", "2: 2.1 s, production -> stop", "3: 15 s, grid lost: over"]
     colours = [line.get_color() for line in figure.axes[0].lines[1:]]
     assert colours[0] == colours[2] != colours[1]
     assert not plot([some, some], ["RotSpeed"]).axes[0].texts

@@ -7,7 +7,7 @@ an air density, that are fitted to power and flapwise moment of bins 5 to 7 alon
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -128,9 +128,11 @@ def calibrate(
     workers: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Calibration:
-    """Efficiency and air density with which bins 5 to 7 have the measured power and moment on average.
+    """Efficiency and air density with which bins 5 to 7 have the measured power and moment, in the mean of logarithms.
 
-    Moments go with the density, powers with density and efficiency; each round corrects both by what is missing.
+    Moments go with the density, powers with density and efficiency; each round corrects both by what is missing. Where
+    this asks for an efficiency above that of the scaled turbine, it stays there, and the density divides what is left
+    between power and moment: least squares of the logarithms.
     """
     now = Calibration()
     rows = [row for row in measured() if row.bin in FITTED]
@@ -145,7 +147,10 @@ def calibrate(
             progress=lambda share, i=i: progress((i + share) / ROUNDS),  # type: ignore[misc]
         )
         at = [k - 1 for k in FITTED]
-        power = float(np.mean([r.power_mean for r in rows] / found.column(POWER, "mean")[at]))
-        moment = float(np.mean([r.moment_mean for r in rows] / found.column(MOMENT, "mean")[at]))
-        now = replace(now, efficiency=now.efficiency * power / moment, air_density=now.air_density * moment)
+        power = float(np.mean(np.log([r.power_mean for r in rows] / found.column(POWER, "mean")[at])))
+        moment = float(np.mean(np.log([r.moment_mean for r in rows] / found.column(MOMENT, "mean")[at])))
+        efficiency = min(float(np.log(now.efficiency)) + power - moment, 0.0)
+        power -= efficiency - float(np.log(now.efficiency))  # left for the density
+        density = moment if efficiency < 0.0 else 0.5 * (power + moment)
+        now = Calibration(float(np.exp(efficiency)), now.air_density * float(np.exp(density)))
     return now

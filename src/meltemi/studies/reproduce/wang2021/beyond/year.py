@@ -12,6 +12,8 @@ curve. Directions change for four reasons:
   There are no statistics of them for the site; their number a year is varied.
 
 The mean wind has a Weibull distribution (Rayleigh, 7.11 m/s as in the paper's measurements) and changes within hours.
+
+The functions are compiled anew in every process: the cache of kernels does not look at studies.
 """
 
 from __future__ import annotations
@@ -20,13 +22,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from meltemi.control import signals as s
 from meltemi.control.sensors import normal, philox
 from meltemi.control.supervisor.threshold import YawProtection, threshold
 from meltemi.control.yaw import FILTERED, YawControl, wrap, yaw_settings, yaw_step
-from meltemi.core.kernel import kernel
 from meltemi.simulation.model import Model
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.reproduce.wang2021.beyond.limits import BasePoints
@@ -115,20 +117,20 @@ def power_curve(model: Model) -> PowerCurve:
     )
 
 
-@kernel
+@njit  # type: ignore[untyped-decorator]
 def uniform(count: int, stream: int, seed: int) -> float:
     """Uniform number between 0 and 1 at an address."""
     return (philox(count, stream, seed)[0] + 0.5) / 4294967296.0
 
 
-@kernel
+@njit  # type: ignore[untyped-decorator]
 def course(x: float, time: float, number: float) -> float:
     """The next second of a Gaussian signal with standard deviation 1 and an exponential autocorrelation [s]."""
     a = math.exp(-1.0 / time)
     return a * x + math.sqrt(1.0 - a * a) * number
 
 
-@kernel
+@njit  # type: ignore[untyped-decorator]
 def live(
     seconds: int,
     seed: int,
