@@ -228,25 +228,27 @@ def test_strategies_in_a_gust_with_change_of_direction(model: Model) -> None:
 
 @pytest.mark.slow
 def test_derivatives_go_through_the_supervisor(model: Model) -> None:
-    """Derated production in turbulence: those of duals are those of central differences."""
+    """Derated production in turbulence: those of duals are those of central differences.
+
+    The ramp must not end on a sample: there the derivative by its rate has two values.
+    """
     wind = meltemi.generate_field(
-        meltemi.TurbulentWind(speed=20.0, intensity=0.14, seed=3, points=7), model.turbine, 20.0
+        meltemi.TurbulentWind(speed=20.0, intensity=0.14, seed=3, points=7), model.turbine, 12.0
     )
     law = supervised(model.turbine, protection=YawProtection())
-    arguments: dict[str, Any] = {"duration": 20.0, "controller": law}
-    arguments["events"] = [{"at": 2.0, "type": "power_limit", "power": 4e6}]
-    names = ["controller.supervisor_derate_rate", "controller.proportional_gain", "aerodynamics.air_density"]
-    channels = ["pitch_1", "generator_torque", "TwrBsMyt"]
+    arguments: dict[str, Any] = {"duration": 12.0, "controller": law}
+    arguments["events"] = [{"at": 2.0, "type": "power_limit", "power": 3.7137e6}]
+    names = ["controller.supervisor_derate_rate", "controller.proportional_gain"]
+    channels = ["pitch_1", "generator_torque", "rotor_speed"]
     found = sensitivity(model, wind, names, channels=channels, **arguments)
-    assert found.switches["controller"] is not None
     for number, name in enumerate(names):
         step = 1e-6 * abs(found.values[number])
         low, high, step = differences(model=model, wind=wind, parameter=name, step=step, channels=channels, **arguments)
         for channel in channels:
             exact = found.series(channel)[1][:, number]
             change = (high[channel] - low[channel]) / (2.0 * step)
-            assert np.abs(exact - change).max() < 1e-4 * max(np.abs(change).max(), 1e-30), (name, channel)
             assert np.abs(exact).max() > 0.0
+            assert np.abs(exact - change).max() < 1e-5 * np.abs(change).max(), (name, channel)
 
 
 # case files ----------------------------------------------------------------------------------------------
