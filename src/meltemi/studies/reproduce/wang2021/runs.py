@@ -60,7 +60,7 @@ class Setup:
 
     seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     period: float = 600.0
-    limit_seeds: tuple[int, ...] = (1, 2, 3)
+    limit_seeds: tuple[int, ...] = (1, 2)
     quick: bool = False
 
 

@@ -19,8 +19,10 @@ from meltemi.loadcases.batch import BatchCase, simulate_batch
 from meltemi.postprocess.bins import EDGES, bin_statistics, result_statistics
 from meltemi.simulation.model import build
 from meltemi.simulation.result import Result
-from meltemi.studies.reproduce.wang2021.winds import MeasuredBin, bin_wind, measured
+from meltemi.simulation.trim import operating_point
+from meltemi.studies.reproduce.wang2021.winds import SHEAR, MeasuredBin, bin_wind, measured
 from meltemi.turbine.definition import Turbine
+from meltemi.wind.fields import SteadyWind
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -96,12 +98,15 @@ def simulate_bins(
     import pandas as pd
 
     model = build(calibration.turbine(turbine), environment=Environment(air_density=calibration.air_density))
+    winds = {row.bin: SteadyWind(speed=row.speed, shear_exponent=SHEAR) for row in rows}
+    starts = {k: operating_point(model, wind) for k, wind in winds.items()}  # one a bin, not one a seed
     cases = [
         BatchCase(
             model=model,
             wind=bin_wind(row, seed),
             duration=TRANSIENT + period,
             channels=CHANNELS,
+            start=starts[row.bin],
             name=f"bin {row.bin}, seed {seed}",
         )
         for row in reversed(rows)  # those in high wind, which take longest, first

@@ -19,12 +19,13 @@ from meltemi.loadcases.batch import BatchCase, simulate_batch
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
+from meltemi.simulation.trim import operating_point
 from meltemi.studies.reproduce.wang2021.beyond.limits import BasePoints
 from meltemi.studies.reproduce.wang2021.loads import CHANNELS, LOADS, extreme, fatigue
 from meltemi.studies.reproduce.wang2021.machines import strategy, with_yaw_rate
 from meltemi.studies.reproduce.wang2021.winds import SHEAR
 from meltemi.turbine.definition import Turbine
-from meltemi.wind.fields import WindBox
+from meltemi.wind.fields import SteadyWind, WindBox
 from meltemi.wind.iec.gusts import ecd
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.field import generate_field
@@ -38,7 +39,7 @@ FAST = ModelOptions(blade_nodes=10, yaw="driven")
 """Half the usual nodes: extremes of these runs change by some percent, the order of strategies does not."""
 DOWN = 600.0
 """[s] from the stop of a turbine to production again: wait, yaw, start-up."""
-LENGTH = 180.0
+LENGTH = 150.0
 """[s] of a run."""
 
 
@@ -57,7 +58,7 @@ class Grid:
     """
 
     speeds: tuple[float, ...] = (7.0, 10.67)
-    rises: tuple[float, ...] = (0.0, 5.0, 10.0, 14.33)
+    rises: tuple[float, ...] = (0.0, 7.0, 14.33)
     changes: tuple[float, ...] = tuple(np.radians((30.0, 45.0, 60.0, 75.0, 90.0)))
     begins: tuple[float, ...] = (20.0, 35.0)
     seeds: tuple[int, ...] = (1, 2)
@@ -135,6 +136,8 @@ class _Cases:
             self.strategies.append((OURS, longest, ours))
         self.machines = {rate: with_yaw_rate(turbine, rate) for rate in grid.yaw_rates}
         self.models: dict[float, Model] = {rate: build(t, FAST) for rate, t in self.machines.items()}
+        steady = {speed: SteadyWind(speed=speed, shear_exponent=SHEAR) for speed in grid.speeds}
+        self.starts = {speed: operating_point(self.models[grid.yaw_rates[0]], w) for speed, w in steady.items()}
         self.wind = lru_cache(maxsize=6)(self._wind)
         self.box = lru_cache(maxsize=3)(self._box)
 
@@ -165,6 +168,7 @@ class _Cases:
                     controller=strategy(self.machines[rate], protection),
                     channels=(*CHANNELS, "generator_power", "operating_state"),
                     output_step=0.1,
+                    start=self.starts[speed],
                     name=label,
                 )
 

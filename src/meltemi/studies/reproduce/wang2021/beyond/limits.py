@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 from meltemi.loadcases.batch import BatchCase, simulate_batch
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
+from meltemi.simulation.trim import operating_point
 from meltemi.studies.reproduce.wang2021.loads import CHANNELS, TOP_SHEAR, TOWER_BASE, YAW_BENDING, YAW_TORSION, extreme
+from meltemi.studies.reproduce.wang2021.winds import SHEAR
+from meltemi.wind.fields import SteadyWind
 from meltemi.wind.iec.winds import etm, ntm
 
 Float = NDArray[np.float64]
@@ -94,12 +97,15 @@ def find_limits(
         for speed in speeds:
             keys += [("ntm", speed, sign * e, seed) for e in errors for sign in ((1.0, -1.0) if e > 0.0 else (1.0,))]
             keys += [("etm", speed, sign * DEAD_BAND, seed) for sign in (1.0, -1.0)]
+    places = {(speed, angle) for _, speed, angle, _ in keys}
+    starts = {(v, e): operating_point(model, SteadyWind(speed=v, shear_exponent=SHEAR, direction=e)) for v, e in places}
     cases = [
         BatchCase(
             model=model,
             wind=(ntm if kind == "ntm" else etm)(speed, WIND_CLASS, seed=seed, direction=angle),
             duration=LEAD + length,
             channels=CHANNELS,
+            start=starts[speed, angle],
             name=f"{kind} {speed:g} m/s {np.degrees(angle):g} deg seed {seed}",
         )
         for kind, speed, angle, seed in keys
