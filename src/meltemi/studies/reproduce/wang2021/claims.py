@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,8 @@ def claims(runs: Runs) -> list[Claim]:
     found = []
     for name, table in runs.tables.items():
         found += _table2(name, table)
-    return [*found, *_validation(runs), *_laws(), *_gust(runs.gust)]
+    found += [*_validation(runs), *_laws(), *_gust(runs.gust)]
+    return [replace(c, reason="") if c.verdict == "holds" else c for c in found]
 
 
 def _holds(ok: bool, otherwise: str = "differs") -> str:
@@ -330,15 +331,36 @@ def _gust(g: Gust) -> list[Claim]:
 
 
 REASONS = {
-    "rotor": "",
-    "calibration": "",
-    "std": "",
-    "plateau": "",
-    "load": "",
-    "load std": "",
-    "V1": "",
-    "pitch": "",
-    "power": "",
-    "half": "",
+    "rotor": (
+        "The scaled rotor is clean, aligned and at its best tip-speed ratio: electrical C_p of 0.44 against 0.30 "
+        "to 0.37 measured. Nothing was fitted to the measurements."
+    ),
+    "calibration": (
+        "In bins 5 to 7 power and moment lack the same, so the fit takes it from the air density and leaves the "
+        "efficiency where it is: the measured rotor finds less in its wind. In bins 3 and 4 it finds less still; "
+        "it starts, stops and yaws there, ours does not."
+    ),
+    "std": "Where the power curve bends, ten minutes with steady wind have less scatter than sets of half a year.",
+    "plateau": (
+        "Our law holds the electrical power at its rating; the measured one has ripples of its own and lies 1.8 % "
+        "above the rating in Table 2, 0.6 % in Figure 5."
+    ),
+    "load": "The blade is scaled, too; nobody outside knows the real one.",
+    "load std": (
+        "The intensity of the bins falls from 14 to 8 % at the end of the table, and ours falls with it in the "
+        "last two; those bins hold 21 and 7 sets."
+    ),
+    "V1": "Table 2 and Figure 4 contradict each other about this power, see below.",
+    "pitch": (
+        "At 10.67 m/s, 2 m/s above rated, the pitch works from the start and follows the wind, which rises from "
+        "10 s on. What the strategies do begins at the trigger: S1 at once; S2 lowers its set-point by 10 % of "
+        "the rating a second, so its pitch parts later."
+    ),
+    "power": "The rotor speed still swings under a yaw error of 60 degrees.",
+    "half": (
+        "To feather in 12 s at 25 m/s shakes the tower more than to go on at two thirds of the power, so S1 has "
+        "the larger peaks. After the gust S2 has more pitch than S3, and no less load from the yaw error: it "
+        "saves in the transient."
+    ),
 }
-"""Why numbers differ; filled from what was found, see ``docs/papers/wang2021.md``."""
+"""Why numbers differ."""

@@ -29,6 +29,8 @@ GUST_BEGIN, GUST_SPEED, GUST_RISE = 10.0, 10.67, 14.33
 START_UP_SPEED, START_UP_LAST, START_UP_INTENSITY = 7.49, 8.06, 0.05
 """[m/s], [m/s], [-] of V1: the mean over 240 s is the paper's. Its power in the last minute needs 8.06 m/s on the
 measured power curve of Table 2; the paper does not give the wind of that minute."""
+START_UP_RISE = (145.0, 155.0)
+"""[s] in which it rises: early enough for the rotor to have its new speed in the last minute."""
 POWER_SPEED, POWER_INTENSITY = 10.49, 0.085
 """[m/s], [-] of V2; the intensity lies between those of the bins at 9.9 and 11.0 m/s."""
 TURN, TURN_BEGIN, TURN_END = np.radians(20.0), 120.0, 180.0
@@ -75,10 +77,12 @@ def bin_wind(row: MeasuredBin, seed: int) -> TurbulentWind:
 
 
 def start_up(turbine: Turbine, seed: int, duration: float = 240.0) -> WindBox:
-    """V1: mean 7.49 m/s over 240 s, 8.06 m/s over the last minute of them."""
-    before = (4.0 * START_UP_SPEED - START_UP_LAST) / 3.0
+    """V1: mean 7.49 m/s over 240 s, 8.06 m/s over the last minute of them and half a minute before."""
+    begin, end = START_UP_RISE
+    late = (240.0 - 0.5 * (begin + end)) / 240.0
+    before = (START_UP_SPEED - late * START_UP_LAST) / (1.0 - late)
     box = _box(turbine, before, START_UP_INTENSITY, seed, duration)
-    rise = WindSeries(time=(175.0, 185.0), speed=before, gust=(0.0, START_UP_LAST - before))
+    rise = WindSeries(time=(begin, end), speed=before, gust=(0.0, START_UP_LAST - before))
     return with_gust(box, rise)
 
 

@@ -64,7 +64,7 @@ def study(runs: Runs, *, workers: int | None, progress: Progress) -> Beyond:
     )
     progress(0.95, "a year of wind")
     curve = power_curve(fixed)
-    years = a_year(turbine, curve, limits.base_points, days=10.0 if quick else 365.0)
+    years = a_year(turbine, curve, limits.base_points, days=10.0 if quick else 365.0, workers=workers)
     progress(1.0, "done")
     return Beyond(limits, grid, years)
 

@@ -19,6 +19,7 @@ The functions are compiled anew in every process: the cache of kernels does not 
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,7 @@ from meltemi.control import signals as s
 from meltemi.control.sensors import normal, philox
 from meltemi.control.supervisor.threshold import YawProtection, threshold
 from meltemi.control.yaw import FILTERED, YawControl, wrap, yaw_settings, yaw_step
+from meltemi.core.threads import available_cores
 from meltemi.simulation.model import Model
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.reproduce.wang2021.beyond.limits import BasePoints
@@ -117,20 +119,20 @@ def power_curve(model: Model) -> PowerCurve:
     )
 
 
-@njit  # type: ignore[untyped-decorator]
+@njit(nogil=True)  # type: ignore[untyped-decorator]
 def uniform(count: int, stream: int, seed: int) -> float:
     """Uniform number between 0 and 1 at an address."""
     return (philox(count, stream, seed)[0] + 0.5) / 4294967296.0
 
 
-@njit  # type: ignore[untyped-decorator]
+@njit(nogil=True)  # type: ignore[untyped-decorator]
 def course(x: float, time: float, number: float) -> float:
     """The next second of a Gaussian signal with standard deviation 1 and an exponential autocorrelation [s]."""
     a = math.exp(-1.0 / time)
     return a * x + math.sqrt(1.0 - a * a) * number
 
 
-@njit  # type: ignore[untyped-decorator]
+@njit(nogil=True)  # type: ignore[untyped-decorator]
 def live(
     seconds: int,
     seed: int,
@@ -227,40 +229,46 @@ def live(
 
 
 def a_year(
-    turbine: Turbine, curve: PowerCurve, ours: BasePoints, *, days: float = 365.0, seed: int = 1
+    turbine: Turbine,
+    curve: PowerCurve,
+    ours: BasePoints,
+    *,
+    days: float = 365.0,
+    seed: int = 1,
+    workers: int | None = None,
 ) -> tuple[Year, ...]:
     """Strategies and numbers of fronts, in the same wind."""
     rows = measured()
     paper = YawProtection()
     first = (paper.wind_speeds, paper.thresholds)
-    found = []
-    for fronts in FRONTS:
-        stopped = 0.0
-        for name, kind, (c, b) in (
-            ("S1", "S1", first),
-            ("S2", "S2", first),
-            ("S2 ours", "S2", ours),
-            ("S3", "S3", first),
-        ):
-            values = np.zeros(5)
-            live(
-                round(days * DAY),
-                seed,
-                fronts / (365.0 * DAY),
-                curve.speed,
-                curve.power,
-                curve.cut_out,
-                np.array([r.speed for r in rows]),
-                np.array([r.intensity for r in rows]),
-                STRATEGIES[kind],
-                np.concatenate([c, b]),
-                2.0 / 3.0 * curve.rated,
-                paper.recheck_time,
-                yaw_settings(YawControl(), turbine.yaw),
-                s.MEASUREMENTS.zeros(),
-                values,
-            )
-            energy, exceeded, derates, stops, down = values
-            stopped = energy if name == "S1" else stopped
-            found.append(Year(name, fronts, energy, stopped, round(exceeded), round(derates), round(stops), down))
-    return tuple(found)
+    kinds = {"S1": ("S1", first), "S2": ("S2", first), "S2 ours": ("S2", ours), "S3": ("S3", first)}
+
+    def one(fronts: int, name: str) -> Float:
+        kind, base = kinds[name]
+        values = np.zeros(5)
+        live(
+            round(days * DAY),
+            seed,
+            fronts / (365.0 * DAY),
+            curve.speed,
+            curve.power,
+            curve.cut_out,
+            np.array([r.speed for r in rows]),
+            np.array([r.intensity for r in rows]),
+            STRATEGIES[kind],
+            np.concatenate(base),
+            2.0 / 3.0 * curve.rated,
+            paper.recheck_time,
+            yaw_settings(YawControl(), turbine.yaw),
+            s.MEASUREMENTS.zeros(),
+            values,
+        )
+        return values
+
+    keys = [(fronts, name) for fronts in FRONTS for name in kinds]
+    with ThreadPoolExecutor(workers or available_cores()) as pool:
+        found = dict(zip(keys, pool.map(lambda key: one(*key), keys), strict=True))
+    return tuple(
+        Year(name, fronts, energy, found[fronts, "S1"][0], round(exceeded), round(derates), round(stops), down)
+        for (fronts, name), (energy, exceeded, derates, stops, down) in found.items()
+    )
