@@ -320,15 +320,18 @@ def verdict(found: Beyond) -> str:
         for name in ("S1", "S2", OURS)
     }
     lines = (
-        f"Of the gusts in the grid S1 stops in {share['S1']:.0f} %, S2 in {share['S2']:.0f} %, S2 with base points from",
-        f"loads in {share[OURS]:.0f} %. Against going on, a stop changes the extreme bending at the yaw bearing by",
-        f"{gains['S1']:+.0f} %, derating by {gains['S2']:+.0f} and {gains[OURS]:+.0f} %: to feather fast in a gust is a",
-        "load case of its own. The recheck must leave the drive its time:",
-        f"after {short:g} s at {np.degrees(slow):.1f} deg/s {stops[slow, short]:.0f} % of the derated runs end in a stop,",
-        f"after {long:g} s at {np.degrees(fast):.1f} deg/s {stops[fast, long]:.0f} %. Base points that keep loads of",
-        f"production within 1.1 times those of extreme turbulence: {base}. The paper's are stricter than that in middle",
-        f"winds and laxer close to cut-out. In a year with {years['S1'].fronts} fronts derating wins {won['S2']:.0f} MWh",
-        f"against stopping, with these base points {won[OURS]:.0f} MWh,",
-        f"{100.0 * won[OURS] * 3.6e9 / years['S1'].energy:.2f} % of the year; without fronts next to nothing is to be won.",
+        f"Of the gusts in the grid S1 stops in {share['S1']:.0f} %, S2 in {share['S2']:.0f} %,",
+        f"S2 with base points from loads in {share[OURS]:.0f} %.",
+        f"Against going on, a stop changes the extreme bending at the yaw bearing by {gains['S1']:+.0f} %,",
+        f"derating by {gains['S2']:+.0f} and {gains[OURS]:+.0f} %: feathering fast is a load case of its own.",
+        f"The recheck must leave the drive its time: after {short:g} s at {np.degrees(slow):.1f} deg/s",
+        f"{stops[slow, short]:.0f} % of the derated runs end in a stop,",
+        f"after {long:g} s at {np.degrees(fast):.1f} deg/s {stops[fast, long]:.0f} %.",
+        f"Base points that keep loads of production within 1.1 times those of extreme turbulence: {base}.",
+        "The paper's are stricter than that in middle winds and laxer close to cut-out.",
+        f"In a year with {years['S1'].fronts} fronts derating wins {won['S2']:.0f} MWh against stopping,",
+        f"with these base points {won[OURS]:.0f} MWh,",
+        f"{100.0 * won[OURS] * 3.6e9 / years['S1'].energy:.2f} % of the year;",
+        "without fronts next to nothing is to be won.",
     )
     return " ".join(lines)
