@@ -374,7 +374,7 @@ def test_the_nrel5mw_scaled_to_2_8_mw_is_close_to_the_nrel_2_8_127(turbine: Turb
     assert second == pytest.approx(1.0, abs=0.10)  # -8 %
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", PAPER)
 def test_the_librarys_scaled_turbines_are_made_anew(name: str) -> None:
     stored, made = meltemi.load_turbine(name), scaled_turbine(name)
