@@ -34,6 +34,22 @@ def geared(turbine: Turbine) -> Turbine:
 
 
 @pytest.fixture(scope="session")
+def supervised_case() -> str:
+    """Text of a case file that starts from standstill."""
+    return """\
+turbine: nrel5mw
+wind: {kind: steady, speed: 8.0}
+duration: 20.0
+start: standstill
+channels: [rotor_speed, operating_state]
+controller:
+  kind: supervised
+  supervision: {start_time: 5.0}
+  protection: {strategy: stop, wind_speeds: [0, 30], thresholds: [0.8, 0.6]}
+"""
+
+
+@pytest.fixture(scope="session")
 def reference() -> Path:
     """Folder of the reference runs, which lies beside the repository where it is developed."""
     if not (REFERENCE / "openfast").is_dir():

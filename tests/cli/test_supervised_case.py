@@ -8,22 +8,10 @@ from terminal import Command
 
 from meltemi import read_case
 
-CASE = """\
-turbine: nrel5mw
-wind: {kind: steady, speed: 8.0}
-duration: 20.0
-start: standstill
-channels: [rotor_speed, operating_state]
-controller:
-  kind: supervised
-  supervision: {start_time: 5.0}
-  protection: {strategy: stop, wind_speeds: [0, 30], thresholds: [0.8, 0.6]}
-"""
 
-
-def test_it_starts_from_standstill_and_shows_its_log(command: Command, tmp_path: Path) -> None:
+def test_it_starts_from_standstill_and_shows_its_log(command: Command, supervised_case: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
-    path.write_text(CASE, encoding="utf-8")
+    path.write_text(supervised_case, encoding="utf-8")
     ran = command("run", path, "--out", tmp_path / "out")
     assert ran.status == 0
     assert "standby -> start up" in ran.out
@@ -32,13 +20,13 @@ def test_it_starts_from_standstill_and_shows_its_log(command: Command, tmp_path:
     assert again.controller == read_case(path).controller
 
 
-def test_what_does_not_fit_is_one_line(command: Command, tmp_path: Path) -> None:
+def test_what_does_not_fit_is_one_line(command: Command, supervised_case: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     for old, new, words in (
         ("supervision: {start_time: 5.0}", "supervision: {start_wind: 24.0}", "start_wind 24 m/s is more than"),
         ("[0, 30]", "[30, 0]", "wind_speeds must increase"),
     ):
-        path.write_text(CASE.replace(old, new), encoding="utf-8")
+        path.write_text(supervised_case.replace(old, new), encoding="utf-8")
         ran = command("run", path, "--out", tmp_path / "none")
         assert ran.status == 2
         assert words in ran.err

@@ -254,23 +254,10 @@ def test_derivatives_go_through_the_supervisor(model: Model) -> None:
 # case files ----------------------------------------------------------------------------------------------
 
 
-CASE = """\
-turbine: nrel5mw
-wind: {kind: steady, speed: 8.0}
-duration: 20.0
-start: standstill
-channels: [rotor_speed, operating_state]
-controller:
-  kind: supervised
-  supervision: {start_time: 5.0}
-  protection: {strategy: stop, wind_speeds: [0, 30], thresholds: [0.8, 0.6]}
-"""
-
-
-def test_starts_of_cases(model: Model, tmp_path: Path) -> None:
+def test_starts_of_cases(model: Model, supervised_case: str, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     for words, state, speed in (("standstill", 1, 0.0), ("idling", 9, 0.0), ("operating", 4, None)):
-        path.write_text(CASE.replace("standstill", words), encoding="utf-8")
+        path.write_text(supervised_case.replace("standstill", words), encoding="utf-8")
         case = read_case(path)
         law, start = case_controller(case, model.turbine, tmp_path), case_start(case, model.turbine)
         assert (start is None) == (speed is None)
@@ -290,9 +277,9 @@ def test_starts_of_cases(model: Model, tmp_path: Path) -> None:
         ("start_time: 5.0", "start_tim: 5.0", "start_time"),
     ],
 )
-def test_cases_that_are_refused(tmp_path: Path, old: str, new: str, words: str) -> None:
+def test_cases_that_are_refused(supervised_case: str, tmp_path: Path, old: str, new: str, words: str) -> None:
     path = tmp_path / "case.yaml"
-    text = CASE.replace(old, new)
+    text = supervised_case.replace(old, new)
     if new == "kind: baseline":
         text = text[: text.index("  supervision")]
     path.write_text(text, encoding="utf-8")

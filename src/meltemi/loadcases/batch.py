@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from meltemi.control.controller import Controller
-from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.postprocess.files import write_netcdf
 from meltemi.simulation.case import Stations
@@ -204,6 +204,20 @@ class _Batch:
                 self.compiled = True
                 return run
         return prepare(case)
+
+
+def completed(outcomes: Iterable[Outcome]) -> list[Any]:
+    """Values of outcomes, all of which must have reached their end.
+
+    Raises:
+      RunError: one did not; with its name and the reason.
+    """
+    values = []
+    for outcome in outcomes:
+        if not outcome.ok:
+            raise RunError(f"{outcome.name}: {outcome.message}")
+        values.append(outcome.value)
+    return values
 
 
 def prepare(case: BatchCase) -> Simulation:

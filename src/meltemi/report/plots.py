@@ -54,10 +54,15 @@ def style(ax: Axes) -> None:
         ax.spines[side].set_visible(False)
 
 
+def panel(ax: Axes, title: str, unit: str) -> None:
+    """Say above a panel what it shows, and its unit beside the axis; with the grid of all panels."""
+    ax.set_title(title, fontsize=9, loc="left", color=INK, pad=3)
+    ax.set_ylabel(f"[{unit}]", fontsize=8)
+    style(ax)
+
+
 def _name(channel: Channel, ax: Axes) -> None:
-    """Say above the panel what it shows, and its unit beside the axis."""
-    ax.set_title(channel.name.replace("_", " "), fontsize=9, loc="left", color=INK, pad=3)
-    ax.set_ylabel(f"[{channel.display_unit[0]}]", fontsize=8)
+    panel(ax, channel.name.replace("_", " "), channel.display_unit[0])
 
 
 def plot_channel(
@@ -70,7 +75,6 @@ def plot_channel(
     _, factor = channel.display_unit
     ax.plot(result.time, result[name] * factor, linewidth=0.9, label=label, color=colour or COLOURS[0])
     _name(channel, ax)
-    style(ax)
     return ax
 
 

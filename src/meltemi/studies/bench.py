@@ -427,7 +427,7 @@ def timed_controllers(duration: float) -> dict[str, float]:
 def timed_batch(duration: float) -> dict[str, Any]:
     """Time a batch on all cores against one core: making the winds and preparing the cases count, too."""
     from meltemi.core.threads import available_cores
-    from meltemi.loadcases.batch import BatchCase, simulate_batch
+    from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
     from meltemi.simulation.model import build
     from meltemi.simulation.simulate import simulate
     from meltemi.turbine.library import load_turbine
@@ -444,9 +444,7 @@ def timed_batch(duration: float) -> dict[str, Any]:
         began = time.perf_counter()
         outcomes = simulate_batch(some, workers=workers, reduce=lambda result: result.raise_for_status().status)
         seconds = time.perf_counter() - began
-        failed = [outcome.message for outcome in outcomes if not outcome.ok]
-        if failed:
-            raise MeltemiError(failed[0])
+        completed(outcomes)
         return len(some) * duration / seconds
 
     simulate(model, SteadyWind(speed=12.0), duration=1.0, channels=CHANNELS)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.postprocess.ensemble import mean_interval
-from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.report.plots import COLOURS, INK, new_figure, panel
 from meltemi.report.spectra_plots import plot_spectra
 from meltemi.simulation.result import Result
 from meltemi.studies.compare import hub_moments
@@ -20,7 +20,6 @@ from meltemi.turbine.flaps import DEFLECTION
 from meltemi.turbine.flaps import LIFT as LIFT_TABLE
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
@@ -29,12 +28,6 @@ HIGHEST = 0.9
 """[Hz] to which spectra are drawn: a little beyond 4P."""
 Series = tuple[str, str, Callable[[Result], Float]]
 """Title, unit, and what is drawn of a result."""
-
-
-def _panel(ax: Axes, title: str, unit: str) -> None:
-    ax.set_title(title, fontsize=9, loc="left", color=INK, pad=3)
-    ax.set_ylabel(f"[{unit}]", fontsize=8)
-    style(ax)
 
 
 def polars(runs: Runs) -> Figure:
@@ -46,7 +39,7 @@ def polars(runs: Runs) -> Figure:
         axes[0, 0].plot(rows[:, 0], rows[:, j + 1], marker=".", label=f"{delta:+g} deg", **colour)
     axes[0, 0].legend(title="flap", fontsize=8)
     axes[0, 0].set_xlabel("angle of attack [deg]")
-    _panel(axes[0, 0], "Fig. 4: lift coefficient of NACA 64-618 with a flap of 10 % chord", "-")
+    panel(axes[0, 0], "Fig. 4: lift coefficient of NACA 64-618 with a flap of 10 % chord", "-")
     return figure
 
 
@@ -57,7 +50,7 @@ def hub_wind(runs: Runs) -> Figure:
         result = c.results("cpc")
         ax.plot(result.time, result["wind_x"], linewidth=0.6, color=COLOURS[0])
         ax.axvspan(*runs.setup.window, color=COLOURS[3], alpha=0.2, linewidth=0.0)
-        _panel(ax, f"Fig. 5: wind at the hub, {reading}; shaded: the paper's window", "m/s")
+        panel(ax, f"Fig. 5: wind at the hub, {reading}; shaded: the paper's window", "m/s")
     axes[-1, 0].set_xlabel("time [s]")
     return figure
 
@@ -70,7 +63,7 @@ def series(runs: Runs, figures: Sequence[Series], schemes: Sequence[str] = THREE
         for i, scheme in enumerate(schemes):
             part = c.results(scheme).between(*c.windows[PAPER])
             ax.plot(part.time, of(part), linewidth=1.0, color=COLOURS[i], label=scheme.upper())
-        _panel(ax, title, unit)
+        panel(ax, title, unit)
     axes[0, 0].legend(fontsize=8, ncols=len(schemes), loc="upper right")
     axes[-1, 0].set_xlabel("time [s]")
     return figure
@@ -130,13 +123,13 @@ def actuators(runs: Runs) -> Figure:
         part = c.results(scheme).between(*c.windows[PAPER])
         axes[0, 0].plot(part.time, np.degrees(part["pitch_1"]), linewidth=1.0, color=COLOURS[i], label=scheme.upper())
     axes[0, 0].legend(fontsize=8, ncols=3, loc="upper right")
-    _panel(axes[0, 0], "Fig. 11a: pitch of blade 1", "deg")
+    panel(axes[0, 0], "Fig. 11a: pitch of blade 1", "deg")
     part = c.results("cpfc").between(*c.windows[PAPER])
     for b in (1, 2, 3):
         flap = np.degrees(part[f"flap_1_angle_{b}"])
         axes[1, 0].plot(part.time, flap, linewidth=0.9, color=COLOURS[b - 1], label=f"blade {b}")
     axes[1, 0].legend(fontsize=8, ncols=3, loc="upper right")
-    _panel(axes[1, 0], "Fig. 11b: flaps of CPFC", "deg")
+    panel(axes[1, 0], "Fig. 11b: flaps of CPFC", "deg")
     axes[1, 0].set_xlabel("time [s]")
     return figure
 
@@ -159,7 +152,7 @@ def loads(runs: Runs) -> Figure:
         ax.axhline(0.0, color=INK, linewidth=0.8)
         ax.set_xticks(range(len(names)), [name.removesuffix(" DEL") for name in names])
         ax.legend(fontsize=8, loc="lower right")
-        _panel(ax, f"Fig. 12: change of DEL against CPC, {reading}", "%")
+        panel(ax, f"Fig. 12: change of DEL against CPC, {reading}", "%")
     return figure
 
 
@@ -173,7 +166,7 @@ def speeds(runs: Runs) -> Figure:
             ax.plot(every, means, marker="o", markersize=4, color=COLOURS[i], label=scheme)
         ax.axhline(0.0, color=INK, linewidth=0.8)
         ax.set_xlabel("wind speed [m/s]")
-        _panel(ax, f"{name}, change against CPC", "%")
+        panel(ax, f"{name}, change against CPC", "%")
     axes[0, 0].legend(fontsize=8)
     return figure
 

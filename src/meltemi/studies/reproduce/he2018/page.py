@@ -10,7 +10,7 @@ import numpy as np
 from meltemi.postprocess.ensemble import Estimate
 from meltemi.report.html import Picture, Section, Table, write_page
 from meltemi.report.plots import save
-from meltemi.report.tables import number, write_csv
+from meltemi.report.tables import number
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.reproduce.he2018 import beyond
 from meltemi.studies.reproduce.he2018.checks import checks
@@ -27,7 +27,7 @@ from meltemi.studies.reproduce.he2018.claims import (
 from meltemi.studies.reproduce.he2018.figures import FIGURES
 from meltemi.studies.reproduce.he2018.runs import CLASS_B, QUICK, Progress, Runs, Setup, run_all
 from meltemi.studies.reproduce.markdown import table_lines
-from meltemi.studies.reproduce.study import Reproduction
+from meltemi.studies.reproduce.study import Reproduction, write_tables
 from meltemi.studies.scheme_names import SCHEMES
 
 HERE = Path(__file__).parent
@@ -56,10 +56,7 @@ def reproduce(
     loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in cpfc}
     files.append(save(plot_tuning(loops), out / "bode.png"))
     tables = all_tables(runs)
-    for name, (_, made) in tables.items():
-        for i, table in enumerate(made):
-            stem = name if len(made) == 1 else f"{name}_{i + 1}"
-            files.append(write_csv(out / f"{stem}.csv", [h.replace("\n", " ") for h in table.head], table.rows))
+    files += write_tables(tables, out)
     text = markdown(runs, tables)
     path = out / "he2018.md"
     path.write_text(text, encoding="utf-8")

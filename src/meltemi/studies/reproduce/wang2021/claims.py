@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.postprocess.ensemble import mean_interval
-from meltemi.studies.reproduce.wang2021.gust import DERATE, IGNORE, SHORT, STOP, Gust
+from meltemi.studies.reproduce.wang2021.gust import DERATE, IGNORE, SHORT, STOP, Gust, transitions
 from meltemi.studies.reproduce.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi.studies.reproduce.wang2021.runs import AS_SCALED, Runs
 from meltemi.studies.reproduce.wang2021.table2 import FITTED, MOMENT, POWER, Table2
@@ -224,8 +224,8 @@ def _gust(g: Gust) -> list[Claim]:
     speed, turned = float(np.hypot(u[-1], v[-1])), float(np.degrees(np.arctan2(-v[-1], u[-1])))
     raw = [unfiltered_trigger(YawProtection(law=law), 14.33, 120.0) for law in ("interpolated", "stepwise")]
     first = [g.first_pitch(name) for name in (STOP, DERATE, IGNORE)]
-    begin = next((e.time for e in s1.log if "stop" in e.what.rsplit("->", 1)[-1]), np.nan)
-    derated = next((e.time for e in s2.log if "derate" in e.what.rsplit("->", 1)[-1]), np.nan)
+    begin = next((e.time for e in transitions(s1, "stop")), np.nan)
+    derated = next((e.time for e in transitions(s2, "derate")), np.nan)
     held = g.power(DERATE, derated + 30.0) * 1e-3 if np.isfinite(derated) else np.array([np.nan])
     full = g.power(IGNORE, 80.0) * 1e-3
     bend, twist, shear = ((g.ratio(n, STOP), g.ratio(n, IGNORE)) for n in (YAW_BENDING, YAW_TORSION, TOP_SHEAR))
@@ -233,7 +233,7 @@ def _gust(g: Gust) -> list[Claim]:
     tops = [g.peak(name, TOP_SHEAR) for name in (STOP, DERATE, IGNORE)]
     late = g.late()
     short = g.results[SHORT]
-    recheck = [e for e in short.log if "stop" in e.what.rsplit("->", 1)[-1]]
+    recheck = transitions(short, "stop")
     return [
         Claim(
             "wind at the end",

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
-from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.report.plots import COLOURS, INK, new_figure, panel
 from meltemi.simulation.result import Result
 from meltemi.studies.reproduce.wang2021.gust import DERATE, IGNORE, STOP, Gust
 from meltemi.studies.reproduce.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
@@ -18,17 +18,9 @@ from meltemi.studies.reproduce.wang2021.table2 import MOMENT, POWER, Table2
 from meltemi.studies.reproduce.wang2021.winds import measured
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
-
-
-def panel(ax: Axes, title: str, unit: str) -> None:
-    """Say above the panel what it shows, and its unit beside the axis."""
-    ax.set_title(title, fontsize=9, loc="left", color=INK, pad=3)
-    ax.set_ylabel(f"[{unit}]", fontsize=8)
-    style(ax)
 
 
 def table2(tables: dict[str, Table2]) -> Figure:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.control.controller import LogEntry
 from meltemi.simulation.result import Result
 from meltemi.studies.reproduce.wang2021.loads import LOADS, YAW_BENDING, extreme
 from meltemi.studies.reproduce.wang2021.winds import GUST_BEGIN
@@ -17,6 +18,16 @@ STOP, DERATE, IGNORE = "S1 stop", "S2 derate", "S3 ignore"
 SHORT = "S2, recheck after 30 s"
 MOVED = np.radians(0.2)
 """[rad] of pitch beyond which it has begun to move."""
+
+
+def transitions(result: Result, to: str) -> list[LogEntry]:
+    """Entries of the log that lead to a state with this word in its name, such as "stop"."""
+    return [entry for entry in result.log if to in entry.what.rsplit("->", 1)[-1]]
+
+
+def first(result: Result, where: NDArray[np.bool_]) -> float:
+    """[s] of the first record at which something holds; NaN if it never does."""
+    return float(result.time[np.argmax(where)]) if where.any() else np.nan
 
 
 @dataclass(frozen=True)
@@ -40,14 +51,12 @@ class Gust:
     def first_pitch(self, strategy: str) -> float:
         """[s] at which the pitch of blade 1 has left its angle of the start by 0.2 degrees."""
         result = self.results[strategy]
-        moved = np.abs(result["pitch_1"] - result["pitch_1"][0]) > MOVED
-        return float(result.time[np.argmax(moved)]) if moved.any() else np.nan
+        return first(result, np.abs(result["pitch_1"] - result["pitch_1"][0]) > MOVED)
 
     def parting(self, strategy: str) -> float:
         """[s] at which the pitch of blade 1 leaves that of the strategy that ignores the error by 0.2 degrees."""
         one, other = self.results[strategy], self.results[IGNORE]
-        apart = np.abs(one["pitch_1"] - other["pitch_1"]) > MOVED
-        return float(one.time[np.argmax(apart)]) if apart.any() else np.nan
+        return first(one, np.abs(one["pitch_1"] - other["pitch_1"]) > MOVED)
 
     def late(self) -> tuple[float, float, float]:
         """Derating over ignoring in the last 40 s, when both have settled: mean bending, ranges of bending, torsion."""
@@ -63,14 +72,12 @@ class Gust:
     def triggered(self, strategy: str) -> float:
         """[s] at which the yaw error first lies above its threshold, as the controller sees both."""
         result = self.results[strategy]
-        over = np.abs(result["yaw_error"]) > result["yaw_threshold"]
-        return float(result.time[np.argmax(over)]) if over.any() else np.nan
+        return first(result, np.abs(result["yaw_error"]) > result["yaw_threshold"])
 
     def feathered(self, strategy: str) -> float:
         """[s] at which the pitch passes 85 degrees; NaN if it does not."""
         result = self.results[strategy]
-        there = result["pitch_1"] > np.radians(85.0)
-        return float(result.time[np.argmax(there)]) if there.any() else np.nan
+        return first(result, result["pitch_1"] > np.radians(85.0))
 
     def power(self, strategy: str, begin: float, end: float = np.inf) -> Float:
         """(T,) [W] from ``begin`` to ``end`` [s]."""

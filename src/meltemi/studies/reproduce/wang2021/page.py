@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 from meltemi.report.html import Picture, Section, Table, write_page
 from meltemi.report.plots import save
 from meltemi.report.state_diagram import plot_states
-from meltemi.report.tables import write_csv
 from meltemi.studies.reproduce.markdown import table_lines
-from meltemi.studies.reproduce.study import Reproduction
+from meltemi.studies.reproduce.study import Reproduction, write_tables
 from meltemi.studies.reproduce.wang2021 import figures
 from meltemi.studies.reproduce.wang2021.beyond import report as beyond
 from meltemi.studies.reproduce.wang2021.claims import REASONS, Claim, claims
@@ -89,10 +88,7 @@ def reproduce(
         "strategies": ("Loads of the strategies", [loads_table(runs), log_table(runs)]),
         **beyond.tables(more),
     }
-    for name, (_, made) in tables.items():
-        for i, table in enumerate(made):
-            stem = name if len(made) == 1 else f"{name}_{i + 1}"
-            files.append(write_csv(out / f"{stem}.csv", [h.replace("\n", " ") for h in table.head], table.rows))
+    files += write_tables(tables, out)
     more.grid.rows.to_csv(out / "grid.csv", index=False, float_format="%.6g")
     files.append(out / "grid.csv")
     captions = {name: text for name, (text, _) in drawn.items()}

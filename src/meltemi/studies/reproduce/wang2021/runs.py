@@ -10,9 +10,8 @@ import numpy as np
 from meltemi.control.supervisor.settings import Supervision
 from meltemi.control.supervisor.supervised import supervised
 from meltemi.control.supervisor.threshold import YawProtection
-from meltemi.core.errors import RunError
 from meltemi.environment.site import Environment
-from meltemi.loadcases.batch import BatchCase, simulate_batch
+from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
 from meltemi.simulation.events import Request
 from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
@@ -151,7 +150,7 @@ def validation(
         )
         for seed in seeds
     ]
-    found = run_cases(cases, workers, progress)
+    found = completed(simulate_batch(cases, workers=workers, progress=progress))
     return tuple(found[: len(seeds)]), tuple(found[len(seeds) :])
 
 
@@ -176,17 +175,5 @@ def run_gust(studied: Turbine, workers: int | None, progress: Callable[[float], 
         )
         for name, protection in protections.items()
     ]
-    return Gust(dict(zip(protections, run_cases(cases, workers, progress), strict=True)))
-
-
-def run_cases(cases: list[BatchCase], workers: int | None, progress: Callable[[float], None]) -> list[Result]:
-    """Results of cases that must reach their end.
-
-    Raises:
-      RunError: one did not.
-    """
-    found = simulate_batch(cases, workers=workers, progress=progress)
-    for outcome in found:
-        if not outcome.ok:
-            raise RunError(f"{outcome.name}: {outcome.message}")
-    return [outcome.value for outcome in found]
+    found = completed(simulate_batch(cases, workers=workers, progress=progress))
+    return Gust(dict(zip(protections, found, strict=True)))

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.errors import RunError
 from meltemi.environment.site import Environment
-from meltemi.loadcases.batch import BatchCase, simulate_batch
+from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
 from meltemi.postprocess.bins import EDGES, bin_statistics, result_statistics
 from meltemi.simulation.model import build
 from meltemi.simulation.result import Result
@@ -117,11 +116,8 @@ def simulate_bins(
         result.raise_for_status()
         return result_statistics(result, CHANNELS, begin=TRANSIENT)
 
-    found = simulate_batch(cases, reduce=statistics, workers=workers, progress=progress)
-    for outcome in found:
-        if not outcome.ok:
-            raise RunError(f"{outcome.name}: {outcome.message}")
-    bins = bin_statistics(pd.concat([outcome.value for outcome in found]), SPEED, edges=EDGES)
+    found = completed(simulate_batch(cases, reduce=statistics, workers=workers, progress=progress))
+    bins = bin_statistics(pd.concat(found), SPEED, edges=EDGES)
     return Table2(calibration, bins)
 
 

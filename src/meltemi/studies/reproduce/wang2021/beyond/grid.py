@@ -21,6 +21,7 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.reproduce.wang2021.beyond.limits import BasePoints
+from meltemi.studies.reproduce.wang2021.gust import transitions
 from meltemi.studies.reproduce.wang2021.loads import CHANNELS, LOADS, extreme, fatigue
 from meltemi.studies.reproduce.wang2021.machines import strategy, with_yaw_rate
 from meltemi.studies.reproduce.wang2021.winds import SHEAR
@@ -183,15 +184,14 @@ class _Cases:
 def reduced(result: Result) -> dict[str, Any]:
     """What is kept of a run."""
     result.raise_for_status()
-    says = [entry.what for entry in result.log]
     power, dt = result["generator_power"], float(result.time[1] - result.time[0])
-    stopped = any("stop" in what.rsplit("->", 1)[-1] for what in says)
+    stopped = bool(transitions(result, "stop"))
     # after the run a stopped turbine stays down, another goes on with its last half minute's power
     last = 0.0 if stopped else float(power[-round(30.0 / dt) :].mean())
     row: dict[str, Any] = {
         "energy": float(power.sum() * dt) + last * DOWN,
         "stops": int(stopped),
-        "derates": sum("derate" in what.rsplit("->", 1)[-1] for what in says),
+        "derates": len(transitions(result, "derate")),
     }
     for name in LOADS:
         row[f"{name}, extreme"], row[f"{name}, fatigue"] = extreme(result, name), fatigue(result, name)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.report.html import Table
-from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.report.plots import COLOURS, INK, new_figure, panel
 from meltemi.simulation.model import build
 from meltemi.studies.reproduce.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid
 from meltemi.studies.reproduce.wang2021.beyond.limits import JUDGED, Limits, find_limits
@@ -84,24 +84,25 @@ def relative(rows: pd.DataFrame, column: str, against: str = "S3") -> pd.DataFra
     return joined.assign(gain=joined[column] / joined["base"] - 1.0)
 
 
+def mean_gains(rows: pd.DataFrame, column: str) -> pd.Series:
+    """Mean of ``gain`` by strategy in percent, see :func:`relative`."""
+    return 100.0 * relative(rows, column).groupby("strategy")["gain"].mean()
+
+
 def costs_table(grid: Found) -> Table:
     """What each strategy costs, over all gusts of the grid."""
-    rows = []
     some = longest(grid)
+    energy = relative(some, "energy")
+    lost = (energy["base"] - energy["energy"]).groupby(energy["strategy"]).mean()
+    columns = [f"{load}, extreme" for load in LOADS] + [f"{load}, fatigue" for load in (YAW_BENDING, YAW_TORSION)]
+    gains = [mean_gains(some, column) for column in columns]
+    rows = []
     for name in STRATEGIES:
         part = some[some["strategy"] == name]
         if not len(part):
             continue
-        lost = relative(some, "energy")
-        lost = lost[lost["strategy"] == name]
         cells = [name, f"{len(part)}", f"{100.0 * part['stops'].mean():.0f}", f"{100.0 * part['derates'].mean():.0f}"]
-        cells.append(f"{float((lost['base'] - lost['energy']).mean()) / KWH:.0f}")
-        columns = [f"{load}, extreme" for load in LOADS] + [f"{load}, fatigue" for load in (YAW_BENDING, YAW_TORSION)]
-        for column in columns:
-            runs = relative(some, column)
-            gain = runs[runs["strategy"] == name]["gain"]
-            cells.append(f"{100.0 * gain.mean():+.0f}")
-        rows.append(cells)
+        rows.append([*cells, f"{lost[name] / KWH:.0f}", *(f"{gain[name]:+.0f}" for gain in gains)])
     head = ["strategy", "runs", "stops\n% of runs", "derates\n% of runs", "energy lost\nkWh a gust"]
     head += [f"{load}\nextreme %" for load in LOADS] + [f"{load}\nfatigue %" for load in (YAW_BENDING, YAW_TORSION)]
     note = (
@@ -111,17 +112,20 @@ def costs_table(grid: Found) -> Table:
     return Table(head, rows, "What the strategies cost", note=note)
 
 
+def stopped_all_the_same(grid: Found) -> Float:
+    """(yaw rates, recheck times) share of derated runs that end in a stop; NaN where none was derated."""
+    part = grid.rows[(grid.rows["strategy"] == "S2") & (grid.rows["derates"] > 0)]
+    means = part.pivot_table(index="yaw_rate", columns="recheck", values="stops", aggfunc="mean")
+    return means.reindex(index=grid.grid.yaw_rates, columns=grid.grid.rechecks).to_numpy()
+
+
 def recheck_table(grid: Found) -> Table:
     """How many derated runs end in a stop all the same, by yaw rate and recheck time."""
-    part = grid.rows[(grid.rows["strategy"] == "S2") & (grid.rows["derates"] > 0)]
     rates, times = grid.grid.yaw_rates, grid.grid.rechecks
-    rows = []
-    for rate in rates:
-        cells = [f"{np.degrees(rate):.1f}"]
-        for time in times:
-            some = part[(part["yaw_rate"] == rate) & (part["recheck"] == time)]
-            cells.append(f"{100.0 * some['stops'].mean():.0f}" if len(some) else "-")
-        rows.append(cells)
+    rows = [
+        [f"{np.degrees(rate):.1f}", *(f"{100.0 * x:.0f}" if np.isfinite(x) else "-" for x in shares)]
+        for rate, shares in zip(rates, stopped_all_the_same(grid), strict=True)
+    ]
     head = ["yaw rate [deg/s]", *(f"recheck after {time:g} s" for time in times)]
     note = (
         "Percent of the runs that were derated. The drive must turn the error below the threshold before the recheck."
@@ -225,8 +229,7 @@ def page(found: Beyond) -> Figure:
 
 
 def _recheck(ax: Axes, grid: Found) -> None:
-    table = recheck_table(grid)
-    values = np.array([[float(c) if c != "-" else np.nan for c in row[1:]] for row in table.rows])
+    values = 100.0 * stopped_all_the_same(grid)
     rates = np.degrees(grid.grid.yaw_rates).round(2)
     title = "derated runs that stop all the same [%]"
     _heat(ax, np.array(grid.grid.rechecks), rates, values, title, text=".0f", low=0.0, high=100.0)
@@ -262,11 +265,9 @@ def _years(ax: Axes, years: tuple[Year, ...]) -> None:
         ax.plot(
             [y.fronts for y in part], [(y.energy - y.stopped) / 3.6e9 for y in part], "o-", color=colour, label=name
         )
-    ax.set_title("energy won in a year against stopping [MWh]", fontsize=9, loc="left", color=INK, pad=3)
+    panel(ax, "energy won in a year against stopping", "MWh")
     ax.set_xlabel("fronts a year", fontsize=8)
-    ax.set_ylabel("[MWh]", fontsize=8)
     ax.legend(fontsize=7)
-    style(ax)
 
 
 def better(grid: Found) -> Table:
@@ -300,33 +301,24 @@ def figures(found: Beyond) -> dict[str, tuple[str, Figure]]:
 def verdict(found: Beyond) -> str:
     """What to do, in words, from the numbers."""
     some = longest(found.grid)
-    share = {name: 100.0 * float(some[some["strategy"] == name]["stops"].mean()) for name in ("S1", "S2", OURS)}
-    slow, fast = min(found.grid.grid.yaw_rates), max(found.grid.grid.yaw_rates)
-    part = found.grid.rows[(found.grid.rows["strategy"] == "S2") & (found.grid.rows["derates"] > 0)]
-    short, long = min(found.grid.grid.rechecks), max(found.grid.grid.rechecks)
-    stops = {
-        (rate, t): 100.0 * float(part[(part["yaw_rate"] == rate) & (part["recheck"] == t)]["stops"].mean())
-        for rate in (slow, fast)
-        for t in (short, long)
-    }
+    share = 100.0 * some.groupby("strategy")["stops"].mean()
+    gains = mean_gains(some, f"{YAW_BENDING}, extreme")
+    stops = 100.0 * stopped_all_the_same(found.grid)
+    slow, fast = np.degrees(found.grid.grid.yaw_rates)[[0, -1]]
+    short, *_, long = found.grid.grid.rechecks
     years = {y.strategy: y for y in found.years if y.fronts == max(y.fronts for y in found.years)}
     won = {name: (years[name].energy - years[name].stopped) / 3.6e9 for name in ("S2", OURS)}
     base = "; ".join(
         f"{c:g} m/s {np.degrees(b):.0f} deg" for c, b in zip(found.limits.speeds, found.limits.allowed(), strict=True)
     )
-    gains = {
-        name: 100.0 * float(rows[rows["strategy"] == name]["gain"].mean())
-        for rows in (relative(some, f"{YAW_BENDING}, extreme"),)
-        for name in ("S1", "S2", OURS)
-    }
     lines = (
         f"Of the gusts in the grid S1 stops in {share['S1']:.0f} %, S2 in {share['S2']:.0f} %,",
         f"S2 with base points from loads in {share[OURS]:.0f} %.",
         f"Against going on, a stop changes the extreme bending at the yaw bearing by {gains['S1']:+.0f} %,",
         f"derating by {gains['S2']:+.0f} and {gains[OURS]:+.0f} %: feathering fast is a load case of its own.",
-        f"The recheck must leave the drive its time: after {short:g} s at {np.degrees(slow):.1f} deg/s",
-        f"{stops[slow, short]:.0f} % of the derated runs end in a stop,",
-        f"after {long:g} s at {np.degrees(fast):.1f} deg/s {stops[fast, long]:.0f} %.",
+        f"The recheck must leave the drive its time: after {short:g} s at {slow:.1f} deg/s",
+        f"{stops[0, 0]:.0f} % of the derated runs end in a stop,",
+        f"after {long:g} s at {fast:.1f} deg/s {stops[-1, -1]:.0f} %.",
         f"Base points that keep loads of production within 1.1 times those of extreme turbulence: {base}.",
         "The paper's are stricter than that in middle winds and laxer close to cut-out.",
         f"In a year with {years['S1'].fronts} fronts derating wins {won['S2']:.0f} MWh against stopping,",
