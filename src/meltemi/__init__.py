@@ -42,6 +42,9 @@ if TYPE_CHECKING:
     from meltemi.core.errors import RunError as RunError
     from meltemi.core.errors import Status as Status
     from meltemi.core.errors import UnsupportedError as UnsupportedError
+    from meltemi.core.series import TimeSeries as TimeSeries
+    from meltemi.environment.air import Air as Air
+    from meltemi.environment.grid import PowerGrid as PowerGrid
     from meltemi.environment.site import Environment as Environment
     from meltemi.loadcases.batch import BatchCase as BatchCase
     from meltemi.loadcases.batch import Outcome as Outcome
@@ -231,6 +234,9 @@ _HOME = {
     "control.supervisor.threshold": "YawProtection yaw_threshold",
     "control.yaw": "YawControl yaw_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
+    "core.series": "TimeSeries",
+    "environment.air": "Air",
+    "environment.grid": "PowerGrid",
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",
     "loadcases.case": "LoadCase read_case",

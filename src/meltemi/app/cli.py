@@ -168,6 +168,7 @@ def run(
                 start=case_start(case, turbine),
                 stations=Stations(case.blade_stations, case.tower_stations),
                 events=case.events,
+                grid=case.grid,
                 progress=progress,
             )
         files = _write(result, out, outb)

@@ -39,9 +39,15 @@ MEASUREMENTS = table(
     rotor_power                | W       | mechanical, of the low-speed shaft
     hub_moment xyz             | N m     | of the rotor on the shaft at its apex, shaft axes (not rotating)
     yaw_bearing_moment xyz     | N m     | of the nacelle on the tower, tower-top axes (not yawing)
+    air_temperature            | K       | of the air
+    humidity                   | -       | relative humidity of the air
+    air_pressure               | Pa      | of the air
+    grid_voltage               | -       | at the terminals, share of the nominal voltage
+    grid_frequency             | Hz      | of the grid
     grid                       | -       | 1 while there is a grid that takes power, 0 while there is none
     request                    | -       | last word of the operator, a number of REQUESTS
     power_limit                | W       | electrical, that the operator sets; infinite without one
+    power_reference            | W       | electrical, that the operator asks for; infinite without one
     n_blades                   | -       | number of blades
     callback                   | -       | internal: address of a controller in plain Python
     """,
@@ -58,7 +64,10 @@ WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION = MEAS
     "wind_speed wind_direction fore_aft_acceleration side_side_acceleration"
 )
 FLAP, ROTOR_POWER, HUB_MOMENT, YAW_BEARING_MOMENT = MEASUREMENTS.slots("flap rotor_power hub_moment yaw_bearing_moment")
-GRID, REQUEST, POWER_LIMIT = MEASUREMENTS.slots("grid request power_limit")
+AIR_TEMPERATURE, HUMIDITY, AIR_PRESSURE, GRID_VOLTAGE, GRID_FREQUENCY = MEASUREMENTS.slots(
+    "air_temperature humidity air_pressure grid_voltage grid_frequency"
+)
+GRID, REQUEST, POWER_LIMIT, POWER_REFERENCE = MEASUREMENTS.slots("grid request power_limit power_reference")
 N_BLADES, CALLBACK = MEASUREMENTS.slots("n_blades callback")
 
 REQUESTS = ("none", "start", "normal_stop", "emergency_stop")
@@ -73,25 +82,28 @@ DEMANDS = table(
     brake            | -     | share of the full brake torque
     yaw_rate         | rad/s | of the yaw drive, counter-clockwise from above
     flap flaps       | rad   | deflection of flap i of each blade, trailing edge towards the pressure side
+    reactive_power   | var   | delivered to the grid, by turbines with converters
     operating_state  | -     | report: number of the supervisor's state
     power_setpoint   | W     | report: electrical power that is not to be exceeded
     yaw_error        | rad   | report: as the yaw control sees it, wind direction minus nacelle direction, clockwise
     yaw_threshold    | rad   | report: its limit at present
+    power_state      | -     | report: number of the power control's state
+    wind_estimate    | m/s   | report: wind speed that a controller estimates from power, speed and pitch
     """,
 )
-"""What a controller can ask for; the last four are what it reports, which is recorded and has no effect. Demands keep
+"""What a controller can ask for; the last six are what it reports, which is recorded and has no effect. Demands keep
 their values until they are changed."""
 
-GENERATOR_TORQUE, PITCH_DEMAND, BRAKE, YAW_RATE_DEMAND, FLAP_DEMAND = DEMANDS.slots(
-    "generator_torque pitch brake yaw_rate flap"
+GENERATOR_TORQUE, PITCH_DEMAND, BRAKE, YAW_RATE_DEMAND, FLAP_DEMAND, REACTIVE_POWER = DEMANDS.slots(
+    "generator_torque pitch brake yaw_rate flap reactive_power"
 )
-OPERATING_STATE, POWER_SETPOINT, YAW_ERROR, YAW_THRESHOLD = DEMANDS.slots(
-    "operating_state power_setpoint yaw_error yaw_threshold"
+OPERATING_STATE, POWER_SETPOINT, YAW_ERROR, YAW_THRESHOLD, POWER_STATE, WIND_ESTIMATE = DEMANDS.slots(
+    "operating_state power_setpoint yaw_error yaw_threshold power_state wind_estimate"
 )
-REPORTS = ("operating_state", "power_setpoint", "yaw_error", "yaw_threshold")
+REPORTS = ("operating_state", "power_setpoint", "yaw_error", "yaw_threshold", "power_state", "wind_estimate")
 """Demands that are reports."""
 
-MOST_TORQUE, MOST_PITCH, MOST_FLAP = 5.0, 0.5, 1.6
+MOST_TORQUE, MOST_PITCH, MOST_FLAP, MOST_REACTIVE = 5.0, 0.5, 1.6, 2.0
 """A torque demand may reach this multiple of the turbine's largest torque, a pitch demand go this far [rad] beyond
-the actuator's range, a flap be asked for this deflection [rad]. A controller that asks for more ends the run with its
-name and time."""
+the actuator's range, a flap be asked for this deflection [rad], a converter for this multiple of rated power. A
+controller that asks for more ends the run with its name and time."""

@@ -2,15 +2,34 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from typing import Self
+
+from pydantic import Field, model_validator
 
 from meltemi.core.record import Record
+from meltemi.environment.air import Air
+
+STANDARD = 1.225
+"""[kg/m^3] of the ISO 2533 standard atmosphere at sea level."""
 
 
 class Environment(Record):
     """Air and gravity at the site."""
 
-    air_density: float = Field(default=1.225, gt=0.0, lt=3.0)
+    air_density: float = Field(default=STANDARD, gt=0.0, lt=3.0)
     """Density of the air [kg/m^3]; 1.225 is the ISO 2533 standard atmosphere at sea level."""
+    air: Air | None = None
+    """Weather, from which the density follows; instead of ``air_density``."""
     gravity: float = Field(default=9.80665, ge=0.0, lt=30.0)
     """Gravitational acceleration [m/s^2]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.air is not None and self.air_density != STANDARD:
+            raise ValueError("give either air_density or air (temperature, humidity, altitude, pressure), not both")
+        return self
+
+    @property
+    def density(self) -> float:
+        """[kg/m^3] at the start of a run."""
+        return self.air_density if self.air is None else float(self.air.at([0.0])[-1][0])

@@ -19,6 +19,7 @@ from typing import Any
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.threads import available_cores, one_blas_thread
+from meltemi.environment.grid import PowerGrid
 from meltemi.postprocess.files import write_netcdf
 from meltemi.simulation.case import Stations
 from meltemi.simulation.channels import DEFAULT
@@ -57,6 +58,7 @@ class BatchCase:
     start: OperatingPoint | Start | None = None
     stations: Stations | None = None
     events: Sequence[Happening | Mapping[str, Any]] = ()
+    grid: PowerGrid | None = None
     name: str = ""
 
 
@@ -238,4 +240,5 @@ def prepare(case: BatchCase) -> Simulation:
         start=case.start,
         stations=case.stations,
         events=case.events,
+        grid=case.grid,
     )

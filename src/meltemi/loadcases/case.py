@@ -18,6 +18,7 @@ from meltemi.control.yaw import YawControl, yaw_control
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
+from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import Event, Happening, conflict
@@ -177,6 +178,8 @@ class LoadCase(Record):
     """Faults, grid losses and requests, each with its time."""
     options: ModelOptions = ModelOptions()
     environment: Environment = Environment()
+    grid: PowerGrid = PowerGrid()
+    """Voltage, frequency and power reference."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

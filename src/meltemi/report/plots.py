@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from meltemi.simulation.campbell import Campbell
-    from meltemi.simulation.performance import Performance
     from meltemi.simulation.result import Result
     from meltemi.simulation.trim import OperatingPoint
+    from meltemi.turbine.performance import Performance
 
 EVERYBODY = (
     "wind_x",

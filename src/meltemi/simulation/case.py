@@ -27,6 +27,7 @@ from meltemi.control.signals import (
     MEASUREMENTS,
     MOST_FLAP,
     MOST_PITCH,
+    MOST_REACTIVE,
     MOST_TORQUE,
     N_BLADES,
     POWER_LIMIT,
@@ -35,6 +36,8 @@ from meltemi.control.signals import (
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import announce, kernel
 from meltemi.core.tables import Table, View
+from meltemi.environment.conditions import CONDITIONS, conditions_array
+from meltemi.environment.grid import PowerGrid
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.lanes import WIDTH
 from meltemi.numbers.views import FLOATS, LANES, viewer
@@ -118,6 +121,7 @@ SIGNAL_TABLES: dict[str, Table] = {
     "gears": GEARS,
     "gear_loads": GEAR_LOAD,
     "demands": DEMANDS,
+    "outside": CONDITIONS,
     "flow": FLOW,
     "motion": MOTION,
     "station": STATION_LOAD,
@@ -189,7 +193,13 @@ class Case:
     """
 
     def __init__(
-        self, model: Model, wind: Wind, stations: Stations | None = None, *, numbers: Numbers = "lanes"
+        self,
+        model: Model,
+        wind: Wind,
+        stations: Stations | None = None,
+        *,
+        numbers: Numbers = "lanes",
+        grid: PowerGrid | None = None,
     ) -> None:
         announce()
         stations = stations or Stations()
@@ -254,7 +264,7 @@ class Case:
             "tower_shape": filled("tower_shape", model.tower_shape, tower_fill),
             "faults": healthy(),
             "actuators": model.actuators,
-            "aero": model.aero,
+            "aero": model.aero.copy(),
             "aero_options": model.aero_options.copy(),
             "aero_nodes": filled("aero_nodes", model.aero_nodes, fill),
             "polars": model.polars,
@@ -295,10 +305,12 @@ class Case:
         most["pitch"] = MOST_PITCH + max(abs(actuator.minimum), abs(actuator.maximum))
         most["brake"] = most["yaw_rate"] = 1.0
         most["flap"] = MOST_FLAP
+        most["reactive_power"] = MOST_REACTIVE * turbine.rated_power
         for name in REPORTS:
             most[name] = np.inf
         self.measured[GRID], self.measured[POWER_LIMIT] = 1.0, np.inf
         self.events = np.zeros((0, 3))
+        self.conditions = conditions_array(model.environment, grid)
         self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
         self.spare = np.zeros_like(self.aero_state.vector)
         self.clock = np.zeros(N_CLOCK, dtype=np.int64)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from meltemi.control.actuators import ANGLE
 from meltemi.core.errors import InputError
@@ -15,28 +13,10 @@ from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.definition import Turbine
+from meltemi.turbine.performance import Performance
 from meltemi.wind.fields import SteadyWind
 
-Float = NDArray[np.float64]
-
 RIGID = ("tower", "yaw", "generator", "drivetrain", "blades")
-
-
-@dataclass(frozen=True)
-class Performance:
-    """Coefficients of a rigid rotor in uniform wind, averaged over the azimuth.
-
-    Attributes:
-      tip_speed_ratio: (n,).
-      pitch: (m,) [rad].
-      power, thrust, torque: (n, m) C_p, C_t, C_q, referred to the rotor radius without cone.
-    """
-
-    tip_speed_ratio: Float
-    pitch: Float
-    power: Float
-    thrust: Float
-    torque: Float
 
 
 def rotor_performance(
@@ -76,7 +56,7 @@ def rotor_performance(
     case = Case(model, SteadyWind(speed=wind_speed))
     rotor = case.view("rotor")
     generator = len(model.tower.names) + GENERATOR
-    R, rho = turbine.rotor_radius, model.environment.air_density
+    R, rho = turbine.rotor_radius, model.environment.density
     area = np.pi * R**2
     thrust, torque = np.zeros((2, len(ratios), len(pitches)))
     for i, ratio in enumerate(ratios):

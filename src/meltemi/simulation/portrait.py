@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.modes import Mode, natural_modes
-from meltemi.simulation.performance import Performance, rotor_performance
+from meltemi.simulation.performance import rotor_performance
 from meltemi.simulation.trim import OperatingPoint, operating_point
 from meltemi.structure.beam import Beam
 from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam
 from meltemi.turbine.definition import BladeStructure, Turbine
+from meltemi.turbine.performance import Performance
 
 Float = NDArray[np.float64]
 T = TypeVar("T")

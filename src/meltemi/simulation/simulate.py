@@ -19,6 +19,7 @@ import numba
 import numpy as np
 from numba import types
 
+from meltemi.aero.rotor import AIR_DENSITY
 from meltemi.control import fixed
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, LogEntry, StartPoint
@@ -27,6 +28,8 @@ from meltemi.control.signals import DEMANDS, MEASUREMENTS
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.kernel import compile_seconds, kernel_for
 from meltemi.core.tables import View
+from meltemi.environment.conditions import conditions_now
+from meltemi.environment.grid import PowerGrid
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case, Numbers, Stations
@@ -56,6 +59,7 @@ def simulate(
     start: OperatingPoint | Start | None = None,
     stations: Stations | None = None,
     events: Iterable[Happening | Mapping[str, Any]] = (),
+    grid: PowerGrid | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Simulate a model in a wind.
@@ -74,6 +78,7 @@ def simulate(
       stations: further places for section loads.
       events: faults, grid losses and requests, as records or as keys and values:
         ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
+      grid: voltage, frequency and power reference; by default a stiff grid that takes all power.
       progress: called with the share that is done.
 
     Returns:
@@ -93,6 +98,7 @@ def simulate(
         start=start,
         stations=stations,
         events=events,
+        grid=grid,
     )
     march(run, progress)
     return run.result()
@@ -142,6 +148,7 @@ class Simulation:
         start: OperatingPoint | Start | None = None,
         stations: Stations | None = None,
         events: Iterable[Happening | Mapping[str, Any]] = (),
+        grid: PowerGrid | None = None,
         numbers: Numbers = "lanes",
         prepare: Callable[[Case], None] | None = None,
     ) -> None:
@@ -155,7 +162,7 @@ class Simulation:
         stations = stations or Stations()
         chosen = choose(model, channels, stations)
         n_steps = round(duration / dt) + 1
-        self.events = read_events(events)
+        self.events, self.grid = read_events(events), grid
         planned = schedule(self.events, turbine, dt, n_steps)
         began, compiled = clock_time.perf_counter(), compile_seconds()
         wind = realised(wind, turbine, duration)
@@ -174,7 +181,7 @@ class Simulation:
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
         start = start or shared_point(model, wind)
-        case = Case(model, wind, stations, numbers=numbers)
+        case = Case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log
         entry = case.bind(controller, first_point(model, wind, start))
         if case.controller.close is not None:
@@ -309,6 +316,7 @@ class Simulation:
     def _measure(self) -> View:
         case = self.case
         now = int(case.clock[step.STEP])
+        conditions_now(now * self.dt, case.conditions, case["aero"][AIR_DENSITY], case["outside"])
         step.sample(now * self.dt, *self._sensors)
         if len(case.events):
             case.clock[step.NEXT_EVENT] = happen(now, int(case.clock[step.NEXT_EVENT]), case.events, case["faults"])
@@ -430,6 +438,7 @@ def advance_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[
         "a_old": case.a_old,
         "spare": case.spare,
         "aero_state": case.aero_state.vector,
+        "conditions": case.conditions,
         "signals": case.signals.vector,
         "output": output,
     }
@@ -462,6 +471,7 @@ def sample_arguments(case: Case) -> tuple[Any, ...]:
         case["chain"],
         case["summary"],
         case.model.turbine.drivetrain.generator_efficiency,
+        case["outside"],
         case.measured,
     )
 
@@ -533,6 +543,7 @@ def describe(run: Simulation) -> dict[str, Any]:
         "model_hash": model.content_hash(),
         "options": model.options.model_dump(mode="json"),
         "environment": model.environment.model_dump(mode="json"),
+        "grid": None if run.grid is None else run.grid.model_dump(mode="json"),
         "wind": wind.label,
         "wind_hash": wind.content_hash(),
         "controller": run.controller.name,

@@ -41,6 +41,8 @@ from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance
 from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import MAX_BLADES, table
+from meltemi.environment import conditions as cd
+from meltemi.environment.conditions import conditions_now
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
@@ -84,6 +86,8 @@ TIME, HUB_WIND, GENERATOR_SPEED, TORQUE, POWER, ROTOR_POWER = SUMMARY.slots(
 STEP, STATUS, ROW, NEXT_EVENT, EVERY_OUTPUT, EVERY_CONTROL, CORRECTIONS, WANT_LOADS = range(8)
 """Places in ``clock``: instant, status, next output row, next event; periods in steps, options."""
 N_CLOCK = 8
+N_OUTSIDE = sg.GRID - sg.AIR_TEMPERATURE
+"""Measurements of what is around the turbine, in the order of the conditions."""
 SHAFT_TORQUE = APEX_MOMENT
 """The first component of the apex moment is the torque."""
 OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND = 0, 1, 2, 3
@@ -110,11 +114,13 @@ LOAD_PARTS = (
 ).split()
 """Arrays of :func:`section_loads`, in the order of its arguments; then the summary."""
 RUN_PARTS = (
-    "controller_state measured demands faults actuators flap_actuators v_old a_old spare aero_state signals output"
+    "controller_state measured demands faults actuators flap_actuators conditions outside v_old a_old spare aero_state "
+    "signals output"
 ).split()
 """Arrays of a run under way, see :func:`advance`."""
 ROOT, CHAIN = LOAD_PARTS.index("root"), LOAD_PARTS.index("chain")
 Q, V, A, P_STRUCTURE, COLUMNS = (PARTS.index(name) for name in ("q", "v", "a", "structure", "columns"))
+P_AERO = PARTS.index("aero")
 P_WIND, P_SERIES, NOW, BOX = (PARTS.index(name) for name in ("wind", "series", "now", "box"))
 P_PITCH, P_DRIVE, P_FLAP = (PARTS.index(name) for name in ("pitch", "drive", "flap"))
 GEAR_MODES, GEARS, P_MACHINE = (PARTS.index(name) for name in ("gear_modes", "gears", "machine"))
@@ -317,6 +323,7 @@ def sample(
     chain: Float,
     summary: Float,
     efficiency: float,
+    outside: Float,
     measured: Float,
 ) -> None:
     """What the sensors give at time ``t``: motion of this instant, loads of the last one."""
@@ -346,6 +353,9 @@ def sample(
     for i in range(3):
         measured[sg.HUB_MOMENT + i] = chain[APEX_MOMENT + i]
         measured[sg.YAW_BEARING_MOMENT + i] = chain[YAW_MOMENT + i]
+    for i in range(N_OUTSIDE):
+        measured[sg.AIR_TEMPERATURE + i] = outside[cd.AIR_TEMPERATURE + i]
+    measured[sg.POWER_REFERENCE] = outside[cd.POWER_REFERENCE]
 
 
 @kernel
@@ -528,6 +538,8 @@ def advance(
         faults,
         actuators,
         flap_actuators,
+        conditions,
+        outside,
         v_old,
         a_old,
         spare,
@@ -536,6 +548,7 @@ def advance(
         output,
     ) = view_run(numbers[0], run)
     seen, loads_seen = view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts)
+    aero = seen[P_AERO]
     q, v, a, structure, n_core = seen[Q], seen[V], seen[A], seen[P_STRUCTURE], seen[COLUMNS].shape[1]
     pitch, drive, flap = seen[P_PITCH], seen[P_DRIVE], seen[P_FLAP]
     gear_modes, gears = seen[GEAR_MODES], seen[GEARS]
@@ -545,9 +558,25 @@ def advance(
         step = clock[STEP]
         t = step * dt
         clock[NEXT_EVENT] = happen(step, clock[NEXT_EVENT], events, faults)
+        conditions_now(t, conditions, aero[AIR_DENSITY], outside)
+        aero[AIR_DENSITY] = outside[cd.AIR_DENSITY]
         if step % clock[EVERY_CONTROL] == 0:
             sample(
-                t, q, v, n_core, structure, drive, pitch, flap, actuators, root, chain, summary, efficiency, measured
+                t,
+                q,
+                v,
+                n_core,
+                structure,
+                drive,
+                pitch,
+                flap,
+                actuators,
+                root,
+                chain,
+                summary,
+                efficiency,
+                outside,
+                measured,
             )
             if clock[NEXT_EVENT] > 0:
                 report(t, faults, measured)

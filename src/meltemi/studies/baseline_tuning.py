@@ -156,7 +156,7 @@ def _optimal(model: Model, speed: float, wanted: float | None) -> tuple[float, f
     from scipy.optimize import minimize_scalar
 
     turbine = model.turbine
-    R, rho = turbine.rotor_radius, model.environment.air_density
+    R, rho = turbine.rotor_radius, model.environment.density
     pitch = turbine.control.pitch.minimum
 
     def torque(tip_ratio: float) -> float:

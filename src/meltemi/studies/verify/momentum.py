@@ -122,6 +122,6 @@ def _far_wake(turbine: Turbine, loss: bool) -> tuple[float, float]:
         B, tip, hub = model.n_blades, rigid.rotor_radius, rigid.hub.radius
         F *= 2.0 / np.pi * np.arccos(np.exp(-0.5 * B * (tip - r) / (r * np.sin(phi))))
         F *= 2.0 / np.pi * np.arccos(np.exp(-0.5 * B * (r - hub) / (hub * np.sin(phi))))
-    density = model.environment.air_density
+    density = model.environment.density
     wake = np.sum(density * 2.0 * np.pi * r * width * speed**2 * (1.0 - a) * 2.0 * a * F)
     return float(case.view("rotor")["thrust"]), float(wake)

@@ -1,0 +1,66 @@
+"""Numbers that may change in time."""
+
+from __future__ import annotations
+
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import model_validator
+
+from meltemi.core.record import Record, Vector
+
+
+class TimeSeries(Record):
+    """A quantity at given times; linear between them, constant before the first and after the last.
+
+    A time that stands twice is a jump.
+    """
+
+    time: Vector
+    """(n,) [s] from the start of the run, not decreasing."""
+    value: Vector
+    """(n,) in the unit of what it is given for."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if len(self.time) == 0:
+            raise ValueError("time: at least one entry is needed")
+        if len(self.value) != len(self.time):
+            raise ValueError(f"value has {len(self.value)} entries, but time has {len(self.time)}")
+        if np.any(np.diff(self.time) < 0.0):
+            i = int(np.flatnonzero(np.diff(self.time) < 0.0)[0])
+            raise ValueError(f"time must not decrease, but entry {i + 2} is {self.time[i + 1]:g} s")
+        if np.any(self.time[2:] == self.time[:-2]):
+            raise ValueError("time: an entry may stand twice, for a jump, but not more often")
+        return self
+
+
+Varying = float | TimeSeries
+"""A constant or a series."""
+
+
+def values(quantity: Varying) -> NDArray[np.float64]:
+    """All values that it takes at its times."""
+    return quantity.value if isinstance(quantity, TimeSeries) else np.array([quantity])
+
+
+def on_times(quantity: Varying, times: ArrayLike) -> NDArray[np.float64]:
+    """The quantity at non-decreasing ``times``; where a time stands twice, before and after the jump."""
+    at = np.asarray(times, dtype=np.float64)
+    if not isinstance(quantity, TimeSeries):
+        return np.full(len(at), float(quantity))
+    t, x = quantity.time, quantity.value
+    after = np.interp(at, t, x)  # at a jump, NumPy gives the value after it
+    first = np.searchsorted(t, at, side="left")
+    jumps = (np.searchsorted(t, at, side="right") - first == 2) & np.append(np.diff(at) == 0.0, False)
+    return np.where(jumps, x[np.minimum(first, len(t) - 1)], after)
+
+
+def union(*quantities: Varying) -> NDArray[np.float64]:
+    """All times at which one of the quantities is given, jumps twice; 0 if all are constant."""
+    series = [q.time for q in quantities if isinstance(q, TimeSeries)]
+    if not series:
+        return np.zeros(1)
+    times = [t for t in np.unique(np.concatenate(series)) for _ in range(max(int(np.sum(s == t)) for s in series))]
+    return np.array(times)

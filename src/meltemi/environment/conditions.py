@@ -1,0 +1,83 @@
+"""What surrounds a run and may change in time, apart from the wind: air and grid, as kernels take it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.core.kernel import kernel
+from meltemi.core.series import on_times, union
+from meltemi.core.tables import table
+from meltemi.environment.air import CELSIUS, R_DRY, Air
+from meltemi.environment.grid import PowerGrid
+from meltemi.environment.site import Environment
+
+Float = NDArray[float64]
+
+CONDITIONS = table(
+    "conditions",
+    "",
+    """
+    time            | s      | not decreasing
+    air_density     | kg/m^3 | of the air
+    air_temperature | K      | of the air
+    humidity        | -      | relative humidity
+    air_pressure    | Pa     | of the air
+    grid_voltage    | -      | at the terminals, share of the nominal voltage
+    grid_frequency  | Hz     | of the grid
+    power_reference | W      | active electrical power that the operator asks for; infinite without one
+    """,
+)
+"""Rows of conditions in time, and of the present ones."""
+
+TIME, AIR_DENSITY, AIR_TEMPERATURE, HUMIDITY, AIR_PRESSURE, GRID_VOLTAGE, GRID_FREQUENCY, POWER_REFERENCE = (
+    CONDITIONS.slots(
+        "time air_density air_temperature humidity air_pressure grid_voltage grid_frequency power_reference"
+    )
+)
+
+
+@kernel
+def conditions_now(t: float, conditions: Float, density: float, now: Float) -> None:
+    """Interpolate ``conditions`` (rows, n) to time ``t`` into ``now`` (rows,).
+
+    Args:
+      density: [kg/m^3] that holds while conditions are constant (n = 1), where it is a parameter of the model.
+    """
+    n = conditions.shape[1]
+    i, j = 0, n - 1
+    if t >= conditions[TIME, j]:
+        i = j
+    elif t <= conditions[TIME, 0]:
+        j = 0
+    while j - i > 1:
+        k = (i + j) // 2
+        if conditions[TIME, k] <= t:
+            i = k
+        else:
+            j = k
+    span = conditions[TIME, j] - conditions[TIME, i]
+    share = (t - conditions[TIME, i]) / span if span > 0.0 else 0.0
+    for row in range(conditions.shape[0]):
+        a, b = conditions[row, i], conditions[row, j]
+        now[row] = a if a == b else a + share * (b - a)
+    now[TIME] = t
+    if n == 1:
+        now[AIR_DENSITY] = density
+
+
+def conditions_array(environment: Environment, grid: PowerGrid | None = None) -> Float:
+    """(rows, n) conditions of a run; n = 1 if nothing changes in time.
+
+    A density that is given as such stands for dry air of 15 degC at the pressure that makes it.
+    """
+    grid = grid or PowerGrid()
+    air = environment.air or Air(pressure=environment.air_density * R_DRY * (15.0 + CELSIUS))
+    reference = np.inf if grid.power_reference is None else grid.power_reference
+    of_the_grid = (grid.voltage, grid.frequency, reference)
+    times = union(air.temperature, air.humidity, 0.0 if air.pressure is None else air.pressure, *of_the_grid)
+    temperature, humidity, pressure, density = air.at(times)
+    return np.array(
+        [times, density, temperature, humidity, pressure, *(on_times(quantity, times) for quantity in of_the_grid)]
+    )

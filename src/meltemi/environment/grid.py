@@ -1,0 +1,32 @@
+"""The electrical grid at the turbine's terminals, and what its operator asks for."""
+
+from __future__ import annotations
+
+from typing import Self
+
+from pydantic import model_validator
+
+from meltemi.core.record import Record
+from meltemi.core.series import Varying, values
+
+
+class PowerGrid(Record):
+    """Voltage, frequency and power reference, each constant or in time."""
+
+    voltage: Varying = 1.0
+    """Share of the nominal voltage at the terminals; dips are below 1."""
+    frequency: Varying = 50.0
+    """[Hz]."""
+    power_reference: Varying | None = None
+    """[W] active electrical power that the operator asks for; none leaves the turbine to the wind."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name, low, high in (("voltage", 0.0, 1.5), ("frequency", 10.0, 100.0)):
+            given = values(getattr(self, name))
+            for worst in (given.min(), given.max()):
+                if not low <= worst <= high:
+                    raise ValueError(f"{name} {worst:g} is not between {low:g} and {high:g}")
+        if self.power_reference is not None and values(self.power_reference).min() < 0.0:
+            raise ValueError(f"power_reference {values(self.power_reference).min():g} W is negative")
+        return self

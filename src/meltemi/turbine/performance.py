@@ -1,0 +1,27 @@
+"""Steady performance of a rotor, as controllers and turbines of a power coefficient take it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Performance:
+    """Coefficients of a rigid rotor in uniform wind, averaged over the azimuth.
+
+    Attributes:
+      tip_speed_ratio: (n,).
+      pitch: (m,) [rad].
+      power, thrust, torque: (n, m) C_p, C_t, C_q, referred to the rotor radius without cone.
+    """
+
+    tip_speed_ratio: Float
+    pitch: Float
+    power: Float
+    thrust: Float
+    torque: Float
