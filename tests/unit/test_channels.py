@@ -18,7 +18,7 @@ from meltemi.simulation.simulate import choose, model_channels
 from meltemi.turbine.definition import Turbine
 
 EVERYTHING = catalogue(3, 20, 2, 2, ["1st fore-aft", "yaw", "generator", "drivetrain", "blade 1 1st torsion"], 2)
-UNITS = {"s", "rad", "rad/s", "rad/s^2", "m", "m/s", "m/s^2", "N", "N m", "N/m", "N m/m", "W", "-"}
+UNITS = {"s", "Hz", "K", "Pa", "kg/m^3", "rad", "rad/s", "rad/s^2", "m", "m/s", "m/s^2", "N", "N m", "N/m", "N m/m", "W", "-"}
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,7 @@ def test_two_blades_have_no_third() -> None:
 
 
 def test_the_number_of_channels() -> None:
-    machine, blade, node, station, tower = 58, 20, 12, 6, 6
+    machine, blade, node, station, tower = 67, 20, 12, 6, 6
     assert len(catalogue(0)) == machine
     assert len(standard()) == machine + 3 * blade
     assert len(catalogue(2, 7, 3, 4)) == machine + 2 * (blade + 7 * node + 3 * station) + 4 * tower

@@ -130,7 +130,7 @@ SIGNAL_TABLES: dict[str, Table] = {
 """Arrays a channel may ask for, by the table that describes them; q, v and a come on top."""
 
 
-CONSTANT = frozenset("box aero_options flap_nodes increments blade_stations tower_stations".split())
+CONSTANT = frozenset("box conditions aero_options flap_nodes increments blade_stations tower_stations".split())
 """Arrays that have no derivatives."""
 Numbers = Literal["lanes", "floats", "duals"]
 AIR_PARTS = (

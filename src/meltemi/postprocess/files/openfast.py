@@ -47,6 +47,9 @@ UNITS: dict[str, tuple[str, float]] = {
     "kW": ("W", 1e3),
     "MW": ("W", 1e6),
     "Pa": ("Pa", 1.0),
+    "Hz": ("Hz", 1.0),
+    "K": ("K", 1.0),
+    "kg/m^3": ("kg/m^3", 1.0),
     "-": ("-", 1.0),
 }
 """OpenFAST's unit -> SI unit, factor."""
