@@ -187,7 +187,6 @@ def test_every_array_of_a_derivative_run_has_derivatives() -> None:
     run |= {"aero_state": case.aero_state.vector, "signals": case.signals.vector}
     # the controller's state gets its derivatives with the controller, the output with the run
     later = {"controller_state", "output"}
-    run |= {"conditions": case.conditions}
     arrays = {**case.arrays, **run}
     names = {*step.PARTS, *step.LOAD_PARTS, *step.RUN_PARTS, *AIR_PARTS}
     assert names - later <= set(arrays)

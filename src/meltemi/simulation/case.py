@@ -263,6 +263,7 @@ class Case:
             "tower_nodes": model.tower_nodes,
             "tower_shape": filled("tower_shape", model.tower_shape, tower_fill),
             "faults": healthy(),
+            "conditions": conditions_array(model.environment, grid),
             "actuators": model.actuators,
             "aero": model.aero.copy(),
             "aero_options": model.aero_options.copy(),
@@ -310,7 +311,6 @@ class Case:
             most[name] = np.inf
         self.measured[GRID], self.measured[POWER_LIMIT] = 1.0, np.inf
         self.events = np.zeros((0, 3))
-        self.conditions = conditions_array(model.environment, grid)
         self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
         self.spare = np.zeros_like(self.aero_state.vector)
         self.clock = np.zeros(N_CLOCK, dtype=np.int64)

@@ -316,7 +316,7 @@ class Simulation:
     def _measure(self) -> View:
         case = self.case
         now = int(case.clock[step.STEP])
-        conditions_now(now * self.dt, case.conditions, case["aero"][AIR_DENSITY], case["outside"])
+        conditions_now(now * self.dt, case["conditions"], case["aero"][AIR_DENSITY], case["outside"])
         step.sample(now * self.dt, *self._sensors)
         if len(case.events):
             case.clock[step.NEXT_EVENT] = happen(now, int(case.clock[step.NEXT_EVENT]), case.events, case["faults"])
@@ -438,7 +438,6 @@ def advance_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[
         "a_old": case.a_old,
         "spare": case.spare,
         "aero_state": case.aero_state.vector,
-        "conditions": case.conditions,
         "signals": case.signals.vector,
         "output": output,
     }
