@@ -19,24 +19,6 @@ from meltemi.turbine.definition import Turbine
 
 EVERYTHING = catalogue(3, 20, 2, 2, ["1st fore-aft", "yaw", "generator", "drivetrain", "blade 1 1st torsion"], 2)
 UNITS = {*"s Hz K Pa kg/m^3 rad rad/s rad/s^2 m m/s m/s^2 N N/m W -".split(), "N m", "N m/m"}
-    "s",
-    "Hz",
-    "K",
-    "Pa",
-    "kg/m^3",
-    "rad",
-    "rad/s",
-    "rad/s^2",
-    "m",
-    "m/s",
-    "m/s^2",
-    "N",
-    "N m",
-    "N/m",
-    "N m/m",
-    "W",
-    "-",
-}
 
 
 @pytest.mark.parametrize(
