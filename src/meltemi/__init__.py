@@ -159,6 +159,8 @@ if TYPE_CHECKING:
     from meltemi.turbine.gearbox import ParallelStage as ParallelStage
     from meltemi.turbine.gearbox import PlanetaryStage as PlanetaryStage
     from meltemi.turbine.gearbox import size_gearbox as size_gearbox
+    from meltemi.turbine.icing import Icing as Icing
+    from meltemi.turbine.icing import with_ice as with_ice
     from meltemi.turbine.library import LibraryEntry as LibraryEntry
     from meltemi.turbine.library import library_entries as library_entries
     from meltemi.turbine.library import list_turbines as list_turbines
@@ -299,6 +301,7 @@ _HOME = {
     "turbine.definition": "Flap FlapIncrements Turbine",
     "turbine.flaps": "naca64618_flap with_flaps",
     "turbine.gearbox": "Gearbox ParallelStage PlanetaryStage size_gearbox",
+    "turbine.icing": "Icing with_ice",
     "turbine.library": "LibraryEntry library_entries list_turbines load_turbine write_turbine",
     "turbine.openfast": "Deck read_deck read_openfast",
     "turbine.performance": "Performance",
