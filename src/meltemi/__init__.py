@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from meltemi.core.series import TimeSeries as TimeSeries
     from meltemi.environment.air import Air as Air
     from meltemi.environment.grid import PowerGrid as PowerGrid
+    from meltemi.environment.rain import Rain as Rain
     from meltemi.environment.site import Environment as Environment
     from meltemi.loadcases.batch import BatchCase as BatchCase
     from meltemi.loadcases.batch import Outcome as Outcome
@@ -237,6 +238,7 @@ _HOME = {
     "core.series": "TimeSeries",
     "environment.air": "Air",
     "environment.grid": "PowerGrid",
+    "environment.rain": "Rain",
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",
     "loadcases.case": "LoadCase read_case",
