@@ -128,6 +128,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.options import BEDDOES as BEDDOES
     from meltemi.simulation.options import ModelOptions as ModelOptions
     from meltemi.simulation.options import StallConstants as StallConstants
+    from meltemi.simulation.performance import performance_of as performance_of
     from meltemi.simulation.performance import rotor_performance as rotor_performance
     from meltemi.simulation.result import Result as Result
     from meltemi.simulation.simulate import Simulation as Simulation
@@ -162,6 +163,8 @@ if TYPE_CHECKING:
     from meltemi.turbine.gearbox import ParallelStage as ParallelStage
     from meltemi.turbine.gearbox import PlanetaryStage as PlanetaryStage
     from meltemi.turbine.gearbox import size_gearbox as size_gearbox
+    from meltemi.turbine.icing import Icing as Icing
+    from meltemi.turbine.icing import with_ice as with_ice
     from meltemi.turbine.library import LibraryEntry as LibraryEntry
     from meltemi.turbine.library import library_entries as library_entries
     from meltemi.turbine.library import list_turbines as list_turbines
@@ -170,6 +173,12 @@ if TYPE_CHECKING:
     from meltemi.turbine.openfast import Deck as Deck
     from meltemi.turbine.openfast import read_deck as read_deck
     from meltemi.turbine.openfast import read_openfast as read_openfast
+    from meltemi.turbine.performance import Performance as Performance
+    from meltemi.turbine.power_turbine import CalibratedCoefficient as CalibratedCoefficient
+    from meltemi.turbine.power_turbine import HeierCoefficient as HeierCoefficient
+    from meltemi.turbine.power_turbine import PowerTurbine as PowerTurbine
+    from meltemi.turbine.power_turbine import Shaft as Shaft
+    from meltemi.turbine.power_turbine import TableCoefficient as TableCoefficient
     from meltemi.turbine.report import Imported as Imported
     from meltemi.turbine.report import Note as Note
     from meltemi.turbine.report import report_text as report_text
@@ -279,7 +288,7 @@ _HOME = {
     "simulation.model": "Model build",
     "simulation.modes": "natural_modes",
     "simulation.options": "BEDDOES ModelOptions StallConstants",
-    "simulation.performance": "rotor_performance",
+    "simulation.performance": "performance_of rotor_performance",
     "simulation.result": "Result",
     "simulation.simulate": "Simulation simulate",
     "simulation.start": "Start",
@@ -297,8 +306,11 @@ _HOME = {
     "turbine.definition": "Flap FlapIncrements Turbine",
     "turbine.flaps": "naca64618_flap with_flaps",
     "turbine.gearbox": "Gearbox ParallelStage PlanetaryStage size_gearbox",
+    "turbine.icing": "Icing with_ice",
     "turbine.library": "LibraryEntry library_entries list_turbines load_turbine write_turbine",
     "turbine.openfast": "Deck read_deck read_openfast",
+    "turbine.performance": "Performance",
+    "turbine.power_turbine": "CalibratedCoefficient HeierCoefficient PowerTurbine Shaft TableCoefficient",
     "turbine.report": "Imported Note report_text",
     "turbine.scaling": "Masses scale_turbine typical_masses",
     "turbine.windio": "import_windio read_windio",
