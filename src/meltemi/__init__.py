@@ -47,6 +47,10 @@ if TYPE_CHECKING:
     from meltemi.core.errors import UnsupportedError as UnsupportedError
     from meltemi.core.series import TimeSeries as TimeSeries
     from meltemi.environment.air import Air as Air
+    from meltemi.environment.air import air_density as air_density
+    from meltemi.environment.climate import Climate as Climate
+    from meltemi.environment.climate import list_climates as list_climates
+    from meltemi.environment.climate import load_climate as load_climate
     from meltemi.environment.grid import PowerGrid as PowerGrid
     from meltemi.environment.rain import Rain as Rain
     from meltemi.environment.site import Environment as Environment
@@ -250,7 +254,8 @@ _HOME = {
     "control.yaw": "YawControl yaw_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "core.series": "TimeSeries",
-    "environment.air": "Air",
+    "environment.air": "Air air_density",
+    "environment.climate": "Climate list_climates load_climate",
     "environment.grid": "PowerGrid",
     "environment.rain": "Rain",
     "environment.site": "Environment",
