@@ -250,7 +250,7 @@ def walk(x: Float, at: int) -> None:
         x[holds + BELOW_RECOVERY] = 1.0
     if x[at + p.PITCH] <= x[at + p.MIN_PITCH] + FINE:
         x[holds + AT_FINE] = 1.0
-    if x[at + p.SCHEME] > 1.5:
+    if x[at + p.SCHEME] > 1.5 and x[at + p.RECOVERY] < x[at + p.UPPER]:
         x[holds + HOLDING] = 1.0
     x[at + p.SWITCHES] += crossed(above) + crossed(speed - x[at + p.RECOVERY])
     for row in range(t.MACHINE.shape[0]):
