@@ -37,7 +37,8 @@ from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
 from meltemi.core.tables import View, table
 from meltemi.maths.generic import crossed, floor
-from meltemi.turbine.definition import Turbine, Yaw
+from meltemi.turbine.definition import YawDrive
+from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[float64]
 
@@ -187,7 +188,7 @@ def yaw_step(x: Float, at: int, measured: Float, dt: float) -> float:
     return -turning * x[at + RATE]
 
 
-def yaw_settings(settings: YawControl, turbine_yaw: Yaw) -> Float:
+def yaw_settings(settings: YawControl, turbine_yaw: YawDrive) -> Float:
     """Settings of a yaw control for a turbine's drive, its state at nothing known yet: a slice of a state vector.
 
     Raises:
@@ -228,7 +229,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
 
 
 def yaw_control(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     settings: YawControl | None = None,
     load: LoadControl | None = None,
     *,
