@@ -33,7 +33,7 @@ from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
 
 if TYPE_CHECKING:
-    from meltemi.turbine.definition import Turbine
+    from meltemi.turbine.power_turbine import AnyTurbine
 
 ROSCO = "rosco"
 """In the place of a library's path."""
@@ -206,8 +206,8 @@ def read_case(path: str | Path) -> LoadCase:
     return read_record(path, LoadCase)
 
 
-def case_turbine(case: LoadCase, folder: Path) -> Turbine:
-    """The turbine of a case, with the case's ice; paths are relative to ``folder``."""
+def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
+    """The turbine of a case, with the case\'s ice; paths are relative to ``folder``."""
     beside = folder / case.turbine
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
     return turbine if case.icing is None else with_ice(turbine, case.icing)
@@ -230,7 +230,7 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
     return case.replace(**changes)
 
 
-def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controller | None:
+def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path) -> Controller | None:
     """The controller of a case, None for the plain baseline one; paths are relative to ``folder``."""
     c = case.controller
     if isinstance(c, BaselineCase):
@@ -248,7 +248,7 @@ def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controlle
     )
 
 
-def case_start(case: LoadCase, turbine: Turbine) -> Start | None:
+def case_start(case: LoadCase, turbine: AnyTurbine) -> Start | None:
     """Where the run of a case begins; None for steady operation."""
     if case.start == "operating" or not isinstance(case.controller, SupervisedCase):
         return None
@@ -256,7 +256,7 @@ def case_start(case: LoadCase, turbine: Turbine) -> Start | None:
     return Start(rotor_speed=0.0, pitch=feather)
 
 
-def case_wind(case: LoadCase, turbine: Turbine, folder: Path) -> AnyWind:
+def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
     """The wind of a case; paths are relative to ``folder``."""
     w = case.wind
     if isinstance(w, SteadyCase):
