@@ -142,7 +142,9 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     view["available_time"] = 5.0
     _set_droop(view, settings, turbine.rated_power)
     view["reference"] = turbine.rated_power
-    tracking = settings.tracking_frequency or frequency / 3.0
+    # the rate 3 K omega / J at which the optimal torque itself comes back to its tip-speed ratio
+    optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
+    tracking = settings.tracking_frequency or 3.0 * optimal * reference / ratio / inertia
     x[p.TORQUE_LOOP : p.TORQUE_LOOP + len(INTEGRATOR)] = integrator_settings(
         proportional_gain=2.0 * settings.damping_ratio * tracking * inertia / ratio**2,
         integral_gain=tracking**2 * inertia / ratio**2,
@@ -155,7 +157,6 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     gains = 0.5 * math.pi * turbine.rotor_radius**2 * rotor.best_power * view["gear_efficiency"] * tip**3
     sensitivity = rotor.sensitivity
     if m == 1:  # nothing is known of the pitch but the turbine's own gains
-        optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
         unit = inertia * frequency**2 / (optimal * (reference / ratio) ** 2)
         sensitivity = np.full((1, k), unit / (ratio**2 * pitch.integral_gain / ratio))
     return np.concatenate([x, rotor.power.reshape(-1), sensitivity.reshape(-1), gains])
@@ -176,6 +177,7 @@ def start_power(x: Float, at: int, start: StartPoint) -> None:
     """Set the section from the place ``at`` on to an operating point, from which no demand jumps."""
     view = View(p.POWER, x[at : at + len(p.POWER)])
     view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
+    view["slow_pitch"], view["recovery"] = start.pitch, start.generator_speed
     view["wind"], view["last_speed"] = max(start.wind_speed, 0.5), start.generator_speed / float(view["gear_ratio"])
     view["setpoint"] = view["rated_power"]
     area = 0.5 * math.pi * float(view["density"] * view["radius"] ** 2 * view["best_coefficient"])
