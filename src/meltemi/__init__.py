@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from meltemi.control.load_control import Preview as Preview
     from meltemi.control.load_control import SpeedNotch as SpeedNotch
     from meltemi.control.load_control import load_control as load_control
+    from meltemi.control.power_control.controller import power_control as power_control
+    from meltemi.control.power_control.settings import Droop as Droop
+    from meltemi.control.power_control.settings import PowerControl as PowerControl
     from meltemi.control.supervisor.settings import Supervision as Supervision
     from meltemi.control.supervisor.supervised import supervised as supervised
     from meltemi.control.supervisor.threshold import YawProtection as YawProtection
@@ -243,6 +246,8 @@ _HOME = {
     "control.fixed": "fixed",
     "control.controller": "Controller LogEntry StartPoint",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",
+    "control.power_control.controller": "power_control",
+    "control.power_control.settings": "Droop PowerControl",
     "control.supervisor.settings": "Supervision",
     "control.supervisor.supervised": "supervised",
     "control.supervisor.threshold": "YawProtection yaw_threshold",

@@ -16,6 +16,7 @@ from pydantic import Field, field_validator, model_validator
 
 from meltemi.core.record import Array, Record, Vector
 from meltemi.core.tables import MAX_FLAPS
+from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.gearbox import Gearbox
 from meltemi.turbine.icing import Icing
 
@@ -650,6 +651,8 @@ class Turbine(Record):
     control: BaselineControl
     icing: Icing | None = None
     """Ice on the blades."""
+    electrical: ElectricalSystem | None = None
+    """Generator, converters and grid connection, for ``options.electrical: averaged``; ``size_electrical`` makes one."""
 
     @field_validator("airfoils")
     @classmethod
