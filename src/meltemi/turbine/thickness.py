@@ -14,9 +14,9 @@ NAMES = (
     (r"naca64$", 0.18),  # the 64-618 of the NREL 5 MW
     (r"cyl|circ", 1.0),
     (r"([\d.]+) % thick$", 0.01),
+    (r"(?:du|ffa|snl-ffa).*-(\d{3})$", 0.001),
     (r"du.*?(\d\d)$", 0.01),
     (r"naca.*(\d\d)$", 0.01),
-    (r"(?:du|ffa|snl-ffa).*-(\d{3})$", 0.001),
 )
 """Patterns of names, and the thickness or the unit of the number that stands in them."""
 
