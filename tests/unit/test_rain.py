@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from meltemi import InputError, Rain, Turbine, load_turbine
+from meltemi import InputError, Rain, Turbine
 from meltemi.environment import drops
 from meltemi.environment.rain import RAIN_CLASSES, driest_speed, rain_parameters, rain_power_loss, wetness
 from meltemi.simulation.rain import drag_of_drops
@@ -248,19 +248,3 @@ def test_thickness_of_airfoils(turbine: Turbine) -> None:
         relative_thickness(nameless)
     given = nameless.replace(**{"airfoils.AF12": foil.replace(relative_thickness=0.25).content()})
     assert relative_thickness(given) == pytest.approx(0.25)
-
-
-@pytest.mark.long
-def test_drag_in_the_engine_is_the_loss_of_the_elements(turbine: Turbine) -> None:
-    """Polars in the rain cost the power, at the same speed and pitch, that drops cost which elements take along."""
-    from meltemi import Environment, ModelOptions, build, operating_point
-
-    rigid = ModelOptions(locked=("tower", "yaw", "blades", "drivetrain"), stall="static", tower_influence="none")
-    rain = Rain(kind="heavy_rainstorm_moderate")
-    dry = operating_point(build(turbine, rigid), 9.0)
-    wet = operating_point(
-        build(turbine, rigid, Environment(rain=rain)), 9.0, rotor_speed=dry.rotor_speed, pitch=dry.pitch
-    )
-    lost = (dry["rotor_aero_torque"] - wet["rotor_aero_torque"]) * dry.rotor_speed
-    by_elements = rain_loads(load_turbine("nrel5mw"), rain, 9.0, dry.rotor_speed, dry.pitch, fall_speed=0.0)
-    assert lost == pytest.approx(by_elements.power, rel=0.1)
