@@ -98,7 +98,7 @@ class Rotor:
 @cache
 def turbine() -> PowerTurbine:
     """The library's."""
-    return cast(PowerTurbine, load_turbine("pmsg20mw"))
+    return cast("PowerTurbine", load_turbine("pmsg20mw"))
 
 
 def coefficient(model: str) -> Coefficient:
