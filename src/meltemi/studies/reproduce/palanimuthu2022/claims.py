@@ -240,8 +240,8 @@ def _gaps() -> list[Claim]:
             power = made.power(speed, v, pitch)
             wet = left(power, loss(STORM, v))
             below &= bool(np.all(wet[power > 0.0] < power[power > 0.0]))
-    v = np.linspace(5.0, 14.0, 19)
-    cube = loss(STORM, v) / v**3
+    winds = np.linspace(5.0, 14.0, 19)
+    cube = loss(STORM, winds) / winds**3
     sizes = np.array([0.3, 1.0, 2.0, 3.0, 4.0])
     size = np.array([float(loss(Rain(rate=32.0, mode="seed", diameter=d), 10.0)[0]) for d in sizes]) / sizes**3
     whole = np.array(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache, cached_property
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,9 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.aero.coefficient import CoefficientArrays, coefficient_arrays, power_coefficient
 from meltemi.environment.air import CELSIUS, density_of, site_pressure
 from meltemi.environment.site import STANDARD
-from meltemi.studies.reproduce.palanimuthu2022 import paper
 from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import CalibratedCoefficient, Coefficient, HeierCoefficient, PowerTurbine
+from meltemi.turbine.power_turbine import CalibratedCoefficient, Coefficient, PowerTurbine
 
 Float = NDArray[np.float64]
 
@@ -29,7 +27,7 @@ class Rotor:
 
     name: str
     coefficient: Coefficient
-    radius: float = paper.RADIUS
+    radius: float
 
     @cached_property
     def _arrays(self) -> CoefficientArrays:
@@ -95,25 +93,19 @@ class Rotor:
         return float((power / (0.5 * density * self.area * self.best()[1])) ** (1.0 / 3.0))
 
 
-@cache
-def turbine() -> PowerTurbine:
-    """The library's."""
-    return cast("PowerTurbine", load_turbine("pmsg20mw"))
-
-
-def coefficient(model: str) -> Coefficient:
-    """The coefficient of a model by its name."""
-    if model == FORMULA:
-        return HeierCoefficient()
-    if model == CALIBRATED:
-        return CalibratedCoefficient()
-    return turbine().coefficient
+def turbine(model: str = FORMULA) -> PowerTurbine:
+    """The library's turbine with a model of its coefficient."""
+    if model == BLADES:
+        return load_turbine("pmsg20mw-bem")
+    made = load_turbine("pmsg20mw")
+    return made.replace(coefficient=CalibratedCoefficient()) if model == CALIBRATED else made
 
 
 @cache
 def rotor(model: str) -> Rotor:
-    """The paper's rotor with a model of its coefficient."""
-    return Rotor(model, coefficient(model))
+    """Its rotor."""
+    made = turbine(model)
+    return Rotor(model, made.coefficient, made.rotor_radius)
 
 
 def density(temperature: ArrayLike, humidity: ArrayLike = 0.0, altitude: ArrayLike = 0.0) -> Float:

@@ -15,7 +15,7 @@ from meltemi.environment.air import Air
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
-from meltemi.simulation.model import build
+from meltemi.simulation.engines import build
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start
@@ -24,13 +24,13 @@ from meltemi.studies.reproduce.palanimuthu2022.machine import (
     BLADES,
     CALIBRATED,
     FORMULA,
-    coefficient,
     density,
     rotor,
     turbine,
 )
 from meltemi.turbine.power_turbine import PowerTurbine
-from meltemi.wind.fields import AnyWind, SteadyWind
+from meltemi.wind.fields import SteadyWind
+from meltemi.wind.turbulence.field import AnyWind
 
 Float = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -44,7 +44,7 @@ SETTLING = 50.0
 PHYSICAL, LARGE, SMALL = 2.93e9, 4.872e9, 4.872e6
 """[kg m^2] readings of the inertia in Table 1: the blades' own, and the printed digits."""
 CHANNELS = (
-    *("wind_x", "rotor_speed", "pitch_1", "generator_power", "generator_torque", "rotor_aero_torque"),
+    *("wind_x", "rotor_speed", "pitch_1", "generator_power", "generator_torque", "aerodynamic_power"),
     *("power_state", "air_density", "air_temperature", "humidity"),
 )
 RAMPS, TURBULENT = "ramps", "turbulence"
@@ -127,13 +127,12 @@ class Runs:
 
 def machine_with(model: str, inertia: float = PHYSICAL) -> PowerTurbine:
     """The library's turbine with a model of its coefficient and an inertia of its rotor [kg m^2]."""
-    made = turbine()
-    return made.replace(coefficient=coefficient(model), drivetrain=made.drivetrain.replace(rotor_inertia=inertia))
+    return turbine(model).replace(**{"drivetrain.rotor_inertia": inertia})
 
 
 def aero_power(result: Result) -> Float:
     """[W] of the air on the shaft."""
-    return np.asarray(result["rotor_aero_torque"] * result["rotor_speed"])
+    return np.asarray(result["aerodynamic_power"])
 
 
 def ratio(result: Result) -> Float:
