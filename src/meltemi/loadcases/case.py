@@ -10,8 +10,8 @@ from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import find_rosco
 from meltemi.control.controller import Controller
+from meltemi.control.coordinated import Coordination, coordinated
 from meltemi.control.load_control import LoadControl
-from meltemi.control.power_control.controller import power_control
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.supervisor.settings import Supervision, limits
 from meltemi.control.supervisor.supervised import supervised
@@ -147,11 +147,15 @@ class SupervisedCase(Record):
 
 
 class PowerCase(PowerControl):
-    """Power control: optimal torque or tip-speed ratio, power reference, frequency."""
+    """Power control: optimal torque or tip-speed ratio, power reference, frequency; coordinated with yaw and pitch."""
 
     kind: Literal["power"]
     yaw: YawControl | None = None
     """Turns the nacelle; needs options: {yaw: driven}."""
+    relief: Coordination | None = None
+    """Lets the yaw's dead band follow the power that is to spare; needs yaw."""
+    load: LoadControl | None = None
+    """What each blade's pitch and flaps add."""
     sample_time: float | None = Field(default=None, gt=0.0)
     """[s] between calls; by default every time step."""
 
@@ -254,8 +258,16 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path) -> Contro
             settings = settings.replace(begin="standby" if case.start == "standstill" else "idling")
         return supervised(turbine, settings, load=c.load, yaw=c.yaw, protection=c.protection, sample_time=c.sample_time)
     if isinstance(c, PowerCase):
-        settings = PowerControl(**c.model_dump(exclude={"kind", "yaw", "sample_time"}, exclude_unset=True))
-        return power_control(turbine, performance_of(turbine), settings, yaw=c.yaw, sample_time=c.sample_time)
+        own = c.model_dump(exclude={"kind", "yaw", "relief", "load", "sample_time"}, exclude_unset=True)
+        return coordinated(
+            turbine,
+            performance_of(turbine),
+            power=PowerControl(**own),
+            yaw=c.yaw,
+            relief=c.relief,
+            load=c.load,
+            sample_time=c.sample_time,
+        )
     return bladed_controller(
         turbine,
         find_rosco() if c.library == ROSCO else folder / c.library,
