@@ -10,8 +10,8 @@ from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import find_rosco
 from meltemi.control.controller import Controller
+from meltemi.control.coordinated import Coordination, coordinated
 from meltemi.control.load_control import LoadControl
-from meltemi.control.power_control.controller import power_control
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.supervisor.settings import Supervision, limits
 from meltemi.control.supervisor.supervised import supervised
@@ -36,7 +36,7 @@ from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
 
 if TYPE_CHECKING:
-    from meltemi.turbine.definition import Turbine
+    from meltemi.turbine.power_turbine import AnyTurbine
 
 ROSCO = "rosco"
 """In the place of a library's path."""
@@ -147,11 +147,15 @@ class SupervisedCase(Record):
 
 
 class PowerCase(PowerControl):
-    """Power control: optimal torque or tip-speed ratio, power reference, frequency."""
+    """Power control: optimal torque or tip-speed ratio, power reference, frequency; coordinated with yaw and pitch."""
 
     kind: Literal["power"]
     yaw: YawControl | None = None
     """Turns the nacelle; needs options: {yaw: driven}."""
+    relief: Coordination | None = None
+    """Lets the yaw's dead band follow the power that is to spare; needs yaw."""
+    load: LoadControl | None = None
+    """What each blade's pitch and flaps add."""
     sample_time: float | None = Field(default=None, gt=0.0)
     """[s] between calls; by default every time step."""
 
@@ -219,8 +223,8 @@ def read_case(path: str | Path) -> LoadCase:
     return read_record(path, LoadCase)
 
 
-def case_turbine(case: LoadCase, folder: Path) -> Turbine:
-    """The turbine of a case, with the case's ice; paths are relative to ``folder``."""
+def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
+    """The turbine of a case, with the case\'s ice; paths are relative to ``folder``."""
     beside = folder / case.turbine
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
     return turbine if case.icing is None else with_ice(turbine, case.icing)
@@ -243,7 +247,7 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
     return case.replace(**changes)
 
 
-def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controller | None:
+def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path) -> Controller | None:
     """The controller of a case, None for the plain baseline one; paths are relative to ``folder``."""
     c = case.controller
     if isinstance(c, BaselineCase):
@@ -254,8 +258,16 @@ def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controlle
             settings = settings.replace(begin="standby" if case.start == "standstill" else "idling")
         return supervised(turbine, settings, load=c.load, yaw=c.yaw, protection=c.protection, sample_time=c.sample_time)
     if isinstance(c, PowerCase):
-        settings = PowerControl(**c.model_dump(exclude={"kind", "yaw", "sample_time"}, exclude_unset=True))
-        return power_control(turbine, performance_of(turbine), settings, yaw=c.yaw, sample_time=c.sample_time)
+        own = c.model_dump(exclude={"kind", "yaw", "relief", "load", "sample_time"}, exclude_unset=True)
+        return coordinated(
+            turbine,
+            performance_of(turbine),
+            power=PowerControl(**own),
+            yaw=c.yaw,
+            relief=c.relief,
+            load=c.load,
+            sample_time=c.sample_time,
+        )
     return bladed_controller(
         turbine,
         find_rosco() if c.library == ROSCO else folder / c.library,
@@ -264,7 +276,7 @@ def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controlle
     )
 
 
-def case_start(case: LoadCase, turbine: Turbine) -> Start | None:
+def case_start(case: LoadCase, turbine: AnyTurbine) -> Start | None:
     """Where the run of a case begins; None for steady operation."""
     if case.start == "operating" or not isinstance(case.controller, SupervisedCase):
         return None
@@ -272,7 +284,7 @@ def case_start(case: LoadCase, turbine: Turbine) -> Start | None:
     return Start(rotor_speed=0.0, pitch=feather)
 
 
-def case_wind(case: LoadCase, turbine: Turbine, folder: Path) -> AnyWind:
+def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
     """The wind of a case; paths are relative to ``folder``."""
     w = case.wind
     if isinstance(w, SteadyCase):
