@@ -224,7 +224,7 @@ def read_case(path: str | Path) -> LoadCase:
 
 
 def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
-    """The turbine of a case, with the case\'s ice; paths are relative to ``folder``."""
+    """The turbine of a case, with the case's ice; paths are relative to ``folder``."""
     beside = folder / case.turbine
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
     return turbine if case.icing is None else with_ice(turbine, case.icing)
