@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from meltemi.control.load_control import Preview as Preview
     from meltemi.control.load_control import SpeedNotch as SpeedNotch
     from meltemi.control.load_control import load_control as load_control
+    from meltemi.control.power_control.controller import power_control as power_control
+    from meltemi.control.power_control.settings import Droop as Droop
+    from meltemi.control.power_control.settings import PowerControl as PowerControl
     from meltemi.control.supervisor.settings import Supervision as Supervision
     from meltemi.control.supervisor.supervised import supervised as supervised
     from meltemi.control.supervisor.threshold import YawProtection as YawProtection
@@ -44,6 +47,10 @@ if TYPE_CHECKING:
     from meltemi.core.errors import UnsupportedError as UnsupportedError
     from meltemi.core.series import TimeSeries as TimeSeries
     from meltemi.environment.air import Air as Air
+    from meltemi.environment.air import air_density as air_density
+    from meltemi.environment.climate import Climate as Climate
+    from meltemi.environment.climate import list_climates as list_climates
+    from meltemi.environment.climate import load_climate as load_climate
     from meltemi.environment.grid import PowerGrid as PowerGrid
     from meltemi.environment.rain import Rain as Rain
     from meltemi.environment.site import Environment as Environment
@@ -160,6 +167,8 @@ if TYPE_CHECKING:
     from meltemi.turbine.gearbox import ParallelStage as ParallelStage
     from meltemi.turbine.gearbox import PlanetaryStage as PlanetaryStage
     from meltemi.turbine.gearbox import size_gearbox as size_gearbox
+    from meltemi.turbine.icing import Icing as Icing
+    from meltemi.turbine.icing import with_ice as with_ice
     from meltemi.turbine.library import LibraryEntry as LibraryEntry
     from meltemi.turbine.library import library_entries as library_entries
     from meltemi.turbine.library import list_turbines as list_turbines
@@ -238,13 +247,16 @@ _HOME = {
     "control.fixed": "fixed",
     "control.controller": "Controller LogEntry StartPoint",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",
+    "control.power_control.controller": "power_control",
+    "control.power_control.settings": "Droop PowerControl",
     "control.supervisor.settings": "Supervision",
     "control.supervisor.supervised": "supervised",
     "control.supervisor.threshold": "YawProtection yaw_threshold",
     "control.yaw": "YawControl yaw_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "core.series": "TimeSeries",
-    "environment.air": "Air",
+    "environment.air": "Air air_density",
+    "environment.climate": "Climate list_climates load_climate",
     "environment.grid": "PowerGrid",
     "environment.rain": "Rain",
     "environment.site": "Environment",
@@ -302,6 +314,7 @@ _HOME = {
     "turbine.definition": "Flap FlapIncrements Turbine",
     "turbine.flaps": "naca64618_flap with_flaps",
     "turbine.gearbox": "Gearbox ParallelStage PlanetaryStage size_gearbox",
+    "turbine.icing": "Icing with_ice",
     "turbine.library": "LibraryEntry library_entries list_turbines load_turbine write_turbine",
     "turbine.openfast": "Deck read_deck read_openfast",
     "turbine.performance": "Performance",

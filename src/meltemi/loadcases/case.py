@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
@@ -24,15 +24,14 @@ from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import Event, Happening, conflict
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.start import Start
+from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.files import read_hub_csv, read_wind
 from meltemi.wind.iec.models import iec_wind
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
-
-if TYPE_CHECKING:
-    from meltemi.turbine.power_turbine import AnyTurbine
 
 ROSCO = "rosco"
 """In the place of a library's path."""
@@ -180,6 +179,8 @@ class LoadCase(Record):
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
     """Voltage, frequency and power reference."""
+    icing: Icing | None = None
+    """Ice on the blades, in place of what the turbine's file may have."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -204,9 +205,10 @@ def read_case(path: str | Path) -> LoadCase:
 
 
 def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
-    """The turbine of a case; paths are relative to ``folder``."""
+    """The turbine of a case, with the case's ice; paths are relative to ``folder``."""
     beside = folder / case.turbine
-    return load_turbine(beside if beside.is_file() else case.turbine)
+    turbine = load_turbine(beside if beside.is_file() else case.turbine)
+    return turbine if case.icing is None else with_ice(aeroelastic(turbine, "icing"), case.icing)
 
 
 def self_contained(case: LoadCase, folder: Path) -> LoadCase:
@@ -331,5 +333,7 @@ options:                     # docs: options; defaults are shown
 environment:
   air_density: 1.225         # kg/m^3
   gravity: 9.80665           # m/s^2
+
+# icing: {blades: [1], amount: 0.5}   # ice on blades, all without this key; docs: icing
 """
 """What ``meltemi template case`` writes."""

@@ -16,7 +16,9 @@ from pydantic import Field, field_validator, model_validator
 
 from meltemi.core.record import Array, Record, Vector
 from meltemi.core.tables import MAX_FLAPS
+from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.gearbox import Gearbox
+from meltemi.turbine.icing import Icing
 
 HALF_TURN = math.pi
 
@@ -645,6 +647,10 @@ class Turbine(Record):
     foundation: Foundation | None = None
     pitch_actuator: PitchActuator
     control: BaselineControl
+    icing: Icing | None = None
+    """Ice on the blades."""
+    electrical: ElectricalSystem | None = None
+    """Generator, converters and grid connection for ``options.electrical: averaged``; ``size_electrical`` makes one."""
 
     @field_validator("airfoils")
     @classmethod
@@ -663,6 +669,8 @@ class Turbine(Record):
                     f"blade.aerodynamics.airfoil station {i + 1} names {name!r}, which is not among the airfoils: "
                     f"{did_you_mean(name, self.airfoils)}"
                 )
+        if self.icing is not None:
+            self.icing.on(self.n_blades)
         if self.cut_in >= self.cut_out:
             raise ValueError(f"cut_in {self.cut_in:g} m/s must be less than cut_out {self.cut_out:g} m/s")
         if self.hub_height <= self.rotor_radius:
