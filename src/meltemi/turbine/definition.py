@@ -642,7 +642,7 @@ class Turbine(Record):
     pitch_actuator: PitchActuator
     control: BaselineControl
     electrical: ElectricalSystem | None = None
-    """Generator, converters and grid connection, for ``options.electrical: averaged``; ``size_electrical`` makes one."""
+    """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` makes one."""
 
     @field_validator("airfoils")
     @classmethod

@@ -70,7 +70,7 @@ class PermanentMagnetMachine(Record):
 
 
 class Converter(Record):
-    """Averaged converter: its current limit, and its losses p0 (V_dc / V_nominal)^2 + voltage_drop i + resistance i^2."""
+    """Averaged converter: its limit of current, and losses p0 (V_dc/V_nominal)^2 + voltage_drop i + resistance i^2."""
 
     current: float = Field(gt=0.0)
     """[A] limit of the current's peak value."""
