@@ -24,6 +24,7 @@ from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import Event, Happening, conflict
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.start import Start
+from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.files import read_hub_csv, read_wind
@@ -180,6 +181,8 @@ class LoadCase(Record):
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
     """Voltage, frequency and power reference."""
+    icing: Icing | None = None
+    """Ice on the blades, in place of what the turbine's file may have."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -204,9 +207,10 @@ def read_case(path: str | Path) -> LoadCase:
 
 
 def case_turbine(case: LoadCase, folder: Path) -> Turbine:
-    """The turbine of a case; paths are relative to ``folder``."""
+    """The turbine of a case, with the case's ice; paths are relative to ``folder``."""
     beside = folder / case.turbine
-    return load_turbine(beside if beside.is_file() else case.turbine)
+    turbine = load_turbine(beside if beside.is_file() else case.turbine)
+    return turbine if case.icing is None else with_ice(turbine, case.icing)
 
 
 def self_contained(case: LoadCase, folder: Path) -> LoadCase:
@@ -331,5 +335,7 @@ options:                     # docs: options; defaults are shown
 environment:
   air_density: 1.225         # kg/m^3
   gravity: 9.80665           # m/s^2
+
+# icing: {blades: [1], amount: 0.5}   # ice on blades, all without this key; docs: icing
 """
 """What ``meltemi template case`` writes."""

@@ -23,7 +23,9 @@ from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.tables import MAX_BLADES, Table, View
 from meltemi.core.threads import one_blas_thread
 from meltemi.environment.site import Environment
+from meltemi.simulation.ice import ice_pieces, iced_polars
 from meltemi.simulation.options import ModelOptions
+from meltemi.structure.beam import Beam
 from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.structure.members import Member, NodeLayout, blade_member, cells, points, rigid_body, tower_member
@@ -202,7 +204,7 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
     with _about(f"{turbine.name}: tower"):
         tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
     coordinates = _coordinates(turbine, blade, tower)
-    polars, section, polar_index = _polars(turbine, blade_layout, options)
+    polars, section, polar_index = iced_polars(turbine, blade_layout.position, *_polars(turbine, blade_layout, options))
     gears, gear_modes, gear_rows, gear_shape = gear_arrays(turbine.drivetrain, options.drivetrain)
     k = len(tower.names)
     top = tower.modes.shape[:, -1, :].T.copy() if k else np.zeros((6, 0))
@@ -220,7 +222,7 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         gear_modes=gear_modes,
         gear_rows=gear_rows,
         gear_shape=gear_shape,
-        blade_nodes=_blade_nodes(turbine, pieces, blade.beam.at(blade_layout.position, "axis")),
+        blade_nodes=_blade_nodes(turbine, blade.beam, blade_layout, pieces),
         blade_edges=blade_layout.edges,
         shape=_per_blade(
             turbine,
@@ -399,7 +401,18 @@ def _structure(turbine: Turbine, environment: Environment, options: ModelOptions
     return array
 
 
-def _blade_nodes(turbine: Turbine, pieces: Float, axis: Float) -> Float:
+def _blade_nodes(turbine: Turbine, beam: Beam, layout: NodeLayout, pieces: Float) -> Float:
+    axis = beam.at(layout.position, "axis")
+    array = _per_blade(turbine, _node_rows(turbine, pieces, axis))
+    if turbine.icing is not None:
+        heavy = _node_rows(turbine, pieces + ice_pieces(turbine, turbine.icing, beam, layout), axis)
+        for blade in turbine.icing.on(turbine.n_blades):
+            array[:, blade - 1] = heavy
+    return array
+
+
+def _node_rows(turbine: Turbine, pieces: Float, axis: Float) -> Float:
+    """(rows, nodes) of the pieces of one blade."""
     rows = BLADE_NODE.zeros(blade=1, node=len(pieces))[:, 0, :]
     v = View(BLADE_NODE, rows)
     v["position"] = (axis + np.array([0.0, 0.0, turbine.hub.radius])).T
@@ -408,7 +421,7 @@ def _blade_nodes(turbine: Turbine, pieces: Float, axis: Float) -> Float:
     v["moment"] = np.stack([pieces[:, 5, 1], pieces[:, 3, 2], pieces[:, 4, 0]])
     J = pieces[:, 3:, 3:]
     v["inertia"] = np.stack([J[:, 0, 0], J[:, 1, 1], J[:, 2, 2], J[:, 0, 1], J[:, 0, 2], J[:, 1, 2]])
-    return _per_blade(turbine, rows)
+    return rows
 
 
 def _tower_matrix(tower: Member) -> Float:
@@ -511,7 +524,6 @@ def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pol
     v["tip_number"] = B * (tip - radius) / (2.0 * radius) if options.tip_loss else 1e9
     v["hub_number"] = B * (radius - hub) / (2.0 * hub) if options.hub_loss else 1e9
     v["end"] = ((v["tip_number"] < 1e-9) | (v["hub_number"] < 1e-9)).astype(float)
-    v["polar"] = polar_index
     area = radius * layout.length
     v["area"] = area / area.sum() / B
     u = np.clip((radius / tip - RING_CENTRE) / RING_WIDTH, -1.0, 1.0)
@@ -519,7 +531,9 @@ def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pol
     if ring.sum() <= 0.0:
         ring = np.where(np.abs(radius / tip - RING_CENTRE) == np.min(np.abs(radius / tip - RING_CENTRE)), 1.0, 0.0)
     v["ring"] = ring / ring.sum() / B
-    return _per_blade(turbine, rows)
+    array = _per_blade(turbine, rows)
+    View(AERO_NODE, array)["polar"] = polar_index
+    return array
 
 
 def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tuple[Float, Float, NDArray[np.int64]]:

@@ -18,6 +18,7 @@ from meltemi.core.record import Array, Record, Vector
 from meltemi.core.tables import MAX_FLAPS
 from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.gearbox import Gearbox
+from meltemi.turbine.icing import Icing
 
 HALF_TURN = math.pi
 
@@ -447,17 +448,22 @@ class Drivetrain(Record):
         return 1.0 / (1.0 / self.stiffness - (0.0 if self.gearbox is None else self.gearbox.compliance))
 
 
-class Yaw(Record):
+class YawDrive(Record):
+    """What turns the nacelle."""
+
+    rate: float = Field(default=0.0052, ge=0.0, lt=0.2)
+    """[rad/s] of the yaw drive."""
+    acceleration: float | None = Field(default=None, gt=0.0)
+    """[rad/s^2] of the yaw drive; without it the rate is there at once."""
+
+
+class Yaw(YawDrive):
     """Yaw bearing, its drive and its brake."""
 
     stiffness: float = Field(gt=0.0)
     """[N m/rad] of the locked bearing."""
     damping: float = Field(ge=0.0)
     """[N m s/rad] of the locked bearing."""
-    rate: float = Field(default=0.0052, ge=0.0, lt=0.2)
-    """[rad/s] of the yaw drive."""
-    acceleration: float | None = Field(default=None, gt=0.0)
-    """[rad/s^2] of the yaw drive; without it the rate is there at once."""
     friction: float = Field(default=0.0, ge=0.0)
     """[N m] Coulomb friction of the bearing."""
     brake_torque: float | None = Field(default=None, ge=0.0)
@@ -641,6 +647,8 @@ class Turbine(Record):
     foundation: Foundation | None = None
     pitch_actuator: PitchActuator
     control: BaselineControl
+    icing: Icing | None = None
+    """Ice on the blades."""
     electrical: ElectricalSystem | None = None
     """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` makes one."""
 
@@ -661,6 +669,8 @@ class Turbine(Record):
                     f"blade.aerodynamics.airfoil station {i + 1} names {name!r}, which is not among the airfoils: "
                     f"{did_you_mean(name, self.airfoils)}"
                 )
+        if self.icing is not None:
+            self.icing.on(self.n_blades)
         if self.cut_in >= self.cut_out:
             raise ValueError(f"cut_in {self.cut_in:g} m/s must be less than cut_out {self.cut_out:g} m/s")
         if self.hub_height <= self.rotor_radius:

@@ -95,9 +95,12 @@ def write_openfast(
 
     Raises:
       InputError: a file cannot be written, or the wind is of another kind.
-      UnsupportedError: BeamDyn is asked for a blade without torsion, or the turbine cannot be modelled.
+      UnsupportedError: there is ice on a blade, BeamDyn is asked for one without torsion, or the turbine cannot be
+        modelled.
     """
     folder = Path(folder)
+    if turbine.icing is not None:
+        raise UnsupportedError(f"{turbine.name}: a deck has no ice; take it off with with_ice(turbine, None)")
     if beamdyn and not turbine.blade.structure.twists:
         raise UnsupportedError(f"{turbine.name}: BeamDyn needs blade.structure.torsion_stiffness, or 6 x 6 matrices")
     deck = _Deck(turbine, options or ModelOptions(), environment or Environment())

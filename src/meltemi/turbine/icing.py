@@ -1,0 +1,161 @@
+"""Ice on blades as data: its mass along the span, and what it does to lift and drag.
+
+Mass: GL 2010 (Guideline for the Certification of Wind Turbines, section 4.2.4), the same kind of law as in annex L of
+IEC 61400-1 ed. 4: at the leading edge, growing linearly from zero at the shaft to its value at half the radius, and
+constant from there to the tip. Lift and drag: factors on the clean polars. No growth of ice, no melting, no shedding.
+
+Reference: docs/guide/icing.md (I-1 to I-4).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from meltemi.core.errors import InputError
+from meltemi.core.record import Record
+
+if TYPE_CHECKING:
+    from meltemi.turbine.definition import Blade, Turbine
+
+Float = NDArray[np.float64]
+
+HALF = 0.5
+"""Of the rotor radius: where the mass has come to its value."""
+CONTOUR = (0.7, 0.95)
+"""Shares of the rotor radius between which the contour is extrapolated to the tip, whose rounding does not count."""
+FULL, GONE = math.radians(20.0), math.radians(40.0)
+"""Angles of attack (either sign) up to which penalties are full, and from which they are gone: in deep stall, and when
+the flow comes from behind, the shape of the leading edge hardly matters."""
+
+
+class Icing(Record):
+    """Ice on some blades or all; without ice growth, melting or shedding."""
+
+    blades: tuple[int, ...] | None = None
+    """Blades that have ice, from 1; all without this key."""
+    amount: float = Field(default=1.0, ge=0.0, le=10.0)
+    """Mass over that of the law (or over ``mass``), so that 0.5 is half of it; penalties are given by themselves."""
+    mass: float | None = Field(default=None, ge=0.0, le=2000.0)
+    """[kg/m] from half the radius to the tip; without it that of the law, from chord, radius and ``density``."""
+    density: float = Field(default=700.0, gt=0.0, le=920.0)
+    """[kg/m^3] of the ice, for the law."""
+    tip_chord: float | None = Field(default=None, gt=0.0, le=20.0)
+    """[m] for the law; without it the contour between 70 and 95 % of the radius, extrapolated to the tip."""
+    lift_penalty: float = Field(default=0.2, ge=0.0, le=1.0)
+    """Share of the lift coefficient that is lost where the penalty is full."""
+    drag_penalty: float = Field(default=1.0, ge=0.0, le=20.0)
+    """What is added to the drag coefficient there, as a share of it: 1 doubles it."""
+    penalty_begin: float = Field(default=0.5, ge=0.0, le=1.0)
+    """Share of the rotor radius where penalties begin."""
+    penalty_full: float = Field(default=0.9, ge=0.0, le=1.0)
+    """Share of the rotor radius from which they are full; linear between the two."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.blades is not None:
+            if not self.blades:
+                raise ValueError("blades: name at least one, or leave the key out for all")
+            if len(set(self.blades)) < len(self.blades):
+                raise ValueError(f"blades: {list(self.blades)} names one twice")
+        if self.penalty_begin > self.penalty_full:
+            raise ValueError(
+                f"penalty_begin {self.penalty_begin:g} must not lie beyond penalty_full {self.penalty_full:g}"
+            )
+        return self
+
+    def on(self, n_blades: int) -> tuple[int, ...]:
+        """The blades that have ice, from 1, of a rotor of so many.
+
+        Raises:
+          ValueError: one of them is not there.
+        """
+        everywhere = tuple(range(1, n_blades + 1))
+        if self.blades is None:
+            return everywhere
+        if missing := [blade for blade in self.blades if blade not in everywhere]:
+            raise ValueError(f"icing.blades names blade {missing[0]}; the rotor has blades 1 to {n_blades}")
+        return tuple(sorted(self.blades))
+
+
+def with_ice(turbine: Turbine, icing: Icing | None) -> Turbine:
+    """The turbine with ice on its blades, in place of what it had; None takes it off.
+
+    Raises:
+      InputError: the rotor does not have such a blade, or the turbine has no blades that could carry ice.
+    """
+    if "icing" not in type(turbine).model_fields:
+        raise InputError(f"{turbine.name}: ice needs a turbine with blades, this one is only a power coefficient")
+    if icing is not None:
+        try:
+            icing.on(turbine.n_blades)
+        except ValueError as error:
+            raise InputError(f"{turbine.name}: {error}") from None
+    return turbine.model_copy(update={"icing": icing})
+
+
+def law_mass(turbine: Turbine, icing: Icing) -> float:
+    """mu_E [kg/m] of the law, from half the radius to the tip (I-2), times ``amount``.
+
+    rho k c_t (c_max + c_t), k = 0.00675 + 0.3 exp(-0.32 R / 1 m), with the chord c_t of the extrapolated contour at the
+    tip.
+    """
+    if icing.mass is not None:
+        return icing.amount * icing.mass
+    aero, radius = turbine.blade.aerodynamics, turbine.rotor_radius
+    tip = icing.tip_chord
+    if tip is None:
+        r = np.linspace(CONTOUR[0], CONTOUR[1], 26) * radius
+        chord = np.interp(r - turbine.hub.radius, aero.position, aero.chord)
+        tip = max(float(np.polyval(np.polyfit(r, chord, 1), radius)), 0.0)
+    k = 0.00675 + 0.3 * math.exp(-0.32 * radius)
+    return icing.amount * icing.density * k * tip * (float(aero.chord.max()) + tip)
+
+
+def ice_mass(turbine: Turbine, icing: Icing, position: Float) -> Float:
+    """(n,) [kg/m] of the blade's axis, mass of the ice at distances [m] from the blade root (I-1)."""
+    radius = turbine.hub.radius + np.asarray(position, dtype=float)
+    result: Float = law_mass(turbine, icing) * np.minimum(radius / (HALF * turbine.rotor_radius), 1.0)
+    return result
+
+
+def ice_stations(turbine: Turbine) -> Float:
+    """(n,) [m] from the blade root, between which the ice's mass is linear."""
+    kink = HALF * turbine.rotor_radius - turbine.hub.radius
+    blade = turbine.blade
+    found: Float = np.unique(np.concatenate([blade.aerodynamics.position, blade.structure.position, [kink]]))
+    return found[(found >= 0.0) & (found <= blade.length)]
+
+
+def leading_edge(blade: Blade, position: Float) -> Float:
+    """(n, 2) [m] leading edge from the pitch axis, x downwind and y towards the trailing edge at zero pitch (I-3).
+
+    The aerodynamic centre is taken to lie a quarter of the chord behind it.
+    """
+    a = blade.aerodynamics
+    zero = np.zeros(len(a.position))
+    quarter, twist = 0.25 * np.interp(position, a.position, a.chord), np.interp(position, a.position, a.twist)
+    centre = [np.interp(position, a.position, zero if c is None else c) for c in (a.centre_x, a.centre_y)]
+    # a positive twist turns the nose into the wind, so that the chord points downwind at its end
+    result: Float = np.stack([centre[0] - quarter * np.sin(twist), centre[1] - quarter * np.cos(twist)], axis=1)
+    return result
+
+
+def penalty_share(turbine: Turbine, icing: Icing, position: Float) -> Float:
+    """(n,) share of the full penalties at distances [m] from the blade root (I-4)."""
+    x = (turbine.hub.radius + np.asarray(position, dtype=float)) / turbine.rotor_radius
+    # at the least a step
+    width = max(icing.penalty_full - icing.penalty_begin, 1e-9)
+    result: Float = np.clip((x - icing.penalty_begin) / width, 0.0, 1.0)
+    return result
+
+
+def penalty_factors(icing: Icing, share: float, angle_of_attack: Float) -> tuple[Float, Float]:
+    """(P,) factors of lift and of drag at angles of attack [rad], where the penalties have a share (I-4)."""
+    beyond = np.clip((np.abs(angle_of_attack) - FULL) / (GONE - FULL), 0.0, 1.0)
+    weight = share * (0.5 + 0.5 * np.cos(math.pi * beyond))
+    return 1.0 - icing.lift_penalty * weight, 1.0 + icing.drag_penalty * weight
