@@ -45,8 +45,8 @@ from meltemi.maths.generic import whole, zero
 
 Float = NDArray[float64]
 
-IRON, FILTER_R, FILTER_L, NOMINAL, DC_VOLTAGE, CAPACITANCE = ELECTRICAL.slots(
-    "iron_drag filter_resistance filter_inductance nominal_frequency dc_voltage capacitance"
+ON, IRON, FILTER_R, FILTER_L, NOMINAL, DC_VOLTAGE, CAPACITANCE = ELECTRICAL.slots(
+    "on iron_drag filter_resistance filter_inductance nominal_frequency dc_voltage capacitance"
 )
 CONDUCTANCE, BEGIN, FULL, COOLING, CURRENT_RATE, VOLTAGE_RATE, LOCK_RATE, SUBSTEP = ELECTRICAL.slots(
     "chopper_conductance chopper_begin chopper_full chopper_cooling current_rate voltage_rate lock_rate substep"
@@ -55,9 +55,11 @@ MACHINE, GRID = ELECTRICAL.slots("machine_standing grid_standing")
 STATOR, STATOR_HOLD, GRID_I, GRID_HOLD, ENERGY, DC_HOLD, ANGLE, LOCK_HOLD = ELECTRIC.slots(
     "stator_d stator_hold_d grid_d grid_hold_d dc_energy dc_hold grid_angle lock_hold"
 )
-HEAT, LOW_TIME, TRIP, TORQUE, MECHANICAL, COPPER, IRON_LOSS, CONVERTER, FILTER, CHOPPER, STORED = ELECTRIC.slots(
-    "heat low_time trip torque mechanical_power copper_loss iron_loss converter_loss filter_loss chopper_power "
-    "stored_power"
+HEAT, LOW_TIME, TRIP, OFF_TIME, TORQUE, MECHANICAL, COPPER, IRON_LOSS, CONVERTER, FILTER, CHOPPER, STORED = (
+    ELECTRIC.slots(
+        "heat low_time trip off_time torque mechanical_power copper_loss iron_loss converter_loss filter_loss "
+        "chopper_power stored_power"
+    )
 )
 GRID_POWER, REACTIVE, DC_LINK, STATOR_VOLTAGE, CONVERTER_VOLTAGE = ELECTRIC.slots(
     "grid_power reactive_power dc_link_voltage stator_voltage converter_voltage"
@@ -282,7 +284,9 @@ def electric_advance(
         energy = max(energy + h * (incoming - 1.5 * along(o.voltage, o.mean) - lost_too - burnt), floor)
         heat += h * (burnt - p[COOLING] * heat)
         low_time = low_time + h if voltage < 1.0 - p[BAND] else 0.0 * low_time
-        if trip == 0.0:
+        if trip > 0.0:
+            electric[OFF_TIME] += h
+        else:
             trip += protection(p, sqrt(2.0 * energy / p[CAPACITANCE]), voltage, frequency, low_time, heat)
         electric[TORQUE] += part * (1.5 * p[POLE_PAIRS] * p[FLUX] * m.mean.q + p[IRON] * speed)
         electric[COPPER] += part * 1.5 * p[STATOR_R] * m.square

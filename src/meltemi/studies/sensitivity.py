@@ -363,7 +363,7 @@ def _of_turbine(name: str, path: str, model: Model) -> Direction:
 
 ARRAYS = (
     "structure blade_nodes blade_edges shape second modal tip_shape tip_second top_shape top_second tower_matrix "
-    "tower_weight tower_nodes tower_shape aero aero_nodes polars section tower_flow actuators"
+    "tower_weight tower_nodes tower_shape aero aero_nodes polars section tower_flow actuators electrical"
 ).split()
 """Arrays of a model that may change with the turbine."""
 

@@ -269,6 +269,29 @@ class ElectricalSystem(Record):
             )
         return found
 
+    def unfit(self, torque: float, speed: float) -> str:
+        """Why it does not suit a turbine, in words; empty if it does, or is forced to.
+
+        Args:
+          torque: [N m] rated, on the generator's shaft.
+          speed: [rad/s] of the generator at rated operation.
+        """
+        m = self.machine
+        most = 1.5 * m.pole_pairs * m.flux * self.machine_converter.current
+        if self.forced:
+            return ""
+        if torque > most:
+            return (
+                f"machine_converter.current {self.machine_converter.current:g} A makes {most:.4g} N m, less than the "
+                f"rated torque of {torque:.4g} N m (forced: true accepts it)"
+            )
+        if not 0.8 * m.rated_speed <= speed <= 1.2 * m.rated_speed:
+            return (
+                f"machine.rated_speed {m.rated_speed:.4g} rad/s does not suit the rated speed of {speed:.4g} rad/s of "
+                "the generator's shaft (forced: true accepts it)"
+            )
+        return ""
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         if not self.forced and (found := self.problems()):
