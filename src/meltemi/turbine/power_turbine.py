@@ -184,7 +184,7 @@ class PowerTurbine(Record):
     pitch_actuator: PitchActuator
     yaw: YawDrive = YawDrive()
     electrical: ElectricalSystem | None = None
-    """Generator, converters and grid connection for ``options.electrical: averaged``; ``size_electrical`` makes one."""
+    """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` makes one."""
     control: BaselineControl
 
     @model_validator(mode="after")
