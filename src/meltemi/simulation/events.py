@@ -460,7 +460,7 @@ def refuse_dips(events: Sequence[Happening]) -> None:
     for i, event in enumerate(events):
         if isinstance(event, VoltageDip):
             raise InputError(
-                f"events.{i}: a voltage_dip has no effect without an electrical system; set options.electrical: averaged"
+                f"events.{i}: a voltage_dip does nothing without an electrical system; set options.electrical: averaged"
             )
 
 
