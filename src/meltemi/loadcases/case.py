@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
@@ -26,14 +26,12 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.start import Start
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.files import read_hub_csv, read_wind
 from meltemi.wind.iec.models import iec_wind
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
-
-if TYPE_CHECKING:
-    from meltemi.turbine.definition import Turbine
 
 ROSCO = "rosco"
 """In the place of a library's path."""
@@ -206,11 +204,11 @@ def read_case(path: str | Path) -> LoadCase:
     return read_record(path, LoadCase)
 
 
-def case_turbine(case: LoadCase, folder: Path) -> Turbine:
+def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
     """The turbine of a case, with the case's ice; paths are relative to ``folder``."""
     beside = folder / case.turbine
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
-    return turbine if case.icing is None else with_ice(turbine, case.icing)
+    return turbine if case.icing is None else with_ice(aeroelastic(turbine, "icing"), case.icing)
 
 
 def self_contained(case: LoadCase, folder: Path) -> LoadCase:
@@ -230,7 +228,7 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
     return case.replace(**changes)
 
 
-def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controller | None:
+def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path) -> Controller | None:
     """The controller of a case, None for the plain baseline one; paths are relative to ``folder``."""
     c = case.controller
     if isinstance(c, BaselineCase):
@@ -248,7 +246,7 @@ def case_controller(case: LoadCase, turbine: Turbine, folder: Path) -> Controlle
     )
 
 
-def case_start(case: LoadCase, turbine: Turbine) -> Start | None:
+def case_start(case: LoadCase, turbine: AnyTurbine) -> Start | None:
     """Where the run of a case begins; None for steady operation."""
     if case.start == "operating" or not isinstance(case.controller, SupervisedCase):
         return None
@@ -256,7 +254,7 @@ def case_start(case: LoadCase, turbine: Turbine) -> Start | None:
     return Start(rotor_speed=0.0, pitch=feather)
 
 
-def case_wind(case: LoadCase, turbine: Turbine, folder: Path) -> AnyWind:
+def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
     """The wind of a case; paths are relative to ``folder``."""
     w = case.wind
     if isinstance(w, SteadyCase):

@@ -33,6 +33,7 @@ from meltemi.structure.members import Member, NodeLayout, blade_member, cells, p
 from meltemi.structure.tables import BLADE_NODE, STRUCTURE, TOWER_NODE
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.gearbox import LEAST_RATIO
+from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[np.float64]
 
@@ -263,7 +264,7 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         flap_nodes=_flap_nodes(turbine, blade_layout),
         increments=_increments(turbine),
         flap_actuators=_flap_actuators(turbine),
-        electrical=_electrical(turbine, options),
+        electrical=electrical_of(turbine, options),
     )
 
 
@@ -387,7 +388,12 @@ def _second(member: Member, position: Float) -> Float:
     return member.second_at(position).transpose(0, 1, 3, 2).reshape(3 * k * k, len(position))
 
 
-def _electrical(turbine: Turbine, options: ModelOptions) -> Float:
+def electrical_of(turbine: AnyTurbine, options: ModelOptions) -> Float:
+    """Parameters of the electrical system; all zero without one.
+
+    Raises:
+      InputError: it is asked for and not described, or does not suit the turbine.
+    """
     if options.electrical == "ideal":
         return electrical_array(None)
     law, speed = turbine.control.torque, turbine.control.pitch.reference_speed

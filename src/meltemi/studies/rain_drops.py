@@ -179,8 +179,8 @@ def drops_energy(rain: Rain, wind_speed: float, rotor_radius: float) -> float:
 def wet_airfoils(turbine: Turbine, lift_loss: float, drag_rise: float) -> Turbine:
     """The turbine with less lift and more drag at sections that have lift, as wet ones have.
 
-    Computed for the NACA 64-210 in 25 g/m^3 of water, in agreement with NASA's wind tunnel: at most 13.2 % less lift and
-    47.6 % more drag (Int. J. Aerospace Eng. 2013, 590924). Rain of 32 mm/h has 1.6 g/m^3.
+    Computed for the NACA 64-210 in 25 g/m^3 of water, in agreement with NASA's wind tunnel: at most 13.2 % less lift
+    and 47.6 % more drag (Int. J. Aerospace Eng. 2013, 590924). Rain of 32 mm/h has 1.6 g/m^3.
 
     Args:
       turbine: the dry one.

@@ -680,6 +680,11 @@ class Turbine(Record):
         return self
 
     @property
+    def flaps(self) -> tuple[Flap, ...]:
+        """Of each blade."""
+        return self.blade.flaps
+
+    @property
     def rotor_radius(self) -> float:
         """[m] from the shaft to the tip of the undeflected blade, without cone."""
         return self.hub.radius + self.blade.length
