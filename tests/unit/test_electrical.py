@@ -68,7 +68,7 @@ def test_the_machine_of_table_1_has_its_numbers() -> None:
     ("change", "words"),
     [
         ({"filter.resistance": 1.75}, ["1.75 Ohm loses 16.1 MW of 20 MW", "is it 0.00175 Ohm?", "forced: true"]),
-        ({"dc_link.voltage": 11000.0}, ["below the machine's", "8261.4 V line to line", "at least 12046 V"]),
+        ({"dc_link.voltage": 11000.0}, ["below the machine's", "8261.4 V line to line", "at least 12045 V"]),
         ({"voltage": 9000.0}, ["too low for the grid"]),
         ({"machine.resistance": 0.5}, ["machine.resistance 0.5 Ohm loses 4.28 MW"]),
         ({"machine_converter.current": 2000.0}, ["machine_converter.current 2000 A is less than the rated 2389.5 A"]),
@@ -168,7 +168,7 @@ def test_steady_operation_is_that_of_phasors() -> None:
     assert 1.5 * (terminal * current.conjugate()).real - lost == pytest.approx(
         1.5 * (e * delivered.conjugate()).real, rel=1e-6
     )
-    assert cmath.phase(terminal * current.conjugate()) > 0.5  # without current along the flux it takes reactive power
+    assert cmath.phase(terminal * current.conjugate()) < -0.5  # without current along the flux it takes reactive power
     assert x["dc_link_voltage"] == pytest.approx(12500.0, rel=1e-6)
 
 
@@ -198,7 +198,7 @@ def test_dips_are_ridden_through_or_trip_and_power_is_balanced(
     bench, dt = Bench(), 0.01
     rows, worst = [], 0.0
     for n in range(150):
-        low = 0.2 <= n * dt - 1e-9 < 0.2 + duration
+        low = 0.2 <= n * dt + 1e-9 < 0.2 + duration
         rows += bench.march(dt, voltage=depth if low else 1.0)
         worst = max(worst, bench.residual())
     assert worst < 1e-12
@@ -238,20 +238,20 @@ def test_without_chopper_the_link_trips_and_nothing_is_created() -> None:
         ({"frequency": 46.0}, {}, 5),
         ({"frequency": 53.0}, {}, 5),
         ({"voltage": 0.3}, {"dc_link.chopper.heat": 1e6}, 6),
-        ({"speed": -1.2}, {"dc_link.lowest": 0.9, "grid_converter.current": 2480.0}, 2),
+        ({"torque": -TORQUE}, {"grid_converter.current": 2480.0, "dc_link.lowest": 0.95}, 2),
     ],
 )
 def test_each_protection_trips(change: dict[str, float], system: dict[str, float], trip: int) -> None:
     bench = Bench(SYSTEM.replace(**system))
-    bench.march(0.3, **change)
+    bench.march(0.8, **change)
     assert bench.now["trip"] == trip
     assert abs(bench.now["torque"]) < 1.0
 
 
 def test_a_step_of_torque_has_the_bandwidth() -> None:
-    bench = Bench(dt=1e-3)
-    rows = bench.march(0.01, torque=0.8 * TORQUE)
-    left = (column(rows, "stator_q") / (0.8 * TORQUE / 11160.0) - 1.0) / 0.25
+    bench = Bench(dt=1e-3, torque=0.9 * TORQUE)
+    rows = bench.march(0.01, torque=TORQUE)
+    left = 10.0 * (1.0 - column(rows, "stator_q") / (TORQUE / 11160.0))
     assert np.allclose(left, np.exp(-2.0 * np.pi * 100.0 * 1e-3 * np.arange(1, 11)), atol=1e-6)
 
 
@@ -284,7 +284,13 @@ def test_a_low_link_weakens_the_field_and_keeps_the_torque() -> None:
 def test_current_limits_and_their_priority() -> None:
     bench = Bench()
     bench.march(0.2, torque=2.0 * TORQUE)
-    assert bench.now["stator_q"] == pytest.approx(2750.0, rel=1e-6)
+    # both limits of the machine's side are reached, with the largest torque that they leave
+    assert np.hypot(bench.now["stator_d"], bench.now["stator_q"]) == pytest.approx(2750.0, rel=1e-3)
+    assert 1.05 * TORQUE < bench.now["torque"] < 11160.0 * 2750.0
+    q = np.linspace(-2750.0, 2750.0, 2001)
+    i = np.sqrt(2750.0**2 - q**2) + 1j * q
+    inside = np.abs(60j * 93.0 - (0.04425 + 60j * 0.02749) * i) <= 0.97 * bench.now["dc_link_voltage"] / np.sqrt(3.0)
+    assert bench.now["stator_q"] == pytest.approx(q[inside].max(), abs=6.0)
     bench = Bench()
     bench.march(0.3, reactive=30e6)
     assert np.hypot(bench.now["grid_d"], bench.now["grid_q"]) == pytest.approx(2970.0, rel=1e-3)
@@ -310,17 +316,23 @@ def test_substeps_converge_with_first_order() -> None:
 
 
 def test_short_steps_tend_to_the_rates() -> None:
-    bench = Bench(dt=1e-6)
-    bench.march(2e-5, torque=0.9 * TORQUE, voltage=0.95, reactive=1e6, frequency=50.2)
-    x, rates = bench.x.copy(), ELECTRIC.zeros()
-    before = x.copy()
-    ad.electric_rates(bench.p, *bench.arguments, x, rates)
-    bench.march(1e-6)
-    changed = (bench.x - before)[:N_STATES] / 1e-6
-    scale = np.maximum(np.abs(rates[:N_STATES]), 1e-3 * np.abs(before[:N_STATES]) + 1e-6)
-    # a microsecond is a thousandth of the fastest time constant
-    assert np.all(np.abs(changed - rates[:N_STATES]) < 2e-3 * scale)
-    assert np.allclose(x[ad.TORQUE :], before[ad.TORQUE :], rtol=3e-3, atol=2e4)
+    bench = Bench(dt=1e-5)
+    bench.march(1e-3, torque=0.9 * TORQUE, voltage=0.95, reactive=1e6, frequency=50.2)
+    begin, rates = bench.x.copy(), ELECTRIC.zeros()
+    now = begin.copy()
+    ad.electric_rates(bench.p, *bench.arguments, now, rates)
+    found = []
+    for dt in (2e-6, 1e-6):
+        x = begin.copy()
+        ad.electric_advance(bench.p, *bench.arguments, x, dt)
+        found.append((x - begin)[:N_STATES] / dt)
+    errors = [np.abs(each - rates[:N_STATES]) for each in found]
+    large = errors[0] > 1e-4 * np.abs(rates[:N_STATES])
+    assert large.sum() > 5
+    assert np.allclose(errors[0][large] / errors[1][large], 2.0, atol=0.1)
+    limit = 2.0 * found[1] - found[0]
+    assert np.allclose(limit, rates[:N_STATES], rtol=1e-3, atol=1.0)
+    assert np.allclose(now[ad.TORQUE : ad.STORED], begin[ad.TORQUE : ad.STORED], rtol=0.02, atol=1.0)
 
 
 def test_a_turbine_without_one_has_none() -> None:
