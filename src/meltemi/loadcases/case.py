@@ -222,11 +222,7 @@ def read_case(path: str | Path) -> LoadCase:
 
 
 def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
-<<<<<<< HEAD
     """The turbine of a case, with the case's ice; paths are relative to ``folder``."""
-=======
-    """The turbine of a case, with the case\'s ice; paths are relative to ``folder``."""
->>>>>>> main
     beside = folder / case.turbine
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
     return turbine if case.icing is None else with_ice(aeroelastic(turbine, "icing"), case.icing)
