@@ -36,7 +36,7 @@ LEAST_VOLTAGE = 0.05
 
 @kernel
 def most_torque(d0: float, q0: float, short: float, a: float, b: float, radius: float, limit: float) -> float:
-    """[A] q-current of the largest torque in the sense of ``b``, ``radius`` and ``limit``, which have one sign (E-15)."""
+    """[A] q-current of the largest torque in the sense that ``b``, ``radius`` and ``limit`` have as sign (E-15)."""
     d = (a * d0 - b * q0) / short
     if d <= 0.0:
         return limit + 0.0 * d
