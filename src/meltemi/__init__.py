@@ -163,6 +163,8 @@ if TYPE_CHECKING:
     from meltemi.turbine.definition import Flap as Flap
     from meltemi.turbine.definition import FlapIncrements as FlapIncrements
     from meltemi.turbine.definition import Turbine as Turbine
+    from meltemi.turbine.electrical import ElectricalSystem as ElectricalSystem
+    from meltemi.turbine.electrical import size_electrical as size_electrical
     from meltemi.turbine.flaps import naca64618_flap as naca64618_flap
     from meltemi.turbine.flaps import with_flaps as with_flaps
     from meltemi.turbine.gearbox import Gearbox as Gearbox
@@ -315,6 +317,7 @@ _HOME = {
     "studies.sensitivity": "Sensitivity differences sensitivity",
     "studies.tuning": "Tuning tune_ipc tune_loops",
     "turbine.definition": "Flap FlapIncrements Turbine",
+    "turbine.electrical": "ElectricalSystem size_electrical",
     "turbine.flaps": "naca64618_flap with_flaps",
     "turbine.gearbox": "Gearbox ParallelStage PlanetaryStage size_gearbox",
     "turbine.icing": "Icing with_ice",
