@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from meltemi.control.load_control import Preview as Preview
     from meltemi.control.load_control import SpeedNotch as SpeedNotch
     from meltemi.control.load_control import load_control as load_control
+    from meltemi.control.power_control.controller import power_control as power_control
+    from meltemi.control.power_control.settings import Droop as Droop
+    from meltemi.control.power_control.settings import PowerControl as PowerControl
     from meltemi.control.supervisor.settings import Supervision as Supervision
     from meltemi.control.supervisor.supervised import supervised as supervised
     from meltemi.control.supervisor.threshold import YawProtection as YawProtection
@@ -44,7 +47,12 @@ if TYPE_CHECKING:
     from meltemi.core.errors import UnsupportedError as UnsupportedError
     from meltemi.core.series import TimeSeries as TimeSeries
     from meltemi.environment.air import Air as Air
+    from meltemi.environment.air import air_density as air_density
+    from meltemi.environment.climate import Climate as Climate
+    from meltemi.environment.climate import list_climates as list_climates
+    from meltemi.environment.climate import load_climate as load_climate
     from meltemi.environment.grid import PowerGrid as PowerGrid
+    from meltemi.environment.rain import Rain as Rain
     from meltemi.environment.site import Environment as Environment
     from meltemi.loadcases.batch import BatchCase as BatchCase
     from meltemi.loadcases.batch import Outcome as Outcome
@@ -123,6 +131,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.options import BEDDOES as BEDDOES
     from meltemi.simulation.options import ModelOptions as ModelOptions
     from meltemi.simulation.options import StallConstants as StallConstants
+    from meltemi.simulation.performance import performance_of as performance_of
     from meltemi.simulation.performance import rotor_performance as rotor_performance
     from meltemi.simulation.result import Result as Result
     from meltemi.simulation.simulate import Simulation as Simulation
@@ -167,6 +176,12 @@ if TYPE_CHECKING:
     from meltemi.turbine.openfast import Deck as Deck
     from meltemi.turbine.openfast import read_deck as read_deck
     from meltemi.turbine.openfast import read_openfast as read_openfast
+    from meltemi.turbine.performance import Performance as Performance
+    from meltemi.turbine.power_turbine import CalibratedCoefficient as CalibratedCoefficient
+    from meltemi.turbine.power_turbine import HeierCoefficient as HeierCoefficient
+    from meltemi.turbine.power_turbine import PowerTurbine as PowerTurbine
+    from meltemi.turbine.power_turbine import Shaft as Shaft
+    from meltemi.turbine.power_turbine import TableCoefficient as TableCoefficient
     from meltemi.turbine.report import Imported as Imported
     from meltemi.turbine.report import Note as Note
     from meltemi.turbine.report import report_text as report_text
@@ -231,14 +246,18 @@ _HOME = {
     "control.fixed": "fixed",
     "control.controller": "Controller LogEntry StartPoint",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",
+    "control.power_control.controller": "power_control",
+    "control.power_control.settings": "Droop PowerControl",
     "control.supervisor.settings": "Supervision",
     "control.supervisor.supervised": "supervised",
     "control.supervisor.threshold": "YawProtection yaw_threshold",
     "control.yaw": "YawControl yaw_control",
     "core.errors": "InputError MeltemiError RunError Status UnsupportedError",
     "core.series": "TimeSeries",
-    "environment.air": "Air",
+    "environment.air": "Air air_density",
+    "environment.climate": "Climate list_climates load_climate",
     "environment.grid": "PowerGrid",
+    "environment.rain": "Rain",
     "environment.site": "Environment",
     "loadcases.batch": "BatchCase Outcome simulate_batch",
     "loadcases.case": "LoadCase read_case",
@@ -274,7 +293,7 @@ _HOME = {
     "simulation.model": "Model build",
     "simulation.modes": "natural_modes",
     "simulation.options": "BEDDOES ModelOptions StallConstants",
-    "simulation.performance": "rotor_performance",
+    "simulation.performance": "performance_of rotor_performance",
     "simulation.result": "Result",
     "simulation.simulate": "Simulation simulate",
     "simulation.start": "Start",
@@ -295,6 +314,8 @@ _HOME = {
     "turbine.icing": "Icing with_ice",
     "turbine.library": "LibraryEntry library_entries list_turbines load_turbine write_turbine",
     "turbine.openfast": "Deck read_deck read_openfast",
+    "turbine.performance": "Performance",
+    "turbine.power_turbine": "CalibratedCoefficient HeierCoefficient PowerTurbine Shaft TableCoefficient",
     "turbine.report": "Imported Note report_text",
     "turbine.scaling": "Masses scale_turbine typical_masses",
     "turbine.windio": "import_windio read_windio",

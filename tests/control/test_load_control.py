@@ -682,6 +682,7 @@ PARAMETERS = (
 )
 
 
+@pytest.mark.long  # two minutes of compilation
 @only_compiled
 def test_derivatives_are_limits_of_differences(flap_model: Model) -> None:
     """By settings of all parts, in wind that changes; found are 1e-5 and less."""
@@ -703,6 +704,7 @@ def test_derivatives_are_limits_of_differences(flap_model: Model) -> None:
         assert np.all(size > 0.0) and error.max() < 1e-4, (name, error)
 
 
+@pytest.mark.long  # two minutes of compilation
 @only_compiled
 def test_switches_of_all_parts_are_counted(flap_model: Model) -> None:
     """Below rated the pitch demands rest on their limit; with little authority so do the axes of the flaps."""

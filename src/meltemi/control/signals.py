@@ -47,7 +47,7 @@ MEASUREMENTS = table(
     grid                       | -       | 1 while there is a grid that takes power, 0 while there is none
     request                    | -       | last word of the operator, a number of REQUESTS
     power_limit                | W       | electrical, that the operator sets; infinite without one
-    power_reference            | W       | electrical, that the operator asks for; infinite without one
+    power_reference            | W       | electrical, that the operator asks for; rated power without a request
     n_blades                   | -       | number of blades
     callback                   | -       | internal: address of a controller in plain Python
     """,

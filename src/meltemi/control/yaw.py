@@ -37,7 +37,7 @@ from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
 from meltemi.core.tables import View, table
 from meltemi.maths.generic import crossed, floor
-from meltemi.turbine.definition import Turbine, Yaw
+from meltemi.turbine.definition import Turbine, YawDrive
 
 Float = NDArray[float64]
 
@@ -187,7 +187,7 @@ def yaw_step(x: Float, at: int, measured: Float, dt: float) -> float:
     return -turning * x[at + RATE]
 
 
-def yaw_settings(settings: YawControl, turbine_yaw: Yaw) -> Float:
+def yaw_settings(settings: YawControl, turbine_yaw: YawDrive) -> Float:
     """Settings of a yaw control for a turbine's drive, its state at nothing known yet: a slice of a state vector.
 
     Raises:

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
+from meltemi.core.errors import InputError
 from meltemi.core.record import Record
-from meltemi.core.series import Varying, on_times, values
+from meltemi.core.series import Varying, on_times, union
 
 Float = NDArray[np.float64]
 
@@ -48,6 +49,63 @@ def density_of(temperature: ArrayLike, humidity: ArrayLike, pressure: ArrayLike)
     return np.asarray((dry / R_DRY + vapour / R_VAPOUR) / np.asarray(temperature, float))
 
 
+def _problem(temperature: ArrayLike, humidity: ArrayLike, pressure: ArrayLike | None) -> str | None:
+    """What is wrong with air of a temperature [degC], relative humidity and pressure [Pa], in words."""
+    t, h = np.asarray(temperature, float), np.asarray(humidity, float)
+    coldest, hottest = t.min(), t.max()
+    if coldest <= -CELSIUS:
+        return f"temperature {coldest:g} degC is below absolute zero (-273.15 degC)"
+    if not -90.0 <= coldest <= hottest <= 60.0:
+        worst = coldest if coldest < -90.0 else hottest
+        hint = f"; if it is in kelvin, write {worst - CELSIUS:g}" if 180.0 < worst < 335.0 else ""
+        return f"temperature {worst:g} degC is not between -90 and 60 degC{hint}"
+    low, high = h.min(), h.max()
+    if not 0.0 <= low <= high <= 1.0:
+        worst = low if low < 0.0 else high
+        hint = f"; if it is in percent, write {worst / 100.0:g}" if 1.0 < worst <= 100.0 else ""
+        return f"humidity {worst:g} is not between 0 and 1{hint}"
+    if pressure is None:
+        return None
+    p = np.asarray(pressure, float)
+    excess = vapour_pressure(t + CELSIUS, h) - p
+    if np.any(excess >= 0.0):
+        return f"pressure {p.min():g} Pa is below that of the water vapour alone; 1 hPa is 100 Pa"
+    if not 3e4 < p.min() <= p.max() < 1.2e5:
+        worst = p.min() if p.min() <= 3e4 else p.max()
+        return f"pressure {worst:g} Pa is not between 30,000 and 120,000 Pa; 1 hPa is 100 Pa"
+    return None
+
+
+def air_density(
+    temperature: ArrayLike = 15.0,
+    humidity: ArrayLike = 0.0,
+    altitude: ArrayLike = 0.0,
+    pressure: ArrayLike | None = None,
+    sea_level_pressure: ArrayLike = SEA_LEVEL_PRESSURE,
+) -> Float:
+    """Density of moist air [kg/m^3] (eqs 2 to 4); arguments are broadcast.
+
+    Args:
+      temperature: [degC].
+      humidity: relative, 0 to 1.
+      altitude: [m] above sea level.
+      pressure: [Pa] measured at the site; without it that of the altitude.
+      sea_level_pressure: [Pa] for that.
+
+    Raises:
+      InputError: a value that air on earth does not have.
+    """
+    problem = _problem(temperature, humidity, pressure)
+    if problem is None and not np.all((np.asarray(altitude) >= -500.0) & (np.asarray(altitude) <= 9000.0)):
+        problem = "altitude is not between -500 and 9,000 m"
+    if problem:
+        raise InputError(problem)
+    kelvin = np.asarray(temperature, float) + CELSIUS
+    return density_of(
+        kelvin, humidity, site_pressure(kelvin, altitude, sea_level_pressure) if pressure is None else pressure
+    )
+
+
 class Air(Record):
     """The weather that makes the air's density; temperatures in degrees Celsius."""
 
@@ -64,20 +122,11 @@ class Air(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        coldest, hottest = values(self.temperature).min(), values(self.temperature).max()
-        if coldest <= -CELSIUS:
-            raise ValueError(f"temperature {coldest:g} degC is below absolute zero (-273.15 degC)")
-        if coldest < -90.0 or hottest > 60.0:
-            worst = coldest if coldest < -90.0 else hottest
-            hint = f"; if it is in kelvin, write {worst - CELSIUS:g}" if 180.0 < worst < 335.0 else ""
-            raise ValueError(f"temperature {worst:g} degC is not between -90 and 60 degC{hint}")
-        low, high = values(self.humidity).min(), values(self.humidity).max()
-        if low < 0.0 or high > 1.0:
-            worst = low if low < 0.0 else high
-            hint = f"; if it is in percent, write {worst / 100.0:g}" if 1.0 < worst <= 100.0 else ""
-            raise ValueError(f"humidity {worst:g} is not between 0 and 1{hint}")
-        if self.pressure is not None and not (3e4 < values(self.pressure).min() <= values(self.pressure).max() < 1.2e5):
-            raise ValueError("pressure [Pa] is not between 30,000 and 120,000; 1 hPa is 100 Pa")
+        times = union(self.temperature, self.humidity, 0.0 if self.pressure is None else self.pressure)
+        pressure = None if self.pressure is None else on_times(self.pressure, times)
+        problem = _problem(on_times(self.temperature, times), on_times(self.humidity, times), pressure)
+        if problem:
+            raise ValueError(problem)
         return self
 
     def at(self, times: ArrayLike) -> tuple[Float, Float, Float, Float]:

@@ -26,7 +26,7 @@ CONDITIONS = table(
     air_pressure    | Pa     | of the air
     grid_voltage    | -      | at the terminals, share of the nominal voltage
     grid_frequency  | Hz     | of the grid
-    power_reference | W      | active electrical power that the operator asks for; infinite without one
+    power_reference | W      | active electrical power that the operator asks for; rated power without a request
     """,
 )
 """Rows of conditions in time, and of the present ones."""
@@ -67,14 +67,14 @@ def conditions_now(t: float, conditions: Float, density: float, now: Float) -> N
         now[AIR_DENSITY] = density
 
 
-def conditions_array(environment: Environment, grid: PowerGrid | None = None) -> Float:
+def conditions_array(environment: Environment, grid: PowerGrid | None, rated_power: float) -> Float:
     """(rows, n) conditions of a run; n = 1 if nothing changes in time.
 
     A density that is given as such stands for dry air of 15 degC at the pressure that makes it.
     """
     grid = grid or PowerGrid()
     air = environment.air or Air(pressure=environment.air_density * R_DRY * (15.0 + CELSIUS))
-    reference = np.inf if grid.power_reference is None else grid.power_reference
+    reference = rated_power if grid.power_reference is None else grid.power_reference
     of_the_grid = (grid.voltage, grid.frequency, reference)
     times = union(air.temperature, air.humidity, 0.0 if air.pressure is None else air.pressure, *of_the_grid)
     temperature, humidity, pressure, density = air.at(times)

@@ -18,7 +18,7 @@ class PowerGrid(Record):
     frequency: Varying = 50.0
     """[Hz]."""
     power_reference: Varying | None = None
-    """[W] active electrical power that the operator asks for; none leaves the turbine to the wind."""
+    """[W] active electrical power that the operator asks for; none asks for rated power."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

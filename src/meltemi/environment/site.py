@@ -1,4 +1,4 @@
-"""Constants of the place: air and gravity."""
+"""What surrounds a turbine: air, rain and gravity."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ from pydantic import Field, model_validator
 
 from meltemi.core.record import Record
 from meltemi.environment.air import Air
+from meltemi.environment.rain import Rain
 
 STANDARD = 1.225
 """[kg/m^3] of the ISO 2533 standard atmosphere at sea level."""
 
 
 class Environment(Record):
-    """Air and gravity at the site."""
+    """Air, rain and gravity at the site."""
 
     air_density: float = Field(default=STANDARD, gt=0.0, lt=3.0)
     """Density of the air [kg/m^3]; 1.225 is the ISO 2533 standard atmosphere at sea level."""
     air: Air | None = None
     """Weather, from which the density follows; instead of ``air_density``."""
+    rain: Rain | None = None
+    """What falls; it takes power from the rotor by the review's energy balance."""
     gravity: float = Field(default=9.80665, ge=0.0, lt=30.0)
     """Gravitational acceleration [m/s^2]."""
 

@@ -263,7 +263,7 @@ class Case:
             "tower_nodes": model.tower_nodes,
             "tower_shape": filled("tower_shape", model.tower_shape, tower_fill),
             "faults": healthy(),
-            "conditions": conditions_array(model.environment, grid),
+            "conditions": conditions_array(model.environment, grid, turbine.rated_power),
             "actuators": model.actuators,
             "aero": model.aero.copy(),
             "aero_options": model.aero_options.copy(),

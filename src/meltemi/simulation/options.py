@@ -58,6 +58,10 @@ class ModelOptions(Record):
     """Torsion of the drivetrain: one spring between rotor and generator; with the inertia of the gearbox's parts, which
     follow statically; or with their own motion. The latter two need ``drivetrain.gearbox``."""
 
+    electrical: Literal["ideal", "averaged"] = "ideal"
+    """The generator gives the demanded torque at once, its power is torque times speed times an efficiency; or machine,
+    averaged converters, DC link and grid of ``turbine.electrical``."""
+
     blade_nodes: int | tuple[float, ...] = 20
     """Number of nodes along a blade (midpoint rule, denser towards the tip), or their distances [m] from
     the root including root and tip (trapezoidal rule)."""

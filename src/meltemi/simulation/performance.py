@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+import threading
+from collections import OrderedDict
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from meltemi.aero.coefficient import coefficient_arrays, power_coefficient, thrust_coefficient
 from meltemi.control.actuators import ANGLE
 from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
@@ -13,16 +17,21 @@ from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import Float, Performance
+from meltemi.turbine.power_turbine import AnyTurbine, CalibratedCoefficient, PowerTurbine, TableCoefficient
 from meltemi.wind.fields import SteadyWind
 
+KEEP = 16
+"""Turbines whose performance is remembered."""
+RATIO_STEP, MOST_RATIO = 0.25, 16.0
+PITCH_STEP, MOST_PITCH = math.radians(1.0), math.radians(30.0)
 RIGID = ("tower", "yaw", "generator", "drivetrain", "blades")
 
 
 def rotor_performance(
     turbine: Turbine,
-    tip_speed_ratio: Sequence[float],
-    pitch: Sequence[float],
+    tip_speed_ratio: ArrayLike,
+    pitch: ArrayLike,
     *,
     options: ModelOptions | None = None,
     wind_speed: float = 8.0,
@@ -72,3 +81,47 @@ def rotor_performance(
     force = 0.5 * rho * area * wind_speed**2
     c_q = torque / (force * R)
     return Performance(ratios, pitches, c_q * ratios[:, None], thrust / force, c_q)
+
+
+_LOCK = threading.Lock()
+_KNOWN: OrderedDict[str, Performance] = OrderedDict()
+
+
+def performance_of(turbine: AnyTurbine) -> Performance:
+    """Coefficients of a turbine's rotor, computed once, for tip-speed ratios from 1 to 16 and pitch up to 30 degrees.
+
+    Those of an aeroelastic turbine are of the rigid rotor as built, with tilt, cone and tower; those of a turbine of a
+    power coefficient are its own, where it has a table at the table's entries, and NaN where it does not know them.
+    """
+    if isinstance(turbine, PowerTurbine):
+        return _of_coefficient(turbine)
+    key = turbine.content_hash()
+    with _LOCK:  # others wait for the one who computes
+        if key not in _KNOWN:
+            ratios = np.arange(1.0, MOST_RATIO + 1e-9, RATIO_STEP)
+            _KNOWN[key] = rotor_performance(turbine, ratios, _pitches(turbine), straight=False, azimuths=4)
+            while len(_KNOWN) > KEEP:
+                _KNOWN.popitem(last=False)
+        return _KNOWN[key]
+
+
+def _pitches(turbine: AnyTurbine) -> Float:
+    least, most = turbine.pitch_actuator.minimum, min(turbine.pitch_actuator.maximum, MOST_PITCH)
+    least = max(least, -math.radians(5.0))
+    return np.linspace(least, most, round((most - least) / PITCH_STEP) + 1)
+
+
+def _of_coefficient(turbine: PowerTurbine) -> Performance:
+    described = turbine.coefficient
+    arrays = coefficient_arrays(described)
+    if isinstance(described, TableCoefficient):
+        ratios, pitches = np.array(described.tip_speed_ratio), np.array(described.pitch)
+    elif isinstance(described, CalibratedCoefficient):
+        ratios, pitches = np.arange(7.0, 11.51, RATIO_STEP), np.zeros(1)
+    else:
+        ratios, pitches = np.arange(1.0, MOST_RATIO + 1e-9, RATIO_STEP), _pitches(turbine)
+    power = np.array([[power_coefficient(*arrays, r, b) for b in pitches] for r in ratios])
+    thrust = np.full_like(power, np.nan)
+    if isinstance(described, TableCoefficient) and described.thrust is not None:
+        thrust = np.array([[thrust_coefficient(*arrays, r, b) for b in pitches] for r in ratios])
+    return Performance(ratios, pitches, power, thrust, power / ratios[:, None])

@@ -16,6 +16,7 @@ from pydantic import Field, field_validator, model_validator
 
 from meltemi.core.record import Array, Record, Vector
 from meltemi.core.tables import MAX_FLAPS
+from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.gearbox import Gearbox
 from meltemi.turbine.icing import Icing
 
@@ -447,17 +448,22 @@ class Drivetrain(Record):
         return 1.0 / (1.0 / self.stiffness - (0.0 if self.gearbox is None else self.gearbox.compliance))
 
 
-class Yaw(Record):
+class YawDrive(Record):
+    """What turns the nacelle."""
+
+    rate: float = Field(default=0.0052, ge=0.0, lt=0.2)
+    """[rad/s] of the yaw drive."""
+    acceleration: float | None = Field(default=None, gt=0.0)
+    """[rad/s^2] of the yaw drive; without it the rate is there at once."""
+
+
+class Yaw(YawDrive):
     """Yaw bearing, its drive and its brake."""
 
     stiffness: float = Field(gt=0.0)
     """[N m/rad] of the locked bearing."""
     damping: float = Field(ge=0.0)
     """[N m s/rad] of the locked bearing."""
-    rate: float = Field(default=0.0052, ge=0.0, lt=0.2)
-    """[rad/s] of the yaw drive."""
-    acceleration: float | None = Field(default=None, gt=0.0)
-    """[rad/s^2] of the yaw drive; without it the rate is there at once."""
     friction: float = Field(default=0.0, ge=0.0)
     """[N m] Coulomb friction of the bearing."""
     brake_torque: float | None = Field(default=None, ge=0.0)
@@ -643,6 +649,8 @@ class Turbine(Record):
     control: BaselineControl
     icing: Icing | None = None
     """Ice on the blades."""
+    electrical: ElectricalSystem | None = None
+    """Generator, converters and grid connection for ``options.electrical: averaged``; ``size_electrical`` makes one."""
 
     @field_validator("airfoils")
     @classmethod

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.postprocess.ensemble import mean_interval
+from meltemi.studies.reproduce.claim import Claim, holds
 from meltemi.studies.reproduce.wang2021.gust import DERATE, IGNORE, SHORT, STOP, Gust, transitions
 from meltemi.studies.reproduce.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi.studies.reproduce.wang2021.runs import AS_SCALED, Runs
@@ -23,27 +24,6 @@ CHECKS = ((7.5, 52.5), (8.8, 48.6), (10.0, 45.0), (15.0, 42.0), (20.0, 39.0), (2
 """[m/s], [deg] of the interpolated law."""
 
 
-@dataclass(frozen=True)
-class Claim:
-    """A line of the paper's results.
-
-    Attributes:
-      item: what it is about.
-      paper: what the paper says.
-      ours: what we find.
-      verdict: "holds" or how it differs.
-      where: in the paper.
-      reason: key of ``REASONS``; empty if there is nothing to explain.
-    """
-
-    item: str
-    paper: str
-    ours: str
-    verdict: str
-    where: str
-    reason: str = ""
-
-
 def claims(runs: Runs) -> list[Claim]:
     """Every line."""
     found = []
@@ -51,10 +31,6 @@ def claims(runs: Runs) -> list[Claim]:
         found += _table2(name, table)
     found += [*_validation(runs), *_laws(), *_gust(runs.gust)]
     return [replace(c, reason="") if c.verdict == "holds" else c for c in found]
-
-
-def _holds(ok: bool, otherwise: str = "differs") -> str:
-    return "holds" if ok else otherwise
 
 
 def _spread(change: Float) -> str:
@@ -76,7 +52,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
         ok = bool(np.abs(change).max() <= band)
         seen = f"{bins[inside][0]} to {bins[inside][-1]}"
         found.append(
-            Claim(item, f"Table 2 ± {100 * band:g} %", f"{_spread(change)} (bins {seen})", _holds(ok), "Table 2", why)
+            Claim(item, f"Table 2 ± {100 * band:g} %", f"{_spread(change)} (bins {seen})", holds(ok), "Table 2", why)
         )
     above = bins >= 12
     peak = int(np.nanargmax(spread))
@@ -86,7 +62,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
             f"largest std of power, {name}",
             "109 kW at 8 m/s",
             f"{spread[peak]:.0f} kW in bin {bins[peak]}",
-            _holds(54.5 <= spread[peak] <= 218.0),
+            holds(54.5 <= spread[peak] <= 218.0),
             "Table 2",
             "std",
         )
@@ -96,7 +72,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
             f"std of power from 13 m/s, {name}",
             "13 to 21 kW",
             f"{spread[above].min():.1f} to {spread[above].max():.1f} kW",
-            _holds(bool(factor.max() <= 2.0)),
+            holds(bool(factor.max() <= 2.0)),
             "Table 2",
             "plateau",
         )
@@ -107,12 +83,12 @@ def _table2(name: str, table: Table2) -> list[Claim]:
     rising = int(np.sum(np.diff(moment_std[7:]) > 0.0))
     near = abs(int(bins[top]) - PEAK_BIN) <= 1
     found += [
-        Claim(f"peak of the flapwise moment, {name}", "bin 8", f"bin {bins[top]}", _holds(near), "Table 2", "load"),
+        Claim(f"peak of the flapwise moment, {name}", "bin 8", f"bin {bins[top]}", holds(near), "Table 2", "load"),
         Claim(
             f"its level, {name}",
             "4,627 kNm ± 20 %",
             f"{moment[top]:.0f} kNm ({100 * level:+.1f} %)",
-            _holds(abs(level) <= 0.2),
+            holds(abs(level) <= 0.2),
             "Table 2",
             "load",
         ),
@@ -120,7 +96,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
             f"moment at 18.9 m/s over its peak, {name}",
             "0.48 ± 0.15",
             f"{ratio:.2f}",
-            _holds(abs(ratio - 0.48) <= 0.15),
+            holds(abs(ratio - 0.48) <= 0.15),
             "Table 2",
             "load",
         ),
@@ -128,7 +104,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
             f"std of the moment from bin 8 on, {name}",
             "rises in every bin, to 1,057 kNm",
             f"rises in {rising} of {len(moment_std) - 8}, to {moment_std[-1]:.0f} kNm",
-            _holds(bool(np.all(np.diff(moment_std[7:]) > 0.0))),
+            holds(bool(np.all(np.diff(moment_std[7:]) > 0.0))),
             "Table 2",
             "load std",
         ),
@@ -152,7 +128,7 @@ def _validation(runs: Runs) -> list[Claim]:
             "V1, start-up: power 180-240 s",
             "1,380 kW measured, 1,435 simulated",
             f"{_words(v1, 'kW')} ({100 * (one / 1380 - 1):+.1f} %)",
-            _holds(abs(one / 1380.0 - 1.0) <= 0.07),
+            holds(abs(one / 1380.0 - 1.0) <= 0.07),
             "Fig. 4",
             "V1",
         ),
@@ -160,7 +136,7 @@ def _validation(runs: Runs) -> list[Claim]:
             "V2, power limit: power 360-430 s",
             "2,011 kW measured, 2,036 simulated",
             f"{_words(v2, 'kW')} ({100 * (two / 2011 - 1):+.2f} % of the measured, {100 * (two / 2036 - 1):+.2f} %)",
-            _holds(abs(two / 2011.0 - 1.0) <= 0.015),
+            holds(abs(two / 2011.0 - 1.0) <= 0.015),
             "Fig. 5",
             "plateau",
         ),
@@ -168,7 +144,7 @@ def _validation(runs: Runs) -> list[Claim]:
             "V2, stop: power at the end, largest rotor speed",
             "0, no over-speed",
             f"{max(end):.1f} kW, {max(over):.2f} rpm",
-            _holds(max(end) < 1.0 and max(over) < 12.6 * 1.15),
+            holds(max(end) < 1.0 and max(over) < 12.6 * 1.15),
             "Fig. 5",
         ),
     ]
@@ -186,21 +162,21 @@ def _laws() -> list[Claim]:
             "stepwise law at 0, 10, 10.1, 35, 35.1 m/s",
             "60, 60, 45, 45, 30 deg",
             ", ".join(f"{x:g}" for x in at) + " deg",
-            _holds(bool(np.allclose(at, [60.0, 60.0, 45.0, 45.0, 30.0], rtol=0.0, atol=1e-9))),
+            holds(bool(np.allclose(at, [60.0, 60.0, 45.0, 45.0, 30.0], rtol=0.0, atol=1e-9))),
             "Table 3",
         ),
         Claim(
             "interpolated law, base points of Table 3",
             "52.5 deg at 7.5 m/s ... 30 deg at 40 m/s",
             f"largest difference {off:.1e} deg at {len(CHECKS)} speeds",
-            _holds(off < 1e-9),
+            holds(off < 1e-9),
             "Figs 6, 7",
         ),
         Claim(
             "interpolated law is continuous",
             "n + 1 segments",
             f"largest step over 0.0001 m/s: {jump:.1e} deg",
-            _holds(jump < 1e-2),
+            holds(jump < 1e-2),
             "Fig. 7",
         ),
     ]
@@ -239,21 +215,21 @@ def _gust(g: Gust) -> list[Claim]:
             "wind at the end",
             "25 m/s, over 60 deg",
             f"{speed:.2f} m/s, {turned:.1f} deg",
-            _holds(abs(speed - 25.0) < 0.05 and abs(turned - 67.48) < 0.05),
+            holds(abs(speed - 25.0) < 0.05 and abs(turned - 67.48) < 0.05),
             "Fig. 9",
         ),
         Claim(
             "error passes the threshold, nothing filtered: interpolated, stepwise",
             "16.05 s, 16.10 s (from the figure's wind)",
             f"{raw[0]:.2f} s, {raw[1]:.2f} s",
-            _holds(abs(raw[0] - 16.05) <= 0.1 and abs(raw[1] - 16.10) <= 0.1),
+            holds(abs(raw[0] - 16.05) <= 0.1 and abs(raw[1] - 16.10) <= 0.1),
             "Figs 7, 9",
         ),
         Claim(
             "pitch begins to move: S1, S2, S3",
             "around 18 s",
             ", ".join(f"{x:.1f}" for x in first) + " s",
-            _holds(all(16.0 <= x <= 19.0 for x in first)),
+            holds(all(16.0 <= x <= 19.0 for x in first)),
             "Fig. 10A",
             "pitch",
         ),
@@ -261,7 +237,7 @@ def _gust(g: Gust) -> list[Claim]:
             "pitch of S1, of S2 parts from that of S3",
             "around 18 s",
             f"{g.parting(STOP):.1f}, {g.parting(DERATE):.1f} s",
-            _holds(all(16.0 <= g.parting(name) <= 19.0 for name in (STOP, DERATE))),
+            holds(all(16.0 <= g.parting(name) <= 19.0 for name in (STOP, DERATE))),
             "Fig. 10A",
             "pitch",
         ),
@@ -269,14 +245,14 @@ def _gust(g: Gust) -> list[Claim]:
             "S1 feathers",
             "shuts down quickly",
             f"triggered at {begin:.2f} s, 85 deg at {g.feathered(STOP):.1f} s",
-            _holds(g.feathered(STOP) - begin <= 15.0),
+            holds(g.feathered(STOP) - begin <= 15.0),
             "Fig. 10A",
         ),
         Claim(
             "S2 limits the power",
             "2,000 kW",
             f"{held.mean():.0f} kW ({held.min():.0f} to {held.max():.0f}) from 30 s after the trigger",
-            _holds(bool(abs(held.mean() / 2000.0 - 1.0) <= 0.02)),
+            holds(bool(abs(held.mean() / 2000.0 - 1.0) <= 0.02)),
             "Fig. 10B",
             "power",
         ),
@@ -284,7 +260,7 @@ def _gust(g: Gust) -> list[Claim]:
             "S1 and S3: power in the last 20 s",
             "0 and 3,000 kW",
             f"{g.power(STOP, 80.0).mean() * 1e-3:.0f} and {full.mean():.0f} kW",
-            _holds(abs(float(g.power(STOP, 80.0).mean())) < 1e3 and abs(float(full.mean()) / 3000.0 - 1.0) <= 0.02),
+            holds(abs(float(g.power(STOP, 80.0).mean())) < 1e3 and abs(float(full.mean()) / 3000.0 - 1.0) <= 0.02),
             "Fig. 10B",
             "power",
         ),
@@ -292,7 +268,7 @@ def _gust(g: Gust) -> list[Claim]:
             "yaw-bearing load of S2 over S1, over S3",
             "about 0.5 of one of them",
             f"bending {bend[0]:.2f}, {bend[1]:.2f}; torsion {twist[0]:.2f}, {twist[1]:.2f}",
-            _holds(any(near)),
+            holds(any(near)),
             "Fig. 10C",
             "half",
         ),
@@ -300,7 +276,7 @@ def _gust(g: Gust) -> list[Claim]:
             "tower-top load: S1 < S2 < S3",
             "in this order",
             ", ".join(f"{x:.3f}" for x in tops) + f" {LOADS[TOP_SHEAR].unit}",
-            _holds(tops[0] < tops[1] < tops[2]),
+            holds(tops[0] < tops[1] < tops[2]),
             "Fig. 10D",
             "half",
         ),
@@ -308,7 +284,7 @@ def _gust(g: Gust) -> list[Claim]:
             "tower-top load of S2 over S3",
             "about 0.5",
             f"{shear[1]:.2f}",
-            _holds(0.35 <= shear[1] <= 0.70),
+            holds(0.35 <= shear[1] <= 0.70),
             "Fig. 10D",
             "half",
         ),
@@ -316,7 +292,7 @@ def _gust(g: Gust) -> list[Claim]:
             "yaw-bearing load of S2 over S3, 60 to 100 s: mean bending, range of bending and torsion",
             "about 0.5",
             ", ".join(f"{x:.2f}" for x in late),
-            _holds(any(0.35 <= x <= 0.65 for x in late)),
+            holds(any(0.35 <= x <= 0.65 for x in late)),
             "Fig. 10C",
             "half",
         ),
@@ -324,7 +300,7 @@ def _gust(g: Gust) -> list[Claim]:
             "recheck after 30 s",
             "(shutdown: the yaw drive is too slow)",
             f"stop at {recheck[0].time:.2f} s: {recheck[0].reason}" if recheck else "no stop",
-            _holds(bool(recheck)),
+            holds(bool(recheck)),
             "Fig. 8",
         ),
     ]

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 from meltemi.report.html import Picture, Section, Table, write_page
 from meltemi.report.plots import save
 from meltemi.report.state_diagram import plot_states
+from meltemi.studies.reproduce.claim import Claim, brief, claims_table
 from meltemi.studies.reproduce.markdown import table_lines
 from meltemi.studies.reproduce.study import Reproduction, write_tables
 from meltemi.studies.reproduce.wang2021 import figures
 from meltemi.studies.reproduce.wang2021.beyond import report as beyond
-from meltemi.studies.reproduce.wang2021.claims import REASONS, Claim, claims
+from meltemi.studies.reproduce.wang2021.claims import REASONS, claims
 from meltemi.studies.reproduce.wang2021.gust import DERATE, IGNORE, SHORT, STOP, peaks
 from meltemi.studies.reproduce.wang2021.runs import QUICK, Progress, Runs, Setup, run_all
 from meltemi.studies.reproduce.wang2021.table2 import MOMENT, POWER
@@ -122,18 +123,6 @@ def calibration_words(runs: Runs) -> str:
     """The two numbers."""
     c = runs.calibration
     return f"efficiency {c.efficiency:.3f}, air density {c.air_density:.3f} kg/m^3, from bins 5 to 7"
-
-
-def claims_table(found: list[Claim]) -> Table:
-    """The paper's results line by line."""
-    rows = [[c.item, c.paper, c.ours, c.verdict, c.reason, c.where] for c in found]
-    head = ["claim", "paper", "ours", "verdict", "reason", "where"]
-    return Table(head, rows, "Claims of the paper", text_columns=len(head))
-
-
-def brief(table: Table) -> Table:
-    """The same for a terminal."""
-    return Table(table.head[:4], [row[:4] for row in table.rows], table.caption, text_columns=4)
 
 
 def bins_table(runs: Runs) -> Table:

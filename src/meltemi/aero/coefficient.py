@@ -1,0 +1,190 @@
+"""Coefficients of a rotor's power and thrust against tip-speed ratio and pitch, for kernels.
+
+One kernel for all models: a formula whose constants are parameters, and a table between whose entries a bicubic
+polynomial runs with continuous slopes. The slopes at the entries are those of Akima, modified: they look at the next
+two entries to either side only, so that an edge in the table spoils its neighbourhood alone.
+
+Reference: docs/theory/power-turbines.md (P-2 to P-4); Akima (1970), J. ACM 17(4), 589-602.
+"""
+
+from __future__ import annotations
+
+from math import exp
+from typing import NamedTuple
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.core.kernel import kernel
+from meltemi.core.tables import View, table
+from meltemi.turbine.power_turbine import CalibratedCoefficient, Coefficient, HeierCoefficient, TableCoefficient
+
+Float = NDArray[float64]
+
+COEFFICIENT = table(
+    "coefficient",
+    "",
+    """
+    formula       | - | 1: the formula, 0: the table
+    scale         | - | of the formula's coefficient
+    ratio_scale   | - | of its tip-speed ratio
+    c1            | - | constant
+    c2            | - | constant
+    c3            | - | constant
+    c4            | - | constant
+    c5            | - | constant
+    c6            | - | constant
+    least_ratio   | - | tip-speed ratio from which on it is known
+    most_ratio    | - | up to which
+    most_pitch    | rad | up to which
+    floor         | - | smallest coefficient beyond the table
+    """,
+)
+"""Parameters of a power coefficient."""
+
+FORMULA, SCALE, RATIO_SCALE, C1, C2, C3, C4, C5, C6, LEAST_RATIO, MOST_RATIO, MOST_PITCH, FLOOR = COEFFICIENT.slots(
+    "formula scale ratio_scale c1 c2 c3 c4 c5 c6 least_ratio most_ratio most_pitch floor"
+)
+DEGREES = 57.29577951308232
+"""In a radian."""
+POWER, THRUST = 0, 1
+"""First axis of a table's values; the second are value, slope by ratio, slope by pitch, slope by both."""
+CALIBRATED = (0.979372, 116.0, 0.0, 6.363840, 37.744134, 0.0375390)
+
+
+class CoefficientArrays(NamedTuple):
+    """A coefficient as kernels take it: table COEFFICIENT, (n,) ratios, (m,) pitch angles, (2, 4, n, m) values."""
+
+    parameters: Float
+    ratios: Float
+    pitches: Float
+    values: Float
+
+
+@kernel
+def formula(p: Float, ratio: float, pitch: float) -> float:
+    """Power coefficient of the formula (P-2)."""
+    r, b = p[RATIO_SCALE] * ratio, max(pitch * DEGREES, 0.0)
+    x = 1.0 / (r + 0.08 * b) - 0.035 / (b * b * b + 1.0)
+    return p[SCALE] * (p[C1] * (p[C2] * x - p[C3] * b - p[C4]) * exp(-p[C5] * x) + p[C6] * r)
+
+
+@kernel
+def below(x: float, grid: Float) -> int:
+    """The last entry but one of an increasing grid that is not above x, at least the first."""
+    i, j = 0, grid.shape[0] - 1
+    while j - i > 1:
+        k = (i + j) // 2
+        if grid[k] <= x:
+            i = k
+        else:
+            j = k
+    return i
+
+
+@kernel
+def looked_up(what: int, ratios: Float, pitches: Float, values: Float, ratio: float, pitch: float) -> float:
+    """Power or thrust coefficient of the table (P-4)."""
+    n, m = ratios.shape[0], pitches.shape[0]
+    x, y = min(max(ratio, ratios[0]), ratios[n - 1]), min(max(pitch, pitches[0]), pitches[m - 1])
+    i, j = below(x, ratios), below(y, pitches)
+    h, k = ratios[i + 1] - ratios[i], pitches[j + 1] - pitches[j]
+    s, t = (x - ratios[i]) / h, (y - pitches[j]) / k
+    f = fx = fy = 0.0 * (x + y)
+    for a in range(2):
+        # Hermite's polynomials of the near and of the far entry, and their slopes
+        u = s if a == 0 else 1.0 - s
+        sign = 1.0 if a == 0 else -1.0
+        p, dp = (1.0 + 2.0 * u) * (1.0 - u) * (1.0 - u), -6.0 * u * (1.0 - u) * sign / h
+        q, dq = sign * h * u * (1.0 - u) * (1.0 - u), (1.0 - u) * (1.0 - 3.0 * u)
+        for b in range(2):
+            w = t if b == 0 else 1.0 - t
+            turn = 1.0 if b == 0 else -1.0
+            g, dg = (1.0 + 2.0 * w) * (1.0 - w) * (1.0 - w), -6.0 * w * (1.0 - w) * turn / k
+            r, dr = turn * k * w * (1.0 - w) * (1.0 - w), (1.0 - w) * (1.0 - 3.0 * w)
+            v, vx = values[what, 0, i + a, j + b], values[what, 1, i + a, j + b]
+            vy, vxy = values[what, 2, i + a, j + b], values[what, 3, i + a, j + b]
+            f += p * (g * v + r * vy) + q * (g * vx + r * vxy)
+            fx += dp * (g * v + r * vy) + dq * (g * vx + r * vxy)
+            fy += p * (dg * v + dr * vy) + q * (dg * vx + dr * vxy)
+    return f + fx * (ratio - x) + fy * (pitch - y)
+
+
+@kernel
+def power_coefficient(p: Float, ratios: Float, pitches: Float, values: Float, ratio: float, pitch: float) -> float:
+    """C_p at a tip-speed ratio above zero and a pitch angle [rad].
+
+    Args:
+      p, ratios, pitches, values: see :class:`CoefficientArrays`.
+    """
+    if p[FORMULA] > 0.0:
+        return formula(p, ratio, pitch)
+    c = looked_up(POWER, ratios, pitches, values, ratio, pitch)
+    return max(c, p[FLOOR])
+
+
+@kernel
+def thrust_coefficient(p: Float, ratios: Float, pitches: Float, values: Float, ratio: float, pitch: float) -> float:
+    """C_t, as :func:`power_coefficient`; 0 where there is none."""
+    if p[FORMULA] > 0.0:
+        return 0.0 * ratio
+    return looked_up(THRUST, ratios, pitches, values, ratio, pitch)
+
+
+@kernel
+def known(p: Float, ratio: float, pitch: float) -> bool:
+    """The coefficient is known there."""
+    return p[LEAST_RATIO] <= ratio <= p[MOST_RATIO] and pitch <= p[MOST_PITCH]
+
+
+def coefficient_arrays(coefficient: Coefficient) -> CoefficientArrays:
+    """Arrays of a described coefficient."""
+    p = COEFFICIENT.zeros()
+    view = View(COEFFICIENT, p)
+    view["formula"] = view["scale"] = view["ratio_scale"] = 1.0
+    view["most_ratio"] = view["most_pitch"] = np.inf
+    ratios, pitches, values = np.arange(2.0), np.arange(2.0), np.zeros((2, 4, 2, 2))
+    if isinstance(coefficient, TableCoefficient):
+        view["formula"] = 0.0
+        view["floor"] = coefficient.power.min()
+        ratios, pitches = np.concatenate([[0.0], coefficient.tip_speed_ratio]), np.array(coefficient.pitch)
+        thrust = np.zeros_like(coefficient.power) if coefficient.thrust is None else coefficient.thrust
+        at_rest = (np.zeros_like(coefficient.power[0]), thrust[0])
+        values = np.stack(
+            [
+                _with_slopes(ratios, pitches, np.vstack([first, rows]))
+                for first, rows in zip(at_rest, (coefficient.power, thrust), strict=True)
+            ]
+        )
+        return CoefficientArrays(p, ratios, pitches, values)
+    constants = CALIBRATED
+    if isinstance(coefficient, HeierCoefficient):
+        constants = coefficient.constants
+        ratio, most = coefficient.peak
+        view["scale"], view["ratio_scale"] = coefficient.maximum / most, ratio / coefficient.tip_speed_ratio
+    else:
+        assert isinstance(coefficient, CalibratedCoefficient)
+        view["least_ratio"], view["most_ratio"], view["most_pitch"] = 7.0, 11.5, 1e-6
+    p[C1 : C6 + 1] = constants
+    return CoefficientArrays(p, ratios, pitches, values)
+
+
+def _with_slopes(x: Float, y: Float, f: Float) -> Float:
+    """(4, n, m) values of a table and their slopes by x, by y, by both."""
+    fx, fy = akima_slopes(x, f), akima_slopes(y, f.T).T
+    return np.stack([f, fx, fy, 0.5 * (akima_slopes(y, fx.T).T + akima_slopes(x, fy))])
+
+
+def akima_slopes(x: Float, f: Float) -> Float:
+    """(n, m) slopes along the first axis of a table f at increasing x (n,), by Akima's modified formula."""
+    steps = np.diff(f, axis=0) / np.diff(x)[:, None]
+    before, after = 2.0 * steps[0] - steps[1], 2.0 * steps[-1] - steps[-2]
+    d = np.vstack([2.0 * before - steps[0], before, steps, after, 2.0 * after - steps[-1]])
+    change, mean = np.abs(np.diff(d, axis=0)), np.abs(0.5 * (d[1:] + d[:-1]))
+    weight = change + mean
+    left, right = weight[2:], weight[:-2]
+    total = left + right
+    flat = total <= 1e-12 * max(float(np.max(np.abs(d))), 1e-300)
+    slope = (left * d[1:-2] + right * d[2:-1]) / np.where(flat, 1.0, total)
+    return np.where(flat, 0.0, slope)

@@ -1,0 +1,1 @@
+"""Power control: torque below rated, a power reference, and the pitch that goes with it."""

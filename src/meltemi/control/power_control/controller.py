@@ -1,0 +1,220 @@
+"""``power_control``: the power control of a turbine as a controller, and its section for others that contain it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+from meltemi.control import signals as s
+from meltemi.control import yaw as vane
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.control.integrator import INTEGRAL, INTEGRATOR, integrator_settings
+from meltemi.control.power_control import state as p
+from meltemi.control.power_control.law import power_step
+from meltemi.control.power_control.rotor import rotor_tables
+from meltemi.control.power_control.settings import SCHEMES, PowerControl
+from meltemi.control.power_control.tables import CONDITIONS, NUMBER
+from meltemi.control.yaw import YawControl, yaw_settings, yaw_step
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import kernel
+from meltemi.core.tables import View
+from meltemi.core.units import rpm
+from meltemi.environment.site import STANDARD
+from meltemi.maths.generic import whole
+from meltemi.turbine.performance import Performance
+from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
+from meltemi.turbine.scaling.blade import blade_moments
+
+Float = NDArray[float64]
+
+SPEED_LOOP = 0.6 / rpm(12.1)
+"""Frequency of the speed loop of the NREL 5 MW over its rated rotor speed (Jonkman et al. 2009)."""
+
+
+@kernel
+def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
+    """One call of the power control, and of a yaw control if there is one, whose part is the last."""
+    power_step(x, 1, measured, demands, dt)
+    at = whole(x[0])
+    if at > 0:
+        demands[s.YAW_RATE_DEMAND] = yaw_step(x, at, measured, dt)
+        demands[s.YAW_ERROR] = x[at + vane.FILTERED]
+        demands[s.YAW_THRESHOLD] = x[at + vane.DEAD_BAND]
+        x[1 + p.SWITCHES] += x[at + vane.SWITCHES]
+        x[at + vane.SWITCHES] = 0.0
+
+
+def power_control(
+    turbine: AnyTurbine,
+    performance: Performance,
+    settings: PowerControl | None = None,
+    *,
+    yaw: YawControl | None = None,
+    sample_time: float | None = None,
+    name: str = "power control",
+) -> Controller:
+    """A controller that follows a power reference, and the wind where there is less than is asked for.
+
+    Args:
+      turbine: gives speeds, limits of torque and pitch, and inertia; its gains are not used.
+      performance: of its rotor, from ``performance_of(turbine)``.
+      settings: by default optimal torque with fixed density and the scheme ``hold``.
+      yaw: of a yaw control beside it; the model then needs ``yaw="driven"``.
+      sample_time: [s] between calls; by default every time step.
+      name: for messages.
+
+    Returns:
+      The controller. Channels: ``power_state`` the number of its state, ``power_setpoint``, ``wind_estimate``.
+
+    Raises:
+      InputError: settings that contradict each other or the turbine, or a performance that does not suit.
+    """
+    settings = settings or PowerControl()
+    section = power_section(turbine, performance, settings)
+    drive = np.zeros(0) if yaw is None else yaw_settings(yaw, turbine.yaw)
+
+    def init(start: StartPoint) -> Float:
+        x = np.concatenate([[0.0], section, drive])
+        x[0] = 0.0 if yaw is None else 1 + len(section)
+        start_power(x, 1, start)
+        return x
+
+    names = ["yaw_place", *power_names(section), *(f"yaw_{n}" for n in (vane.YAW_CONTROL.names if yaw else ()))]
+    return Controller(
+        update=update,
+        init=init,
+        sample_time=sample_time,
+        name=name,
+        yaws=yaw is not None,
+        uses_loads=yaw is not None,
+        state_names=tuple(names),
+        warnings=lambda x: power_warnings(x, 1),
+    )
+
+
+def power_section(turbine: AnyTurbine, performance: Performance, settings: PowerControl) -> Float:
+    """Settings and tables of a power control, to be put into a state vector and set to a start by ``start_power``.
+
+    Raises:
+      InputError: as ``power_control``.
+    """
+    torque, pitch, drive = turbine.control.torque, turbine.control.pitch, turbine.drivetrain
+    rotor = rotor_tables(performance, pitch.minimum)
+    ratio, efficiency = drive.gear_ratio, drive.generator_efficiency
+    inertia = settings.inertia or shaft_inertia(turbine)
+    reference = pitch.reference_speed
+    frequency = settings.frequency or SPEED_LOOP * reference / ratio
+    x = np.zeros(p.TABLES)
+    view = View(p.POWER, x[: len(p.POWER)])
+    view["filter_frequency"], view["reference_speed"] = turbine.control.filter_frequency, reference
+    for field in ("cut_in_speed", "optimal_speed", "rated_speed", "rated_power", "maximum_torque"):
+        view[field] = getattr(torque, field)
+    view["torque_rate"] = torque.rate_limit
+    # below rated speed a line with the slope of an induction machine, as in the baseline law (C-5)
+    synchronous = torque.rated_speed / (1.0 + torque.slip)
+    view["synchronous_speed"] = synchronous
+    view["transition_slope"] = torque.rated_power / torque.rated_speed / (torque.rated_speed - synchronous)
+    view["minimum_pitch"], view["maximum_pitch"], view["pitch_rate"] = pitch.minimum, pitch.maximum, pitch.rate_limit
+    view["efficiency"], view["gear_ratio"], view["inertia"] = efficiency, ratio, inertia
+    view["gear_efficiency"] = 1.0 if isinstance(turbine, PowerTurbine) else turbine.drivetrain.gearbox_efficiency
+    view["radius"] = turbine.rotor_radius
+    view["best_ratio"], view["best_coefficient"] = rotor.best
+    view["tracks_ratio"] = settings.torque == "tip_speed_ratio"
+    view["air"] = ("fixed", "temperature", "weather").index(settings.density)
+    view["density"], view["assumed_pressure"] = settings.air_density, settings.air_pressure
+    view["scheme"] = tuple(SCHEMES.values()).index(settings.scheme)
+    margin = settings.recovery_speed or 0.02 * reference / ratio
+    view["recovery_margin"] = margin * ratio
+    if margin * ratio >= reference:
+        raise InputError(
+            f"power_control: recovery_speed {margin:g} rad/s must be less than the rotor's {reference / ratio:g} rad/s"
+        )
+    view["reference_rate"] = (settings.reference_rate or 0.1 * torque.rated_power * efficiency) / efficiency
+    view["frequency"], view["damping_ratio"] = frequency, settings.damping_ratio
+    # C-85: at rated power and speed the torque of the air rises by 3 T / V with the wind
+    rated = torque.rated_power / (reference / ratio)
+    area = 0.5 * STANDARD * math.pi * turbine.rotor_radius**2 * rotor.best[1]
+    wind = (torque.rated_power / area) ** (1.0 / 3.0)
+    view["estimator_gain"] = (settings.estimator_frequency or frequency) * inertia / (3.0 * rated / wind)
+    view["available_time"] = 5.0
+    _set_droop(view, settings, turbine.rated_power)
+    view["reference"] = turbine.rated_power
+    tracking = settings.tracking_frequency or frequency / 3.0
+    x[p.TORQUE_LOOP : p.TORQUE_LOOP + len(INTEGRATOR)] = integrator_settings(
+        proportional_gain=2.0 * settings.damping_ratio * tracking * inertia / ratio**2,
+        integral_gain=tracking**2 * inertia / ratio**2,
+    )
+    n, m, k = len(rotor.tip_speed_ratio), len(rotor.pitch), len(rotor.share)
+    view["ratios"], view["ratio_first"], view["ratio_step"] = n, rotor.tip_speed_ratio[0], rotor.ratio_step
+    view["pitches"], view["pitch_first"], view["pitch_step"] = m, rotor.pitch[0], rotor.pitch_step
+    view["shares"], view["share_first"], view["share_step"] = k, rotor.share[0], rotor.share[1] - rotor.share[0]
+    tip = turbine.rotor_radius / (rotor.best_ratio * ratio)
+    gains = 0.5 * math.pi * turbine.rotor_radius**2 * rotor.best_power * view["gear_efficiency"] * tip**3
+    sensitivity = rotor.sensitivity
+    if m == 1:  # nothing is known of the pitch but the turbine's own gains
+        optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
+        unit = inertia * frequency**2 / (optimal * (reference / ratio) ** 2)
+        sensitivity = np.full((1, k), unit / (ratio**2 * pitch.integral_gain / ratio))
+    return np.concatenate([x, rotor.power.reshape(-1), sensitivity.reshape(-1), gains])
+
+
+def _set_droop(view: View, settings: PowerControl, rated: float) -> None:
+    droop = settings.droop
+    view["nominal_frequency"], view["inertia_time"] = 50.0, 0.2
+    if droop is None:
+        return
+    view["nominal_frequency"], view["dead_band"] = droop.nominal, droop.dead_band
+    view["droop_gain"] = rated / (droop.droop * droop.nominal)
+    view["reserve"], view["available_time"] = droop.reserve, droop.available_time
+    view["inertia_gain"], view["inertia_time"] = 2.0 * droop.inertia * rated / droop.nominal, droop.inertia_time
+
+
+def start_power(x: Float, at: int, start: StartPoint) -> None:
+    """Set the section from the place ``at`` on to an operating point, from which no demand jumps."""
+    view = View(p.POWER, x[at : at + len(p.POWER)])
+    view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
+    view["wind"], view["last_speed"] = max(start.wind_speed, 0.5), start.generator_speed / float(view["gear_ratio"])
+    view["setpoint"] = view["rated_power"]
+    area = 0.5 * math.pi * float(view["density"] * view["radius"] ** 2 * view["best_coefficient"])
+    view["available"] = min(area * start.wind_speed**3, float(view["rated_power"]))
+    view["slow_frequency"] = view["nominal_frequency"]
+    pitched = start.pitch > float(view["minimum_pitch"]) + 1e-6
+    view["state"] = NUMBER["speed_limit" if pitched else "maximum_power"]
+    x[at + p.PITCH_LOOP + INTEGRAL] = start.pitch
+    x[at + p.TORQUE_LOOP + INTEGRAL] = start.generator_torque
+
+
+def power_names(section: Float) -> list[str]:
+    """Of the entries of a section."""
+    view = View(p.POWER, section[: len(p.POWER)])
+    n, m, k = (int(view[name]) for name in ("ratios", "pitches", "shares"))
+    return [
+        *p.POWER.names,
+        *(f"holds_{name}" for name in CONDITIONS),
+        *(f"pitch_loop_{name}" for name in INTEGRATOR.names),
+        *(f"torque_loop_{name}" for name in INTEGRATOR.names),
+        *(f"power_coefficient_{i + 1}_{j + 1}" for i in range(n) for j in range(m)),
+        *(f"sensitivity_{j + 1}_{i + 1}" for j in range(m) for i in range(k)),
+        *(f"optimal_gain_{j + 1}" for j in range(m)),
+    ]
+
+
+def power_warnings(x: Float, at: int) -> list[str]:
+    """What is to be said at the end of a run."""
+    if x[at + p.OVER] < 0.5:
+        return []
+    rated = x[at + p.RATED_POWER] * x[at + p.EFFICIENCY]
+    return [f"power control: a reference above rated power was asked for; it was taken as {rated:.4g} W"]
+
+
+def shaft_inertia(turbine: AnyTurbine) -> float:
+    """[kg m^2] of blades, hub and generator about the low-speed shaft."""
+    if isinstance(turbine, PowerTurbine):
+        return turbine.drivetrain.inertia
+    hub, drive = turbine.hub, turbine.drivetrain
+    _, blade = blade_moments(turbine.blade.structure, hub.radius)
+    blades = turbine.n_blades * blade * math.cos(hub.precone) ** 2
+    return blades + hub.inertia + drive.gear_ratio**2 * drive.generator_inertia

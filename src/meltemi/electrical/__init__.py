@@ -1,0 +1,1 @@
+"""Generator, converters, DC link and grid connection: equations, controls and protection."""

@@ -1,0 +1,150 @@
+"""Arrays of the electrical system: parameters, states and what is recorded.
+
+Peak values of a phase in dq axes, generator convention: a current out of the machine, and into the grid, is positive.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.tables import View, table
+from meltemi.turbine.electrical import RESERVE, Converter, ElectricalSystem
+
+Float = NDArray[np.float64]
+
+ELECTRICAL = table(
+    "electrical",
+    "",
+    """
+    on                   | -     | 1: there is an electrical system, 0: none is modelled
+    pole_pairs           | -     | electrical over mechanical speed
+    flux                 | Wb    | linkage of a phase with the magnets
+    stator_resistance    | Ohm   | of a phase
+    stator_inductance    | H     | of a phase
+    iron_drag            | N m s | iron and stray losses over the square of the speed
+    machine_limit        | A     | largest current of the machine's converter
+    machine_standing     | W     | its loss without current, at the nominal voltage of the DC link
+    machine_drop         | V     | its loss for each ampere
+    machine_ohms         | Ohm   | its loss for the square of the current
+    grid_limit           | A     | largest current of the grid's converter
+    grid_standing        | W     | as above
+    grid_drop            | V     | as above
+    grid_ohms            | Ohm   | as above
+    filter_resistance    | Ohm   | of a phase
+    filter_inductance    | H     | of a phase
+    grid_peak            | V     | peak of a phase of the grid at nominal voltage
+    grid_current         | A     | rated current of the grid side
+    nominal_frequency    | rad/s | of the grid
+    dc_voltage           | V     | nominal
+    capacitance          | F     | of the DC link
+    dc_highest           | V     | above which the turbine trips
+    dc_lowest            | V     | below which the turbine trips
+    reserve              | -     | share of the voltage limit that steady operation uses
+    chopper_conductance  | S     | 0 without chopper
+    chopper_begin        | V     | from which it acts
+    chopper_full         | V     | at which it is on all the time
+    chopper_heat         | J     | that trips the turbine
+    chopper_cooling      | 1/s   | rate at which it cools
+    current_rate         | rad/s | bandwidth of the current controls
+    voltage_rate         | rad/s | natural frequency of the control of the DC link's voltage
+    lock_rate            | rad/s | natural frequency of the phase-locked loop
+    substep              | s     | longest step of the controls
+    support_gain         | -     | reactive current over rated current, for the voltage's distance from 1
+    dead_band            | -     | distance of the voltage from 1 beyond which the grid is supported
+    zero_time            | s     | for which no voltage is ridden through
+    recovery_time        | s     | at which the voltage must be back
+    highest_voltage      | -     | above which the turbine trips
+    lowest_frequency     | Hz    | below which the turbine trips
+    highest_frequency    | Hz    | above which the turbine trips
+    """,
+)
+"""Parameters."""
+
+ELECTRIC = table(
+    "electric",
+    "",
+    """
+    stator_d         | A     | state: current along the magnets' flux
+    stator_q         | A     | state: current ahead of it, which makes the torque
+    stator_hold_d    | V     | state: integral part of its control
+    stator_hold_q    | V     | state: the same
+    grid_d           | A     | state: current in phase with the voltage that the converter sees
+    grid_q           | A     | state: current ahead of it by a quarter of a period
+    grid_hold_d      | V     | state: integral part of its control
+    grid_hold_q      | V     | state: the same
+    dc_energy        | J     | state: of the DC link
+    dc_hold          | W     | state: integral part of the control of its voltage
+    grid_angle       | rad   | state: of the grid's voltage, ahead of what the phase-locked loop believes
+    lock_hold        | rad/s | state: integral part of the phase-locked loop
+    heat             | J     | state: in the chopper
+    low_time         | s     | state: since when the grid's voltage is low
+    trip             | -     | state: number of the protection that has tripped, 0 for none
+    torque           | N m   | on the generator's shaft, against its rotation
+    mechanical_power | W     | taken from the shaft
+    copper_loss      | W     | of the stator
+    iron_loss        | W     | of the machine, with stray losses
+    converter_loss   | W     | of both converters
+    filter_loss      | W     | of the filter
+    chopper_power    | W     | burnt in the brake resistor
+    stored_power     | W     | rate of the energy in DC link and inductors
+    grid_power       | W     | active power into the grid
+    reactive_power   | var   | delivered to the grid
+    dc_link_voltage  | V     | of the DC link
+    stator_voltage   | V     | at the machine's terminals
+    converter_voltage | V    | of the grid's converter
+    """,
+)
+"""States, and what is recorded: powers and torque are means over a time step, the rest stands at its end."""
+
+TRIPS = (
+    "none",
+    "overvoltage of the DC link",
+    "undervoltage of the DC link",
+    "grid voltage low for too long",
+    "overvoltage of the grid",
+    "frequency of the grid",
+    "chopper too hot",
+)
+"""Protections by their numbers."""
+
+N_STATES = ELECTRIC.index("heat")
+"""States of the linear model: all but the protection's."""
+
+
+def electrical_array(system: ElectricalSystem | None) -> Float:
+    """Parameters for the kernels; without a system all zero, which switches it off."""
+    array = ELECTRICAL.zeros()
+    if system is None:
+        return array
+    v = View(ELECTRICAL, array)
+    m, dc, ride, control = system.machine, system.dc_link, system.ride_through, system.control
+    v["on"], v["pole_pairs"], v["flux"] = 1.0, m.pole_pairs, m.flux
+    v["stator_resistance"], v["stator_inductance"] = m.resistance, m.inductance
+    v["iron_drag"] = m.iron_loss / m.rated_speed**2
+    for name, converter in (("machine", system.machine_converter), ("grid", system.grid_converter)):
+        _converter(v, name, converter)
+    v["filter_resistance"], v["filter_inductance"] = system.filter.resistance, system.filter.inductance
+    v["grid_peak"], v["grid_current"] = system.grid_peak, system.rated_grid_current
+    v["nominal_frequency"] = 2.0 * math.pi * system.frequency
+    v["dc_voltage"], v["capacitance"], v["reserve"] = dc.voltage, dc.capacitance, RESERVE
+    v["dc_highest"], v["dc_lowest"] = dc.highest * dc.voltage, dc.lowest * dc.voltage
+    v["chopper_begin"], v["chopper_full"], v["chopper_heat"] = dc.voltage, 2.0 * dc.voltage, np.inf
+    if dc.chopper is not None:
+        v["chopper_conductance"] = 1.0 / dc.chopper.resistance
+        v["chopper_begin"], v["chopper_full"] = dc.chopper.begin * dc.voltage, dc.chopper.full * dc.voltage
+        v["chopper_heat"], v["chopper_cooling"] = dc.chopper.heat, 1.0 / dc.chopper.cooling_time
+    for name in ("current", "voltage", "lock"):
+        v[f"{name}_rate"] = 2.0 * math.pi * getattr(control, f"{name}_bandwidth")
+    v["substep"] = control.longest_step
+    v["support_gain"] = ride.gain
+    for name in "dead_band zero_time recovery_time highest_voltage lowest_frequency highest_frequency".split():
+        v[name] = getattr(ride, name)
+    return array
+
+
+def _converter(v: View, name: str, converter: Converter) -> None:
+    v[f"{name}_limit"], v[f"{name}_standing"] = converter.current, converter.standing_loss
+    v[f"{name}_drop"], v[f"{name}_ohms"] = converter.voltage_drop, converter.resistance

@@ -1,0 +1,163 @@
+"""A year's weather and wind at a site, month by month."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import AfterValidator, Field, model_validator
+
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.record import Record, Vector
+from meltemi.core.yamlfile import read_record
+from meltemi.environment.air import Air
+from meltemi.environment.rain import RAIN_CLASSES
+
+Float = NDArray[np.float64]
+
+DATA = Path(__file__).parent / "climates"
+MONTH_HOURS = 24.0 * np.array([31.0, 28.25, 31.0, 30.0, 31.0, 30.0, 31.0, 31.0, 30.0, 31.0, 30.0, 31.0])
+"""[h] of each month; leap years in the mean."""
+
+
+def _twelve(values: Float) -> Float:
+    if len(values) != 12:
+        raise ValueError(f"expected 12 numbers, January to December, found {len(values)}")
+    return values
+
+
+Months = Annotated[Vector, AfterValidator(_twelve)]
+"""Twelve numbers, January to December."""
+
+
+class Climate(Record):
+    """Monthly means of weather and wind at a site."""
+
+    name: str
+    altitude: float = Field(default=0.0, ge=-500.0, le=9000.0)
+    """[m] above sea level, where no pressure is given."""
+    temperature: Months
+    """(12,) [degC] mean of each month."""
+    humidity: Months
+    """(12,) relative, 0 to 1."""
+    pressure: Months | None = None
+    """(12,) [Pa] measured at the site; without it that of the altitude."""
+    rain_hours: dict[str, Months] = Field(default_factory=dict)
+    """(12,) [h] by class of rain (see `Rain.kind`), at the class's rate."""
+    icing_hours: Months = Field(default_factory=lambda: np.zeros(12))
+    """(12,) [h] with ice on the blades (instrumental icing in IEA's words)."""
+    wind_scale: Months
+    """(12,) [m/s] scale A of the Weibull distribution of the wind speed."""
+    wind_shape: Months
+    """(12,) its shape k."""
+    wind_height: float = Field(default=100.0, gt=0.0)
+    """[m] at which the wind is given."""
+    shear_exponent: float = Field(default=0.14, ge=0.0, le=0.5)
+    """Of the mean wind, to other heights."""
+    source: str = ""
+    """Where the numbers come from."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name in ("wind_scale", "wind_shape"):
+            if getattr(self, name).min() <= 0.0:
+                raise ValueError(f"{name} must be positive")
+        for name in self.rain_hours:
+            if name not in RAIN_CLASSES:
+                raise ValueError(f"rain_hours: no class of rain {name!r}; {did_you_mean(name, RAIN_CLASSES)}")
+        for name, hours in (("rain", sum(self.rain_hours.values(), np.zeros(12))), ("icing", self.icing_hours)):
+            if hours.min() < 0.0 or np.any(hours > MONTH_HOURS):
+                worst = int(np.argmax(np.maximum(-hours, hours - MONTH_HOURS)))
+                raise ValueError(
+                    f"{name} of {hours[worst]:g} h in month {worst + 1}, which has {MONTH_HOURS[worst]:g} h"
+                )
+        for month in range(1, 13):
+            self.air(month)
+        return self
+
+    def air(self, month: int) -> Air:
+        """The air of a month, 1 to 12."""
+        i = month - 1
+        pressure = None if self.pressure is None else float(self.pressure[i])
+        return Air(
+            temperature=float(self.temperature[i]),
+            humidity=float(self.humidity[i]),
+            pressure=pressure,
+            altitude=self.altitude,
+        )
+
+    @property
+    def density(self) -> Float:
+        """(12,) [kg/m^3] of the air."""
+        return np.array([self.air(month).at([0.0])[-1][0] for month in range(1, 13)])
+
+    def shifted(
+        self,
+        temperature: float = 0.0,
+        humidity: float = 0.0,
+        pressure: float = 0.0,
+        wind: float = 1.0,
+        rain: float = 1.0,
+        icing: float = 1.0,
+    ) -> Climate:
+        """A scenario: the same year, warmer, more humid, windier or wetter.
+
+        Args:
+          temperature: [K] added to each month.
+          humidity: added to the relative humidity, which stays between 0 and 1.
+          pressure: [Pa] added to each month's; needs measured pressures.
+          wind: factor on the scale of the wind speed.
+          rain: factor on the hours of every class of rain.
+          icing: factor on the hours with ice.
+
+        Raises:
+          InputError: a pressure is shifted that is not given.
+          pydantic.ValidationError: the year that results is impossible.
+        """
+        if pressure and self.pressure is None:
+            raise InputError(f"climate {self.name!r} has no measured pressures to shift; its altitude makes them")
+        return self.replace(
+            temperature=self.temperature + temperature,
+            humidity=np.clip(self.humidity + humidity, 0.0, 1.0),
+            pressure=None if self.pressure is None else self.pressure + pressure,
+            wind_scale=self.wind_scale * wind,
+            rain_hours={name: hours * rain for name, hours in self.rain_hours.items()},
+            icing_hours=self.icing_hours * icing,
+        )
+
+    def wind_hours(self, edges: ArrayLike, height: float | None = None) -> Float:
+        """Hours of each month with wind speeds between edges.
+
+        Args:
+          edges: (n + 1,) [m/s] ascending.
+          height: [m] of the hub; by default that at which the wind is given.
+
+        Returns:
+          (12, n) [h].
+        """
+        scale = self.wind_scale * ((height or self.wind_height) / self.wind_height) ** self.shear_exponent
+        above = np.exp(-((np.asarray(edges, float) / scale[:, None]) ** self.wind_shape[:, None]))
+        return np.asarray(MONTH_HOURS[:, None] * (above[:, :-1] - above[:, 1:]))
+
+
+def list_climates() -> list[str]:
+    """Names that :func:`load_climate` knows."""
+    return sorted(path.stem for path in DATA.glob("*.yaml"))
+
+
+def load_climate(name: str | Path) -> Climate:
+    """An example climate by its name, or a climate from a YAML file by its path.
+
+    Raises:
+      InputError: no such climate or file, or the file does not describe a valid climate.
+    """
+    if str(name) in list_climates():
+        return read_record(DATA / f"{name}.yaml", Climate)
+    path = Path(name)
+    if path.suffix in (".yaml", ".yml") or path.exists():
+        return read_record(path, Climate)
+    raise InputError(
+        f"no climate {str(name)!r}: {did_you_mean(str(name), list_climates())} (or give the path of a .yaml file)"
+    )

@@ -1,0 +1,173 @@
+"""Rain, and the power that a rotor loses in it by the energy balance of the review.
+
+Reference: Palanimuthu et al. (2022), eqs (5) to (14). Drops that a body takes along are stopped in the time in which
+they pass their own radius; the sum over all drops that it meets is a pressure on the area it wets. The area is that of
+a flat ellipsoid, the rotor's disk with a thickness, that travels through slanting rain (Bailey 2002). What of this is
+physics, the study of drops on blade elements says (docs: Air and rain).
+"""
+
+from __future__ import annotations
+
+import math
+from math import sqrt
+from typing import Literal, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field, field_validator, model_validator
+
+from meltemi.core.errors import did_you_mean
+from meltemi.core.kernel import kernel
+from meltemi.core.record import Record
+from meltemi.core.tables import View, table
+from meltemi.environment import drops
+
+Float = NDArray[np.float64]
+
+RAIN_CLASSES = {
+    "light": 2.5,
+    "moderate": 8.0,
+    "heavy": 16.0,
+    "rainstorm": 32.0,
+    "heavy_rainstorm_weak": 64.0,
+    "heavy_rainstorm_moderate": 100.0,
+    "heavy_rainstorm_strong": 200.0,
+    "heavy_rainstorm_extreme": 709.2,
+}
+"""[mm/h] rain rates of the classes in the review's Table 2."""
+
+RAIN = table(
+    "rain",
+    "",
+    """
+    drag_density   | kg/m^3 | of rain: its pressure on the wetted area over the speed of drops squared; 0 without rain
+    drop_speed     | m/s    | at which drops meet the rotor; 0 stands for the wind speed
+    radius         | m      | of the rotor
+    half_thickness | m      | of the ellipsoid that the rotor sweeps
+    tail_wind      | m/s    | at which drops move with the wind
+    cross_wind     | m/s    | at which they move across it
+    fall_speed     | m/s    | at which they fall
+    """,
+)
+"""Rows of the parameters of :func:`rain_power_loss`."""
+
+DRAG_DENSITY, DROP_SPEED, RADIUS, HALF_THICKNESS, TAIL_WIND, CROSS_WIND, FALL_SPEED = RAIN.slots(
+    "drag_density drop_speed radius half_thickness tail_wind cross_wind fall_speed"
+)
+
+
+class Rain(Record):
+    """Rain by its rate or class."""
+
+    rate: float | None = Field(default=None, ge=0.0, le=2500.0)
+    """[mm/h]."""
+    kind: str | None = None
+    """Class instead of a rate: `light` 2.5, `moderate` 8, `heavy` 16, `rainstorm` 32, `heavy_rainstorm_weak` 64,
+    `heavy_rainstorm_moderate` 100, `heavy_rainstorm_strong` 200, `heavy_rainstorm_extreme` 709.2 mm/h."""
+    mode: Literal["integrated", "seed"] = "integrated"
+    """Water over the spectrum of drops, or as the review has it: all drops of one diameter."""
+    diameter: float = Field(default=3.0, gt=0.0, le=10.0)
+    """[mm] of the drops in mode `seed`."""
+    fall_speed: float | None = Field(default=None, ge=0.0, le=20.0)
+    """[m/s] at which drops fall; by default the terminal speed of the diameter, or of the mean one by mass."""
+    tail_wind: float = Field(default=0.0, ge=-100.0, le=100.0)
+    """[m/s] at which drops move with the wind."""
+    cross_wind: float = Field(default=0.0, ge=-100.0, le=100.0)
+    """[m/s] at which they move across it."""
+    drop_speed: float | None = Field(default=None, gt=0.0, le=200.0)
+    """[m/s] at which drops meet the rotor; by default the wind speed."""
+    half_thickness: float = Field(default=2.0, ge=0.0, le=100.0)
+    """[m] of the flat ellipsoid that stands for the rotor."""
+    water_density: float = Field(default=drops.WATER, gt=0.0, le=2000.0)
+    """[kg/m^3]."""
+
+    @field_validator("kind")
+    @classmethod
+    def _known(cls, kind: str | None) -> str | None:
+        if kind is not None and kind not in RAIN_CLASSES:
+            raise ValueError(f"no class of rain {kind!r}; {did_you_mean(kind, RAIN_CLASSES)}")
+        return kind
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if (self.rate is None) == (self.kind is None):
+            raise ValueError(f"give either rate [mm/h] or kind ({', '.join(RAIN_CLASSES)})")
+        return self
+
+    @property
+    def intensity(self) -> float:
+        """[m/s] rate of the rain."""
+        rate = self.rate if self.kind is None else RAIN_CLASSES[self.kind]
+        return (rate or 0.0) * drops.MM_PER_HOUR
+
+    @property
+    def falling(self) -> float:
+        """[m/s] at which drops fall."""
+        if self.fall_speed is not None:
+            return self.fall_speed
+        return float(drops.terminal_speed(self.diameter * 1e-3 if self.mode == "seed" else self._mean_diameter))
+
+    @property
+    def _mean_diameter(self) -> float:
+        return float(drops.mean_diameter(self.intensity))
+
+    @property
+    def drag_density(self) -> float:
+        """[kg/m^3] pressure on the wetted area over the speed of drops squared (eqs 6 to 11).
+
+        Mode seed: 2/9 pi sigma N d^3 with the number N of all drops and one diameter d, which counts the water of the
+        rain up to 29 times. Mode integrated: the integral of n(d) d^3 in place of N d^3, so 4/3 of the water content.
+        """
+        if self.mode == "integrated":
+            return 4.0 / 3.0 * float(drops.water_content(self.intensity, self.water_density))
+        count = float(drops.drop_count(self.intensity))
+        return 2.0 / 9.0 * math.pi * self.water_density * count * (self.diameter * 1e-3) ** 3
+
+
+def rain_parameters(rain: Rain | None, rotor_radius: float) -> Float:
+    """(rows of RAIN,) what :func:`rain_power_loss` takes, for a rotor [m]; all zero without rain."""
+    row = View(RAIN, RAIN.zeros())
+    if rain is not None:
+        row["drag_density"] = rain.drag_density
+        row["drop_speed"] = rain.drop_speed or 0.0
+        row["radius"], row["half_thickness"] = rotor_radius, rain.half_thickness
+        row["tail_wind"], row["cross_wind"], row["fall_speed"] = rain.tail_wind, rain.cross_wind, rain.falling
+    return row.array
+
+
+@kernel
+def rain_power_loss(rain: Float, wind_speed: float) -> float:
+    """Power [W] that rain of parameters ``rain`` (rows of RAIN) takes from a rotor (second term of eq. 14).
+
+    Pressure times wetted area (eq. 12) times wind speed; the speed in the area's denominator cancels, so it is finite
+    in a calm. It can exceed the power of the air: what is left is to be kept from becoming negative.
+    """
+    radius, half = rain[RADIUS], rain[HALF_THICKNESS]
+    speed = rain[DROP_SPEED] if rain[DROP_SPEED] > 0.0 else wind_speed
+    along, across, down = radius * (rain[TAIL_WIND] - wind_speed), half * rain[CROSS_WIND], half * rain[FALL_SPEED]
+    return rain[DRAG_DENSITY] * speed * speed * math.pi * radius * sqrt(along * along + across * across + down * down)
+
+
+def wetness(
+    speed: ArrayLike, radius: float, half_thickness: float, *, tail: float = 0.0, cross: float = 0.0, fall: float = 0.0
+) -> Float:
+    """Area [m^2] that a flat ellipsoid wets: volume of the rain it meets, over the length of its way (eq. 12).
+
+    Args:
+      speed: [m/s] of the ellipsoid along its axis; positive.
+      radius: [m].
+      half_thickness: [m] along the axis.
+      tail: [m/s] of drops in the direction of travel.
+      cross: [m/s] across it.
+      fall: [m/s].
+    """
+    s = np.asarray(speed, float)
+    squares = (radius * (tail - s)) ** 2 + half_thickness**2 * (cross**2 + fall**2)
+    return np.asarray(np.pi * radius / s * np.sqrt(squares))
+
+
+def driest_speed(radius: float, half_thickness: float, tail: float, cross: float, fall: float) -> float:
+    """Speed [m/s] at which :func:`wetness` is smallest (eq. 13); infinite for rain that does not come from behind."""
+    if tail <= 0.0:
+        return math.inf
+    return tail + half_thickness**2 * (cross**2 + fall**2) / (radius**2 * tail)

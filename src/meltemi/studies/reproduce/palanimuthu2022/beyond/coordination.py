@@ -1,0 +1,239 @@
+"""Which coordination of pitch, torque and yaw wins: hours of turbulent wind that also turns slowly.
+
+Every candidate sees the same winds: IEC normal turbulence, and on it directions and speeds that change within the hour,
+as Gauss-Markov processes: meandering of 0.6 m/s along and across in twenty minutes whatever the wind speed (after
+Mahrt 2011, J. Appl. Meteorol. Climatol. 50, 144-152), and a drift of the direction with the weather of 15 degrees in
+three hours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.controller import Controller
+from meltemi.control.coordinated import Coordination, coordinated
+from meltemi.control.load_control import LoadControl
+from meltemi.control.power_control.settings import PowerControl
+from meltemi.control.yaw import YawControl
+from meltemi.environment.grid import PowerGrid
+from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
+from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table, travel
+from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.report.plots import COLOURS, new_figure, panel
+from meltemi.simulation.model import Model, build
+from meltemi.simulation.performance import performance_of
+from meltemi.simulation.result import Result
+from meltemi.simulation.trim import operating_point
+from meltemi.studies.reproduce.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER
+from meltemi.studies.tuning import tune_ipc
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.performance import Performance
+from meltemi.wind.fields import WindBox, WindSeries
+from meltemi.wind.iec.winds import ntm
+from meltemi.wind.superposition import with_gust
+from meltemi.wind.turbulence.field import generate_field
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Float = NDArray[np.float64]
+Progress = Callable[[float], None]
+
+MEANDER, MEANDER_TIME = 0.6, 1200.0
+"""[m/s], [s]."""
+DRIFT, DRIFT_TIME = math.radians(15.0), 10800.0
+"""[rad], [s]."""
+TOP = "yaw_moment_z"
+CHANNELS = ("generator_power", "pitch_1", "nacelle_yaw", "yaw_error", "yaw_threshold", TOWER, ROOT, SHAFT, TOP)
+ENERGY, PITCH, TURNED, STARTS = "energy", "pitch travel", "yaw travel", "starts of the yaw drive"
+TOWER_LOAD, ROOT_LOAD, TOP_LOAD = "tower base fore-aft DEL", "blade root DEL", "yaw bearing torsion DEL"
+SLOPES = {TOWER_LOAD: 4.0, ROOT_LOAD: 10.0, TOP_LOAD: 4.0}
+UNITS = {
+    ENERGY: ("MWh", 1.0 / 3.6e9),
+    PITCH: ("deg/min", np.degrees(60.0)),
+    TURNED: ("deg/h", np.degrees(3600.0)),
+    STARTS: ("1/h", 3600.0),
+    TOWER_LOAD: ("MN m", 1e-6),
+    ROOT_LOAD: ("MN m", 1e-6),
+    TOP_LOAD: ("MN m", 1e-6),
+}
+MOVES = 1e-4
+"""[rad/s] from which the nacelle turns: a fiftieth of the drive's rate."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A way to coordinate.
+
+    Attributes:
+      scheme: of the power control.
+      relief: whether the yaw's dead band follows the power that is to spare.
+      individual: whether each blade has its own pitch.
+    """
+
+    scheme: str
+    relief: bool = False
+    individual: bool = False
+
+
+CANDIDATES: dict[str, Candidate] = {
+    "each for itself": Candidate("A0"),
+    "pitch and torque": Candidate("A2"),
+    "pitch and yaw": Candidate("A0", relief=True),
+    "all three": Candidate("A2", relief=True),
+    "all three, wide hold": Candidate("A3", relief=True),
+    "all three, individual pitch": Candidate("A2", relief=True, individual=True),
+}
+"""The first is the base: pitch at the optimal speed, and a yaw control that knows nothing of power."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is run: hours of wind.
+
+    Attributes:
+      speed: [m/s] mean wind; IEC normal turbulence of class IB.
+      seeds: of the turbulence and of the slow changes.
+      levels: shares of rated power that are asked for.
+      length, begin: [s] that count, and before them.
+      points: of the field, either way.
+    """
+
+    speed: float = 13.0
+    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    levels: tuple[float, ...] = (0.6, 1.0)
+    length: float = 3600.0
+    begin: float = 200.0
+    points: int = 15
+
+
+QUICK = Setup(seeds=(1, 2), levels=(0.6,), length=200.0, begin=100.0, points=11)
+Tables = Mapping[float, EnsembleTable]
+"""By share of rated power."""
+
+
+def markov(rng: np.random.Generator, deviation: float, time: float, step: float, n: int) -> Float:
+    """(n,) Gauss-Markov process of a standard deviation and a time scale [s], begun at zero."""
+    share = math.exp(-step / time)
+    x = np.zeros(n)
+    for i in range(1, n):
+        x[i] = share * x[i - 1] + deviation * math.sqrt(1.0 - share * share) * rng.standard_normal()
+    return x
+
+
+def turning_wind(turbine: Turbine, setup: Setup, seed: int) -> WindBox:
+    """A turbulent field whose mean speed and direction change slowly."""
+    duration, step = setup.begin + setup.length, 10.0
+    reach = turbine.rotor_diameter / setup.speed + 60.0
+    box = generate_field(
+        ntm(setup.speed, "IB", seed=seed, points=setup.points, periodic=False), turbine, duration + reach
+    )
+    n = int((duration + 2.0 * reach) / step) + 2
+    rng = np.random.default_rng(1000 + seed)
+    along = setup.speed + markov(rng, MEANDER, MEANDER_TIME, step, n)
+    across = markov(rng, MEANDER, MEANDER_TIME, step, n)
+    direction = np.arctan2(across, along) + markov(rng, DRIFT, DRIFT_TIME, step, n)
+    return with_gust(box, WindSeries(time=step * np.arange(n) - reach, speed=along, direction=direction))
+
+
+def controllers(model: Model, performance: Performance) -> dict[str, Controller]:
+    """Of the candidates; individual pitch at once the rotor's frequency, by margins."""
+    assert isinstance(model.turbine, Turbine)
+    loop = tune_ipc(model).loop
+    return {
+        name: coordinated(
+            model.turbine,
+            performance,
+            power=PowerControl.model_validate({"scheme": candidate.scheme}),
+            yaw=YawControl(),
+            relief=Coordination() if candidate.relief else None,
+            load=LoadControl(loops=(loop,)) if candidate.individual else None,
+            name=name,
+        )
+        for name, candidate in CANDIDATES.items()
+    }
+
+
+def quantities(result: Result) -> dict[str, float]:
+    """What a run gives and costs."""
+    loads = equivalent_loads(result, [TOWER, ROOT, TOP])
+    turning = np.abs(np.gradient(result["nacelle_yaw"], STEP)) > MOVES
+    hours = float(result.time[-1] - result.time[0])
+    return {
+        ENERGY: float(result["generator_power"].mean()) * hours,
+        PITCH: travel(result, "pitch_1"),
+        TURNED: travel(result, "nacelle_yaw"),
+        STARTS: float(np.sum(np.diff(turning.astype(int)) > 0)) / hours,
+        TOWER_LOAD: loads[TOWER],
+        ROOT_LOAD: loads[ROOT],
+        TOP_LOAD: loads[TOP],
+    }
+
+
+def run_candidates(
+    turbine: Turbine,
+    setup: Setup | None = None,
+    *,
+    workers: int | None = None,
+    progress: Progress = lambda share: None,
+) -> Tables:
+    """All candidates at all levels in all winds."""
+    setup = setup or Setup()
+    model = build(turbine, FAST.replace(yaw="driven"))
+    start, laws = operating_point(model, setup.speed), controllers(model, performance_of(turbine))
+    duration = setup.begin + setup.length
+    found: dict[float, dict[int, dict[str, dict[str, float]]]] = {level: {} for level in setup.levels}
+    for number, seed in enumerate(setup.seeds):
+        wind = turning_wind(turbine, setup, seed)
+        cases = []
+        for level in setup.levels:
+            given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start}
+            given["grid"] = PowerGrid(power_reference=level * turbine.rated_power)
+            cases += [BatchCase(model, wind, duration, laws[n], name=f"{level:g} {n}", **given) for n in CANDIDATES]
+
+        def part(share: float, done: int = number) -> None:
+            progress((done + share) / len(setup.seeds))
+
+        values = iter(
+            completed(
+                simulate_batch(
+                    cases,
+                    reduce=lambda result: quantities(result.between(setup.begin, duration)),
+                    workers=workers,
+                    progress=part,
+                )
+            )
+        )
+        for level in setup.levels:
+            found[level][seed] = {name: next(values) for name in CANDIDATES}
+    return {level: ensemble_table(by_seed, SLOPES) for level, by_seed in found.items()}
+
+
+def coordination_figure(tables: Tables) -> Figure:
+    """Changes against a controller whose parts know nothing of each other, with 95 % intervals."""
+    shown = (ENERGY, PITCH, TURNED, TOWER_LOAD, ROOT_LOAD, TOP_LOAD)
+    figure, axes = new_figure(len(tables), 1, size=(11.0, 3.4 * len(tables)), share=False)
+    for ax, (level, table) in zip(axes[:, 0], tables.items(), strict=True):
+        others = table.schemes[1:]
+        width = 0.8 / len(others)
+        for i, name in enumerate(others):
+            changes = [table.entry(quantity, name).change for quantity in shown]
+            ax.bar(
+                np.arange(len(shown)) + width * (i - 0.5 * (len(others) - 1)),
+                [100.0 * change.mean for change in changes if change is not None],
+                width,
+                yerr=[100.0 * change.half_width for change in changes if change is not None],
+                color=COLOURS[i],
+                error_kw={"linewidth": 0.8, "capsize": 2},
+                label=name,
+            )
+        ax.set_xticks(np.arange(len(shown)), shown, fontsize=8)
+        panel(ax, f"change against '{table.schemes[0]}', {100.0 * level:.0f} % of power asked for", "%")
+    axes[0, 0].legend(fontsize=8, frameon=False, ncols=3)
+    return figure

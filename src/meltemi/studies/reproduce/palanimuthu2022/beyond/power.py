@@ -1,0 +1,205 @@
+"""What each active-power scheme costs on the aeroelastic turbine in turbulence: pitch, loads and tracking.
+
+The schemes hold a share of rated power, or follow a regulation signal about it, in the same winds. The signal is made
+like those that grid operators send for secondary control: no mean, all periods from 40 s to ten minutes, at most a
+tenth of rated power either way; a turbine that is to give full power can only follow it downwards.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.power_control.controller import power_control
+from meltemi.control.power_control.settings import PowerControl
+from meltemi.core.series import TimeSeries
+from meltemi.environment.grid import PowerGrid
+from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
+from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table, travel
+from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.report.plots import COLOURS, new_figure, panel
+from meltemi.simulation.model import build
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.performance import performance_of
+from meltemi.simulation.result import Result
+from meltemi.simulation.trim import operating_point
+from meltemi.turbine.definition import Turbine
+from meltemi.wind.iec.winds import ntm
+from meltemi.wind.turbulence.field import generate_field
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Float = NDArray[np.float64]
+Progress = Callable[[float], None]
+
+FAST = ModelOptions(
+    flap_modes=2, edge_modes=1, torsion_modes=1, fore_aft_modes=1, side_side_modes=1, locked=("drivetrain",)
+)
+"""A direct drive's shaft is stiff: without it the time step is three times as long."""
+STEP = 0.05
+"""[s] between records."""
+MOVES = np.radians(0.1)
+"""[rad/s] from which a blade counts as moving."""
+TOWER, ROOT, SHAFT = "tower_base_moment_fore_aft", "root_moment_out_of_plane_1", "rotor_torque"
+CHANNELS = ("generator_power", "power_reference", "rotor_speed", "pitch_1", TOWER, ROOT, SHAFT)
+PITCH, MOVING, TRACKING, ENERGY, SPEED = (
+    "pitch travel",
+    "time with moving pitch",
+    "tracking error",
+    "mean power",
+    "scatter of speed",
+)
+TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD = "tower base fore-aft DEL", "blade root DEL", "shaft torque DEL"
+SLOPES = {TOWER_LOAD: 4.0, ROOT_LOAD: 10.0, SHAFT_LOAD: 4.0}
+UNITS = {
+    PITCH: ("deg/min", np.degrees(60.0)),
+    MOVING: ("%", 100.0),
+    TRACKING: ("% of rated", 100.0),
+    ENERGY: ("MW", 1e-6),
+    SPEED: ("% of rated", 100.0),
+    TOWER_LOAD: ("MN m", 1e-6),
+    ROOT_LOAD: ("MN m", 1e-6),
+    SHAFT_LOAD: ("MN m", 1e-6),
+}
+SHOWN = (PITCH, TRACKING, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
+STEADY, FOLLOWING = "steady", "following"
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is run.
+
+    Attributes:
+      speed: [m/s] mean wind; IEC normal turbulence of class IB.
+      seeds: of the turbulence and of the signal.
+      levels: shares of rated power.
+      schemes: of the power control; the first is the base of changes.
+      length, begin: [s] that count, and before them.
+      points: of the field, either way.
+    """
+
+    speed: float = 12.0
+    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    levels: tuple[float, ...] = (0.4, 0.6, 0.8, 1.0)
+    schemes: tuple[str, ...] = ("A0", "A1", "A2", "A3")
+    length: float = 600.0
+    begin: float = 100.0
+    points: int = 21
+
+
+QUICK = Setup(seeds=(1, 2), levels=(0.6, 1.0), schemes=("A0", "A2"), length=60.0, begin=40.0, points=11)
+
+Tables = Mapping[tuple[str, float], EnsembleTable]
+"""By what is asked for (steady or following) and level."""
+
+
+def regulation_signal(seed: int, duration: float, step: float = 2.0) -> tuple[Float, Float]:
+    """Times [s] and a signal between -1 and 1 with equal power at all periods from 40 s to ten minutes."""
+    n = int(duration / step) + 2
+    rng = np.random.default_rng(seed)
+    frequency = np.fft.rfftfreq(2 * n, step)
+    inside = (frequency > 1.0 / 600.0) & (frequency < 1.0 / 40.0)
+    spectrum = np.where(inside, np.exp(2j * np.pi * rng.random(len(frequency))), 0.0)
+    signal: Float = np.fft.irfft(spectrum)[:n]
+    return step * np.arange(n, dtype=float), signal / np.abs(signal).max()
+
+
+def reference(setup: Setup, rated: float, level: float, signal: str, seed: int) -> float | TimeSeries:
+    """[W] that the operator asks for."""
+    if signal == STEADY:
+        return level * rated
+    time, value = regulation_signal(seed, setup.begin + setup.length)
+    return TimeSeries(time=time, value=rated * np.minimum(level + 0.1 * value, 1.0))
+
+
+def quantities(result: Result, rated_power: float, rated_speed: float) -> dict[str, float]:
+    """What a run costs."""
+    loads = equivalent_loads(result, [TOWER, ROOT, SHAFT])
+    power, pitch = result["generator_power"], result["pitch_1"]
+    return {
+        PITCH: travel(result, "pitch_1"),
+        MOVING: float(np.mean(np.abs(np.diff(pitch)) > MOVES * STEP)),
+        TRACKING: float(np.sqrt(np.mean((power - result["power_reference"]) ** 2))) / rated_power,
+        SPEED: float(result["rotor_speed"].std()) / rated_speed,
+        ENERGY: float(power.mean()),
+        TOWER_LOAD: loads[TOWER],
+        ROOT_LOAD: loads[ROOT],
+        SHAFT_LOAD: loads[SHAFT],
+    }
+
+
+def run_schemes(
+    turbine: Turbine,
+    setup: Setup | None = None,
+    *,
+    workers: int | None = None,
+    progress: Progress = lambda share: None,
+) -> Tables:
+    """All schemes at all levels in all winds."""
+    setup = setup or Setup()
+    model, performance = build(turbine, FAST), performance_of(turbine)
+    start = operating_point(model, setup.speed)
+    rated_speed = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+    asked = [(signal, level) for signal in (STEADY, FOLLOWING) for level in setup.levels]
+    found: dict[tuple[str, float], dict[int, dict[str, dict[str, float]]]] = {key: {} for key in asked}
+    duration = setup.begin + setup.length
+
+    def reduced(result: Result) -> dict[str, float]:
+        return quantities(result.between(setup.begin, duration), turbine.rated_power, rated_speed)
+
+    for number, seed in enumerate(setup.seeds):
+        wind = generate_field(ntm(setup.speed, "IB", seed=seed, points=setup.points), turbine, duration)
+        cases = []
+        for signal, level in asked:
+            grid = PowerGrid(power_reference=reference(setup, turbine.rated_power, level, signal, seed))
+            for scheme in setup.schemes:
+                law = power_control(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
+                given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
+                cases.append(BatchCase(model, wind, duration, law, name=f"{signal} {level:g} {scheme}", **given))
+        values = iter(
+            completed(
+                simulate_batch(
+                    cases,
+                    reduce=reduced,
+                    workers=workers,
+                    progress=lambda share, done=number: progress((done + share) / len(setup.seeds)),  # type: ignore[misc]
+                )
+            )
+        )
+        for key in asked:
+            found[key][seed] = {scheme: next(values) for scheme in setup.schemes}
+    return {key: ensemble_table(by_seed, SLOPES) for key, by_seed in found.items()}
+
+
+def costs_figure(tables: Tables) -> Figure:
+    """What the schemes cost over the level of power, with 95 % intervals of the mean; below with a signal to follow."""
+    figure, axes = new_figure(2, len(SHOWN), size=(15.0, 6.4), share=False)
+    for row, signal in zip(axes, (STEADY, FOLLOWING), strict=True):
+        levels = [level for kind, level in tables if kind == signal]
+        schemes = tables[signal, levels[0]].schemes
+        for ax, quantity in zip(row, SHOWN, strict=True):
+            unit, factor = UNITS[quantity]
+            for i, scheme in enumerate(schemes):
+                entries = [tables[signal, level].entry(quantity, scheme).value for level in levels]
+                ax.errorbar(
+                    100.0 * np.array(levels) + 0.8 * (i - 1.5),
+                    [entry.mean * factor for entry in entries],
+                    [entry.half_width * factor for entry in entries],
+                    color=COLOURS[i],
+                    marker="o",
+                    markersize=4,
+                    linewidth=1.2,
+                    capsize=2,
+                    label=scheme,
+                )
+            panel(ax, f"{quantity}, {signal}", unit)
+            ax.set_ylim(bottom=0.0)
+            if signal == FOLLOWING:
+                ax.set_xlabel("asked for [% of rated power]", fontsize=8)
+    axes[0, 0].legend(fontsize=8, frameon=False)
+    return figure

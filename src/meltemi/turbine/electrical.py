@@ -1,0 +1,369 @@
+"""Electrical system of a turbine with full converters: generator, converters, DC link, filter and grid connection.
+
+Currents, voltages and flux linkages are peak values of a phase in dq axes, amplitude-invariant: powers are 3/2 times
+their products. The nominal voltage of the grid alone is the usual line-to-line rms value.
+
+Reference: docs/theory/electrical.md.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Self
+
+from pydantic import Field, model_validator
+
+from meltemi.core.errors import InputError
+from meltemi.core.record import Record
+
+LINE = math.sqrt(1.5)
+"""Line-to-line rms over the peak of a phase."""
+RESERVE = 0.97
+"""Share of the DC link's voltage limit that steady operation may use."""
+MOST_COPPER, MOST_FILTER = 0.1, 0.05
+"""Largest losses of stator and filter that make sense, share of rated power."""
+
+
+class PermanentMagnetMachine(Record):
+    """Synchronous generator with magnets on its surface (L_d = L_q)."""
+
+    rated_power: float = Field(gt=0.0)
+    """[W] electromagnetic."""
+    rated_speed: float = Field(gt=0.0)
+    """[rad/s] of its shaft."""
+    pole_pairs: int = Field(ge=1)
+    """Half the number of poles."""
+    flux: float = Field(gt=0.0)
+    """[Wb] linkage of a phase with the magnets, peak."""
+    resistance: float = Field(gt=0.0)
+    """[Ohm] of a phase of the stator."""
+    inductance: float = Field(gt=0.0)
+    """[H] synchronous, of a phase."""
+    iron_loss: float = Field(default=0.0, ge=0.0)
+    """[W] iron and stray losses at rated speed; they grow with its square."""
+
+    @property
+    def rated_current(self) -> float:
+        """[A] at rated power without a current along the flux."""
+        return self.rated_power / (1.5 * self.rated_emf)
+
+    @property
+    def rated_emf(self) -> float:
+        """[V] electromotive force at rated speed."""
+        return self.rated_frequency * self.flux
+
+    @property
+    def rated_frequency(self) -> float:
+        """[rad/s] of the stator's voltages at rated speed."""
+        return self.pole_pairs * self.rated_speed
+
+    @property
+    def rated_voltage(self) -> float:
+        """[V] at the terminals at rated power without a current along the flux."""
+        i, w = self.rated_current, self.rated_frequency
+        return math.hypot(self.rated_emf - self.resistance * i, w * self.inductance * i)
+
+    @property
+    def copper_loss(self) -> float:
+        """[W] at rated power."""
+        return 1.5 * self.resistance * self.rated_current**2
+
+
+class Converter(Record):
+    """Averaged converter: its current limit, and its losses p0 (V_dc / V_nominal)^2 + voltage_drop i + resistance i^2."""
+
+    current: float = Field(gt=0.0)
+    """[A] limit of the current's peak value."""
+    standing_loss: float = Field(default=0.0, ge=0.0)
+    """[W] without current, at the nominal voltage of the DC link."""
+    voltage_drop: float = Field(default=0.0, ge=0.0)
+    """[V] loss for each ampere of the current's peak value."""
+    resistance: float = Field(default=0.0, ge=0.0)
+    """[Ohm] loss for its square."""
+
+    def loss(self, current: float) -> float:
+        """[W] at the nominal voltage of the DC link."""
+        return self.standing_loss + (self.voltage_drop + self.resistance * current) * current
+
+
+class Chopper(Record):
+    """Brake resistor in the DC link, switched by pulses: its mean power grows with the voltage."""
+
+    resistance: float = Field(gt=0.0)
+    """[Ohm]."""
+    begin: float = Field(default=1.06, gt=1.0, lt=2.0)
+    """Share of the nominal voltage from which it acts."""
+    full: float = Field(default=1.12, gt=1.0, lt=2.0)
+    """Share of the nominal voltage at which it is switched on all the time."""
+    heat: float = Field(gt=0.0)
+    """[J] it can take before it has to cool; more trips the turbine."""
+    cooling_time: float = Field(default=120.0, gt=0.0)
+    """[s] time constant of its cooling."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.begin >= self.full:
+            raise ValueError(f"begin {self.begin:g} must be less than full {self.full:g}")
+        return self
+
+
+class DCLink(Record):
+    """Capacitor between the converters."""
+
+    voltage: float = Field(gt=0.0)
+    """[V] nominal."""
+    capacitance: float = Field(gt=0.0)
+    """[F]."""
+    chopper: Chopper | None = None
+    """Without it, power that the grid cannot take trips the turbine."""
+    highest: float = Field(default=1.25, gt=1.0, lt=3.0)
+    """Share of the nominal voltage above which the turbine trips."""
+    lowest: float = Field(default=0.7, ge=0.1, lt=1.0)
+    """Share below which it trips."""
+
+
+class GridFilter(Record):
+    """Inductor between converter and grid, with the transformer's leakage."""
+
+    resistance: float = Field(gt=0.0)
+    """[Ohm] of a phase."""
+    inductance: float = Field(gt=0.0)
+    """[H] of a phase."""
+
+
+class RideThrough(Record):
+    """What the grid code asks for when the voltage leaves its band (E.ON 2006; TransmissionCode 2007)."""
+
+    gain: float = Field(default=2.0, ge=0.0, le=10.0)
+    """Reactive current over rated current, for the voltage's distance from 1."""
+    dead_band: float = Field(default=0.1, gt=0.0, lt=1.0)
+    """Distance of the voltage from 1, as a share, beyond which reactive current comes first."""
+    zero_time: float = Field(default=0.15, ge=0.0)
+    """[s] for which no voltage at all is ridden through."""
+    recovery_time: float = Field(default=1.5, gt=0.0)
+    """[s] from the dip's begin at which the voltage must be back in the band; the limit rises linearly."""
+    highest_voltage: float = Field(default=1.3, gt=1.0)
+    """Share of the nominal voltage above which the turbine trips."""
+    lowest_frequency: float = Field(default=47.0, gt=0.0)
+    """[Hz] below which the turbine trips."""
+    highest_frequency: float = Field(default=52.0, gt=0.0)
+    """[Hz] above which the turbine trips."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.zero_time >= self.recovery_time:
+            raise ValueError(f"zero_time {self.zero_time:g} s must be less than recovery_time {self.recovery_time:g} s")
+        if self.lowest_frequency >= self.highest_frequency:
+            raise ValueError(
+                f"lowest_frequency {self.lowest_frequency:g} Hz must be less than highest_frequency "
+                f"{self.highest_frequency:g} Hz"
+            )
+        return self
+
+
+class ConverterControl(Record):
+    """Bandwidths of the converters' control loops."""
+
+    current_bandwidth: float = Field(default=100.0, gt=0.0, le=2000.0)
+    """[Hz] of the current controls of both sides."""
+    voltage_bandwidth: float = Field(default=10.0, gt=0.0)
+    """[Hz] natural frequency of the control of the DC link's voltage, by the grid side."""
+    lock_bandwidth: float = Field(default=10.0, gt=0.0)
+    """[Hz] natural frequency of the phase-locked loop."""
+    substep: float | None = Field(default=None, gt=0.0, le=0.01)
+    """[s] longest step of the controls; by default a quarter of the current control's time constant."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name in ("voltage_bandwidth", "lock_bandwidth"):
+            if getattr(self, name) > 0.34 * self.current_bandwidth:
+                raise ValueError(
+                    f"{name} {getattr(self, name):g} Hz must be at most a third of current_bandwidth "
+                    f"{self.current_bandwidth:g} Hz, which it acts through"
+                )
+        return self
+
+    @property
+    def longest_step(self) -> float:
+        """[s]."""
+        return self.substep or 0.25 / (2.0 * math.pi * self.current_bandwidth)
+
+
+class ElectricalSystem(Record):
+    """From the generator's shaft to the grid."""
+
+    machine: PermanentMagnetMachine
+    machine_converter: Converter
+    dc_link: DCLink
+    grid_converter: Converter
+    filter: GridFilter
+    voltage: float = Field(gt=0.0)
+    """[V] nominal voltage of the grid, line to line, rms."""
+    frequency: float = Field(default=50.0, gt=0.0)
+    """[Hz] nominal."""
+    control: ConverterControl = ConverterControl()
+    ride_through: RideThrough = RideThrough()
+    forced: bool = False
+    """True accepts parameters with which it cannot work."""
+    source: str = ""
+
+    @property
+    def grid_peak(self) -> float:
+        """[V] peak of a phase of the grid at nominal voltage."""
+        return self.voltage / LINE
+
+    @property
+    def rated_grid_current(self) -> float:
+        """[A] peak, at the machine's rated power and nominal voltage."""
+        return self.machine.rated_power / (1.5 * self.grid_peak)
+
+    @property
+    def limit_voltage(self) -> float:
+        """[V] largest peak of a phase that the converters can make at the DC link's nominal voltage."""
+        return self.dc_link.voltage / math.sqrt(3.0)
+
+    def problems(self) -> list[str]:
+        """Why it cannot work, in words with numbers; nothing if it can."""
+        m, f, found = self.machine, self.filter, []
+        P, limit, i = m.rated_power, RESERVE * self.limit_voltage, self.rated_grid_current
+        if m.copper_loss > MOST_COPPER * P:
+            found.append(
+                f"machine.resistance {m.resistance:g} Ohm loses {m.copper_loss / 1e6:.3g} MW of {P / 1e6:.3g} MW at "
+                f"the rated current of {m.rated_current:.4g} A"
+            )
+        lost = 1.5 * f.resistance * i * i
+        if lost > MOST_FILTER * P:
+            found.append(
+                f"filter.resistance {f.resistance:g} Ohm loses {lost / 1e6:.3g} MW of {P / 1e6:.3g} MW at the rated "
+                f"current of {i:.4g} A; is it {1e-3 * f.resistance:g} Ohm?"
+            )
+        if m.rated_voltage > limit:
+            found.append(
+                f"dc_link.voltage {self.dc_link.voltage:g} V is below the machine's: at rated power and speed its "
+                f"terminals have {LINE * m.rated_voltage:.5g} V line to line (rms), which needs at least "
+                f"{math.sqrt(3.0) * m.rated_voltage / RESERVE:.5g} V"
+            )
+        x = 2.0 * math.pi * self.frequency * f.inductance * i
+        e = math.hypot(self.grid_peak + f.resistance * i, x)
+        if e > limit:
+            found.append(
+                f"dc_link.voltage {self.dc_link.voltage:g} V is too low for the grid: at rated power the converter "
+                f"needs {LINE * e:.5g} V line to line (rms), so at least {math.sqrt(3.0) * e / RESERVE:.5g} V"
+            )
+        for name, converter, rated in (
+            ("machine_converter", self.machine_converter, m.rated_current),
+            ("grid_converter", self.grid_converter, i),
+        ):
+            if converter.current < rated:
+                found.append(f"{name}.current {converter.current:g} A is less than the rated {rated:.5g} A (peak)")
+            if converter.loss(rated) > MOST_COPPER * P:
+                found.append(f"{name} loses {converter.loss(rated) / 1e6:.3g} MW of {P / 1e6:.3g} MW")
+        chopper, highest = self.dc_link.chopper, self.dc_link.highest
+        if chopper is not None and chopper.full >= highest:
+            found.append(f"dc_link.chopper.full {chopper.full:g} must be less than dc_link.highest {highest:g}")
+        band = self.ride_through
+        if not band.lowest_frequency < self.frequency < band.highest_frequency:
+            found.append(
+                f"frequency {self.frequency:g} Hz is not between ride_through.lowest_frequency "
+                f"{band.lowest_frequency:g} Hz and highest_frequency {band.highest_frequency:g} Hz"
+            )
+        return found
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if not self.forced and (found := self.problems()):
+            raise ValueError(f"{'; '.join(found)} (forced: true accepts it)")
+        return self
+
+
+def size_electrical(
+    rated_power: float,
+    rated_speed: float,
+    *,
+    voltage: float | None = None,
+    frequency: float = 50.0,
+    pole_pairs: int | None = None,
+    resistance: float = 0.02,
+    inductance: float = 0.5,
+) -> ElectricalSystem:
+    """An electrical system by rule: per-unit values that are usual, on the machine's rated power, speed and voltage.
+
+    Args:
+      rated_power: [W] on the generator's shaft.
+      rated_speed: [rad/s] of the generator's shaft.
+      voltage: [V] line to line, rms, of machine and grid; by default 690 V up to 6 MW, then 3300 V, and 6600 V from
+        14 MW on.
+      frequency: [Hz] of the grid.
+      pole_pairs: by default those that bring the stator's frequency close to 10 Hz in a direct drive, 50 Hz in a fast
+        generator.
+      resistance, inductance: of the stator, per unit.
+
+    Raises:
+      InputError: a value is not positive.
+    """
+    given = {"rated_power": rated_power, "rated_speed": rated_speed, "frequency": frequency}
+    given |= {"resistance": resistance, "inductance": inductance}
+    if voltage is None:
+        voltage = 690.0 if rated_power <= 6e6 else 3300.0 if rated_power < 14e6 else 6600.0
+    for name, value in {**given, "voltage": voltage}.items():
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(f"size_electrical: {name} must be positive, found {value!r}")
+    if pole_pairs is None:
+        hertz = 10.0 if rated_speed < 5.0 else 50.0
+        pole_pairs = max(1, round(2.0 * math.pi * hertz / rated_speed))
+    peak, stator_frequency = voltage / LINE, pole_pairs * rated_speed
+    current = rated_power / (1.5 * peak)
+    base = peak / current
+    machine = PermanentMagnetMachine(
+        rated_power=rated_power,
+        rated_speed=rated_speed,
+        pole_pairs=pole_pairs,
+        flux=peak / stator_frequency,
+        resistance=resistance * base,
+        inductance=inductance * base / stator_frequency,
+        iron_loss=0.005 * rated_power,
+    )
+    return complete(machine, voltage, frequency)
+
+
+def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float = 50.0) -> ElectricalSystem:
+    """Converters, DC link and filter by rule for a machine.
+
+    Converters carry 1.15 times the rated current (1.2 at the grid) and lose 1 % each at it, the DC link holds the
+    rated power's energy of 20 ms, the chopper takes 1.2 times rated power for 2 s, the filter has 0.15 and 0.002 per
+    unit.
+
+    Args:
+      voltage: [V] of the grid, line to line, rms.
+      frequency: [Hz] of the grid.
+    """
+    P, peak = machine.rated_power, voltage / LINE
+    current = P / (1.5 * peak)
+    base = peak / current
+    highest = max(machine.rated_voltage, math.hypot(1.1 * peak, 0.15 * peak), peak * 1.3)
+    dc = round(math.sqrt(3.0) * highest / RESERVE * 1.02, -1)
+    return ElectricalSystem(
+        machine=machine,
+        machine_converter=converter(P, machine.rated_current, 1.15),
+        grid_converter=converter(P, current, 1.2),
+        dc_link=DCLink(
+            voltage=dc,
+            capacitance=2.0 * 0.02 * P / dc**2,
+            chopper=Chopper(resistance=(1.12 * dc) ** 2 / (1.2 * P), heat=2.0 * 1.2 * P),
+        ),
+        filter=GridFilter(resistance=0.002 * base, inductance=0.15 * base / (2.0 * math.pi * frequency)),
+        voltage=voltage,
+        frequency=frequency,
+        ride_through=RideThrough(lowest_frequency=0.94 * frequency, highest_frequency=1.04 * frequency),
+        source="sized by rule (size_electrical)",
+    )
+
+
+def converter(rated_power: float, rated_current: float, margin: float) -> Converter:
+    """A converter that loses 1 % at rated current: a tenth of it standing, half with the current, the rest squared."""
+    return Converter(
+        current=margin * rated_current,
+        standing_loss=0.001 * rated_power,
+        voltage_drop=0.005 * rated_power / rated_current,
+        resistance=0.004 * rated_power / rated_current**2,
+    )

@@ -1,0 +1,203 @@
+"""Turbines described by a power coefficient instead of blades, and the models of that coefficient.
+
+Such a turbine has a rotor of one number, C_p(tip-speed ratio, pitch), a shaft, pitch actuators, a yaw drive and a
+control; no blade, no tower, no loads. It takes the same winds, controllers and events as an aeroelastic one and runs
+thousands of times faster than real time.
+
+Reference: docs/theory/power-turbines.md; Palanimuthu et al. (2022), Energies 15(21):8161.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from meltemi.core.record import Array, Record, Vector
+from meltemi.turbine.definition import BaselineControl, PitchActuator, Turbine, YawDrive
+
+
+class HeierCoefficient(Record):
+    """The exponential formula of Heier, stretched so that its maximum lies where it shall (P-2).
+
+    C_p = s (c1 (c2 x - c3 b - c4) exp(-c5 x) + c6 l),   x = 1/(l + 0.08 b) - 0.035/(b^3 + 1)
+
+    with the pitch b in degrees, not below 0, and l the tip-speed ratio times that of the formula's own maximum over
+    ``tip_speed_ratio``; s makes the maximum ``maximum``. The constants are those of the MathWorks Wind Turbine block.
+    """
+
+    kind: Literal["heier"] = "heier"
+    tip_speed_ratio: float = Field(default=9.5085, gt=0.0)
+    """Where the maximum at zero pitch lies."""
+    maximum: float = Field(default=0.48, gt=0.0, lt=1.0)
+    """Of the power coefficient."""
+    constants: tuple[float, float, float, float, float, float] = (0.5176, 116.0, 0.4, 5.0, 21.0, 0.0068)
+    """c1 to c6."""
+
+    @cached_property
+    def peak(self) -> tuple[float, float]:
+        """Tip-speed ratio and coefficient of the formula's own maximum at zero pitch."""
+        from scipy.optimize import brentq
+
+        c1, c2, _, c4, c5, c6 = self.constants
+
+        def slope(ratio: float) -> float:
+            x = 1.0 / ratio - 0.035
+            return c6 + c1 * (c5 * (c2 * x - c4) - c2) * math.exp(-c5 * x) / ratio**2
+
+        best = float(brentq(slope, 4.0, 15.0, xtol=1e-14, rtol=1e-14))
+        x = 1.0 / best - 0.035
+        return best, c1 * (c2 * x - c4) * math.exp(-c5 * x) + c6 * best
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        try:
+            _, most = self.peak
+        except ValueError:
+            raise ValueError("constants: the formula has no maximum between tip-speed ratios of 4 and 15") from None
+        if most <= 0.0:
+            raise ValueError("constants: the formula's maximum is not above zero")
+        return self
+
+
+class CalibratedCoefficient(Record):
+    """The formula at zero pitch with constants that give the gains printed for Figure 6 of Palanimuthu et al. (P-3).
+
+    C_p = 0.979372 (116 x - 6.363840) exp(-37.744134 x) + 0.0375390 l,   x = 1/l - 0.035
+
+    It is known for tip-speed ratios from 7 to 11.5 and zero pitch only: a run that leaves them ends with a status.
+    """
+
+    kind: Literal["calibrated"] = "calibrated"
+
+
+class TableCoefficient(Record):
+    """Coefficients in a table, between whose entries they are interpolated smoothly (P-4).
+
+    Below the first tip-speed ratio the power falls to zero with it. Beyond the other edges coefficients go on in
+    straight lines, but not below the table's smallest.
+    """
+
+    kind: Literal["table"] = "table"
+    tip_speed_ratio: Vector
+    """(n,) above zero, increasing."""
+    pitch: Vector
+    """(m,) [rad] increasing."""
+    power: Array
+    """(n, m)."""
+    thrust: Array | None = None
+    """(n, m); without it the turbine has no thrust."""
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name, values in (("tip_speed_ratio", self.tip_speed_ratio), ("pitch", self.pitch)):
+            if len(values) < 3 or np.any(np.diff(values) <= 0.0):
+                raise ValueError(f"{name} needs at least 3 entries that increase")
+        if self.tip_speed_ratio[0] <= 0.0:
+            raise ValueError(f"tip_speed_ratio must be above zero, but begins with {self.tip_speed_ratio[0]:g}")
+        if np.abs(self.pitch).max() > 1.6:
+            raise ValueError(
+                f"pitch is in radians, but reaches {np.abs(self.pitch).max():g}; if these are degrees, multiply by "
+                "pi/180 = 0.01745329"
+            )
+        shape = (len(self.tip_speed_ratio), len(self.pitch))
+        for name in ("power", "thrust"):
+            table = getattr(self, name)
+            if table is not None and table.shape != shape:
+                raise ValueError(
+                    f"{name} must have a row for each of {shape[0]} tip-speed ratios with {shape[1]} pitch angles, "
+                    f"shape {shape}, but has {table.shape}"
+                )
+        if not 0.0 < self.power.max() < 1.0:
+            raise ValueError(f"power: its largest coefficient is {self.power.max():g}, not between 0 and 1")
+        return self
+
+
+Coefficient = Annotated[HeierCoefficient | CalibratedCoefficient | TableCoefficient, Field(discriminator="kind")]
+"""Any of them, told apart by ``kind``."""
+
+
+class Shaft(Record):
+    """Rotor, shaft and generator as they turn. Inertia of the rotor, stiffness, damping, friction: low-speed side."""
+
+    gear_ratio: float = Field(default=1.0, gt=0.0)
+    """Generator speed over rotor speed [-]; 1 for a direct drive."""
+    rotor_inertia: float = Field(gt=0.0)
+    """[kg m^2] about the shaft."""
+    generator_inertia: float = Field(default=0.0, ge=0.0)
+    """[kg m^2] on the generator's shaft."""
+    stiffness: float | None = Field(default=None, gt=0.0)
+    """[N m/rad] torsion; without it the shaft is rigid."""
+    damping: float = Field(default=0.0, ge=0.0)
+    """[N m s/rad] of the same."""
+    friction: float = Field(default=0.0, ge=0.0)
+    """[N m s/rad] of the bearings."""
+    generator_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
+    """Electrical over mechanical power [-]."""
+    brake_torque: float = Field(default=0.0, ge=0.0)
+    """[N m] of the fully applied brake, on the generator's shaft."""
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.stiffness is not None and self.generator_inertia == 0.0:
+            raise ValueError("a shaft with stiffness needs generator_inertia at its other end")
+        return self
+
+    @property
+    def inertia(self) -> float:
+        """[kg m^2] of rotor and generator about the low-speed shaft."""
+        return self.rotor_inertia + self.gear_ratio**2 * self.generator_inertia
+
+
+class PowerTurbine(Record):
+    """A horizontal-axis wind turbine of a power coefficient."""
+
+    name: str
+    description: str = ""
+    source: str = ""
+    n_blades: int = Field(default=3, ge=2, le=3)
+    """Each has its pitch actuator; the rotor's coefficient is the mean of those at the blades' pitch angles."""
+    rated_power: float = Field(gt=0.0)
+    """[W] electrical, for tables; the control law has its own (``control.torque.rated_power``)."""
+    cut_in: float = Field(default=3.0, gt=0.0)
+    """[m/s] wind speed at hub height where power curves begin; a run does not look at it."""
+    cut_out: float = Field(default=25.0, gt=0.0)
+    """[m/s] wind speed at hub height where power curves end; a run does not look at it."""
+    rotor_radius: float = Field(gt=0.0)
+    """[m] to which the coefficients refer."""
+    hub_height: float = Field(gt=0.0)
+    """[m] above ground."""
+    coefficient: Coefficient
+    """Of power, and of thrust where a table has it."""
+    power_yaw_exponent: float = Field(default=3.0, ge=0.0, le=5.0)
+    """Power falls with this power of the cosine of the angle between wind and shaft."""
+    thrust_yaw_exponent: float = Field(default=2.0, ge=0.0, le=5.0)
+    """Thrust, the same."""
+    drivetrain: Shaft
+    pitch_actuator: PitchActuator
+    yaw: YawDrive = YawDrive()
+    control: BaselineControl
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.cut_in >= self.cut_out:
+            raise ValueError(f"cut_in {self.cut_in:g} m/s must be less than cut_out {self.cut_out:g} m/s")
+        if self.hub_height <= self.rotor_radius:
+            raise ValueError(
+                f"the blade tips reach the ground: hub at {self.hub_height:g} m, rotor radius {self.rotor_radius:g} m"
+            )
+        return self
+
+    @property
+    def rotor_diameter(self) -> float:
+        """[m]."""
+        return 2.0 * self.rotor_radius
+
+
+AnyTurbine = Turbine | PowerTurbine
+"""What runs, controllers and winds take as a turbine."""
