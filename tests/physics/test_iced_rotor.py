@@ -49,6 +49,11 @@ def test_imbalance_of_one_iced_blade(turbine: Turbine) -> None:
     )
     across = iced["yaw_force_y"] - clean["yaw_force_y"]
     assert across == pytest.approx(speed**2 * (ahead * np.cos(psi) - first * np.sin(psi)), rel=1e-6, abs=20.0)
+    torque = iced["rotor_torque"] - clean["rotor_torque"]
+    assert torque == pytest.approx(g * (first * np.sin(psi) - ahead * np.cos(psi)), rel=1e-6, abs=100.0)
+    # the edgewise moment at the root has the same ice at the arm of its own blade
+    root = iced["RootMxc1"] - clean["RootMxc1"]
+    assert np.ptp(root) / 2.0 == pytest.approx(g * np.hypot(first - mass * inner, ahead), rel=1e-3)
     assert np.ptp(across) / 2.0 == pytest.approx(np.hypot(first, ahead) * speed**2, rel=1e-2)
 
 
