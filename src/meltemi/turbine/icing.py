@@ -50,11 +50,11 @@ class Icing(Record):
     """[m] for the law; without it the contour between 70 and 95 % of the radius, extrapolated to the tip."""
     lift_penalty: float = Field(default=0.2, ge=0.0, le=1.0)
     """Share of the lift coefficient that is lost where the penalty is full."""
-    drag_penalty: float = Field(default=1.0, ge=0.0, le=20.0)
-    """What is added to the drag coefficient there, as a share of it: 1 doubles it."""
-    penalty_begin: float = Field(default=0.5, ge=0.0, le=1.0)
+    drag_penalty: float = Field(default=2.0, ge=0.0, le=20.0)
+    """What is added to the drag coefficient there, as a share of it: 2 triples it."""
+    penalty_begin: float = Field(default=0.0, ge=0.0, le=1.0)
     """Share of the rotor radius where penalties begin."""
-    penalty_full: float = Field(default=0.9, ge=0.0, le=1.0)
+    penalty_full: float = Field(default=0.5, ge=0.0, le=1.0)
     """Share of the rotor radius from which they are full; linear between the two."""
 
     @model_validator(mode="after")
