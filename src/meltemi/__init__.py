@@ -110,6 +110,8 @@ if TYPE_CHECKING:
     from meltemi.simulation.campbell import Campbell as Campbell
     from meltemi.simulation.campbell import campbell as campbell
     from meltemi.simulation.case import Stations as Stations
+    from meltemi.simulation.engines import build as build
+    from meltemi.simulation.engines import operating_point as operating_point
     from meltemi.simulation.events import Brake as Brake
     from meltemi.simulation.events import BrakeFault as BrakeFault
     from meltemi.simulation.events import FlapStuck as FlapStuck
@@ -126,19 +128,18 @@ if TYPE_CHECKING:
     from meltemi.simulation.linear import LinearModel as LinearModel
     from meltemi.simulation.linear import linearise as linearise
     from meltemi.simulation.model import Model as Model
-    from meltemi.simulation.model import build as build
     from meltemi.simulation.modes import natural_modes as natural_modes
     from meltemi.simulation.options import BEDDOES as BEDDOES
     from meltemi.simulation.options import ModelOptions as ModelOptions
     from meltemi.simulation.options import StallConstants as StallConstants
     from meltemi.simulation.performance import performance_of as performance_of
     from meltemi.simulation.performance import rotor_performance as rotor_performance
+    from meltemi.simulation.power.model import PowerModel as PowerModel
     from meltemi.simulation.result import Result as Result
     from meltemi.simulation.simulate import Simulation as Simulation
     from meltemi.simulation.simulate import simulate as simulate
     from meltemi.simulation.start import Start as Start
     from meltemi.simulation.trim import OperatingPoint as OperatingPoint
-    from meltemi.simulation.trim import operating_point as operating_point
     from meltemi.studies.baseline_tuning import BaselineTuning as BaselineTuning
     from meltemi.studies.baseline_tuning import tune_baseline as tune_baseline
     from meltemi.studies.compare import Comparison as Comparison
@@ -285,19 +286,21 @@ _HOME = {
     "report.wind_plots": "plot_wind",
     "simulation.campbell": "Campbell campbell",
     "simulation.case": "Stations",
+    "simulation.engines": "build operating_point",
     "simulation.events": (
         "Brake BrakeFault FlapStuck GeneratorFault GridLoss PitchRunaway PitchStuck PowerLimit Request SensorDrift "
         "SensorLoss SensorOffset YawStuck"
     ),
     "simulation.linear": "LinearModel linearise",
-    "simulation.model": "Model build",
+    "simulation.model": "Model",
     "simulation.modes": "natural_modes",
     "simulation.options": "BEDDOES ModelOptions StallConstants",
     "simulation.performance": "performance_of rotor_performance",
     "simulation.result": "Result",
     "simulation.simulate": "Simulation simulate",
     "simulation.start": "Start",
-    "simulation.trim": "OperatingPoint operating_point",
+    "simulation.power.model": "PowerModel",
+    "simulation.trim": "OperatingPoint",
     "studies.baseline_tuning": "BaselineTuning tune_baseline",
     "studies.compare": "Comparison compare",
     "studies.comparison_report": "write_comparison",

@@ -148,7 +148,7 @@ def run(
     from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import case_controller, case_start, case_turbine, case_wind, self_contained
     from meltemi.simulation.case import Stations
-    from meltemi.simulation.model import build
+    from meltemi.simulation.engines import build
     from meltemi.simulation.simulate import simulate
 
     with _named(path if written else None):
@@ -338,8 +338,7 @@ def power_curve(
     out = folder_for(out)
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
-    from meltemi.simulation.model import build
-    from meltemi.simulation.trim import operating_point
+    from meltemi.simulation.engines import build, operating_point
 
     model = build(described)
     points = []
@@ -398,10 +397,11 @@ def campbell(
     from math import pi
 
     from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
 
     if speeds and rotor_speeds:
         raise InputError("give one of --wind-speeds, --rotor-speeds")
-    described = load_turbine(turbine)
+    described = aeroelastic(load_turbine(turbine), "meltemi campbell")
     turns = [w * pi / 30.0 for w in _speeds(rotor_speeds, "--rotor-speeds", "rpm", zero=True)] if rotor_speeds else None
     winds = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
     out = folder_for(out)

@@ -87,8 +87,9 @@ def compare(
         raise InputError(f"--workers {workers}: at least one is needed")
     from meltemi.studies.schemes import design_controllers, equipped
     from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
 
-    described = equipped(_with_actuator(load_turbine(turbine), pitch_actuator), names)
+    described = equipped(_with_actuator(aeroelastic(load_turbine(turbine), "meltemi compare"), pitch_actuator), names)
     winds = _winds(given, described, duration, range(seed, seed + seeds))
     from meltemi.simulation.model import build
     from meltemi.studies import compare as study

@@ -26,9 +26,10 @@ def export(
     """Write a turbine for OpenFAST 5."""
     from meltemi.core.yamlfile import validated
     from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
     from meltemi.wind.fields import SteadyWind
 
-    described = load_turbine(turbine)
+    described = aeroelastic(load_turbine(turbine), "meltemi export")
     if wind_speed is not None and wind_file is not None:
         raise InputError("give one of --wind-speed, --wind-file")
     if not duration > 0.0:

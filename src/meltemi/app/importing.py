@@ -45,6 +45,7 @@ def import_(
     from meltemi.loadcases.openfast import deck_case
     from meltemi.turbine.library import load_turbine, write_turbine
     from meltemi.turbine.openfast import read_deck
+    from meltemi.turbine.power_turbine import aeroelastic
     from meltemi.turbine.windio import import_windio
 
     if source.suffix.lower() in (".yaml", ".yml"):
@@ -66,7 +67,7 @@ def import_(
         fixed_base=fixed_base,
         momentum_wake=momentum_wake,
         discon=discon,
-        control_of=None if control_of is None else load_turbine(control_of),
+        control_of=None if control_of is None else aeroelastic(load_turbine(control_of), "--control-of"),
         extra=None if extra is None else flat(read_mapping(extra)),
     )
     case = deck_case(deck, "turbine.yaml")

@@ -16,8 +16,9 @@ def inspect(
 ) -> None:
     """Draw a turbine on one page."""
     from meltemi.turbine.library import load_turbine
+    from meltemi.turbine.power_turbine import aeroelastic
 
-    described = load_turbine(turbine)
+    described = aeroelastic(load_turbine(turbine), "meltemi inspect")
     with results_in(out):
         from meltemi.report.turbine_facts import turbine_facts
         from meltemi.studies.inspection import inspect_turbine

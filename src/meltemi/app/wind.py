@@ -13,7 +13,7 @@ from meltemi.app.terminal import OutOption, print_table, progress_bar, results_i
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
-    from meltemi.turbine.definition import Turbine
+    from meltemi.turbine.power_turbine import AnyTurbine
     from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
     from meltemi.wind.iec.models import IecModel
     from meltemi.wind.turbulent import TurbulentWind
@@ -174,7 +174,7 @@ def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | Tu
         raise InputError(f"--format {name}: {wind.label} is {what}; expected {valid}")
 
 
-def _gust(name: str, turbine: Turbine, options: dict[str, Any], duration: float, periodic: bool) -> WindSeries:
+def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: float, periodic: bool) -> WindSeries:
     """The transient of ``--gust``, of which only what it takes is passed on."""
     from meltemi.core.errors import did_you_mean
     from meltemi.wind.fields import WindSeries
@@ -213,7 +213,7 @@ def _read(path: Path) -> WindBox | WindSeries:
 
 def _field(
     described: TurbulentWind,
-    turbine: Turbine,
+    turbine: AnyTurbine,
     duration: float,
     width: float | None,
     gust: WindSeries | None,
@@ -230,7 +230,7 @@ def _field(
 
 def _look(
     found: SteadyWind | WindSeries | WindBox,
-    turbine: Turbine | None,
+    turbine: AnyTurbine | None,
     out: Path,
     file_format: str | None,
     target: TurbulentWind | None = None,

@@ -47,7 +47,7 @@ from meltemi.core.kernel import kernel
 from meltemi.core.record import Record, Vector
 from meltemi.core.tables import MAX_BLADES, MAX_FLAPS, View, table
 from meltemi.maths.generic import crossed, whole
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
 Float = NDArray[float64]
 
@@ -301,7 +301,7 @@ def individual(x: Float, measured: Float, demands: Float, dt: float) -> None:
 
 
 def load_control(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     settings: LoadControl | None = None,
     *,
     sample_time: float | None = None,
@@ -320,7 +320,9 @@ def load_control(
         numbers that contradict each other.
     """
     settings = settings or LoadControl()
-    flaps = turbine.blade.flaps
+    flaps = turbine.flaps
+    if settings.loops:
+        aeroelastic(turbine, "load_control: loops, which need loads of the blades")
     for i, loop in enumerate(settings.loops):
         where = f"load_control: loops[{i}]"
         if loop.actuator == "flap" and loop.flap > len(flaps):
@@ -375,7 +377,7 @@ def limit_warnings(x: Float) -> list[str]:
     return found
 
 
-def _top_speed(turbine: Turbine) -> float:
+def _top_speed(turbine: AnyTurbine) -> float:
     """[rad/s] of the rotor that the collective law holds."""
     return turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
 
@@ -394,9 +396,9 @@ def _names(settings: LoadControl) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _parameters(turbine: Turbine, settings: LoadControl) -> Float:
+def _parameters(turbine: AnyTurbine, settings: LoadControl) -> Float:
     """The state vector after the collective law's part."""
-    flaps, pitch, sensor = turbine.blade.flaps, turbine.control.pitch, settings.sensor
+    flaps, pitch, sensor = turbine.flaps, turbine.control.pitch, settings.sensor
     composed = View(COMPOSED, COMPOSED.zeros())
     composed["loops"], composed["groups"] = len(settings.loops), 1 + len(flaps)
     shares = WEIGHTS.zeros()
@@ -437,10 +439,11 @@ def _loop(loop: HarmonicLoop, limits: tuple[float, float, float]) -> Float:
     return x
 
 
-def _weights(turbine: Turbine, f: FeedForward) -> Float:
+def _weights(turbine: AnyTurbine, f: FeedForward) -> Float:
     radius = f.radius if f.radius is not None else 2.0 / 3.0 * turbine.rotor_radius
     tower_radius = clearance = 0.0
     if f.tower_shadow:
+        turbine = aeroelastic(turbine, "load_control: feedforward.tower_shadow")
         tower = turbine.tower
         above_base = turbine.hub_height - radius - tower.base_height
         tower_radius = 0.5 * float(np.interp(above_base, tower.position, tower.diameter))

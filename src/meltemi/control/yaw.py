@@ -37,7 +37,8 @@ from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
 from meltemi.core.tables import View, table
 from meltemi.maths.generic import crossed, floor
-from meltemi.turbine.definition import Turbine, YawDrive
+from meltemi.turbine.definition import YawDrive
+from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[float64]
 
@@ -228,7 +229,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
 
 
 def yaw_control(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     settings: YawControl | None = None,
     load: LoadControl | None = None,
     *,

@@ -38,6 +38,7 @@ class Status(IntEnum):
     CONTROLLER_DEMAND = 3
     INTERRUPTED = 4
     FAILED = 5
+    UNKNOWN = 6
 
     @property
     def message(self) -> str:
@@ -54,6 +55,7 @@ _MESSAGES: dict[Status, str] = {
     Status.CONTROLLER_RAISED: "the controller raised an exception",
     Status.CONTROLLER_DEMAND: "the controller asked for a value that is not a number or out of range",
     Status.INTERRUPTED: "interrupted by the user; the result holds what was computed until then",
+    Status.UNKNOWN: "the rotor left the tip-speed ratios and pitch angles for which its power coefficient is known",
     Status.FAILED: "the case of a batch could not be prepared, or its result not be reduced or written",
 }
 

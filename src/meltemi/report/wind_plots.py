@@ -14,7 +14,7 @@ from scipy.special import gammaincinv
 
 from meltemi.core.errors import InputError
 from meltemi.report.plots import COLOURS, INK, new_figure, style
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
 from meltemi.wind.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
 from meltemi.wind.turbulence.field import (
@@ -57,7 +57,7 @@ def _panel(ax: Axes, what: str, unit: str) -> None:
 
 
 def plot_wind(
-    wind: AnyWind, turbine: Turbine | None = None, *, target: TurbulentWind | None = None, duration: float = 600.0
+    wind: AnyWind, turbine: AnyTurbine | None = None, *, target: TurbulentWind | None = None, duration: float = 600.0
 ) -> dict[str, Figure]:
     """All figures of a wind that make sense for its kind, by name.
 
@@ -90,13 +90,13 @@ def plot_wind(
     }
 
 
-def _hub(box: WindBox, turbine: Turbine | None) -> float:
+def _hub(box: WindBox, turbine: AnyTurbine | None) -> float:
     """[m] height at which a field is looked at."""
     row, _ = hub_point(box, turbine.hub_height if turbine else None)
     return box.bottom + row * box.dz
 
 
-def plot_hub(box: WindBox, turbine: Turbine | None = None) -> Figure:
+def plot_hub(box: WindBox, turbine: AnyTurbine | None = None) -> Figure:
     """Components at the hub when they pass the tower, their means and standard deviations.
 
     Args:
@@ -135,7 +135,7 @@ def _clean(value: float) -> float:
     return value if abs(value) >= 0.005 else 0.0
 
 
-def plot_spectra(box: WindBox, turbine: Turbine | None = None, target: TurbulentWind | None = None) -> Figure:
+def plot_spectra(box: WindBox, turbine: AnyTurbine | None = None, target: TurbulentWind | None = None) -> Figure:
     """Spectra f S of the components at the hub and averaged over the grid, and what they shall be.
 
     Two thirds of the estimates at one point scatter within the band about the target; without one, the band about the
@@ -203,7 +203,7 @@ def plot_spectra(box: WindBox, turbine: Turbine | None = None, target: Turbulent
 
 def plot_coherence(
     box: WindBox,
-    turbine: Turbine | None = None,
+    turbine: AnyTurbine | None = None,
     target: TurbulentWind | None = None,
     separations: Sequence[float] | None = None,
 ) -> Figure:
@@ -267,7 +267,7 @@ def _line(**look: Any) -> Any:
     return Line2D([], [], **look)
 
 
-def plot_section(box: WindBox, turbine: Turbine | None = None, time: float | None = None) -> Figure:
+def plot_section(box: WindBox, turbine: AnyTurbine | None = None, time: float | None = None) -> Figure:
     """The longitudinal component across the wind at one instant, and from above at hub height.
 
     Time is distance there: what passes later lies upwind. It is stretched across the wind.
@@ -329,7 +329,7 @@ def plot_section(box: WindBox, turbine: Turbine | None = None, time: float | Non
 
 
 def plot_profile(
-    wind: WindBox | SteadyWind, turbine: Turbine | None = None, target: TurbulentWind | None = None
+    wind: WindBox | SteadyWind, turbine: AnyTurbine | None = None, target: TurbulentWind | None = None
 ) -> Figure:
     """Mean horizontal speed and direction against height; of a field the turbulence intensity, too.
 
@@ -404,7 +404,7 @@ def plot_profile(
     return figure
 
 
-def _steady_profile(wind: SteadyWind, turbine: Turbine | None) -> tuple[Float, Float, Float]:
+def _steady_profile(wind: SteadyWind, turbine: AnyTurbine | None) -> tuple[Float, Float, Float]:
     """Height, speed and direction of a steady wind, as runs have them."""
     hub = turbine.hub_height if turbine is not None else wind.reference_height or 100.0
     reference = wind.reference_height or hub

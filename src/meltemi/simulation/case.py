@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numba
 import numpy as np
@@ -41,7 +41,9 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.lanes import WIDTH
 from meltemi.numbers.views import FLOATS, LANES, viewer
+from meltemi.simulation import step
 from meltemi.simulation.channels import Channel
+from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model
 from meltemi.simulation.step import (
     CORRECTIONS,
@@ -51,6 +53,7 @@ from meltemi.simulation.step import (
     N_CLOCK,
     NODES,
     PARTS,
+    RUN_PARTS,
     SUMMARY,
     WANT_LOADS,
     evaluate,
@@ -181,7 +184,154 @@ class Stations:
     tower: tuple[float, ...] = ()
 
 
-class Case:
+class BaseCase:
+    """What the cases of all kinds of models have.
+
+    Attributes:
+      model: what is simulated.
+      signals: whatever a channel may ask for; views of one vector.
+      aero_state: states of inflow and stall, the same.
+      arrays: everything by its name.
+      slopes: derivatives of arrays by the same names, with duals.
+      numbers, parts: kinds of number, and arrays as the kernels take them.
+      controller, controller_state, entry: of the controller that was bound.
+    """
+
+    tables: ClassVar[dict[str, Table]] = SIGNAL_TABLES
+    model: AnyModel
+    signals: Arena
+    aero_state: Arena
+    arrays: dict[str, Any]
+    slopes: dict[str, Float]
+    numbers: tuple[Any, ...]
+    parts: tuple[Any, ...]
+    spare: Float
+    controller: Controller
+    controller_state: Float
+    entry: Entry
+
+    def _prepare(self, model: AnyModel) -> None:
+        """Vectors between machine and controller, and those of a run."""
+        nq = len(model.coordinates)
+        self.measured, self.limits = MEASUREMENTS.zeros(), DEMANDS.zeros()
+        self.measured[N_BLADES] = model.n_blades
+        most, actuator = View(DEMANDS, self.limits), model.turbine.pitch_actuator
+        most["generator_torque"] = MOST_TORQUE * model.turbine.control.torque.maximum_torque
+        most["pitch"] = MOST_PITCH + max(abs(actuator.minimum), abs(actuator.maximum))
+        most["brake"] = most["yaw_rate"] = 1.0
+        most["flap"] = MOST_FLAP
+        most["reactive_power"] = MOST_REACTIVE * model.turbine.rated_power
+        for name in REPORTS:
+            most[name] = np.inf
+        self.measured[GRID], self.measured[POWER_LIMIT] = 1.0, np.inf
+        self.events = np.zeros((0, 3))
+        self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
+        self.clock = np.zeros(N_CLOCK, dtype=np.int64)
+        self.clock[[EVERY_OUTPUT, EVERY_CONTROL]] = 1
+
+    def __getitem__(self, name: str) -> Any:
+        return self.arrays[name]
+
+    def kinds(self, names: Sequence[str]) -> tuple[Any, ...]:
+        """Arrays of derivatives, None for an array that has none: duals as a kind of number."""
+        return tuple(self.slopes.get(name) for name in names)
+
+    def view(self, name: str) -> View:
+        """A signal array with its rows by name."""
+        return View(self.tables[name], self.arrays[name])
+
+    def place(self, channel: Channel) -> int:
+        """Where a channel stands in the vector of signals."""
+        array, row = channel.source
+        if array in ("q", "v"):
+            return self.signals.place(array, (self.model.coordinates.index(row),))
+        return self.signals.place(array, (self.view(array).table.index(row), *channel.index))
+
+    def bind(self, controller: Controller, start: StartPoint) -> Entry:
+        """Give the case a controller, started at an operating point."""
+        self.controller = controller = controller if controller.fresh is None else controller.fresh()
+        self.controller_state = controller.initial_state(start)
+        self.clock[WANT_LOADS] = int(controller.uses_loads)
+        duals = bool(self.slopes)
+        if duals:
+            self.slopes["controller_state"] = np.zeros((*self.controller_state.shape, N_DERIVATIVES))
+        self.entry = Entry(controller, self.controller_state, self.measured, self.arrays["demands"], duals=duals)
+        return self.entry
+
+    def air(self) -> Float:
+        """States and memory of inflow and stall as one vector, whatever the kind of number."""
+        return np.concatenate([np.zeros(0), *(self.arrays[name].reshape(-1) for name in self.aero_state.views)])
+
+    def put_air(self, values: Float) -> None:
+        """Set what :meth:`air` gives."""
+
+    def evaluate(self, t: float, dt: float = 0.0) -> None:
+        """Compute everything at time ``t`` for the present state."""
+        raise NotImplementedError
+
+    def settle(self, t: float) -> None:
+        """Bring inflow and stall into the steady state of the present motion."""
+        self.evaluate(t)
+
+    def rates(self) -> None:
+        """Compute the time derivatives of the states of inflow and stall after an evaluation."""
+
+    def loads(self, t: float) -> None:
+        """Compute section loads and the summary after an evaluation."""
+        raise NotImplementedError
+
+    def sample(self, t: float) -> None:
+        """What the sensors give at time ``t`` into ``measured``."""
+        step.sample(t, *self.sample_arguments())
+
+    def sample_arguments(self) -> tuple[Any, ...]:
+        """Arguments of ``step.sample`` after the time."""
+        return (
+            self["q"],
+            self["v"],
+            self.model.n_core,
+            self["structure"],
+            self["drive"],
+            self["pitch"],
+            self["flap"],
+            self["actuators"],
+            self["root"],
+            self["chain"],
+            self["summary"],
+            self.model.turbine.drivetrain.generator_efficiency,
+            self["outside"],
+            self.measured,
+        )
+
+    def run_arrays(self, names: Sequence[str], output: Float) -> tuple[Any, ...]:
+        """The arrays of a run under way."""
+        arrays = {
+            **self.arrays,
+            "spare": self.spare,
+            "aero_state": self.aero_state.vector,
+            "controller_state": self.controller_state,
+            "measured": self.measured,
+            "v_old": self.v_old,
+            "a_old": self.a_old,
+            "signals": self.signals.vector,
+            "output": output,
+        }
+        return tuple(arrays[name] for name in names)
+
+    def kinds_of_run(self, names: Sequence[str]) -> tuple[Any, ...]:
+        """Kinds of number of a run, its arrays included."""
+        return (self.kinds(names), *self.numbers[1:]) if self.slopes else self.numbers
+
+    def time_loop(self) -> Any:
+        """The function that marches."""
+        raise NotImplementedError
+
+    def advance_arguments(self, dt: float, places: Any, output: Float) -> tuple[Any, ...]:
+        """Its arguments after the number of steps and the controller."""
+        raise NotImplementedError
+
+
+class Case(BaseCase):
     """Arrays of one simulation of a model in a wind.
 
     ``case[name]`` is the array for people, without the nodes that fill up the last lanes; ``parts`` and
@@ -191,6 +341,8 @@ class Case:
       numbers: the kind of number to compute in: "lanes" treats the nodes of a blade eight at a time, "floats"
         one by one, "duals" with derivatives, which stand in ``slopes`` by the names of the arrays.
     """
+
+    model: Model
 
     def __init__(
         self,
@@ -299,22 +451,8 @@ class Case:
             "tower_stations": np.array((0.0, *stations.tower), dtype=float),
         }
         assert len(model.tower_layout.position) == NT
-        self.measured, self.limits = MEASUREMENTS.zeros(), DEMANDS.zeros()
-        self.measured[N_BLADES] = B
-        most, actuator = View(DEMANDS, self.limits), turbine.pitch_actuator
-        most["generator_torque"] = MOST_TORQUE * turbine.control.torque.maximum_torque
-        most["pitch"] = MOST_PITCH + max(abs(actuator.minimum), abs(actuator.maximum))
-        most["brake"] = most["yaw_rate"] = 1.0
-        most["flap"] = MOST_FLAP
-        most["reactive_power"] = MOST_REACTIVE * turbine.rated_power
-        for name in REPORTS:
-            most[name] = np.inf
-        self.measured[GRID], self.measured[POWER_LIMIT] = 1.0, np.inf
-        self.events = np.zeros((0, 3))
-        self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
+        self._prepare(model)
         self.spare = np.zeros_like(self.aero_state.vector)
-        self.clock = np.zeros(N_CLOCK, dtype=np.int64)
-        self.clock[[EVERY_OUTPUT, EVERY_CONTROL]] = 1
         self.clock[CORRECTIONS] = model.options.corrections
         ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in NODES}}
         self.arrays = {name: array[..., : ends[name]] if name in ends else array for name, array in arrays.items()}
@@ -322,7 +460,7 @@ class Case:
         self.arrays["drive"][DRIVE.index("yaw_held")] = float(model.options.yaw != "free")
         arrays["memory"][MEMORY.index("phi")] = 0.1
         arrays["memory"][MEMORY.index("slope")] = 1.0
-        self.slopes: dict[str, Float] = {**self.signals.slope_views, **self.aero_state.slope_views}
+        self.slopes = {**self.signals.slope_views, **self.aero_state.slope_views}
         if duals:
             for name, array in arrays.items():
                 if name not in self.slopes and name not in CONSTANT:
@@ -333,7 +471,7 @@ class Case:
         self.load_parts = tuple(arrays[name] for name in LOAD_PARTS)
         self._air_parts = tuple(arrays[name] for name in AIR_PARTS)
         kind = LANES if lanes else FLOATS
-        self.numbers: tuple[Any, Any, Any] = (FLOATS, kind, FLOATS)
+        self.numbers = (FLOATS, kind, FLOATS)
         self._air_numbers: Any = kind
         if duals:
             self._air_numbers = self.kinds(AIR_PARTS)
@@ -341,24 +479,6 @@ class Case:
             for name in ("measured", "v_old", "a_old", "spare"):
                 self.slopes[name] = np.zeros((*getattr(self, name).shape, N_DERIVATIVES))
             self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
-
-    def __getitem__(self, name: str) -> Any:
-        return self.arrays[name]
-
-    def kinds(self, names: Sequence[str]) -> tuple[Any, ...]:
-        """Arrays of derivatives, None for an array that has none: duals as a kind of number."""
-        return tuple(self.slopes.get(name) for name in names)
-
-    def view(self, name: str) -> View:
-        """A signal array with its rows by name."""
-        return View(SIGNAL_TABLES[name], self.arrays[name])
-
-    def place(self, channel: Channel) -> int:
-        """Where a channel stands in the vector of signals."""
-        array, row = channel.source
-        if array in ("q", "v"):
-            return self.signals.place(array, (self.model.coordinates.index(row),))
-        return self.signals.place(array, (self.view(array).table.index(row), *channel.index))
 
     def air(self) -> Float:
         """States and memory of inflow and stall as one vector, whatever the kind of number."""
@@ -372,6 +492,9 @@ class Case:
             shown[...] = values[at : at + shown.size].reshape(shown.shape)
             array[..., shown.shape[-1] :] = shown[..., -1:]
             at += shown.size
+        # between azimuths a Fourier series overshoots: the attachment must not leave its range
+        attachment = self.aero_state.views["stall"][STALL.index("attachment")]
+        np.clip(attachment, 0.0, 1.0, out=attachment)
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""
@@ -393,13 +516,21 @@ class Case:
         efficiency = self.model.turbine.drivetrain.generator_efficiency
         observe(t, efficiency, self.numbers, self.parts, self.load_parts, True)
 
-    def bind(self, controller: Controller, start: StartPoint) -> Entry:
-        """Give the case a controller, started at an operating point."""
-        self.controller = controller = controller if controller.fresh is None else controller.fresh()
-        self.controller_state = controller.initial_state(start)
-        self.clock[WANT_LOADS] = int(controller.uses_loads)
-        duals = bool(self.slopes)
-        if duals:
-            self.slopes["controller_state"] = np.zeros((*self.controller_state.shape, N_DERIVATIVES))
-        self.entry = Entry(controller, self.controller_state, self.measured, self.arrays["demands"], duals=duals)
-        return self.entry
+    def time_loop(self) -> Any:
+        """The function that marches."""
+        return step.advance
+
+    def advance_arguments(self, dt: float, places: Any, output: Float) -> tuple[Any, ...]:
+        """Its arguments after the number of steps and the controller."""
+        return (
+            dt,
+            self.model.turbine.drivetrain.generator_efficiency,
+            self.clock,
+            self.limits,
+            self.events,
+            places,
+            self.kinds_of_run(RUN_PARTS),
+            self.run_arrays(RUN_PARTS, output),
+            self.parts,
+            self.load_parts,
+        )

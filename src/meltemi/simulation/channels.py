@@ -117,6 +117,12 @@ def catalogue(
     return {channel.name: channel for channel in found}
 
 
+def disk_channels() -> dict[str, Channel]:
+    """Those that only a turbine of a power coefficient has."""
+    found = [_channel(row, ()) for row in _rows("disk")]
+    return {channel.name: channel for channel in found}
+
+
 def _gearbox(planetary: int, stages: int) -> list[Channel]:
     """Channels of a gearbox, in the order of the table GEAR_LOAD."""
     rows = [(row, 1) for row in _rows("main_shaft")] if stages else []

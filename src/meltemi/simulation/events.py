@@ -26,7 +26,7 @@ from meltemi.core.tables import MAX_BLADES, MAX_FLAPS
 from meltemi.core.yamlfile import validated
 
 if TYPE_CHECKING:
-    from meltemi.turbine.definition import Turbine
+    from meltemi.turbine.power_turbine import AnyTurbine
 
 Change = tuple[str, float, float]
 """Name in FAULTS, value from ``at`` on, value after ``until``."""
@@ -387,7 +387,7 @@ class Schedule:
     log: tuple[tuple[int, LogEntry], ...]
 
 
-def schedule(events: Sequence[Happening], turbine: Turbine, dt: float, n_steps: int) -> Schedule:
+def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_steps: int) -> Schedule:
     """When events act: at the first instant that is not before their time.
 
     Args:
@@ -433,9 +433,9 @@ def _step(t: float, dt: float) -> int:
     return math.ceil(t / dt - 1e-6)
 
 
-def _check_parts(event: Happening, where: str, turbine: Turbine) -> None:
+def _check_parts(event: Happening, where: str, turbine: AnyTurbine) -> None:
     """Refuse blades, flaps and sensors that the turbine does not have."""
-    n_blades, n_flaps = turbine.n_blades, len(turbine.blade.flaps)
+    n_blades, n_flaps = turbine.n_blades, len(turbine.flaps)
     blade, flap = getattr(event, "blade", None), getattr(event, "flap", None)
     if blade is not None and blade > n_blades:
         raise InputError(f"{where}.blade: {turbine.name} has {n_blades} blades, found {blade}")

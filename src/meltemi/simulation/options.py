@@ -70,6 +70,10 @@ class ModelOptions(Record):
     tower_nodes: int = Field(default=21, ge=3, le=200)
     """Number of nodes along the tower."""
 
+    disk_points: int = Field(default=32, ge=1, le=1000)
+    """Turbines of a power coefficient only: points of the rotor's disk over which a wind field is averaged; a wind that
+    is given at the hub is taken there."""
+
     wake: Literal["momentum", "none"] = "momentum"
     """Induction by blade-element momentum, or none."""
     high_induction: Literal["buhl", "none"] = "buhl"

@@ -6,8 +6,9 @@ import threading
 from collections import OrderedDict
 from concurrent.futures import Future
 
-from meltemi.simulation.model import Model
-from meltemi.simulation.trim import OperatingPoint, operating_point, steady_wind
+from meltemi.simulation.engines import operating_point
+from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.trim import OperatingPoint, steady_wind
 from meltemi.wind.fields import Wind
 
 KEEP = 32
@@ -17,7 +18,7 @@ _LOCK = threading.Lock()
 _POINTS: OrderedDict[tuple[str, str], Future[OperatingPoint]] = OrderedDict()
 
 
-def shared_point(model: Model, wind: Wind) -> OperatingPoint:
+def shared_point(model: AnyModel, wind: Wind) -> OperatingPoint:
     """The operating point in which a run begins; threads that ask for the same one wait for the first of them.
 
     Raises:

@@ -32,11 +32,11 @@ from meltemi.environment.conditions import conditions_now
 from meltemi.environment.grid import PowerGrid
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
-from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case, Numbers, Stations
-from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find
+from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Numbers, Stations
+from meltemi.simulation.channels import DEFAULT, Channel
+from meltemi.simulation.engines import engine_of, new_case
 from meltemi.simulation.events import Happening, read_events, schedule
-from meltemi.simulation.model import Model
-from meltemi.simulation.modes import time_step
+from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.points import shared_point
 from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start, begin
@@ -49,7 +49,7 @@ CHUNK_SECONDS = 0.1
 
 
 def simulate(
-    model: Model,
+    model: AnyModel,
     wind: AnyWind,
     *,
     duration: float,
@@ -138,7 +138,7 @@ class Simulation:
 
     def __init__(
         self,
-        model: Model,
+        model: AnyModel,
         wind: AnyWind,
         *,
         duration: float,
@@ -150,12 +150,12 @@ class Simulation:
         events: Iterable[Happening | Mapping[str, Any]] = (),
         grid: PowerGrid | None = None,
         numbers: Numbers = "lanes",
-        prepare: Callable[[Case], None] | None = None,
+        prepare: Callable[[BaseCase], None] | None = None,
     ) -> None:
-        turbine = model.turbine
+        turbine, engine = model.turbine, engine_of(model)
         if not (math.isfinite(duration) and duration > 0.0):
             raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
-        dt = model.options.time_step or time_step(model)
+        dt = model.options.time_step or engine.time_step(model)
         if duration < (1.0 - 1e-9) * dt:
             raise InputError(f"duration {duration:g} s is less than the time step of {dt:g} s")
         every_output = _multiple(output_step, dt, "output_step")
@@ -166,7 +166,7 @@ class Simulation:
         planned = schedule(self.events, turbine, dt, n_steps)
         began, compiled = clock_time.perf_counter(), compile_seconds()
         wind = realised(wind, turbine, duration)
-        reach = turbine.nacelle.overhang + turbine.rotor_radius * math.sin(turbine.hub.precone + turbine.nacelle.tilt)
+        reach = engine.reach(turbine)
         check_coverage(
             wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
         )
@@ -181,14 +181,14 @@ class Simulation:
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
         start = start or shared_point(model, wind)
-        case = Case(model, wind, stations, numbers=numbers, grid=grid)
+        case = new_case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log
         entry = case.bind(controller, first_point(model, wind, start))
         if case.controller.close is not None:
             weakref.finalize(self, case.controller.close)  # of a run that nobody marches to its end
         # dry friction acts over a speed that a step of full braking cannot jump across: as a damper on the generator
         # it has h c / J = 0.4, below the bound of 0.5 with room for the shaft (docs/theory/simulation.md, M-7)
-        brake_step = turbine.drivetrain.brake_torque * dt / turbine.drivetrain.generator_inertia
+        brake_step = turbine.drivetrain.brake_torque * dt / engine.brake_inertia(turbine)
         case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.5 * brake_step)
         if prepare is not None:
             prepare(case)
@@ -211,8 +211,8 @@ class Simulation:
         if numbers == "duals":
             case.slopes["output"] = np.zeros((*self._output.shape, N_DERIVATIVES))
         places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
-        self._arguments = (entry.function, *advance_arguments(case, dt, places, self._output))
-        self._march = compiled_advance(*self._arguments)
+        self._arguments = (entry.function, *case.advance_arguments(dt, places, self._output))
+        self._march = compiled_advance(case.time_loop(), *self._arguments)
         self._march(0, *self._arguments)
         self._moving = (
             case.signals.vector,
@@ -225,7 +225,6 @@ class Simulation:
             case["faults"],
         )
         self._begin = tuple(array.copy() for array in self._moving)
-        self._sensors = sample_arguments(case)
         self.compile_seconds = compile_seconds() - compiled
         self.prepare_seconds = clock_time.perf_counter() - began - self.compile_seconds
         self.run_seconds = 0.0
@@ -317,7 +316,7 @@ class Simulation:
         case = self.case
         now = int(case.clock[step.STEP])
         conditions_now(now * self.dt, case["conditions"], case["aero"][AIR_DENSITY], case["outside"])
-        step.sample(now * self.dt, *self._sensors)
+        case.sample(now * self.dt)
         if len(case.events):
             case.clock[step.NEXT_EVENT] = happen(now, int(case.clock[step.NEXT_EVENT]), case.events, case["faults"])
             if case.clock[step.NEXT_EVENT] > 0:
@@ -361,7 +360,7 @@ class Simulation:
         )
 
 
-def first_point(model: Model, wind: Wind, start: OperatingPoint | Start) -> StartPoint:
+def first_point(model: AnyModel, wind: Wind, start: OperatingPoint | Start) -> StartPoint:
     """Where the controller of a run starts."""
     turbine = model.turbine
     speed = start.rotor_speed * turbine.drivetrain.gear_ratio
@@ -387,21 +386,12 @@ def _multiple(value: float, dt: float, name: str) -> int:
     return n
 
 
-def model_channels(model: Model, stations: Stations | None = None) -> dict[str, Channel]:
+def model_channels(model: AnyModel, stations: Stations | None = None) -> dict[str, Channel]:
     """Everything that can be recorded of a model."""
-    stations = stations or Stations()
-    return catalogue(
-        model.n_blades,
-        model.n_nodes,
-        len(stations.blade),
-        len(stations.tower),
-        model.coordinates,
-        model.n_flaps,
-        model.n_gear_stages,
-    )
+    return engine_of(model).channels(model, stations or Stations())
 
 
-def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Channel]:
+def choose(model: AnyModel, names: Sequence[str], stations: Stations) -> list[Channel]:
     """Channels by name, each once; those of stations that are asked for without any channel of theirs, too.
 
     Raises:
@@ -411,13 +401,14 @@ def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Chann
     if isinstance(names, str):
         raise InputError(f"channels must be a list of names, found the text {names!r}")
     found: dict[str, Channel] = {}
+    whole = set(DEFAULT) <= set(names)
     for name in names:
         if name == "all":
             found.update(available)
             continue
-        if name in DEFAULT and name not in available:
-            continue  # a blade that a two-bladed turbine does not have
-        channel = find(name, available)
+        if name in DEFAULT and name not in available and (whole or name.endswith("_3")):
+            continue  # of a blade that a two-bladed turbine does not have, or of blades where there are none
+        channel = engine_of(model).channel(name, model, available)
         found[channel.name] = channel
     for wanted, beginning in ((stations.blade, "station_"), (stations.tower, "tower_station_")):
         if wanted and not any(name.startswith(beginning) for name in found):
@@ -428,67 +419,20 @@ def choose(model: Model, names: Sequence[str], stations: Stations) -> list[Chann
     return list(found.values())
 
 
-def advance_arguments(case: Case, dt: float, places: Any, output: Any) -> tuple[Any, ...]:
-    """Arguments of ``step.advance`` after the number of steps and the controller."""
-    arrays = {
-        **case.arrays,
-        "controller_state": case.controller_state,
-        "measured": case.measured,
-        "v_old": case.v_old,
-        "a_old": case.a_old,
-        "spare": case.spare,
-        "aero_state": case.aero_state.vector,
-        "signals": case.signals.vector,
-        "output": output,
-    }
-    return (
-        dt,
-        case.model.turbine.drivetrain.generator_efficiency,
-        case.clock,
-        case.limits,
-        case.events,
-        places,
-        (case.kinds(step.RUN_PARTS), *case.numbers[1:]) if case.slopes else case.numbers,
-        tuple(arrays[name] for name in step.RUN_PARTS),
-        case.parts,
-        case.load_parts,
-    )
-
-
-def sample_arguments(case: Case) -> tuple[Any, ...]:
-    """Arguments of ``step.sample`` after the time."""
-    return (
-        case["q"],
-        case["v"],
-        case.model.n_core,
-        case["structure"],
-        case["drive"],
-        case["pitch"],
-        case["flap"],
-        case["actuators"],
-        case["root"],
-        case["chain"],
-        case["summary"],
-        case.model.turbine.drivetrain.generator_efficiency,
-        case["outside"],
-        case.measured,
-    )
-
-
 @cache
-def _advance_for(signature: Any) -> Any:
-    return kernel_for(signature)(step.advance)
+def _loop_for(function: Any, signature: Any) -> Any:
+    return kernel_for(signature)(function)
 
 
-def compiled_advance(*arguments: Any) -> Any:
+def compiled_advance(advance: Any, *arguments: Any) -> Any:
     """The time loop compiled for its arguments but the first; the controller has the type of all controllers."""
     if numba.config.DISABLE_JIT:
-        return step.advance
+        return advance
     entry = ENTRY_DUALS if arguments[0].signatures == [UPDATE_DUALS.args] else ENTRY
-    return _advance_for(types.void(types.int64, entry, *(numba.typeof(argument) for argument in arguments[1:])))
+    return _loop_for(advance, types.void(types.int64, entry, *(numba.typeof(argument) for argument in arguments[1:])))
 
 
-def explain(case: Case, status: Status, t: float, dt: float) -> str:
+def explain(case: BaseCase, status: Status, t: float, dt: float) -> str:
     """Why a run ended, with time, state and a hint."""
     if status is Status.OK:
         return ""

@@ -10,11 +10,11 @@ from meltemi.control.actuators import ANGLE
 from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel
-from meltemi.simulation.case import Case
+from meltemi.simulation.case import BaseCase
 from meltemi.simulation.step import GEAR_MODES, GEARS, view_parts
 from meltemi.structure.gears import ACCELERATION, FREQUENCY
 from meltemi.structure.gears import ANGLE as ANGLE_OF_MODE
-from meltemi.structure.kinematics import GENERATOR
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT
 from meltemi.turbine import exchange as ex
 
 GEAR_SWEEPS = 8
@@ -48,7 +48,7 @@ class Start:
     coordinates: Mapping[str, float] = field(default_factory=dict)
     velocities: Mapping[str, float] = field(default_factory=dict)
 
-    def put(self, case: Case) -> None:
+    def put(self, case: BaseCase) -> None:
         """Write the initial conditions into a case.
 
         Raises:
@@ -62,11 +62,11 @@ class Start:
                 if name not in names:
                     raise InputError(f"start: no coordinate {name!r}: {did_you_mean(name, names)}")
                 case[array][names.index(name)] = value
-        case["v"][len(case.model.tower.names) + GENERATOR] += self.rotor_speed
+        case["v"][case.model.n_core - N_SHAFT + GENERATOR] += self.rotor_speed
         case.settle(0.0)
 
 
-def hold(case: Case, pitch: float, torque: float) -> None:
+def hold(case: BaseCase, pitch: float, torque: float) -> None:
     """Set actuators and demands to a pitch angle and a generator torque at rest."""
     case["pitch"][:] = 0.0
     case["pitch"][ANGLE] = pitch
@@ -78,10 +78,11 @@ def hold(case: Case, pitch: float, torque: float) -> None:
     demands[PITCH_DEMAND : PITCH_DEMAND + case.model.n_blades] = pitch
 
 
-def begin(case: Case) -> None:
+def begin(case: BaseCase) -> None:
     """Compute everything at time 0 after the state was set, so that the first step finds it."""
     for _ in range(GEAR_SWEEPS if case["gears"].size else 1):
         case.evaluate(0.0)
-        settle_gears(case.numbers[1], case.parts)
+        if case["gears"].size:
+            settle_gears(case.numbers[1], case.parts)
     case.loads(0.0)
     case.v_old[:], case.a_old[:] = case["v"], case["a"]

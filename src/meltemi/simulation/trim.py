@@ -24,19 +24,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW, STALL
+from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.threads import one_blas_thread
 from meltemi.core.yamlfile import validated
-from meltemi.simulation.case import Case
+from meltemi.simulation.case import BaseCase, Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.start import hold
 from meltemi.simulation.step import ABSURD, PARTS, A, Q, V, evaluate
-from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, mean_speed
 from meltemi.wind.turbulence.field import AnyWind
@@ -95,7 +95,7 @@ class OperatingPoint:
     channels: dict[str, Channel] = field(repr=False)
     places: dict[str, int] = field(repr=False)
 
-    def put(self, case: Case, azimuth: float = 0.0) -> None:
+    def put(self, case: BaseCase, azimuth: float = 0.0) -> None:
         """Write the state at an azimuth [rad] of blade 1 into a case of the same model."""
         hold(case, self.pitch, self.generator_torque)
         case["q"][:], case["v"][:] = self.q, self.v
@@ -108,10 +108,7 @@ class OperatingPoint:
             state = (weight @ np.fft.rfft(self.revolution, axis=0)).real
             case["q"][:], case["v"][:], air = np.split(state, [len(self.q), 2 * len(self.q)])
             case.put_air(air)
-            # between the azimuths a series overshoots: the attachment must not leave its range
-            attachment = case.aero_state.views["stall"][STALL.index("attachment")]
-            np.clip(attachment, 0.0, 1.0, out=attachment)
-            case["q"][len(case.model.tower.names) + GENERATOR] += azimuth
+            case["q"][case.model.n_core - N_SHAFT + GENERATOR] += azimuth
 
     def __getitem__(self, name: str) -> float:
         """Average over the revolution of a channel, by our name or OpenFAST's, in SI."""

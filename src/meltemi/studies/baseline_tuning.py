@@ -9,7 +9,8 @@ so a frequency w and a damping ratio zeta ask for
     K_P = 2 I Omega zeta w / (N (-dP/dtheta)),    K_I = I Omega w^2 / (N (-dP/dtheta))
 
 dP/dtheta is the sensitivity of the rotor's power to collective pitch at operating points from rated wind to cut-out,
-with the induced velocities and the deflections held ("frozen wake"). A straight line through it against pitch gives
+with the induced velocities and the deflections held ("frozen wake"); that of a turbine of a power coefficient is its
+coefficient's own. A straight line through it against pitch gives
 its value at zero pitch and the pitch at which it has doubled, where the gains are to be halved.
 
 The frequency is that of the NREL 5 MW, 0.6 rad/s, scaled with the rated rotor speed: as many revolutions to an
@@ -31,12 +32,14 @@ from meltemi.control.actuators import ANGLE
 from meltemi.core.errors import InputError
 from meltemi.core.tables import View
 from meltemi.core.units import rpm
-from meltemi.simulation.case import Case
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.engines import build, new_case, operating_point
+from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.model import Model
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.simulation.trim import OperatingPoint
 from meltemi.structure.tables import BLADE_NODE
-from meltemi.turbine.definition import BaselineControl, Turbine
+from meltemi.turbine.definition import BaselineControl
+from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 Float = NDArray[np.float64]
 
@@ -85,7 +88,7 @@ class BaselineTuning:
 
 
 def tune_baseline(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     *,
     frequency: float | None = None,
     damping_ratio: float = DAMPING,
@@ -113,7 +116,10 @@ def tune_baseline(
     for name, value in given.items():
         if value is not None and not value > 0.0:
             raise InputError(f"tune_baseline: {name} must be above zero, found {value!r}")
-    model = build(turbine, (options or ModelOptions()).replace(stall="static", inflow="variable"))
+    options = options or ModelOptions()
+    if not isinstance(turbine, PowerTurbine):
+        options = options.replace(stall="static", inflow="variable")
+    model = build(turbine, options)
     best, gain, coefficient = _optimal(model, PART_SPEED * reference, tip_speed_ratio)
     ratio, torque, pitch_control = turbine.drivetrain.gear_ratio, turbine.control.torque, turbine.control.pitch
     most = torque.rated_power / torque.rated_speed**3  # more would be above rated power below rated speed
@@ -151,7 +157,7 @@ def tune_baseline(
     )
 
 
-def _optimal(model: Model, speed: float, wanted: float | None) -> tuple[float, float, float]:
+def _optimal(model: AnyModel, speed: float, wanted: float | None) -> tuple[float, float, float]:
     """Tip-speed ratio, by default the best at the smallest pitch; torque over speed squared and power coefficient."""
     from scipy.optimize import minimize_scalar
 
@@ -173,7 +179,7 @@ def _optimal(model: Model, speed: float, wanted: float | None) -> tuple[float, f
     return best, found / speed**2, found * speed / (0.5 * rho * math.pi * R**2 * (speed * R / best) ** 3)
 
 
-def _rated_wind(model: Model) -> float:
+def _rated_wind(model: AnyModel) -> float:
     """[m/s] where the pitch leaves its minimum."""
     low, high = model.turbine.cut_in, model.turbine.cut_out
     smallest = model.turbine.control.pitch.minimum
@@ -183,9 +189,9 @@ def _rated_wind(model: Model) -> float:
     return high
 
 
-def _sensitivity(model: Model, point: OperatingPoint) -> float:
+def _sensitivity(model: AnyModel, point: OperatingPoint) -> float:
     """[W/rad] power over pitch at an operating point, deflections and induced velocities held."""
-    case = Case(model, point.wind)
+    case = new_case(model, point.wind)
     rotor = case.view("rotor")
     torque = np.zeros(2)
     for psi in 2.0 * math.pi / model.n_blades / AZIMUTHS * np.arange(AZIMUTHS):
@@ -198,8 +204,11 @@ def _sensitivity(model: Model, point: OperatingPoint) -> float:
     return float(point.rotor_speed * (torque[1] - torque[0]) / (2.0 * STEP))
 
 
-def _inertia(model: Model) -> float:
+def _inertia(model: AnyModel) -> float:
     """[kg m^2] of blades, hub and generator about the shaft."""
+    if not isinstance(model, Model):
+        assert isinstance(model.turbine, PowerTurbine)
+        return model.turbine.drivetrain.inertia
     turbine = model.turbine
     nodes = View(BLADE_NODE, model.blade_nodes)
     x, y, z = nodes["position"]

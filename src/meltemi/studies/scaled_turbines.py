@@ -17,7 +17,7 @@ from __future__ import annotations
 import sys
 from inspect import signature
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.units import rpm
@@ -28,7 +28,7 @@ from meltemi.turbine.gearbox import size_gearbox
 from meltemi.turbine.library import DATA, load_turbine, write_turbine
 from meltemi.turbine.scaling import scale_turbine
 
-REFERENCE = "nrel5mw"
+REFERENCE: Final = "nrel5mw"
 BOTH: dict[str, Any] = {
     "tower_height": 120.0,
     "minimum_rotor_speed": rpm(6.0),

@@ -28,11 +28,12 @@ from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 from meltemi.core.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
-from meltemi.simulation.case import Case, Stations
+from meltemi.simulation.case import BaseCase, Stations
 from meltemi.simulation.channels import DEFAULT
+from meltemi.simulation.engines import build, engine_of
 from meltemi.simulation.events import Happening
-from meltemi.simulation.model import Model, build
-from meltemi.simulation.modes import time_step
+from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.model import Model
 from meltemi.simulation.points import shared_point
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, first_point, march
@@ -129,7 +130,7 @@ class Sensitivity:
 
 
 def sensitivity(
-    model: Model,
+    model: AnyModel,
     wind: AnyWind,
     parameters: Sequence[str],
     *,
@@ -208,7 +209,7 @@ def sensitivity(
 
 
 def differences(
-    model: Model,
+    model: AnyModel,
     wind: AnyWind,
     parameter: str,
     *,
@@ -230,17 +231,17 @@ def differences(
     steps = {} if step is None else {parameter: step}
     (way,) = directions(model, [parameter], controller, first_point(model, wind, start), steps)
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
-    options = model.options.replace(time_step=model.options.time_step or time_step(model))
+    options = model.options.replace(time_step=model.options.time_step or engine_of(model).time_step(model))
     found = []
     for change in (-size, size):
         moved: dict[str, Any] = {name: getattr(model, name) + change * array for name, array in way.arrays.items()}
 
-        def prepare(case: Case, change: float = change) -> None:
+        def prepare(case: BaseCase, change: float = change) -> None:
             if way.state is not None:
                 case.controller_state[way.state[0]] += change * way.state[1]
 
         run = Simulation(
-            replace(model, options=options, **moved),
+            replace(model, options=options, **moved),  # type: ignore[type-var]
             wind,
             controller=controller,
             start=start,
@@ -253,7 +254,7 @@ def differences(
 
 
 def directions(
-    model: Model,
+    model: AnyModel,
     parameters: Sequence[str],
     controller: Controller,
     start: StartPoint,
@@ -284,7 +285,7 @@ def directions(
     return found
 
 
-def direction(model: Model, name: str, controller: Controller, start: StartPoint) -> Direction:
+def direction(model: AnyModel, name: str, controller: Controller, start: StartPoint) -> Direction:
     """What a parameter changes in a run.
 
     ``controller.NAME`` is an entry of the controller's state vector by its name, or by its number if the controller
@@ -323,7 +324,7 @@ def direction(model: Model, name: str, controller: Controller, start: StartPoint
     return Direction(name, value, step, {array: change})
 
 
-def _of_turbine(name: str, path: str, model: Model) -> Direction:
+def _of_turbine(name: str, path: str, model: AnyModel) -> Direction:
     """Central differences of the model's tables, modes with matched signs."""
     target: Any = model.turbine
     for key in path.split("."):
@@ -344,11 +345,12 @@ def _of_turbine(name: str, path: str, model: Model) -> Direction:
         moved = np.asarray(target) * (1.0 + sign * step) if factor else value + sign * step
         try:
             turbine = model.turbine.replace(**{path: moved.tolist() if isinstance(moved, np.ndarray) else moved})
-            sides.append(matched(build(turbine, model.options, model.environment), model))
+            side = build(turbine, model.options, model.environment)
+            sides.append(matched(side, model) if isinstance(side, Model) and isinstance(model, Model) else side)
         except (ValueError, MeltemiError) as error:
             raise InputError(f"sensitivity: {name!r} cannot be changed by {sign * step:g}: {error}") from None
     arrays = {}
-    for array in ARRAYS:
+    for array in engine_of(model).tables:
         low, high = (getattr(side, array) for side in sides)
         if low.shape != high.shape:
             raise InputError(f"sensitivity: {name!r} changes the layout of the model's table {array!r}")
@@ -359,13 +361,6 @@ def _of_turbine(name: str, path: str, model: Model) -> Direction:
         hint = "; parameters of the controller are controller.NAME" if path.startswith("control.") else ""
         raise InputError(f"sensitivity: {name!r} changes nothing in the model's tables{hint}")
     return Direction(name, value, RELATIVE_STEP * (abs(value) or 1.0), arrays)
-
-
-ARRAYS = (
-    "structure blade_nodes blade_edges shape second modal tip_shape tip_second top_shape top_second tower_matrix "
-    "tower_weight tower_nodes tower_shape aero aero_nodes polars section tower_flow actuators"
-).split()
-"""Arrays of a model that may change with the turbine."""
 
 
 def matched(model: Model, reference: Model) -> Model:
@@ -394,7 +389,7 @@ def matched(model: Model, reference: Model) -> Model:
     )
 
 
-def seed(case: Case, ways: Sequence[Direction]) -> None:
+def seed(case: BaseCase, ways: Sequence[Direction]) -> None:
     """Give the arrays of a case the derivatives by the parameters, for a step of each."""
     for k, way in enumerate(ways):
         for name, change in way.arrays.items():
@@ -404,12 +399,12 @@ def seed(case: Case, ways: Sequence[Direction]) -> None:
             case.slopes["controller_state"][row, k] += way.step * change_of_state
 
 
-def count_switches(case: Case, controller: Controller) -> dict[str, int | None]:
+def count_switches(case: BaseCase, controller: Controller) -> dict[str, int | None]:
     """Branches and limits that would have changed within a step."""
     names = controller.state_names
     return {
         "controller": int(case.controller_state[names.index("switches")]) if "switches" in names else None,
         "pitch limits": int(case["pitch"][PITCH.index("switches")].sum()),
         "yaw brake": int(case["drive"][DRIVE.index("yaw_switches")]),
-        "stall": int(case["memory"][MEMORY.index("switches")].sum()),
+        "stall": int(case["memory"][MEMORY.index("switches")].sum()) if "memory" in case.arrays else 0,
     }

@@ -119,12 +119,10 @@ def _stepping() -> None:
     from meltemi.control.faults import happen, report
     from meltemi.control.fixed import fixed
     from meltemi.simulation.case import Case
-    from meltemi.simulation.simulate import sample_arguments
-    from meltemi.simulation.step import sample
 
     fixed()
     case = Case(*_machine())
-    sample(0.0, *sample_arguments(case))
+    case.sample(0.0)
     happen(0, 0, case.events, case["faults"])
     report(0.0, case["faults"], case.measured)
 

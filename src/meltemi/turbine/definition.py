@@ -100,6 +100,8 @@ class Airfoil(Record):
     """[rad] as stated by the source, if it states one; only OpenFAST's fit for dynamic stall uses it."""
     zero_lift_drag: float | None = Field(default=None, ge=0.0)
     """Drag coefficient there."""
+    relative_thickness: float | None = Field(default=None, gt=0.0, le=1.0)
+    """Thickness over chord; only rain asks for it, and only where the airfoil's name does not say it (`DU40`)."""
     source: str = ""
     """Where the numbers come from."""
 
@@ -678,6 +680,11 @@ class Turbine(Record):
                 f"the blade tips reach the ground: hub at {self.hub_height:g} m, rotor radius {self.rotor_radius:g} m"
             )
         return self
+
+    @property
+    def flaps(self) -> tuple[Flap, ...]:
+        """Of each blade."""
+        return self.blade.flaps
 
     @property
     def rotor_radius(self) -> float:

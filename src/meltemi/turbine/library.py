@@ -5,12 +5,16 @@ from __future__ import annotations
 from functools import cache
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
+from typing import Literal, overload
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
-from meltemi.core.yamlfile import read_mapping, read_record, validated, write_record
+from meltemi.core.yamlfile import parse, read_mapping, read_text, validated, write_record
 from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 from meltemi.turbine.windio import read_windio
+
+Aeroelastic = Literal["nrel5mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
 
 DATA = Path(__file__).parent / "data"
 WINDIO = "windIO/examples/turbine"
@@ -22,6 +26,8 @@ class LibraryEntry(Record):
 
     file: str
     """The turbine, or what its windIO file lacks."""
+    kind: Literal["aeroelastic", "power coefficient"] = "aeroelastic"
+    """Of blades and tower, or of a power coefficient."""
     windio: str | None = None
     """File of the windIO package that it is read from."""
     rated_power: float
@@ -50,7 +56,13 @@ def list_turbines() -> list[str]:
     return sorted(library_entries())
 
 
-def load_turbine(name: str | Path) -> Turbine:
+@overload
+def load_turbine(name: Aeroelastic) -> Turbine: ...
+@overload
+def load_turbine(name: Literal["pmsg20mw", "pmsg20mw-bem"]) -> PowerTurbine: ...
+@overload
+def load_turbine(name: str | Path) -> AnyTurbine: ...
+def load_turbine(name: str | Path) -> AnyTurbine:
     """A turbine from the library by its name, or from a YAML file or OpenFAST deck (.fst) by its path.
 
     Raises:
@@ -65,7 +77,7 @@ def load_turbine(name: str | Path) -> Turbine:
 
         return read_openfast(path)
     if path.suffix in (".yaml", ".yml") or path.exists():
-        return read_record(path, Turbine)
+        return read_turbine(path)
     raise InputError(
         f"no turbine {str(name)!r} in the library: {did_you_mean(str(name), list_turbines())} "
         "(or give the path of a .yaml file)"
@@ -73,11 +85,23 @@ def load_turbine(name: str | Path) -> Turbine:
 
 
 @cache
-def _from_library(name: str) -> Turbine:
+def _from_library(name: str) -> AnyTurbine:
     entry = library_entries()[name]
     if entry.windio is None:
-        return read_record(DATA / entry.file, Turbine)
+        return read_turbine(DATA / entry.file)
     return read_windio(windio_file(entry.windio, name), DATA / entry.file)
+
+
+def read_turbine(path: Path) -> AnyTurbine:
+    """A turbine of either kind from a YAML file: one of a power coefficient has the key ``coefficient``.
+
+    Raises:
+      InputError: the file is missing or does not describe a valid turbine, with every line and key.
+    """
+    text = read_text(path)
+    data = parse(text, path, "a turbine")
+    kind: type[AnyTurbine] = PowerTurbine if "coefficient" in data and "blade" not in data else Turbine
+    return validated(data, kind, where=str(path), text=text)
 
 
 def windio_file(name: str, wanted_for: str) -> Path:
@@ -97,6 +121,6 @@ def windio_file(name: str, wanted_for: str) -> Path:
     return path
 
 
-def write_turbine(turbine: Turbine, path: str | Path) -> None:
+def write_turbine(turbine: AnyTurbine, path: str | Path) -> None:
     """Write a turbine as a YAML file that :func:`load_turbine` reads."""
     write_record(turbine, path)

@@ -16,8 +16,9 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
+from meltemi.core.errors import InputError
 from meltemi.core.record import Array, Record, Vector
-from meltemi.turbine.definition import BaselineControl, PitchActuator, Turbine, YawDrive
+from meltemi.turbine.definition import BaselineControl, Flap, PitchActuator, Turbine, YawDrive
 
 
 class HeierCoefficient(Record):
@@ -194,6 +195,11 @@ class PowerTurbine(Record):
         return self
 
     @property
+    def flaps(self) -> tuple[Flap, ...]:
+        """None."""
+        return ()
+
+    @property
     def rotor_diameter(self) -> float:
         """[m]."""
         return 2.0 * self.rotor_radius
@@ -201,3 +207,17 @@ class PowerTurbine(Record):
 
 AnyTurbine = Turbine | PowerTurbine
 """What runs, controllers and winds take as a turbine."""
+
+
+def aeroelastic(turbine: AnyTurbine, what: str) -> Turbine:
+    """The turbine, which must have blades and a tower for ``what``.
+
+    Raises:
+      InputError: it is one of a power coefficient.
+    """
+    if isinstance(turbine, PowerTurbine):
+        raise InputError(
+            f"{what}: {turbine.name} is a turbine of a power coefficient, without blades and tower; this needs an "
+            "aeroelastic turbine, such as nrel5mw"
+        )
+    return turbine

@@ -14,7 +14,7 @@ from meltemi.control.bladed.records import CONSTANTS, RECORDS
 from meltemi.control.controller import Controller, StartPoint, Vector
 from meltemi.core.errors import InputError, RunError, did_you_mean
 from meltemi.core.tables import MAX_BLADES
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
 
 FIRST_CALL = 3.0
 """The first call, which reads files, may take this many times as long as the others."""
@@ -31,7 +31,7 @@ INPUT_SIZE, ROOT_SIZE, PITCH_OVERRIDE, TORQUE_OVERRIDE, AZIMUTH, HUB_Y, HUB_Z, B
 
 
 def bladed_controller(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     library: str | Path,
     input_file: str | Path | None = None,
     *,
@@ -106,12 +106,12 @@ def _unbound(state: Vector, measured: Vector, demands: Vector, dt: float) -> Non
 class _Run:
     """The library of one run."""
 
-    def __init__(self, turbine: Turbine, library: Library, individual_pitch: bool) -> None:
+    def __init__(self, turbine: AnyTurbine, library: Library, individual_pitch: bool) -> None:
         self.turbine, self.library = turbine, library
         self.host: Host | None = None
         self.messages: list[str] = []
         self.time = -math.inf
-        self.n_flaps = len(turbine.blade.flaps)
+        self.n_flaps = len(turbine.flaps)
         self.individual = individual_pitch
         names = s.MEASUREMENTS.names
         measured = [(r.number - 1, names.index(r.source)) for r in RECORDS if r.way == "to" and r.source in names]

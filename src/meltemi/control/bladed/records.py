@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
 
 EXCHANGED = 164
 """Records that are exchanged at a call: all below, with room to the start of OpenFAST's tables. Those beyond belong to
@@ -134,7 +134,7 @@ def _parse(line: str) -> SwapRecord:
 RECORDS: tuple[SwapRecord, ...] = tuple(_parse(line) for line in _TEXT.splitlines() if line.strip())
 """Every record that Bladed-style libraries and ROSCO 2.x use below 130; the others are zero."""
 
-CONSTANTS: dict[str, Callable[[Turbine], float]] = {
+CONSTANTS: dict[str, Callable[[AnyTurbine], float]] = {
     "below_rated_pitch": lambda t: t.control.pitch.minimum,
     "minimum_pitch": lambda t: t.pitch_actuator.minimum,
     "maximum_pitch": lambda t: t.pitch_actuator.maximum,

@@ -27,6 +27,8 @@ from meltemi.maths.generic import crossed, whole
 
 Float = NDArray[float64]
 
+SPARED = 0.9
+"""Share of the power at fine pitch that A3 may take below the lower speed; the rest brings the speed back."""
 FINE = 1e-6
 """[rad] within which the pitch is at its smallest."""
 ABOVE_LOWER, ABOVE_UPPER, BELOW_RECOVERY, AT_FINE, HOLDING = range(len(t.CONDITIONS))
@@ -125,6 +127,15 @@ def estimate_wind(x: Float, at: int, measured: Float, dt: float) -> None:
 
 
 @kernel
+def fine_power(x: Float, at: int) -> float:
+    """Mechanical power [W] that the estimated wind would give at this speed with fine pitch (C-84)."""
+    radius, wind = x[at + p.RADIUS], x[at + p.WIND]
+    disk = 0.5 * x[at + p.DENSITY] * pi * radius * radius * wind * wind * wind
+    ratio = x[at + p.SPEED] / x[at + p.GEAR_RATIO] * radius / wind
+    return disk * power_coefficient(x, at, ratio, x[at + p.MIN_PITCH]) * x[at + p.GEAR_EFFICIENCY]
+
+
+@kernel
 def wanted_power(x: Float, at: int, measured: Float) -> float:
     """Mechanical power [W] that the operator and the frequency ask for, not more than rated (C-87)."""
     rated, efficiency = x[at + p.RATED_POWER], x[at + p.EFFICIENCY]
@@ -183,7 +194,7 @@ def inertial_power(x: Float, at: int, measured: Float, dt: float) -> float:
 
 
 @kernel
-def bound_speeds(x: Float, at: int, gain: float) -> float:
+def bound_speeds(x: Float, at: int, gain: float, dt: float) -> float:
     """The speeds that bound the states; returns the gain of the torque law at the present pitch (C-82 to C-84)."""
     scheme, power = whole(x[at + p.SCHEME]), x[at + p.SETPOINT]
     reference, lower = x[at + p.REFERENCE_SPEED], lower_speed(x, at, gain, power)
@@ -198,18 +209,26 @@ def bound_speeds(x: Float, at: int, gain: float) -> float:
     x[at + p.UPPER] = reference + 0.0 * lower
     if scheme == 0:
         x[at + p.UPPER] = lower
-    x[at + p.RECOVERY] = min(lower + x[at + p.RECOVERY_MARGIN], x[at + p.UPPER])
+    recovery = min(lower + x[at + p.RECOVERY_MARGIN], x[at + p.UPPER])
+    if scheme == 3:
+        # pitch that falls raises this speed, which lets the pitch fall further: no faster than the rotor can follow
+        recovery = min(recovery, x[at + p.RECOVERY] + x[at + p.RECOVERY_MARGIN] * x[at + p.FREQUENCY] * dt)
+    x[at + p.RECOVERY] = recovery
     return gain
 
 
 @kernel
-def tune_pitch_loop(x: Float, at: int, gain: float) -> None:
-    """Gains of the pitch loop at the present pitch, speed and power (C-86)."""
+def tune_pitch_loop(x: Float, at: int, gain: float, dt: float) -> None:
+    """Gains of the pitch loop at the present pitch, speed and power (C-86).
+
+    The pitch is filtered: gains that grow while it falls would drive it.
+    """
+    x[at + p.SLOW_PITCH] += (1.0 - exp(-dt * x[at + p.FREQUENCY])) * (x[at + p.PITCH] - x[at + p.SLOW_PITCH])
     ratio = x[at + p.GEAR_RATIO]
     speed = max(x[at + p.SPEED], x[at + p.OPTIMAL])
     optimal = gain * speed * speed * speed
     power = max(x[at + p.TORQUE] * speed, 0.01 * optimal)
-    falls = optimal * sensitivity(x, at, x[at + p.PITCH], third_root(power / optimal))
+    falls = optimal * sensitivity(x, at, x[at + p.SLOW_PITCH], third_root(power / optimal))
     unit = x[at + p.INERTIA] * speed / (ratio * ratio * falls)
     x[at + p.PITCH_LOOP + loop.KP] = 2.0 * x[at + p.DAMPING] * x[at + p.FREQUENCY] * unit
     x[at + p.PITCH_LOOP + loop.KI] = x[at + p.FREQUENCY] * x[at + p.FREQUENCY] * unit
@@ -296,6 +315,8 @@ def move_torque(x: Float, at: int, gain: float, more: float, dt: float) -> None:
         x[at + p.TORQUE_LOOP + loop.SWITCHES] = 0.0
         return
     law = optimal_torque(x, at, gain, x[at + p.SPEED])
+    if whole(x[at + p.SCHEME]) == 3:
+        law = max(law, SPARED * fine_power(x, at) / speed)
     x[at + p.SWITCHES] += crossed(law - held) + crossed(held - x[at + p.MAX_TORQUE])
     wanted = max(min(min(law, held) + more / speed, most), 0.0)
     x[at + p.SWITCHES] += crossed(abs(wanted - last) - step)
@@ -319,8 +340,8 @@ def power_step(x: Float, at: int, measured: Float, demands: Float, dt: float) ->
     set_point(x, at, measured, dt)
     more = inertial_power(x, at, measured, dt)
     optimal = optimal_gain(x, at)
-    gain = bound_speeds(x, at, optimal)
-    tune_pitch_loop(x, at, optimal)
+    gain = bound_speeds(x, at, optimal, dt)
+    tune_pitch_loop(x, at, optimal, dt)
     walk(x, at)
     move_pitch(x, at, dt)
     move_torque(x, at, gain, more, dt)

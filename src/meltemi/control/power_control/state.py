@@ -49,6 +49,7 @@ POWER = table(
     speed              | rad/s       | state: filtered generator speed
     torque             | N m         | state: last torque demand
     pitch              | rad         | state: last pitch demand
+    slow_pitch         | rad         | state: filtered pitch demand, by which gains are scheduled
     density            | kg/m^3      | state: of the air, as the law takes it
     wind               | m/s         | state: wind estimate
     last_speed         | rad/s       | state: of the rotor at the last call
@@ -115,6 +116,7 @@ POWER = table(
     SPEED,
     TORQUE,
     PITCH,
+    SLOW_PITCH,
     DENSITY,
     WIND,
     LAST_SPEED,

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
 
 LEAST_CUT_IN = 0.3
 """Share of rated speed: a law that begins below it says nothing of the speed at which to connect."""
@@ -113,7 +113,7 @@ class Supervision(Record):
         return self
 
 
-def limits(turbine: Turbine, settings: Supervision) -> dict[str, float]:
+def limits(turbine: AnyTurbine, settings: Supervision) -> dict[str, float]:
     """Every number that conditions and states ask for, in SI, by its name.
 
     Raises:

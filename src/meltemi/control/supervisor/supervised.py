@@ -39,7 +39,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import MAX_BLADES, View, table
 from meltemi.maths.generic import crossed, whole
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[float64]
 
@@ -560,7 +560,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
 
 
 def supervised(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     settings: Supervision | None = None,
     *,
     load: LoadControl | None = None,
@@ -631,7 +631,7 @@ def _crowded(x: Float) -> list[str]:
     return [f"supervisor: {written} transitions, of which the log has the first {LOG_ROOM}: limits that lie too close?"]
 
 
-def _first_state(turbine: Turbine, settings: Supervision, numbers: dict[str, float], start: StartPoint) -> int:
+def _first_state(turbine: AnyTurbine, settings: Supervision, numbers: dict[str, float], start: StartPoint) -> int:
     """Number of the state in which a run begins."""
     torque = turbine.control.torque
     if settings.begin != "automatic":
@@ -645,7 +645,7 @@ def _first_state(turbine: Turbine, settings: Supervision, numbers: dict[str, flo
 
 
 def _section(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     settings: Supervision,
     numbers: dict[str, float],
     yaw: YawControl | None,

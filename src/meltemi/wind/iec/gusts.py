@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import WindSeries
 from meltemi.wind.iec.classes import (
     Edition,
@@ -44,7 +44,7 @@ COHERENT_GUST = 15.0
 
 
 def eog(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     speed: float,
     wind_class: str | WindClass,
     *,
@@ -92,7 +92,7 @@ def eog(
 
 
 def edc(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     speed: float,
     wind_class: str | WindClass,
     *,
@@ -134,7 +134,7 @@ def edc(
 
 
 def ecd(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     speed: float,
     *,
     sign: Sign = 1,
@@ -173,7 +173,7 @@ def ecd(
     return _series(turbine, v_hub, "ECD", RISE_TIME, begin, "", sign, gust=gust * rise, direction=direction)
 
 
-def ecg(turbine: Turbine, speed: float, *, begin: float = 60.0) -> WindSeries:
+def ecg(turbine: AnyTurbine, speed: float, *, begin: float = 60.0) -> WindSeries:
     """Extreme coherent gust of edition 2: 15 m/s more within 10 s, which stay.
 
     Args:
@@ -194,7 +194,7 @@ def ecg(turbine: Turbine, speed: float, *, begin: float = 60.0) -> WindSeries:
 
 
 def ews_horizontal(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     speed: float,
     wind_class: str | WindClass,
     *,
@@ -229,7 +229,7 @@ def ews_horizontal(
 
 
 def ews_vertical(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     speed: float,
     wind_class: str | WindClass,
     *,
@@ -263,7 +263,7 @@ def ews_vertical(
     return _series(turbine, float(speed), "EWSV", EWS_TIME, begin, k.label, sign, vertical_shear=shear)
 
 
-def _shear(model: str, turbine: Turbine, speed: float, k: WindClass, intensity: float | None) -> NDArray[np.float64]:
+def _shear(model: str, turbine: AnyTurbine, speed: float, k: WindClass, intensity: float | None) -> NDArray[np.float64]:
     """Over the rotor diameter, as a share of the speed: a series has its shears so, the standard has m/s."""
     v_hub = positive_speed(model, speed)
     ratio = turbine.rotor_diameter / scale_parameter(k.edition, turbine.hub_height)
@@ -283,7 +283,7 @@ def _beta(model: str, k: WindClass, years: int | None) -> float | None:
     return BETA[years]
 
 
-def _size(turbine: Turbine, k: WindClass) -> float:
+def _size(turbine: AnyTurbine, k: WindClass) -> float:
     """1 + 0.1 D / Lambda_1: a large rotor averages over the gust."""
     return 1.0 + 0.1 * turbine.rotor_diameter / scale_parameter(k.edition, turbine.hub_height)
 
@@ -306,7 +306,7 @@ def _rise(duration: float) -> NDArray[np.float64]:
 
 
 def _series(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     speed: float,
     model: str,
     duration: float,

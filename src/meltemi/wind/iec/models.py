@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any, Literal
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SteadyWind, WindSeries
 from meltemi.wind.iec.classes import CLASSES, Edition, WindClass, as_class
 from meltemi.wind.iec.gusts import ecd, ecg, edc, eog, ews_horizontal, ews_vertical
@@ -105,7 +105,7 @@ MODELS: dict[str, IecModel] = {model.name: model for model in _TABLE}
 def iec_wind(
     model: str,
     *,
-    turbine: Turbine | None = None,
+    turbine: AnyTurbine | None = None,
     wind_class: str | WindClass | None = None,
     edition: Edition | None = None,
     speed: float | None = None,

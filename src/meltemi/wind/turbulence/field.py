@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import Wind, WindBox
 from meltemi.wind.turbulence import exponential, mann
 from meltemi.wind.turbulence.grid import Grid, grid_for
@@ -33,7 +33,7 @@ MARGIN = 1.0
 
 def generate_field(
     wind: TurbulentWind,
-    size: Turbine | Grid,
+    size: AnyTurbine | Grid,
     duration: float,
     progress: Callable[[float], None] = lambda share: None,
 ) -> WindBox:
@@ -156,6 +156,6 @@ AnyWind = Wind | TurbulentWind
 """What a run takes as wind."""
 
 
-def realised(wind: AnyWind, turbine: Turbine, duration: float) -> Wind:
+def realised(wind: AnyWind, turbine: AnyTurbine, duration: float) -> Wind:
     """The wind as kernels can take it: a turbulent one becomes the field for the turbine and the run."""
     return generate_field(wind, turbine, duration) if isinstance(wind, TurbulentWind) else wind

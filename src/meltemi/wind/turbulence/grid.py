@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
-from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
 
 WIDTH = 1.2
 """Of a grid, over the rotor diameter."""
@@ -72,7 +72,7 @@ class Grid(Record):
         return int(np.argmin(np.abs(self.z - self.hub_height))), self.points_y // 2
 
 
-def grid_for(turbine: Turbine, points: int = 25, *, width: float | None = None, tower: bool = True) -> Grid:
+def grid_for(turbine: AnyTurbine, points: int = 25, *, width: float | None = None, tower: bool = True) -> Grid:
     """A grid that covers rotor and tower, with a point at the hub if ``points`` is odd.
 
     Args:

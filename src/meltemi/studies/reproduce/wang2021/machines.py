@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from meltemi.control.controller import Controller
 from meltemi.control.supervisor.settings import Supervision
 from meltemi.control.supervisor.supervised import supervised
@@ -10,7 +12,8 @@ from meltemi.control.yaw import YawControl
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 
-MEASURED, STUDIED = "zr20-122", "ct30-155"
+MEASURED: Final = "zr20-122"
+STUDIED: Final = "ct30-155"
 """Of the library: that of the measurements, and that of the strategies."""
 LIMITED = 2.0e6
 """[W] to which the paper derates."""

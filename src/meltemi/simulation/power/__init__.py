@@ -1,0 +1,1 @@
+"""The engine of turbines of a power coefficient: model, case, step and steady operation."""

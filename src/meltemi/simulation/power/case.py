@@ -1,0 +1,141 @@
+"""One simulation's own arrays of a turbine of a power coefficient."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.aero.flaps import FLAP
+from meltemi.aero.tables import ROTOR
+from meltemi.control.actuators import PITCH
+from meltemi.control.faults import healthy
+from meltemi.control.signals import DEMANDS
+from meltemi.core.errors import InputError
+from meltemi.core.kernel import announce
+from meltemi.core.tables import Table
+from meltemi.environment.conditions import CONDITIONS, conditions_array
+from meltemi.environment.grid import PowerGrid
+from meltemi.numbers.duals import N_DERIVATIVES
+from meltemi.numbers.views import FLOATS
+from meltemi.simulation.case import LEAST_BRAKE_SPEED, Arena, BaseCase, Numbers, Stations
+from meltemi.simulation.power import step
+from meltemi.simulation.power.model import PowerModel
+from meltemi.simulation.step import SUMMARY
+from meltemi.structure.tables import GEARS, MACHINE_LOAD, ROOT_LOAD
+from meltemi.turbine.exchange import DRIVE, MACHINE
+from meltemi.wind.fields import Wind, WindBox, wind_arrays
+
+Float = NDArray[np.float64]
+
+CONSTANT = frozenset("box conditions ratios pitches values rain points wind".split())
+"""Arrays that have no derivatives."""
+
+
+class PowerCase(BaseCase):
+    """Arrays of one simulation of a turbine of a power coefficient in a wind.
+
+    Args:
+      numbers: "duals" computes with derivatives; there are no nodes to be computed in lanes.
+    """
+
+    tables: ClassVar[dict[str, Table]] = {
+        "summary": SUMMARY,
+        "machine": MACHINE,
+        "rotor": ROTOR,
+        "disk_flow": step.DISK_FLOW,
+        "chain": MACHINE_LOAD,
+        "root": ROOT_LOAD,
+        "pitch": PITCH,
+        "flap": FLAP,
+        "drive": DRIVE,
+        "gears": GEARS,
+        "demands": DEMANDS,
+        "outside": CONDITIONS,
+    }
+    model: PowerModel
+
+    def __init__(
+        self,
+        model: PowerModel,
+        wind: Wind,
+        stations: Stations | None = None,
+        *,
+        numbers: Numbers = "floats",
+        grid: PowerGrid | None = None,
+    ) -> None:
+        announce()
+        if stations is not None and (stations.blade or stations.tower):
+            raise InputError(
+                f"{model.turbine.name}: blade_stations and tower_stations need blades and a tower, which a turbine of "
+                "a power coefficient does not have"
+            )
+        duals = numbers == "duals"
+        self.model = model
+        turbine, n = model.turbine, len(model.coordinates)
+        sizes = {"blade": model.n_blades, "flap": 0, "mode": 0}
+        shapes = {name: table.shape(**sizes) for name, table in self.tables.items()}
+        self.signals = Arena({"q": (n,), "v": (n,), "a": (n,), **shapes}, duals=duals)
+        self.aero_state, self.spare = Arena({}), np.zeros(0)
+        described = wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter)
+        self.arrays = {
+            **self.signals.views,
+            "locked": model.locked.copy(),
+            "structure": model.structure,
+            "aero": model.aero.copy(),
+            "disk": model.disk,
+            "coefficient": model.coefficient.parameters,
+            "ratios": model.coefficient.ratios,
+            "pitches": model.coefficient.pitches,
+            "values": model.coefficient.values,
+            "rain": model.rain,
+            "points": model.points if isinstance(wind, WindBox) else np.zeros((2, 1)),
+            "faults": healthy(),
+            "conditions": conditions_array(model.environment, grid, turbine.rated_power),
+            "actuators": model.actuators,
+            "wind": described.wind,
+            "series": described.series,
+            "now": np.zeros(described.series.shape[1]),
+            "box": described.box,
+        }
+        self._prepare(model)
+        self.arrays["drive"][DRIVE.index("brake_speed")] = LEAST_BRAKE_SPEED
+        self.arrays["drive"][DRIVE.index("yaw_held")] = 1.0
+        self.parts = tuple(self.arrays[name] for name in step.PARTS)
+        self.numbers = (FLOATS, FLOATS)
+        self.slopes: dict[str, Float] = dict(self.signals.slope_views)
+        if duals:
+            for name, array in self.arrays.items():
+                if name not in self.slopes and name not in CONSTANT:
+                    self.slopes[name] = np.zeros((*array.shape, N_DERIVATIVES))
+            for name in ("measured", "v_old", "a_old"):
+                self.slopes[name] = np.zeros((*getattr(self, name).shape, N_DERIVATIVES))
+            self.slopes["signals"] = self.signals.slopes
+            self.numbers = (FLOATS, self.kinds(step.PARTS))
+
+    def evaluate(self, t: float, dt: float = 0.0) -> None:
+        """Compute everything at time ``t`` for the present state."""
+        step.evaluate(t, self.numbers, self.parts)
+
+    def loads(self, t: float) -> None:
+        """Compute the summary after an evaluation."""
+        step.observe(t, self.model.turbine.drivetrain.generator_efficiency, self.numbers, self.parts)
+
+    def time_loop(self) -> Any:
+        """The function that marches."""
+        return step.advance
+
+    def advance_arguments(self, dt: float, places: Any, output: Float) -> tuple[Any, ...]:
+        """Its arguments after the number of steps and the controller."""
+        return (
+            dt,
+            self.model.turbine.drivetrain.generator_efficiency,
+            self.clock,
+            self.limits,
+            self.events,
+            places,
+            self.kinds_of_run(step.RUN_PARTS),
+            self.run_arrays(step.RUN_PARTS, output),
+            self.parts,
+        )

@@ -1,0 +1,56 @@
+"""What can be recorded of a turbine of a power coefficient: the part of the catalogue that it has, and its own."""
+
+from __future__ import annotations
+
+from meltemi.core.errors import InputError
+from meltemi.simulation.channels import Channel, catalogue, disk_channels, find, standard
+from meltemi.simulation.power.model import PowerModel
+from meltemi.turbine.power_turbine import TableCoefficient
+
+WHOLE = ("summary", "pitch", "demands", "outside")
+"""Arrays of which everything is known."""
+SOME = {
+    "machine": ("azimuth", "rotor_speed"),
+    "rotor": ("thrust", "torque", "skew", "tip_ratio"),
+    "chain": ("rotor_acceleration", "apex_moment_x"),
+    "drive": ("yaw_command", "yaw_drive_rate", "brake_torque"),
+    "q": ("yaw", "generator", "drivetrain"),
+    "v": ("yaw", "generator", "drivetrain"),
+}
+"""And those of which these rows are."""
+
+
+def power_channels(model: PowerModel) -> dict[str, Channel]:
+    """All channels of a model, by name."""
+    turbine = model.turbine
+    missing = [] if turbine.drivetrain.stiffness is not None else [("q", "drivetrain"), ("v", "drivetrain")]
+    if not (isinstance(turbine.coefficient, TableCoefficient) and turbine.coefficient.thrust is not None):
+        missing.append(("rotor", "thrust"))
+    found = catalogue(model.n_blades, coordinates=model.coordinates) | disk_channels()
+    return {
+        name: channel
+        for name, channel in found.items()
+        if channel.source not in missing
+        and (channel.source[0] in (*WHOLE, "disk_flow") or channel.source[1] in SOME.get(channel.source[0], ()))
+    }
+
+
+def find_power_channel(name: str, model: PowerModel, available: dict[str, Channel]) -> Channel:
+    """A channel by its name.
+
+    Raises:
+      InputError: unknown, or one that only an aeroelastic turbine has.
+    """
+    try:
+        return find(name, available)
+    except InputError:
+        try:
+            known = find(name, standard())
+        except InputError:
+            known = None
+        if known is None:
+            raise
+    raise InputError(
+        f"no channel {name!r}: {model.turbine.name} is a turbine of a power coefficient, without blades and tower that "
+        f"could have {known.description!r}; an aeroelastic turbine has it"
+    )

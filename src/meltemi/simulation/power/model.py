@@ -1,0 +1,189 @@
+"""A turbine of a power coefficient ready for its kernels."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.aero.coefficient import CoefficientArrays, coefficient_arrays
+from meltemi.aero.tables import AERO
+from meltemi.control.actuators import ACTUATOR
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.tables import Table, View
+from meltemi.environment.rain import rain_parameters
+from meltemi.environment.site import Environment
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.power.step import DISK
+from meltemi.structure.kinematics import N_SHAFT
+from meltemi.structure.tables import STRUCTURE
+from meltemi.turbine.power_turbine import PowerTurbine
+
+Float = NDArray[np.float64]
+
+COORDINATES = ("yaw", "generator", "drivetrain")
+OPTIONS = ("locked", "yaw", "time_step", "disk_points")
+"""Options that say something to such a turbine."""
+GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
+"""[rad] from point to point of the disk."""
+
+
+@dataclass(frozen=True)
+class PowerModel:
+    """A turbine of a power coefficient, ready for the kernels.
+
+    Attributes:
+      turbine, environment, options: what it was built from.
+      coordinates: names of the generalised coordinates; without a stiffness of the shaft its torsion is locked.
+      locked ... actuators: arrays of the kernels.
+    """
+
+    turbine: PowerTurbine
+    environment: Environment
+    options: ModelOptions
+    coordinates: tuple[str, ...]
+    locked: Float
+    structure: Float
+    aero: Float
+    disk: Float
+    coefficient: CoefficientArrays
+    rain: Float
+    points: Float
+    actuators: Float
+
+    @property
+    def n_blades(self) -> int:
+        return self.turbine.n_blades
+
+    @property
+    def n_core(self) -> int:
+        """Coordinates below the blades."""
+        return N_SHAFT
+
+    @property
+    def n_flaps(self) -> int:
+        """None."""
+        return 0
+
+    def parameter_names(self) -> list[str]:
+        """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
+        return [f"{table.name}.{name}" for table, _, names in _PARAMETERS for name in names]
+
+    def parameter(self, name: str) -> float:
+        """Value of a scalar parameter by its name, e.g. ``"disk.inertia"``.
+
+        Raises:
+          InputError: unknown name; the message gives the closest ones.
+        """
+        array, row = self.find_parameter(name)
+        return float(getattr(self, array)[row])
+
+    def with_parameters(self, **values: float) -> PowerModel:
+        """A model with some scalar parameters changed; dots in names as two underscores, or in a dictionary."""
+        changed: dict[str, Float] = {}
+        for name, value in values.items():
+            array, row = self.find_parameter(name.replace("__", "."))
+            changed.setdefault(array, getattr(self, array).copy())[row] = value
+        return replace(self, **changed)  # type: ignore[arg-type]
+
+    def find_parameter(self, name: str) -> tuple[str, int]:
+        """Array of the model and row in it that hold a scalar parameter; InputError as :meth:`parameter`."""
+        for table, array, names in _PARAMETERS:
+            prefix = f"{table.name}."
+            if name.startswith(prefix) and name[len(prefix) :] in names:
+                return array, table.names.index(name[len(prefix) :])
+        raise InputError(f"no parameter {name!r}: {did_you_mean(name, self.parameter_names())}")
+
+    def content_hash(self) -> str:
+        """Hash of everything that determines results of this model."""
+        text = json.dumps(
+            [self.turbine.content_hash(), self.environment.content_hash(), self.options.content_hash()]
+            + [getattr(self, array).tolist() for _, array, _ in _PARAMETERS]
+        )
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+SHAFT = ("gear_ratio", "generator_inertia", "shaft_stiffness", "shaft_damping")
+_PARAMETERS: tuple[tuple[Table, str, tuple[str, ...]], ...] = (
+    (STRUCTURE, "structure", SHAFT),
+    (AERO, "aero", ("air_density",)),
+    (DISK, "disk", DISK.names),
+    (ACTUATOR, "actuators", ACTUATOR.names),
+)
+
+
+def build_power(
+    turbine: PowerTurbine, options: ModelOptions | None = None, environment: Environment | None = None
+) -> PowerModel:
+    """Make a model of a turbine of a power coefficient.
+
+    Raises:
+      InputError: an option concerns what such a turbine does not have.
+    """
+    options, environment = options or ModelOptions(), environment or Environment()
+    _refuse(turbine, options)
+    shaft = turbine.drivetrain
+    locked = np.zeros(N_SHAFT)
+    for name in options.locked:
+        if name not in COORDINATES:
+            raise InputError(f"locked: no coordinate {name!r}: {did_you_mean(name, COORDINATES)}")
+        locked[COORDINATES.index(name)] = 1.0
+    if shaft.stiffness is None:
+        locked[COORDINATES.index("drivetrain")] = 1.0
+    structure, aero, disk = View(STRUCTURE, STRUCTURE.zeros()), View(AERO, AERO.zeros()), View(DISK, DISK.zeros())
+    structure["gravity"], structure["tower_length"] = environment.gravity, turbine.hub_height
+    structure["gear_ratio"], structure["generator_inertia"] = shaft.gear_ratio, shaft.generator_inertia
+    structure["shaft_stiffness"], structure["shaft_damping"] = shaft.stiffness or 0.0, shaft.damping
+    structure["yaw_stiffness"] = 1.0
+    aero["air_density"] = environment.density
+    disk["radius"], disk["inertia"], disk["friction"] = turbine.rotor_radius, shaft.rotor_inertia, shaft.friction
+    disk["power_exponent"], disk["thrust_exponent"] = turbine.power_yaw_exponent, turbine.thrust_yaw_exponent
+    return PowerModel(
+        turbine=turbine,
+        environment=environment,
+        options=options,
+        coordinates=COORDINATES,
+        locked=locked,
+        structure=structure.array,
+        aero=aero.array,
+        disk=disk.array,
+        coefficient=coefficient_arrays(turbine.coefficient),
+        rain=rain_parameters(environment.rain, turbine.rotor_radius),
+        points=disk_points(turbine.rotor_radius, options.disk_points),
+        actuators=_actuators(turbine, options),
+    )
+
+
+def _refuse(turbine: PowerTurbine, options: ModelOptions) -> None:
+    """Options that would change nothing are a misunderstanding."""
+    default = ModelOptions()
+    for name in ModelOptions.model_fields:
+        if name not in OPTIONS and getattr(options, name) != getattr(default, name):
+            raise InputError(
+                f"{turbine.name}: options.{name} concerns blades and tower, which a turbine of a power coefficient "
+                f"does not have; it has the options {', '.join(OPTIONS)}"
+            )
+    if options.yaw == "free":
+        raise InputError(f"{turbine.name}: options.yaw 'free': its nacelle is rigid, 'held' or 'driven'")
+
+
+def disk_points(radius: float, n: int) -> Float:
+    """(2, n) [m] places on the disk from its centre, each for the same area: a spiral of the golden angle."""
+    i = np.arange(n)
+    r, turn = radius * np.sqrt((i + 0.5) / n), GOLDEN * i
+    return np.ascontiguousarray([r * np.cos(turn), r * np.sin(turn)])
+
+
+def _actuators(turbine: PowerTurbine, options: ModelOptions) -> Float:
+    v = View(ACTUATOR, ACTUATOR.zeros())
+    a = turbine.pitch_actuator
+    v["pitch_ideal"] = float(a.kind == "ideal")
+    v["pitch_frequency"], v["pitch_damping"], v["pitch_rate"] = a.natural_frequency, a.damping_ratio, a.rate_limit
+    v["pitch_minimum"], v["pitch_maximum"] = a.minimum, a.maximum
+    v["brake_torque"] = turbine.drivetrain.brake_torque
+    v["yaw_rate"] = turbine.yaw.rate if options.yaw == "driven" else 0.0
+    v["yaw_acceleration"], v["yaw_hold"] = turbine.yaw.acceleration or 0.0, -1.0
+    return v.array

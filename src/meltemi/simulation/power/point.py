@@ -1,0 +1,100 @@
+"""Steady operation of a turbine of a power coefficient: roots of the balance of torque."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from meltemi.aero.coefficient import known
+from meltemi.control.baseline import parameters, steady_torque
+from meltemi.core.errors import InputError
+from meltemi.simulation.power.case import PowerCase
+from meltemi.simulation.power.channels import power_channels
+from meltemi.simulation.power.model import PowerModel
+from meltemi.simulation.start import hold
+from meltemi.simulation.trim import OperatingPoint, steady_wind
+from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.wind.fields import SteadyWind
+from meltemi.wind.turbulence.field import AnyWind
+
+SCAN = 61
+"""Rotor speeds, from a tenth of the reference speed up to it, at which the balance of torque is looked at first."""
+
+
+def power_point(
+    model: PowerModel, wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
+) -> OperatingPoint:
+    """Steady operation in steady wind; arguments and errors as for ``operating_point``."""
+    from scipy.optimize import brentq
+
+    turbine = model.turbine
+    steady = SteadyWind(speed=wind) if isinstance(wind, (int, float)) else steady_wind(wind, turbine.hub_height)
+    case = PowerCase(model, steady)
+    law, control, ratio = parameters(turbine.control), turbine.control, turbine.drivetrain.gear_ratio
+    reference = control.pitch.reference_speed / ratio
+    rotor, friction = case.view("rotor"), turbine.drivetrain.friction
+
+    def left_over(speed: float, angle: float) -> float:
+        """Torque [N m] that is not balanced."""
+        torque = float(steady_torque(law, ratio * speed, angle))
+        hold(case, angle, torque)
+        case["v"][GENERATOR] = speed
+        case.evaluate(0.0)
+        return float(rotor["torque"]) - friction * speed - ratio * torque
+
+    angle = control.pitch.minimum if pitch is None else pitch
+    if rotor_speed is None and model.locked[GENERATOR] > 0.0:
+        rotor_speed = reference
+    if rotor_speed is None:
+        speeds = reference * np.linspace(0.1, 1.0, SCAN)
+        lefts = [left_over(float(speed), angle) for speed in speeds]
+        falling = [i for i in range(SCAN - 1) if lefts[i] > 0.0 >= lefts[i + 1]]
+        if lefts[-1] > 0.0:
+            rotor_speed = reference
+            if pitch is None:
+                most = control.pitch.maximum
+                if left_over(reference, most) > 0.0:
+                    raise InputError(
+                        f"no steady operation at a wind speed of {steady.speed:g} m/s: at its largest pitch of "
+                        f"{math.degrees(most):g} degrees {turbine.name} still drives more than rated power; "
+                        "a larger control.pitch.maximum or a lower wind speed helps"
+                    )
+                angle = float(brentq(lambda x: left_over(reference, x), angle, most, xtol=1e-13))
+        elif falling:
+            low, high = float(speeds[falling[-1]]), float(speeds[falling[-1] + 1])
+            rotor_speed = float(brentq(lambda x: left_over(x, angle), low, high, xtol=1e-13))
+        else:
+            raise InputError(
+                f"no steady operation at a wind speed of {steady.speed:g} m/s: the wind does not turn the rotor "
+                "against the generator; give rotor_speed and pitch, or a higher wind speed"
+            )
+    imbalance = left_over(rotor_speed, angle)
+    if not known(model.coefficient.parameters, float(rotor["tip_ratio"]), angle):
+        raise InputError(
+            f"{turbine.name}: at a wind speed of {steady.speed:g} m/s it runs at a tip-speed ratio of "
+            f"{float(rotor['tip_ratio']):.2f} and a pitch of {math.degrees(angle):.2f} degrees, where its "
+            f"{turbine.coefficient.kind!r} coefficient is not known; take another model of the coefficient"
+        )
+    if turbine.drivetrain.stiffness is not None:
+        # without acceleration the shaft carries what drives the rotor
+        case["q"][TORSION] = (float(rotor["torque"]) - friction * rotor_speed) / turbine.drivetrain.stiffness
+        case.evaluate(0.0)
+    case.loads(0.0)
+    q, v = case["q"].copy(), case["v"].copy()
+    channels = power_channels(model)
+    return OperatingPoint(
+        wind=steady,
+        rotor_speed=rotor_speed,
+        pitch=angle,
+        generator_speed=ratio * rotor_speed,
+        generator_torque=float(steady_torque(law, ratio * rotor_speed, angle)),
+        imbalance=imbalance,
+        q=q,
+        v=v,
+        aero=np.zeros(0),
+        revolution=np.concatenate([q, v])[None],
+        means=case.signals.vector.copy(),
+        channels=channels,
+        places={name: case.place(channel) for name, channel in channels.items()},
+    )
