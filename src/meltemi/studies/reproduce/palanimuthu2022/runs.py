@@ -206,7 +206,7 @@ def humidity_cases() -> list[BatchCase]:
     return [
         _case(
             machine,
-            PowerControl(density=how),  # type: ignore[arg-type]
+            PowerControl(density=how),
             SteadyWind(speed=STEADY),
             air,
             INTERVAL * len(paper.HUMIDITIES),
