@@ -83,9 +83,9 @@ def machine() -> PowerTurbine:
     }
     pitch = {
         "reference_speed": 0.75,
-        "proportional_gain": 1.0,
-        "integral_gain": 0.1,
-        "gain_halving_pitch": 0.1,
+        "proportional_gain": 28.25,
+        "integral_gain": 7.167,
+        "gain_halving_pitch": 0.1871,
         "minimum": 0.0,
         "maximum": math.radians(25.0),
         "rate_limit": math.radians(8.0),
