@@ -14,6 +14,7 @@ from meltemi.core.errors import InputError, did_you_mean
 STUDIES = {
     "he2018": "combined individual pitch and flap control of the NREL 5 MW (Energies 11, 2519)",
     "wang2021": "yaw-error thresholds, derating instead of shutdown (Front. Energy Res. 9, 711927)",
+    "palanimuthu2022": "a 20 MW turbine in its climate and on the grid (Energies 15, 8161)",
 }
 
 

@@ -28,8 +28,19 @@ GRID_PEAK, GRID_CURRENT, GAIN, BAND, ZERO_TIME, RECOVERY_TIME = ELECTRICAL.slots
 DC_HIGHEST, DC_LOWEST, HEAT_LIMIT, HIGHEST_VOLTAGE, LOWEST_FREQUENCY, HIGHEST_FREQUENCY = ELECTRICAL.slots(
     "dc_highest dc_lowest chopper_heat highest_voltage lowest_frequency highest_frequency"
 )
+LEAST_CURRENT = 1e-9
+"""[A] short-circuit current of a machine at rest, to be divided by."""
 LEAST_VOLTAGE = 0.05
 """Share of the grid's nominal voltage below which there is nothing to lock on, and by which powers are divided."""
+
+
+@kernel
+def most_torque(d0: float, q0: float, short: float, a: float, b: float, radius: float, limit: float) -> float:
+    """[A] q-current of the largest torque in the sense that ``b``, ``radius`` and ``limit`` have as sign (E-15)."""
+    d = (a * d0 - b * q0) / short
+    if d <= 0.0:
+        return limit + 0.0 * d
+    return q0 + radius if d >= d0 else (a * q0 + b * d0) / short
 
 
 @kernel
@@ -46,11 +57,15 @@ def stator_reference(p: Float, torque: float, w: float, most: float) -> Phasor:
     # voltages within the limit are currents within a circle about the short-circuit current
     d0, q0 = w * p[FLUX] * X / square, w * p[FLUX] * R / square
     radius, limit = p[RESERVE] * most / sqrt(square), p[MACHINE_LIMIT]
-    q = torque / (1.5 * p[POLE_PAIRS] * p[FLUX])
-    q = min(max(q, q0 - radius), q0 + radius)
-    d = min(max(d0 - sqrt(max(radius * radius - (q - q0) * (q - q0), 0.0)), 0.0), limit)
-    rest = sqrt(limit * limit - d * d)
-    return Phasor(d, min(max(q, -rest), rest))
+    # which meets the circle of the largest current at a +- j b, seen along the short-circuit current
+    short = max(sqrt(d0 * d0 + q0 * q0), LEAST_CURRENT)
+    a = min(max(0.5 * (limit * limit - radius * radius + short * short) / short, -limit), limit)
+    b = sqrt(max(limit * limit - a * a, 0.0))
+    high = most_torque(d0, q0, short, a, b, radius, limit)
+    low = most_torque(d0, q0, short, a, -b, -radius, -limit)
+    q = min(max(torque / (1.5 * p[POLE_PAIRS] * p[FLUX]), low), high)
+    d = max(d0 - sqrt(max(radius * radius - (q - q0) * (q - q0), 0.0)), 0.0)
+    return Phasor(min(d, sqrt(max(limit * limit - q * q, 0.0))), q)
 
 
 @kernel

@@ -6,8 +6,9 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
-from meltemi.core.series import on_times, union
+from meltemi.core.series import on_times, union, values
 from meltemi.core.tables import table
 from meltemi.environment.air import CELSIUS, R_DRY, Air
 from meltemi.environment.grid import PowerGrid
@@ -71,8 +72,16 @@ def conditions_array(environment: Environment, grid: PowerGrid | None, rated_pow
     """(rows, n) conditions of a run; n = 1 if nothing changes in time.
 
     A density that is given as such stands for dry air of 15 degC at the pressure that makes it.
+
+    Raises:
+      InputError: a power reference above the turbine's rated power [W].
     """
     grid = grid or PowerGrid()
+    if grid.power_reference is not None and values(grid.power_reference).max() > rated_power * (1.0 + 1e-9):
+        raise InputError(
+            f"grid: power_reference {values(grid.power_reference).max():g} W is above the turbine's rated power of "
+            f"{rated_power:g} W"
+        )
     air = environment.air or Air(pressure=environment.air_density * R_DRY * (15.0 + CELSIUS))
     reference = rated_power if grid.power_reference is None else grid.power_reference
     of_the_grid = (grid.voltage, grid.frequency, reference)

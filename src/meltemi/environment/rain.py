@@ -57,7 +57,10 @@ DRAG_DENSITY, DROP_SPEED, RADIUS, HALF_THICKNESS, TAIL_WIND, CROSS_WIND, FALL_SP
 
 
 class Rain(Record):
-    """Rain by its rate or class."""
+    """Rain by its rate or class; constant.
+
+    An aeroelastic turbine asks for the water in the air only; the rest is for the review's loss of power.
+    """
 
     rate: float | None = Field(default=None, ge=0.0, le=2500.0)
     """[mm/h]."""

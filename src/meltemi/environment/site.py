@@ -22,7 +22,7 @@ class Environment(Record):
     air: Air | None = None
     """Weather, from which the density follows; instead of ``air_density``."""
     rain: Rain | None = None
-    """What falls; it takes power from the rotor by the review's energy balance."""
+    """Adds drag where blades meet drops; takes the review's loss from a turbine of a power coefficient."""
     gravity: float = Field(default=9.80665, ge=0.0, lt=30.0)
     """Gravitational acceleration [m/s^2]."""
 

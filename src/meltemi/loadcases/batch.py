@@ -24,7 +24,7 @@ from meltemi.postprocess.files import write_netcdf
 from meltemi.simulation.case import Stations
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import Happening
-from meltemi.simulation.model import Model
+from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.simulation.start import Start
@@ -49,7 +49,7 @@ class BatchCase:
       name: for messages and files; by default ``case_0001`` and so on.
     """
 
-    model: Model | Callable[[], Model]
+    model: AnyModel | Callable[[], AnyModel]
     wind: AnyWind | Callable[[], AnyWind]
     duration: float
     controller: Controller | Callable[[Wind], Controller] | None = None
@@ -228,7 +228,7 @@ def prepare(case: BatchCase) -> Simulation:
     Raises:
       InputError: something of it is not valid.
     """
-    model = case.model if isinstance(case.model, Model) else case.model()
+    model = case.model() if callable(case.model) else case.model
     wind = realised(case.wind() if callable(case.wind) else case.wind, model.turbine, case.duration)
     return Simulation(
         model,

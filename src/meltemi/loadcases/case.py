@@ -10,7 +10,9 @@ from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import find_rosco
 from meltemi.control.controller import Controller
+from meltemi.control.coordinated import Coordination, coordinated
 from meltemi.control.load_control import LoadControl
+from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.supervisor.settings import Supervision, limits
 from meltemi.control.supervisor.supervised import supervised
 from meltemi.control.supervisor.threshold import YawProtection
@@ -23,6 +25,7 @@ from meltemi.environment.site import Environment
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import Event, Happening, conflict
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.performance import performance_of
 from meltemi.simulation.start import Start
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.library import load_turbine
@@ -141,8 +144,22 @@ class SupervisedCase(Record):
     """[s] between calls; by default every time step."""
 
 
+class PowerCase(PowerControl):
+    """Power control: optimal torque or tip-speed ratio, power reference, frequency; coordinated with yaw and pitch."""
+
+    kind: Literal["power"]
+    yaw: YawControl | None = None
+    """Turns the nacelle; needs options: {yaw: driven}."""
+    relief: Coordination | None = None
+    """Lets the yaw's dead band follow the power that is to spare; needs yaw."""
+    load: LoadControl | None = None
+    """What each blade's pitch and flaps add."""
+    sample_time: float | None = Field(default=None, gt=0.0)
+    """[s] between calls; by default every time step."""
+
+
 WindCase = Annotated[SteadyCase | TurbulenceCase | IecCase | FileCase, Field(discriminator="kind")]
-ControllerCase = Annotated[BaselineCase | LibraryCase | SupervisedCase, Field(discriminator="kind")]
+ControllerCase = Annotated[BaselineCase | LibraryCase | SupervisedCase | PowerCase, Field(discriminator="kind")]
 
 
 def _within(event: Happening, info: ValidationInfo) -> Happening:
@@ -238,6 +255,17 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path) -> Contro
         if case.start != "operating":
             settings = settings.replace(begin="standby" if case.start == "standstill" else "idling")
         return supervised(turbine, settings, load=c.load, yaw=c.yaw, protection=c.protection, sample_time=c.sample_time)
+    if isinstance(c, PowerCase):
+        own = c.model_dump(exclude={"kind", "yaw", "relief", "load", "sample_time"}, exclude_unset=True)
+        return coordinated(
+            turbine,
+            performance_of(turbine),
+            power=PowerControl(**own),
+            yaw=c.yaw,
+            relief=c.relief,
+            load=c.load,
+            sample_time=c.sample_time,
+        )
     return bladed_controller(
         turbine,
         find_rosco() if c.library == ROSCO else folder / c.library,
@@ -292,6 +320,7 @@ duration: 60.0               # s
 controller: {kind: baseline}
 # controller: {kind: baseline, yaw: {dead_band: 0.14}}           # turns into the wind; with options: {yaw: driven}
 # controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
+# controller: {kind: power, scheme: hold}   # follows grid: {power_reference: 3.0e6}; docs: power control
 # controller: {kind: supervised}         # starts, stops and protects; then also   start: standstill
 
 output_step: 0.05            # s between records

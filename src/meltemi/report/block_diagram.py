@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.report.plots import INK, new_figure
@@ -125,7 +125,13 @@ def _frame(ax: Axes, frame: Frame, font: float) -> None:
     from matplotlib.patches import Rectangle
 
     (x0, y0), (x1, y1) = frame.low, frame.high
-    look = {"facecolor": "none", "edgecolor": "#9aa5ae", "linestyle": (0, (5, 3)), "linewidth": 0.9, "zorder": 1}
+    look: dict[str, Any] = {
+        "facecolor": "none",
+        "edgecolor": "#9aa5ae",
+        "linestyle": (0, (5, 3)),
+        "linewidth": 0.9,
+        "zorder": 1,
+    }
     ax.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, **look))
     ax.text(x0 + 0.07, y0 + 0.06, frame.text, fontsize=font, color="#5f6b75", va="bottom", ha="left", zorder=4)
 
@@ -166,7 +172,7 @@ def _label(ax: Axes, points: Sequence[Point], wire: Wire, font: float) -> None:
             level = abs(b[1] - a[1]) < abs(b[0] - a[0])
             side = 1.0 if wire.above else -1.0
             if level:
-                look = {"ha": "center", "va": "bottom" if wire.above else "top"}
+                look: dict[str, Any] = {"ha": "center", "va": "bottom" if wire.above else "top"}
                 y += 0.04 * side
             else:
                 look = {"ha": "left" if wire.above else "right", "va": "center"}

@@ -26,6 +26,7 @@ from meltemi.electrical.tables import ELECTRICAL, electrical_array
 from meltemi.environment.site import Environment
 from meltemi.simulation.ice import ice_pieces, iced_polars
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rain import wet_polars
 from meltemi.structure.beam import Beam
 from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
@@ -216,7 +217,9 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
     with _about(f"{turbine.name}: tower"):
         tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
     coordinates = _coordinates(turbine, blade, tower)
-    polars, section, polar_index = iced_polars(turbine, blade_layout.position, *_polars(turbine, blade_layout, options))
+    position = blade_layout.position
+    iced = iced_polars(turbine, position, *_polars(turbine, blade_layout, options))
+    polars, section, polar_index = wet_polars(turbine, environment, position, *iced)
     gears, gear_modes, gear_rows, gear_shape = gear_arrays(turbine.drivetrain, options.drivetrain)
     k = len(tower.names)
     top = tower.modes.shape[:, -1, :].T.copy() if k else np.zeros((6, 0))

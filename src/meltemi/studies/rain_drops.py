@@ -16,23 +16,20 @@ and the chord.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from meltemi.core.errors import InputError
 from meltemi.environment import drops
 from meltemi.environment.rain import Rain
 from meltemi.turbine.definition import Turbine
+from meltemi.turbine.thickness import relative_thickness
 
 Float = NDArray[np.float64]
 
 ELEMENTS, AZIMUTHS = 200, 24
-THICKNESS = {"naca64": 0.18}
-"""Relative thickness of airfoils whose names do not say it."""
 
 
 @dataclass(frozen=True)
@@ -74,33 +71,16 @@ class BladeShape:
     n_blades: int
 
 
-def blade_shape(turbine: Turbine, relative_thickness: ArrayLike | None = None) -> BladeShape:
+def blade_shape(turbine: Turbine) -> BladeShape:
     """The shape of a turbine's blades, cone and deflection aside.
 
-    Args:
-      relative_thickness: (S,) at the stations of ``blade.aerodynamics``; by default from the names of the airfoils, as
-        in ``DU40``, ``FFA-W3-241`` or ``27.1 % thick``.
-
     Raises:
-      InputError: a name does not say a thickness.
+      InputError: the thickness of an airfoil is not known.
     """
     a = turbine.blade.aerodynamics
-    relative = [_named(name) for name in a.airfoil] if relative_thickness is None else relative_thickness
-    thickness = a.chord * np.asarray(relative, float)
-    return BladeShape(turbine.hub.radius + a.position, a.chord, thickness, a.twist, turbine.n_blades)
-
-
-def _named(airfoil: str) -> float:
-    name = airfoil.lower()
-    if name in THICKNESS:
-        return THICKNESS[name]
-    if name.startswith(("cyl", "circ")):
-        return 1.0
-    if said := re.match(r"([\d.]+) % thick", name):
-        return float(said[1]) / 100.0
-    if digits := re.search(r"(\d{2,3})$", name):
-        return float(digits[1]) / 10.0 ** len(digits[1])
-    raise InputError(f"airfoil {airfoil!r} does not say its thickness: give relative_thickness")
+    return BladeShape(
+        turbine.hub.radius + a.position, a.chord, a.chord * relative_thickness(turbine), a.twist, turbine.n_blades
+    )
 
 
 def drop_loads(
@@ -179,8 +159,8 @@ def drops_energy(rain: Rain, wind_speed: float, rotor_radius: float) -> float:
 def wet_airfoils(turbine: Turbine, lift_loss: float, drag_rise: float) -> Turbine:
     """The turbine with less lift and more drag at sections that have lift, as wet ones have.
 
-    Computed for the NACA 64-210 in 25 g/m^3 of water, in agreement with NASA's wind tunnel: at most 13.2 % less lift
-    and 47.6 % more drag (Int. J. Aerospace Eng. 2013, 590924). Rain of 32 mm/h has 1.6 g/m^3.
+    Computed for the NACA 64-210 in 25 g/m^3 of water, and in agreement with NASA's wind tunnel: at most 13.2 % less
+    lift and 47.6 % more drag (Int. J. Aerospace Eng. 2013, 590924). Rain of 32 mm/h has 1.6 g/m^3.
 
     Args:
       turbine: the dry one.

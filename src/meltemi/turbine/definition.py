@@ -100,6 +100,8 @@ class Airfoil(Record):
     """[rad] as stated by the source, if it states one; only OpenFAST's fit for dynamic stall uses it."""
     zero_lift_drag: float | None = Field(default=None, ge=0.0)
     """Drag coefficient there."""
+    relative_thickness: float | None = Field(default=None, gt=0.0, le=1.0)
+    """Thickness over chord; only rain asks for it, and only where the airfoil's name does not say it (`DU40`)."""
     source: str = ""
     """Where the numbers come from."""
 

@@ -8,8 +8,6 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.control import signals as s
-from meltemi.control import yaw as vane
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.integrator import INTEGRAL, INTEGRATOR, integrator_settings
 from meltemi.control.power_control import state as p
@@ -17,34 +15,27 @@ from meltemi.control.power_control.law import power_step
 from meltemi.control.power_control.rotor import rotor_tables
 from meltemi.control.power_control.settings import SCHEMES, PowerControl
 from meltemi.control.power_control.tables import CONDITIONS, NUMBER
-from meltemi.control.yaw import YawControl, yaw_settings, yaw_step
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import View
 from meltemi.core.units import rpm
 from meltemi.environment.site import STANDARD
-from meltemi.maths.generic import whole
 from meltemi.turbine.performance import Performance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 from meltemi.turbine.scaling.blade import blade_moments
 
 Float = NDArray[float64]
 
+NEAR = 0.99
+"""Of the pitch loop's reference, where rated power is reached at the latest, as in the baseline law."""
 SPEED_LOOP = 0.6 / rpm(12.1)
 """Frequency of the speed loop of the NREL 5 MW over its rated rotor speed (Jonkman et al. 2009)."""
 
 
 @kernel
 def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
-    """One call of the power control, and of a yaw control if there is one, whose part is the last."""
-    power_step(x, 1, measured, demands, dt)
-    at = whole(x[0])
-    if at > 0:
-        demands[s.YAW_RATE_DEMAND] = yaw_step(x, at, measured, dt)
-        demands[s.YAW_ERROR] = x[at + vane.FILTERED]
-        demands[s.YAW_THRESHOLD] = x[at + vane.DEAD_BAND]
-        x[1 + p.SWITCHES] += x[at + vane.SWITCHES]
-        x[at + vane.SWITCHES] = 0.0
+    """One call of the controller."""
+    power_step(x, 0, measured, demands, dt)
 
 
 def power_control(
@@ -52,17 +43,17 @@ def power_control(
     performance: Performance,
     settings: PowerControl | None = None,
     *,
-    yaw: YawControl | None = None,
     sample_time: float | None = None,
     name: str = "power control",
 ) -> Controller:
     """A controller that follows a power reference, and the wind where there is less than is asked for.
 
+    ``coordinated`` puts a yaw control and individual pitch beside it.
+
     Args:
       turbine: gives speeds, limits of torque and pitch, and inertia; its gains are not used.
       performance: of its rotor, from ``performance_of(turbine)``.
       settings: by default optimal torque with fixed density and the scheme ``hold``.
-      yaw: of a yaw control beside it; the model then needs ``yaw="driven"``.
       sample_time: [s] between calls; by default every time step.
       name: for messages.
 
@@ -72,26 +63,21 @@ def power_control(
     Raises:
       InputError: settings that contradict each other or the turbine, or a performance that does not suit.
     """
-    settings = settings or PowerControl()
-    section = power_section(turbine, performance, settings)
-    drive = np.zeros(0) if yaw is None else yaw_settings(yaw, turbine.yaw)
+    section = power_section(turbine, performance, settings or PowerControl())
 
     def init(start: StartPoint) -> Float:
-        x = np.concatenate([[0.0], section, drive])
-        x[0] = 0.0 if yaw is None else 1 + len(section)
-        start_power(x, 1, start)
+        x = section.copy()
+        start_power(x, 0, start)
         return x
 
-    names = ["yaw_place", *power_names(section), *(f"yaw_{n}" for n in (vane.YAW_CONTROL.names if yaw else ()))]
     return Controller(
         update=update,
         init=init,
         sample_time=sample_time,
         name=name,
-        yaws=yaw is not None,
-        uses_loads=yaw is not None,
-        state_names=tuple(names),
-        warnings=lambda x: power_warnings(x, 1),
+        uses_loads=False,
+        state_names=tuple(power_names(section)),
+        warnings=lambda x: power_warnings(x, 0),
     )
 
 
@@ -110,13 +96,14 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     x = np.zeros(p.TABLES)
     view = View(p.POWER, x[: len(p.POWER)])
     view["filter_frequency"], view["reference_speed"] = turbine.control.filter_frequency, reference
-    for field in ("cut_in_speed", "optimal_speed", "rated_speed", "rated_power", "maximum_torque"):
+    for field in ("cut_in_speed", "optimal_speed", "rated_power", "maximum_torque"):
         view[field] = getattr(torque, field)
     view["torque_rate"] = torque.rate_limit
-    # below rated speed a line with the slope of an induction machine, as in the baseline law (C-5)
-    synchronous = torque.rated_speed / (1.0 + torque.slip)
-    view["synchronous_speed"] = synchronous
-    view["transition_slope"] = torque.rated_power / torque.rated_speed / (torque.rated_speed - synchronous)
+    # where the optimal torque would not reach rated power by then, a line as in the baseline law leads there (C-5)
+    rated_speed = max(torque.rated_speed, NEAR * reference)
+    synchronous = rated_speed / (1.0 + torque.slip)
+    view["rated_speed"], view["synchronous_speed"] = rated_speed, synchronous
+    view["transition_slope"] = torque.rated_power / rated_speed / (rated_speed - synchronous)
     view["minimum_pitch"], view["maximum_pitch"], view["pitch_rate"] = pitch.minimum, pitch.maximum, pitch.rate_limit
     view["efficiency"], view["gear_ratio"], view["inertia"] = efficiency, ratio, inertia
     view["gear_efficiency"] = 1.0 if isinstance(turbine, PowerTurbine) else turbine.drivetrain.gearbox_efficiency
@@ -142,7 +129,9 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     view["available_time"] = 5.0
     _set_droop(view, settings, turbine.rated_power)
     view["reference"] = turbine.rated_power
-    tracking = settings.tracking_frequency or frequency / 3.0
+    # the rate 3 K omega / J at which the optimal torque itself comes back to its tip-speed ratio
+    optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
+    tracking = settings.tracking_frequency or 3.0 * optimal * reference / ratio / inertia
     x[p.TORQUE_LOOP : p.TORQUE_LOOP + len(INTEGRATOR)] = integrator_settings(
         proportional_gain=2.0 * settings.damping_ratio * tracking * inertia / ratio**2,
         integral_gain=tracking**2 * inertia / ratio**2,
@@ -155,7 +144,6 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     gains = 0.5 * math.pi * turbine.rotor_radius**2 * rotor.best_power * view["gear_efficiency"] * tip**3
     sensitivity = rotor.sensitivity
     if m == 1:  # nothing is known of the pitch but the turbine's own gains
-        optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
         unit = inertia * frequency**2 / (optimal * (reference / ratio) ** 2)
         sensitivity = np.full((1, k), unit / (ratio**2 * pitch.integral_gain / ratio))
     return np.concatenate([x, rotor.power.reshape(-1), sensitivity.reshape(-1), gains])
@@ -176,7 +164,9 @@ def start_power(x: Float, at: int, start: StartPoint) -> None:
     """Set the section from the place ``at`` on to an operating point, from which no demand jumps."""
     view = View(p.POWER, x[at : at + len(p.POWER)])
     view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
+    view["slow_pitch"], view["recovery"] = start.pitch, start.generator_speed
     view["wind"], view["last_speed"] = max(start.wind_speed, 0.5), start.generator_speed / float(view["gear_ratio"])
+    view["heard_torque"], view["heard_pitch"] = start.generator_torque, start.pitch
     view["setpoint"] = view["rated_power"]
     area = 0.5 * math.pi * float(view["density"] * view["radius"] ** 2 * view["best_coefficient"])
     view["available"] = min(area * start.wind_speed**3, float(view["rated_power"]))

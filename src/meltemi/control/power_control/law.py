@@ -27,6 +27,8 @@ from meltemi.maths.generic import crossed, whole
 
 Float = NDArray[float64]
 
+SPARED = 0.9
+"""Share of the power at fine pitch that A3 may take below the lower speed; the rest brings the speed back."""
 FINE = 1e-6
 """[rad] within which the pitch is at its smallest."""
 ABOVE_LOWER, ABOVE_UPPER, BELOW_RECOVERY, AT_FINE, HOLDING = range(len(t.CONDITIONS))
@@ -100,17 +102,22 @@ def lower_speed(x: Float, at: int, gain: float, power: float) -> float:
 
 @kernel
 def estimate_wind(x: Float, at: int, measured: Float, dt: float) -> None:
-    """One step of the wind estimate by immersion and invariance (C-85)."""
+    """One step of the wind estimate by immersion and invariance (C-85).
+
+    Speed, torque and pitch go through the same low-pass, which leaves the balance of torque as it is and the shaft's
+    torsion out of it.
+    """
     ratio, radius, inertia = x[at + p.GEAR_RATIO], x[at + p.RADIUS], x[at + p.INERTIA]
-    speed = measured[s.GENERATOR_SPEED] / ratio
-    angle = 0.0 * speed
-    blades = whole(measured[s.N_BLADES])
+    speed, angle = x[at + p.SPEED] / ratio, 0.0 * x[at + p.SPEED]
+    blades, keep = whole(measured[s.N_BLADES]), exp(-dt * x[at + p.FILTER])
     for i in range(blades):
         angle = angle + measured[s.PITCH + i] / blades
+    x[at + p.HEARD_TORQUE] = (1.0 - keep) * measured[s.TORQUE] + keep * x[at + p.HEARD_TORQUE]
+    x[at + p.HEARD_PITCH] = (1.0 - keep) * angle + keep * x[at + p.HEARD_PITCH]
     w, wind = max(speed, 1e-3), x[at + p.WIND]
     disk = 0.5 * x[at + p.DENSITY] * pi * radius * radius
-    driving = disk * power_coefficient(x, at, w * radius / wind, angle) * wind * wind * wind / w
-    braking = ratio * measured[s.TORQUE] / x[at + p.GEAR_EFFICIENCY]
+    driving = disk * power_coefficient(x, at, w * radius / wind, x[at + p.HEARD_PITCH]) * wind * wind * wind / w
+    braking = ratio * x[at + p.HEARD_TORQUE] / x[at + p.GEAR_EFFICIENCY]
     gain = x[at + p.ESTIMATOR_GAIN]
     wind = wind + gain * (speed - x[at + p.LAST_SPEED] + dt / inertia * (braking - driving))
     # the table's largest tip-speed ratio bounds the estimate from below
@@ -122,6 +129,15 @@ def estimate_wind(x: Float, at: int, measured: Float, dt: float) -> None:
     )
     share = 1.0 - exp(-dt / x[at + p.AVAILABLE_TIME])
     x[at + p.AVAILABLE] += share * (min(most, x[at + p.RATED_POWER]) - x[at + p.AVAILABLE])
+
+
+@kernel
+def fine_power(x: Float, at: int) -> float:
+    """Mechanical power [W] that the estimated wind would give at this speed with fine pitch (C-84)."""
+    radius, wind = x[at + p.RADIUS], x[at + p.WIND]
+    disk = 0.5 * x[at + p.DENSITY] * pi * radius * radius * wind * wind * wind
+    ratio = x[at + p.SPEED] / x[at + p.GEAR_RATIO] * radius / wind
+    return disk * power_coefficient(x, at, ratio, x[at + p.MIN_PITCH]) * x[at + p.GEAR_EFFICIENCY]
 
 
 @kernel
@@ -183,7 +199,7 @@ def inertial_power(x: Float, at: int, measured: Float, dt: float) -> float:
 
 
 @kernel
-def bound_speeds(x: Float, at: int, gain: float) -> float:
+def bound_speeds(x: Float, at: int, gain: float, dt: float) -> float:
     """The speeds that bound the states; returns the gain of the torque law at the present pitch (C-82 to C-84)."""
     scheme, power = whole(x[at + p.SCHEME]), x[at + p.SETPOINT]
     reference, lower = x[at + p.REFERENCE_SPEED], lower_speed(x, at, gain, power)
@@ -198,18 +214,26 @@ def bound_speeds(x: Float, at: int, gain: float) -> float:
     x[at + p.UPPER] = reference + 0.0 * lower
     if scheme == 0:
         x[at + p.UPPER] = lower
-    x[at + p.RECOVERY] = min(lower + x[at + p.RECOVERY_MARGIN], x[at + p.UPPER])
+    recovery = min(lower + x[at + p.RECOVERY_MARGIN], x[at + p.UPPER])
+    if scheme == 3:
+        # pitch that falls raises this speed, which lets the pitch fall further: no faster than the rotor can follow
+        recovery = min(recovery, x[at + p.RECOVERY] + x[at + p.RECOVERY_MARGIN] * x[at + p.FREQUENCY] * dt)
+    x[at + p.RECOVERY] = recovery
     return gain
 
 
 @kernel
-def tune_pitch_loop(x: Float, at: int, gain: float) -> None:
-    """Gains of the pitch loop at the present pitch, speed and power (C-86)."""
+def tune_pitch_loop(x: Float, at: int, gain: float, dt: float) -> None:
+    """Gains of the pitch loop at the present pitch, speed and power (C-86).
+
+    The pitch is filtered: gains that grow while it falls would drive it.
+    """
+    x[at + p.SLOW_PITCH] += (1.0 - exp(-dt * x[at + p.FREQUENCY])) * (x[at + p.PITCH] - x[at + p.SLOW_PITCH])
     ratio = x[at + p.GEAR_RATIO]
     speed = max(x[at + p.SPEED], x[at + p.OPTIMAL])
     optimal = gain * speed * speed * speed
     power = max(x[at + p.TORQUE] * speed, 0.01 * optimal)
-    falls = optimal * sensitivity(x, at, x[at + p.PITCH], third_root(power / optimal))
+    falls = optimal * sensitivity(x, at, x[at + p.SLOW_PITCH], third_root(power / optimal))
     unit = x[at + p.INERTIA] * speed / (ratio * ratio * falls)
     x[at + p.PITCH_LOOP + loop.KP] = 2.0 * x[at + p.DAMPING] * x[at + p.FREQUENCY] * unit
     x[at + p.PITCH_LOOP + loop.KI] = x[at + p.FREQUENCY] * x[at + p.FREQUENCY] * unit
@@ -231,7 +255,7 @@ def walk(x: Float, at: int) -> None:
         x[holds + BELOW_RECOVERY] = 1.0
     if x[at + p.PITCH] <= x[at + p.MIN_PITCH] + FINE:
         x[holds + AT_FINE] = 1.0
-    if x[at + p.SCHEME] > 1.5:
+    if x[at + p.SCHEME] > 1.5 and x[at + p.RECOVERY] < x[at + p.UPPER]:
         x[holds + HOLDING] = 1.0
     x[at + p.SWITCHES] += crossed(above) + crossed(speed - x[at + p.RECOVERY])
     for row in range(t.MACHINE.shape[0]):
@@ -296,6 +320,8 @@ def move_torque(x: Float, at: int, gain: float, more: float, dt: float) -> None:
         x[at + p.TORQUE_LOOP + loop.SWITCHES] = 0.0
         return
     law = optimal_torque(x, at, gain, x[at + p.SPEED])
+    if whole(x[at + p.SCHEME]) == 3:
+        law = max(law, SPARED * fine_power(x, at) / speed)
     x[at + p.SWITCHES] += crossed(law - held) + crossed(held - x[at + p.MAX_TORQUE])
     wanted = max(min(min(law, held) + more / speed, most), 0.0)
     x[at + p.SWITCHES] += crossed(abs(wanted - last) - step)
@@ -319,8 +345,8 @@ def power_step(x: Float, at: int, measured: Float, demands: Float, dt: float) ->
     set_point(x, at, measured, dt)
     more = inertial_power(x, at, measured, dt)
     optimal = optimal_gain(x, at)
-    gain = bound_speeds(x, at, optimal)
-    tune_pitch_loop(x, at, optimal)
+    gain = bound_speeds(x, at, optimal, dt)
+    tune_pitch_loop(x, at, optimal, dt)
     walk(x, at)
     move_pitch(x, at, dt)
     move_torque(x, at, gain, more, dt)

@@ -67,7 +67,8 @@ class PowerControl(Record):
     damping_ratio: float = Field(default=0.7, gt=0.0, le=5.0)
     """Of the same loop, and of the loop of the tip-speed ratio."""
     tracking_frequency: float | None = Field(default=None, gt=0.0)
-    """[rad/s] of the loop of the tip-speed ratio through the torque; a third of ``frequency`` by default."""
+    """[rad/s] of the loop of the tip-speed ratio through the torque; by default the rate at which the optimal
+    torque comes back to its tip-speed ratio at rated speed."""
     estimator_frequency: float | None = Field(default=None, gt=0.0)
     """[rad/s] of the wind estimate; ``frequency`` by default."""
     inertia: float | None = Field(default=None, gt=0.0)

@@ -49,9 +49,12 @@ POWER = table(
     speed              | rad/s       | state: filtered generator speed
     torque             | N m         | state: last torque demand
     pitch              | rad         | state: last pitch demand
+    slow_pitch         | rad         | state: filtered pitch demand, by which gains are scheduled
     density            | kg/m^3      | state: of the air, as the law takes it
     wind               | m/s         | state: wind estimate
-    last_speed         | rad/s       | state: of the rotor at the last call
+    last_speed         | rad/s       | state: filtered speed of the rotor at the last call
+    heard_torque       | N m         | state: filtered generator torque
+    heard_pitch        | rad         | state: filtered mean pitch
     available          | W           | state: filtered available power, mechanical
     slow_frequency     | Hz          | state: filtered frequency of the grid
     reference          | W           | state: last reference of the operator, electrical
@@ -115,9 +118,12 @@ POWER = table(
     SPEED,
     TORQUE,
     PITCH,
+    SLOW_PITCH,
     DENSITY,
     WIND,
     LAST_SPEED,
+    HEARD_TORQUE,
+    HEARD_PITCH,
     AVAILABLE,
     SLOW_FREQUENCY,
     REFERENCE,

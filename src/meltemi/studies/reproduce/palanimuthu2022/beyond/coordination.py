@@ -50,7 +50,7 @@ MEANDER, MEANDER_TIME = 0.6, 1200.0
 DRIFT, DRIFT_TIME = math.radians(15.0), 10800.0
 """[rad], [s]."""
 TOP = "yaw_moment_z"
-CHANNELS = ("generator_power", "pitch_1", "nacelle_yaw", "yaw_error", "yaw_threshold", TOWER, ROOT, SHAFT, TOP)
+CHANNELS = ("generator_power", "pitch_1", "yaw_command", "yaw_error", "yaw_threshold", TOWER, ROOT, SHAFT, TOP)
 ENERGY, PITCH, TURNED, STARTS = "energy", "pitch travel", "yaw travel", "starts of the yaw drive"
 TOWER_LOAD, ROOT_LOAD, TOP_LOAD = "tower base fore-aft DEL", "blade root DEL", "yaw bearing torsion DEL"
 SLOPES = {TOWER_LOAD: 4.0, ROOT_LOAD: 10.0, TOP_LOAD: 4.0}
@@ -64,7 +64,7 @@ UNITS = {
     TOP_LOAD: ("MN m", 1e-6),
 }
 MOVES = 1e-4
-"""[rad/s] from which the nacelle turns: a fiftieth of the drive's rate."""
+"""[rad/s] from which the drive turns: a fiftieth of the drive's rate."""
 
 
 @dataclass(frozen=True)
@@ -163,12 +163,12 @@ def controllers(model: Model, performance: Performance) -> dict[str, Controller]
 def quantities(result: Result) -> dict[str, float]:
     """What a run gives and costs."""
     loads = equivalent_loads(result, [TOWER, ROOT, TOP])
-    turning = np.abs(np.gradient(result["nacelle_yaw"], STEP)) > MOVES
+    turning = np.abs(np.diff(result["yaw_command"]) / STEP) > MOVES
     hours = float(result.time[-1] - result.time[0])
     return {
         ENERGY: float(result["generator_power"].mean()) * hours,
         PITCH: travel(result, "pitch_1"),
-        TURNED: travel(result, "nacelle_yaw"),
+        TURNED: travel(result, "yaw_command"),
         STARTS: float(np.sum(np.diff(turning.astype(int)) > 0)) / hours,
         TOWER_LOAD: loads[TOWER],
         ROOT_LOAD: loads[ROOT],

@@ -1,0 +1,65 @@
+"""Rain in the polars of a model: what drops that blades take along add to the drag.
+
+Per length of the span an element meets the mass L W h of water a second, with the water content L of the air, the
+relative speed W and the height h of the section seen along it, and takes it to its own speed: a force L W^2 h along the
+flow. Over 1/2 rho W^2 c this is a drag coefficient, 2 (L / rho) (h / c), whatever the motion. The section counts as an
+ellipse.
+
+Reference: docs/guide/air-and-rain.md (R-11).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.aero.tables import POLAR, SECTION
+from meltemi.environment.drops import water_content
+from meltemi.environment.site import Environment
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.thickness import relative_thickness
+
+Float = NDArray[np.float64]
+
+DRAG = POLAR.index("drag")
+DRAG_FLOOR, ZERO_LIFT = SECTION.slots("drag_floor zero_lift")
+
+
+def drag_of_drops(water_over_air: float, thickness: float, angle_of_attack: Float) -> Float:
+    """Drag coefficient of the drops that a section takes along (R-11).
+
+    Args:
+      water_over_air: mass of water over that of air, in the same volume.
+      thickness: of the section over its chord.
+      angle_of_attack: [rad].
+    """
+    return np.asarray(2.0 * water_over_air * np.hypot(np.sin(angle_of_attack), thickness * np.cos(angle_of_attack)))
+
+
+def wet_polars(
+    turbine: Turbine, environment: Environment, position: Float, polars: Float, section: Float, index: NDArray[np.int64]
+) -> tuple[Float, Float, NDArray[np.int64]]:
+    """Polars of blades in the rain, if there is any.
+
+    Args:
+      position: (n,) [m] of the nodes.
+      polars: (g, rows, columns) on the grid over the full circle; section: (g, constants); index: (blades, n).
+
+    Raises:
+      InputError: the thickness of an airfoil is not known.
+    """
+    rain = environment.rain
+    if rain is None:
+        return polars, section, index
+    content = float(water_content(rain.intensity, rain.water_density, 0.0, np.inf))
+    thickness = np.interp(position, turbine.blade.aerodynamics.position, relative_thickness(turbine))
+    polars, section, grid = polars.copy(), section.copy(), np.linspace(-np.pi, np.pi, polars.shape[1])
+    done = set()
+    for nodes in index:
+        for g, t in zip(nodes, thickness, strict=True):
+            if g not in done:
+                more = drag_of_drops(content / environment.density, float(t), grid)
+                polars[g, :, DRAG] += more
+                section[g, DRAG_FLOOR] += np.interp(section[g, ZERO_LIFT], grid, more)
+                done.add(g)
+    return polars, section, index

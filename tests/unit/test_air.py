@@ -1,0 +1,198 @@
+"""Density of the air against the numbers of Palanimuthu et al. (2022), to every digit, and the weather of a year."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+import meltemi
+from meltemi import Air, Climate, Environment, InputError, TimeSeries, air_density, load_climate
+from meltemi.environment.air import R_DRY, R_VAPOUR, site_pressure, vapour_pressure
+from meltemi.environment.climate import MONTH_HOURS
+from meltemi.environment.conditions import AIR_DENSITY, conditions_array, conditions_now
+
+HUMIDITY = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
+AT_SEA_LEVEL = {
+    -10: "1.3414 1.3411 1.3408 1.3405 1.3402 1.3399",
+    0: "1.2922 1.2917 1.2911 1.2905 1.2899 1.2893",
+    15: "1.2250 1.2234 1.2219 1.2203 1.2187 1.2172",
+    20: "1.2041 1.2020 1.1999 1.1978 1.1957 1.1936",
+    35: "1.1455 1.1407 1.1359 1.1311 1.1263 1.1214",
+    40: "1.1272 1.1210 1.1148 1.1086 1.1024 1.0962",
+}
+"""At 0, 20, ..., 100 % of humidity."""
+ALTITUDE = np.array([0.0, 500.0, 1000.0, 1500.0, 2000.0])
+HIGHER_UP = {
+    -10: "1.3408 1.2565 1.1775 1.1034 1.0340",
+    0: "1.2911 1.2127 1.1391 1.0700 1.0051",
+    15: "1.2219 1.1514 1.0849 1.0223 0.9633",
+    25: "1.1783 1.1124 1.0501 0.9913 0.9358",
+    35: "1.1359 1.0741 1.0157 0.9604 0.9081",
+}
+"""At 40 % of humidity."""
+
+
+@pytest.mark.parametrize("temperature", AT_SEA_LEVEL)
+def test_humidity_to_the_printed_digits(temperature: int) -> None:
+    found = air_density(temperature, HUMIDITY)
+    assert " ".join(f"{rho:.4f}" for rho in found) == AT_SEA_LEVEL[temperature]
+
+
+@pytest.mark.parametrize("temperature", HIGHER_UP)
+def test_altitude_to_the_printed_digits(temperature: int) -> None:
+    found = air_density(temperature, 0.4, ALTITUDE)
+    assert " ".join(f"{rho:.4f}" for rho in found) == HIGHER_UP[temperature]
+
+
+def test_standard_atmosphere() -> None:
+    assert float(air_density()) == pytest.approx(1.22498, abs=5e-6)
+    assert float(air_density(0.0, pressure=90000.0)) == pytest.approx(90000.0 / (R_DRY * 273.15), rel=1e-14)
+
+
+def test_arguments_are_broadcast() -> None:
+    assert air_density(np.zeros((3, 1)), np.zeros(4)).shape == (3, 4)
+
+
+@pytest.mark.parametrize(("temperature", "percent"), [(-10, 0.1), (20, 0.9), (35, 2.1), (40, 2.8)])
+def test_spread_from_dry_to_saturated(temperature: float, percent: float) -> None:
+    dry, saturated = air_density(temperature, np.array([0.0, 1.0]))
+    assert 100.0 * (1.0 - saturated / dry) == pytest.approx(percent, abs=0.05)
+
+
+def test_what_the_paper_prints_is_another_reading() -> None:
+    """273.5 in place of 273.15, or 20 % in place of 40 %, miss the paper's own digits (E-E1, E-E2)."""
+    printed = np.array([1.3408, 1.0340, 1.1359, 0.9081])
+    t, h = np.array([-10.0, -10.0, 35.0, 35.0]), np.array([0.0, 2000.0, 0.0, 2000.0])
+    assert np.array_equal(air_density(t, 0.4, h).round(4), printed)
+    assert np.array_equal(air_density(t, 0.2, h).round(4), [1.3411, 1.0343, 1.1407, 0.9129])
+    vapour = vapour_pressure(t + 273.15, 0.4)
+    dry = site_pressure(t + 273.15, h) - vapour
+    typed = dry / (R_DRY * (t + 273.5)) + vapour / (R_VAPOUR * (t + 273.15))
+    assert np.array_equal(typed.round(4), [1.3390, 1.0327, 1.1346, 0.9070])
+
+
+BAD: list[tuple[dict[str, Any], str]] = [
+    ({"humidity": 40.0}, "humidity 40 is not between 0 and 1; if it is in percent, write 0.4"),
+    ({"humidity": -0.1}, "humidity -0.1 is not between 0 and 1"),
+    ({"temperature": -274.0}, "below absolute zero"),
+    ({"temperature": 288.0}, "if it is in kelvin, write 14.85"),
+    ({"pressure": 1013.0}, "1 hPa is 100 Pa"),
+    ({"temperature": 50.0, "humidity": 1.0, "pressure": 1.2e4}, "below that of the water vapour"),
+    ({"altitude": 9500.0}, "altitude"),
+]
+
+
+@pytest.mark.parametrize(("given", "words"), BAD, ids=lambda v: str(v)[:30])
+def test_impossible_air(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        air_density(**given)
+    with pytest.raises(ValidationError, match=words):
+        Air(**given)
+
+
+def test_impossible_air_for_a_moment() -> None:
+    """Where only the coincidence of two series is impossible."""
+    hot = TimeSeries(time=[0.0, 10.0], value=[10.0, 50.0])
+    low = TimeSeries(time=[0.0, 10.0], value=[9e4, 1.2e4])
+    with pytest.raises(ValidationError, match="water vapour"):
+        Air(temperature=hot, humidity=1.0, pressure=low)
+
+
+def test_constant_air_is_its_density_to_the_bit() -> None:
+    air = Air(temperature=31.0, humidity=0.7, altitude=420.0)
+    density = float(air_density(31.0, 0.7, 420.0))
+    assert Environment(air=air).density == density
+    array = conditions_array(Environment(air=air), None, 5e6)
+    assert array.shape[1] == 1
+    assert array[AIR_DENSITY, 0] == density
+
+
+def test_density_jumps_with_the_temperature() -> None:
+    air = Air(temperature=TimeSeries(time=[0.0, 5.0, 5.0, 9.0], value=[40.0, 40.0, -10.0, 0.0]))
+    array, now = conditions_array(Environment(air=air), None, 5e6), np.zeros(8)
+    for time, temperature in ((0.0, 40.0), (4.999, 40.0), (5.0, -10.0), (9.0, 0.0), (99.0, 0.0)):
+        conditions_now(time, array, 9.0, now)
+        assert now[AIR_DENSITY] == pytest.approx(float(air_density(temperature)), rel=1e-12)
+
+
+# ---------------------------------------------------------------------------------------- climates
+
+
+@pytest.mark.parametrize("name", meltemi.list_climates())
+def test_example_climates(name: str) -> None:
+    climate = load_climate(name)
+    assert climate.name == name
+    assert "llustrative" in climate.source
+    assert climate.wind_hours(np.linspace(0.0, 80.0, 41)).sum() == pytest.approx(8766.0, abs=1e-3)
+    i = int(np.argmax(climate.temperature))
+    assert climate.density[i] == float(air_density(climate.temperature[i], climate.humidity[i], climate.altitude))
+
+
+def test_a_year_of_water() -> None:
+    """Rates times hours are the millimetres of the year that the climate says it was made from."""
+    from meltemi.environment.rain import RAIN_CLASSES
+
+    sea = load_climate("north_sea")
+    assert sum(RAIN_CLASSES[k] * h.sum() for k, h in sea.rain_hours.items()) == pytest.approx(750.0, rel=0.01)
+
+
+def test_hours_of_a_weibull_wind() -> None:
+    """Mean over narrow bins against A Gamma(1 + 1/k), higher up by the power law."""
+    from math import gamma
+
+    sea, edges = load_climate("north_sea"), np.linspace(0.0, 60.0, 601)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    for height in (100.0, 170.0):
+        hours = sea.wind_hours(edges, height)
+        mean = hours @ middle / MONTH_HOURS
+        exact = sea.wind_scale * (height / 100.0) ** sea.shear_exponent * gamma(1.0 + 1.0 / 2.26)
+        assert mean == pytest.approx(exact, rel=1e-4)
+
+
+def test_scenarios() -> None:
+    sea = load_climate("north_sea")
+    warmer = sea.shifted(temperature=2.0, humidity=0.5, wind=1.1, rain=0.5, icing=2.0)
+    assert warmer.temperature == pytest.approx(sea.temperature + 2.0)
+    assert np.all(warmer.humidity == 1.0)
+    assert warmer.wind_scale == pytest.approx(1.1 * sea.wind_scale)
+    assert warmer.rain_hours["light"] == pytest.approx(0.5 * sea.rain_hours["light"])
+    assert warmer.icing_hours == pytest.approx(2.0 * sea.icing_hours)
+    assert np.all(warmer.density < sea.density)
+    assert sea.shifted() == sea
+    measured = sea.replace(pressure=np.full(12, 1e5))
+    assert measured.shifted(pressure=-500.0).pressure == pytest.approx(99500.0)
+    with pytest.raises(InputError, match="no measured pressures"):
+        sea.shifted(pressure=100.0)
+
+
+def test_bad_climates(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="did you mean 'north_sea'"):
+        load_climate("nort_sea")
+    sea = load_climate("north_sea")
+    for change, words in (
+        ({"temperature": np.zeros(11)}, "12 numbers"),
+        ({"rain_hours": {"hevy": np.zeros(12)}}, "did you mean 'heavy'"),
+        ({"rain_hours": {"heavy": np.full(12, 800.0)}}, "rain of 800 h in month 2, which has 678 h"),
+        ({"icing_hours": np.full(12, -1.0)}, "icing of -1 h"),
+        ({"humidity": np.full(12, 80.0)}, "if it is in percent"),
+        ({"wind_scale": np.zeros(12)}, "wind_scale must be positive"),
+    ):
+        with pytest.raises(ValidationError, match=words):
+            sea.replace(**change)
+    path = tmp_path / "site.yaml"
+    path.write_text("name: here\ntemperature: [1, 2]\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"site.yaml:2: temperature: expected 12 numbers"):
+        load_climate(path)
+
+
+def test_a_climate_from_a_file(tmp_path: Path) -> None:
+    from meltemi.core.yamlfile import write_record
+
+    sea = load_climate("north_sea")
+    write_record(sea, tmp_path / "copy.yaml")
+    assert load_climate(tmp_path / "copy.yaml") == sea
+    assert isinstance(sea, Climate)

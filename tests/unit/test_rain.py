@@ -1,0 +1,250 @@
+"""Rain against the numbers of Palanimuthu et al. (2022), its wetted area against closed forms, and drops on blades."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from scipy.integrate import quad
+from scipy.optimize import minimize_scalar
+
+from meltemi import InputError, Rain, Turbine
+from meltemi.environment import drops
+from meltemi.environment.rain import RAIN_CLASSES, driest_speed, rain_parameters, rain_power_loss, wetness
+from meltemi.simulation.rain import drag_of_drops
+from meltemi.studies.rain_drops import BladeShape, drop_loads, drops_energy, rain_loads, wet_airfoils
+from meltemi.turbine.thickness import relative_thickness
+
+R, V = 138.0, 10.715
+TABLE = """
+light                    3.382  1687  0.0023 0.087 0.693 2.340 0.019
+moderate                 2.649  2317  0.0032 0.119 0.952 3.214 0.050
+heavy                    2.290  2778  0.0039 0.143 1.142 3.854 0.090
+rainstorm                1.980  3314  0.0046 0.170 1.362 4.598 0.160
+heavy_rainstorm_weak     1.712  3938  0.0055 0.202 1.619 5.463 0.285
+heavy_rainstorm_moderate 1.559  4391  0.0061 0.226 1.805 6.092 0.411
+heavy_rainstorm_strong   1.348  5186  0.0072 0.267 2.132 7.195 0.718
+heavy_rainstorm_extreme  1.033  6968  0.0097 0.358 2.864 9.667 1.875
+"""
+"""Slope [1/mm], drops [1/m^3], loss [MW] for drops of 0.3, 1, 2 and 3 mm, and over the spectrum."""
+
+
+def loss(rain: Rain, speed: float = V) -> float:
+    """[W] of the paper's rotor."""
+    return rain_power_loss(rain_parameters(rain, R), speed)
+
+
+@pytest.mark.parametrize("line", TABLE.split("\n")[1:-1], ids=lambda line: line.split()[0])
+def test_losses_of_the_classes(line: str) -> None:
+    kind, *numbers = line.split()
+    rate = RAIN_CLASSES[kind] * drops.MM_PER_HOUR
+    found = [float(drops.spectrum_slope(rate)) * 1e-3, float(drops.drop_count(rate))]
+    found += [1e-6 * loss(Rain(kind=kind, mode="seed", diameter=d)) for d in (0.3, 1.0, 2.0, 3.0)]
+    found.append(1e-6 * loss(Rain(kind=kind)))
+    for value, printed in zip(found, numbers, strict=True):
+        half_a_digit = 0.5 * 10.0 ** -len(printed.partition(".")[2])
+        assert value == pytest.approx(float(printed), abs=half_a_digit + 0.005 * float(printed))
+
+
+def test_spectrum_by_quadrature() -> None:
+    rate = 32.0 * drops.MM_PER_HOUR
+    count, _ = quad(lambda d: float(drops.drop_spectrum(d, rate)), 1e-4, 6e-3)
+    assert float(drops.drop_count(rate)) == pytest.approx(count, rel=1e-9)
+    mass, _ = quad(lambda d: np.pi / 6.0 * 1000.0 * d**3 * float(drops.drop_spectrum(d, rate)), 1e-4, 6e-3)
+    assert float(drops.water_content(rate)) == pytest.approx(mass, rel=1e-9)
+    everything = float(drops.water_content(rate, 1000.0, 0.0, np.inf))
+    assert everything == pytest.approx(np.pi * 1000.0 * 8e6 / drops.spectrum_slope(rate) ** 4, rel=1e-12)
+    moment, _ = quad(lambda d: np.pi / 6.0 * 1000.0 * d**4 * float(drops.drop_spectrum(d, rate)), 0.0, 0.1, limit=200)
+    assert float(drops.mean_diameter(rate)) == pytest.approx(moment / everything, rel=1e-6)
+
+
+def test_accepted_water_content() -> None:
+    """0.089 g/m^3 at 1 mm/h; the unit and exponent that the paper prints give ten times as much (E-E9)."""
+    assert float(drops.water_content(drops.MM_PER_HOUR, 1000.0, 0.0, np.inf)) == pytest.approx(0.089e-3, rel=5e-3)
+
+
+def test_terminal_speeds() -> None:
+    assert drops.terminal_speed([1e-3, 2e-3, 3e-3]) == pytest.approx([4.00, 6.55, 7.95], abs=0.005)
+    assert drops.terminal_speed(1e-5) == 0.0
+
+
+# ------------------------------------------------------------------------------------- wetted area
+
+
+@pytest.mark.parametrize(
+    ("tail", "cross", "share"), [(0.0, 1.0, "1.000"), (2.0, 1.0, "0.813"), (5.0, 1.0, "0.533"), (V, 0.0, "0.0088")]
+)
+def test_wetness_at_rated_wind(tail: float, cross: float, share: str) -> None:
+    found = float(wetness(V, R, 2.0, tail=tail, cross=cross, fall=6.5) / (np.pi * R**2))
+    assert f"{found:.{len(share) - 2}f}" == share
+
+
+def test_wetness_of_great_speed_is_the_disk() -> None:
+    assert float(wetness(1e9, R, 2.0, tail=3.0, cross=1.0, fall=6.5)) == pytest.approx(np.pi * R**2, rel=1e-8)
+
+
+def test_wetness_falls_in_rain_from_the_front() -> None:
+    assert np.all(np.diff(wetness(np.linspace(0.5, 60.0, 500), R, 2.0, tail=-2.0, cross=1.0, fall=6.5)) < 0.0)
+    assert driest_speed(R, 2.0, -2.0, 1.0, 6.5) == np.inf
+
+
+def test_driest_speed_is_a_single_minimum() -> None:
+    tail, cross, fall, half = 5.0, 1.0, 6.5, 40.0
+    s = driest_speed(R, half, tail, cross, fall)
+    assert s > tail
+    found = minimize_scalar(
+        lambda x: float(wetness(x, R, half, tail=tail, cross=cross, fall=fall)),
+        bounds=(0.1, 40.0),
+        method="bounded",
+        options={"xatol": 1e-9},
+    )
+    assert found.x == pytest.approx(s, rel=1e-6)
+    slant = half**2 * (cross**2 + fall**2)
+    assert found.fun == pytest.approx(np.pi * R**2 * np.sqrt(slant / (slant + (R * tail) ** 2)), rel=1e-12)
+    area = wetness(np.linspace(0.1, 60.0, 2000), R, half, tail=tail, cross=cross, fall=fall)
+    assert np.sum(np.diff(np.sign(np.diff(area))) != 0) == 1
+
+
+# --------------------------------------------------------------------------------------- the loss
+
+
+def test_loss_is_pressure_on_the_wetted_area() -> None:
+    """Every parameter, against eq. (11) times the wind speed written with the area."""
+    rain = Rain(
+        rate=20.0, mode="seed", diameter=2.0, tail_wind=3.0, cross_wind=2.0, drop_speed=7.0, half_thickness=9.0,
+        fall_speed=5.0, water_density=990.0,
+    )  # fmt: skip
+    count = float(drops.drop_count(20.0 * drops.MM_PER_HOUR))
+    area = float(wetness(V, R, 9.0, tail=3.0, cross=2.0, fall=5.0))
+    by_hand = 2.0 / 9.0 * np.pi * 990.0 * count * 2e-3**3 * 7.0**2 * area * V
+    assert loss(rain) == pytest.approx(by_hand, rel=1e-12)
+
+
+def test_loss_by_wind_diameter_and_number() -> None:
+    """Without tail wind and thickness it grows with V^3, d^3 and N sigma."""
+    thin = Rain(rate=32.0, mode="seed", half_thickness=0.0)
+    assert loss(thin, 2.0 * V) == pytest.approx(8.0 * loss(thin), rel=1e-12)
+    assert loss(thin.replace(diameter=1.5)) == pytest.approx(loss(thin) / 8.0, rel=1e-12)
+    assert loss(thin.replace(water_density=500.0)) == pytest.approx(loss(thin) / 2.0, rel=1e-12)
+
+
+def test_no_rain_no_loss() -> None:
+    assert loss(Rain(rate=0.0)) == 0.0
+    assert rain_power_loss(rain_parameters(None, R), V) == 0.0
+
+
+def test_a_calm_has_a_finite_loss() -> None:
+    assert loss(Rain(rate=32.0), 0.0) == 0.0
+    assert np.isfinite(loss(Rain(rate=32.0, drop_speed=5.0), 0.0))
+
+
+def test_one_diameter_counts_the_water_29_times() -> None:
+    """E-E22."""
+    rain = Rain(kind="rainstorm", mode="seed")
+    assert rain.drag_density / rain.replace(mode="integrated").drag_density == pytest.approx(28.7, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"kind": "hevy"}, "did you mean 'heavy'"),
+        ({}, "give either rate .* or kind"),
+        ({"rate": 3.0, "kind": "light"}, "give either rate .* or kind"),
+        ({"rate": -1.0}, "greater than or equal to 0"),
+        ({"rate": 3.0, "diameter": 0.0}, "greater than 0"),
+    ],
+)
+def test_bad_rain(given: dict[str, float], words: str) -> None:
+    with pytest.raises(ValidationError, match=words):
+        Rain.model_validate(given)
+
+
+# ---------------------------------------------------------------------------------- drops on blades
+
+FLAT = BladeShape(np.array([3.0, 60.0]), np.full(2, 4.0), np.zeros(2), np.zeros(2), 3)
+"""Plates of 4 m chord in the rotor's plane."""
+
+
+@pytest.mark.parametrize("fall", [0.0, 6.0])
+def test_plates_in_the_rotor_plane(fall: float) -> None:
+    """They catch L V c of water: thrust B L V^2 c l, torque B L V c omega (R^3 - r^3)/3, whatever the fall's speed."""
+    water, wind, omega = 2e-3, 11.0, 1.2
+    found = drop_loads(FLAT, water, wind, omega, fall_speed=fall, induction=0.0)
+    assert found.water == pytest.approx(3 * water * wind * 4.0 * 57.0, rel=1e-12)
+    assert found.thrust == pytest.approx(found.water * wind, rel=1e-12)
+    assert found.torque == pytest.approx(3 * water * wind * 4.0 * omega * (60.0**3 - 3.0**3) / 3.0, rel=1e-4)
+    assert found.power == pytest.approx(found.torque * omega)
+    to_tip = drop_loads(FLAT, water, wind, omega, fall_speed=fall, induction=0.0, film="to_tip")
+    assert to_tip.torque == pytest.approx(found.water * omega * 60.0**2, rel=1e-12)
+
+
+def test_bars_in_still_rain() -> None:
+    """Edges of 0.5 m that go through drops at rest: torque B L t omega^2 (R^4 - r^4)/4."""
+    bars = BladeShape(FLAT.radius, FLAT.chord, np.full(2, 0.5), FLAT.twist, 3)
+    found = drop_loads(bars, 2e-3, 0.0, 1.2)
+    assert found.torque == pytest.approx(3 * 2e-3 * 0.5 * 1.2**2 * (60.0**4 - 3.0**4) / 4.0, rel=1e-4)
+    assert found.thrust == 0.0
+
+
+def test_options_of_the_drops() -> None:
+    bars = BladeShape(FLAT.radius, FLAT.chord, np.full(2, 0.5), FLAT.twist, 3)
+    base = drop_loads(bars, 2e-3, 11.0, 1.2)
+    assert drop_loads(bars, 2e-3, 11.0, 1.2, collection=0.5).torque == pytest.approx(0.5 * base.torque)
+    assert drop_loads(bars, 2e-3, 11.0, 1.2, induction=0.0).thrust > base.thrust
+    assert drop_loads(bars, 2e-3, 11.0, 1.2, fall_speed=6.0).torque > base.torque
+    assert drop_loads(bars, 2e-3, 11.0, 1.2, pitch=np.pi / 2.0).torque > base.torque
+    assert float(base.torque_density @ np.full(200, 57.0 / 200)) == pytest.approx(base.torque)
+
+
+def test_judgement_of_the_energy_balance(turbine: Turbine) -> None:
+    """One diameter takes tens of times the energy that the wind's drops have; what blades really meet is less."""
+    rain = Rain(kind="rainstorm")
+    found = rain_loads(turbine, rain, 10.0, 1.2)
+    energy = drops_energy(rain, 10.0, turbine.rotor_radius)
+    seed = rain_power_loss(rain_parameters(rain.replace(mode="seed"), turbine.rotor_radius), 10.0)
+    integrated = rain_power_loss(rain_parameters(rain, turbine.rotor_radius), 10.0)
+    assert integrated == pytest.approx(8.0 / 3.0 * energy, rel=3e-3)
+    assert seed > 70.0 * energy
+    assert 0.5 < found.power / integrated < 1.0
+
+
+def test_drag_of_drops_is_their_force() -> None:
+    """Half rho W^2 c times the coefficient against the force on an element that meets the drops at 80 m/s."""
+    angle, rho, water, speed = np.array([0.1]), 1.2, 1.6e-3, 80.0
+    coefficient = drag_of_drops(water / rho, 0.2, angle)
+    shape = BladeShape(np.array([1.0, 2.0]), np.full(2, 3.0), np.full(2, 0.6), np.zeros(2), 1)
+    # one blade that stands still, pitched so that the wind meets it at that angle
+    still = drop_loads(shape, water, speed, 0.0, np.pi / 2.0 - 0.1, induction=0.0)
+    assert 0.5 * rho * speed**2 * 3.0 * coefficient[0] == pytest.approx(still.thrust, rel=1e-12)
+
+
+def test_wet_airfoils(turbine: Turbine) -> None:
+    wet = wet_airfoils(turbine, 0.1, 0.5)
+    assert wet.airfoils["naca64"].lift == pytest.approx(0.9 * turbine.airfoils["naca64"].lift)
+    assert wet.airfoils["naca64"].drag == pytest.approx(1.5 * turbine.airfoils["naca64"].drag)
+    assert wet.airfoils["cylinder1"] == turbine.airfoils["cylinder1"]
+
+
+def test_thickness_of_airfoils(turbine: Turbine) -> None:
+    share = dict(zip(turbine.blade.aerodynamics.airfoil, relative_thickness(turbine), strict=True))
+    assert (share["cylinder1"], share["du40"], share["naca64"]) == (1.0, 0.4, 0.18)
+    names = {"DU 97-W-300": 0.3, "FFA-W3-241": 0.241, "27.10 % thick": 0.271, "NACA 63-415": 0.15, "circular": 1.0}
+    foil = turbine.airfoils["naca64"]
+    for name, expected in names.items():
+        other = turbine.replace(
+            **{
+                "airfoils": {name: foil.content()},
+                "blade.aerodynamics.airfoil": (name,) * len(turbine.blade.aerodynamics.airfoil),
+            }
+        )
+        assert relative_thickness(other) == pytest.approx(expected)
+    nameless = other.replace(
+        **{
+            "airfoils": {"AF12": foil.content()},
+            "blade.aerodynamics.airfoil": ("AF12",) * len(turbine.blade.aerodynamics.airfoil),
+        }
+    )
+    with pytest.raises(InputError, match="AF12: relative_thickness is missing"):
+        relative_thickness(nameless)
+    given = nameless.replace(**{"airfoils.AF12": foil.replace(relative_thickness=0.25).content()})
+    assert relative_thickness(given) == pytest.approx(0.25)
