@@ -360,14 +360,17 @@ def test_the_default_time_step_follows_the_inertia_and_the_shaft(turbine: PowerT
 # against the aeroelastic machine, and derivatives -----------------------------------------------------
 
 
-@pytest.mark.long  # 2,000 evaluations of the rotor, and the kernels of the aeroelastic machine
+@pytest.mark.long  # 180,000 evaluations of the rotor, and the kernels of the aeroelastic machine
 def test_its_steady_power_is_that_of_the_rigid_aeroelastic_turbine() -> None:
     nrel = meltemi.load_turbine("nrel5mw")
     twin = build(meltemi.power_turbine_of(nrel))
     rigid = build(
         nrel,
         ModelOptions(
-            flap_modes=0, edge_modes=0, torsion_modes=0, fore_aft_modes=0, side_side_modes=0, locked=("drivetrain",)
+            **dict.fromkeys("flap_modes edge_modes torsion_modes fore_aft_modes side_side_modes".split(), 0),
+            locked=("drivetrain",),
+            stall="static",  # dynamic stall in the tower's wake changes the mean power above rated by 2 % at a pitch
+            inflow="quasi_steady",
         ),
     )
     for speed in (5.0, 7.0, 9.0, 13.0, 18.0, 24.0):

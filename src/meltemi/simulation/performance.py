@@ -99,7 +99,7 @@ def performance_of(turbine: AnyTurbine) -> Performance:
     with _LOCK:  # others wait for the one who computes
         if key not in _KNOWN:
             ratios = np.arange(1.0, MOST_RATIO + 1e-9, RATIO_STEP)
-            _KNOWN[key] = rotor_performance(turbine, ratios, _pitches(turbine), straight=False, azimuths=4)
+            _KNOWN[key] = rotor_performance(turbine, ratios, _pitches(turbine), straight=False)
             while len(_KNOWN) > KEEP:
                 _KNOWN.popitem(last=False)
         return _KNOWN[key]
