@@ -212,8 +212,18 @@ def test_performance_is_the_turbines_own() -> None:
     assert only.pitch == pytest.approx([0.0])
 
 
-def test_what_needs_blades_refuses_a_turbine_without() -> None:
-    with pytest.raises(
-        InputError, match="meltemi export: pmsg20mw is a turbine of a power coefficient, without blades"
-    ):
-        aeroelastic(load_turbine("pmsg20mw"), "meltemi export")
+@pytest.mark.parametrize(
+    ("what", "words"),
+    [
+        (lambda t: aeroelastic(t, "meltemi export"), "meltemi export: pmsg20mw is a turbine of a power coefficient"),
+        (lambda t: meltemi.write_openfast(t, "nowhere"), "write_openfast: pmsg20mw"),
+        (lambda t: meltemi.rotor_performance(t, [8.0], [0.0]), "performance_of has the coefficients"),
+        (lambda t: meltemi.natural_modes(meltemi.build(t)), "natural_modes: pmsg20mw"),
+        (lambda t: meltemi.campbell(meltemi.build(t), wind_speeds=[8.0]), "campbell: pmsg20mw"),
+        (lambda t: meltemi.with_flaps(t), "PowerTurbine has no 'blade.flaps'"),
+    ],
+)
+def test_what_needs_blades_refuses_a_turbine_without(what: Any, words: str, tmp_path: Any) -> None:
+    with pytest.raises(InputError, match=words):
+        what(load_turbine("pmsg20mw"))
+    assert not (tmp_path / "nowhere").exists()
