@@ -93,10 +93,11 @@ def events() -> str:
 
 
 def channels(group: str) -> str:
-    """Channels of a group: machine, gearbox, blade, flap, node, station, tower_station."""
-    from meltemi.simulation.channels import catalogue
+    """Channels of a group: machine, disk, gearbox, blade, flap, node, station, tower_station."""
+    from meltemi.simulation.channels import catalogue, disk_channels
 
     all_channels = catalogue(n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1, gears=(1, 2))
+    all_channels |= disk_channels()
     chosen = []
     for c in all_channels.values():
         first, *_ = c.name.split("_")
@@ -107,6 +108,8 @@ def channels(group: str) -> str:
             home = "tower_station"
         if c.source[0] == "gear_loads":
             home = "gearbox"
+        if c.source[0] == "disk_flow":
+            home = "disk"
         if home == group:
             chosen.append(c)
     rows = [[f"`{c.name}`", c.alias, c.unit, c.frame, c.sign, c.description] for c in chosen]
@@ -173,6 +176,7 @@ def arrays() -> str:
         "structure.section_loads",
         "aero.tables",
         "aero.flaps",
+        "aero.coefficient",
         "control.signals",
         "control.baseline",
         "control.actuators",
@@ -188,6 +192,7 @@ def arrays() -> str:
         "control.supervisor.log",
         "control.supervisor.supervised",
         "simulation.step",
+        "simulation.power.step",
     ):
         home = import_module(f"meltemi.{module}")
         own = {n: v for n, v in vars(home).items() if isinstance(v, Table)}

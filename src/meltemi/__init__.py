@@ -150,6 +150,7 @@ if TYPE_CHECKING:
     from meltemi.studies.comparison_report import write_comparison as write_comparison
     from meltemi.studies.inspection import inspect_turbine as inspect_turbine
     from meltemi.studies.openfast_writer import write_openfast as write_openfast
+    from meltemi.studies.power_twin import power_turbine_of as power_turbine_of
     from meltemi.studies.preview import preview_of as preview_of
     from meltemi.studies.preview import steady_pitch as steady_pitch
     from meltemi.studies.scaled_turbines import scaled_turbine as scaled_turbine
@@ -313,6 +314,7 @@ _HOME = {
     "studies.comparison_report": "write_comparison",
     "studies.inspection": "inspect_turbine",
     "studies.openfast_writer": "write_openfast",
+    "studies.power_twin": "power_turbine_of",
     "studies.preview": "preview_of steady_pitch",
     "studies.scaled_turbines": "scaled_turbine",
     "studies.schemes": "Design design_controllers",

@@ -30,6 +30,7 @@ PAGES = (
     "docs/guide/events.md",
     "docs/guide/operating-points.md",
     "docs/guide/linear.md",
+    "docs/guide/power-turbines.md",
     "docs/guide/sensitivities.md",
     "docs/guide/supervision.md",
     "docs/guide/wind.md",

@@ -20,6 +20,7 @@ from meltemi.studies.openfast_writer.sections import classical, damping_ratios, 
 from meltemi.studies.openfast_writer.shapes import Shape, blade_shapes, tower_shapes
 from meltemi.studies.openfast_writer.template import columns, fill
 from meltemi.turbine.definition import Airfoil, Blade, Turbine
+from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.turbine.report import Note
 from meltemi.wind.fields import SteadyWind
 
@@ -59,7 +60,7 @@ class Written:
 
 
 def write_openfast(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     folder: str | Path,
     *,
     options: ModelOptions | None = None,
@@ -98,7 +99,7 @@ def write_openfast(
       UnsupportedError: there is ice on a blade, BeamDyn is asked for one without torsion, or the turbine cannot be
         modelled.
     """
-    folder = Path(folder)
+    turbine, folder = aeroelastic(turbine, "write_openfast"), Path(folder)
     if turbine.icing is not None:
         raise UnsupportedError(f"{turbine.name}: a deck has no ice; take it off with with_ice(turbine, None)")
     if beamdyn and not turbine.blade.structure.twists:
