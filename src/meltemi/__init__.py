@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from meltemi.control.controller import Controller as Controller
     from meltemi.control.controller import LogEntry as LogEntry
     from meltemi.control.controller import StartPoint as StartPoint
+    from meltemi.control.coordinated import Coordination as Coordination
+    from meltemi.control.coordinated import coordinated as coordinated
     from meltemi.control.fixed import fixed as fixed
     from meltemi.control.load_control import FeedForward as FeedForward
     from meltemi.control.load_control import HarmonicLoop as HarmonicLoop
@@ -249,6 +251,7 @@ _HOME = {
     "control.bladed.rosco": "edit_discon find_rosco",
     "control.fixed": "fixed",
     "control.controller": "Controller LogEntry StartPoint",
+    "control.coordinated": "Coordination coordinated",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",
     "control.power_control.controller": "power_control",
     "control.power_control.settings": "Droop PowerControl",
