@@ -127,6 +127,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.events import SensorDrift as SensorDrift
     from meltemi.simulation.events import SensorLoss as SensorLoss
     from meltemi.simulation.events import SensorOffset as SensorOffset
+    from meltemi.simulation.events import VoltageDip as VoltageDip
     from meltemi.simulation.events import YawStuck as YawStuck
     from meltemi.simulation.linear import LinearModel as LinearModel
     from meltemi.simulation.linear import linearise as linearise
@@ -297,7 +298,7 @@ _HOME = {
     "simulation.engines": "build operating_point",
     "simulation.events": (
         "Brake BrakeFault FlapStuck GeneratorFault GridLoss PitchRunaway PitchStuck PowerLimit Request SensorDrift "
-        "SensorLoss SensorOffset YawStuck"
+        "SensorLoss SensorOffset VoltageDip YawStuck"
     ),
     "simulation.linear": "LinearModel linearise",
     "simulation.model": "Model",

@@ -28,6 +28,7 @@ PAGES = (
     "docs/guide/batches.md",
     "docs/guide/results.md",
     "docs/guide/events.md",
+    "docs/guide/electrical.md",
     "docs/guide/operating-points.md",
     "docs/guide/linear.md",
     "docs/guide/power-turbines.md",
