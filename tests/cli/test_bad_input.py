@@ -596,3 +596,20 @@ def test_times_must_be_positive_numbers(model: Model, name: str, value: float) -
 def test_channels_must_exist(model: Model, channels: Any, said: str) -> None:
     with pytest.raises(InputError, match=said):
         meltemi.simulate(model, SteadyWind(speed=10.0), duration=5.0, channels=channels)
+
+
+@pytest.mark.parametrize(
+    ("icing", "words"),
+    [
+        ("{blades: [1, 4]}", ("icing.blades names blade 4", "blades 1 to 3")),
+        ("{amount: -0.5}", ("icing.amount", "greater than or equal to 0", "-0.5")),
+        ("{lift_penalty: 1.5}", ("icing.lift_penalty", "less than or equal to 1", "1.5")),
+        ("{penalty_begin: 0.8}", ("penalty_begin 0.8 must not lie beyond penalty_full 0.5",)),
+        ("{blades: []}", ("name at least one",)),
+        ("{thickness: 0.1}", ("icing.thickness: unknown key",)),
+    ],
+)
+def test_ice_that_cannot_be(command: Command, tmp_path: Path, icing: str, words: tuple[str, ...]) -> None:
+    path, out = tmp_path / "iced.yaml", tmp_path / "out"
+    path.write_text(STEADY + f"icing: {icing}\n", encoding="utf-8")
+    refused(command("run", path, "--out", out), out, *words)

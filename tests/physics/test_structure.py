@@ -183,6 +183,10 @@ def test_energy_is_kept(turbine: Turbine, blades: int) -> None:
     assert energy_range(turbine, blades, 0.00125) < 1.5e-3
 
 
+def test_energy_is_kept_with_ice_on_one_blade(turbine: Turbine) -> None:
+    assert energy_range(meltemi.with_ice(turbine, meltemi.Icing(blades=(2,))), 3, 0.005) < 5e-3
+
+
 def test_section_loads_agree_with_the_springs_they_pass_through(turbine: Turbine) -> None:
     """Shaft torque and yaw moment from outboard inertia and air equal what spring and damper carry."""
     model = meltemi.build(turbine)

@@ -310,6 +310,8 @@ class _Orbit:
         # cosine and sine coefficients; a blade's in its own azimuth, the core's for harmonics 0 and B
         self.blade_c = np.zeros((BLADE_HARMONICS + 1, self.K))
         self.blade_s = np.zeros((BLADE_HARMONICS + 1, self.K))
+        # what blades have beside it in the mean, for they differ when not all have ice
+        self.own = np.zeros((self.B, self.K))
         self.core_c = np.zeros((2, self.core))
         self.core_s = np.zeros((2, self.core))
         self.azimuth = 0.0
@@ -318,9 +320,13 @@ class _Orbit:
         self.correct: dict[int, Float] = {}
         self.lefts: deque[float] = deque(maxlen=self.B)
         # near their roots blades may settle in different states of the flow, so that sectors differ for good
-        self.unlike = False
+        icing = model.turbine.icing
+        self.unlike = self.uneven = icing is not None and len(icing.on(self.B)) < self.B
         # by how much the quasi-steady induced velocity exceeds the lagged one, summed over a sector
         self.lack = np.zeros((2, *self.case.parts[PARTS.index("flow")].shape[1:]))
+        # the same two of a sector, and mean residuals of the blades, as deviations from the mean of the blades
+        self.blade_missing = np.zeros((self.B, self.K))
+        self.deviations: list[tuple[Float, Float]] = []
 
     # motion -------------------------------------------------------------------------------------
 
@@ -350,7 +356,7 @@ class _Orbit:
         angle = (azimuths[:, None] + blades)[..., None] * n
         c, s = np.cos(angle), np.sin(angle)
         arms = (len(azimuths), self.B * self.K)
-        q[:, self.core :] = (c @ self.blade_c + s @ self.blade_s).reshape(arms)
+        q[:, self.core :] = (c @ self.blade_c + s @ self.blade_s + self.own).reshape(arms)
         v[:, self.core :] = w * ((n * c) @ self.blade_s - (n * s) @ self.blade_c).reshape(arms)
         a[:, self.core :] = -(w**2) * ((n**2 * c) @ self.blade_c + (n**2 * s) @ self.blade_s).reshape(arms)
         return result
@@ -420,6 +426,7 @@ class _Orbit:
         blade_c = 2.0 / B * np.tensordot(np.cos(angle), blade, 2)
         blade_s = 2.0 / B * np.tensordot(np.sin(angle), blade, 2)
         blade_c[0] *= 0.5
+        self.blade_missing = blade.mean(axis=0) - blade.mean(axis=(0, 1))
         trunk, arm = self.free_core, self.free_blade
         vector = np.concatenate(
             [core_0[trunk], core_c[trunk], core_s[trunk], blade_c[:, arm].ravel(), blade_s[1:, arm].ravel()]
@@ -453,6 +460,13 @@ class _Orbit:
         case.aero_state.vector[:] = state
         options[stall] = kept
 
+    def mean_correction(self) -> Float:
+        """(free modes, free modes) correction of a blade's mean deflection for what is missing in its equations."""
+        core, blade = len(self.free_core), len(self.free_blade)
+        begin = core if self.level == MEAN_ONLY else 3 * core
+        result: Float = self.correct[self.level][begin : begin + blade, begin : begin + blade]
+        return result
+
     def sweep(self, speed: float, pitch: float, torque: float) -> float:
         """March sectors and correct the motion after each; returns the mean torque left over [N m]."""
         case = self.case
@@ -485,8 +499,8 @@ class _Orbit:
 
     def sector(self) -> None:
         """March 1/B revolution, correct motion and mean inflow."""
-        case = self.case
-        step = 2.0 * np.pi / self.B / SAMPLES
+        case, B = self.case, self.B
+        step = 2.0 * np.pi / B / SAMPLES
         missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed)
         self.azimuth += step * SAMPLES
         change = np.zeros(len(missing))
@@ -496,7 +510,15 @@ class _Orbit:
         # dynamic inflow follows in many seconds: bring its mean over the revolution there at once
         k = self.model.parameter("aerodynamics.inflow_lead")
         inflow = case["inflow"]
-        lack = self.lack[..., : inflow.shape[-1]].mean(axis=1, keepdims=True) / SAMPLES
+        each = self.lack[..., : inflow.shape[-1]]
+        lack = each.mean(axis=1, keepdims=True) / SAMPLES
+        if self.uneven:  # what a blade has of its own shows over a revolution
+            self.deviations.append((each / SAMPLES - lack, self.blade_missing))
+            if len(self.deviations) == B:
+                flows, residuals = (np.mean(parts, axis=0) for parts in zip(*self.deviations, strict=True))
+                lack = lack + flows
+                self.own[:, self.free_blade] -= residuals[:, self.free_blade] @ self.mean_correction().T
+                self.deviations.clear()
         for i, (reduced, velocity) in enumerate((("reduced_x", "x"), ("reduced_y", "y"))):
             inflow[INFLOW.index(velocity)] += lack[i]
             inflow[INFLOW.index(reduced)] += (1.0 - k) * lack[i]
@@ -517,6 +539,8 @@ class _Orbit:
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
             evaluate(0.0, step / self.speed, case.numbers, case.parts, False)
+            case["drive"][ex.GENERATOR_TORQUE] = self.torque
+            case.begin_electric()
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
             revolution.append(np.concatenate([case["q"], case["v"], case.air()]))
@@ -524,7 +548,14 @@ class _Orbit:
         aero = case.air()
         self.prescribe(0.0)
         model = self.model
-        channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps, model.n_gear_stages)
+        channels = catalogue(
+            model.n_blades,
+            model.n_nodes,
+            coordinates=model.coordinates,
+            flaps=model.n_flaps,
+            gears=model.n_gear_stages,
+            electrical=model.has_electrical,
+        )
         places = {name: case.place(channel) for name, channel in channels.items()}
         return OperatingPoint(
             wind=self.wind,

@@ -10,7 +10,7 @@ Reference: docs/guide/icing.md (I-1 to I-4).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,8 @@ from meltemi.core.record import Record
 
 if TYPE_CHECKING:
     from meltemi.turbine.definition import Blade, Turbine
-    from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[np.float64]
-Kind = TypeVar("Kind", bound="AnyTurbine")
 
 HALF = 0.5
 """Of the rotor radius: where the mass has come to its value."""
@@ -50,11 +48,11 @@ class Icing(Record):
     """[m] for the law; without it the contour between 70 and 95 % of the radius, extrapolated to the tip."""
     lift_penalty: float = Field(default=0.2, ge=0.0, le=1.0)
     """Share of the lift coefficient that is lost where the penalty is full."""
-    drag_penalty: float = Field(default=1.0, ge=0.0, le=20.0)
-    """What is added to the drag coefficient there, as a share of it: 1 doubles it."""
-    penalty_begin: float = Field(default=0.5, ge=0.0, le=1.0)
+    drag_penalty: float = Field(default=2.0, ge=0.0, le=20.0)
+    """What is added to the drag coefficient there, as a share of it: 2 triples it."""
+    penalty_begin: float = Field(default=0.0, ge=0.0, le=1.0)
     """Share of the rotor radius where penalties begin."""
-    penalty_full: float = Field(default=0.9, ge=0.0, le=1.0)
+    penalty_full: float = Field(default=0.5, ge=0.0, le=1.0)
     """Share of the rotor radius from which they are full; linear between the two."""
 
     @model_validator(mode="after")
@@ -84,7 +82,7 @@ class Icing(Record):
         return tuple(sorted(self.blades))
 
 
-def with_ice(turbine: Kind, icing: Icing | None) -> Kind:
+def with_ice(turbine: Turbine, icing: Icing | None) -> Turbine:
     """The turbine with ice on its blades, in place of what it had; None takes it off.
 
     Raises:
@@ -97,7 +95,7 @@ def with_ice(turbine: Kind, icing: Icing | None) -> Kind:
             icing.on(turbine.n_blades)
         except ValueError as error:
             raise InputError(f"{turbine.name}: {error}") from None
-    return cast("Kind", turbine.model_copy(update={"icing": icing}))
+    return turbine.model_copy(update={"icing": icing})
 
 
 def law_mass(turbine: Turbine, icing: Icing) -> float:

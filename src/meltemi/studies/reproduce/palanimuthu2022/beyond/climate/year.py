@@ -1,0 +1,264 @@
+"""A year at a site: energy and lifetime loads from what the turbine does and from the months of a climate.
+
+Of each month the density of its air, the hours of its wind speeds (Weibull), of its rain and of ice are known. Power in
+turbulence is interpolated in the wind speed (monotone cubic) and in the density (through three values). One weather
+effect after another is put in: altitude, temperature, humidity, rain, ice; what each adds is a share of the year's
+energy at 1.225 kg/m^3 in the same wind. Rain and ice come in hours that are spread over all wind speeds of their month.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.environment.air import Air
+from meltemi.environment.climate import MONTH_HOURS, Climate, load_climate
+from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
+from meltemi.environment.site import STANDARD
+from meltemi.studies.rain_drops import rain_loads
+from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import (
+    ICED,
+    QUICK,
+    SHED,
+    SLOPES,
+    Progress,
+    Response,
+    Setup,
+    respond,
+)
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
+
+Float = NDArray[np.float64]
+
+CLIMATES = ("north_sea", "inland_plateau", "tropical_coast")
+TURBINE = "iea22mw"
+EDGES = np.arange(3.0, 25.01, 0.5)
+"""[m/s] of the bins of a year, from cut-in to cut-out."""
+STEPS = ("altitude", "temperature", "humidity", "rain", "ice")
+"""What is put in one after another."""
+SHED_SHARE = 0.1
+"""Of the hours with ice, in which one blade has thrown its ice off. An assumption: there are no statistics."""
+SCENARIOS: dict[str, dict[str, float]] = {
+    "3 K warmer": {"temperature": 3.0},
+    "3 K warmer, half the ice": {"temperature": 3.0, "icing": 0.5},
+    "humidity +0.1": {"humidity": 0.1},
+    "rain half as long again": {"rain": 1.5},
+    "wind 5 % slower": {"wind": 0.95},
+}
+
+
+@dataclass(frozen=True)
+class Year:
+    """A year at a site, of each seed.
+
+    Attributes:
+      climate: of the site.
+      density: (12,) [kg/m^3].
+      rated_wind: (12,) [m/s].
+      reference: (seeds,) [J] at 1.225 kg/m^3, dry and without ice.
+      steps: (seeds,) [J] that each effect adds to what stands before it.
+      constant: (seeds,) [J] more than with the months' densities if the density had its mean over the year.
+      seed_rain: (seeds,) [J] that rain takes by the review's formula, drops of 3 mm, instead of by drops on the blades.
+      loads: (seeds,) by channel, [N m] equivalent to the year's, at 1.225 kg/m^3; in its air; and with its ice.
+      common: (seeds,) [J] with its air in the wind of the first climate.
+      scenarios: (seeds,) [J] all effects in, by scenario.
+    """
+
+    climate: Climate
+    density: Float
+    rated_wind: Float
+    reference: Float
+    steps: Mapping[str, Float]
+    constant: Float
+    seed_rain: Float
+    loads: Mapping[str, tuple[Float, Float, Float]]
+    common: Float
+    scenarios: Mapping[str, Float]
+
+    @property
+    def energy(self) -> Float:
+        """(seeds,) [J] with all that there is."""
+        return self.reference + sum(self.steps.values())
+
+
+@dataclass(frozen=True)
+class Found:
+    """The years, and what they are made of."""
+
+    response: Response
+    years: Mapping[str, Year]
+
+
+def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Found:
+    """Simulate, and live through the years; a look with ``runs.setup.quick``."""
+    setup = QUICK if runs.setup.quick else Setup()
+    return of_turbine(load_turbine(TURBINE), setup, workers=workers, progress=progress)
+
+
+def of_turbine(
+    turbine: Turbine, setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None
+) -> Found:
+    """The three climates with a turbine."""
+    response = respond(turbine, setup, workers=workers, progress=lambda share, what: progress(0.98 * share, what))
+    return years(response)
+
+
+def years(response: Response) -> Found:
+    """The three climates with what a turbine does."""
+    climates = {name: load_climate(name) for name in CLIMATES}
+    return Found(response, {name: a_year(response, each, climates[CLIMATES[0]]) for name, each in climates.items()})
+
+
+class _Curves:
+    """What the turbine does at the middles of the bins of the wind speed."""
+
+    def __init__(self, response: Response) -> None:
+        self.response = response
+        self.speeds, self.densities = np.array(response.setup.speeds), np.array(response.setup.densities)
+        self.middle = 0.5 * (EDGES[1:] + EDGES[:-1])
+
+    def over_speed(self, values: Float) -> Float:
+        """(..., bins, seeds) of (..., speeds, seeds); the outermost speeds stand for what lies beyond."""
+        from scipy.interpolate import PchipInterpolator
+
+        inside = np.clip(self.middle, self.speeds[0], self.speeds[-1])
+        found: Float = PchipInterpolator(self.speeds, values, axis=-2)(inside)
+        return found
+
+    def power(self, values: Float) -> Float:
+        """The same of a power, which goes with the third power of the wind below the slowest one."""
+        slow = np.minimum(self.middle / self.speeds[0], 1.0) ** 3
+        return self.over_speed(values) * slow[:, None]
+
+    def at(self, values: Float, density: Float) -> Float:
+        """(12, bins, seeds) of (densities, bins, seeds): Lagrange's polynomial through all densities."""
+        x, result = self.densities, np.zeros((len(density), *values.shape[1:]))
+        for i, value in enumerate(values):
+            others = np.delete(x, i)
+            weight = np.prod((density[:, None] - others) / (x[i] - others), axis=1)
+            result += weight[:, None, None] * value
+        return result
+
+    def clean(self, density: Float) -> Float:
+        """[W] of clean blades in months of a density."""
+        rated = self.response.turbine.rated_power
+        return np.clip(self.at(self.power(self.response.power), density), 0.0, 1.02 * rated)
+
+    def ice_ratio(self, state: str) -> Float:
+        """(bins, seeds) power with ice over that without."""
+        setup = self.response.setup
+        density = np.array([setup.icing_density])
+        base = self.at(self.response.power, density)[0]
+        return self.over_speed(self.response.iced_power[state] / np.maximum(base, 1.0))
+
+    def rain_loss(self, kind: str, by: Literal["drops", "review"]) -> Float:
+        """(bins, seeds) [W] that rain of a class takes: only while the power is below rated."""
+        r, rain = self.response, Rain.model_validate({"kind": kind, "mode": "integrated" if by == "drops" else "seed"})
+        if by == "drops":
+            lost = [rain_loads(r.turbine, rain, p.wind.speed, p.rotor_speed, p.pitch).power for p in r.points]
+        else:
+            parameters = rain_parameters(rain, r.turbine.rotor_radius)
+            lost = [rain_power_loss(parameters, p.wind.speed) for p in r.points]
+        efficiency = r.turbine.drivetrain.generator_efficiency * r.turbine.drivetrain.gearbox_efficiency
+        below = self.at(self.over_speed(r.below), np.array([STANDARD]))[0]
+        return efficiency * np.interp(self.middle, self.speeds, lost)[:, None] * np.clip(below, 0.0, 1.0)
+
+
+def densities(climate: Climate, what: Literal["altitude", "temperature", "humidity"]) -> Float:
+    """(12,) [kg/m^3] with the effects up to the named one."""
+    if what == "humidity":
+        return climate.density
+    if what == "temperature":
+        return climate.replace(humidity=np.zeros(12)).density
+    if climate.pressure is not None:
+        air = Air(pressure=float(np.average(climate.pressure, weights=MONTH_HOURS)))
+    else:
+        air = Air(altitude=climate.altitude)
+    return np.full(12, air.at([0.0])[-1][0])
+
+
+def a_year(response: Response, climate: Climate, first: Climate) -> Year:
+    """A year at a site.
+
+    Args:
+      response: of the turbine.
+      climate: of the site.
+      first: whose wind is common to all.
+    """
+    curves = _Curves(response)
+    hours = climate.wind_hours(EDGES, response.turbine.hub_height)
+    common = first.wind_hours(EDGES, response.turbine.hub_height)
+
+    def produced(density: Float, time: Float = hours) -> Float:
+        return np.asarray(3600.0 * np.einsum("mb,mbs->s", time, curves.clean(density)))
+
+    reference = produced(np.full(12, STANDARD))
+    sums = {what: produced(densities(climate, what)) for what in ("altitude", "temperature", "humidity")}  # type: ignore[arg-type]
+    steps = {what: sums[what] - before for what, before in zip(sums, [reference, *sums.values()], strict=False)}
+    steps["rain"] = -_rain(curves, climate, hours, "drops")
+    steps["ice"] = -_ice(curves, climate, hours)
+    mean = np.full(12, np.average(climate.density, weights=hours.sum(axis=1)))
+    # rated wind goes with the density to the power of -1/3
+    known = np.array(response.setup.densities) ** (-1.0 / 3.0)
+    rated = np.interp(climate.density ** (-1.0 / 3.0), known[::-1], response.rated_wind[::-1])
+    return Year(
+        climate=climate,
+        density=climate.density,
+        rated_wind=rated,
+        reference=reference,
+        steps=steps,
+        constant=produced(mean) - sums["humidity"],
+        seed_rain=-_rain(curves, climate, hours, "review"),
+        loads={name: _loads(curves, climate, hours, name) for name in SLOPES},
+        common=produced(climate.density, common),
+        scenarios={name: _all(response, curves, climate.shifted(**shift)) for name, shift in SCENARIOS.items()},
+    )
+
+
+def _all(response: Response, curves: _Curves, climate: Climate) -> Float:
+    """(seeds,) [J] of a year with all effects."""
+    hours = climate.wind_hours(EDGES, response.turbine.hub_height)
+    dry = 3600.0 * np.einsum("mb,mbs->s", hours, curves.clean(climate.density))
+    return np.asarray(dry - _rain(curves, climate, hours, "drops") - _ice(curves, climate, hours))
+
+
+def _rain(curves: _Curves, climate: Climate, hours: Float, by: Literal["drops", "review"]) -> Float:
+    """(seeds,) [J] that rain takes in a year; never more than there is."""
+    clean = curves.clean(climate.density)
+    lost = np.zeros(clean.shape[-1])
+    for kind, wet in climate.rain_hours.items():
+        share = hours * (wet / MONTH_HOURS)[:, None]
+        lost += 3600.0 * np.einsum("mb,mbs->s", share, np.minimum(clean, curves.rain_loss(kind, by)))
+    return lost
+
+
+def _ice(curves: _Curves, climate: Climate, hours: Float) -> Float:
+    """(seeds,) [J] that ice takes in a year."""
+    share = hours * (climate.icing_hours / MONTH_HOURS)[:, None]
+    kept = (1.0 - SHED_SHARE) * curves.ice_ratio(ICED) + SHED_SHARE * curves.ice_ratio(SHED)
+    return np.asarray(3600.0 * np.einsum("mb,mbs,bs->s", share, curves.clean(climate.density), 1.0 - kept))
+
+
+def _loads(curves: _Curves, climate: Climate, hours: Float, name: str) -> tuple[Float, Float, Float]:
+    """(seeds,) equivalent load of the hours in operation: at 1.225 kg/m^3, in the climate's air, and with its ice."""
+    m, response = SLOPES[name], curves.response
+    clean = curves.over_speed(response.loads[name])
+    weight = hours / hours.sum()
+    standard, own = (curves.at(clean, rho) ** m for rho in (np.full(12, STANDARD), climate.density))
+    setup = response.setup
+    base = curves.at(response.loads[name], np.array([setup.icing_density]))[0]
+    ice = sum(
+        part * curves.over_speed(response.iced_loads[state][name] / base) ** m
+        for state, part in ((ICED, 1.0 - SHED_SHARE), (SHED, SHED_SHARE))
+    )
+    share = (climate.icing_hours / MONTH_HOURS)[:, None, None]
+    iced = (1.0 - share) * own + share * own * ice
+    first, second, third = (
+        np.asarray(np.einsum("mb,mbs->s", weight, damage) ** (1.0 / m)) for damage in (standard, own, iced)
+    )
+    return first, second, third
