@@ -35,6 +35,7 @@ PAGES = (
     "docs/guide/sensitivities.md",
     "docs/guide/supervision.md",
     "docs/guide/wind.md",
+    "docs/guide/air-and-rain.md",
     "docs/guide/yaw.md",
     "docs/migrate/windio.md",
     "docs/migrate/openfast.md",
