@@ -237,7 +237,7 @@ if __name__ == "__main__":
         path = IMAGES / f"conventions-{draw.__name__}.svg"
         draw().savefig(path, metadata={"Date": None})
         print(f"wrote {path}")
-    for machine in ("operation", "yaw"):
-        path = IMAGES / f"supervisor-{machine}.svg"
+    for machine, name in (("operation", "supervisor-operation"), ("yaw", "supervisor-yaw"), ("power", "power-states")):
+        path = IMAGES / f"{name}.svg"
         plot_states(machine).savefig(path, metadata={"Date": None})
         print(f"wrote {path}")

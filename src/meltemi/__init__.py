@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from meltemi.control.controller import Controller as Controller
     from meltemi.control.controller import LogEntry as LogEntry
     from meltemi.control.controller import StartPoint as StartPoint
+    from meltemi.control.coordinated import Coordination as Coordination
+    from meltemi.control.coordinated import coordinated as coordinated
     from meltemi.control.fixed import fixed as fixed
     from meltemi.control.load_control import FeedForward as FeedForward
     from meltemi.control.load_control import HarmonicLoop as HarmonicLoop
@@ -161,6 +163,8 @@ if TYPE_CHECKING:
     from meltemi.turbine.definition import Flap as Flap
     from meltemi.turbine.definition import FlapIncrements as FlapIncrements
     from meltemi.turbine.definition import Turbine as Turbine
+    from meltemi.turbine.electrical import ElectricalSystem as ElectricalSystem
+    from meltemi.turbine.electrical import size_electrical as size_electrical
     from meltemi.turbine.flaps import naca64618_flap as naca64618_flap
     from meltemi.turbine.flaps import with_flaps as with_flaps
     from meltemi.turbine.gearbox import Gearbox as Gearbox
@@ -246,6 +250,7 @@ _HOME = {
     "control.bladed.rosco": "edit_discon find_rosco",
     "control.fixed": "fixed",
     "control.controller": "Controller LogEntry StartPoint",
+    "control.coordinated": "Coordination coordinated",
     "control.load_control": "FeedForward HarmonicLoop LoadControl LoadSensor Preview SpeedNotch load_control",
     "control.power_control.controller": "power_control",
     "control.power_control.settings": "Droop PowerControl",
@@ -312,6 +317,7 @@ _HOME = {
     "studies.sensitivity": "Sensitivity differences sensitivity",
     "studies.tuning": "Tuning tune_ipc tune_loops",
     "turbine.definition": "Flap FlapIncrements Turbine",
+    "turbine.electrical": "ElectricalSystem size_electrical",
     "turbine.flaps": "naca64618_flap with_flaps",
     "turbine.gearbox": "Gearbox ParallelStage PlanetaryStage size_gearbox",
     "turbine.icing": "Icing with_ice",

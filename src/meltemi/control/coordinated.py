@@ -74,14 +74,14 @@ COORDINATION = table(
     caution      | -     | standard deviations
     mean_time    | s     | of mean and standard deviation
     mean         | m/s   | state: mean of the estimated wind
-    square       | m^2/s^2 | state: variance of the estimated wind
+    variance     | m^2/s^2 | state: variance of the estimated wind
     switches     | -     | limits that a difference step would have reached, in derivative runs
     """,
 )
 """Settings and state, which stand before those of the yaw control at the end of the vector."""
 LENGTH = len(COORDINATION)
 POWER_PLACE, INDIVIDUAL, YAWS, RELIEVES, OWN_BAND, WIDEST_BAND, CAUTION, MEAN_TIME, MEAN, VARIANCE, SWITCHES = (
-    COORDINATION.slots("power individual yaws relieves own_band widest_band caution mean_time mean square switches")
+    COORDINATION.slots("power individual yaws relieves own_band widest_band caution mean_time mean variance switches")
 )
 LEAST_WIND = 0.1
 """[m/s]."""
@@ -89,7 +89,7 @@ LEAST_WIND = 0.1
 
 @kernel
 def dead_band(x: Float, at: int, power: int, error: float, dt: float) -> float:
-    """Yaw error [rad] that may be left while power is to spare (C-92).
+    """Yaw error [rad] that may be left while power is to spare (C-91 to C-93).
 
     Args:
       at, power: places of the coordination and of the power control.

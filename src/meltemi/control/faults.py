@@ -35,6 +35,7 @@ FAULTS = table(
     "",
     """
     grid               | -     | 1 while there is a grid, 0 while there is none and no torque
+    voltage            | -     | what a dip leaves of the grid's voltage
     request            | -     | last word of the operator, a number of REQUESTS
     power_limit        | W     | that the operator sets; infinite without one
     generator          | -     | 1 while it follows its demand, 0 without torque
@@ -54,8 +55,8 @@ FAULTS = table(
 )
 """Numbers that events change."""
 
-GRID, REQUEST, POWER_LIMIT, GENERATOR, BRAKE, BRAKE_APPLIED, YAW_DRIVE = FAULTS.slots(
-    "grid request power_limit generator brake brake_applied yaw_drive"
+GRID, VOLTAGE, REQUEST, POWER_LIMIT, GENERATOR, BRAKE, BRAKE_APPLIED, YAW_DRIVE = FAULTS.slots(
+    "grid voltage request power_limit generator brake brake_applied yaw_drive"
 )
 PITCH_STUCK, PITCH_RUN, FLAP_STUCK = FAULTS.slots("pitch_stuck pitch_run flap_stuck")
 OFFSET, DRIFT, DRIFT_BEGIN, LOST, HELD = (FAULTS.index(f"{fault}_{SENSORS[0]}") for fault, _, _ in _SENSOR_FAULTS)
@@ -67,7 +68,7 @@ KEEP_NEXT, KEPT, ZERO = 1.0, 2.0, 3.0
 def healthy() -> Float:
     """A machine in order, on a grid, without a word of the operator."""
     faults = FAULTS.zeros()
-    faults[[GRID, GENERATOR, BRAKE, YAW_DRIVE]] = 1.0
+    faults[[GRID, VOLTAGE, GENERATOR, BRAKE, YAW_DRIVE]] = 1.0
     faults[POWER_LIMIT] = float("inf")
     return faults
 

@@ -82,6 +82,7 @@ ELECTRIC = table(
     heat             | J     | state: in the chopper
     low_time         | s     | state: since when the grid's voltage is low
     trip             | -     | state: number of the protection that has tripped, 0 for none
+    off_time         | s     | state: since when
     torque           | N m   | on the generator's shaft, against its rotation
     mechanical_power | W     | taken from the shaft
     copper_loss      | W     | of the stator

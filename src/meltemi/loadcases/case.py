@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
@@ -29,14 +29,12 @@ from meltemi.simulation.performance import performance_of
 from meltemi.simulation.start import Start
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.files import read_hub_csv, read_wind
 from meltemi.wind.iec.models import iec_wind
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
-
-if TYPE_CHECKING:
-    from meltemi.turbine.power_turbine import AnyTurbine
 
 ROSCO = "rosco"
 """In the place of a library's path."""
@@ -224,10 +222,10 @@ def read_case(path: str | Path) -> LoadCase:
 
 
 def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
-    """The turbine of a case, with the case\'s ice; paths are relative to ``folder``."""
+    """The turbine of a case, with the case's ice; paths are relative to ``folder``."""
     beside = folder / case.turbine
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
-    return turbine if case.icing is None else with_ice(turbine, case.icing)
+    return turbine if case.icing is None else with_ice(aeroelastic(turbine, "icing"), case.icing)
 
 
 def self_contained(case: LoadCase, folder: Path) -> LoadCase:

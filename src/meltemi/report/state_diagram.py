@@ -1,9 +1,10 @@
-"""Diagrams of the supervisor's machines, drawn from the tables that its kernels walk."""
+"""Diagrams of the machines of supervisor and power control, drawn from the tables that their kernels walk."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from meltemi.control.power_control import tables as power
 from meltemi.control.supervisor.tables import (
     GROUPS,
     STATES,
@@ -30,14 +31,22 @@ _PLACES = {
     "idling": (0.0, -2.6),
 }
 _YAW_PLACES = {"normal": (0.0, 0.0), "derated": (5.0, 0.0), "shutdown": (2.5, -2.8)}
-MACHINES = ("operation", "yaw")
+_POWER_PLACES = {
+    "maximum_power": (0.0, -2.0),
+    "power_tracking": (4.0, 0.0),
+    "speed_limit": (9.0, 0.0),
+    "hold": (11.5, -4.0),
+    "recovery": (4.0, -4.0),
+}
+MACHINES = ("operation", "yaw", "power")
 
 
 def plot_states(machine: str = "operation") -> Figure:
-    """Draw a machine of the supervisor: its states as boxes, its transitions as arrows with their conditions.
+    """Draw a machine of states: its states as boxes, its transitions as arrows with their conditions.
 
     Args:
-      machine: ``operation``, or ``yaw``: protection against yaw errors, which derates and looks again.
+      machine: of the supervisor ``operation``, or ``yaw``: protection against yaw errors, which derates and looks
+        again; ``power``: of the power control.
 
     Raises:
       InputError: another machine.
@@ -46,14 +55,16 @@ def plot_states(machine: str = "operation") -> Figure:
         raise InputError(f"plot_states: machine {machine!r}: {did_you_mean(machine, MACHINES)}")
     if machine == "yaw":
         return _draw(_YAW_PLACES, [a.name for a in YAW_STATES], _merged(YAW_TRANSITIONS), (8.0, 4.6))
+    if machine == "power":
+        return _draw(_POWER_PLACES, [a.name for a in power.STATES], _merged(power.TRANSITIONS), (11.0, 5.6))
     return _draw(_PLACES, [a.name for a in STATES], _merged(TRANSITIONS), (15.0, 7.6))
 
 
-def _words(t: Transition) -> str:
+def _words(t: Transition | power.Transition) -> str:
     return " and ".join(name.replace("_", " ") for name in t.conditions)
 
 
-def _merged(transitions: tuple[Transition, ...]) -> dict[tuple[str, str], list[str]]:
+def _merged(transitions: tuple[Transition, ...] | tuple[power.Transition, ...]) -> dict[tuple[str, str], list[str]]:
     """Words of all transitions from a state, or from the group of those that run, to another."""
     found: dict[tuple[str, str], list[str]] = {}
     for t in transitions:

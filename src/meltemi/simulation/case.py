@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.flaps import FLAP
-from meltemi.aero.rotor import derivatives, settle
+from meltemi.aero.rotor import AIR_DENSITY, derivatives, settle
 from meltemi.aero.tables import AERO_NODE, FLOW, INFLOW, MEMORY, ROTOR, STALL, TOWER_FLOW
 from meltemi.control.actuators import PITCH
 from meltemi.control.controller import Controller, Entry, StartPoint
@@ -36,6 +36,7 @@ from meltemi.control.signals import (
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import announce, kernel
 from meltemi.core.tables import Table, View
+from meltemi.electrical.tables import ELECTRIC, TRIPS
 from meltemi.environment.conditions import CONDITIONS, conditions_array
 from meltemi.environment.grid import PowerGrid
 from meltemi.numbers.duals import N_DERIVATIVES
@@ -43,6 +44,7 @@ from meltemi.numbers.lanes import WIDTH
 from meltemi.numbers.views import FLOATS, LANES, viewer
 from meltemi.simulation import step
 from meltemi.simulation.channels import Channel
+from meltemi.simulation.electric import ELECTRIC_PARTS, begin_electric, deliver, rates_of_electric
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model
 from meltemi.simulation.step import (
@@ -58,6 +60,7 @@ from meltemi.simulation.step import (
     WANT_LOADS,
     evaluate,
     observe,
+    surroundings,
 )
 from meltemi.structure.tables import (
     BLADE_NODE,
@@ -125,6 +128,7 @@ SIGNAL_TABLES: dict[str, Table] = {
     "gear_loads": GEAR_LOAD,
     "demands": DEMANDS,
     "outside": CONDITIONS,
+    "electric": ELECTRIC,
     "flow": FLOW,
     "motion": MOTION,
     "station": STATION_LOAD,
@@ -206,6 +210,8 @@ class BaseCase:
     numbers: tuple[Any, ...]
     parts: tuple[Any, ...]
     spare: Float
+    _electric_parts: tuple[Any, ...]
+    _electric_numbers: Any
     controller: Controller
     controller_state: Float
     entry: Entry
@@ -280,6 +286,23 @@ class BaseCase:
         """Compute section loads and the summary after an evaluation."""
         raise NotImplementedError
 
+    def begin_electric(self, dt: float = 0.0) -> None:
+        """Bring the electrical system into steady operation at the present speed and torque; steps of ``dt`` follow."""
+        if self.model.has_electrical:
+            surroundings(0.0, self["conditions"], float(self["aero"][AIR_DENSITY]), self["faults"], self["outside"])
+            begin_electric(dt, self._electric_numbers, self._electric_parts)
+
+    def electric_rates(self) -> None:
+        """Time derivatives of the electrical system, and its torque on the shaft; before an evaluation."""
+        if self.model.has_electrical:
+            rates_of_electric(self._electric_numbers, self._electric_parts)
+
+    @property
+    def trip(self) -> str:
+        """Why the electrical system has tripped; empty if it has not."""
+        number = int(self.view("electric")["trip"])
+        return TRIPS[number] if number else ""
+
     def sample(self, t: float) -> None:
         """What the sensors give at time ``t`` into ``measured``."""
         step.sample(t, *self.sample_arguments())
@@ -300,6 +323,8 @@ class BaseCase:
             self["summary"],
             self.model.turbine.drivetrain.generator_efficiency,
             self["outside"],
+            self["electrical"],
+            self["electric"],
             self.measured,
         )
 
@@ -429,6 +454,8 @@ class Case(BaseCase):
             "series": described.series,
             "now": np.zeros(described.series.shape[1]),
             "box": described.box,
+            "electrical": model.electrical,
+            "d_electric": ELECTRIC.zeros(),
             "columns": np.zeros((6, nc)),
             "frame": FRAME.zeros(**sizes),
             "partial": aligned((3 * K, B, fill)),
@@ -470,10 +497,13 @@ class Case(BaseCase):
         self.parts = tuple(arrays[name] for name in PARTS)
         self.load_parts = tuple(arrays[name] for name in LOAD_PARTS)
         self._air_parts = tuple(arrays[name] for name in AIR_PARTS)
+        self._electric_parts = tuple(arrays[name] for name in ELECTRIC_PARTS)
         kind = LANES if lanes else FLOATS
         self.numbers = (FLOATS, kind, FLOATS)
         self._air_numbers: Any = kind
+        self._electric_numbers = FLOATS
         if duals:
+            self._electric_numbers = self.kinds(ELECTRIC_PARTS)
             self._air_numbers = self.kinds(AIR_PARTS)
             self.numbers = (FLOATS, self.kinds(PARTS), self.kinds(LOAD_PARTS))
             for name in ("measured", "v_old", "a_old", "spare"):
@@ -515,6 +545,8 @@ class Case(BaseCase):
         """Compute section loads and the summary after an evaluation."""
         efficiency = self.model.turbine.drivetrain.generator_efficiency
         observe(t, efficiency, self.numbers, self.parts, self.load_parts, True)
+        if self.model.has_electrical:
+            deliver(self._electric_numbers, self._electric_parts)
 
     def time_loop(self) -> Any:
         """The function that marches."""

@@ -81,6 +81,7 @@ def catalogue(
     coordinates: Iterable[str] = (),
     flaps: int = 0,
     gears: tuple[int, int] = (0, 0),
+    electrical: bool = False,
 ) -> dict[str, Channel]:
     """All channels of a turbine by name.
 
@@ -91,9 +92,12 @@ def catalogue(
       coordinates: names of the generalised coordinates; each becomes a channel, and its velocity.
       flaps: of each blade.
       gears: planetary stages, and all stages of a gearbox whose parts are modelled.
+      electrical: an electrical system is modelled.
     """
     found = [_channel(row, ()) for row in _rows("machine")]
     found += _gearbox(*gears)
+    if electrical:
+        found += [_channel(row, ()) for row in _rows("electrical")]
     for b in range(1, n_blades + 1):
         for row in _rows("blade"):
             index = () if row[-1].startswith("demands.") else (b - 1,)
@@ -160,6 +164,8 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
         hint += f" Blade nodes are numbered 1 to {_last_node(channels)}."
     if GEARBOX.fullmatch(lower) and "main_shaft_torque" not in channels:
         hint = "loads of the gearbox need options.drivetrain: quasi_static or multibody"
+    if lower in {row[0] for row in _rows("electrical")}:
+        hint = "channels of the electrical system need options.electrical: averaged"
     raise InputError(f"no channel {name!r}: {hint}")
 
 

@@ -69,6 +69,7 @@ def _aeroelastic_channels(model: Model, stations: Stations) -> dict[str, Channel
         model.coordinates,
         model.n_flaps,
         model.n_gear_stages,
+        model.has_electrical,
     )
 
 
@@ -95,7 +96,7 @@ AEROELASTIC = Engine(
     brake_inertia=lambda t: t.drivetrain.generator_inertia,
     tables=tuple(
         "structure blade_nodes blade_edges shape second modal tip_shape tip_second top_shape top_second tower_matrix "
-        "tower_weight tower_nodes tower_shape aero aero_nodes polars section tower_flow actuators".split()
+        "tower_weight tower_nodes tower_shape aero aero_nodes polars section tower_flow actuators electrical".split()
     ),
 )
 POWER = Engine(
@@ -106,7 +107,7 @@ POWER = Engine(
     operating_point=power_point,
     reach=lambda t: 0.0,
     brake_inertia=lambda t: t.drivetrain.inertia / t.drivetrain.gear_ratio**2,
-    tables=("structure", "aero", "disk", "actuators"),
+    tables=("structure", "aero", "disk", "coefficient", "values", "actuators", "electrical"),
 )
 
 

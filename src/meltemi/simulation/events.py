@@ -162,6 +162,32 @@ class GridLoss(Lasting):
         return (("grid", 0.0, 1.0),)
 
 
+class VoltageDip(Lasting):
+    """The grid's voltage falls to a share of what it is; ``options.electrical: averaged`` shows what follows."""
+
+    type: Literal["voltage_dip"] = "voltage_dip"
+    voltage: float
+    """Share of the voltage that is left, 0 for a short circuit at the terminals."""
+
+    @model_validator(mode="after")
+    def _share(self) -> Self:
+        if not 0.0 <= self.voltage <= 1.5:
+            volts = "; it is a share of the nominal voltage, not volts" if self.voltage > 1.5 else ""
+            raise ValueError(f"voltage {self.voltage:g} is not between 0 and 1.5{volts}")
+        return self
+
+    @property
+    def part(self) -> str:
+        return "voltage of the grid"
+
+    @property
+    def what(self) -> str:
+        return f"grid voltage at {100.0 * self.voltage:g} %"
+
+    def changes(self) -> tuple[Change, ...]:
+        return (("voltage", self.voltage, 1.0),)
+
+
 class GeneratorFault(Lasting):
     """The generator gives no torque; controllers see it only by its effects."""
 
@@ -318,7 +344,7 @@ class YawStuck(Lasting):
 
 
 KINDS: tuple[type[Happening], ...] = (
-    *(PitchStuck, PitchRunaway, FlapStuck, GridLoss, GeneratorFault, SensorOffset, SensorDrift, SensorLoss),
+    *(PitchStuck, PitchRunaway, FlapStuck, GridLoss, VoltageDip, GeneratorFault, SensorOffset, SensorDrift, SensorLoss),
     *(Request, PowerLimit, Brake, BrakeFault, YawStuck),
 )
 """All kinds of events."""
@@ -328,6 +354,7 @@ Event = Annotated[
     | PitchRunaway
     | FlapStuck
     | GridLoss
+    | VoltageDip
     | GeneratorFault
     | SensorOffset
     | SensorDrift
@@ -426,6 +453,16 @@ def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_step
         (step, LogEntry(step * dt, "event", what if begins else f"{what}: over")) for step, begins, _, what, _ in edges
     )
     return Schedule(np.array(rows, dtype=float).reshape(-1, 3), log)
+
+
+def refuse_dips(events: Sequence[Happening]) -> None:
+    """InputError for a dip that a run without an electrical system would not feel."""
+    for i, event in enumerate(events):
+        if isinstance(event, VoltageDip):
+            raise InputError(
+                f"events.{i}: a voltage_dip has no effect without an electrical system; "
+                "set options.electrical: averaged"
+            )
 
 
 def _step(t: float, dt: float) -> int:

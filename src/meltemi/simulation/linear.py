@@ -3,9 +3,9 @@
     dx/dt = A x + B u,   y = C x + D u          (deviations from the operating point)
 
 States are the free coordinates and their velocities, amplitudes and rates of a gearbox's modes, the states of
-inflow and stall, and those of the pitch actuators. The rotor's azimuth is none: it is what the matrices depend on. At a
-fixed azimuth they belong to the blades; in the fixed frame blade quantities are collective, cosine and sine parts, and
-the matrices are averaged over a revolution.
+inflow and stall, those of the pitch actuators, and those of an electrical system. The rotor's azimuth is none: it is
+what the matrices depend on. At a fixed azimuth they belong to the blades; in the fixed frame blade quantities are
+collective, cosine and sine parts, and the matrices are averaged over a revolution.
 
 Reference: docs/theory/simulation.md (M-20 to M-26); Bir (2008), NREL/CP-500-42553.
 """
@@ -24,9 +24,12 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.aero.stall import model_weight
 from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, STALL
 from meltemi.control.actuators import FLAP_ACTUATOR
+from meltemi.control.signals import GENERATOR_TORQUE, REACTIVE_POWER
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.tables import View
 from meltemi.core.threads import one_blas_thread
+from meltemi.electrical.tables import ELECTRIC, N_STATES
+from meltemi.environment.conditions import GRID_FREQUENCY, GRID_VOLTAGE
 from meltemi.maths.multiblade import rotating_frame
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.case import SIGNAL_TABLES, Case
@@ -189,7 +192,8 @@ def linearise(
       inputs: ``generator_torque``, ``pitch`` (of all blades), ``pitch_1`` to ``pitch_3``, ``wind_speed`` (the same
         everywhere), ``vertical_wind``, ``wind_direction``, ``horizontal_shear``, ``vertical_shear`` (linear, as
         in a ``WindSeries``), ``shear_exponent``, ``yaw``, ``yaw_rate`` (of the yaw drive), ``flap_1_1`` (flap, blade)
-        and so on. Pitch and flaps are demands.
+        and so on. Pitch and flaps are demands. With an electrical system the generator torque is one as well, and
+        there are ``reactive_power``, ``grid_voltage`` and ``grid_frequency``.
       outputs: channels, by our names or OpenFAST's, but the azimuth.
       azimuth: [rad] of blade 1, for the model at this azimuth; by default the one in the fixed frame. There, a
         channel or input of one blade brings in those of the other two.
@@ -205,7 +209,14 @@ def linearise(
     if azimuths < 1 or SAMPLES % azimuths:
         raise InputError(f"linearise: azimuths must divide {SAMPLES}, found {azimuths!r}")
     case = linear_case(model, point)
-    channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps, model.n_gear_stages)
+    channels = catalogue(
+        model.n_blades,
+        model.n_nodes,
+        coordinates=model.coordinates,
+        flaps=model.n_flaps,
+        gears=model.n_gear_stages,
+        electrical=model.has_electrical,
+    )
     outputs = [find(name, channels).name for name in outputs]
     u = _inputs(case, point, _of_all_blades(inputs) if fixed else inputs)
     y = _outputs(case, [channels[name] for name in (_of_all_blades(outputs) if fixed else outputs)])
@@ -217,6 +228,7 @@ def linearise(
     x0, y0 = np.zeros(n), np.zeros(len(y))
     for psi in places:
         point.put(case, psi)
+        case.begin_electric()
         state = np.array([case[s.moves[0][0][0]].flat[s.moves[0][0][1]] for s in x])
         J = jacobian(case, (*x, *u), (*x, *y))
         shown = np.array([case.signals.vector[v.shows[1]] for v in y])
@@ -279,6 +291,7 @@ def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) 
 
 def evaluate_rates(case: Case, loads: bool) -> None:
     """Rates of all states, and section loads where outputs need them."""
+    case.electric_rates()
     case.evaluate(0.0)
     case.rates()
     if loads:
@@ -315,6 +328,9 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
     for j in range(model.n_flaps):
         ideal, w, z = _flap_actuator(model, j)
         x += [] if ideal else _actuator_states(case, f"flap {j + 1}", "flap", (j,), w, z)
+    if model.has_electrical:
+        for i, entry in enumerate(ELECTRIC.fields[:N_STATES]):
+            x.append(Variable(entry.name, entry.unit, ((("electric", i), 1.0),), ("d_electric", i)))
     if yaw:
         x.append(Variable("yaw command", "rad", ((("drive", ex.YAW_COMMAND), 1.0),), ("drive", ex.YAW_COMMAND_RATE)))
     return x
@@ -381,6 +397,8 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
         "yaw": Variable("", "rad", ((("drive", ex.YAW_COMMAND), 1.0),)),
         "yaw_rate": Variable("", "rad/s", ((("drive", ex.YAW_COMMAND_RATE), 1.0),)),
     }
+    if model.has_electrical:
+        known |= _of_the_grid(case, point)
     for j in range(model.n_flaps):
         at_once, w, _ = _flap_actuator(model, j)
         for b in range(B):
@@ -402,6 +420,20 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
         if name not in known:
             raise InputError(f"linearise: no input {name!r}: {did_you_mean(name, known)}")
         found.append(Variable(name, known[name].unit, known[name].moves, value=known[name].value))
+    return found
+
+
+def _of_the_grid(case: Case, point: OperatingPoint) -> dict[str, Variable]:
+    """Inputs of an electrical system: its demands and the grid."""
+    case.begin_electric()
+    found = {}
+    for name, unit, array, place, value in (
+        ("generator_torque", "N m", "demands", GENERATOR_TORQUE, point.generator_torque),
+        ("reactive_power", "var", "demands", REACTIVE_POWER, 0.0),
+        ("grid_voltage", "-", "outside", GRID_VOLTAGE, float(case["outside"][GRID_VOLTAGE])),
+        ("grid_frequency", "Hz", "outside", GRID_FREQUENCY, float(case["outside"][GRID_FREQUENCY])),
+    ):
+        found[name] = Variable("", unit, (((array, place), 1.0),), value=value)
     return found
 
 

@@ -22,6 +22,7 @@ from meltemi.control.actuators import ACTUATOR, FLAP_ACTUATOR
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.tables import MAX_BLADES, Table, View
 from meltemi.core.threads import one_blas_thread
+from meltemi.electrical.tables import ELECTRICAL, electrical_array
 from meltemi.environment.site import Environment
 from meltemi.simulation.ice import ice_pieces, iced_polars
 from meltemi.simulation.options import ModelOptions
@@ -33,6 +34,7 @@ from meltemi.structure.members import Member, NodeLayout, blade_member, cells, p
 from meltemi.structure.tables import BLADE_NODE, STRUCTURE, TOWER_NODE
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.gearbox import LEAST_RATIO
+from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[np.float64]
 
@@ -98,6 +100,7 @@ class Model:
     flap_nodes: Float
     increments: Float
     flap_actuators: Float
+    electrical: Float
 
     @property
     def n_blades(self) -> int:
@@ -119,6 +122,11 @@ class Model:
         return len(self.flap_nodes)
 
     @property
+    def has_electrical(self) -> bool:
+        """Whether generator, converters and grid are modelled."""
+        return self.options.electrical == "averaged"
+
+    @property
     def n_gear_stages(self) -> tuple[int, int]:
         """Planetary stages of the gearbox, and all its stages; none where they are not modelled."""
         gearbox = self.turbine.drivetrain.gearbox
@@ -138,7 +146,11 @@ class Model:
 
     def parameter_names(self) -> list[str]:
         """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
-        return [f"{table.name}.{name}" for table, _ in _PARAMETERS for name in table.names]
+        return [f"{table.name}.{name}" for table, _ in self._tables for name in table.names]
+
+    @property
+    def _tables(self) -> tuple[tuple[Table, str], ...]:
+        return (*_PARAMETERS, (ELECTRICAL, "electrical")) if self.has_electrical else _PARAMETERS
 
     def parameter(self, name: str) -> float:
         """Value of a scalar parameter by its name, e.g. ``"structure.hub_mass"``.
@@ -160,7 +172,7 @@ class Model:
 
     def find_parameter(self, name: str) -> tuple[str, int]:
         """Array of the model and row in it that hold a scalar parameter; InputError as :meth:`parameter`."""
-        for table, array in _PARAMETERS:
+        for table, array in self._tables:
             prefix = f"{table.name}."
             if name.startswith(prefix) and name[len(prefix) :] in table.names:
                 return array, table.names.index(name[len(prefix) :])
@@ -170,7 +182,7 @@ class Model:
         """Hash of everything that determines results of this model."""
         text = json.dumps(
             [self.turbine.content_hash(), self.environment.content_hash(), self.options.content_hash()]
-            + [getattr(self, array).tolist() for _, array in _PARAMETERS]
+            + [getattr(self, array).tolist() for _, array in self._tables]
         )
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -255,6 +267,7 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         flap_nodes=_flap_nodes(turbine, blade_layout),
         increments=_increments(turbine),
         flap_actuators=_flap_actuators(turbine),
+        electrical=electrical_of(turbine, options),
     )
 
 
@@ -376,6 +389,25 @@ def _second(member: Member, position: Float) -> Float:
     """(3 k k, nodes) displacements of second order, component fastest, then mode, then mode."""
     k = len(member.names)
     return member.second_at(position).transpose(0, 1, 3, 2).reshape(3 * k * k, len(position))
+
+
+def electrical_of(turbine: AnyTurbine, options: ModelOptions) -> Float:
+    """Parameters of the electrical system; all zero without one.
+
+    Raises:
+      InputError: it is asked for and not described, or does not suit the turbine.
+    """
+    if options.electrical == "ideal":
+        return electrical_array(None)
+    law, speed = turbine.control.torque, turbine.control.pitch.reference_speed
+    if turbine.electrical is None:
+        raise InputError(
+            f"{turbine.name}: options.electrical 'averaged' needs turbine.electrical; "
+            f"size_electrical(rated_power={law.rated_power:.4g}, rated_speed={speed:.4g}) makes one"
+        )
+    if unfit := turbine.electrical.unfit(law.rated_power / law.rated_speed, speed):
+        raise InputError(f"{turbine.name}: electrical.{unfit}")
+    return electrical_array(turbine.electrical)
 
 
 def _structure(turbine: Turbine, environment: Environment, options: ModelOptions, gears: Float) -> Float:

@@ -24,18 +24,17 @@ from meltemi.control import fixed
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, LogEntry, StartPoint
 from meltemi.control.faults import happen, report
-from meltemi.control.signals import DEMANDS, MEASUREMENTS
+from meltemi.control.signals import DEMANDS, GRID, MEASUREMENTS
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.kernel import compile_seconds, kernel_for
 from meltemi.core.tables import View
-from meltemi.environment.conditions import conditions_now
 from meltemi.environment.grid import PowerGrid
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Numbers, Stations
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.engines import engine_of, new_case
-from meltemi.simulation.events import Happening, read_events, schedule
+from meltemi.simulation.events import Happening, read_events, refuse_dips, schedule
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.points import shared_point
 from meltemi.simulation.result import Result
@@ -164,6 +163,8 @@ class Simulation:
         n_steps = round(duration / dt) + 1
         self.events, self.grid = read_events(events), grid
         planned = schedule(self.events, turbine, dt, n_steps)
+        if not model.has_electrical:
+            refuse_dips(self.events)
         began, compiled = clock_time.perf_counter(), compile_seconds()
         wind = realised(wind, turbine, duration)
         reach = engine.reach(turbine)
@@ -193,6 +194,7 @@ class Simulation:
         if prepare is not None:
             prepare(case)
         start.put(case)
+        case.begin_electric(dt)
         begin(case)
         case.clock[step.EVERY_OUTPUT], case.clock[step.EVERY_CONTROL] = every_output, every_control
         self.model, self.wind, self.case, self.controller = model, wind, case, case.controller
@@ -315,12 +317,15 @@ class Simulation:
     def _measure(self) -> View:
         case = self.case
         now = int(case.clock[step.STEP])
-        conditions_now(now * self.dt, case["conditions"], case["aero"][AIR_DENSITY], case["outside"])
-        case.sample(now * self.dt)
         if len(case.events):
             case.clock[step.NEXT_EVENT] = happen(now, int(case.clock[step.NEXT_EVENT]), case.events, case["faults"])
-            if case.clock[step.NEXT_EVENT] > 0:
-                report(now * self.dt, case["faults"], case.measured)
+        density = float(case["aero"][AIR_DENSITY])
+        step.surroundings(now * self.dt, case["conditions"], density, case["faults"], case["outside"])
+        case.sample(now * self.dt)
+        if case.clock[step.NEXT_EVENT] > 0:
+            report(now * self.dt, case["faults"], case.measured)
+        if case.trip:
+            case.measured[GRID] = 0.0
         return View(MEASUREMENTS, case.measured.copy())  # of its own, so it stays as it is
 
     def motion(self) -> tuple[Any, Any]:
@@ -331,6 +336,9 @@ class Simulation:
     def log(self) -> list[LogEntry]:
         """What has happened so far, by time; an event comes before what a controller makes of it."""
         entries = [entry for at, entry in self._planned if at < self.case.clock[step.STEP]]
+        if self.case.trip:
+            since = float(self.case.view("electric")["off_time"])
+            entries.append(LogEntry(self.time - since, "protection", "electrical system tripped", self.case.trip))
         if self.controller.log is not None:
             entries += self.controller.log(self.case.controller_state)
         return sorted(entries, key=lambda entry: entry.time)
@@ -348,7 +356,7 @@ class Simulation:
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
         if self.controller.warnings is not None:
             meta["warnings"] = noticed(self.controller, self.case.controller_state)
-        if self.controller.log is not None or self.events:
+        if self.controller.log is not None or self.events or self.case.trip:
             meta["log"] = [asdict(entry) for entry in self.log()]
         return Result(
             time=np.arange(rows, dtype=float) * self.output_step,

@@ -5,7 +5,8 @@
 1. events that are due;
 2. sample: measurements from the state (with the extrapolated velocity) and the last loads, as the sensors report them;
 3. control, when its sample time has come: demands;
-4. actuators: they have moved under the demands so far, the ideal ones follow the new ones at once;
+4. actuators: they have moved under the demands so far, the ideal ones follow the new ones at once; generator and
+   converters, over the step to come, whose mean torque acts at this instant;
 5. physics: ``evaluate``, which completes the velocities of the step that ends here;
 6. record, when an output is due;
 
@@ -36,11 +37,14 @@ from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
 from meltemi.aero.rotor import AIR_DENSITY, disk_averages, loads, quasi_steady, relative_wind
 from meltemi.aero.tables import AERO_OPTIONS
 from meltemi.aero.tower_flow import tower_load, tower_wind
+from meltemi.control import faults as ft
 from meltemi.control import signals as sg
 from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import MAX_BLADES, table
+from meltemi.electrical.advance import GRID_POWER, ON, TRIP, electric_advance
+from meltemi.electrical.advance import TORQUE as ELECTRIC_TORQUE
 from meltemi.environment import conditions as cd
 from meltemi.environment.conditions import conditions_now
 from meltemi.maths.vectors import Vec
@@ -114,8 +118,8 @@ LOAD_PARTS = (
 ).split()
 """Arrays of :func:`section_loads`, in the order of its arguments; then the summary."""
 RUN_PARTS = (
-    "controller_state measured demands faults actuators flap_actuators conditions outside v_old a_old spare aero_state "
-    "signals output"
+    "controller_state measured demands faults actuators flap_actuators conditions outside electrical electric v_old "
+    "a_old spare aero_state signals output"
 ).split()
 """Arrays of a run under way, see :func:`advance`."""
 ROOT, CHAIN = LOAD_PARTS.index("root"), LOAD_PARTS.index("chain")
@@ -324,6 +328,8 @@ def sample(
     summary: Float,
     efficiency: float,
     outside: Float,
+    electrical: Float,
+    electric: Float,
     measured: Float,
 ) -> None:
     """What the sensors give at time ``t``: motion of this instant, loads of the last one."""
@@ -335,6 +341,8 @@ def sample(
     measured[sg.AZIMUTH] = q[n + GENERATOR] + q[n + GENERATOR + 1]
     measured[sg.TORQUE] = drive[ex.GENERATOR_TORQUE]
     measured[sg.POWER] = electrical_power(drive[ex.GENERATOR_TORQUE] * generator_speed, efficiency)
+    if electrical[ON] > 0.0:
+        measured[sg.POWER] = electric[GRID_POWER]
     measured[sg.YAW] = q[n]
     measured[sg.YAW_RATE] = v[n]
     for b in range(pitch.shape[1]):
@@ -356,6 +364,13 @@ def sample(
     for i in range(N_OUTSIDE):
         measured[sg.AIR_TEMPERATURE + i] = outside[cd.AIR_TEMPERATURE + i]
     measured[sg.POWER_REFERENCE] = outside[cd.POWER_REFERENCE]
+
+
+@kernel
+def surroundings(t: float, conditions: Float, density: float, faults: Float, outside: Float) -> None:
+    """What surrounds the machine at time ``t``: the conditions, with the grid's voltage as events leave it."""
+    conditions_now(t, conditions, density, outside)
+    outside[cd.GRID_VOLTAGE] *= faults[ft.VOLTAGE] * faults[ft.GRID]
 
 
 @kernel
@@ -540,6 +555,8 @@ def advance(
         flap_actuators,
         conditions,
         outside,
+        electrical,
+        electric,
         v_old,
         a_old,
         spare,
@@ -558,7 +575,7 @@ def advance(
         step = clock[STEP]
         t = step * dt
         clock[NEXT_EVENT] = happen(step, clock[NEXT_EVENT], events, faults)
-        conditions_now(t, conditions, aero[AIR_DENSITY], outside)
+        surroundings(t, conditions, aero[AIR_DENSITY], faults, outside)
         aero[AIR_DENSITY] = outside[cd.AIR_DENSITY]
         if step % clock[EVERY_CONTROL] == 0:
             sample(
@@ -576,10 +593,14 @@ def advance(
                 summary,
                 efficiency,
                 outside,
+                electrical,
+                electric,
                 measured,
             )
             if clock[NEXT_EVENT] > 0:
                 report(t, faults, measured)
+            if electric[TRIP] > 0.0:
+                measured[sg.GRID] = 0.0
             try:
                 controller(controller_state, measured, demands, clock[EVERY_CONTROL] * dt)
             except Exception:
@@ -590,6 +611,18 @@ def advance(
                 return
         pitch_advance(actuators, demands, faults, pitch, 0.0)
         drive_advance(actuators, demands, faults, drive)
+        if electrical[ON] > 0.0:
+            electric_advance(
+                electrical,
+                drive[ex.GENERATOR_TORQUE],
+                demands[sg.REACTIVE_POWER],
+                structure[GEAR_RATIO] * v[n_core - N_SHAFT + GENERATOR],
+                outside[cd.GRID_VOLTAGE],
+                outside[cd.GRID_FREQUENCY],
+                electric,
+                dt,
+            )
+            drive[ex.GENERATOR_TORQUE] = electric[ELECTRIC_TORQUE]
         yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], 0.0)
         flap_advance(flap_actuators, demands, faults, flap, 0.0)
         # physics at t: complete the velocities of the step that ends here
@@ -614,6 +647,8 @@ def advance(
         due = step % clock[EVERY_OUTPUT] == 0
         if due or clock[WANT_LOADS] == 1:
             observe(t, efficiency, numbers, parts, load_parts, due)
+            if electrical[ON] > 0.0:
+                summary[POWER] = electric[GRID_POWER]
         if due:
             for j in range(index.shape[0]):
                 output[clock[ROW], j] = signals[index[j]]

@@ -539,6 +539,8 @@ class _Orbit:
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
             evaluate(0.0, step / self.speed, case.numbers, case.parts, False)
+            case["drive"][ex.GENERATOR_TORQUE] = self.torque
+            case.begin_electric()
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
             revolution.append(np.concatenate([case["q"], case["v"], case.air()]))
@@ -546,7 +548,14 @@ class _Orbit:
         aero = case.air()
         self.prescribe(0.0)
         model = self.model
-        channels = catalogue(model.n_blades, model.n_nodes, 0, 0, model.coordinates, model.n_flaps, model.n_gear_stages)
+        channels = catalogue(
+            model.n_blades,
+            model.n_nodes,
+            coordinates=model.coordinates,
+            flaps=model.n_flaps,
+            gears=model.n_gear_stages,
+            electrical=model.has_electrical,
+        )
         places = {name: case.place(channel) for name, channel in channels.items()}
         return OperatingPoint(
             wind=self.wind,

@@ -652,7 +652,7 @@ class Turbine(Record):
     icing: Icing | None = None
     """Ice on the blades."""
     electrical: ElectricalSystem | None = None
-    """Generator, converters and grid connection for ``options.electrical: averaged``; ``size_electrical`` makes one."""
+    """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` makes one."""
 
     @field_validator("airfoils")
     @classmethod

@@ -70,7 +70,7 @@ class PermanentMagnetMachine(Record):
 
 
 class Converter(Record):
-    """Averaged converter: its current limit, and its losses p0 (V_dc / V_nominal)^2 + voltage_drop i + resistance i^2."""
+    """Averaged converter: its limit of current, and losses p0 (V_dc/V_nominal)^2 + voltage_drop i + resistance i^2."""
 
     current: float = Field(gt=0.0)
     """[A] limit of the current's peak value."""
@@ -268,6 +268,29 @@ class ElectricalSystem(Record):
                 f"{band.lowest_frequency:g} Hz and highest_frequency {band.highest_frequency:g} Hz"
             )
         return found
+
+    def unfit(self, torque: float, speed: float) -> str:
+        """Why it does not suit a turbine, in words; empty if it does, or is forced to.
+
+        Args:
+          torque: [N m] rated, on the generator's shaft.
+          speed: [rad/s] of the generator at rated operation.
+        """
+        m = self.machine
+        most = 1.5 * m.pole_pairs * m.flux * self.machine_converter.current
+        if self.forced:
+            return ""
+        if torque > most:
+            return (
+                f"machine_converter.current {self.machine_converter.current:g} A makes {most:.4g} N m, less than the "
+                f"rated torque of {torque:.4g} N m (forced: true accepts it)"
+            )
+        if not 0.8 * m.rated_speed <= speed <= 1.2 * m.rated_speed:
+            return (
+                f"machine.rated_speed {m.rated_speed:.4g} rad/s does not suit the rated speed of {speed:.4g} rad/s of "
+                "the generator's shaft (forced: true accepts it)"
+            )
+        return ""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -19,6 +19,7 @@ from pydantic import Field, model_validator
 from meltemi.core.errors import InputError
 from meltemi.core.record import Array, Record, Vector
 from meltemi.turbine.definition import BaselineControl, Flap, PitchActuator, Turbine, YawDrive
+from meltemi.turbine.electrical import ElectricalSystem
 
 
 class HeierCoefficient(Record):
@@ -182,6 +183,8 @@ class PowerTurbine(Record):
     drivetrain: Shaft
     pitch_actuator: PitchActuator
     yaw: YawDrive = YawDrive()
+    electrical: ElectricalSystem | None = None
+    """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` makes one."""
     control: BaselineControl
 
     @model_validator(mode="after")

@@ -26,6 +26,8 @@ from meltemi.turbine.scaling.blade import blade_moments
 
 Float = NDArray[float64]
 
+NEAR = 0.99
+"""Of the pitch loop's reference, where rated power is reached at the latest, as in the baseline law."""
 SPEED_LOOP = 0.6 / rpm(12.1)
 """Frequency of the speed loop of the NREL 5 MW over its rated rotor speed (Jonkman et al. 2009)."""
 
@@ -94,13 +96,14 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     x = np.zeros(p.TABLES)
     view = View(p.POWER, x[: len(p.POWER)])
     view["filter_frequency"], view["reference_speed"] = turbine.control.filter_frequency, reference
-    for field in ("cut_in_speed", "optimal_speed", "rated_speed", "rated_power", "maximum_torque"):
+    for field in ("cut_in_speed", "optimal_speed", "rated_power", "maximum_torque"):
         view[field] = getattr(torque, field)
     view["torque_rate"] = torque.rate_limit
-    # below rated speed a line with the slope of an induction machine, as in the baseline law (C-5)
-    synchronous = torque.rated_speed / (1.0 + torque.slip)
-    view["synchronous_speed"] = synchronous
-    view["transition_slope"] = torque.rated_power / torque.rated_speed / (torque.rated_speed - synchronous)
+    # where the optimal torque would not reach rated power by then, a line as in the baseline law leads there (C-5)
+    rated_speed = max(torque.rated_speed, NEAR * reference)
+    synchronous = rated_speed / (1.0 + torque.slip)
+    view["rated_speed"], view["synchronous_speed"] = rated_speed, synchronous
+    view["transition_slope"] = torque.rated_power / rated_speed / (rated_speed - synchronous)
     view["minimum_pitch"], view["maximum_pitch"], view["pitch_rate"] = pitch.minimum, pitch.maximum, pitch.rate_limit
     view["efficiency"], view["gear_ratio"], view["inertia"] = efficiency, ratio, inertia
     view["gear_efficiency"] = 1.0 if isinstance(turbine, PowerTurbine) else turbine.drivetrain.gearbox_efficiency
@@ -163,6 +166,7 @@ def start_power(x: Float, at: int, start: StartPoint) -> None:
     view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
     view["slow_pitch"], view["recovery"] = start.pitch, start.generator_speed
     view["wind"], view["last_speed"] = max(start.wind_speed, 0.5), start.generator_speed / float(view["gear_ratio"])
+    view["heard_torque"], view["heard_pitch"] = start.generator_torque, start.pitch
     view["setpoint"] = view["rated_power"]
     area = 0.5 * math.pi * float(view["density"] * view["radius"] ** 2 * view["best_coefficient"])
     view["available"] = min(area * start.wind_speed**3, float(view["rated_power"]))

@@ -102,17 +102,22 @@ def lower_speed(x: Float, at: int, gain: float, power: float) -> float:
 
 @kernel
 def estimate_wind(x: Float, at: int, measured: Float, dt: float) -> None:
-    """One step of the wind estimate by immersion and invariance (C-85)."""
+    """One step of the wind estimate by immersion and invariance (C-85).
+
+    Speed, torque and pitch go through the same low-pass, which leaves the balance of torque as it is and the shaft's
+    torsion out of it.
+    """
     ratio, radius, inertia = x[at + p.GEAR_RATIO], x[at + p.RADIUS], x[at + p.INERTIA]
-    speed = measured[s.GENERATOR_SPEED] / ratio
-    angle = 0.0 * speed
-    blades = whole(measured[s.N_BLADES])
+    speed, angle = x[at + p.SPEED] / ratio, 0.0 * x[at + p.SPEED]
+    blades, keep = whole(measured[s.N_BLADES]), exp(-dt * x[at + p.FILTER])
     for i in range(blades):
         angle = angle + measured[s.PITCH + i] / blades
+    x[at + p.HEARD_TORQUE] = (1.0 - keep) * measured[s.TORQUE] + keep * x[at + p.HEARD_TORQUE]
+    x[at + p.HEARD_PITCH] = (1.0 - keep) * angle + keep * x[at + p.HEARD_PITCH]
     w, wind = max(speed, 1e-3), x[at + p.WIND]
     disk = 0.5 * x[at + p.DENSITY] * pi * radius * radius
-    driving = disk * power_coefficient(x, at, w * radius / wind, angle) * wind * wind * wind / w
-    braking = ratio * measured[s.TORQUE] / x[at + p.GEAR_EFFICIENCY]
+    driving = disk * power_coefficient(x, at, w * radius / wind, x[at + p.HEARD_PITCH]) * wind * wind * wind / w
+    braking = ratio * x[at + p.HEARD_TORQUE] / x[at + p.GEAR_EFFICIENCY]
     gain = x[at + p.ESTIMATOR_GAIN]
     wind = wind + gain * (speed - x[at + p.LAST_SPEED] + dt / inertia * (braking - driving))
     # the table's largest tip-speed ratio bounds the estimate from below
@@ -250,7 +255,7 @@ def walk(x: Float, at: int) -> None:
         x[holds + BELOW_RECOVERY] = 1.0
     if x[at + p.PITCH] <= x[at + p.MIN_PITCH] + FINE:
         x[holds + AT_FINE] = 1.0
-    if x[at + p.SCHEME] > 1.5:
+    if x[at + p.SCHEME] > 1.5 and x[at + p.RECOVERY] < x[at + p.UPPER]:
         x[holds + HOLDING] = 1.0
     x[at + p.SWITCHES] += crossed(above) + crossed(speed - x[at + p.RECOVERY])
     for row in range(t.MACHINE.shape[0]):

@@ -52,7 +52,9 @@ POWER = table(
     slow_pitch         | rad         | state: filtered pitch demand, by which gains are scheduled
     density            | kg/m^3      | state: of the air, as the law takes it
     wind               | m/s         | state: wind estimate
-    last_speed         | rad/s       | state: of the rotor at the last call
+    last_speed         | rad/s       | state: filtered speed of the rotor at the last call
+    heard_torque       | N m         | state: filtered generator torque
+    heard_pitch        | rad         | state: filtered mean pitch
     available          | W           | state: filtered available power, mechanical
     slow_frequency     | Hz          | state: filtered frequency of the grid
     reference          | W           | state: last reference of the operator, electrical
@@ -120,6 +122,8 @@ POWER = table(
     DENSITY,
     WIND,
     LAST_SPEED,
+    HEARD_TORQUE,
+    HEARD_PITCH,
     AVAILABLE,
     SLOW_FREQUENCY,
     REFERENCE,

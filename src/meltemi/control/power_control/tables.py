@@ -51,7 +51,7 @@ above_lower    | the speed is above that at which the reference is met
 above_upper    | the speed is at or above the upper one
 below_recovery | the speed is at or below that of recovery
 fine           | the pitch is at its smallest
-holds          | the scheme holds the pitch (A2, A3)
+holds          | the scheme holds the pitch (A2, A3), and there is a range of speed for it
 """
 
 _TRANSITIONS = """

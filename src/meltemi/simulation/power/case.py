@@ -15,11 +15,13 @@ from meltemi.control.signals import DEMANDS
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import announce
 from meltemi.core.tables import Table
+from meltemi.electrical.tables import ELECTRIC
 from meltemi.environment.conditions import CONDITIONS, conditions_array
 from meltemi.environment.grid import PowerGrid
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.views import FLOATS
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Arena, BaseCase, Numbers, Stations
+from meltemi.simulation.electric import ELECTRIC_PARTS, deliver
 from meltemi.simulation.power import step
 from meltemi.simulation.power.model import PowerModel
 from meltemi.simulation.step import SUMMARY
@@ -29,7 +31,7 @@ from meltemi.wind.fields import Wind, WindBox, wind_arrays
 
 Float = NDArray[np.float64]
 
-CONSTANT = frozenset("box conditions ratios pitches values rain points wind".split())
+CONSTANT = frozenset("box conditions ratios pitches rain points".split())
 """Arrays that have no derivatives."""
 
 
@@ -53,6 +55,7 @@ class PowerCase(BaseCase):
         "gears": GEARS,
         "demands": DEMANDS,
         "outside": CONDITIONS,
+        "electric": ELECTRIC,
     }
     model: PowerModel
 
@@ -85,10 +88,10 @@ class PowerCase(BaseCase):
             "structure": model.structure,
             "aero": model.aero.copy(),
             "disk": model.disk,
-            "coefficient": model.coefficient.parameters,
-            "ratios": model.coefficient.ratios,
-            "pitches": model.coefficient.pitches,
-            "values": model.coefficient.values,
+            "coefficient": model.coefficient,
+            "ratios": model.ratios,
+            "pitches": model.pitches,
+            "values": model.values,
             "rain": model.rain,
             "points": model.points if isinstance(wind, WindBox) else np.zeros((2, 1)),
             "faults": healthy(),
@@ -98,12 +101,16 @@ class PowerCase(BaseCase):
             "series": described.series,
             "now": np.zeros(described.series.shape[1]),
             "box": described.box,
+            "electrical": model.electrical,
+            "d_electric": ELECTRIC.zeros(),
+            "columns": np.zeros((6, n)),
         }
         self._prepare(model)
         self.arrays["drive"][DRIVE.index("brake_speed")] = LEAST_BRAKE_SPEED
         self.arrays["drive"][DRIVE.index("yaw_held")] = 1.0
         self.parts = tuple(self.arrays[name] for name in step.PARTS)
-        self.numbers = (FLOATS, FLOATS)
+        self._electric_parts = tuple(self.arrays[name] for name in ELECTRIC_PARTS)
+        self.numbers, self._electric_numbers = (FLOATS, FLOATS), FLOATS
         self.slopes: dict[str, Float] = dict(self.signals.slope_views)
         if duals:
             for name, array in self.arrays.items():
@@ -112,6 +119,7 @@ class PowerCase(BaseCase):
             for name in ("measured", "v_old", "a_old"):
                 self.slopes[name] = np.zeros((*getattr(self, name).shape, N_DERIVATIVES))
             self.slopes["signals"] = self.signals.slopes
+            self._electric_numbers = self.kinds(ELECTRIC_PARTS)
             self.numbers = (FLOATS, self.kinds(step.PARTS))
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
@@ -121,6 +129,8 @@ class PowerCase(BaseCase):
     def loads(self, t: float) -> None:
         """Compute the summary after an evaluation."""
         step.observe(t, self.model.turbine.drivetrain.generator_efficiency, self.numbers, self.parts)
+        if self.model.has_electrical:
+            deliver(self._electric_numbers, self._electric_parts)
 
     def time_loop(self) -> Any:
         """The function that marches."""

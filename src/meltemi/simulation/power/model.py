@@ -9,13 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.coefficient import CoefficientArrays, coefficient_arrays
+from meltemi.aero.coefficient import COEFFICIENT, coefficient_arrays
 from meltemi.aero.tables import AERO
 from meltemi.control.actuators import ACTUATOR
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.tables import Table, View
+from meltemi.electrical.tables import ELECTRICAL
 from meltemi.environment.rain import rain_parameters
 from meltemi.environment.site import Environment
+from meltemi.simulation.model import electrical_of
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.power.step import DISK
 from meltemi.structure.kinematics import N_SHAFT
@@ -25,7 +27,7 @@ from meltemi.turbine.power_turbine import PowerTurbine
 Float = NDArray[np.float64]
 
 COORDINATES = ("yaw", "generator", "drivetrain")
-OPTIONS = ("locked", "yaw", "time_step", "disk_points")
+OPTIONS = ("locked", "yaw", "time_step", "disk_points", "electrical")
 """Options that say something to such a turbine."""
 GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 """[rad] from point to point of the disk."""
@@ -49,10 +51,14 @@ class PowerModel:
     structure: Float
     aero: Float
     disk: Float
-    coefficient: CoefficientArrays
+    coefficient: Float
+    ratios: Float
+    pitches: Float
+    values: Float
     rain: Float
     points: Float
     actuators: Float
+    electrical: Float
 
     @property
     def n_blades(self) -> int:
@@ -68,9 +74,19 @@ class PowerModel:
         """None."""
         return 0
 
+    @property
+    def has_electrical(self) -> bool:
+        """Whether generator, converters and grid are modelled."""
+        return self.options.electrical == "averaged"
+
+    @property
+    def _tables(self) -> tuple[tuple[Table, str, tuple[str, ...]], ...]:
+        electrical = (ELECTRICAL, "electrical", ELECTRICAL.names)
+        return (*_PARAMETERS, electrical) if self.has_electrical else _PARAMETERS
+
     def parameter_names(self) -> list[str]:
         """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
-        return [f"{table.name}.{name}" for table, _, names in _PARAMETERS for name in names]
+        return [f"{table.name}.{name}" for table, _, names in self._tables for name in names]
 
     def parameter(self, name: str) -> float:
         """Value of a scalar parameter by its name, e.g. ``"disk.inertia"``.
@@ -91,7 +107,7 @@ class PowerModel:
 
     def find_parameter(self, name: str) -> tuple[str, int]:
         """Array of the model and row in it that hold a scalar parameter; InputError as :meth:`parameter`."""
-        for table, array, names in _PARAMETERS:
+        for table, array, names in self._tables:
             prefix = f"{table.name}."
             if name.startswith(prefix) and name[len(prefix) :] in names:
                 return array, table.names.index(name[len(prefix) :])
@@ -101,7 +117,7 @@ class PowerModel:
         """Hash of everything that determines results of this model."""
         text = json.dumps(
             [self.turbine.content_hash(), self.environment.content_hash(), self.options.content_hash()]
-            + [getattr(self, array).tolist() for _, array, _ in _PARAMETERS]
+            + [getattr(self, array).tolist() for _, array, _ in self._tables]
         )
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -111,6 +127,7 @@ _PARAMETERS: tuple[tuple[Table, str, tuple[str, ...]], ...] = (
     (STRUCTURE, "structure", SHAFT),
     (AERO, "aero", ("air_density",)),
     (DISK, "disk", DISK.names),
+    (COEFFICIENT, "coefficient", ("scale", "ratio_scale")),
     (ACTUATOR, "actuators", ACTUATOR.names),
 )
 
@@ -141,6 +158,7 @@ def build_power(
     aero["air_density"] = environment.density
     disk["radius"], disk["inertia"], disk["friction"] = turbine.rotor_radius, shaft.rotor_inertia, shaft.friction
     disk["power_exponent"], disk["thrust_exponent"] = turbine.power_yaw_exponent, turbine.thrust_yaw_exponent
+    known = coefficient_arrays(turbine.coefficient)
     return PowerModel(
         turbine=turbine,
         environment=environment,
@@ -150,10 +168,14 @@ def build_power(
         structure=structure.array,
         aero=aero.array,
         disk=disk.array,
-        coefficient=coefficient_arrays(turbine.coefficient),
+        coefficient=known.parameters,
+        ratios=known.ratios,
+        pitches=known.pitches,
+        values=known.values,
         rain=rain_parameters(environment.rain, turbine.rotor_radius),
         points=disk_points(turbine.rotor_radius, options.disk_points),
         actuators=_actuators(turbine, options),
+        electrical=electrical_of(turbine, options),
     )
 
 

@@ -15,6 +15,7 @@ from meltemi.simulation.power.model import PowerModel
 from meltemi.simulation.start import hold
 from meltemi.simulation.trim import OperatingPoint, steady_wind
 from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import AnyWind
 
@@ -70,7 +71,7 @@ def power_point(
                 "against the generator; give rotor_speed and pitch, or a higher wind speed"
             )
     imbalance = left_over(rotor_speed, angle)
-    if not known(model.coefficient.parameters, float(rotor["tip_ratio"]), angle):
+    if not known(model.coefficient, float(rotor["tip_ratio"]), angle):
         raise InputError(
             f"{turbine.name}: at a wind speed of {steady.speed:g} m/s it runs at a tip-speed ratio of "
             f"{float(rotor['tip_ratio']):.2f} and a pitch of {math.degrees(angle):.2f} degrees, where its "
@@ -80,6 +81,8 @@ def power_point(
         # without acceleration the shaft carries what drives the rotor
         case["q"][TORSION] = (float(rotor["torque"]) - friction * rotor_speed) / turbine.drivetrain.stiffness
         case.evaluate(0.0)
+    case["drive"][ex.GENERATOR_TORQUE] = float(steady_torque(law, ratio * rotor_speed, angle))
+    case.begin_electric()
     case.loads(0.0)
     q, v = case["q"].copy(), case["v"].copy()
     channels = power_channels(model)

@@ -19,12 +19,14 @@ from numpy.typing import NDArray
 from meltemi.aero.coefficient import known, power_coefficient, thrust_coefficient
 from meltemi.aero.rotor import AIR_DENSITY
 from meltemi.aero.tables import ROTOR
+from meltemi.control import signals as sg
 from meltemi.control.actuators import ANGLE, drive_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
 from meltemi.core.tables import table
+from meltemi.electrical.advance import GRID_POWER, ON, TRIP, electric_advance
+from meltemi.electrical.advance import TORQUE as ELECTRIC_TORQUE
 from meltemi.environment import conditions as cd
-from meltemi.environment.conditions import conditions_now
 from meltemi.environment.rain import DRAG_DENSITY, rain_power_loss
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
@@ -36,6 +38,7 @@ from meltemi.simulation.step import (
     EVERY_OUTPUT,
     NEXT_EVENT,
     OK,
+    POWER,
     ROW,
     STATUS,
     STEP,
@@ -43,6 +46,7 @@ from meltemi.simulation.step import (
     diverged,
     sample,
     sensible,
+    surroundings,
     whole_machine,
 )
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
@@ -95,7 +99,8 @@ PARTS = (
 ).split()
 """Arrays of :func:`equations`, in the order of its arguments after t."""
 RUN_PARTS = (
-    "controller_state measured demands faults actuators flap conditions outside v_old a_old root signals output"
+    "controller_state measured demands faults actuators flap conditions outside electrical electric v_old a_old root "
+    "signals output"
 ).split()
 """Arrays of a run under way."""
 Q, V, A, P_STRUCTURE, P_AERO, P_DISK, P_COEFFICIENT, P_RATIOS = (
@@ -277,6 +282,8 @@ def advance(
         flap,
         conditions,
         outside,
+        electrical,
+        electric,
         v_old,
         a_old,
         root,
@@ -292,7 +299,7 @@ def advance(
         step = clock[STEP]
         t = step * dt
         clock[NEXT_EVENT] = happen(step, clock[NEXT_EVENT], events, faults)
-        conditions_now(t, conditions, aero[AIR_DENSITY], outside)
+        surroundings(t, conditions, aero[AIR_DENSITY], faults, outside)
         aero[AIR_DENSITY] = outside[cd.AIR_DENSITY]
         if step % clock[EVERY_CONTROL] == 0:
             sample(
@@ -310,10 +317,14 @@ def advance(
                 summary,
                 efficiency,
                 outside,
+                electrical,
+                electric,
                 measured,
             )
             if clock[NEXT_EVENT] > 0:
                 report(t, faults, measured)
+            if electric[TRIP] > 0.0:
+                measured[sg.GRID] = 0.0
             try:
                 controller(controller_state, measured, demands, clock[EVERY_CONTROL] * dt)
             except Exception:
@@ -324,6 +335,18 @@ def advance(
                 return
         pitch_advance(actuators, demands, faults, pitch, 0.0)
         drive_advance(actuators, demands, faults, drive)
+        if electrical[ON] > 0.0:
+            electric_advance(
+                electrical,
+                drive[ex.GENERATOR_TORQUE],
+                demands[sg.REACTIVE_POWER],
+                structure[GEAR_RATIO] * v[GENERATOR],
+                outside[cd.GRID_VOLTAGE],
+                outside[cd.GRID_FREQUENCY],
+                electric,
+                dt,
+            )
+            drive[ex.GENERATOR_TORQUE] = electric[ELECTRIC_TORQUE]
         yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[YAW], v[YAW], 0.0)
         evaluate(t, numbers, parts)
         if step > 0:
@@ -339,6 +362,8 @@ def advance(
         due = step % clock[EVERY_OUTPUT] == 0
         if due or clock[WANT_LOADS] == 1:
             observe(t, efficiency, numbers, parts)
+            if electrical[ON] > 0.0:
+                summary[POWER] = electric[GRID_POWER]
         if due:
             for j in range(index.shape[0]):
                 output[clock[ROW], j] = signals[index[j]]

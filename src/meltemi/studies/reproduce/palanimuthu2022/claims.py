@@ -324,12 +324,16 @@ REASONS = {
         "The paper does not give its power coefficient. With the usual formula (M1) the curve around its maximum is "
         "less sharp than the paper's gains need; M2 is the same formula with a width fitted to the two gains."
     ),
-    "transient": (
-        "With the blades' inertia the rotor needs 26 s a time constant to find its speed, so the means over 100 s "
-        "contain the way there; the paper's windows are compared with the inertia of its Table 1 taken literally."
-    ),
     "small": "The effect of humidity is on the density itself; what the torque law wins by knowing it is tiny.",
     "M3": "M3's own best point (C_p 0.495 at 9.9) has a lower K_T, so its ω_l lies higher than 0.653 rad/s.",
-    "limit": "The speeds stand apart by 11 %; gusts of 10 % cross all of it within seconds.",
+    "recovery": (
+        "In lulls the rotor falls below ω_l, and has yet to win its speed back when the wind is above 9.6 m/s again."
+    ),
+    "speed": "Gusts carry the speed a little past ω_r before the pitch, which waits there, has held it.",
+    "buffer": (
+        "Between ω_l and ω_r the rotor stores 0.16 GJ with 2.93e9 kg m², 0.27 GJ with 4.872e9, and 0.27 MJ with "
+        "4.872e6: two hundredths of a second of 15 MW. No pitch can follow that, and no scheme holds speed or power, "
+        "see the table of Figure 21. That reading of Table 1 is no turbine."
+    ),
 }
 """Why numbers differ, or what there is to know."""

@@ -167,7 +167,7 @@ def _sections(out: Path, tables: Files, captions: dict[str, str], verdicts: dict
 def _used(table: Table) -> dict[str, str]:
     """Reasons that stand in the table of claims."""
     at = list(table.head).index("reason")
-    return {key: words for key, words in REASONS.items() if any(row[at] == key for row in table.rows)}
+    return {row[at]: REASONS[row[at]] for row in table.rows if row[at]}
 
 
 def lead(found: list[Claim]) -> str:

@@ -192,7 +192,7 @@ def temperature_cases(model: str, humidity: float, inertia: float) -> list[Batch
             air,
             INTERVAL * (1 + len(paper.TEMPERATURES)),
             speed=speed,
-            name=f"Fig. 6, {model}, {how}",
+            name=f"Fig. 6, {model}, humidity {humidity:g}, J {inertia:.4g}, {how}",
         )
         for how in ("fixed", adapted)
     ]
@@ -206,7 +206,7 @@ def humidity_cases() -> list[BatchCase]:
     return [
         _case(
             machine,
-            PowerControl(density=how),  # type: ignore[arg-type]
+            PowerControl(density=how),
             SteadyWind(speed=STEADY),
             air,
             INTERVAL * len(paper.HUMIDITIES),
@@ -230,7 +230,7 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
     hub = turbine().hub_height
     blown: dict[str, AnyWind] = {RAMPS: winds.ramps()}
     blown |= {f"{TURBULENT} {seed}": winds.turbulent(hub, seed) for seed in setup.seeds}
-    adapted = PowerControl(density="weather")
+    adapted = PowerControl(density="weather", scheme="rated_speed")
     climate = {
         (wind, name): _case(
             machine_with(FORMULA), adapted, blown[wind], air, winds.LENGTH, speed=0.62, name=f"Fig. 20, {wind}, {name}"

@@ -63,12 +63,12 @@ def _steps(results: Mapping[str, Result], names: Mapping[str, str], panels: Sequ
         gain = aero_power(results[case]) - aero_power(base)
         last.plot(base.time, gain * 1e-3, color=colour, linewidth=1.1, label=name)
     panel(last, "what it wins against case i, of $P_a$", "kW")
-    for ax in axes.flat[n:]:
-        ax.set_axis_off()
-    for ax in axes[-1]:
+    for ax in (last, axes[-2, 1]):
         ax.set_xlabel("time [s]", fontsize=8)
+        ax.tick_params(labelbottom=True)
     handles, labels = axes[0, 1].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
+    axes[-1, 1].set_axis_off()
+    axes[-1, 1].legend(handles, labels, loc="center", fontsize=9, frameon=False)
     figure.suptitle(title, fontsize=10, color=INK)
     return figure
 

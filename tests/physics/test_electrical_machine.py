@@ -1,0 +1,167 @@
+"""The electrical system in the machine: torque, power, number types, derivatives, linear models."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi.electrical.tables import N_STATES
+from meltemi.simulation.simulate import Simulation, march
+from meltemi.studies.sensitivity import differences, sensitivity
+
+FLOWS = "copper_loss iron_loss converter_loss filter_loss chopper_power electrical_stored_power generator_power".split()
+DIP = {"at": 0.5, "until": 0.7, "type": "voltage_dip", "voltage": 0.2}
+
+
+def turbine_with_machine(name: str = "nrel5mw") -> Any:
+    turbine = meltemi.load_turbine(name)
+    law = turbine.control
+    system = meltemi.size_electrical(law.torque.rated_power, law.pitch.reference_speed)
+    return turbine.replace(electrical=system)
+
+
+def averaged(turbine: Any, **options: Any) -> Any:
+    return meltemi.build(turbine, meltemi.ModelOptions(electrical="averaged", **options))
+
+
+@pytest.fixture(scope="module")
+def model() -> Any:
+    return averaged(meltemi.load_turbine("pmsg20mw"))
+
+
+def closes(result: meltemi.Result) -> float:
+    """Largest share of the shaft's power by which the balance of a run does not close."""
+    shaft = np.asarray(result["electrical_shaft_power"])
+    return float(np.abs(shaft - sum(np.asarray(result[name]) for name in FLOWS)).max() / shaft.max())
+
+
+def test_a_dip_in_a_run(model: Any) -> None:
+    result = meltemi.simulate(
+        model,
+        meltemi.SteadyWind(speed=12.0),
+        duration=1.5,
+        output_step=0.05,
+        channels=["all"],
+        events=[DIP, {"at": 1.2, "type": "grid_loss"}],
+    )
+    result.raise_for_status()
+    assert closes(result) < 1e-12
+    t, power = result.time, np.asarray(result["generator_power"])
+    low = (t > 0.52) & (t < 0.69)
+    assert np.allclose(np.asarray(result["grid_voltage"])[low], 0.2)
+    assert power[0] == pytest.approx(19.2e6, rel=5e-3)
+    assert power[low].max() < 0.2 * power[0]
+    assert np.asarray(result["reactive_power"])[low].min() > 3.9e6
+    # the rotor feels nothing of the dip; the lost grid takes the torque off, and trips after its time
+    torque = np.asarray(result["generator_torque"])
+    assert np.allclose(torque[t < 1.19], torque[0], rtol=1e-2)
+    assert abs(torque[-1]) < 1e-5 * torque[0]  # the rotor speeds up, and the current control lags behind
+    trips = [entry for entry in result.meta["log"] if entry["source"] == "protection"]
+    assert [entry["reason"] for entry in trips] == ["grid voltage low for too long"]
+    assert trips[0]["time"] == pytest.approx(1.35, abs=2e-3)
+
+
+def test_reactive_power_is_a_demand_and_frequency_is_followed(model: Any) -> None:
+    from meltemi.control import signals as s
+
+    def update(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        demands[s.GENERATOR_TORQUE] = 2e7
+        demands[s.REACTIVE_POWER] = -3e6
+
+    result = meltemi.simulate(
+        model,
+        meltemi.SteadyWind(speed=12.0),
+        duration=0.5,
+        controller=meltemi.Controller(update),
+        channels=["reactive_power", "generator_torque", "generator_power"],
+        grid=meltemi.PowerGrid(frequency=50.5),
+    )
+    result.raise_for_status()
+    assert np.asarray(result["reactive_power"])[-1] == pytest.approx(-3e6, rel=1e-3)
+    assert np.asarray(result["generator_torque"])[-1] == pytest.approx(2e7, rel=1e-5)
+
+
+def test_misunderstandings_are_told() -> None:
+    pmsg, wind = meltemi.load_turbine("pmsg20mw"), meltemi.SteadyWind(speed=12.0)
+    with pytest.raises(meltemi.InputError, match=r"needs turbine.electrical; size_electrical\(rated_power=5.297e\+06"):
+        averaged(meltemi.load_turbine("nrel5mw"))
+    with pytest.raises(meltemi.InputError, match=r"machine.rated_speed 122.9 rad/s does not suit|makes .* less than"):
+        averaged(pmsg.replace(electrical=turbine_with_machine().electrical))
+    ideal = meltemi.build(pmsg)
+    with pytest.raises(meltemi.InputError, match="set options.electrical: averaged"):
+        meltemi.simulate(ideal, wind, duration=1.0, events=[DIP])
+    with pytest.raises(meltemi.InputError, match="share of the nominal voltage, not volts"):
+        meltemi.simulate(ideal, wind, duration=1.0, events=[{**DIP, "voltage": 1320.0}])
+    with pytest.raises(meltemi.InputError, match="need options.electrical: averaged"):
+        meltemi.simulate(ideal, wind, duration=1.0, channels=["dc_link_voltage"])
+    with pytest.raises(meltemi.InputError, match="after the end of the run"):
+        meltemi.simulate(averaged(pmsg), wind, duration=1.0, events=[{**DIP, "at": 2.0, "until": 3.0}])
+
+
+@pytest.mark.long
+def test_lanes_and_floats_agree_through_a_dip() -> None:
+    model, ends = averaged(turbine_with_machine()), []
+    for numbers in ("lanes", "floats"):
+        run = Simulation(
+            model,
+            meltemi.SteadyWind(speed=13.0),
+            duration=2.0,
+            channels=["generator_torque", "generator_power", "tower_base_moment_side_side", *FLOWS],
+            events=[DIP],
+            numbers=numbers,  # type: ignore[arg-type]
+        )
+        march(run)
+        ends.append(run.result())
+    scale = np.abs(ends[0].data).max(axis=0)
+    assert np.all(np.abs(ends[0].data - ends[1].data) < 1e-10 * np.maximum(scale, 1.0))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("parameter", ["electrical.flux", "electrical.capacitance", "electrical.voltage_rate"])
+def test_derivatives_are_differences_through_a_dip(parameter: str) -> None:
+    model = averaged(turbine_with_machine())
+    wind = meltemi.SteadyWind(speed=13.0)
+    channels = ["generator_power", "dc_link_voltage", "stator_current_q", "grid_current_d", "reactive_power"]
+    arguments: dict[str, Any] = {
+        "duration": 1.0,
+        "channels": channels,
+        "events": [{"at": 0.3, "until": 0.4, "type": "voltage_dip", "voltage": 0.85}],
+        "start": meltemi.operating_point(model, wind),
+    }
+    found = sensitivity(model, wind, [parameter], **arguments)
+    low, high, step = differences(model, wind, parameter, **arguments)
+    expected = (high.data - low.data) / (2.0 * step)
+    scale = np.abs(expected).max(axis=0)
+    assert (scale > 0.0).any()
+    error = np.abs(found.slopes[..., 0] - expected).max(axis=0)
+    assert np.all(error <= 2e-5 * scale + 1e-3 * np.abs(found.result.data).max(axis=0) * 1e-4 / found.steps[0])
+
+
+@pytest.mark.long
+def test_the_linear_model_has_the_bandwidths_of_the_design() -> None:
+    model = averaged(turbine_with_machine())
+    point = meltemi.operating_point(model, 12.0)
+    inputs = ("generator_torque", "reactive_power", "grid_voltage", "grid_frequency")
+    outputs = ("generator_torque", "generator_power", "reactive_power", "dc_link_voltage")
+    linear = meltemi.linearise(model, point, inputs=inputs, outputs=outputs, azimuth=0.0)
+    first = linear.states.index("stator_d")
+    own = slice(first, first + N_STATES)
+    poles = np.linalg.eigvals(linear.A[own, own])
+    fast = 2.0 * np.pi * 100.0
+    assert (
+        np.count_nonzero(np.abs(poles + fast) < 0.02 * fast) >= 7
+    )  # two each for four currents, one moved by the link
+    lock = poles[np.argmin(np.abs(poles - 62.83 * np.exp(0.75j * np.pi)))]
+    assert abs(lock) == pytest.approx(62.83, rel=1e-3)
+    dc = poles[(np.abs(poles) < 100.0) & (np.abs(np.abs(poles) - 62.83) > 1e-2)]
+    assert len(dc) == 2
+    assert np.abs(dc) == pytest.approx(62.83, rel=0.1)
+    # a torque demand arrives like 1 / (1 + s/w); in the long run its power does, less the losses
+    G = linear.response(np.array([1e-3j, 1j * fast]))
+    assert abs(G[1, 0, 0]) == pytest.approx(np.sqrt(0.5), rel=1e-3)
+    assert abs(linear.response(np.array([1j]))[0, 2, 1]) == pytest.approx(1.0, rel=1e-6)
+    # and it is the derivative of a run: a small step of the demand
+    assert point["generator_power"] < point["generator_torque"] * point["generator_speed"]

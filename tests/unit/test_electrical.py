@@ -1,0 +1,340 @@
+"""The electrical system by itself: records, exact steps, steady operation, balance of power, protection."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+import meltemi
+from meltemi.core.tables import View
+from meltemi.electrical import advance as ad
+from meltemi.electrical.circuit import Phasor, circuit, drive
+from meltemi.electrical.control import stator_reference
+from meltemi.electrical.tables import ELECTRIC, ELECTRICAL, N_STATES, TRIPS, electrical_array
+from meltemi.turbine.electrical import LINE, ElectricalSystem, size_electrical
+
+SYSTEM: ElectricalSystem = meltemi.load_turbine("pmsg20mw").electrical
+SPEED, TORQUE = 0.75, 20e6 / 0.75
+FLOWS = "copper_loss iron_loss converter_loss filter_loss chopper_power stored_power grid_power".split()
+
+
+class Bench:
+    """An electrical system that is marched by hand."""
+
+    def __init__(self, system: ElectricalSystem = SYSTEM, dt: float = 0.01, torque: float = TORQUE) -> None:
+        self.p, self.x, self.dt = electrical_array(system), ELECTRIC.zeros(), dt
+        self.now = View(ELECTRIC, self.x)
+        self.arguments = [torque, 0.0, SPEED, 1.0, 50.0]
+        ad.electric_begin(self.p, *self.arguments, self.x, dt)
+        self.time = 0.0
+
+    def march(self, duration: float, **changes: float) -> list[np.ndarray]:
+        names = "torque reactive speed voltage frequency".split()
+        for name, value in changes.items():
+            self.arguments[names.index(name)] = value
+        rows = []
+        for _ in range(round(duration / self.dt)):
+            ad.electric_advance(self.p, *self.arguments, self.x, self.dt)
+            self.time += self.dt
+            rows.append(self.x.copy())
+        return rows
+
+    def residual(self) -> float:
+        """Share of rated power by which the balance does not close."""
+        return abs(float(self.now["mechanical_power"]) - sum(float(self.now[name]) for name in FLOWS)) / 20e6
+
+
+def column(rows: list[np.ndarray], name: str) -> np.ndarray:
+    return np.array(rows)[:, ELECTRIC.index(name)]
+
+
+# records --------------------------------------------------------------------------------------------
+
+
+def test_the_machine_of_table_1_has_its_numbers() -> None:
+    m = SYSTEM.machine
+    assert LINE * m.rated_emf == pytest.approx(6834.0, rel=1e-4)
+    assert m.rated_current == pytest.approx(2389.0, rel=1e-3)
+    assert LINE * m.rated_voltage == pytest.approx(8260.0, rel=1e-3)
+    assert m.copper_loss == pytest.approx(0.38e6, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"filter.resistance": 1.75}, ["1.75 Ohm loses 16.1 MW of 20 MW", "is it 0.00175 Ohm?", "forced: true"]),
+        ({"dc_link.voltage": 11000.0}, ["below the machine's", "8261.4 V line to line", "at least 12045 V"]),
+        ({"voltage": 9000.0}, ["too low for the grid"]),
+        ({"machine.resistance": 0.5}, ["machine.resistance 0.5 Ohm loses 4.28 MW"]),
+        ({"machine_converter.current": 2000.0}, ["machine_converter.current 2000 A is less than the rated 2389.5 A"]),
+        ({"frequency": 60.0}, ["frequency 60 Hz is not between"]),
+        ({"dc_link.chopper.full": 1.3}, ["dc_link.chopper.full 1.3 must be less than dc_link.highest 1.25"]),
+        ({"control.voltage_bandwidth": 50.0}, ["at most a third of current_bandwidth 100 Hz"]),
+    ],
+)
+def test_what_cannot_work_is_refused_with_numbers(change: dict[str, float], words: list[str]) -> None:
+    with pytest.raises(ValueError) as error:
+        SYSTEM.replace(**change)
+    for word in words:
+        assert word in str(error.value)
+    if "control" not in next(iter(change)):
+        assert SYSTEM.replace(forced=True).replace(**change).forced
+
+
+def test_sizes_by_rule_suit_every_turbine_of_the_library() -> None:
+    for power, speed in ((2e6, 188.0), (5.3e6, 122.9), (15.6e6, 0.79), (22.5e6, 0.74)):
+        system = size_electrical(power, speed)
+        assert not system.problems()
+        assert system.machine.rated_power == power
+        assert not system.unfit(power / speed, speed)
+    assert size_electrical(2e6, 188.0, voltage=1000.0).voltage == 1000.0
+    assert size_electrical(2e6, 188.0, pole_pairs=3).machine.pole_pairs == 3
+    assert size_electrical(2e6, 188.0, frequency=60.0).ride_through.highest_frequency > 60.0
+    assert "less than the rated torque" in SYSTEM.unfit(1.3 * TORQUE, SPEED)
+    assert "does not suit the rated speed" in SYSTEM.unfit(TORQUE, 2.0 * SPEED)
+    with pytest.raises(meltemi.InputError, match="rated_speed must be positive"):
+        size_electrical(2e6, 0.0)
+
+
+# exact steps ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("w", [0.0, 60.0, 314.16])
+def test_a_step_of_the_circuit_is_exact(w: float) -> None:
+    R, L, h, rate = 0.044, 0.0021, 4e-4, 628.0
+    c = circuit(R, L, w, rate, h)
+    A = np.array([[-R / L, w], [-w, -R / L]])
+    assert np.allclose(expm(A * h), [[c.keep.d, -c.keep.q], [c.keep.q, c.keep.d]], rtol=1e-12, atol=1e-14)
+    i, hold, wanted, source = (complex(*x) for x in ((900.0, 300.0), (400.0, 50.0), (1000.0, -100.0), (4300.0, 20.0)))
+    end = drive(c, *(Phasor(x.real, x.imag) for x in (i, hold, wanted, source)), 6000.0)
+    y = complex(*end.voltage)
+
+    def rates(t: float, x: np.ndarray) -> list[float]:
+        now = complex(x[0], x[1])
+        d = (y - source - (R + 1j * w * L) * now) / L
+        return [d.real, d.imag, now.real, now.imag, abs(now) ** 2]
+
+    x = solve_ivp(rates, (0.0, h), [i.real, i.imag, 0.0, 0.0, 0.0], rtol=1e-11, atol=1e-9).y[:, -1]
+    assert np.allclose(end.current, x[:2], rtol=1e-8)
+    assert np.allclose(end.mean, x[2:4] / h, rtol=1e-8)
+    assert end.square == pytest.approx(x[4] / h, rel=1e-8)
+
+
+@pytest.mark.parametrize("h", [1e-4, 1e-3])
+def test_current_follows_its_reference_with_the_bandwidth_at_every_step(h: float) -> None:
+    rate, c = 628.0, circuit(0.044, 0.0275, 60.0, 628.0, h)
+    i = hold = Phasor(0.0, 0.0)
+    for n in range(1, 11):
+        end = drive(c, i, hold, Phasor(100.0, -200.0), Phasor(0.0, 0.0), 1e9)
+        i, hold = end.current, end.hold
+        assert np.allclose(i, (1.0 - math.exp(-rate * n * h)) * np.array([100.0, -200.0]), rtol=1e-9)
+    # a source that jumps is forgotten as fast
+    for _ in range(round(20.0 / (rate * h))):
+        end = drive(c, i, hold, Phasor(100.0, -200.0), Phasor(500.0, 0.0), 1e9)
+        i, hold = end.current, end.hold
+    assert np.allclose(i, [100.0, -200.0], rtol=1e-5)
+
+
+# steady operation -----------------------------------------------------------------------------------
+
+
+def test_steady_operation_is_that_of_phasors() -> None:
+    bench = Bench()
+    begun = bench.x.copy()
+    bench.march(0.5, reactive=4e6)
+    m, f, x = SYSTEM.machine, SYSTEM.filter, bench.now
+    assert np.allclose(Bench().march(0.2)[-1][:N_STATES], begun[:N_STATES], rtol=1e-6, atol=1e-6)  # it begins at rest
+    w = m.pole_pairs * SPEED
+    current = 1j * TORQUE / (1.5 * m.pole_pairs * m.flux)
+    terminal = 1j * w * m.flux - (m.resistance + 1j * w * m.inductance) * current
+    assert complex(x["stator_d"], x["stator_q"]) == pytest.approx(current, rel=1e-6)
+    assert x["stator_voltage"] == pytest.approx(abs(terminal), rel=1e-6)
+    assert x["copper_loss"] == pytest.approx(1.5 * m.resistance * abs(current) ** 2, rel=1e-6)
+    # the grid: what leaves the DC link, found from voltages alone
+    volts = 6600.0 * math.sqrt(2.0 / 3.0)
+    delivered = complex(x["grid_d"], x["grid_q"])
+    power = 1.5 * volts * delivered.conjugate()
+    assert x["grid_power"] == pytest.approx(power.real, rel=1e-6)
+    assert x["reactive_power"] == pytest.approx(4e6, rel=1e-6)
+    assert power.imag == pytest.approx(4e6, rel=1e-6)
+    e = volts + (f.resistance + 2j * math.pi * 50.0 * f.inductance) * delivered
+    assert x["converter_voltage"] == pytest.approx(abs(e), rel=1e-6)
+    lost = sum(c.loss(abs(i)) for c, i in ((SYSTEM.machine_converter, current), (SYSTEM.grid_converter, delivered)))
+    assert 1.5 * (terminal * current.conjugate()).real - lost == pytest.approx(
+        1.5 * (e * delivered.conjugate()).real, rel=1e-6
+    )
+    assert cmath.phase(terminal * current.conjugate()) < -0.5  # without current along the flux it takes reactive power
+    assert x["dc_link_voltage"] == pytest.approx(12500.0, rel=1e-6)
+
+
+def test_iron_losses_brake_beside_the_current() -> None:
+    bench = Bench(SYSTEM.replace(**{"machine.iron_loss": 100e3}))
+    bench.march(0.1)
+    assert bench.now["iron_loss"] == pytest.approx(100e3, rel=1e-9)
+    assert bench.now["torque"] == pytest.approx(TORQUE, rel=1e-9)
+    assert bench.now["stator_q"] < Bench().now["stator_q"]
+
+
+# transients -----------------------------------------------------------------------------------------
+
+DIPS = [  # depth, duration, number of the protection, seconds after the begin at which it trips
+    (0.5, 0.5, 0, 0.0),
+    (0.2, 0.25, 0, 0.0),
+    (0.2, 0.5, 3, 0.15 + 1.35 * 0.2 / 0.9),
+    (0.0, 0.15, 0, 0.0),
+    (0.0, 0.5, 3, 0.15),
+]
+
+
+@pytest.mark.parametrize(("depth", "duration", "trip", "after"), DIPS)
+def test_dips_are_ridden_through_or_trip_and_power_is_balanced(
+    depth: float, duration: float, trip: int, after: float
+) -> None:
+    bench, dt = Bench(), 0.01
+    rows, worst = [], 0.0
+    for n in range(150):
+        low = 0.2 <= n * dt + 1e-9 < 0.2 + duration
+        rows += bench.march(dt, voltage=depth if low else 1.0)
+        worst = max(worst, bench.residual())
+    assert worst < 1e-12
+    assert np.isfinite(rows).all()
+    assert column(rows, "trip")[-1] == trip
+    dc = column(rows, "dc_link_voltage")
+    assert dc.max() < 1.25 * 12500.0
+    assert column(rows, "chopper_power").max() > 5e6
+    during = rows[20:35]
+    support = min(2.0 * (1.0 - depth), 1.0) * SYSTEM.rated_grid_current
+    assert column(during, "grid_q")[5:] == pytest.approx(-support, rel=1e-3)
+    size = np.hypot(column(rows, "grid_d"), column(rows, "grid_q"))
+    assert size.max() < 1.02 * SYSTEM.grid_converter.current
+    if trip:
+        assert TRIPS[trip] == "grid voltage low for too long"
+        assert bench.time - 0.2 - float(bench.now["off_time"]) == pytest.approx(after, abs=1e-3)
+        assert abs(column(rows, "torque")[-1]) < 1.0
+        assert abs(column(rows, "grid_power")[-1]) < 1.0
+    else:
+        assert np.allclose(column(rows, "torque"), TORQUE, rtol=1e-9)  # the rotor does not feel it
+        assert column(rows, "grid_power")[-1] == pytest.approx(column(rows, "grid_power")[0], rel=1e-4)
+
+
+def test_without_chopper_the_link_trips_and_nothing_is_created() -> None:
+    bench = Bench(SYSTEM.replace(**{"dc_link.chopper": None}))
+    for _ in range(30):
+        bench.march(0.01, voltage=0.0)
+        assert bench.residual() < 1e-12
+    assert TRIPS[int(bench.now["trip"])] == "overvoltage of the DC link"
+    assert bench.now["dc_link_voltage"] < 1.4 * 12500.0
+
+
+@pytest.mark.parametrize(
+    ("change", "system", "trip"),
+    [
+        ({"voltage": 1.35}, {}, 4),
+        ({"frequency": 46.0}, {}, 5),
+        ({"frequency": 53.0}, {}, 5),
+        ({"voltage": 0.3}, {"dc_link.chopper.heat": 1e6}, 6),
+        ({"torque": -TORQUE}, {"grid_converter.current": 2480.0, "dc_link.lowest": 0.95}, 2),
+    ],
+)
+def test_each_protection_trips(change: dict[str, float], system: dict[str, float], trip: int) -> None:
+    bench = Bench(SYSTEM.replace(**system))
+    bench.march(0.8, **change)
+    assert bench.now["trip"] == trip
+    assert abs(bench.now["torque"]) < 1.0
+
+
+def test_a_step_of_torque_has_the_bandwidth() -> None:
+    bench = Bench(dt=1e-3, torque=0.9 * TORQUE)
+    rows = bench.march(0.01, torque=TORQUE)
+    left = 10.0 * (1.0 - column(rows, "stator_q") / (TORQUE / 11160.0))
+    assert np.allclose(left, np.exp(-2.0 * np.pi * 100.0 * 1e-3 * np.arange(1, 11)), atol=1e-6)
+
+
+def test_a_step_of_frequency_is_followed_by_the_loop() -> None:
+    bench = Bench()
+    rows = bench.march(0.5, frequency=50.5)
+    assert np.abs(column(rows, "grid_angle")).max() > 1e-3
+    assert bench.now["grid_angle"] == pytest.approx(0.0, abs=1e-6)
+    assert bench.now["lock_hold"] == pytest.approx(2.0 * np.pi * 0.5, rel=1e-4)
+
+
+# limits ---------------------------------------------------------------------------------------------
+
+
+def test_a_low_link_weakens_the_field_and_keeps_the_torque() -> None:
+    weak = SYSTEM.replace(forced=True).replace(**{"dc_link.voltage": 11000.0})
+    bench = Bench(weak)
+    bench.march(0.1)
+    assert bench.now["stator_d"] > 100.0  # generator convention: against the magnets
+    assert bench.now["stator_voltage"] == pytest.approx(0.97 * 11000.0 / math.sqrt(3.0), rel=1e-3)
+    assert bench.now["torque"] == pytest.approx(TORQUE, rel=1e-6)
+    m = weak.machine
+    for most in (6300.0, 5000.0, 3000.0, 100.0):
+        i = complex(*stator_reference(bench.p, TORQUE, 60.0, most))
+        assert abs(i) <= 2750.0 * (1.0 + 1e-12)
+        needed = abs(60j * m.flux - (m.resistance + 60j * m.inductance) * i)
+        assert needed <= 0.97 * most * (1.0 + 1e-9) or abs(i) == pytest.approx(2750.0)
+
+
+def test_current_limits_and_their_priority() -> None:
+    bench = Bench()
+    bench.march(0.2, torque=2.0 * TORQUE)
+    # both limits of the machine's side are reached, with the largest torque that they leave
+    assert np.hypot(bench.now["stator_d"], bench.now["stator_q"]) == pytest.approx(2750.0, rel=1e-3)
+    assert 1.05 * TORQUE < bench.now["torque"] < 11160.0 * 2750.0
+    q = np.linspace(-2750.0, 2750.0, 2001)
+    i = np.sqrt(2750.0**2 - q**2) + 1j * q
+    inside = np.abs(60j * 93.0 - (0.04425 + 60j * 0.02749) * i) <= 0.97 * bench.now["dc_link_voltage"] / np.sqrt(3.0)
+    assert bench.now["stator_q"] == pytest.approx(q[inside].max(), abs=6.0)
+    bench = Bench()
+    bench.march(0.3, reactive=30e6)
+    assert np.hypot(bench.now["grid_d"], bench.now["grid_q"]) == pytest.approx(2970.0, rel=1e-3)
+    assert bench.now["grid_power"] == pytest.approx(Bench().now["grid_power"], rel=1e-2)  # active power comes first
+    assert 5e6 < bench.now["reactive_power"] < 15e6
+
+
+# numerics -------------------------------------------------------------------------------------------
+
+
+def test_substeps_converge_with_first_order() -> None:
+    """Energy of the DC link and angle of the grid, in the middle of a swing."""
+    ends = []
+    for n in (1, 2, 4, 64):
+        system = SYSTEM.replace(**{"control.substep": 4e-4 / n * (1.0 + 1e-9)})
+        bench = Bench(system, dt=4e-3)
+        bench.march(0.02, torque=0.7 * TORQUE, voltage=0.95, frequency=50.3)
+        ends.append(bench.x[[ELECTRIC.index("dc_energy"), ELECTRIC.index("grid_angle")]])
+    errors = np.abs(np.array(ends[:-1]) - ends[-1]) / np.abs(ends[-1])
+    assert (errors[0] < [2e-3, 5e-2]).all()
+    order = np.log2(errors[:-1] / errors[1:])
+    assert (order > 0.85).all()
+
+
+def test_short_steps_tend_to_the_rates() -> None:
+    bench = Bench(dt=1e-5)
+    bench.march(1e-3, torque=0.9 * TORQUE, voltage=0.95, reactive=1e6, frequency=50.2)
+    begin, rates = bench.x.copy(), ELECTRIC.zeros()
+    now = begin.copy()
+    ad.electric_rates(bench.p, *bench.arguments, now, rates)
+    found = []
+    for dt in (2e-6, 1e-6):
+        x = begin.copy()
+        ad.electric_advance(bench.p, *bench.arguments, x, dt)
+        found.append((x - begin)[:N_STATES] / dt)
+    errors = [np.abs(each - rates[:N_STATES]) for each in found]
+    large = errors[0] > 1e-4 * np.abs(rates[:N_STATES])
+    assert large.sum() > 5
+    assert np.allclose(errors[0][large] / errors[1][large], 2.0, atol=0.1)
+    limit = 2.0 * found[1] - found[0]
+    assert np.allclose(limit, rates[:N_STATES], rtol=1e-3, atol=1.0)
+    assert np.allclose(now[ad.TORQUE : ad.STORED], begin[ad.TORQUE : ad.STORED], rtol=0.02, atol=1.0)
+
+
+def test_a_turbine_without_one_has_none() -> None:
+    assert not electrical_array(None).any()
+    assert ELECTRICAL.index("on") == 0
