@@ -34,6 +34,7 @@ PAGES = (
     "docs/guide/supervision.md",
     "docs/guide/wind.md",
     "docs/guide/yaw.md",
+    "docs/guide/icing.md",
     "docs/migrate/windio.md",
     "docs/migrate/openfast.md",
 )

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ from meltemi.turbine.library import load_turbine
 Float = NDArray[np.float64]
 
 CLIMATES = ("north_sea", "inland_plateau", "tropical_coast")
-TURBINE = "iea22mw"
+TURBINE: Final = "iea22mw"
 EDGES = np.arange(3.0, 25.01, 0.5)
 """[m/s] of the bins of a year, from cut-in to cut-out."""
 STEPS = ("altitude", "temperature", "humidity", "rain", "ice")
@@ -198,7 +198,7 @@ def a_year(response: Response, climate: Climate, first: Climate) -> Year:
         return np.asarray(3600.0 * np.einsum("mb,mbs->s", time, curves.clean(density)))
 
     reference = produced(np.full(12, STANDARD))
-    sums = {what: produced(densities(climate, what)) for what in ("altitude", "temperature", "humidity")}  # type: ignore[arg-type]
+    sums = {what: produced(densities(climate, what)) for what in ("altitude", "temperature", "humidity")}
     steps = {what: sums[what] - before for what, before in zip(sums, [reference, *sums.values()], strict=False)}
     steps["rain"] = -_rain(curves, climate, hours, "drops")
     steps["ice"] = -_ice(curves, climate, hours)
