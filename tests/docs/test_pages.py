@@ -37,6 +37,7 @@ PAGES = (
     "docs/guide/wind.md",
     "docs/guide/air-and-rain.md",
     "docs/guide/yaw.md",
+    "docs/guide/icing.md",
     "docs/migrate/windio.md",
     "docs/migrate/openfast.md",
 )
