@@ -10,7 +10,7 @@ Reference: docs/guide/icing.md (I-1 to I-4).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Self, TypeVar, cast
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,8 @@ from meltemi.core.record import Record
 
 if TYPE_CHECKING:
     from meltemi.turbine.definition import Blade, Turbine
-    from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[np.float64]
-Kind = TypeVar("Kind", bound="AnyTurbine")
 
 HALF = 0.5
 """Of the rotor radius: where the mass has come to its value."""
@@ -84,7 +82,7 @@ class Icing(Record):
         return tuple(sorted(self.blades))
 
 
-def with_ice(turbine: Kind, icing: Icing | None) -> Kind:
+def with_ice(turbine: Turbine, icing: Icing | None) -> Turbine:
     """The turbine with ice on its blades, in place of what it had; None takes it off.
 
     Raises:
@@ -97,7 +95,7 @@ def with_ice(turbine: Kind, icing: Icing | None) -> Kind:
             icing.on(turbine.n_blades)
         except ValueError as error:
             raise InputError(f"{turbine.name}: {error}") from None
-    return cast("Kind", turbine.model_copy(update={"icing": icing}))
+    return turbine.model_copy(update={"icing": icing})
 
 
 def law_mass(turbine: Turbine, icing: Icing) -> float:

@@ -155,7 +155,8 @@ def _beyond(name: str, out: Path, runs: Runs, workers: int | None, progress: Pro
     verdict: str = part.verdict(found)
     files = [save(figure, out / f"{file}.png") for file, (_, figure) in drawn.items()]
     files += write_tables(tables, out)
-    lines = [f"## {beyond.PARTS[name]}", "", verdict, ""]
+    heading = next(iter(tables.values()))[0]
+    lines = [f"## {heading}", "", verdict, ""]
     lines += [f"![{text}]({NAME}/{file}.png)\n" for file, (text, _) in drawn.items()]
     made = [table for _, several in tables.values() for table in several]
     for table in made:
@@ -163,7 +164,7 @@ def _beyond(name: str, out: Path, runs: Runs, workers: int | None, progress: Pro
     path = out / f"{name}.md"
     path.write_text("\n".join(lines), encoding="utf-8")
     pictures = [Picture(out / f"{file}.png", text) for file, (text, _) in drawn.items()]
-    return Section(beyond.PARTS[name], [verdict, *pictures, *made]), [*files, path]
+    return Section(heading, [*verdict.split("\n\n"), *pictures, *made]), [*files, path]
 
 
 def _tables(runs: Runs, found: list[Claim]) -> Files:
@@ -203,8 +204,8 @@ def lead(found: list[Claim], runs: Runs) -> str:
     return (
         f"{held} of {len(found)} lines hold. The paper's formulas give its numbers to the digit once its slips are "
         "mended; what differs is what its text says of them, and its inertia taken literally. Its gains of Figure 6, "
-        f"58 and 71 kW, are {won[0]:.0f} and {won[1]:.0f} kW with the usual curve of the power coefficient; one that is "
-        f"fitted to them gives them. Rain of {RATE:g} mm/h takes {one_size:.1f} MW as the paper counts drops, "
+        f"58 and 71 kW, are {won[0]:.0f} and {won[1]:.0f} kW with the usual curve of the power coefficient, and "
+        f"theirs with one that is fitted to them. Rain of {RATE:g} mm/h takes {one_size:.1f} MW as the paper counts drops, "
         f"{all_sizes:.2f} MW with drops of all sizes. To hold the pitch between two speeds (A2) saves {saved:.0f} % of "
         "its travel at the same power."
     )
