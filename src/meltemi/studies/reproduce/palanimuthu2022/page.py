@@ -204,10 +204,10 @@ def lead(found: list[Claim], runs: Runs) -> str:
     return (
         f"{held} of {len(found)} lines hold. The paper's formulas give its numbers to the digit once its slips are "
         "mended; what differs is what its text says of them, and its inertia taken literally. Its gains of Figure 6, "
-        f"58 and 71 kW, are {won[0]:.0f} and {won[1]:.0f} kW with the usual curve of the power coefficient, and "
-        f"theirs with one that is fitted to them. Rain of {RATE:g} mm/h takes {one_size:.1f} MW as the paper counts drops, "
-        f"{all_sizes:.2f} MW with drops of all sizes. To hold the pitch between two speeds (A2) saves {saved:.0f} % of "
-        "its travel at the same power."
+        f"58 and 71 kW, are {won[0]:.0f} and {won[1]:.0f} kW with the usual curve of the power coefficient, and its "
+        f"own with one that is fitted to them. Rain of {RATE:g} mm/h takes {one_size:.1f} MW as the paper counts "
+        f"drops, {all_sizes:.2f} MW with drops of all sizes. To hold the pitch between two speeds (A2) saves "
+        f"{saved:.0f} % of its travel at the same power."
     )
 
 
