@@ -29,6 +29,7 @@ PAGES = (
     "docs/guide/results.md",
     "docs/guide/events.md",
     "docs/guide/operating-points.md",
+    pytest.param("docs/guide/power-control.md", marks=pytest.mark.long),
     "docs/guide/linear.md",
     "docs/guide/sensitivities.md",
     "docs/guide/supervision.md",

@@ -106,6 +106,8 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     view["transition_slope"] = torque.rated_power / rated_speed / (rated_speed - synchronous)
     view["minimum_pitch"], view["maximum_pitch"], view["pitch_rate"] = pitch.minimum, pitch.maximum, pitch.rate_limit
     view["efficiency"], view["gear_ratio"], view["inertia"] = efficiency, ratio, inertia
+    # a rotor of hardly any inertia turns as its power bids: the loop is then made for that stiffness, T / Omega
+    view["loop_inertia"] = max(inertia, torque.rated_power / (reference / ratio) ** 2 / frequency)
     view["gear_efficiency"] = 1.0 if isinstance(turbine, PowerTurbine) else turbine.drivetrain.gearbox_efficiency
     view["radius"] = turbine.rotor_radius
     view["best_ratio"], view["best_coefficient"] = rotor.best
@@ -131,7 +133,7 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     view["reference"] = turbine.rated_power
     # the rate 3 K omega / J at which the optimal torque itself comes back to its tip-speed ratio
     optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
-    tracking = settings.tracking_frequency or 3.0 * optimal * reference / ratio / inertia
+    tracking = settings.tracking_frequency or min(3.0 * optimal * reference / ratio / inertia, frequency)
     x[p.TORQUE_LOOP : p.TORQUE_LOOP + len(INTEGRATOR)] = integrator_settings(
         proportional_gain=2.0 * settings.damping_ratio * tracking * inertia / ratio**2,
         integral_gain=tracking**2 * inertia / ratio**2,
