@@ -63,7 +63,7 @@ class PowerControl(Record):
     droop: Droop | None = None
     """Frequency control; none by default."""
     frequency: float | None = Field(default=None, gt=0.0)
-    """[rad/s] of the speed loop through the pitch; by default 0.6 rad/s times rated rotor speed over 12.1 rpm."""
+    """[rad/s] of the speed loop through the pitch; by default that of the turbine's own law at rated power."""
     damping_ratio: float = Field(default=0.7, gt=0.0, le=5.0)
     """Of the same loop, and of the loop of the tip-speed ratio."""
     tracking_frequency: float | None = Field(default=None, gt=0.0)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.site import STANDARD
-from meltemi.postprocess.ensemble import mean_interval, travel
+from meltemi.postprocess.ensemble import Estimate, mean_interval, travel
 from meltemi.report.html import Table
 from meltemi.simulation.result import Result
 from meltemi.studies.reproduce.claim import Claim, holds
@@ -268,14 +268,14 @@ def _limited(runs: Runs) -> list[Claim]:
         )
     )
     for inertia in runs.setup.inertias:
-        saved = _saved(runs, inertia, "A2")
-        e = mean_interval(np.array(saved))
+        saved = travel_ratio(runs, inertia, "A2")
+        change, width = 100.0 * (saved.mean - 1.0), 100.0 * saved.half_width
         found.append(
             Claim(
                 f"pitch travel of A2 against A0 in turbulence, J {inertia:.4g} kg m²",
                 "less pitch action",
-                f"{e.mean:+.0f} %" + (f" ± {e.half_width:.0f}" if e.n > 1 else ""),
-                holds(e.mean <= -20.0),
+                f"{change:+.0f} %" + (f" ± {width:.0f}" if saved.n > 1 else ""),
+                holds(change <= -20.0),
                 "Fig. 21",
                 "buffer",
                 "20 %",
@@ -284,10 +284,11 @@ def _limited(runs: Runs) -> list[Claim]:
     return found
 
 
-def _saved(runs: Runs, inertia: float, scheme: str) -> list[float]:
+def travel_ratio(runs: Runs, inertia: float, scheme: str) -> Estimate:
+    """Pitch travel of a scheme over that of A0 in the turbulent winds, with an inertia [kg m^2]."""
     winds = [w for m, j, w, s in runs.limited if (m, j, s) == (BLADES, inertia, "A0") and w != RAMPS]
     pairs = [(runs.limited[BLADES, inertia, w, scheme], runs.limited[BLADES, inertia, w, "A0"]) for w in winds]
-    return [100.0 * (pitch_travel(a) / pitch_travel(b) - 1.0) for a, b in pairs]
+    return mean_interval(np.array([pitch_travel(a) / pitch_travel(b) for a, b in pairs]))
 
 
 def gains_table(runs: Runs) -> Table:
