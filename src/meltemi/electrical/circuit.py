@@ -117,6 +117,10 @@ def limited(y: Phasor, most: float) -> Phasor:
     return scaled(most / size if size > most else 1.0, y)
 
 
+LEAST_SQUARE = 1e-12
+"""[A^2] that a mean square is at least, so that its root has a slope."""
+
+
 class Driven(NamedTuple):
     """What a step leaves: current and integral part at its end; mean current and its mean square; the voltage."""
 
@@ -148,4 +152,5 @@ def drive(c: Circuit, i: Phasor, hold: Phasor, wanted: Phasor, source: Phasor, m
     off = minus(i, end)
     swing = times(c.mean, off)
     square = along(end, end) + 2.0 * along(end, swing) + c.fade * along(off, off)
-    return Driven(new, hold, plus(end, swing), square, y)
+    # where the current is next to nothing, rounding may leave less
+    return Driven(new, hold, plus(end, swing), max(square, LEAST_SQUARE), y)
