@@ -102,6 +102,7 @@ if TYPE_CHECKING:
     from meltemi.report.plots import plot_campbell as plot_campbell
     from meltemi.report.plots import plot_performance as plot_performance
     from meltemi.report.plots import plot_power_curve as plot_power_curve
+    from meltemi.report.power_plots import plot_speed_power as plot_speed_power
     from meltemi.report.spectra_plots import plot_spectra as plot_spectra
     from meltemi.report.state_diagram import plot_states as plot_states
     from meltemi.report.tables import rich_table as rich_table
@@ -285,6 +286,7 @@ _HOME = {
     "report.difference_plots": "plot_differences",
     "report.ensemble_tables": "ensemble_rows",
     "report.plots": "plot plot_campbell plot_performance plot_power_curve",
+    "report.power_plots": "plot_speed_power",
     "report.spectra_plots": "plot_spectra",
     "report.state_diagram": "plot_states",
     "report.tables": "rich_table write_csv",

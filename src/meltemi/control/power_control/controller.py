@@ -164,7 +164,8 @@ def start_power(x: Float, at: int, start: StartPoint) -> None:
     """Set the section from the place ``at`` on to an operating point, from which no demand jumps."""
     view = View(p.POWER, x[at : at + len(p.POWER)])
     view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
-    view["slow_pitch"], view["recovery"] = start.pitch, start.generator_speed
+    view["slow_pitch"] = start.pitch
+    view["upper"] = view["recovery"] = start.generator_speed
     view["wind"], view["last_speed"] = max(start.wind_speed, 0.5), start.generator_speed / float(view["gear_ratio"])
     view["heard_torque"], view["heard_pitch"] = start.generator_torque, start.pitch
     view["setpoint"] = view["rated_power"]

@@ -211,13 +211,15 @@ def bound_speeds(x: Float, at: int, gain: float, dt: float) -> float:
         lower = min(lower, least)
     lower = min(lower, reference)
     x[at + p.LOWER] = lower
-    x[at + p.UPPER] = reference + 0.0 * lower
+    slow = x[at + p.RECOVERY_MARGIN] * x[at + p.FREQUENCY] * dt  # of a bound that the rotor has to follow
     if scheme == 0:
-        x[at + p.UPPER] = lower
+        x[at + p.UPPER] = min(max(lower, x[at + p.UPPER] - slow), reference)
+    else:
+        x[at + p.UPPER] = reference + 0.0 * lower
     recovery = min(lower + x[at + p.RECOVERY_MARGIN], x[at + p.UPPER])
     if scheme == 3:
-        # pitch that falls raises this speed, which lets the pitch fall further: no faster than the rotor can follow
-        recovery = min(recovery, x[at + p.RECOVERY] + x[at + p.RECOVERY_MARGIN] * x[at + p.FREQUENCY] * dt)
+        # pitch that falls raises this speed, which lets the pitch fall further
+        recovery = min(recovery, x[at + p.RECOVERY] + slow)
     x[at + p.RECOVERY] = recovery
     return gain
 

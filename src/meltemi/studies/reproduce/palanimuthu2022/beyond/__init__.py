@@ -6,5 +6,5 @@ it found (``runs.setup.quick``: a look; ``progress`` is called with the share th
 ``verdict(found)`` the answer in words. Names of files begin with that of the module.
 """
 
-PARTS: dict[str, str] = {"climate": "A year in three climates"}
-"""By module: heading of its section, in the page's order."""
+PARTS = ("power", "coordination", "climate")
+"""In the order of the page."""

@@ -25,15 +25,19 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table, travel
 from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.report.ensemble_tables import scheme_rows
+from meltemi.report.html import Table
 from meltemi.report.plots import COLOURS, new_figure, panel
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.reproduce.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER
+from meltemi.studies.reproduce.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER, TURBINE
 from meltemi.studies.tuning import tune_ipc
 from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
 from meltemi.turbine.performance import Performance
+from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.fields import WindBox, WindSeries
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.superposition import with_gust
@@ -43,7 +47,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
-Progress = Callable[[float], None]
+Progress = Callable[[float, str], None]
 
 MEANDER, MEANDER_TIME = 0.6, 1200.0
 """[m/s], [s]."""
@@ -181,7 +185,7 @@ def run_candidates(
     setup: Setup | None = None,
     *,
     workers: int | None = None,
-    progress: Progress = lambda share: None,
+    progress: Progress = lambda share, what: None,
 ) -> Tables:
     """All candidates at all levels in all winds."""
     setup = setup or Setup()
@@ -198,7 +202,7 @@ def run_candidates(
             cases += [BatchCase(model, wind, duration, laws[n], name=f"{level:g} {n}", **given) for n in CANDIDATES]
 
         def part(share: float, done: int = number) -> None:
-            progress((done + share) / len(setup.seeds))
+            progress((done + share) / len(setup.seeds), "hours of coordination")
 
         values = iter(
             completed(
@@ -237,3 +241,46 @@ def coordination_figure(tables: Tables) -> Figure:
         panel(ax, f"change against '{table.schemes[0]}', {100.0 * level:.0f} % of power asked for", "%")
     axes[0, 0].legend(fontsize=8, frameon=False, ncols=3)
     return figure
+
+
+def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Tables:
+    """The candidates on the aeroelastic turbine; a look with ``runs.setup.quick``."""
+    turbine = aeroelastic(load_turbine(TURBINE), "loads in turbulence")
+    return run_candidates(turbine, QUICK if runs.setup.quick else Setup(), workers=workers, progress=progress)
+
+
+def tables(found: Tables) -> dict[str, tuple[str, list[Table]]]:
+    """One table for each level."""
+    made = []
+    for level, ensemble in found.items():
+        _, rows, _ = scheme_rows(ensemble, UNITS, means=False)
+        base, *others = ensemble.schemes
+        caption = f"{100.0 * level:.0f} % of rated power asked for; changes in percent with 95 % intervals."
+        made.append(Table(["quantity", "unit", base, *others], rows, caption=caption, text_columns=2))
+    return {"coordination": ("Beyond the paper: which coordination wins", made)}
+
+
+def figures(found: Tables) -> dict[str, tuple[str, Figure]]:
+    """By file name: caption and figure."""
+    words = "Coordination on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; bars: 95 % intervals"
+    return {"coordination_changes": (words, coordination_figure(found))}
+
+
+def verdict(found: Tables) -> str:
+    """What the numbers say."""
+    lines = []
+    for level, table in found.items():
+        words = []
+        for name in table.schemes[1:]:
+            changes = [
+                f"{quantity} {100.0 * change.mean:+.1f} % (± {100.0 * change.half_width:.1f})"
+                for quantity in (ENERGY, PITCH, TURNED, TOWER_LOAD, ROOT_LOAD)
+                if (change := table.entry(quantity, name).change) is not None
+            ]
+            words.append(f"*{name}*: {', '.join(changes)}")
+        lines.append(
+            f"At {100.0 * level:.0f} % of rated power, against *{table.schemes[0]}* (A0, fixed dead band): "
+            + "; ".join(words)
+            + "."
+        )
+    return "\n\n".join(lines)

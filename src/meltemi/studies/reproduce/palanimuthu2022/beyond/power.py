@@ -21,6 +21,8 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table, travel
 from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.report.ensemble_tables import scheme_rows
+from meltemi.report.html import Table
 from meltemi.report.plots import COLOURS, new_figure, panel
 from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
@@ -28,6 +30,8 @@ from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
 
@@ -35,8 +39,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
-Progress = Callable[[float], None]
+Progress = Callable[[float, str], None]
 
+TURBINE = "iea22mw"
 FAST = ModelOptions(
     flap_modes=2, edge_modes=1, torsion_modes=1, fore_aft_modes=1, side_side_modes=1, locked=("drivetrain",)
 )
@@ -138,7 +143,7 @@ def run_schemes(
     setup: Setup | None = None,
     *,
     workers: int | None = None,
-    progress: Progress = lambda share: None,
+    progress: Progress = lambda share, what: None,
 ) -> Tables:
     """All schemes at all levels in all winds."""
     setup = setup or Setup()
@@ -161,16 +166,11 @@ def run_schemes(
                 law = power_control(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
                 given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
                 cases.append(BatchCase(model, wind, duration, law, name=f"{signal} {level:g} {scheme}", **given))
-        values = iter(
-            completed(
-                simulate_batch(
-                    cases,
-                    reduce=reduced,
-                    workers=workers,
-                    progress=lambda share, done=number: progress((done + share) / len(setup.seeds)),  # type: ignore[misc]
-                )
-            )
-        )
+
+        def part(share: float, done: int = number) -> None:
+            progress((done + share) / len(setup.seeds), "what the schemes cost")
+
+        values = iter(completed(simulate_batch(cases, reduce=reduced, workers=workers, progress=part)))
         for key in asked:
             found[key][seed] = {scheme: next(values) for scheme in setup.schemes}
     return {key: ensemble_table(by_seed, SLOPES) for key, by_seed in found.items()}
@@ -203,3 +203,48 @@ def costs_figure(tables: Tables) -> Figure:
                 ax.set_xlabel("asked for [% of rated power]", fontsize=8)
     axes[0, 0].legend(fontsize=8, frameon=False)
     return figure
+
+
+def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Tables:
+    """The schemes on the aeroelastic turbine; a look with ``runs.setup.quick``."""
+    turbine = aeroelastic(load_turbine(TURBINE), "loads in turbulence")
+    return run_schemes(turbine, QUICK if runs.setup.quick else Setup(), workers=workers, progress=progress)
+
+
+def tables(found: Tables) -> dict[str, tuple[str, list[Table]]]:
+    """One table for a steady and one for a moving reference."""
+    made = []
+    for signal, words in ((STEADY, "A steady reference"), (FOLLOWING, "A reference that follows a regulation signal")):
+        rows = []
+        for (kind, level), ensemble in found.items():
+            if kind == signal:
+                head, some, _ = scheme_rows(ensemble, UNITS, means=False)
+                rows += [[f"{100.0 * level:.0f} %", *row] for row in some]
+        names = next(iter(found.values())).schemes
+        head = ["asked for", "quantity", "unit", names[0], *(f"{name} against {names[0]}, %" for name in names[1:])]
+        made.append(Table(head, rows, caption=f"{words}; changes seed by seed with 95 % intervals.", text_columns=3))
+    return {"power": ("Beyond the paper: what each scheme of limited power costs", made)}
+
+
+def figures(found: Tables) -> dict[str, tuple[str, Figure]]:
+    """By file name: caption and figure."""
+    words = "Cost of the schemes on an aeroelastic 22 MW turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
+    return {"power_costs": (words, costs_figure(found))}
+
+
+def span(found: Tables, quantity: str, scheme: str) -> str:
+    """Smallest and largest mean change of a quantity in percent, over levels and signals."""
+    changes = [c.mean for t in found.values() if (c := t.entry(quantity, scheme).change) is not None]
+    return f"{100.0 * min(changes):+.0f} to {100.0 * max(changes):+.0f} %"
+
+
+def verdict(found: Tables) -> str:
+    """What the numbers say."""
+    first = next(iter(found.values()))
+    base, *others = first.schemes
+    words = f"The schemes on an aeroelastic turbine ({TURBINE}) in turbulence, {first.seeds} seeds for each of "
+    lines = [words + f"{len(found)} combinations of level and signal; changes are means against {base}."]
+    shown = (PITCH, TRACKING, ENERGY, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
+    for scheme in others:
+        lines.append(f"{scheme}: " + ", ".join(f"{what} {span(found, what, scheme)}" for what in shown) + ".")
+    return "\n\n".join(lines)
