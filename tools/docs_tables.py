@@ -93,10 +93,13 @@ def events() -> str:
 
 
 def channels(group: str) -> str:
-    """Channels of a group: machine, gearbox, blade, flap, node, station, tower_station."""
-    from meltemi.simulation.channels import catalogue
+    """Channels of a group: machine, disk, gearbox, electrical, blade, flap, node, station, tower_station."""
+    from meltemi.simulation.channels import catalogue, disk_channels
 
-    all_channels = catalogue(n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1, gears=(1, 2))
+    all_channels = catalogue(
+        n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1, gears=(1, 2), electrical=True
+    )
+    all_channels |= disk_channels()
     chosen = []
     for c in all_channels.values():
         first, *_ = c.name.split("_")
@@ -105,8 +108,8 @@ def channels(group: str) -> str:
         )
         if c.name.startswith("tower_station"):
             home = "tower_station"
-        if c.source[0] == "gear_loads":
-            home = "gearbox"
+        homes = {"gear_loads": "gearbox", "electric": "electrical", "disk_flow": "disk"}
+        home = homes.get(c.source[0], home)
         if home == group:
             chosen.append(c)
     rows = [[f"`{c.name}`", c.alias, c.unit, c.frame, c.sign, c.description] for c in chosen]
@@ -173,6 +176,7 @@ def arrays() -> str:
         "structure.section_loads",
         "aero.tables",
         "aero.flaps",
+        "aero.coefficient",
         "control.signals",
         "control.baseline",
         "control.actuators",
@@ -187,7 +191,9 @@ def arrays() -> str:
         "control.supervisor.tables",
         "control.supervisor.log",
         "control.supervisor.supervised",
+        "electrical.tables",
         "simulation.step",
+        "simulation.power.step",
     ):
         home = import_module(f"meltemi.{module}")
         own = {n: v for n, v in vars(home).items() if isinstance(v, Table)}
