@@ -57,7 +57,8 @@ def energy_table(found: Found) -> Table:
     note = (
         f"Shares of the energy at 1.225 kg/m³ in the site's wind; each effect on top of those above it. "
         f"Means over {len(found.response.setup.seeds)} seeds with 95 % intervals. Ice: on all blades but for "
-        f"{100.0 * SHED_SHARE:.0f} % of its hours, in which one blade has shed it. Rain: momentum of drops on the blades while the power is below rated."
+        f"{100.0 * SHED_SHARE:.0f} % of its hours, in which one blade has shed it. Rain: momentum "
+        "of drops on the blades while the power is below rated."
     )
     return Table(head, rows, "A year's energy", note=note)
 
