@@ -12,7 +12,13 @@ from meltemi.postprocess.ensemble import Estimate, mean_interval
 from meltemi.report.html import Table
 from meltemi.report.plots import COLOURS, new_figure, panel
 from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import ICED, ROOT, SHED, SIDE, SLOPES, TOWER
-from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.review import review_table, said, share, words
+from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.review import (
+    of_standard,
+    review_table,
+    said,
+    share,
+    words,
+)
 from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.year import SHED_SHARE, STEPS, Found
 
 if TYPE_CHECKING:
@@ -44,14 +50,15 @@ def energy_table(found: Found) -> Table:
     row("energy at 1.225 kg/m³, dry, no ice [GWh]", [f"{e.mean:.2f} ± {e.half_width:.2f}" for e in plain])
     row("capacity factor of it [%]", [f"{100.0 * e.mean * GWH / (rated * HOURS * 3600.0):.1f}" for e in plain])
     for what in STEPS:
-        row(f"{what} [%]", [said(share(y.steps[what], y.reference)) for y in all_])
-    row("all together [%]", [said(share(y.energy - y.reference, y.reference)) for y in all_])
+        row(f"{what} [%]", [said(of_standard(y, what), 3 if what == "rain" else 2) for y in all_])
+    row("all together [%]", [said(of_standard(y, "all")) for y in all_])
     row("mean density of the year instead of the months' [%]", [said(share(y.constant, y.reference), 3) for y in all_])
     row(f"{SEED_RAIN} [%]", [said(share(y.seed_rain, y.reference)) for y in all_])
     note = (
         f"Shares of the energy at 1.225 kg/m³ in the site's wind; each effect on top of those above it. "
         f"Means over {len(found.response.setup.seeds)} seeds with 95 % intervals. Ice: on all blades but for "
-        f"{100.0 * SHED_SHARE:.0f} % of its hours, in which one blade has shed it."
+        f"{100.0 * SHED_SHARE:.0f} % of its hours, in which one blade has shed it. Rain: momentum "
+        "of drops on the blades while the power is below rated."
     )
     return Table(head, rows, "A year's energy", note=note)
 
@@ -109,7 +116,7 @@ def figures(found: Found) -> dict[str, tuple[str, Figure]]:
     axes[1, 0].set_xlabel("month", fontsize=8)
     panel(axes[1, 0], "air density", "kg/m³")
     axes[1, 0].legend(fontsize=7)
-    effects = {name: {what: share(y.steps[what], y.reference) for what in STEPS} for name, y in found.years.items()}
+    effects = {name: {what: of_standard(y, what) for what in STEPS} for name, y in found.years.items()}
     _bars(axes[1, 1], effects)
     panel(axes[1, 1], "what each effect adds to the year's energy at 1.225 kg/m³", "%")
     loads = {

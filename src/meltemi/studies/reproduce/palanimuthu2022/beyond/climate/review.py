@@ -28,7 +28,8 @@ def share(part: Float, whole: Float) -> Estimate:
 
 def said(estimate: Estimate, digits: int = 2) -> str:
     """Mean and interval, with a sign."""
-    return f"{estimate.mean:+.{digits}f} ± {estimate.half_width:.{digits}f}"
+    mean = round(estimate.mean, digits) + 0.0  # no minus before a zero
+    return f"{mean:+.{digits}f} ± {estimate.half_width:.{digits}f}"
 
 
 def iced_loss(found: Found) -> tuple[float, float]:
@@ -90,11 +91,11 @@ def review_table(found: Found) -> Table:
     most, least = iced_loss(found)
     drops, integrated, single = rain_loss(found)
     worst, where = worst_density(found)
-    constant = ", ".join(said(share(y.reference - in_its_air(y), in_its_air(y)), 1) for y in years)
+    constant = ", ".join(said(share(y.reference - in_its_air(y), in_its_air(y))) for y in years)
     ours = {
         ("production by climate", "±8 to 10 %"): (
-            f"{said(one, 1)} % and {said(two, 1)} % with the air of {names[1]} and {names[2]} in the wind of "
-            f"{names[0]}; each in its own wind against 1.225 kg/m³: {row('all', 1)} %"
+            f"{said(one)} % and {said(two)} % with the air of {names[1]} and {names[2]} in the wind of "
+            f"{names[0]}; each in its own wind against 1.225 kg/m³: {row('all', 2)} %"
         ),
         ("loss by icing", "0.005 to 50 %"): (
             f"in a year {row('ice', 2)} %; while there is ice {least:.0f} to {most:.0f} % of the power below rated"
@@ -121,13 +122,13 @@ def verdict(found: Found) -> str:
     icy = max(years, key=lambda year: float(year.climate.icing_hours.sum()))
     ice, side = of_standard(icy, "ice"), share(icy.loads[SIDE][2] - icy.loads[SIDE][1], icy.loads[SIDE][1])
     rain = min((of_standard(year, "rain") for year in years), key=lambda e: e.mean)
-    all_ = ", ".join(f"{said(of_standard(year, 'all'), 1)} % ({name})" for name, year in zip(names, years, strict=True))
+    all_ = ", ".join(f"{said(of_standard(year, 'all'))} % ({name})" for name, year in zip(names, years, strict=True))
     lines = (
         f"Against air of 1.225 kg/m³ weather changes the year's energy by {all_}.",
-        f"In one and the same wind the air of {names[1]} makes {said(one, 1)} %, that of {names[2]} {said(two, 1)} %",
+        f"In one and the same wind the air of {names[1]} makes {said(one)} %, that of {names[2]} {said(two)} %",
         f"of the energy of {names[0]}, for densities that differ by {100.0 * (air[1] / air[0] - 1.0):+.1f} and",
         f"{100.0 * (air[2] / air[0] - 1.0):+.1f} %: above rated wind the pitch makes up for thin air.",
-        f"Ice takes {-ice.mean:.1f} ± {ice.half_width:.1f} % at {words(icy.climate.name)}, where it lies on the blades",
+        f"Ice takes {-ice.mean:.2f} ± {ice.half_width:.2f} % at {words(icy.climate.name)}, where it lies on the blades",
         f"for {icy.climate.icing_hours.sum():.0f} h a year; with what one blade sheds before the others,",
         f"the side-to-side load of the tower changes by {said(side, 0)} %.",
         f"Rain takes {-rain.mean:.3f} % at most.",
