@@ -30,6 +30,7 @@ PAGES = (
     "docs/guide/events.md",
     "docs/guide/electrical.md",
     "docs/guide/operating-points.md",
+    pytest.param("docs/guide/power-control.md", marks=pytest.mark.long),
     "docs/guide/linear.md",
     "docs/guide/power-turbines.md",
     "docs/guide/sensitivities.md",

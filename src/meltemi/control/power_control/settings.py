@@ -68,7 +68,7 @@ class PowerControl(Record):
     """Of the same loop, and of the loop of the tip-speed ratio."""
     tracking_frequency: float | None = Field(default=None, gt=0.0)
     """[rad/s] of the loop of the tip-speed ratio through the torque; by default the rate at which the optimal
-    torque comes back to its tip-speed ratio at rated speed."""
+    torque comes back to its tip-speed ratio at rated speed, but at most ``frequency``."""
     estimator_frequency: float | None = Field(default=None, gt=0.0)
     """[rad/s] of the wind estimate; ``frequency`` by default."""
     inertia: float | None = Field(default=None, gt=0.0)
