@@ -93,12 +93,13 @@ def events() -> str:
 
 
 def channels(group: str) -> str:
-    """Channels of a group: machine, gearbox, electrical, blade, flap, node, station, tower_station."""
-    from meltemi.simulation.channels import catalogue
+    """Channels of a group: machine, disk, gearbox, electrical, blade, flap, node, station, tower_station."""
+    from meltemi.simulation.channels import catalogue, disk_channels
 
     all_channels = catalogue(
         n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1, gears=(1, 2), electrical=True
     )
+    all_channels |= disk_channels()
     chosen = []
     for c in all_channels.values():
         first, *_ = c.name.split("_")
@@ -107,8 +108,8 @@ def channels(group: str) -> str:
         )
         if c.name.startswith("tower_station"):
             home = "tower_station"
-        if c.source[0] in ("gear_loads", "electric"):
-            home = "gearbox" if c.source[0] == "gear_loads" else "electrical"
+        homes = {"gear_loads": "gearbox", "electric": "electrical", "disk_flow": "disk"}
+        home = homes.get(c.source[0], home)
         if home == group:
             chosen.append(c)
     rows = [[f"`{c.name}`", c.alias, c.unit, c.frame, c.sign, c.description] for c in chosen]
@@ -175,6 +176,7 @@ def arrays() -> str:
         "structure.section_loads",
         "aero.tables",
         "aero.flaps",
+        "aero.coefficient",
         "control.signals",
         "control.baseline",
         "control.actuators",
@@ -191,6 +193,7 @@ def arrays() -> str:
         "control.supervisor.supervised",
         "electrical.tables",
         "simulation.step",
+        "simulation.power.step",
     ):
         home = import_module(f"meltemi.{module}")
         own = {n: v for n, v in vars(home).items() if isinstance(v, Table)}

@@ -102,6 +102,7 @@ if TYPE_CHECKING:
     from meltemi.report.plots import plot_campbell as plot_campbell
     from meltemi.report.plots import plot_performance as plot_performance
     from meltemi.report.plots import plot_power_curve as plot_power_curve
+    from meltemi.report.power_plots import plot_speed_power as plot_speed_power
     from meltemi.report.spectra_plots import plot_spectra as plot_spectra
     from meltemi.report.state_diagram import plot_states as plot_states
     from meltemi.report.tables import rich_table as rich_table
@@ -148,8 +149,11 @@ if TYPE_CHECKING:
     from meltemi.studies.compare import Comparison as Comparison
     from meltemi.studies.compare import compare as compare
     from meltemi.studies.comparison_report import write_comparison as write_comparison
+    from meltemi.studies.icing import IcingEffects as IcingEffects
+    from meltemi.studies.icing import icing_effects as icing_effects
     from meltemi.studies.inspection import inspect_turbine as inspect_turbine
     from meltemi.studies.openfast_writer import write_openfast as write_openfast
+    from meltemi.studies.power_twin import power_turbine_of as power_turbine_of
     from meltemi.studies.preview import preview_of as preview_of
     from meltemi.studies.preview import steady_pitch as steady_pitch
     from meltemi.studies.scaled_turbines import scaled_turbine as scaled_turbine
@@ -284,6 +288,7 @@ _HOME = {
     "report.difference_plots": "plot_differences",
     "report.ensemble_tables": "ensemble_rows",
     "report.plots": "plot plot_campbell plot_performance plot_power_curve",
+    "report.power_plots": "plot_speed_power",
     "report.spectra_plots": "plot_spectra",
     "report.state_diagram": "plot_states",
     "report.tables": "rich_table write_csv",
@@ -310,8 +315,10 @@ _HOME = {
     "studies.baseline_tuning": "BaselineTuning tune_baseline",
     "studies.compare": "Comparison compare",
     "studies.comparison_report": "write_comparison",
+    "studies.icing": "IcingEffects icing_effects",
     "studies.inspection": "inspect_turbine",
     "studies.openfast_writer": "write_openfast",
+    "studies.power_twin": "power_turbine_of",
     "studies.preview": "preview_of steady_pitch",
     "studies.scaled_turbines": "scaled_turbine",
     "studies.schemes": "Design design_controllers",

@@ -50,6 +50,8 @@ DEGREES = 57.29577951308232
 """In a radian."""
 POWER, THRUST = 0, 1
 """First axis of a table's values; the second are value, slope by ratio, slope by pitch, slope by both."""
+EVERYWHERE = 1e9
+"""Bound of what is known everywhere; infinities have no differences."""
 CALIBRATED = (0.979372, 116.0, 0.0, 6.363840, 37.744134, 0.0375390)
 
 
@@ -143,7 +145,7 @@ def coefficient_arrays(coefficient: Coefficient) -> CoefficientArrays:
     p = COEFFICIENT.zeros()
     view = View(COEFFICIENT, p)
     view["formula"] = view["scale"] = view["ratio_scale"] = 1.0
-    view["most_ratio"] = view["most_pitch"] = np.inf
+    view["most_ratio"] = view["most_pitch"] = EVERYWHERE
     ratios, pitches, values = np.arange(2.0), np.arange(2.0), np.zeros((2, 4, 2, 2))
     if isinstance(coefficient, TableCoefficient):
         view["formula"] = 0.0

@@ -16,9 +16,8 @@ def inspect(
 ) -> None:
     """Draw a turbine on one page."""
     from meltemi.turbine.library import load_turbine
-    from meltemi.turbine.power_turbine import aeroelastic
 
-    described = aeroelastic(load_turbine(turbine), "meltemi inspect")
+    described = load_turbine(turbine)
     with results_in(out):
         from meltemi.report.turbine_facts import turbine_facts
         from meltemi.studies.inspection import inspect_turbine

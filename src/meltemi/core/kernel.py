@@ -105,7 +105,7 @@ def _prune(base: Path, keep: Path) -> None:
 def is_cold() -> bool:
     """The time loop, which comes last, has not been compiled for this installation yet."""
     folder = cache_folder()
-    return folder is None or not any(folder.rglob("step.advance-*.nbi"))
+    return folder is None or not any(folder.rglob("simulation_*/step.advance-*.nbi"))
 
 
 COLD = "Compiling for this machine: this happens once and takes about half a minute ..."

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from meltemi.core.errors import InputError
+from meltemi.report.tables import DISK_CURVE
 from meltemi.simulation.channels import Channel
 
 if TYPE_CHECKING:
@@ -163,7 +164,7 @@ def plot(
 
 def plot_power_curve(points: Sequence[OperatingPoint]) -> Figure:
     """Steady operation against wind speed: power, speed, pitch, thrust, root moment, deflections."""
-    panels = (
+    panels: tuple[tuple[str, ...], ...] = (
         ("generator_power",),
         ("rotor_speed",),
         ("pitch_1",),
@@ -173,7 +174,10 @@ def plot_power_curve(points: Sequence[OperatingPoint]) -> Figure:
         ("tip_out_of_plane_1", "tip_in_plane_1"),
         ("tower_top_fore_aft",),
     )
-    figure, axes = new_figure(4, 2, size=(9.0, 9.0))
+    if DISK_CURVE[-1] in points[0].channels:  # a power coefficient in place of blades and tower
+        panels = (*panels[:3], *((name,) for name in DISK_CURVE))
+    rows = len(panels) // 2
+    figure, axes = new_figure(rows, 2, size=(9.0, 2.25 * rows))
     speeds = [p.wind.speed for p in points]
     for ax, names in zip(axes.flat, panels, strict=True):
         for i, name in enumerate(names):

@@ -146,13 +146,18 @@ POWER_CURVE = (
     "tower_top_fore_aft",
     "tower_base_moment_fore_aft",
 )
-"""Columns of a power curve."""
+"""Columns of a power curve, as far as a turbine has them."""
+DISK_CURVE = ("tip_speed_ratio", "power_coefficient", "aerodynamic_power")
+"""Further ones of a turbine of a power coefficient."""
 _SHORT = {
     "rotor_speed": "speed",
     "pitch_1": "pitch",
     "generator_power": "power",
     "rotor_aero_thrust": "aero thrust",
     "rotor_torque": "torque",
+    "tip_speed_ratio": "lambda",
+    "power_coefficient": "C_p",
+    "aerodynamic_power": "aero power",
     "root_moment_out_of_plane_1": "root oop",
     "root_moment_in_plane_1": "root ip",
     "tip_out_of_plane_1": "tip oop",
@@ -164,7 +169,8 @@ _SHORT = {
 
 def power_curve_rows(points: Sequence[OperatingPoint]) -> tuple[list[str], list[list[str]]]:
     """Head and rows of a power curve, in units for people."""
-    channels = [points[0].channels[name] for name in POWER_CURVE]
+    wanted = (*POWER_CURVE, *(DISK_CURVE if DISK_CURVE[-1] in points[0].channels else ()))
+    channels = [points[0].channels[name] for name in wanted if name in points[0].channels]
     head = ["wind\nm/s", *(f"{_SHORT[c.name]}\n{c.display_unit[0]}" for c in channels)]
     rows = [[number(p.wind.speed), *(number(p[c.name] * c.display_unit[1]) for c in channels)] for p in points]
     return head, rows

@@ -6,7 +6,7 @@ import math
 
 from meltemi.report import tables
 from meltemi.simulation.modes import Mode
-from meltemi.simulation.portrait import Portrait, masses
+from meltemi.simulation.portrait import Portrait, PowerPortrait, masses
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
 FIRST = (
@@ -17,8 +17,10 @@ FIRST = (
 """Modes of the machine among the facts, and their coordinates; the generator's speed is held."""
 
 
-def turbine_facts(seen: Portrait) -> Groups:
+def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
     """Groups of names and values; what could not be computed is left out."""
+    if isinstance(seen, PowerPortrait):
+        return _power_facts(seen)
     t = seen.turbine
     n, d, torque, pitch = t.nacelle, t.drivetrain, t.control.torque, t.control.pitch
     reference, swept = pitch.reference_speed / d.gear_ratio, math.pi * t.rotor_radius**2
@@ -79,6 +81,48 @@ def turbine_facts(seen: Portrait) -> Groups:
     if frequencies := _frequencies(seen):
         groups.append(("Frequency at rest", frequencies))
     return groups
+
+
+def _power_facts(seen: PowerPortrait) -> Groups:
+    """Those of a turbine of a power coefficient."""
+    t, p = seen.turbine, seen.performance
+    d, law, pitch, actuator = t.drivetrain, t.control.torque, t.control.pitch, t.pitch_actuator
+    reference, swept = pitch.reference_speed / d.gear_ratio, math.pi * t.rotor_radius**2
+    i, j = divmod(int(p.power.argmax()), len(p.pitch))
+    rotor = [
+        ("diameter", f"{number(t.rotor_diameter)} m"),
+        ("hub height", f"{number(t.hub_height)} m"),
+        ("specific power", f"{number(t.rated_power / swept)} W/m²"),
+        ("coefficient", t.coefficient.kind),
+        ("largest C_p", f"{p.power[i, j]:.3f} at λ {number(float(p.tip_speed_ratio[i]))}, {_degrees(p.pitch[j])}"),
+    ]
+    operation = [
+        ("rated power", f"{number(t.rated_power / 1e6)} MW electrical"),
+        ("rotor speed", f"{number(reference * 30.0 / math.pi)} rpm"),
+        ("tip speed", f"{number(reference * t.rotor_radius)} m/s"),
+        ("wind", f"{number(t.cut_in)} to {number(t.cut_out)} m/s"),
+    ]
+    if pitched := [point for point in seen.curve or () if point.pitch > pitch.minimum + 1e-3]:
+        operation.append(("rated wind", f"{pitched[0].wind.speed:.2f} m/s, uniform"))
+    drive = [
+        ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
+        (
+            "inertia",
+            f"{number(d.inertia)} kg m², {number(0.5 * d.inertia * reference**2 / t.rated_power)} s of rated power",
+        ),
+        ("shaft", "rigid" if d.stiffness is None else f"{number(d.stiffness)} N m/rad"),
+        ("rated torque", f"{number(law.rated_power / law.rated_speed / 1e3)} kN m"),
+        ("efficiency", f"{number(100.0 * d.generator_efficiency)} %"),
+    ]
+    control = [
+        ("region 2 gain", f"{number(law.optimal_gain)} N m s²"),
+        ("pitch gains", f"{number(pitch.proportional_gain)} s, {number(pitch.integral_gain)}"),
+        ("halved at", _degrees(pitch.gain_halving_pitch)),
+        ("pitch", f"{_degrees(pitch.minimum)} to {_degrees(pitch.maximum)}"),
+        ("pitch rate", f"{_degrees(actuator.rate_limit)}/s"),
+        ("actuator", "ideal" if actuator.kind == "ideal" else f"{number(actuator.natural_frequency)} rad/s"),
+    ]
+    return [("Rotor", rotor), ("Operation", operation), ("Drivetrain", drive), ("Control", control)]
 
 
 def mode_rows(modes: tuple[Mode, ...]) -> tuple[list[str], list[list[str]]]:

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.maths.multiblade import blade_matrix
 from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise
-from meltemi.simulation.model import Model
+from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.model import Model, with_blades
 from meltemi.simulation.modes import Mode, natural_modes
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.tables import STRUCTURE
@@ -56,7 +57,7 @@ class Campbell:
 
 
 def campbell(
-    model: Model,
+    model: AnyModel,
     *,
     wind_speeds: Sequence[float] | None = None,
     rotor_speeds: Sequence[float] | None = None,
@@ -79,9 +80,10 @@ def campbell(
       progress: called with the share that is done.
 
     Raises:
-      InputError: not one of wind speeds and rotor speeds, or rotor speeds with air.
+      InputError: a turbine of a power coefficient, not one of wind speeds and rotor speeds, or rotor speeds with air.
       UnsupportedError: a rotor without three blades.
     """
+    model = with_blades(model, "campbell")
     if wind_speeds is not None and rotor_speeds is None:
         given = [float(value) for value in wind_speeds]
     elif rotor_speeds is not None and wind_speeds is None:

@@ -26,18 +26,19 @@ from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, STALL
 from meltemi.control.actuators import FLAP_ACTUATOR
 from meltemi.control.signals import GENERATOR_TORQUE, REACTIVE_POWER
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
-from meltemi.core.tables import View
+from meltemi.core.tables import Table, View
 from meltemi.core.threads import one_blas_thread
 from meltemi.electrical.tables import ELECTRIC, N_STATES
 from meltemi.environment.conditions import GRID_FREQUENCY, GRID_VOLTAGE
 from meltemi.maths.multiblade import rotating_frame
 from meltemi.numbers.duals import N_DERIVATIVES
-from meltemi.simulation.case import SIGNAL_TABLES, Case
-from meltemi.simulation.channels import Channel, catalogue, find
-from meltemi.simulation.model import Model
+from meltemi.simulation.case import SIGNAL_TABLES, BaseCase, Case, Stations
+from meltemi.simulation.channels import Channel
+from meltemi.simulation.engines import engine_of, new_case
+from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.modes import Mode
 from meltemi.simulation.trim import SAMPLES, OperatingPoint
-from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import SERIES
 
@@ -177,7 +178,7 @@ class LinearModel:
 
 @one_blas_thread
 def linearise(
-    model: Model,
+    model: AnyModel,
     point: OperatingPoint,
     inputs: Sequence[str] = ("generator_torque", "pitch", "wind_speed"),
     outputs: Sequence[str] = ("rotor_speed", "tower_top_fore_aft"),
@@ -209,15 +210,9 @@ def linearise(
     if azimuths < 1 or SAMPLES % azimuths:
         raise InputError(f"linearise: azimuths must divide {SAMPLES}, found {azimuths!r}")
     case = linear_case(model, point)
-    channels = catalogue(
-        model.n_blades,
-        model.n_nodes,
-        coordinates=model.coordinates,
-        flaps=model.n_flaps,
-        gears=model.n_gear_stages,
-        electrical=model.has_electrical,
-    )
-    outputs = [find(name, channels).name for name in outputs]
+    engine = engine_of(model)
+    channels = engine.channels(model, Stations())
+    outputs = [engine.channel(name, model, channels).name for name in outputs]
     u = _inputs(case, point, _of_all_blades(inputs) if fixed else inputs)
     y = _outputs(case, [channels[name] for name in (_of_all_blades(outputs) if fixed else outputs)])
     places = [azimuth] if azimuth is not None else list(2.0 * np.pi / 3.0 / azimuths * np.arange(azimuths))
@@ -255,14 +250,15 @@ def linearise(
     return LinearModel(*blocks, names[0], names[1], names[2], units[0], units[1], units[2], x0, u0, y0, azimuth, point)
 
 
-def linear_case(model: Model, point: OperatingPoint) -> Case:
+def linear_case(model: AnyModel, point: OperatingPoint) -> BaseCase:
     """A case that computes with derivatives, its momentum balance converged to rounding."""
-    case = Case(model, point.wind, numbers="duals")
-    case["aero_options"][AERO_OPTIONS.index("iterations")] = ITERATIONS
+    case = new_case(model, point.wind, numbers="duals")
+    if isinstance(case, Case):
+        case["aero_options"][AERO_OPTIONS.index("iterations")] = ITERATIONS
     return case
 
 
-def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
+def jacobian(case: BaseCase, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
     """(rows, columns) exact derivatives of rates and outputs with respect to states and inputs.
 
     Args:
@@ -275,7 +271,8 @@ def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) 
     slopes = case.slopes
     for first in range(0, len(columns), N_DERIVATIVES):
         some = columns[first : first + N_DERIVATIVES]
-        slopes["memory"][...] = 0.0  # where the solver begins is no variable
+        if "memory" in slopes:
+            slopes["memory"][...] = 0.0  # where the solver begins is no variable
         for k, column in enumerate(some):
             for (array, i), weight in column.moves:
                 slopes[array].reshape(-1, N_DERIVATIVES)[i, k] = weight
@@ -289,7 +286,7 @@ def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) 
     return J
 
 
-def evaluate_rates(case: Case, loads: bool) -> None:
+def evaluate_rates(case: BaseCase, loads: bool) -> None:
     """Rates of all states, and section loads where outputs need them."""
     case.electric_rates()
     case.evaluate(0.0)
@@ -298,10 +295,10 @@ def evaluate_rates(case: Case, loads: bool) -> None:
         case.loads(0.0)
 
 
-def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
+def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
     """All states that move."""
     model, names = case.model, case.model.coordinates
-    generator, torsion = (len(model.tower.names) + i for i in (GENERATOR, TORSION))
+    generator, torsion = (model.n_core - N_SHAFT + i for i in (GENERATOR, TORSION))
     free = [i for i in range(len(names)) if case["locked"][i] == 0.0]
     unit = ["rad" if n in ("yaw", "generator", "drivetrain") or n.endswith("torsion") else "m" for n in names]
     x = []
@@ -312,11 +309,10 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
         x.append(Variable(f"q {names[i]}", unit[i], moves, ("v", i)))
     x += [Variable(f"v {names[i]}", f"{unit[i]}/s", ((("v", i), 1.0),), ("a", i)) for i in free]
     for row, begins, units, rate in (("angle", "q", "rad", "rate"), ("rate", "v", "rad/s", "acceleration")):
-        for k in range(model.gear_modes.shape[1]):
+        for k in range(case["gears"].shape[1]):
             own, grows = (_place(case, "gears", r, k) for r in (row, rate))
             x.append(Variable(f"{begins} gear mode {k + 1}", units, ((own, 1.0),), grows))
-    air = (("inflow", INFLOW, _lagging(case)), ("stall", STALL, _stalling(case, point, azimuths)))
-    for array, table, active in air:
+    for array, table, active in _air(case, point, azimuths):
         for f, entry in enumerate(table.fields):
             for b, n in np.argwhere(active):
                 place = int(np.ravel_multi_index((f, b, n), case[array].shape))
@@ -326,7 +322,7 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
         w, z = model.parameter("actuators.pitch_frequency"), model.parameter("actuators.pitch_damping")
         x += _actuator_states(case, "pitch", "pitch", (), w, z)
     for j in range(model.n_flaps):
-        ideal, w, z = _flap_actuator(model, j)
+        ideal, w, z = _flap_actuator(case, j)
         x += [] if ideal else _actuator_states(case, f"flap {j + 1}", "flap", (j,), w, z)
     if model.has_electrical:
         for i, entry in enumerate(ELECTRIC.fields[:N_STATES]):
@@ -336,18 +332,29 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
     return x
 
 
-def _flap_actuator(model: Model, j: int) -> tuple[bool, float, float]:
+def _air(
+    case: BaseCase, point: OperatingPoint, azimuths: Sequence[float]
+) -> tuple[tuple[str, Table, NDArray[np.bool_]], ...]:
+    """States of inflow and stall, and where they act."""
+    if not isinstance(case, Case):
+        return ()
+    return ("inflow", INFLOW, _lagging(case)), ("stall", STALL, _stalling(case, point, azimuths))
+
+
+def _flap_actuator(case: BaseCase, j: int) -> tuple[bool, float, float]:
     """Whether flap j follows at once; natural frequency [rad/s] and damping ratio of its actuator."""
-    v = View(FLAP_ACTUATOR, model.flap_actuators)
+    v = View(FLAP_ACTUATOR, case["flap_actuators"])
     return bool(v["ideal"][j]), float(v["frequency"][j]), float(v["damping"][j])
 
 
-def _place(case: Case, array: str, field: str, *index: int) -> Place:
+def _place(case: BaseCase, array: str, field: str, *index: int) -> Place:
     row = SIGNAL_TABLES[array].index(field)
     return (array, int(np.ravel_multi_index((row, *index), case[array].shape)))
 
 
-def _actuator_states(case: Case, name: str, array: str, which: tuple[int, ...], w: float, z: float) -> list[Variable]:
+def _actuator_states(
+    case: BaseCase, name: str, array: str, which: tuple[int, ...], w: float, z: float
+) -> list[Variable]:
     """Angle and rate of second-order actuators, one a blade: w natural frequency [rad/s], z damping ratio."""
     x = []
     for row, rate, what, unit, slope in (
@@ -383,7 +390,7 @@ def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> N
     return active
 
 
-def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Variable]:
+def _inputs(case: BaseCase, point: OperatingPoint, names: Sequence[str]) -> list[Variable]:
     model, B = case.model, case.model.n_blades
     wind = point.wind
     w2 = model.parameter("actuators.pitch_frequency") ** 2
@@ -400,7 +407,7 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
     if model.has_electrical:
         known |= _of_the_grid(case, point)
     for j in range(model.n_flaps):
-        at_once, w, _ = _flap_actuator(model, j)
+        at_once, w, _ = _flap_actuator(case, j)
         for b in range(B):
             place = _place(case, "flap", "angle" if at_once else "acceleration", j, b)
             known[f"flap_{j + 1}_{b + 1}"] = Variable("", "rad", ((place, 1.0 if at_once else w * w),))
@@ -423,7 +430,7 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
     return found
 
 
-def _of_the_grid(case: Case, point: OperatingPoint) -> dict[str, Variable]:
+def _of_the_grid(case: BaseCase, point: OperatingPoint) -> dict[str, Variable]:
     """Inputs of an electrical system: its demands and the grid."""
     case.begin_electric()
     found = {}
@@ -437,7 +444,7 @@ def _of_the_grid(case: Case, point: OperatingPoint) -> dict[str, Variable]:
     return found
 
 
-def _outputs(case: Case, channels: Sequence[Channel]) -> list[Variable]:
+def _outputs(case: BaseCase, channels: Sequence[Channel]) -> list[Variable]:
     found = []
     for channel in channels:
         array, what = channel.source

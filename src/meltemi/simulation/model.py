@@ -25,6 +25,7 @@ from meltemi.core.threads import one_blas_thread
 from meltemi.electrical.tables import ELECTRICAL, electrical_array
 from meltemi.environment.site import Environment
 from meltemi.simulation.ice import ice_pieces, iced_polars
+from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rain import wet_polars
 from meltemi.structure.beam import Beam
@@ -34,7 +35,7 @@ from meltemi.structure.members import Member, NodeLayout, blade_member, cells, p
 from meltemi.structure.tables import BLADE_NODE, STRUCTURE, TOWER_NODE
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.gearbox import LEAST_RATIO
-from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
 Float = NDArray[np.float64]
 
@@ -188,6 +189,18 @@ class Model:
 
 
 _PARAMETERS: tuple[tuple[Table, str], ...] = ((STRUCTURE, "structure"), (AERO, "aero"), (ACTUATOR, "actuators"))
+
+
+def with_blades(model: AnyModel, what: str) -> Model:
+    """The model, which must have blades and a tower for ``what``.
+
+    Raises:
+      InputError: it is one of a power coefficient.
+    """
+    if isinstance(model, Model):
+        return model
+    aeroelastic(model.turbine, what)
+    raise InputError(f"{what}: {type(model).__name__} has no blades")
 
 
 @one_blas_thread

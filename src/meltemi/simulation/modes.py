@@ -16,7 +16,8 @@ from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.threads import one_blas_thread
 from meltemi.maths.multiblade import fixed_frame
 from meltemi.simulation.case import Case
-from meltemi.simulation.model import Model
+from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.model import Model, with_blades
 from meltemi.structure.kinematics import GENERATOR
 from meltemi.wind.fields import SteadyWind
 
@@ -99,7 +100,7 @@ def _check(*arrays: Float) -> None:
 
 @one_blas_thread
 def natural_modes(
-    model: Model, rotor_speed: float = 0.0, *, pitch: float = 0.0, generator_free: bool = False
+    model: AnyModel, rotor_speed: float = 0.0, *, pitch: float = 0.0, generator_free: bool = False
 ) -> list[Mode]:
     """Modes of the machine in vacuum, lowest frequency first.
 
@@ -109,8 +110,10 @@ def natural_modes(
       generator_free: the generator may turn about its mean; otherwise its speed is held.
 
     Raises:
+      InputError: a turbine of a power coefficient.
       UnsupportedError: a turning rotor without three blades, or in gravity (its motion is periodic).
     """
+    model = with_blades(model, "natural_modes")
     case = vacuum_case(model)
     case["pitch"][ANGLE] = pitch
     core, modes = model.n_core, len(model.blade.names)

@@ -16,9 +16,8 @@ from meltemi.simulation.case import Case
 from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.structure.kinematics import GENERATOR
-from meltemi.turbine.definition import Turbine
 from meltemi.turbine.performance import Float, Performance
-from meltemi.turbine.power_turbine import AnyTurbine, CalibratedCoefficient, PowerTurbine, TableCoefficient
+from meltemi.turbine.power_turbine import AnyTurbine, CalibratedCoefficient, PowerTurbine, TableCoefficient, aeroelastic
 from meltemi.wind.fields import SteadyWind
 
 KEEP = 16
@@ -29,7 +28,7 @@ RIGID = ("tower", "yaw", "generator", "drivetrain", "blades")
 
 
 def rotor_performance(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     tip_speed_ratio: ArrayLike,
     pitch: ArrayLike,
     *,
@@ -49,8 +48,9 @@ def rotor_performance(
       azimuths: positions over one sector between blades, for the rotor as built.
 
     Raises:
-      InputError: a tip-speed ratio is not above zero.
+      InputError: a tip-speed ratio is not above zero, or the turbine has no blades.
     """
+    turbine = aeroelastic(turbine, "rotor_performance (performance_of has the coefficients)")
     ratios, pitches = np.atleast_1d(np.asarray(tip_speed_ratio, float)), np.atleast_1d(np.asarray(pitch, float))
     if np.any(ratios <= 0.0):
         raise InputError("rotor_performance: tip-speed ratios must be above zero")
@@ -99,7 +99,7 @@ def performance_of(turbine: AnyTurbine) -> Performance:
     with _LOCK:  # others wait for the one who computes
         if key not in _KNOWN:
             ratios = np.arange(1.0, MOST_RATIO + 1e-9, RATIO_STEP)
-            _KNOWN[key] = rotor_performance(turbine, ratios, _pitches(turbine), straight=False, azimuths=4)
+            _KNOWN[key] = rotor_performance(turbine, ratios, _pitches(turbine), straight=False)
             while len(_KNOWN) > KEEP:
                 _KNOWN.popitem(last=False)
         return _KNOWN[key]

@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, MeltemiError
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.engines import build, operating_point
+from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode, natural_modes
-from meltemi.simulation.performance import rotor_performance
-from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.simulation.performance import performance_of, rotor_performance
+from meltemi.simulation.trim import OperatingPoint
 from meltemi.structure.beam import Beam
 from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam
 from meltemi.turbine.definition import BladeStructure, Turbine
 from meltemi.turbine.performance import Performance
+from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 Float = NDArray[np.float64]
 T = TypeVar("T")
@@ -66,6 +69,31 @@ class Portrait:
     def rated(self) -> OperatingPoint | None:
         """The operating point in the lowest wind in which the blades begin to pitch."""
         return next((p for p in self.curve or () if _above(self.turbine, p)), None)
+
+
+@dataclass(frozen=True)
+class PowerPortrait:
+    """A turbine of a power coefficient in numbers; what could not be computed is None, and ``problems`` says why.
+
+    Attributes:
+      turbine: as described.
+      performance: its coefficients.
+      curve: operating points by wind speed; closer to each other around rated.
+      problems: what is missing, and why.
+    """
+
+    turbine: PowerTurbine
+    performance: Performance
+    curve: tuple[OperatingPoint, ...] | None
+    problems: Mapping[str, str]
+
+
+def power_portrait(turbine: PowerTurbine) -> PowerPortrait:
+    """Compute everything that describes a turbine of a power coefficient."""
+    problems: dict[str, str] = {}
+    model = build(turbine)
+    curve = _attempt(problems, "curve", lambda: _curve(model, problems, lambda _: None))
+    return PowerPortrait(turbine, performance_of(turbine), curve, problems)
 
 
 def portrait(turbine: Turbine, *, progress: Callable[[float], None] | None = None) -> Portrait:
@@ -141,11 +169,11 @@ def _blade(turbine: Turbine) -> Member:
     return blade_member(structure, counts, cells(np.linspace(0.0, turbine.blade.length, 21)))
 
 
-def _above(turbine: Turbine, point: OperatingPoint) -> bool:
+def _above(turbine: AnyTurbine, point: OperatingPoint) -> bool:
     return point.pitch > turbine.control.pitch.minimum + RATED_PITCH
 
 
-def _curve(model: Model, problems: dict[str, str], progress: Callable[[float], None]) -> tuple[OperatingPoint, ...]:
+def _curve(model: AnyModel, problems: dict[str, str], progress: Callable[[float], None]) -> tuple[OperatingPoint, ...]:
     """Operating points each 1 m/s, and those that bracket rated wind; speeds without one are left out."""
     turbine = model.turbine
     found: dict[float, OperatingPoint] = {}

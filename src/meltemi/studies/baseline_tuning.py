@@ -209,9 +209,14 @@ def _inertia(model: AnyModel) -> float:
     if not isinstance(model, Model):
         assert isinstance(model.turbine, PowerTurbine)
         return model.turbine.drivetrain.inertia
+    drive = model.turbine.drivetrain
+    return rotor_inertia(model) + drive.gear_ratio**2 * drive.generator_inertia
+
+
+def rotor_inertia(model: Model) -> float:
+    """[kg m^2] of blades and hub about the shaft."""
     turbine = model.turbine
     nodes = View(BLADE_NODE, model.blade_nodes)
     x, y, z = nodes["position"]
     across = x * math.sin(turbine.hub.precone) + z * math.cos(turbine.hub.precone)
-    blades = float(np.sum(nodes["mass"] * (across**2 + y**2)))
-    return blades + turbine.hub.inertia + turbine.drivetrain.gear_ratio**2 * turbine.drivetrain.generator_inertia
+    return float(np.sum(nodes["mass"] * (across**2 + y**2))) + turbine.hub.inertia

@@ -8,12 +8,13 @@ from pathlib import Path
 
 from meltemi.core.errors import InputError
 from meltemi.report.html import Picture, Section, Table, write_page
-from meltemi.report.plots import save
+from meltemi.report.plots import plot_performance, plot_power_curve, save
 from meltemi.report.tables import power_curve_rows
 from meltemi.report.turbine_facts import mode_rows, turbine_facts
 from meltemi.report.turbine_plots import plot_turbine, turbine_figures
-from meltemi.simulation.portrait import Portrait, portrait
-from meltemi.turbine.definition import Turbine
+from meltemi.simulation.portrait import Portrait, PowerPortrait, portrait, power_portrait
+from meltemi.turbine.performance import Performance
+from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 CAPTIONS = {
     "blade": "Of the blade: shape, sections, and modes when it is clamped and at rest.",
@@ -25,8 +26,8 @@ CAPTIONS = {
 
 
 def inspect_turbine(
-    turbine: Turbine, out: str | Path, *, progress: Callable[[float], None] | None = None
-) -> tuple[Portrait, list[Path]]:
+    turbine: AnyTurbine, out: str | Path, *, progress: Callable[[float], None] | None = None
+) -> tuple[Portrait | PowerPortrait, list[Path]]:
     """Draw a turbine: ``turbine.html``, which needs nothing else, and ``turbine.png``, all of it in one picture.
 
     What cannot be computed is left out, and the page says why.
@@ -46,11 +47,39 @@ def inspect_turbine(
     if not out.is_dir():
         raise InputError(f"{out}: no such folder; make it first")
     done = progress or (lambda _: None)
+    if isinstance(turbine, PowerTurbine):
+        return _power_page(power_portrait(turbine), out)
     seen = portrait(turbine, progress=lambda x: done(0.6 * x))
     picture = save(plot_turbine(seen), out / "turbine.png")
     done(0.8)
     page = _write(seen, out / "turbine.html", picture)
     done(1.0)
+    return seen, [page, picture]
+
+
+def _power_page(seen: PowerPortrait, out: Path) -> tuple[PowerPortrait, list[Path]]:
+    """The page and the picture of a turbine of a power coefficient."""
+    import meltemi
+
+    t, p = seen.turbine, seen.performance
+    every = slice(None, None, max(len(p.pitch) // 8, 1))
+    shown = Performance(p.tip_speed_ratio, p.pitch[every], p.power[:, every], p.thrust[:, every], p.torque[:, every])
+    picture = save(plot_performance(shown), out / "turbine.png")
+    rows = [[name if i == 0 else "", *row] for name, found in turbine_facts(seen) for i, row in enumerate(found)]
+    sections = [
+        Section("Numbers", [Table(["group", "what", "value"], rows, text_columns=3)]),
+        Section("Rotor", [Picture(picture, "Its coefficients.")]),
+    ]
+    if seen.curve:
+        content = BytesIO()
+        plot_power_curve(seen.curve).savefig(content, dpi=110)
+        curve = Picture(content.getvalue(), "Steady operation in uniform wind.")
+        sections.append(Section("Operation", [curve, Table(*power_curve_rows(seen.curve), text_columns=0)]))
+    if seen.problems:
+        sections.append(Section("What is missing", [f"{what}: {why}" for what, why in seen.problems.items()]))
+    facts = [("Name", t.name), ("Rated power", f"{t.rated_power / 1e6:g} MW"), ("Source", t.source or "not stated")]
+    path = out / "turbine.html"
+    page = write_page(path, t.description or t.name, sections, facts=facts, footer=f"meltemi {meltemi.__version__}")
     return seen, [page, picture]
 
 

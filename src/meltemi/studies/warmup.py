@@ -94,11 +94,15 @@ def _machine() -> tuple[Any, Any]:
 
 
 def _runs() -> None:
-    """Trim, time loop, built-in controllers and those in plain Python."""
+    """Trim, time loops, built-in controllers and those in plain Python."""
     from meltemi.control.controller import Controller
     from meltemi.control.load_control import load_control
+    from meltemi.simulation.engines import build
     from meltemi.simulation.simulate import simulate
+    from meltemi.turbine.library import load_turbine
+    from meltemi.wind.fields import SteadyWind
 
+    simulate(build(load_turbine("pmsg20mw")), SteadyWind(speed=10.0), duration=0.1)
     model, wind = _machine()
     simulate(model, wind, duration=0.1)
     simulate(model, wind, duration=0.1, controller=load_control(model.turbine))

@@ -148,6 +148,7 @@ def build_power(
         if name not in COORDINATES:
             raise InputError(f"locked: no coordinate {name!r}: {did_you_mean(name, COORDINATES)}")
         locked[COORDINATES.index(name)] = 1.0
+    locked[COORDINATES.index("yaw")] = 1.0  # it stands where its drive has turned it
     if shaft.stiffness is None:
         locked[COORDINATES.index("drivetrain")] = 1.0
     structure, aero, disk = View(STRUCTURE, STRUCTURE.zeros()), View(AERO, AERO.zeros()), View(DISK, DISK.zeros())

@@ -16,6 +16,7 @@ from meltemi.simulation.start import hold
 from meltemi.simulation.trim import OperatingPoint, steady_wind
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine import exchange as ex
+from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import AnyWind
 
@@ -54,6 +55,8 @@ def power_point(
         if lefts[-1] > 0.0:
             rotor_speed = reference
             if pitch is None:
+                if not known(model.coefficient, float(rotor["tip_ratio"]), control.pitch.maximum):
+                    raise _unknown(turbine, steady.speed, "it would have to pitch")
                 most = control.pitch.maximum
                 if left_over(reference, most) > 0.0:
                     raise InputError(
@@ -72,11 +75,8 @@ def power_point(
             )
     imbalance = left_over(rotor_speed, angle)
     if not known(model.coefficient, float(rotor["tip_ratio"]), angle):
-        raise InputError(
-            f"{turbine.name}: at a wind speed of {steady.speed:g} m/s it runs at a tip-speed ratio of "
-            f"{float(rotor['tip_ratio']):.2f} and a pitch of {math.degrees(angle):.2f} degrees, where its "
-            f"{turbine.coefficient.kind!r} coefficient is not known; take another model of the coefficient"
-        )
+        where = f"it runs at a tip-speed ratio of {float(rotor['tip_ratio']):.2f}"
+        raise _unknown(turbine, steady.speed, f"{where} and a pitch of {math.degrees(angle):.2f} degrees")
     if turbine.drivetrain.stiffness is not None:
         # without acceleration the shaft carries what drives the rotor
         case["q"][TORSION] = (float(rotor["torque"]) - friction * rotor_speed) / turbine.drivetrain.stiffness
@@ -100,4 +100,11 @@ def power_point(
         means=case.signals.vector.copy(),
         channels=channels,
         places={name: case.place(channel) for name, channel in channels.items()},
+    )
+
+
+def _unknown(turbine: PowerTurbine, speed: float, where: str) -> InputError:
+    return InputError(
+        f"{turbine.name}: at a wind speed of {speed:g} m/s {where}, where its {turbine.coefficient.kind!r} coefficient "
+        "is not known; take another model of the coefficient"
     )

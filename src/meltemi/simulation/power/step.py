@@ -181,11 +181,12 @@ def equations(
     u = disk_wind(t, q[YAW], structure[TOWER_LENGTH], points, wind, now, box)
     along = u.x * cos(q[YAW]) + u.y * sin(q[YAW])
     across = u.y * cos(q[YAW]) - u.x * sin(q[YAW])
-    wind_speed = max(sqrt(max(along * along + across * across, 1e-12)), LEAST_WIND)
+    wind_speed = sqrt(max(along * along + across * across, 1e-12))
     facing = along / wind_speed
     # rotor (P-1)
     radius = disk[RADIUS]
-    ratio = max(radius * speed / wind_speed, LEAST_RATIO)
+    reference = max(wind_speed, LEAST_WIND)
+    ratio = max(radius * speed / reference, LEAST_RATIO)
     blades = pitch.shape[1]
     c_p = power_coefficient(coefficient, ratios, pitches, values, ratio, pitch[ANGLE, 0])
     c_t = thrust_coefficient(coefficient, ratios, pitches, values, ratio, pitch[ANGLE, 0])
@@ -199,7 +200,7 @@ def equations(
     if rain[DRAG_DENSITY] > 0.0:  # it stops the rotor at most
         loss = min(rain_power_loss(rain, wind_speed) + loss, max(power, 0.0))
     power -= loss
-    torque = power * radius / (ratio * wind_speed)
+    torque = power * radius / (ratio * reference)
     rotor[THRUST] = pressure * c_t * to_the(facing, disk[THRUST_EXPONENT])
     rotor[TORQUE] = torque
     rotor[TIP_RATIO], rotor[AXIAL_WIND], rotor[SKEW] = ratio, along, abs(atan2(across, along))

@@ -12,6 +12,7 @@ import numpy as np
 
 from meltemi.aero.stall_tables import zero_lift_angle
 from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.core.series import TimeSeries
 from meltemi.environment.site import Environment
 from meltemi.simulation.model import Model, blade_modes, build, head_mass
 from meltemi.simulation.options import BEDDOES, ModelOptions, StallConstants
@@ -20,6 +21,7 @@ from meltemi.studies.openfast_writer.sections import classical, damping_ratios, 
 from meltemi.studies.openfast_writer.shapes import Shape, blade_shapes, tower_shapes
 from meltemi.studies.openfast_writer.template import columns, fill
 from meltemi.turbine.definition import Airfoil, Blade, Turbine
+from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.turbine.report import Note
 from meltemi.wind.fields import SteadyWind
 
@@ -59,7 +61,7 @@ class Written:
 
 
 def write_openfast(
-    turbine: Turbine,
+    turbine: AnyTurbine,
     folder: str | Path,
     *,
     options: ModelOptions | None = None,
@@ -98,7 +100,7 @@ def write_openfast(
       UnsupportedError: there is ice on a blade, BeamDyn is asked for one without torsion, or the turbine cannot be
         modelled.
     """
-    folder = Path(folder)
+    turbine, folder = aeroelastic(turbine, "write_openfast"), Path(folder)
     if turbine.icing is not None:
         raise UnsupportedError(f"{turbine.name}: a deck has no ice; take it off with with_ice(turbine, None)")
     if beamdyn and not turbine.blade.structure.twists:
@@ -150,7 +152,8 @@ class _Deck:
         self.notes.append(Note("approximated", self.turbine.name, what, why))
 
     def _limits(self) -> None:
-        t, o = self.turbine, self.options
+        t, o, air = self.turbine, self.options, self.environment.air
+        weather = air and any(isinstance(q, TimeSeries) for q in (air.temperature, air.humidity, air.pressure))
         for there, what, why in (
             (t.foundation is not None, "foundation", "the tower is clamped; SubDyn is not written"),
             (
@@ -159,6 +162,8 @@ class _Deck:
                 "only yaw inertia",
             ),
             (t.blade.flaps, "trailing-edge flaps", "AeroDyn has them in tables of another kind"),
+            (self.environment.rain, "rain", "the drag of its drops is in no polar"),
+            (weather, "weather that changes", "the density is that of the start"),
             (o.tower_torsion_modes, "torsion of the tower", "ElastoDyn has none"),
             (
                 self.modes["flap"] > 2 or self.modes["edge"] > 1,
