@@ -100,7 +100,7 @@ def test_every_kind_of_event_is_tested() -> None:
     assert {kind.model_fields["type"].default for kind in KINDS} == {
         *CASES,
         "voltage_dip",
-    }  # it: test_electrical_machine.py
+    }  # by the electrical tests
 
 
 @pytest.mark.parametrize("kind", CASES)
