@@ -221,8 +221,8 @@ def test_node_functions_pass_without_compilation() -> None:
 
 
 LAYERS = (
-    "core maths numbers environment turbine wind aero structure control simulation postprocess loadcases report "
-    "studies app"
+    "core maths numbers environment turbine wind aero structure electrical control simulation postprocess loadcases "
+    "report studies app"
 )
 
 

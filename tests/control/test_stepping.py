@@ -71,7 +71,7 @@ def test_what_is_refused(model: Model) -> None:
     run.reset()
     with pytest.raises(InputError, match=r"no 'pich'.*pitch"):
         run.step({"pich": 0.1})
-    with pytest.raises(InputError, match="expected 22 demands"):
+    with pytest.raises(InputError, match="expected 25 demands"):
         run.step([0.0, 1.0])
     run.step({"pitch": np.nan})
     assert run.finished

@@ -28,6 +28,7 @@ from meltemi.control.signals import DEMANDS, GRID, MEASUREMENTS
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.kernel import compile_seconds, kernel_for
 from meltemi.core.tables import View
+from meltemi.electrical.advance import TRIP
 from meltemi.environment.grid import PowerGrid
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
@@ -324,7 +325,7 @@ class Simulation:
         case.sample(now * self.dt)
         if case.clock[step.NEXT_EVENT] > 0:
             report(now * self.dt, case["faults"], case.measured)
-        if case.trip:
+        if case["electric"][TRIP] > 0.0:
             case.measured[GRID] = 0.0
         return View(MEASUREMENTS, case.measured.copy())  # of its own, so it stays as it is
 

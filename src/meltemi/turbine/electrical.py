@@ -353,8 +353,8 @@ def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float =
     """Converters, DC link and filter by rule for a machine.
 
     Converters carry 1.15 times the rated current (1.2 at the grid) and lose 1 % each at it, the DC link holds the
-    rated power's energy of 20 ms, the chopper takes 1.2 times rated power for 2 s, the filter has 0.15 and 0.002 per
-    unit.
+    rated power's energy of 20 ms, the chopper takes 1.2 times rated power for 2 s, the filter and the
+    transformer have 0.3 and 0.004 per unit.
 
     Args:
       voltage: [V] of the grid, line to line, rms.
@@ -363,7 +363,7 @@ def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float =
     P, peak = machine.rated_power, voltage / LINE
     current = P / (1.5 * peak)
     base = peak / current
-    highest = max(machine.rated_voltage, math.hypot(1.1 * peak, 0.15 * peak), peak * 1.3)
+    highest = max(machine.rated_voltage, math.hypot(1.1 * peak, 0.3 * peak), peak * 1.3)
     dc = round(math.sqrt(3.0) * highest / RESERVE * 1.02, -1)
     return ElectricalSystem(
         machine=machine,
@@ -374,7 +374,7 @@ def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float =
             capacitance=2.0 * 0.02 * P / dc**2,
             chopper=Chopper(resistance=(1.12 * dc) ** 2 / (1.2 * P), heat=2.0 * 1.2 * P),
         ),
-        filter=GridFilter(resistance=0.002 * base, inductance=0.15 * base / (2.0 * math.pi * frequency)),
+        filter=GridFilter(resistance=0.004 * base, inductance=0.3 * base / (2.0 * math.pi * frequency)),
         voltage=voltage,
         frequency=frequency,
         ride_through=RideThrough(lowest_frequency=0.94 * frequency, highest_frequency=1.04 * frequency),
