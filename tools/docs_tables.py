@@ -93,10 +93,12 @@ def events() -> str:
 
 
 def channels(group: str) -> str:
-    """Channels of a group: machine, disk, gearbox, blade, flap, node, station, tower_station."""
+    """Channels of a group: machine, disk, gearbox, electrical, blade, flap, node, station, tower_station."""
     from meltemi.simulation.channels import catalogue, disk_channels
 
-    all_channels = catalogue(n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1, gears=(1, 2))
+    all_channels = catalogue(
+        n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1, gears=(1, 2), electrical=True
+    )
     all_channels |= disk_channels()
     chosen = []
     for c in all_channels.values():
@@ -106,10 +108,8 @@ def channels(group: str) -> str:
         )
         if c.name.startswith("tower_station"):
             home = "tower_station"
-        if c.source[0] == "gear_loads":
-            home = "gearbox"
-        if c.source[0] == "disk_flow":
-            home = "disk"
+        homes = {"gear_loads": "gearbox", "electric": "electrical", "disk_flow": "disk"}
+        home = homes.get(c.source[0], home)
         if home == group:
             chosen.append(c)
     rows = [[f"`{c.name}`", c.alias, c.unit, c.frame, c.sign, c.description] for c in chosen]
@@ -191,6 +191,7 @@ def arrays() -> str:
         "control.supervisor.tables",
         "control.supervisor.log",
         "control.supervisor.supervised",
+        "electrical.tables",
         "simulation.step",
         "simulation.power.step",
     ):

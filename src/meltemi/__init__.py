@@ -127,6 +127,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.events import SensorDrift as SensorDrift
     from meltemi.simulation.events import SensorLoss as SensorLoss
     from meltemi.simulation.events import SensorOffset as SensorOffset
+    from meltemi.simulation.events import VoltageDip as VoltageDip
     from meltemi.simulation.events import YawStuck as YawStuck
     from meltemi.simulation.linear import LinearModel as LinearModel
     from meltemi.simulation.linear import linearise as linearise
@@ -148,6 +149,8 @@ if TYPE_CHECKING:
     from meltemi.studies.compare import Comparison as Comparison
     from meltemi.studies.compare import compare as compare
     from meltemi.studies.comparison_report import write_comparison as write_comparison
+    from meltemi.studies.icing import IcingEffects as IcingEffects
+    from meltemi.studies.icing import icing_effects as icing_effects
     from meltemi.studies.inspection import inspect_turbine as inspect_turbine
     from meltemi.studies.openfast_writer import write_openfast as write_openfast
     from meltemi.studies.power_twin import power_turbine_of as power_turbine_of
@@ -297,7 +300,7 @@ _HOME = {
     "simulation.engines": "build operating_point",
     "simulation.events": (
         "Brake BrakeFault FlapStuck GeneratorFault GridLoss PitchRunaway PitchStuck PowerLimit Request SensorDrift "
-        "SensorLoss SensorOffset YawStuck"
+        "SensorLoss SensorOffset VoltageDip YawStuck"
     ),
     "simulation.linear": "LinearModel linearise",
     "simulation.model": "Model",
@@ -312,6 +315,7 @@ _HOME = {
     "studies.baseline_tuning": "BaselineTuning tune_baseline",
     "studies.compare": "Comparison compare",
     "studies.comparison_report": "write_comparison",
+    "studies.icing": "IcingEffects icing_effects",
     "studies.inspection": "inspect_turbine",
     "studies.openfast_writer": "write_openfast",
     "studies.power_twin": "power_turbine_of",

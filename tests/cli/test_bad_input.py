@@ -233,6 +233,23 @@ def case_message(command: Command, tmp_path: Path, text: str) -> str:
             "duration: 5.0\nevents: [{at: 1, type: yaw_stuck}, {at: 2, type: yaw_stuck}]",
             "FILE: events.1 at 2 s and events.0, which acts from 1 s for good, contradict each other (yaw drive stuck)",
         ),
+        *(
+            ("duration: 5.0", f"duration: 5.0\nenvironment: {{{weather}}}", f"FILE:4: environment.{said}\n")
+            for weather, said in (
+                ("air: {humidity: 40}", "air: humidity 40 is not between 0 and 1; if it is in percent, write 0.4"),
+                ("air: {temperature: -300}", "air: temperature -300 degC is below absolute zero (-273.15 degC)"),
+                ("air: {temperature: [1, 2]}", "air.temperature: expected a number, found [1, 2]"),
+                (
+                    "air: {temperature: {time: [0, 9, 5], value: [1, 2, 3]}}",
+                    "air.temperature: time must not decrease, but entry 3 is 5 s",
+                ),
+                (
+                    "air: {temperature: {time: [0], value: [1], valeu: [1]}}",
+                    "air.temperature.valeu: unknown key; did you mean 'value'?",
+                ),
+                ("rain: {kind: hevy}", "rain.kind: no class of rain 'hevy'; did you mean 'heavy'?"),
+            )
+        ),
     ],
 )
 def test_a_case_file_is_refused_with_file_line_and_key(

@@ -83,9 +83,9 @@ def machine() -> PowerTurbine:
     }
     pitch = {
         "reference_speed": 0.75,
-        "proportional_gain": 1.0,
-        "integral_gain": 0.1,
-        "gain_halving_pitch": 0.1,
+        "proportional_gain": 28.25,
+        "integral_gain": 7.167,
+        "gain_halving_pitch": 0.1871,
         "minimum": 0.0,
         "maximum": math.radians(25.0),
         "rate_limit": math.radians(8.0),
@@ -495,3 +495,20 @@ def test_the_inertia_is_the_turbine_s(machine: PowerTurbine, turbine: meltemi.Tu
     """The NREL 5 MW: 38,759,228 kg m^2 of the rotor and 534.116 kg m^2 of the generator (Jonkman et al. 2009)."""
     assert shaft_inertia(machine) == INERTIA
     assert shaft_inertia(turbine) == pytest.approx(38759228.0 + 97.0**2 * 534.116, rel=5e-3)
+
+
+def test_the_speed_loop_is_as_fast_as_the_turbines_own(machine: PowerTurbine) -> None:
+    """C-86a: at rated power, where its own gains are halved, the default integral gain is the turbine's own."""
+    at = machine.control.pitch.gain_halving_pitch
+
+    def frequency(turbine: PowerTurbine) -> float:
+        return float(power_section(turbine, BLADED, PowerControl())[p.FREQUENCY])
+
+    quick = machine.replace(**{"control.pitch.integral_gain": 4.0 * machine.control.pitch.integral_gain})
+    assert frequency(quick) == pytest.approx(2.0 * frequency(machine), rel=1e-12)
+    rotor = rotor_tables(BLADED, 0.0)
+    speed = machine.control.pitch.reference_speed
+    power = 0.5 * RHO * AREA * RADIUS**3 * rotor.best[1] / rotor.best[0] ** 3 * speed**3
+    row = np.array([np.interp((RATED / power) ** (1.0 / 3.0), rotor.share, line) for line in rotor.sensitivity])
+    own = shaft_inertia(machine) * frequency(machine) ** 2 / (power / speed * np.interp(at, rotor.pitch, row))
+    assert own == pytest.approx(0.5 * machine.control.pitch.integral_gain, rel=1e-9)

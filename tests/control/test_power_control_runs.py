@@ -140,7 +140,7 @@ def test_derivatives_are_those_of_differences(table: AnyTurbine, settings: dict[
         "channels": ["rotor_speed", "pitch_1", "generator_torque", "wind_estimate"],
         "output_step": 0.1,
     }
-    names = [f"controller.{name}" for name in ("frequency", "best_coefficient", "estimator_gain", "rated_power")]
+    names = [f"controller.{name}" for name in ("frequency", "best_coefficient", "estimator_gain", "inertia")]
     exact = meltemi.sensitivity(model, wind, names, **arguments)
     exact.result.raise_for_status()
     moved = 0
@@ -182,7 +182,8 @@ def test_a_flexible_turbine_tracks_too(turbine: meltemi.Turbine) -> None:
     """The NREL 5 MW: the estimate in steady wind, no motion of its own with tracking, and 3 MW in turbulence."""
     model = meltemi.build(turbine)
     steady = run(model, SteadyWind(speed=8.0), 150.0, control(turbine, torque="tip_speed_ratio"))
-    assert steady["wind_estimate"][-100:].mean() == pytest.approx(8.0, abs=0.05)
+    # blades that twist take 1 % of the wind that the rigid rotor's performance would need
+    assert steady["wind_estimate"][-100:].mean() == pytest.approx(8.0, rel=0.015)
     assert steady["generator_power"][-300:].std() < 0.01 * steady["generator_power"][-300:].mean()
     wind = TurbulentWind(speed=12.0, intensity=0.1, seed=1, points=9)
     results = [

@@ -10,6 +10,7 @@ from meltemi import Environment, Icing, ModelOptions, Start, SteadyWind, Turbine
 from meltemi.core.tables import View
 from meltemi.simulation.modes import natural_modes
 from meltemi.structure.tables import BLADE_NODE
+from meltemi.studies.icing import frequency_table, load_table, plot_icing, power_table
 from meltemi.turbine.icing import ice_mass, ice_stations, leading_edge
 
 RIGID = ("tower", "yaw", "generator", "drivetrain", "blades")
@@ -108,3 +109,25 @@ def test_power_under_ice(turbine: Turbine) -> None:
     # each blade costs more than the one before, for the rotor turns slower, too
     assert 0.2 < (clean - one) / (clean - all_) < 1.0 / 3.0
     assert heavy == pytest.approx(clean, rel=5e-3)  # mass alone costs hardly any power
+
+
+@pytest.mark.long
+def test_effects_of_ice(turbine: Turbine) -> None:
+    effects = meltemi.icing_effects(
+        turbine, speeds=(6.0, 15.0), load_speeds=(8.0,), seeds=(1, 2), duration=60.0, points=9
+    )
+    assert effects.mass[0] == pytest.approx(2620.0, rel=1e-3)
+    loss = {name: values / effects.power["clean"] - 1.0 for name, values in effects.power.items()}
+    assert loss["all blades"][0] < loss["all but one"][0] < loss["one blade"][0] < -0.02
+    assert abs(loss["all blades"][1]) < 1e-3
+    for clean, iced in effects.frequencies.values():
+        assert 0.75 * clean < iced < 0.9 * clean
+    # the force of the unbalanced rotor turns with it; a balanced one has nothing there
+    first = effects.first
+    assert np.all(first["one blade"]["shaft_force_y"] > 10.0 * first["clean"]["shaft_force_y"])
+    assert np.all(
+        effects.loads["all blades"]["root_moment_in_plane_1"] > effects.loads["clean"]["root_moment_in_plane_1"]
+    )
+    for table in (power_table(effects), frequency_table(effects), load_table(effects)):
+        assert all(len(row) == len(table.head) for row in table.rows)
+    assert len(plot_icing(effects).axes) == 4

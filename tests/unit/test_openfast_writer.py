@@ -9,7 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from meltemi import BEDDOES, Environment, InputError, ModelOptions, SteadyWind, Turbine, UnsupportedError, build
+from meltemi import (
+    BEDDOES,
+    Air,
+    Environment,
+    InputError,
+    ModelOptions,
+    Rain,
+    SteadyWind,
+    TimeSeries,
+    Turbine,
+    UnsupportedError,
+    air_density,
+    build,
+)
 from meltemi import write_openfast as write
 from meltemi.structure.beam import section_axes
 from meltemi.studies.openfast_writer.sections import principal
@@ -310,3 +323,17 @@ def test_openfast_io_reads_the_same_numbers(turbine: Turbine, written: Written, 
     matrices = matrices[0] if isinstance(matrices, list) else matrices
     np.testing.assert_allclose(matrices["beam_stiff"], bent.blade.structure.stiffness_matrix, rtol=1e-9)
     np.testing.assert_allclose(matrices["beam_inertia"], bent.blade.structure.mass_matrix, rtol=1e-9)
+
+
+def test_weather_that_a_deck_does_not_have(turbine: Turbine, tmp_path: Path) -> None:
+    still = Environment(air=Air(temperature=30.0))
+    assert not {"rain", "weather that changes"} & {
+        note.what for note in write(turbine, tmp_path, environment=still).notes
+    }
+    series = TimeSeries(time=[0.0, 9.0], value=[30.0, 0.0])
+    weather = Environment(air=Air(temperature=series), rain=Rain(kind="light"))
+    written = write(turbine, tmp_path, environment=weather)
+    assert {"rain", "weather that changes"} <= {note.what for note in written.notes}
+    assert read_deck(written.main, control_of=turbine).environment["air_density"] == pytest.approx(
+        float(air_density(30.0)), rel=1e-6
+    )

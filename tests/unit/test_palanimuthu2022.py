@@ -12,11 +12,12 @@ from typer.testing import CliRunner
 from meltemi import InputError
 from meltemi.app.cli import app
 from meltemi.report.block_diagram import Block, Wire, plot_blocks
+from meltemi.report.html import Table
 from meltemi.studies.reproduce.palanimuthu2022 import diagrams, paper
 from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims
 from meltemi.studies.reproduce.palanimuthu2022.figures.rain_power import STORM
 from meltemi.studies.reproduce.palanimuthu2022.machine import FORMULA, rotor
-from meltemi.studies.reproduce.palanimuthu2022.page import FIGURES
+from meltemi.studies.reproduce.palanimuthu2022.page import FIGURES, markdown
 from meltemi.studies.reproduce.palanimuthu2022.readings import printed_density, readings, time_constant
 from meltemi.studies.reproduce.palanimuthu2022.runs import INTERVAL, staircase
 
@@ -93,6 +94,29 @@ def test_a_misspelt_study_is_refused_with_the_closest_name(tmp_path: Path) -> No
     assert isinstance(found.exception, InputError)
     assert "did you mean 'palanimuthu2022'?" in str(found.exception)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("study", "parts", "said"),
+    [
+        ("wang2021", "climate", "belongs to palanimuthu2022"),
+        ("palanimuthu2022", "climat", "did you mean 'climate'?"),
+    ],
+)
+def test_parts_beyond_the_paper_have_names(study: str, parts: str, said: str, tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, ["reproduce", study, "--beyond", parts, "--out", str(tmp_path / "out")])
+    assert isinstance(found.exception, InputError)
+    assert said in str(found.exception)
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_page_has_the_parts_that_lie_in_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "climate.md").write_text("## A year\n", encoding="utf-8")
+    table = Table(["claim", "reason"], [["one", "pairs"], ["two", ""]])
+    text = markdown("All holds.", {"claims": ("Claims", [table])}, {"fig01": "the system"}, tmp_path)
+    assert "## A year" in text
+    assert text.count(f"*pairs:* {REASONS['pairs']}") == 1
+    assert "![the system](palanimuthu2022/fig01.png)" in text
 
 
 @pytest.mark.long

@@ -63,6 +63,17 @@ def test_accepted_water_content() -> None:
     assert float(drops.water_content(drops.MM_PER_HOUR, 1000.0, 0.0, np.inf)) == pytest.approx(0.089e-3, rel=5e-3)
 
 
+@pytest.mark.parametrize(("rate", "made"), [(2.5, 3.0), (32.0, 35.8), (709.2, 636.0)])
+def test_spectrum_and_speeds_make_the_rate(rate: float, made: float) -> None:
+    """Two independent measurements: the water that falls by both against the rate that the spectrum is for."""
+
+    def flux(d: float) -> float:
+        return float(np.pi / 6.0 * d**3 * drops.drop_spectrum(d, rate * drops.MM_PER_HOUR) * drops.terminal_speed(d))
+
+    assert quad(flux, 0.0, 0.03, limit=200)[0] / drops.MM_PER_HOUR == pytest.approx(made, rel=0.02)
+    assert made == pytest.approx(rate, rel=0.21)
+
+
 def test_terminal_speeds() -> None:
     assert drops.terminal_speed([1e-3, 2e-3, 3e-3]) == pytest.approx([4.00, 6.55, 7.95], abs=0.005)
     assert drops.terminal_speed(1e-5) == 0.0

@@ -301,7 +301,9 @@ def channels(
     from meltemi.simulation.channels import catalogue, find
 
     if explain is not None:
-        c = find(explain, catalogue(n_nodes=20, blade_stations=3, tower_stations=3, flaps=4, gears=(2, 3)))
+        c = find(
+            explain, catalogue(n_nodes=20, blade_stations=3, tower_stations=3, flaps=4, gears=(2, 3), electrical=True)
+        )
         unit, factor = c.display_unit
         print(f"{c.name}")
         print(f"  OpenFAST     {c.alias or 'no such channel'}")
@@ -313,7 +315,7 @@ def channels(
         print(f"  positive     {c.sign}")
         return
     text = (search or "").lower()
-    every = catalogue(n_nodes=1, flaps=1, gears=(2, 3)).values()
+    every = catalogue(n_nodes=1, flaps=1, gears=(2, 3), electrical=True).values()
     chosen = [c for c in every if text in f"{' '.join(c.names)} {c.description}".lower()]
     if not chosen:
         raise InputError(f"no channel has {search!r} in its name or description")

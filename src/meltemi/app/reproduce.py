@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -24,6 +24,9 @@ def reproduce(
     rosco: Annotated[
         bool, typer.Option("--rosco", help="Only this, of he2018: its load control beside ROSCO's.")
     ] = False,
+    beyond: Annotated[
+        str, typer.Option("--beyond", help="Of palanimuthu2022: parts beyond the paper, as climate,power, or all.")
+    ] = "",
     workers: Annotated[int | None, typer.Option("--workers", help="Runs at a time [one for each core].")] = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -37,15 +40,31 @@ def reproduce(
             raise InputError(f"--rosco belongs to he2018; {study} has no such part")
         _duel(quick, workers, out)
         return
+    more: dict[str, Any] = {"parts": _parts(study, beyond)} if beyond else {}
     with results_in(out):
         page = import_module(f"meltemi.studies.reproduce.{study}.page")
         with progress_bar(f"{study}") as progress:
-            found = page.reproduce(out, quick=quick, workers=workers, progress=lambda share, what: progress(share))
+            found = page.reproduce(
+                out, quick=quick, workers=workers, progress=lambda share, what: progress(share), **more
+            )
     for table in found.tables:
         print_table(table.caption, table.head, table.rows, text_columns=len(table.head))
     print(found.lead)
     for file in found.files:
         print(f"wrote {file}")
+
+
+def _parts(study: str, names: str) -> list[str]:
+    """Parts beyond a paper by their names with commas."""
+    if study != "palanimuthu2022":
+        raise InputError(f"--beyond belongs to palanimuthu2022; {study} runs all of its own")
+    from meltemi.studies.reproduce.palanimuthu2022.beyond import PARTS
+
+    asked = list(PARTS) if names == "all" else [name.strip() for name in names.split(",")]
+    for name in asked:
+        if name not in PARTS:
+            raise InputError(f"--beyond: no part {name!r}: {did_you_mean(name, [*PARTS, 'all'])}")
+    return asked
 
 
 def _duel(quick: bool, workers: int | None, out: Path) -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import model_validator
+from pydantic import Discriminator, Tag, model_validator
 
 from meltemi.core.record import Record, Vector
 
@@ -36,7 +36,14 @@ class TimeSeries(Record):
         return self
 
 
-Varying = float | TimeSeries
+def _which(given: Any) -> str:
+    return "TimeSeries" if isinstance(given, dict | TimeSeries) else "number"
+
+
+Varying = Annotated[
+    Annotated[float, Tag("number")] | Annotated[TimeSeries, Tag("TimeSeries")],
+    Discriminator(_which),  # so that what is wrong is said of the one that was meant
+]
 """A constant or a series."""
 
 

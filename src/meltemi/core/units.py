@@ -14,6 +14,8 @@ FIELD: dict[str, tuple[str, float]] = {
     "N": ("kN", 1e-3),
     "N m": ("kN m", 1e-3),
     "W": ("kW", 1e-3),
+    "var": ("kvar", 1e-3),
+    "V": ("kV", 1e-3),
 }
 """SI unit -> (field unit, factor). Rotational speeds of shafts are read in rpm; see ``display``."""
 

@@ -201,9 +201,9 @@ def _annotations_at(kind: type[BaseModel], location: Sequence[int | str]) -> lis
 
 
 def _tagged(found: list[Any], part: int | str) -> list[Any]:
-    """Of several alternatives the one with this tag, which pydantic puts into the path; nothing if it is a key."""
+    """Of several alternatives the one with this tag or name, which pydantic puts into the path; nothing for a key."""
     records = [c for c in found if isinstance(c, type) and issubclass(c, BaseModel)]
-    return [c for c in records if part in _literals(c)] if len(records) > 1 else []
+    return [c for c in records if c.__name__ == part or (len(records) > 1 and part in _literals(c))]
 
 
 def _inside(outer: Any, part: int | str) -> list[Any]:

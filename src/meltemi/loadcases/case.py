@@ -362,6 +362,9 @@ options:                     # docs: options; defaults are shown
 environment:
   air_density: 1.225         # kg/m^3
   gravity: 9.80665           # m/s^2
+  # air: {temperature: 15.0, humidity: 0.4, altitude: 0.0}   # degC, 0 to 1, m; instead of air_density
+  # air: {temperature: {time: [0, 100, 100], value: [30, 30, 10]}}   # in time; a time that stands twice is a jump
+  # rain: {rate: 8.0}          # mm/h; or a class, {kind: moderate}
 
 # icing: {blades: [1], amount: 0.5}   # ice on blades, all without this key; docs: icing
 """

@@ -113,4 +113,4 @@ def _runs(some: Result | Sequence[Result] | PowerSpectrum) -> list[Result]:
 
 def _known(name: str) -> Channel:
     """A channel by its name alone."""
-    return find(name, catalogue(n_nodes=1, flaps=1, gears=(2, 3)))
+    return find(name, catalogue(n_nodes=1, flaps=1, gears=(2, 3), electrical=True))

@@ -12,7 +12,7 @@ from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.integrator import INTEGRAL, INTEGRATOR, integrator_settings
 from meltemi.control.power_control import state as p
 from meltemi.control.power_control.law import power_step
-from meltemi.control.power_control.rotor import rotor_tables
+from meltemi.control.power_control.rotor import RotorTables, rotor_tables
 from meltemi.control.power_control.settings import SCHEMES, PowerControl
 from meltemi.control.power_control.tables import CONDITIONS, NUMBER
 from meltemi.core.errors import InputError
@@ -28,6 +28,8 @@ Float = NDArray[float64]
 
 NEAR = 0.99
 """Of the pitch loop's reference, where rated power is reached at the latest, as in the baseline law."""
+FILTERED = 0.5
+"""Of the speed filter's corner, that the speed loop has at most."""
 SPEED_LOOP = 0.6 / rpm(12.1)
 """Frequency of the speed loop of the NREL 5 MW over its rated rotor speed (Jonkman et al. 2009)."""
 
@@ -92,7 +94,7 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     ratio, efficiency = drive.gear_ratio, drive.generator_efficiency
     inertia = settings.inertia or shaft_inertia(turbine)
     reference = pitch.reference_speed
-    frequency = settings.frequency or SPEED_LOOP * reference / ratio
+    frequency = settings.frequency or own_frequency(turbine, rotor, inertia)
     x = np.zeros(p.TABLES)
     view = View(p.POWER, x[: len(p.POWER)])
     view["filter_frequency"], view["reference_speed"] = turbine.control.filter_frequency, reference
@@ -106,6 +108,8 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     view["transition_slope"] = torque.rated_power / rated_speed / (rated_speed - synchronous)
     view["minimum_pitch"], view["maximum_pitch"], view["pitch_rate"] = pitch.minimum, pitch.maximum, pitch.rate_limit
     view["efficiency"], view["gear_ratio"], view["inertia"] = efficiency, ratio, inertia
+    # a rotor of hardly any inertia turns as its power bids: the loop is then made for that stiffness, T / Omega
+    view["loop_inertia"] = max(inertia, torque.rated_power / (reference / ratio) ** 2 / frequency)
     view["gear_efficiency"] = 1.0 if isinstance(turbine, PowerTurbine) else turbine.drivetrain.gearbox_efficiency
     view["radius"] = turbine.rotor_radius
     view["best_ratio"], view["best_coefficient"] = rotor.best
@@ -131,7 +135,7 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     view["reference"] = turbine.rated_power
     # the rate 3 K omega / J at which the optimal torque itself comes back to its tip-speed ratio
     optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
-    tracking = settings.tracking_frequency or 3.0 * optimal * reference / ratio / inertia
+    tracking = settings.tracking_frequency or min(3.0 * optimal * reference / ratio / inertia, frequency)
     x[p.TORQUE_LOOP : p.TORQUE_LOOP + len(INTEGRATOR)] = integrator_settings(
         proportional_gain=2.0 * settings.damping_ratio * tracking * inertia / ratio**2,
         integral_gain=tracking**2 * inertia / ratio**2,
@@ -199,6 +203,25 @@ def power_warnings(x: Float, at: int) -> list[str]:
         return []
     rated = x[at + p.RATED_POWER] * x[at + p.EFFICIENCY]
     return [f"power control: a reference above rated power was asked for; it was taken as {rated:.4g} W"]
+
+
+def own_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -> float:
+    """[rad/s] of the speed loop that the turbine's own collective law makes at rated power (C-86a).
+
+    At the pitch where its gains are halved, with the sensitivity that the rotor has there; where the rotor is known at
+    one pitch only, in proportion to rated speed as for the NREL 5 MW.
+    """
+    pitch, rated = turbine.control.pitch, turbine.control.torque.rated_power
+    ratio = turbine.drivetrain.gear_ratio
+    speed = pitch.reference_speed / ratio
+    if len(rotor.pitch) == 1:
+        return SPEED_LOOP * speed
+    best_ratio, best_power = rotor.best
+    optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * best_power / best_ratio**3 * speed**3
+    at_share = [np.interp((rated / optimal) ** (1.0 / 3.0), rotor.share, row) for row in rotor.sensitivity]
+    slope = float(np.interp(pitch.gain_halving_pitch, rotor.pitch, at_share)) * optimal / speed
+    own = math.sqrt(0.5 * pitch.integral_gain * ratio * slope / inertia)
+    return min(own, FILTERED * turbine.control.filter_frequency)
 
 
 def shaft_inertia(turbine: AnyTurbine) -> float:

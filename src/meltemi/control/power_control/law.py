@@ -133,11 +133,15 @@ def estimate_wind(x: Float, at: int, measured: Float, dt: float) -> None:
 
 @kernel
 def fine_power(x: Float, at: int) -> float:
-    """Mechanical power [W] that the estimated wind would give at this speed with fine pitch (C-84)."""
+    """Mechanical power [W] that the estimated wind would give at this speed with fine pitch (C-84).
+
+    None of it counts at tip-speed ratios of half the best one and less: near the stall nothing is to be spared.
+    """
     radius, wind = x[at + p.RADIUS], x[at + p.WIND]
     disk = 0.5 * x[at + p.DENSITY] * pi * radius * radius * wind * wind * wind
     ratio = x[at + p.SPEED] / x[at + p.GEAR_RATIO] * radius / wind
-    return disk * power_coefficient(x, at, ratio, x[at + p.MIN_PITCH]) * x[at + p.GEAR_EFFICIENCY]
+    share = min(max(10.0 * ratio / x[at + p.BEST_RATIO] - 5.0, 0.0), 1.0)
+    return share * disk * power_coefficient(x, at, ratio, x[at + p.MIN_PITCH]) * x[at + p.GEAR_EFFICIENCY]
 
 
 @kernel
@@ -236,7 +240,7 @@ def tune_pitch_loop(x: Float, at: int, gain: float, dt: float) -> None:
     optimal = gain * speed * speed * speed
     power = max(x[at + p.TORQUE] * speed, 0.01 * optimal)
     falls = optimal * sensitivity(x, at, x[at + p.SLOW_PITCH], third_root(power / optimal))
-    unit = x[at + p.INERTIA] * speed / (ratio * ratio * falls)
+    unit = x[at + p.LOOP_INERTIA] * speed / (ratio * ratio * falls)
     x[at + p.PITCH_LOOP + loop.KP] = 2.0 * x[at + p.DAMPING] * x[at + p.FREQUENCY] * unit
     x[at + p.PITCH_LOOP + loop.KI] = x[at + p.FREQUENCY] * x[at + p.FREQUENCY] * unit
 

@@ -63,12 +63,12 @@ class PowerControl(Record):
     droop: Droop | None = None
     """Frequency control; none by default."""
     frequency: float | None = Field(default=None, gt=0.0)
-    """[rad/s] of the speed loop through the pitch; by default 0.6 rad/s times rated rotor speed over 12.1 rpm."""
+    """[rad/s] of the speed loop through the pitch; by default that of the turbine's own law at rated power."""
     damping_ratio: float = Field(default=0.7, gt=0.0, le=5.0)
     """Of the same loop, and of the loop of the tip-speed ratio."""
     tracking_frequency: float | None = Field(default=None, gt=0.0)
     """[rad/s] of the loop of the tip-speed ratio through the torque; by default the rate at which the optimal
-    torque comes back to its tip-speed ratio at rated speed."""
+    torque comes back to its tip-speed ratio at rated speed, but at most ``frequency``."""
     estimator_frequency: float | None = Field(default=None, gt=0.0)
     """[rad/s] of the wind estimate; ``frequency`` by default."""
     inertia: float | None = Field(default=None, gt=0.0)

@@ -28,6 +28,7 @@ POWER = table(
     gear_efficiency    | -           | of the gearbox
     radius             | m           | of the rotor
     inertia            | kg m^2      | of rotor and generator about the shaft
+    loop_inertia       | kg m^2      | that the pitch gains are made for
     best_ratio         | -           | tip-speed ratio of the largest power coefficient
     best_coefficient   | -           | the largest power coefficient
     tracks_ratio       | -           | 1: torque by the tip-speed ratio, 0: by the speed's square
@@ -97,6 +98,7 @@ POWER = table(
     GEAR_EFFICIENCY,
     RADIUS,
     INERTIA,
+    LOOP_INERTIA,
     BEST_RATIO,
     BEST_COEFFICIENT,
     TRACKS_RATIO,

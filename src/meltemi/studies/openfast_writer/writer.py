@@ -12,6 +12,7 @@ import numpy as np
 
 from meltemi.aero.stall_tables import zero_lift_angle
 from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.core.series import TimeSeries
 from meltemi.environment.site import Environment
 from meltemi.simulation.model import Model, blade_modes, build, head_mass
 from meltemi.simulation.options import BEDDOES, ModelOptions, StallConstants
@@ -151,7 +152,8 @@ class _Deck:
         self.notes.append(Note("approximated", self.turbine.name, what, why))
 
     def _limits(self) -> None:
-        t, o = self.turbine, self.options
+        t, o, air = self.turbine, self.options, self.environment.air
+        weather = air and any(isinstance(q, TimeSeries) for q in (air.temperature, air.humidity, air.pressure))
         for there, what, why in (
             (t.foundation is not None, "foundation", "the tower is clamped; SubDyn is not written"),
             (
@@ -160,6 +162,8 @@ class _Deck:
                 "only yaw inertia",
             ),
             (t.blade.flaps, "trailing-edge flaps", "AeroDyn has them in tables of another kind"),
+            (self.environment.rain, "rain", "the drag of its drops is in no polar"),
+            (weather, "weather that changes", "the density is that of the start"),
             (o.tower_torsion_modes, "torsion of the tower", "ElastoDyn has none"),
             (
                 self.modes["flap"] > 2 or self.modes["edge"] > 1,

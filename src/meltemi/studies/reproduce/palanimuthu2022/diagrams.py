@@ -10,6 +10,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+FONT = 9.5
+
+
 def system() -> Figure:
     """Figure 1: from the environment to the grid."""
     blocks = {
@@ -17,25 +20,25 @@ def system() -> Figure:
         "rain": Block("rain: $I$, $d$", (0.9, 2.85), (1.8, 0.55), "outside"),
         "ice": Block("ice: mass, roughness", (0.9, 2.1), (1.8, 0.55), "outside"),
         "wind": Block("wind: $V_w$, direction", (0.9, 1.35), (1.8, 0.55), "outside"),
-        "rotor": Block("rotor\n$C_p(\\lambda, \\beta)$ or\nblades in motion", (3.35, 2.1), (1.55, 1.0)),
-        "shaft": Block("drive train\n$J$, $B_m$", (5.4, 2.1), (1.25, 0.75)),
-        "machine": Block("PMSG\n$p$, $\\Psi_m$, $R_s$, $L_s$", (7.35, 2.1), (1.45, 0.75)),
-        "rectifier": Block("machine-side\nconverter", (9.3, 2.1), (1.3, 0.75)),
-        "link": Block("DC link\n$C$, chopper", (11.0, 2.1), (1.15, 0.75)),
-        "inverter": Block("grid-side\nconverter", (12.6, 2.1), (1.2, 0.75)),
-        "filter": Block("filter\n$R_g$, $L_g$", (14.15, 2.1), (1.05, 0.75)),
-        "grid": Block("grid\n$V_g$, $f_g$, $P_{ref}$", (15.85, 2.1), (1.35, 0.75), "outside"),
-        "pitch": Block("pitch: collective,\nindividual", (3.35, 0.45), (1.75, 0.62), "control"),
-        "yaw": Block("yaw: dead band,\nrate", (1.1, 0.45), (1.5, 0.62), "control"),
-        "torque": Block("torque: optimal, tracking,\nactive power $A0$ to $A3$", (7.35, 0.45), (2.2, 0.62), "control"),
-        "current": Block("current control\n$i_d^* = 0$, $i_q^*$", (9.95, 0.45), (1.5, 0.62), "control"),
-        "voltage": Block("DC voltage,\nreactive power", (12.6, 0.45), (1.5, 0.62), "control"),
+        "rotor": Block("rotor\n$C_p(\\lambda, \\beta)$ or\nmoving blades", (3.1, 2.1), (1.5, 1.0)),
+        "shaft": Block("drive train\n$J$, $B_m$", (4.9, 2.1), (1.2, 0.75)),
+        "machine": Block("PMSG\n$p$, $\\Psi_m$, $R_s$, $L_s$", (6.65, 2.1), (1.5, 0.75)),
+        "rectifier": Block("machine-side\nconverter", (8.45, 2.1), (1.3, 0.75)),
+        "link": Block("DC link\n$C$, chopper", (10.05, 2.1), (1.15, 0.75)),
+        "inverter": Block("grid-side\nconverter", (11.6, 2.1), (1.15, 0.75)),
+        "filter": Block("filter\n$R_g$, $L_g$", (13.0, 2.1), (0.95, 0.75)),
+        "grid": Block("grid\n$V_g$, $f_g$, $P_{ref}$", (14.55, 2.1), (1.35, 0.75), "outside"),
+        "pitch": Block("pitch: collective,\nindividual", (3.1, 0.45), (1.75, 0.65), "control"),
+        "yaw": Block("yaw: dead band,\nrate", (1.0, 0.45), (1.6, 0.65), "control"),
+        "torque": Block("torque: optimal, tracking,\npower schemes A0 to A3", (6.2, 0.45), (2.3, 0.65), "control"),
+        "current": Block("current control\n$i_d^* = 0$, $i_q^*$", (9.0, 0.45), (1.6, 0.65), "control"),
+        "voltage": Block("DC voltage,\nreactive power", (11.6, 0.45), (1.5, 0.65), "control"),
     }
     wires = [
-        Wire("air.right", "rotor.top-0.4", "$\\rho$", via=((2.95, 3.6),), place=0.3),
-        Wire("rain.right", "rotor.left+0.25", "loss", via=((2.2, 2.85), (2.2, 2.35)), place=0.18),
+        Wire("air.right", "rotor.top-0.4", "$\\rho$", via=((2.7, 3.6),), place=0.3),
+        Wire("rain.right", "rotor.left+0.25", "loss", via=((2.1, 2.85), (2.1, 2.35)), place=0.18),
         Wire("ice.right", "rotor.left"),
-        Wire("wind.right", "rotor.left-0.25", via=((2.2, 1.35), (2.2, 1.85))),
+        Wire("wind.right", "rotor.left-0.25", via=((2.1, 1.35), (2.1, 1.85))),
         Wire("rotor.right", "shaft.left", "$T_a$"),
         Wire("shaft.right", "machine.left", "$\\omega_m$"),
         Wire("machine.right", "rectifier.left", "$v, i$"),
@@ -44,21 +47,21 @@ def system() -> Figure:
         Wire("inverter.right", "filter.left"),
         Wire("filter.right", "grid.left", "$P, Q$"),
         Wire("pitch.top", "rotor.bottom", "$\\beta$", place=0.6),
-        Wire("yaw.top", "wind.bottom+0.2", "direction against the rotor", place=0.45),
-        Wire("shaft.bottom", "pitch.right", "$\\omega_m$", via=((5.4, 0.45),), place=0.25),
-        Wire((5.4, 0.45), "torque.left"),
+        Wire("yaw.top", "wind.bottom+0.1", "direction", place=0.45),
+        Wire("shaft.bottom-0.25", "pitch.right", "$\\omega_m$", via=((4.65, 0.45),), place=0.4),
+        Wire((4.65, 0.45), "torque.left"),
         Wire("torque.right", "current.left", "$T_{em}^*$"),
-        Wire("current.top-0.65", "rectifier.bottom", "$v_{dq}$", place=0.6),
+        Wire("current.top-0.55", "rectifier.bottom", "$v_{dq}$", place=0.6),
         Wire("voltage.top", "inverter.bottom", "$v_{dq}$", place=0.6),
         Wire(
             "grid.top",
             "torque.bottom",
             "$P_{ref}$, $f_g$",
-            via=((15.85, 3.0), (16.85, 3.0), (16.85, -0.15), (7.35, -0.15)),
+            via=((14.55, 2.85), (15.5, 2.85), (15.5, -0.15), (6.2, -0.15)),
             place=0.7,
         ),
     ]
-    return plot_blocks(blocks, wires)
+    return plot_blocks(blocks, wires, font=FONT)
 
 
 def climate() -> Figure:
@@ -106,7 +109,7 @@ def climate() -> Figure:
         Wire("sum.right", "out.left", "$P$"),
         Wire("k.right", "out.top", "$T_{em}^*$", via=((12.5, 3.2),), place=0.75),
     ]
-    return plot_blocks(blocks, wires)
+    return plot_blocks(blocks, wires, font=FONT)
 
 
 def coordination() -> Figure:
@@ -151,6 +154,11 @@ def coordination() -> Figure:
         Wire((6.9, 1.0), "torque.top-0.6", via=((8.7, 1.0),)),
         Wire("grid.bottom", "order.right", "$P_{ref}$, $f_g$", via=((13.75, 0.3),), place=0.35),
         Wire("order.bottom", "scheme.bottom", via=((11.9, -0.3), (6.9, -0.3))),
-        Wire("yaw.bottom", "pitch.bottom", "yaw and pitch take turns", via=((0.8, -0.3), (4.5, -0.3)), place=0.5),
+        Wire(
+            "scheme.bottom-0.4",
+            "yaw.bottom",
+            "power to spare widens the dead band",
+            via=((6.5, -0.3), (0.8, -0.3)),
+        ),
     ]
-    return plot_blocks(blocks, wires, [Frame("coordinated controller", (-0.1, -0.65), (12.85, 0.78))])
+    return plot_blocks(blocks, wires, [Frame("coordinated controller", (-0.1, -0.65), (12.85, 0.78))], font=FONT)

@@ -100,8 +100,8 @@ def review_table(found: Found) -> Table:
             f"in a year {row('ice', 2)} %; while there is ice {least:.0f} to {most:.0f} % of the power below rated"
         ),
         ("loss of output in rain", "26 %"): (
-            f"in a year {row('rain', 3)} %; in 32 mm/h at 9 m/s {drops:.2f} % by drops on the blades, {integrated:.1f} % "
-            f"by the formula with the spectrum, {single:.0f} % with drops of 3 mm only"
+            f"in a year {row('rain', 3)} %; in 32 mm/h at 9 m/s {drops:.2f} % by drops on the blades, "
+            f"{integrated:.1f} % by the formula with the spectrum, {single:.0f} % with drops of 3 mm only"
         ),
         ("error with constant density", "16 % at most"): (
             f"{worst:+.1f} % of the power below rated in a month ({where}); in a year {constant} %"
@@ -124,8 +124,8 @@ def verdict(found: Found) -> str:
     all_ = ", ".join(f"{said(of_standard(year, 'all'), 1)} % ({name})" for name, year in zip(names, years, strict=True))
     lines = (
         f"Against air of 1.225 kg/m³ weather changes the year's energy by {all_}.",
-        f"In one and the same wind the air of {names[1]} makes {said(one, 1)} %, that of {names[2]} {said(two, 1)} % of",
-        f"the energy of {names[0]}, for densities that differ by {100.0 * (air[1] / air[0] - 1.0):+.1f} and",
+        f"In one and the same wind the air of {names[1]} makes {said(one, 1)} %, that of {names[2]} {said(two, 1)} %",
+        f"of the energy of {names[0]}, for densities that differ by {100.0 * (air[1] / air[0] - 1.0):+.1f} and",
         f"{100.0 * (air[2] / air[0] - 1.0):+.1f} %: above rated wind the pitch makes up for thin air.",
         f"Ice takes {-ice.mean:.1f} ± {ice.half_width:.1f} % at {words(icy.climate.name)}, where it lies on the blades",
         f"for {icy.climate.icing_hours.sum():.0f} h a year; with what one blade sheds before the others,",

@@ -110,17 +110,19 @@ def of_turbine(
 
 def years(response: Response) -> Found:
     """The three climates with what a turbine does."""
-    climates = {name: load_climate(name) for name in CLIMATES}
-    return Found(response, {name: a_year(response, each, climates[CLIMATES[0]]) for name, each in climates.items()})
+    climates, curves = {name: load_climate(name) for name in CLIMATES}, Curves(response)
+    return Found(response, {name: a_year(curves, each, climates[CLIMATES[0]]) for name, each in climates.items()})
 
 
-class _Curves:
+class Curves:
     """What the turbine does at the middles of the bins of the wind speed."""
 
     def __init__(self, response: Response) -> None:
         self.response = response
         self.speeds, self.densities = np.array(response.setup.speeds), np.array(response.setup.densities)
         self.middle = 0.5 * (EDGES[1:] + EDGES[:-1])
+        self.produced = self.power(response.power)
+        self.wet: dict[tuple[str, str], Float] = {}
 
     def over_speed(self, values: Float) -> Float:
         """(..., bins, seeds) of (..., speeds, seeds); the outermost speeds stand for what lies beyond."""
@@ -147,7 +149,7 @@ class _Curves:
     def clean(self, density: Float) -> Float:
         """[W] of clean blades in months of a density."""
         rated = self.response.turbine.rated_power
-        return np.clip(self.at(self.power(self.response.power), density), 0.0, 1.02 * rated)
+        return np.clip(self.at(self.produced, density), 0.0, 1.02 * rated)
 
     def ice_ratio(self, state: str) -> Float:
         """(bins, seeds) power with ice over that without."""
@@ -158,15 +160,22 @@ class _Curves:
 
     def rain_loss(self, kind: str, by: Literal["drops", "review"]) -> Float:
         """(bins, seeds) [W] that rain of a class takes: only while the power is below rated."""
+        if (kind, by) not in self.wet:
+            below = self.at(self.over_speed(self.response.below), np.array([STANDARD]))[0]
+            lost = np.interp(self.middle, self.speeds, self.rain_power(kind, by))
+            self.wet[kind, by] = lost[:, None] * np.clip(below, 0.0, 1.0)
+        return self.wet[kind, by]
+
+    def rain_power(self, kind: str, by: Literal["drops", "review"]) -> list[float]:
+        """[W] of the generator that rain of a class takes at the speeds of the response."""
         r, rain = self.response, Rain.model_validate({"kind": kind, "mode": "integrated" if by == "drops" else "seed"})
         if by == "drops":
             lost = [rain_loads(r.turbine, rain, p.wind.speed, p.rotor_speed, p.pitch).power for p in r.points]
         else:
             parameters = rain_parameters(rain, r.turbine.rotor_radius)
-            lost = [rain_power_loss(parameters, p.wind.speed) for p in r.points]
-        efficiency = r.turbine.drivetrain.generator_efficiency * r.turbine.drivetrain.gearbox_efficiency
-        below = self.at(self.over_speed(r.below), np.array([STANDARD]))[0]
-        return efficiency * np.interp(self.middle, self.speeds, lost)[:, None] * np.clip(below, 0.0, 1.0)
+            lost = [float(rain_power_loss(parameters, p.wind.speed)) for p in r.points]
+        drivetrain = r.turbine.drivetrain
+        return [drivetrain.generator_efficiency * drivetrain.gearbox_efficiency * power for power in lost]
 
 
 def densities(climate: Climate, what: Literal["altitude", "temperature", "humidity"]) -> Float:
@@ -182,15 +191,15 @@ def densities(climate: Climate, what: Literal["altitude", "temperature", "humidi
     return np.full(12, air.at([0.0])[-1][0])
 
 
-def a_year(response: Response, climate: Climate, first: Climate) -> Year:
+def a_year(curves: Curves, climate: Climate, first: Climate) -> Year:
     """A year at a site.
 
     Args:
-      response: of the turbine.
+      curves: of the turbine.
       climate: of the site.
       first: whose wind is common to all.
     """
-    curves = _Curves(response)
+    response = curves.response
     hours = climate.wind_hours(EDGES, response.turbine.hub_height)
     common = first.wind_hours(EDGES, response.turbine.hub_height)
 
@@ -198,7 +207,7 @@ def a_year(response: Response, climate: Climate, first: Climate) -> Year:
         return np.asarray(3600.0 * np.einsum("mb,mbs->s", time, curves.clean(density)))
 
     reference = produced(np.full(12, STANDARD))
-    sums = {what: produced(densities(climate, what)) for what in ("altitude", "temperature", "humidity")}  # type: ignore[arg-type]
+    sums = {what: produced(densities(climate, what)) for what in ("altitude", "temperature", "humidity")}
     steps = {what: sums[what] - before for what, before in zip(sums, [reference, *sums.values()], strict=False)}
     steps["rain"] = -_rain(curves, climate, hours, "drops")
     steps["ice"] = -_ice(curves, climate, hours)
@@ -216,18 +225,18 @@ def a_year(response: Response, climate: Climate, first: Climate) -> Year:
         seed_rain=-_rain(curves, climate, hours, "review"),
         loads={name: _loads(curves, climate, hours, name) for name in SLOPES},
         common=produced(climate.density, common),
-        scenarios={name: _all(response, curves, climate.shifted(**shift)) for name, shift in SCENARIOS.items()},
+        scenarios={name: _all(curves, climate.shifted(**shift)) for name, shift in SCENARIOS.items()},
     )
 
 
-def _all(response: Response, curves: _Curves, climate: Climate) -> Float:
+def _all(curves: Curves, climate: Climate) -> Float:
     """(seeds,) [J] of a year with all effects."""
-    hours = climate.wind_hours(EDGES, response.turbine.hub_height)
+    hours = climate.wind_hours(EDGES, curves.response.turbine.hub_height)
     dry = 3600.0 * np.einsum("mb,mbs->s", hours, curves.clean(climate.density))
     return np.asarray(dry - _rain(curves, climate, hours, "drops") - _ice(curves, climate, hours))
 
 
-def _rain(curves: _Curves, climate: Climate, hours: Float, by: Literal["drops", "review"]) -> Float:
+def _rain(curves: Curves, climate: Climate, hours: Float, by: Literal["drops", "review"]) -> Float:
     """(seeds,) [J] that rain takes in a year; never more than there is."""
     clean = curves.clean(climate.density)
     lost = np.zeros(clean.shape[-1])
@@ -237,14 +246,14 @@ def _rain(curves: _Curves, climate: Climate, hours: Float, by: Literal["drops", 
     return lost
 
 
-def _ice(curves: _Curves, climate: Climate, hours: Float) -> Float:
+def _ice(curves: Curves, climate: Climate, hours: Float) -> Float:
     """(seeds,) [J] that ice takes in a year."""
     share = hours * (climate.icing_hours / MONTH_HOURS)[:, None]
     kept = (1.0 - SHED_SHARE) * curves.ice_ratio(ICED) + SHED_SHARE * curves.ice_ratio(SHED)
     return np.asarray(3600.0 * np.einsum("mb,mbs,bs->s", share, curves.clean(climate.density), 1.0 - kept))
 
 
-def _loads(curves: _Curves, climate: Climate, hours: Float, name: str) -> tuple[Float, Float, Float]:
+def _loads(curves: Curves, climate: Climate, hours: Float, name: str) -> tuple[Float, Float, Float]:
     """(seeds,) equivalent load of the hours in operation: at 1.225 kg/m^3, in the climate's air, and with its ice."""
     m, response = SLOPES[name], curves.response
     clean = curves.over_speed(response.loads[name])
