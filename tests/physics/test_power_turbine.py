@@ -420,8 +420,10 @@ def test_the_linear_model_is_the_slope_of_the_machine(turbine: PowerTurbine) -> 
 
 @pytest.mark.long  # kernels of duals
 def test_derivatives_of_a_run_are_those_of_differences() -> None:
-    # of the table, which has a slope at zero pitch, below which the formula has none; below rated, without switches
-    model, wind = build(meltemi.load_turbine("pmsg20mw-bem")), gusty(7.5)
+    # of the table, which has a slope at zero pitch, below which the formula has none; without switches: below rated, and
+    # away from the actuator's limit
+    turbine = meltemi.load_turbine("pmsg20mw-bem").replace(**{"pitch_actuator.minimum": -0.05})
+    model, wind = build(turbine), gusty(7.5)
     names = ["disk.inertia", "aerodynamics.air_density", "pitch_offset", "turbine.drivetrain.friction"]
     arguments: dict[str, Any] = {"duration": 20.0, "channels": ["rotor_speed", "generator_power"]}
     found = meltemi.sensitivity(model, wind, names, **arguments)
