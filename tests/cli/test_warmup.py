@@ -27,7 +27,7 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
     for cold in (True, False):
         kernel._LOOKED.clear()
         if cold:
-            monkeypatch.setattr(kernel, "is_cold", lambda: True)
+            monkeypatch.setattr(kernel, "is_cold", lambda package: True)
         else:
             monkeypatch.undo()  # the real one: everything is compiled
             monkeypatch.setattr(sys, "argv", arguments)

@@ -182,7 +182,7 @@ def test_energy_is_kept(turbine: PowerTurbine) -> None:
     stored = 0.5 * turbine.drivetrain.inertia * np.diff(speed[[0, -1]] ** 2)[0]
     gained = np.trapezoid(left, result.time)
     assert abs(stored) > 5e6
-    assert gained == pytest.approx(stored, abs=2e-5 * np.trapezoid(result["aerodynamic_power"], result.time))
+    assert gained == pytest.approx(stored, abs=1e-7 * np.trapezoid(result["aerodynamic_power"], result.time))
 
 
 @pytest.mark.parametrize("flexible", [False, True])
@@ -327,6 +327,16 @@ def test_a_plain_python_controller_runs_it_and_repeats_bit_by_bit(model: PowerMo
     assert np.ptp(results[0]) > 0.01
 
 
+def test_a_batch_takes_models_and_what_makes_them(model: PowerModel) -> None:
+    cases = [
+        meltemi.BatchCase(made, SteadyWind(speed=9.0), 2.0, name=name)
+        for name, made in (("model", model), ("function", lambda: model))
+    ]
+    for outcome in meltemi.simulate_batch(cases):
+        assert outcome.ok, outcome.message
+        assert outcome.value["generator_power"][-1] == pytest.approx(operating_point(model, 9.0)["generator_power"])
+
+
 def test_channels_of_blades_and_options_of_modes_are_refused_by_name(model: PowerModel, turbine: PowerTurbine) -> None:
     calm = SteadyWind(speed=8.0)
     with pytest.raises(InputError, match="'TwrBsMyt': pmsg20mw is a turbine of a power coefficient, without blades"):
@@ -409,13 +419,17 @@ def test_the_linear_model_is_the_slope_of_the_machine(turbine: PowerTurbine) -> 
 
 
 @pytest.mark.long  # kernels of duals
-def test_derivatives_of_a_run_are_those_of_differences(model: PowerModel) -> None:
+def test_derivatives_of_a_run_are_those_of_differences() -> None:
+    # of the table, which has a slope at zero pitch, below which the formula has none, and without switches: below rated
+    # wind, away from the actuator's limit
+    turbine = meltemi.load_turbine("pmsg20mw-bem").replace(**{"pitch_actuator.minimum": -0.05})
+    model, wind = build(turbine), gusty(7.5)
     names = ["disk.inertia", "aerodynamics.air_density", "pitch_offset", "turbine.drivetrain.friction"]
     arguments: dict[str, Any] = {"duration": 20.0, "channels": ["rotor_speed", "generator_power"]}
-    wind = gusty(7.5)  # below rated, where the law does not switch
     found = meltemi.sensitivity(model, wind, names, **arguments)
     for k, name in enumerate(names):
-        low, high, step = meltemi.differences(model, wind, name, step=1e-2 if "friction" in name else None, **arguments)
+        given = 1e-2 if "friction" in name else None
+        low, high, step = meltemi.differences(model, wind, name, step=given, **arguments)
         difference = (high.data - low.data) / (2.0 * step)
-        size = np.abs(difference).max(axis=0)
-        assert np.abs(found.slopes[..., k] - difference).max(axis=0) == pytest.approx(0.0 * size, abs=1e-4 * size.max())
+        error = np.abs(found.slopes[..., k] - difference).max(axis=0)
+        assert (error < 3e-5 * np.abs(difference).max(axis=0)).all(), name

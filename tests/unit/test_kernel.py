@@ -155,8 +155,11 @@ def test_a_new_folder_is_cold_until_the_time_loop_is_compiled(fresh: Path, sourc
     assert kernel.is_cold()
     (place / "bem.solve-1.py311.nbi").write_text("")
     assert kernel.is_cold()  # the first run was interrupted
-    (place / "step.advance-1.py311.nbi").write_text("")
-    assert not kernel.is_cold()
+    for package in ("power", "simulation"):  # the time loops of both kinds of turbines
+        assert kernel.is_cold(package)
+        (place / f"{package}_0123").mkdir()
+        (place / f"{package}_0123" / "step.advance-1.py311.nbi").write_text("")
+        assert not kernel.is_cold(package)
 
 
 SCRIPT = """

@@ -102,21 +102,21 @@ def _prune(base: Path, keep: Path) -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def is_cold() -> bool:
-    """The time loop, which comes last, has not been compiled for this installation yet."""
+def is_cold(package: str = "simulation") -> bool:
+    """The time loop of a package, which comes last, has not been compiled for this installation yet."""
     folder = cache_folder()
-    return folder is None or not any(folder.rglob("simulation_*/step.advance-*.nbi"))
+    return folder is None or not any(folder.rglob(f"{package}_*/step.advance-*.nbi"))
 
 
 COLD = "Compiling for this machine: this happens once and takes about half a minute ..."
 _LOOKED: set[str] = set()
 
 
-def announce() -> None:
+def announce(package: str = "simulation") -> None:
     """Say on stderr that a first run compiles, once in a process, so that nobody wonders what it waits for."""
-    if not _LOOKED:
-        _LOOKED.add("cold" if is_cold() else "warm")
-        if "cold" in _LOOKED:
+    if package not in _LOOKED:
+        _LOOKED.add(package)
+        if is_cold(package):
             print(COLD, file=sys.stderr, flush=True)
 
 

@@ -68,7 +68,7 @@ class PowerCase(BaseCase):
         numbers: Numbers = "floats",
         grid: PowerGrid | None = None,
     ) -> None:
-        announce()
+        announce("power")
         if stations is not None and (stations.blade or stations.tower):
             raise InputError(
                 f"{model.turbine.name}: blade_stations and tower_stations need blades and a tower, which a turbine of "
