@@ -110,6 +110,17 @@ def test_schemes_in_turbulence(table: AnyTurbine) -> None:
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_rotor_of_hardly_any_inertia_keeps_its_speed(table: AnyTurbine, scheme: str) -> None:
+    """4.872e6 kg m^2, the literal reading of Table 1: nothing to store energy in, so power varies, but no more."""
+    light = table.replace(**{"drivetrain.rotor_inertia": 4.872e6})
+    wind = TurbulentWind(speed=11.0, intensity=0.1, seed=1, points=9)
+    found = run(meltemi.build(light), wind, 300.0, control(light, scheme=scheme), grid=PowerGrid(power_reference=15e6))
+    assert found["rotor_speed"].min() > 0.45 and found["rotor_speed"].max() < 1.2 * 0.75
+    assert found["generator_power"][1000:].mean() == pytest.approx(15e6, rel=0.03)
+
+
+@pytest.mark.long
 def test_a_grid_loss_takes_the_torque(table: AnyTurbine) -> None:
     found = run(
         meltemi.build(table),
