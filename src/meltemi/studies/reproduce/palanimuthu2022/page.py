@@ -31,7 +31,7 @@ from meltemi.studies.reproduce.palanimuthu2022.run_claims import (
     schemes_table,
     travel_ratio,
 )
-from meltemi.studies.reproduce.palanimuthu2022.runs import PHYSICAL, QUICK, Progress, Runs, Setup, run_all
+from meltemi.studies.reproduce.palanimuthu2022.runs import LITERAL, PHYSICAL, QUICK, Progress, Runs, Setup, run_all
 from meltemi.studies.reproduce.study import Reproduction, write_tables
 
 if TYPE_CHECKING:
@@ -168,7 +168,7 @@ def _beyond(name: str, out: Path, runs: Runs, workers: int | None, progress: Pro
 
 
 def _tables(runs: Runs, found: list[Claim]) -> Files:
-    dry = runs.temperature["M1, dry, 4.872e6 kg m²"]
+    dry = runs.temperature[LITERAL]
     won = dict(zip(dry.levels, gains(dry), strict=True))
     speeds = mean_speed(runs, FORMULA, "A0"), mean_speed(runs, FORMULA, "A1")
     return {
@@ -198,7 +198,7 @@ def _used(table: Table) -> dict[str, str]:
 def lead(found: list[Claim], runs: Runs) -> str:
     """The result in a few sentences."""
     held = sum(c.verdict == "holds" for c in found)
-    won = [x * 1e-3 for x in gains(runs.temperature["M1, dry, 4.872e6 kg m²"])[[0, -1]]]
+    won = [x * 1e-3 for x in gains(runs.temperature[LITERAL])[[0, -1]]]
     one_size, all_sizes = (float(loss(r, WIND)[0]) * 1e-6 for r in (STORM, Rain(rate=RATE)))
     saved = 100.0 * (1.0 - travel_ratio(runs, PHYSICAL, "A2").mean)
     return (

@@ -16,6 +16,7 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
 from meltemi.simulation.engines import build
+from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start
@@ -47,6 +48,8 @@ CHANNELS = (
     *("wind_x", "rotor_speed", "pitch_1", "generator_power", "generator_torque", "aerodynamic_power"),
     *("power_state", "air_density", "air_temperature", "humidity"),
 )
+PLAIN, LITERAL, CONVERTERS = "M1, dry", "M1, dry, 4.872e6 kg m²", "M1, dry, with converters"
+"""Readings of Figure 6."""
 RAMPS, TURBULENT = "ramps", "turbulence"
 HOT, COLD = Air(temperature=35.0, humidity=0.3), Air(temperature=15.0)
 """Cases ii and i of Figure 20."""
@@ -60,15 +63,17 @@ class Setup:
     Attributes:
       seeds: of turbulence.
       inertias: [kg m^2] with which active power control is run.
+      converters: whether Figure 6 is run with the electrical system, too, which takes half a minute.
       quick: a look.
     """
 
     seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     inertias: tuple[float, ...] = (PHYSICAL, LARGE, SMALL)
+    converters: bool = True
     quick: bool = False
 
 
-QUICK = Setup(seeds=(1,), inertias=(PHYSICAL,), quick=True)
+QUICK = Setup(seeds=(1,), inertias=(PHYSICAL,), converters=False, quick=True)
 """A look at everything in little time; its numbers are too few to judge by."""
 
 
@@ -162,11 +167,12 @@ def _case(
     *,
     speed: float,
     reference: float | None = None,
+    options: ModelOptions | None = None,
     name: str,
 ) -> BatchCase:
     power = min(rotor(FORMULA).gain() * speed**3, reference or np.inf, paper.STATOR_POWER)
     return BatchCase(
-        model=build(machine, environment=Environment(air=air)),
+        model=build(machine, options, Environment(air=air)),
         wind=wind,
         duration=duration,
         controller=power_control(machine, performance_of(machine), settings),
@@ -178,7 +184,9 @@ def _case(
     )
 
 
-def temperature_cases(model: str, humidity: float, inertia: float) -> list[BatchCase]:
+def temperature_cases(
+    model: str, humidity: float, inertia: float, options: ModelOptions | None = None
+) -> list[BatchCase]:
     """Figure 6: cases i and ii over the steps of the temperature."""
     machine, made = machine_with(model, inertia), rotor(model)
     air = Air(temperature=staircase(paper.TEMPERATURES, INTERVAL, 15.0), humidity=humidity)
@@ -192,7 +200,8 @@ def temperature_cases(model: str, humidity: float, inertia: float) -> list[Batch
             air,
             INTERVAL * (1 + len(paper.TEMPERATURES)),
             speed=speed,
-            name=f"Fig. 6, {model}, humidity {humidity:g}, J {inertia:.4g}, {how}",
+            options=options,
+            name=f"Fig. 6, {model}, humidity {humidity:g}, J {inertia:.4g}, {how}{', converters' if options else ''}",
         )
         for how in ("fixed", adapted)
     ]
@@ -219,12 +228,14 @@ def humidity_cases() -> list[BatchCase]:
 
 def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Runs:
     """Simulate everything but what lies beyond the paper."""
-    variants = {
-        "M1, dry": (FORMULA, 0.0, PHYSICAL),
-        "M1, 40 %": (FORMULA, 0.4, PHYSICAL),
-        "M1, dry, 4.872e6 kg m²": (FORMULA, 0.0, SMALL),
-        "M2, 10 %, 4.872e6 kg m²": (CALIBRATED, 0.1, SMALL),
+    variants: dict[str, tuple[str, float, float, ModelOptions | None]] = {
+        PLAIN: (FORMULA, 0.0, PHYSICAL, None),
+        "M1, 40 %": (FORMULA, 0.4, PHYSICAL, None),
+        LITERAL: (FORMULA, 0.0, SMALL, None),
+        "M2, 10 %, 4.872e6 kg m²": (CALIBRATED, 0.1, SMALL, None),
     }
+    if setup.converters:
+        variants[CONVERTERS] = (FORMULA, 0.0, PHYSICAL, ModelOptions(electrical="averaged"))
     steps = [case for variant in variants.values() for case in temperature_cases(*variant)]
     moist = humidity_cases()
     hub = turbine().hub_height
@@ -259,7 +270,7 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
     at = iter(found)
     temperature = {
         name: Steps(model, humidity, inertia, {"i": next(at), "ii": next(at)}, paper.TEMPERATURES, INTERVAL)
-        for name, (model, humidity, inertia) in variants.items()
+        for name, (model, humidity, inertia, _) in variants.items()
     }
     seven = Steps(FORMULA, 0.0, PHYSICAL, {k: next(at) for k in ("i", "ii", "iii")}, paper.HUMIDITIES, 0.0)
     return Runs(

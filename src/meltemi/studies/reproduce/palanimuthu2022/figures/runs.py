@@ -14,7 +14,9 @@ from meltemi.studies.reproduce.palanimuthu2022 import paper
 from meltemi.studies.reproduce.palanimuthu2022.figures.look import MEGA
 from meltemi.studies.reproduce.palanimuthu2022.machine import BLADES, rotor
 from meltemi.studies.reproduce.palanimuthu2022.runs import (
+    CONVERTERS,
     PHYSICAL,
+    PLAIN,
     RAMPS,
     SCHEMES,
     TURBULENT,
@@ -41,6 +43,7 @@ COEFFICIENT: Panel = ("power coefficient", "-", power_ratio)
 SPEED: Panel = ("rotor speed", "rad/s", _channel("rotor_speed"))
 AERO: Panel = ("power of the air $P_a$", "MW", lambda r: aero_power(r) * MEGA)
 GENERATED: Panel = ("power of the generator", "MW", _channel("generator_power", MEGA))
+GRID: Panel = ("power into the grid, with machine and converters", "MW", _channel("generator_power", MEGA))
 WIND: Panel = ("wind", "m/s", _channel("wind_x"))
 TORQUE: Panel = ("torque of the generator $T_{em}$", "MN m", _channel("generator_torque", MEGA))
 PITCH: Panel = ("pitch", "deg", _channel("pitch_1", 180.0 / np.pi))
@@ -50,12 +53,20 @@ def _lettered(panels: Sequence[Panel]) -> list[Panel]:
     return [(f"{letter}: {title}", unit, of) for letter, (title, unit, of) in zip("abcdefgh", panels, strict=False)]
 
 
-def _steps(results: Mapping[str, Result], names: Mapping[str, str], panels: Sequence[Panel], title: str) -> Figure:
+def _steps(
+    results: Mapping[str, Result],
+    names: Mapping[str, str],
+    panels: Sequence[Panel],
+    title: str,
+    converters: Mapping[str, Result] | None = None,
+) -> Figure:
+    """Panels of steps, the last one from runs with converters if there are any, and what the other cases win."""
     n = len(panels) + 1
+    sources = [results] * (len(panels) - 1) + [converters or results]
     figure, axes = new_figure((n + 1) // 2, 2, size=(11.0, 1.75 * ((n + 1) // 2) + 0.6))
-    for ax, (what, unit, of) in zip(axes.flat, _lettered(panels), strict=False):
+    for ax, (what, unit, of), source in zip(axes.flat, _lettered(panels), sources, strict=False):
         for colour, (case, name) in zip(COLOURS, names.items(), strict=False):
-            ax.plot(results[case].time, of(results[case]), color=colour, linewidth=1.1, label=name)
+            ax.plot(source[case].time, of(source[case]), color=colour, linewidth=1.1, label=name)
         panel(ax, what, unit)
     last = axes.flat[len(panels)]
     base = results["i"]
@@ -76,10 +87,10 @@ def _steps(results: Mapping[str, Result], names: Mapping[str, str], panels: Sequ
 def temperature_steps(runs: Runs) -> Figure:
     """Figure 6."""
     names = {"i": "case i: density 1.225 kg/m³", "ii": "case ii: density of the temperature"}
-    panels = (TEMPERATURE, RATIO, COEFFICIENT, SPEED, AERO, GENERATED)
-    return _steps(
-        runs.temperature["M1, dry"].results, names, panels, "10 m/s, dry air at sea level, M1, J = 2.93e9 kg m²"
-    )
+    converters = runs.temperature.get(CONVERTERS)
+    panels = (TEMPERATURE, RATIO, COEFFICIENT, SPEED, AERO, GRID if converters else GENERATED)
+    title = "10 m/s, dry air at sea level, M1, J = 2.93e9 kg m²"
+    return _steps(runs.temperature[PLAIN].results, names, panels, title, converters.results if converters else None)
 
 
 def humidity_steps(runs: Runs) -> Figure:
