@@ -121,15 +121,20 @@ def test_a_rotor_of_hardly_any_inertia_keeps_its_speed(table: AnyTurbine, scheme
 
 
 @pytest.mark.long
-def test_a_grid_loss_takes_the_torque(table: AnyTurbine) -> None:
+def test_events_of_the_grid(table: AnyTurbine) -> None:
+    """A loss takes the torque, a limit the power."""
     found = run(
         meltemi.build(table),
         SteadyWind(speed=13.0),
-        60.0,
+        150.0,
         control(table),
-        events=[{"at": 30.0, "type": "grid_loss", "until": 40.0}],
+        events=[
+            {"at": 30.0, "type": "grid_loss", "until": 40.0},
+            {"at": 100.0, "type": "power_limit", "power": 12e6},
+        ],
     )
-    assert found["generator_torque"][350] == 0.0 and found["generator_torque"][-1] > 2e7
+    assert found["generator_torque"][350] == 0.0 and found["generator_power"][990] > 18e6
+    assert found["generator_power"][-1] == pytest.approx(12e6, rel=1e-3)
     assert found["rotor_speed"].max() < 1.1 * 0.75
 
 
