@@ -308,15 +308,15 @@ def test_no_demand_jumps(machine: PowerTurbine, scheme: str, torque: str) -> Non
         {"scheme": scheme, "torque": torque, "droop": {"reserve": 0.05, "inertia": 4.0}, "reference_rate": 4e6}
     )
     random = np.random.default_rng(5)
-    steps = random.choice([0.0, 4e6, 9e6, 15e6, 20e6, math.nan], 30)
-    caps = random.choice([6e6, 17e6, math.inf], 30)
-    beats = random.choice([49.6, 50.0, 50.0, 50.3, math.nan], 30)
+    steps = random.choice([0.0, 4e6, 9e6, 15e6, 20e6, math.nan], 15)
+    caps = random.choice([6e6, 17e6, math.inf], 15)
+    beats = random.choice([49.6, 50.0, 50.0, 50.3, math.nan], 15)
     wind = gusts(10.5, 0.2, seed=7)
     run = Run(
         machine,
         settings,
         lambda time: max(wind(time), 3.0),
-        600.0,
+        300.0,
         reference=lambda time: float(steps[int(time / 20.0)]),
         limit=lambda time: float(caps[int(time / 20.0)]),
         frequency=lambda time: float(beats[int(time / 20.0)]),
@@ -334,7 +334,7 @@ def test_no_demand_jumps(machine: PowerTurbine, scheme: str, torque: str) -> Non
 def test_every_line_of_the_machine_is_taken(machine: PowerTurbine) -> None:
     lines = {(row[t.FROM], row[t.TO]) for row in t.MACHINE}
     seen: set[tuple[float, float]] = set()
-    for scheme, seed in itertools.product(("A1", "A2"), (1, 2, 3)):
+    for scheme, seed in itertools.product(("A1", "A2"), (1, 3)):
         run = Run(
             machine, PowerControl.model_validate({"scheme": scheme}), gusts(10.5, 0.2, seed), 600.0, reference=14e6
         )
@@ -504,8 +504,10 @@ def test_the_speed_loop_is_as_fast_as_the_turbines_own(machine: PowerTurbine) ->
     def frequency(turbine: PowerTurbine) -> float:
         return float(power_section(turbine, BLADED, PowerControl())[p.FREQUENCY])
 
+    slow = machine.replace(**{"control.pitch.integral_gain": 0.25 * machine.control.pitch.integral_gain})
+    assert frequency(slow) == pytest.approx(0.5 * frequency(machine), rel=1e-12)
     quick = machine.replace(**{"control.pitch.integral_gain": 4.0 * machine.control.pitch.integral_gain})
-    assert frequency(quick) == pytest.approx(2.0 * frequency(machine), rel=1e-12)
+    assert frequency(quick) == 0.5 * machine.control.filter_frequency  # as much as the filter lets through
     rotor = rotor_tables(BLADED, 0.0)
     speed = machine.control.pitch.reference_speed
     power = 0.5 * RHO * AREA * RADIUS**3 * rotor.best[1] / rotor.best[0] ** 3 * speed**3

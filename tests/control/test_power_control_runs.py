@@ -110,15 +110,31 @@ def test_schemes_in_turbulence(table: AnyTurbine) -> None:
 
 
 @pytest.mark.long
-def test_a_grid_loss_takes_the_torque(table: AnyTurbine) -> None:
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_rotor_of_hardly_any_inertia_keeps_its_speed(table: AnyTurbine, scheme: str) -> None:
+    """4.872e6 kg m^2, the literal reading of Table 1: nothing to store energy in, so power varies, but no more."""
+    light = table.replace(**{"drivetrain.rotor_inertia": 4.872e6})
+    wind = TurbulentWind(speed=11.0, intensity=0.1, seed=1, points=9)
+    found = run(meltemi.build(light), wind, 300.0, control(light, scheme=scheme), grid=PowerGrid(power_reference=15e6))
+    assert found["rotor_speed"].min() > 0.45 and found["rotor_speed"].max() < 1.2 * 0.75
+    assert found["generator_power"][1000:].mean() == pytest.approx(15e6, rel=0.03)
+
+
+@pytest.mark.long
+def test_events_of_the_grid(table: AnyTurbine) -> None:
+    """A loss takes the torque, a limit the power."""
     found = run(
         meltemi.build(table),
         SteadyWind(speed=13.0),
-        60.0,
+        150.0,
         control(table),
-        events=[{"at": 30.0, "type": "grid_loss", "until": 40.0}],
+        events=[
+            {"at": 30.0, "type": "grid_loss", "until": 40.0},
+            {"at": 100.0, "type": "power_limit", "power": 12e6},
+        ],
     )
-    assert found["generator_torque"][350] == 0.0 and found["generator_torque"][-1] > 2e7
+    assert found["generator_torque"][350] == 0.0 and found["generator_power"][990] > 18e6
+    assert found["generator_power"][-1] == pytest.approx(12e6, rel=1e-3)
     assert found["rotor_speed"].max() < 1.1 * 0.75
 
 

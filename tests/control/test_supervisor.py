@@ -20,6 +20,7 @@ from meltemi import InputError, StartPoint, Supervision, Turbine, YawControl, Ya
 from meltemi.control import signals as s
 from meltemi.control.controller import Controller, LogEntry
 from meltemi.control.moving_mean import MEAN, mean_start, mean_states, moving_mean
+from meltemi.control.power_control.tables import STATES as POWER_STATES
 from meltemi.control.supervisor import tables as t
 from meltemi.control.supervisor.log import ENTRY, LOG_ROOM
 from meltemi.control.supervisor.settings import limits
@@ -205,7 +206,7 @@ def test_every_running_state_can_be_stopped_and_every_condition_is_used() -> Non
 
 
 def test_diagrams_show_all_states() -> None:
-    for machine, states in (("operation", t.STATES), ("yaw", t.YAW_STATES)):
+    for machine, states in (("operation", t.STATES), ("yaw", t.YAW_STATES), ("power", POWER_STATES)):
         (axes,) = meltemi.plot_states(machine).axes
         text = " ".join(words.get_text() for words in axes.texts)
         assert all(state.name.replace("_", " ") in text for state in states)
