@@ -222,6 +222,17 @@ def test_dips_are_ridden_through_or_trip_and_power_is_balanced(
         assert column(rows, "grid_power")[-1] == pytest.approx(column(rows, "grid_power")[0], rel=1e-4)
 
 
+def test_what_has_tripped_stays_finite_for_long() -> None:
+    """Its currents fall below 1e-150 A, where rounding made their mean square negative and its root no number."""
+    bench = Bench(dt=0.05)
+    for n in range(100):
+        bench.march(0.05, voltage=0.0, speed=SPEED + 2e-4 * n)
+    assert TRIPS[int(bench.now["trip"])] == "grid voltage low for too long"
+    assert np.isfinite(bench.x).all()
+    assert 0.0 < bench.now["dc_link_voltage"] < 1.1 * 12500.0
+    assert abs(bench.now["torque"]) < 100.0
+
+
 def test_without_chopper_the_link_trips_and_nothing_is_created() -> None:
     bench = Bench(SYSTEM.replace(**{"dc_link.chopper": None}))
     for _ in range(30):
