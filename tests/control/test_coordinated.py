@@ -133,3 +133,19 @@ def test_individual_pitch_and_numbers_on_an_aeroelastic_turbine() -> None:
         change, exact = (high.data - low.data) / (2.0 * step), found.slopes[..., number]
         size = np.maximum(np.abs(exact).max(axis=0), 1e-12)
         assert np.all(np.abs(change - exact).max(axis=0) / size < 1e-4), name
+
+
+def test_a_reference_is_one_of_power_into_the_grid() -> None:
+    """C-86b: losses of machine, converters and filter are added to what the shaft has to give."""
+    turbine, _, performance = machine()
+    law = meltemi.power_control(turbine, performance)
+    found = {}
+    for electrical in ("ideal", "averaged"):
+        model = meltemi.build(turbine, ModelOptions(electrical=electrical))
+        grid = PowerGrid(power_reference=12e6)
+        channels = ("generator_power", "generator_torque", "rotor_speed")
+        run = {"duration": 120.0, "controller": law, "grid": grid, "channels": channels, "output_step": 0.5}
+        found[electrical] = meltemi.simulate(model, SteadyWind(speed=11.0), **run)
+        assert found[electrical]["generator_power"][-1] == pytest.approx(12e6, rel=1e-3)
+    shaft = found["averaged"]["generator_torque"][-1] * found["averaged"]["rotor_speed"][-1]
+    assert shaft > 1.02 * 12e6

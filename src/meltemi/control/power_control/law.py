@@ -29,6 +29,8 @@ Float = NDArray[float64]
 
 SPARED = 0.9
 """Share of the power at fine pitch that A3 may take below the lower speed; the rest brings the speed back."""
+LEAST_SHARE, LEAST_VOLTAGE = 0.05, 0.9
+"""Of rated power and of the grid's voltage, from which the efficiency is heard."""
 FINE = 1e-6
 """[rad] within which the pitch is at its smallest."""
 ABOVE_LOWER, ABOVE_UPPER, BELOW_RECOVERY, AT_FINE, HOLDING = range(len(t.CONDITIONS))
@@ -142,6 +144,16 @@ def fine_power(x: Float, at: int) -> float:
     ratio = x[at + p.SPEED] / x[at + p.GEAR_RATIO] * radius / wind
     share = min(max(10.0 * ratio / x[at + p.BEST_RATIO] - 5.0, 0.0), 1.0)
     return share * disk * power_coefficient(x, at, ratio, x[at + p.MIN_PITCH]) * x[at + p.GEAR_EFFICIENCY]
+
+
+@kernel
+def hear_efficiency(x: Float, at: int, measured: Float, dt: float) -> None:
+    """Electrical over mechanical power, slowly followed: a reference is one of power into the grid (C-86b)."""
+    shaft = measured[s.TORQUE] * measured[s.GENERATOR_SPEED]
+    if shaft < LEAST_SHARE * x[at + p.RATED_POWER] or measured[s.GRID_VOLTAGE] < LEAST_VOLTAGE:
+        return
+    now = min(max(measured[s.POWER] / shaft, 0.5), 1.0)
+    x[at + p.EFFICIENCY] += (1.0 - exp(-dt / x[at + p.AVAILABLE_TIME])) * (now - x[at + p.EFFICIENCY])
 
 
 @kernel
@@ -348,6 +360,7 @@ def power_step(x: Float, at: int, measured: Float, demands: Float, dt: float) ->
     x[at + p.SPEED] = (1.0 - keep) * measured[s.GENERATOR_SPEED] + keep * x[at + p.SPEED]
     x[at + p.DENSITY] = air_density(x, at, measured)
     estimate_wind(x, at, measured, dt)
+    hear_efficiency(x, at, measured, dt)
     set_point(x, at, measured, dt)
     more = inertial_power(x, at, measured, dt)
     optimal = optimal_gain(x, at)

@@ -23,7 +23,7 @@ POWER = table(
     minimum_pitch      | rad         | fine pitch
     maximum_pitch      | rad         | limit
     pitch_rate         | rad/s       | limit
-    efficiency         | -           | electrical over mechanical power
+    efficiency         | -           | state: electrical over mechanical power
     gear_ratio         | -           | generator speed over rotor speed
     gear_efficiency    | -           | of the gearbox
     radius             | m           | of the rotor

@@ -238,6 +238,12 @@ def span(found: Tables, quantity: str, scheme: str) -> str:
     return f"{100.0 * min(changes):+.0f} to {100.0 * max(changes):+.0f} %"
 
 
+def best_scheme(table: EnsembleTable, quantity: str) -> str:
+    """The scheme with the most power, or with the least of anything else."""
+    means = {scheme: table.entry(quantity, scheme).value.mean for scheme in table.schemes}
+    return max(means, key=means.__getitem__) if quantity == ENERGY else min(means, key=means.__getitem__)
+
+
 def verdict(found: Tables) -> str:
     """What the numbers say."""
     first = next(iter(found.values()))
@@ -247,4 +253,10 @@ def verdict(found: Tables) -> str:
     shown = (PITCH, TRACKING, ENERGY, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
     for scheme in others:
         lines.append(f"{scheme}: " + ", ".join(f"{what} {span(found, what, scheme)}" for what in shown) + ".")
+    best = []
+    for what in shown:
+        ranks = [best_scheme(table, what) for table in found.values()]
+        counts = {scheme: ranks.count(scheme) for scheme in first.schemes if scheme in ranks}
+        best.append(f"{what} " + ", ".join(f"{scheme} in {n}" for scheme, n in counts.items()))
+    lines.append(f"Best of {len(found)}: " + "; ".join(best) + ".")
     return "\n\n".join(lines)
