@@ -45,7 +45,8 @@ TURBINE = "iea22mw"
 FAST = ModelOptions(
     flap_modes=2, edge_modes=1, torsion_modes=1, fore_aft_modes=1, side_side_modes=1, locked=("drivetrain",)
 )
-"""A direct drive's shaft is stiff: without it the time step is three times as long."""
+"""A direct drive's shaft is stiff: without it the time step is three times as long. The tower's loads are 7 to 10 %
+lower than with all modes, other loads 2 %."""
 STEP = 0.05
 """[s] between records."""
 MOVES = np.radians(0.1)
