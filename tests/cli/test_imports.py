@@ -91,6 +91,7 @@ def test_every_module_is_found() -> None:
     assert "meltemi.simulation.step" in MODULES
 
 
+@pytest.mark.long  # half a minute; import-linter finds cycles at once
 def test_every_module_imports_on_its_own() -> None:
     # each is the first of the package to be imported, so none relies on what others did before
     assert python(ONE_BY_ONE, *MODULES) == ""

@@ -102,7 +102,7 @@ def test_cases_that_fail_harm_no_other(model: Model) -> None:
         "small": (Status.FAILED, InputError, "wide"),
         "missing": (Status.FAILED, FileNotFoundError, "field.bts"),
         "short": (Status.FAILED, InputError, "duration"),
-        "no model": (Status.FAILED, TypeError, "str"),
+        "no model": (Status.FAILED, InputError, "found str"),
     }
     for name, (status, error, words) in expected.items():
         outcome = by_name[name]

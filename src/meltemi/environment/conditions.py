@@ -10,7 +10,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.series import on_times, union, values
 from meltemi.core.tables import table
-from meltemi.environment.air import CELSIUS, R_DRY, Air
+from meltemi.environment.air import R_DRY, Air
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 
@@ -82,11 +82,14 @@ def conditions_array(environment: Environment, grid: PowerGrid | None, rated_pow
             f"grid: power_reference {values(grid.power_reference).max():g} W is above the turbine's rated power of "
             f"{rated_power:g} W"
         )
-    air = environment.air or Air(pressure=environment.air_density * R_DRY * (15.0 + CELSIUS))
+    air = environment.air or Air()
     reference = rated_power if grid.power_reference is None else grid.power_reference
     of_the_grid = (grid.voltage, grid.frequency, reference)
     times = union(air.temperature, air.humidity, 0.0 if air.pressure is None else air.pressure, *of_the_grid)
     temperature, humidity, pressure, density = air.at(times)
+    if environment.air is None:
+        density = np.full(len(times), environment.air_density)
+        pressure = density * R_DRY * temperature
     return np.array(
         [times, density, temperature, humidity, pressure, *(on_times(quantity, times) for quantity in of_the_grid)]
     )

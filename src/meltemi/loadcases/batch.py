@@ -25,6 +25,8 @@ from meltemi.simulation.case import Stations
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import Happening
 from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.model import Model
+from meltemi.simulation.power.model import PowerModel
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.simulation.start import Start
@@ -229,6 +231,8 @@ def prepare(case: BatchCase) -> Simulation:
       InputError: something of it is not valid.
     """
     model = case.model() if callable(case.model) else case.model
+    if not isinstance(model, (Model, PowerModel)):
+        raise InputError(f"model: expected what build(turbine) gives, found {type(model).__name__}")
     wind = realised(case.wind() if callable(case.wind) else case.wind, model.turbine, case.duration)
     return Simulation(
         model,

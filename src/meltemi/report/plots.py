@@ -203,17 +203,15 @@ def plot_power_curve(points: Sequence[OperatingPoint]) -> Figure:
 
 
 def plot_performance(performance: Performance) -> Figure:
-    """Power, thrust and torque coefficient against tip-speed ratio for each pitch."""
-    figure, axes = new_figure(1, 3, size=(11.0, 3.8))
+    """Power, thrust and torque coefficient against tip-speed ratio, for at most ten pitch angles; those it knows."""
     coefficients = (("C_p", performance.power), ("C_t", performance.thrust), ("C_q", performance.torque))
-    for ax, (name, values) in zip(axes[0], coefficients, strict=True):
-        for j, pitch in enumerate(performance.pitch):
-            ax.plot(
-                performance.tip_speed_ratio,
-                values[:, j],
-                label=f"{np.degrees(pitch):g} deg",
-                color=COLOURS[j % len(COLOURS)],
-            )
+    known = [(name, values) for name, values in coefficients if not np.all(np.isnan(values))]
+    figure, axes = new_figure(1, len(known), size=(11.0, 3.8))
+    every = -(-len(performance.pitch) // len(COLOURS))
+    for ax, (name, values) in zip(axes[0], known, strict=True):
+        for colour, j in zip(COLOURS, range(0, len(performance.pitch), every), strict=False):
+            label = f"{np.degrees(performance.pitch[j]):.4g} deg"
+            ax.plot(performance.tip_speed_ratio, values[:, j], label=label, color=colour)
         ax.set_xlabel("tip-speed ratio [-]")
         ax.set_ylabel(f"${name}$ [-]")
         ax.set_ylim(bottom=0.0)
