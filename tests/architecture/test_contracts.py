@@ -189,7 +189,7 @@ print(inertia_about(Sym(0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 1.0, Vec(0.0, 0.0, 0.0), 
     assert len(list((tmp_path / "cache" / "kernels").iterdir())) == 2
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_another_processor_gives_the_same_within_1e_8(tmp_path: Path) -> None:
     code = f"""
 import numpy as np, meltemi

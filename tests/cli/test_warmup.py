@@ -50,7 +50,7 @@ def test_warmup_leaves_nothing_to_compile(command: Command) -> None:
     assert found == dict.fromkeys(warmup.STAGES, "0")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_after_warmup_a_comparison_compiles_nothing(command: Command, tmp_path: Path) -> None:
     """Linear models, tuning, turbulence, load controllers with flaps: all of them in a new process."""
     assert command("warmup").status == 0

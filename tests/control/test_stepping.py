@@ -101,6 +101,7 @@ def test_reset_forgets_everything(model: Model) -> None:
         assert np.array_equal(run.result().data, fresh.data)
 
 
+@pytest.mark.long
 def test_a_step_costs_little_beyond_the_march(model: Model) -> None:
     run = Simulation(model, WIND, duration=30.0, controller=fixed())
     demands = run.case["demands"].copy()

@@ -226,7 +226,7 @@ def test_strategies_in_a_gust_with_change_of_direction(model: Model) -> None:
     assert late["generator_power"].mean() == pytest.approx(5e6 * 2.0 / 3.0, rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_go_through_the_supervisor(model: Model) -> None:
     """Derated production in turbulence: those of duals are those of central differences.
 

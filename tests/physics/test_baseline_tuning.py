@@ -64,7 +64,7 @@ def test_nonsense_is_refused(turbine: Turbine) -> None:
             tune_baseline(turbine, **{name: -1.0})
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "ratio"), [("iea15mw", 9.0), ("iea22mw", None)])
 def test_the_gains_of_the_library_are_those_of_the_rule(name: str, ratio: float | None) -> None:
     assert library_entries()[name].windio

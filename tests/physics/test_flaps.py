@@ -183,6 +183,7 @@ def test_lanes_and_floats_agree_with_flaps(flapped: Turbine) -> None:
     assert np.max(np.abs(runs[0] - runs[1]) / scale) < 1e-10
 
 
+@pytest.mark.long
 def test_derivatives_with_flaps_are_limits_of_differences(flapped: Turbine) -> None:
     model = meltemi.build(flapped)
     wind, channel = SteadyWind(speed=18.0, shear_exponent=0.2), "root_moment_out_of_plane_1"

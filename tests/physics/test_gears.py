@@ -312,7 +312,7 @@ def test_a_run_begins_at_rest_in_the_gears(geared: Turbine, multibody: Model) ->
     assert np.abs(gears["acceleration"]).max() < 1e-6 * size
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_go_through_the_gears(geared: Turbine) -> None:
     """Of a run by the stiffness of the drivetrain, against a difference of two runs."""
     model = meltemi.build(geared, ModelOptions(drivetrain="multibody", torsion_modes=0))

@@ -178,7 +178,7 @@ def test_a_minute_of_turbulence(turbine: Turbine, speed: float, torsion: int) ->
     assert worst(*compared(turbine, speed, 60.0, {"torsion_modes": torsion})) < 1e-10
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("torsion", [0, 1])
 @pytest.mark.parametrize("speed", [8.0, 11.0, 18.0])
 def test_rounding_does_not_grow_in_ten_minutes(turbine: Turbine, speed: float, torsion: int) -> None:

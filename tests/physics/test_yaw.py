@@ -220,6 +220,7 @@ def test_lanes_and_floats_agree_with_everything_on(turbine: Turbine) -> None:
     np.testing.assert_allclose(runs[1] / size, runs[0] / size, rtol=0.0, atol=1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["driven", "free"])
 def test_derivatives_through_drive_brake_and_friction(turbine: Turbine, kind: Any) -> None:
     model = meltemi.build(turbine.replace(**FULL), ModelOptions(yaw=kind))

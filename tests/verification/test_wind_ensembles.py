@@ -549,7 +549,7 @@ def conditional(spectrum: str, m: int, given: list[int]) -> tuple[Complex, Compl
     return point, to_hub, weights
 
 
-SLOW = pytest.mark.slow
+SLOW = pytest.mark.long
 
 
 @pytest.mark.parametrize(
@@ -731,7 +731,7 @@ def box_statistics(velocity: Float, profile: Float, dt: float) -> dict[str, Floa
     return result | {"log spectra": np.array(spectra), "coherence": np.array(coherence)}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_turbsim_boxes_are_of_the_same_population(reference: Path) -> None:
     """Its two seeds beside an ensemble on the same grid: every statistic within what seeds scatter.
 
