@@ -26,6 +26,7 @@ from meltemi.control.baseline import baseline
 from meltemi.control.controller import Controller, StartPoint, dual_entry
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 from meltemi.core.tables import MAX_BLADES
+from meltemi.environment.grid import PowerGrid
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.case import BaseCase, Stations
@@ -141,6 +142,7 @@ def sensitivity(
     start: OperatingPoint | Start | None = None,
     stations: Stations | None = None,
     events: Iterable[Happening | Mapping[str, Any]] = (),
+    grid: PowerGrid | None = None,
     steps: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Sensitivity:
@@ -150,8 +152,8 @@ def sensitivity(
       parameters: paths, see :func:`direction`. Eight cost little more than one; more are taken eight at a time.
       steps: changes by parameter for which switches are counted; by default 1e-4 of the value, 1e-5 rad for pitch
         offsets.
-      model, wind, duration, controller, channels, output_step, start, stations, events, progress: as in ``simulate``;
-        the times of events are held.
+      model, wind, duration, controller, channels, output_step, start, stations, events, grid, progress: as in
+        ``simulate``; the times of events are held.
 
     Returns:
       The run and the derivatives. A run that diverges or whose controller fails ends early with a status.
@@ -182,6 +184,7 @@ def sensitivity(
             start=start,
             stations=stations,
             events=events,
+            grid=grid,
             numbers="duals",
             prepare=lambda case, some=some: seed(case, some),  # type: ignore[misc]
         )
