@@ -19,7 +19,7 @@ Reference: docs/theory/control.md (C-91 to C-93).
 from __future__ import annotations
 
 import math
-from math import acos, cos, pi, sqrt
+from math import atan2, cos, pi, sqrt
 
 import numpy as np
 from numpy import float64
@@ -33,7 +33,7 @@ from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.load_control import LoadControl, individual, load_control
 from meltemi.control.power_control import state as p
 from meltemi.control.power_control.controller import power_names, power_section, power_warnings, start_power
-from meltemi.control.power_control.law import power_step
+from meltemi.control.power_control.law import power_step, third_root
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import AVERAGED, DEAD_BAND, FILTERED, YAW_CONTROL, YawControl, share, yaw_settings, yaw_step
 from meltemi.control.yaw import LENGTH as YAW_LENGTH
@@ -103,7 +103,7 @@ def dead_band(x: Float, at: int, power: int, error: float, dt: float) -> float:
     weak = max(x[at + MEAN] - x[at + CAUTION] * sqrt(max(x[at + VARIANCE], 1e-12)), LEAST_WIND)
     radius = x[power + p.RADIUS]
     best = 0.5 * x[power + p.DENSITY] * pi * radius * radius * x[power + p.BEST_COEFFICIENT]
-    needed = (max(x[power + p.SETPOINT], 0.0) / (best * x[power + p.GEAR_EFFICIENCY])) ** (1.0 / 3.0)
+    needed = third_root(max(x[power + p.SETPOINT], 1.0) / (best * x[power + p.GEAR_EFFICIENCY]))
     cosine = needed / weak
     own, widest = x[at + OWN_BAND], x[at + WIDEST_BAND]
     x[at + SWITCHES] += crossed(cosine - cos(own)) + crossed(cosine - cos(widest))
@@ -111,7 +111,7 @@ def dead_band(x: Float, at: int, power: int, error: float, dt: float) -> float:
         return own + 0.0 * cosine
     if cosine <= cos(widest):
         return widest + 0.0 * cosine
-    return acos(cosine)
+    return atan2(sqrt(1.0 - cosine * cosine), cosine)
 
 
 @kernel
