@@ -243,21 +243,15 @@ def limited(x: Float, at: int, blade: int, dt: float) -> float:
 
 
 @kernel
-def heard_speed(x: Float, measured: Float, dt: float) -> float:
-    """Generator speed [rad/s] as the collective law gets it, through the notch if there is one."""
-    speed = measured[s.GENERATOR_SPEED]
-    if x[NOTCH_FREQUENCY] > 0.0:
-        return notch(x, NOTCH, speed, x[NOTCH_FREQUENCY], x[NOTCH_DAMPING], dt)
-    return speed
-
-
-@kernel
 def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
     """One call of the controller (C-27 to C-31)."""
     if x[PREVIEW_PLACE] > 0.0:
         change = preview_change(x, whole(x[PREVIEW_PLACE]), measured[s.TIME], dt)
         x[INTEGRAL] += change * (1.0 + 2.0 * x[COLLECTIVE] / x[HALVING]) / x[KI]  # C-40
-    law(x, heard_speed(x, measured, dt), measured, demands, dt)
+    speed = measured[s.GENERATOR_SPEED]
+    if x[NOTCH_FREQUENCY] > 0.0:
+        speed = notch(x, NOTCH, speed, x[NOTCH_FREQUENCY], x[NOTCH_DAMPING], dt)
+    law(x, speed, measured, demands, dt)
     individual(x, measured, demands, dt)
 
 

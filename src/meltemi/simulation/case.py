@@ -192,6 +192,8 @@ class BaseCase:
     """What the cases of all kinds of models have.
 
     Attributes:
+      tables: signal arrays by the tables that describe them.
+      time_loop: the function that marches; ``run_parts`` are the arrays of a run that it takes.
       model: what is simulated.
       signals: whatever a channel may ask for; views of one vector.
       aero_state: states of inflow and stall, the same.
@@ -201,7 +203,9 @@ class BaseCase:
       controller, controller_state, entry: of the controller that was bound.
     """
 
-    tables: ClassVar[dict[str, Table]] = SIGNAL_TABLES
+    tables: ClassVar[dict[str, Table]]
+    time_loop: ClassVar[staticmethod[..., Any]]
+    run_parts: ClassVar[tuple[str, ...]]
     model: AnyModel
     signals: Arena
     aero_state: Arena
@@ -347,13 +351,23 @@ class BaseCase:
         """Kinds of number of a run, its arrays included."""
         return (self.kinds(names), *self.numbers[1:]) if self.slopes else self.numbers
 
-    def time_loop(self) -> Any:
-        """The function that marches."""
-        raise NotImplementedError
+    def kernel_parts(self) -> tuple[tuple[Any, ...], ...]:
+        """Groups of arrays as the time loop takes them."""
+        return (self.parts,)
 
     def advance_arguments(self, dt: float, places: Any, output: Float) -> tuple[Any, ...]:
-        """Its arguments after the number of steps and the controller."""
-        raise NotImplementedError
+        """Arguments of the time loop after the number of steps and the controller."""
+        return (
+            dt,
+            self.model.turbine.drivetrain.generator_efficiency,
+            self.clock,
+            self.limits,
+            self.events,
+            places,
+            self.kinds_of_run(self.run_parts),
+            self.run_arrays(self.run_parts, output),
+            *self.kernel_parts(),
+        )
 
 
 class Case(BaseCase):
@@ -367,6 +381,9 @@ class Case(BaseCase):
         one by one, "duals" with derivatives, which stand in ``slopes`` by the names of the arrays.
     """
 
+    tables: ClassVar[dict[str, Table]] = SIGNAL_TABLES
+    time_loop: ClassVar[staticmethod[..., Any]] = staticmethod(step.advance)
+    run_parts: ClassVar[tuple[str, ...]] = tuple(RUN_PARTS)
     model: Model
 
     def __init__(
@@ -548,21 +565,6 @@ class Case(BaseCase):
         if self.model.has_electrical:
             deliver(self._electric_numbers, self._electric_parts)
 
-    def time_loop(self) -> Any:
-        """The function that marches."""
-        return step.advance
-
-    def advance_arguments(self, dt: float, places: Any, output: Float) -> tuple[Any, ...]:
-        """Its arguments after the number of steps and the controller."""
-        return (
-            dt,
-            self.model.turbine.drivetrain.generator_efficiency,
-            self.clock,
-            self.limits,
-            self.events,
-            places,
-            self.kinds_of_run(RUN_PARTS),
-            self.run_arrays(RUN_PARTS, output),
-            self.parts,
-            self.load_parts,
-        )
+    def kernel_parts(self) -> tuple[tuple[Any, ...], ...]:
+        """Groups of arrays as the time loop takes them."""
+        return self.parts, self.load_parts

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+import hashlib
+import json
+from dataclasses import replace
+from typing import Any, Protocol, TypeVar
 
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.tables import Table
 from meltemi.environment.site import Environment
 from meltemi.simulation.options import ModelOptions
 from meltemi.turbine.power_turbine import AnyTurbine
@@ -32,7 +37,62 @@ class AnyModel(Protocol):
     def n_flaps(self) -> int: ...
     @property
     def has_electrical(self) -> bool: ...
+    @property
+    def parameter_tables(self) -> tuple[tuple[Table, str, tuple[str, ...]], ...]: ...
     def parameter_names(self) -> list[str]: ...
     def parameter(self, name: str) -> float: ...
     def find_parameter(self, name: str) -> tuple[str, int]: ...
     def content_hash(self) -> str: ...
+
+
+Kind = TypeVar("Kind", bound=AnyModel)
+
+
+class Parameters:
+    """Scalar parameters by name, of a model that says in ``parameter_tables`` what it has.
+
+    ``parameter_tables``: table, array of the model, and those of the table's names that are parameters.
+    """
+
+    @property
+    def has_electrical(self: AnyModel) -> bool:
+        """Whether generator, converters and grid are modelled."""
+        return self.options.electrical == "averaged"
+
+    def parameter_names(self: AnyModel) -> list[str]:
+        """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
+        return [f"{table.name}.{name}" for table, _, names in self.parameter_tables for name in names]
+
+    def parameter(self: AnyModel, name: str) -> float:
+        """Value of a scalar parameter by its name, e.g. ``"structure.generator_inertia"``.
+
+        Raises:
+          InputError: unknown name; the message gives the closest ones.
+        """
+        array, row = self.find_parameter(name)
+        return float(getattr(self, array)[row])
+
+    def with_parameters(self: Kind, **values: float) -> Kind:
+        """A model with some scalar parameters changed; dots in names are written as two underscores or
+        given in a dictionary: ``model.with_parameters(**{"aerodynamics.air_density": 1.1})``."""
+        changed: dict[str, Any] = {}
+        for name, value in values.items():
+            array, row = self.find_parameter(name.replace("__", "."))
+            changed.setdefault(array, getattr(self, array).copy())[row] = value
+        return replace(self, **changed)  # type: ignore[type-var]
+
+    def find_parameter(self: AnyModel, name: str) -> tuple[str, int]:
+        """Array of the model and row in it that hold a scalar parameter; InputError as :meth:`parameter`."""
+        for table, array, names in self.parameter_tables:
+            prefix = f"{table.name}."
+            if name.startswith(prefix) and name[len(prefix) :] in names:
+                return array, table.names.index(name[len(prefix) :])
+        raise InputError(f"no parameter {name!r}: {did_you_mean(name, self.parameter_names())}")
+
+    def content_hash(self: AnyModel) -> str:
+        """Hash of everything that determines results of this model."""
+        text = json.dumps(
+            [self.turbine.content_hash(), self.environment.content_hash(), self.options.content_hash()]
+            + [getattr(self, array).tolist() for _, array, _ in self.parameter_tables]
+        )
+        return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -5,8 +5,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -25,7 +23,7 @@ from meltemi.core.threads import one_blas_thread
 from meltemi.electrical.tables import ELECTRICAL, electrical_array
 from meltemi.environment.site import Environment
 from meltemi.simulation.ice import ice_pieces, iced_polars
-from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.machine import AnyModel, Parameters
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rain import wet_polars
 from meltemi.structure.beam import Beam
@@ -54,7 +52,7 @@ RING_CENTRE, RING_WIDTH = 0.7, 0.1
 
 
 @dataclass(frozen=True)
-class Model:
+class Model(Parameters):
     """A turbine ready for the kernels.
 
     Attributes:
@@ -123,11 +121,6 @@ class Model:
         return len(self.flap_nodes)
 
     @property
-    def has_electrical(self) -> bool:
-        """Whether generator, converters and grid are modelled."""
-        return self.options.electrical == "averaged"
-
-    @property
     def n_gear_stages(self) -> tuple[int, int]:
         """Planetary stages of the gearbox, and all its stages; none where they are not modelled."""
         gearbox = self.turbine.drivetrain.gearbox
@@ -145,50 +138,17 @@ class Model:
         _, modes, rows, shape = gear_arrays(self.turbine.drivetrain, "quasi_static")
         return replace(self, gear_modes=modes, gear_rows=rows, gear_shape=shape)
 
-    def parameter_names(self) -> list[str]:
-        """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
-        return [f"{table.name}.{name}" for table, _ in self._tables for name in table.names]
-
     @property
-    def _tables(self) -> tuple[tuple[Table, str], ...]:
-        return (*_PARAMETERS, (ELECTRICAL, "electrical")) if self.has_electrical else _PARAMETERS
-
-    def parameter(self, name: str) -> float:
-        """Value of a scalar parameter by its name, e.g. ``"structure.hub_mass"``.
-
-        Raises:
-          InputError: unknown name; the message gives the closest ones.
-        """
-        array, row = self.find_parameter(name)
-        return float(getattr(self, array)[row])
-
-    def with_parameters(self, **values: float) -> Model:
-        """A model with some scalar parameters changed; dots in names are written as two underscores or
-        given in a dictionary: ``model.with_parameters(**{"aerodynamics.air_density": 1.1})``."""
-        changed: dict[str, Float] = {}
-        for name, value in values.items():
-            array, row = self.find_parameter(name.replace("__", "."))
-            changed.setdefault(array, getattr(self, array).copy())[row] = value
-        return replace(self, **changed)  # type: ignore[arg-type]
-
-    def find_parameter(self, name: str) -> tuple[str, int]:
-        """Array of the model and row in it that hold a scalar parameter; InputError as :meth:`parameter`."""
-        for table, array in self._tables:
-            prefix = f"{table.name}."
-            if name.startswith(prefix) and name[len(prefix) :] in table.names:
-                return array, table.names.index(name[len(prefix) :])
-        raise InputError(f"no parameter {name!r}: {did_you_mean(name, self.parameter_names())}")
-
-    def content_hash(self) -> str:
-        """Hash of everything that determines results of this model."""
-        text = json.dumps(
-            [self.turbine.content_hash(), self.environment.content_hash(), self.options.content_hash()]
-            + [getattr(self, array).tolist() for _, array in self._tables]
-        )
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+    def parameter_tables(self) -> tuple[tuple[Table, str, tuple[str, ...]], ...]:
+        """Table, array and names of the scalar parameters."""
+        return (*_PARAMETERS, (ELECTRICAL, "electrical", ELECTRICAL.names)) if self.has_electrical else _PARAMETERS
 
 
-_PARAMETERS: tuple[tuple[Table, str], ...] = ((STRUCTURE, "structure"), (AERO, "aero"), (ACTUATOR, "actuators"))
+_PARAMETERS: tuple[tuple[Table, str, tuple[str, ...]], ...] = (
+    (STRUCTURE, "structure", STRUCTURE.names),
+    (AERO, "aero", AERO.names),
+    (ACTUATOR, "actuators", ACTUATOR.names),
+)
 
 
 def with_blades(model: AnyModel, what: str) -> Model:

@@ -215,7 +215,7 @@ class Simulation:
             case.slopes["output"] = np.zeros((*self._output.shape, N_DERIVATIVES))
         places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
         self._arguments = (entry.function, *case.advance_arguments(dt, places, self._output))
-        self._march = compiled_advance(case.time_loop(), *self._arguments)
+        self._march = compiled_advance(case.time_loop, *self._arguments)
         self._march(0, *self._arguments)
         self._moving = (
             case.signals.vector,

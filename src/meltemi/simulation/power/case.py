@@ -57,6 +57,8 @@ class PowerCase(BaseCase):
         "outside": CONDITIONS,
         "electric": ELECTRIC,
     }
+    time_loop: ClassVar[staticmethod[..., Any]] = staticmethod(step.advance)
+    run_parts: ClassVar[tuple[str, ...]] = tuple(step.RUN_PARTS)
     model: PowerModel
 
     def __init__(
@@ -131,21 +133,3 @@ class PowerCase(BaseCase):
         step.observe(t, self.model.turbine.drivetrain.generator_efficiency, self.numbers, self.parts)
         if self.model.has_electrical:
             deliver(self._electric_numbers, self._electric_parts)
-
-    def time_loop(self) -> Any:
-        """The function that marches."""
-        return step.advance
-
-    def advance_arguments(self, dt: float, places: Any, output: Float) -> tuple[Any, ...]:
-        """Its arguments after the number of steps and the controller."""
-        return (
-            dt,
-            self.model.turbine.drivetrain.generator_efficiency,
-            self.clock,
-            self.limits,
-            self.events,
-            places,
-            self.kinds_of_run(step.RUN_PARTS),
-            self.run_arrays(step.RUN_PARTS, output),
-            self.parts,
-        )

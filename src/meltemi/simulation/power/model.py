@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +15,7 @@ from meltemi.core.tables import Table, View
 from meltemi.electrical.tables import ELECTRICAL
 from meltemi.environment.rain import rain_parameters
 from meltemi.environment.site import Environment
+from meltemi.simulation.machine import Parameters
 from meltemi.simulation.model import electrical_of
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.power.step import DISK
@@ -34,7 +33,7 @@ GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 
 @dataclass(frozen=True)
-class PowerModel:
+class PowerModel(Parameters):
     """A turbine of a power coefficient, ready for the kernels.
 
     Attributes:
@@ -75,51 +74,9 @@ class PowerModel:
         return 0
 
     @property
-    def has_electrical(self) -> bool:
-        """Whether generator, converters and grid are modelled."""
-        return self.options.electrical == "averaged"
-
-    @property
-    def _tables(self) -> tuple[tuple[Table, str, tuple[str, ...]], ...]:
-        electrical = (ELECTRICAL, "electrical", ELECTRICAL.names)
-        return (*_PARAMETERS, electrical) if self.has_electrical else _PARAMETERS
-
-    def parameter_names(self) -> list[str]:
-        """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
-        return [f"{table.name}.{name}" for table, _, names in self._tables for name in names]
-
-    def parameter(self, name: str) -> float:
-        """Value of a scalar parameter by its name, e.g. ``"disk.inertia"``.
-
-        Raises:
-          InputError: unknown name; the message gives the closest ones.
-        """
-        array, row = self.find_parameter(name)
-        return float(getattr(self, array)[row])
-
-    def with_parameters(self, **values: float) -> PowerModel:
-        """A model with some scalar parameters changed; dots in names as two underscores, or in a dictionary."""
-        changed: dict[str, Float] = {}
-        for name, value in values.items():
-            array, row = self.find_parameter(name.replace("__", "."))
-            changed.setdefault(array, getattr(self, array).copy())[row] = value
-        return replace(self, **changed)  # type: ignore[arg-type]
-
-    def find_parameter(self, name: str) -> tuple[str, int]:
-        """Array of the model and row in it that hold a scalar parameter; InputError as :meth:`parameter`."""
-        for table, array, names in self._tables:
-            prefix = f"{table.name}."
-            if name.startswith(prefix) and name[len(prefix) :] in names:
-                return array, table.names.index(name[len(prefix) :])
-        raise InputError(f"no parameter {name!r}: {did_you_mean(name, self.parameter_names())}")
-
-    def content_hash(self) -> str:
-        """Hash of everything that determines results of this model."""
-        text = json.dumps(
-            [self.turbine.content_hash(), self.environment.content_hash(), self.options.content_hash()]
-            + [getattr(self, array).tolist() for _, array, _ in self._tables]
-        )
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+    def parameter_tables(self) -> tuple[tuple[Table, str, tuple[str, ...]], ...]:
+        """Table, array and names of the scalar parameters."""
+        return (*_PARAMETERS, (ELECTRICAL, "electrical", ELECTRICAL.names)) if self.has_electrical else _PARAMETERS
 
 
 SHAFT = ("gear_ratio", "generator_inertia", "shaft_stiffness", "shaft_damping")

@@ -9,7 +9,7 @@ three hours.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -22,8 +22,8 @@ from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
 from meltemi.environment.grid import PowerGrid
-from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
-from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table, travel
+from meltemi.loadcases.batch import BatchCase
+from meltemi.postprocess.ensemble import EnsembleTable, travel
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
@@ -32,6 +32,7 @@ from meltemi.simulation.model import Model, build
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
+from meltemi.studies.reproduce.palanimuthu2022.beyond.compared import compared
 from meltemi.studies.reproduce.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER, TURBINE
 from meltemi.studies.tuning import tune_ipc
 from meltemi.turbine.definition import Turbine
@@ -192,31 +193,26 @@ def run_candidates(
     model = build(turbine, FAST.replace(yaw="driven"))
     start, laws = operating_point(model, setup.speed), controllers(model, performance_of(turbine))
     duration = setup.begin + setup.length
-    found: dict[float, dict[int, dict[str, dict[str, float]]]] = {level: {} for level in setup.levels}
-    for number, seed in enumerate(setup.seeds):
+
+    def cases(seed: int) -> Iterator[BatchCase]:
         wind = turning_wind(turbine, setup, seed)
-        cases = []
         for level in setup.levels:
             given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start}
             given["grid"] = PowerGrid(power_reference=level * turbine.rated_power)
-            cases += [BatchCase(model, wind, duration, laws[n], name=f"{level:g} {n}", **given) for n in CANDIDATES]
+            for name in CANDIDATES:
+                yield BatchCase(model, wind, duration, laws[name], name=f"{level:g} {name}", **given)
 
-        def part(share: float, done: int = number) -> None:
-            progress((done + share) / len(setup.seeds), "hours of coordination")
-
-        values = iter(
-            completed(
-                simulate_batch(
-                    cases,
-                    reduce=lambda result: quantities(result.between(setup.begin, duration)),
-                    workers=workers,
-                    progress=part,
-                )
-            )
-        )
-        for level in setup.levels:
-            found[level][seed] = {name: next(values) for name in CANDIDATES}
-    return {level: ensemble_table(by_seed, SLOPES) for level, by_seed in found.items()}
+    return compared(
+        setup.seeds,
+        setup.levels,
+        tuple(CANDIDATES),
+        cases,
+        lambda result: quantities(result.between(setup.begin, duration)),
+        SLOPES,
+        workers=workers,
+        progress=progress,
+        what="hours of coordination",
+    )
 
 
 def coordination_figure(tables: Tables) -> Figure:

@@ -7,7 +7,7 @@ tenth of rated power either way; a turbine that is to give full power can only f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,8 +18,8 @@ from meltemi.control.power_control.controller import power_control
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
-from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
-from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table, travel
+from meltemi.loadcases.batch import BatchCase
+from meltemi.postprocess.ensemble import EnsembleTable, travel
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
@@ -29,6 +29,7 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
+from meltemi.studies.reproduce.palanimuthu2022.beyond.compared import compared
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
@@ -152,29 +153,31 @@ def run_schemes(
     start = operating_point(model, setup.speed)
     rated_speed = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
     asked = [(signal, level) for signal in (STEADY, FOLLOWING) for level in setup.levels]
-    found: dict[tuple[str, float], dict[int, dict[str, dict[str, float]]]] = {key: {} for key in asked}
     duration = setup.begin + setup.length
 
     def reduced(result: Result) -> dict[str, float]:
         return quantities(result.between(setup.begin, duration), turbine.rated_power, rated_speed)
 
-    for number, seed in enumerate(setup.seeds):
+    def cases(seed: int) -> Iterator[BatchCase]:
         wind = generate_field(ntm(setup.speed, "IB", seed=seed, points=setup.points), turbine, duration)
-        cases = []
         for signal, level in asked:
             grid = PowerGrid(power_reference=reference(setup, turbine.rated_power, level, signal, seed))
             for scheme in setup.schemes:
                 law = power_control(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
                 given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
-                cases.append(BatchCase(model, wind, duration, law, name=f"{signal} {level:g} {scheme}", **given))
+                yield BatchCase(model, wind, duration, law, name=f"{signal} {level:g} {scheme}", **given)
 
-        def part(share: float, done: int = number) -> None:
-            progress((done + share) / len(setup.seeds), "what the schemes cost")
-
-        values = iter(completed(simulate_batch(cases, reduce=reduced, workers=workers, progress=part)))
-        for key in asked:
-            found[key][seed] = {scheme: next(values) for scheme in setup.schemes}
-    return {key: ensemble_table(by_seed, SLOPES) for key, by_seed in found.items()}
+    return compared(
+        setup.seeds,
+        asked,
+        setup.schemes,
+        cases,
+        reduced,
+        SLOPES,
+        workers=workers,
+        progress=progress,
+        what="what the schemes cost",
+    )
 
 
 def costs_figure(tables: Tables) -> Figure:
