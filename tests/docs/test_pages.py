@@ -16,6 +16,7 @@ import pytest
 
 import meltemi
 from meltemi.app.cli import main
+from meltemi.loadcases.case import read_case
 from meltemi.studies import schemes, tuning
 
 ROOT = Path(__file__).parents[2]
@@ -64,6 +65,21 @@ def test_code_on_the_page_runs(
     assert plots
     for plot in plots:
         assert (tmp_path / plot).stat().st_size > 10_000
+
+
+FILLED = {"turbine": "nrel5mw", "wind": "{kind: steady, speed: 12.0}", "duration": "600.0"}
+"""What a case needs, for pages that show only the keys they speak of."""
+
+
+@pytest.mark.parametrize("page", sorted(str(path.relative_to(ROOT)) for path in (ROOT / "docs").rglob("*.md")))
+def test_cases_on_the_page_are_cases(page: str, tmp_path: Path) -> None:
+    for text in blocks(page, "yaml"):
+        if "coefficient:" in text:  # keys of a turbine
+            continue
+        rest = "".join(f"{key}: {value}\n" for key, value in FILLED.items() if f"{key}:" not in text)
+        path = tmp_path / "case.yaml"
+        path.write_text(text + rest, encoding="utf-8")
+        read_case(path)
 
 
 def test_the_library_on_its_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

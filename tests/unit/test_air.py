@@ -10,10 +10,11 @@ import pytest
 from pydantic import ValidationError
 
 import meltemi
-from meltemi import Air, Climate, Environment, InputError, TimeSeries, air_density, load_climate
+from meltemi import Air, Climate, Environment, InputError, PowerGrid, TimeSeries, air_density, load_climate
 from meltemi.environment.air import R_DRY, R_VAPOUR, site_pressure, vapour_pressure
 from meltemi.environment.climate import MONTH_HOURS
-from meltemi.environment.conditions import AIR_DENSITY, conditions_array, conditions_now
+from meltemi.environment.conditions import AIR_DENSITY, GRID_FREQUENCY, conditions_array, conditions_now
+from meltemi.turbine.electrical import nominal_frequency
 
 HUMIDITY = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
 AT_SEA_LEVEL = {
@@ -109,6 +110,16 @@ def test_constant_air_is_its_density_to_the_bit() -> None:
     array = conditions_array(Environment(air=air), None, 5e6)
     assert array.shape[1] == 1
     assert array[AIR_DENSITY, 0] == density
+
+
+def test_the_grid_has_the_frequency_of_the_turbines_system() -> None:
+    """But what is given holds, and without a system it is 50 Hz."""
+    plain = meltemi.load_turbine("nrel5mw")
+    sixty = plain.replace(electrical=meltemi.size_electrical(5.3e6, 122.9, frequency=60.0))
+    for turbine, grid, hertz in ((plain, None, 50.0), (sixty, None, 60.0), (sixty, PowerGrid(frequency=59.0), 59.0)):
+        assert nominal_frequency(turbine.electrical) == (50.0 if turbine is plain else 60.0)
+        array = conditions_array(Environment(), grid, 5e6, nominal_frequency(turbine.electrical))
+        assert array[GRID_FREQUENCY, 0] == hertz
 
 
 def test_density_jumps_with_the_temperature() -> None:

@@ -68,13 +68,19 @@ def conditions_now(t: float, conditions: Float, density: float, now: Float) -> N
         now[AIR_DENSITY] = density
 
 
-def conditions_array(environment: Environment, grid: PowerGrid | None, rated_power: float) -> Float:
+def conditions_array(
+    environment: Environment, grid: PowerGrid | None, rated_power: float, frequency: float = 50.0
+) -> Float:
     """(rows, n) conditions of a run; n = 1 if nothing changes in time.
 
     A density that is given as such stands for dry air of 15 degC at the pressure that makes it.
 
+    Args:
+      rated_power: [W] the power reference of a grid that asks for nothing.
+      frequency: [Hz] nominal, of a grid that says nothing else.
+
     Raises:
-      InputError: a power reference above the turbine's rated power [W].
+      InputError: a power reference above the rated power.
     """
     grid = grid or PowerGrid()
     if grid.power_reference is not None and values(grid.power_reference).max() > rated_power * (1.0 + 1e-9):
@@ -84,7 +90,7 @@ def conditions_array(environment: Environment, grid: PowerGrid | None, rated_pow
         )
     air = environment.air or Air()
     reference = rated_power if grid.power_reference is None else grid.power_reference
-    of_the_grid = (grid.voltage, grid.frequency, reference)
+    of_the_grid = (grid.voltage, frequency if grid.frequency is None else grid.frequency, reference)
     times = union(air.temperature, air.humidity, 0.0 if air.pressure is None else air.pressure, *of_the_grid)
     temperature, humidity, pressure, density = air.at(times)
     if environment.air is None:

@@ -15,16 +15,16 @@ class PowerGrid(Record):
 
     voltage: Varying = 1.0
     """Share of the nominal voltage at the terminals; dips are below 1."""
-    frequency: Varying = 50.0
-    """[Hz]."""
+    frequency: Varying | None = None
+    """[Hz]; by default the nominal one of the turbine's electrical system, 50 Hz where it has none."""
     power_reference: Varying | None = None
     """[W] active electrical power that the operator asks for; none asks for rated power."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         for name, low, high in (("voltage", 0.0, 1.5), ("frequency", 10.0, 100.0)):
-            given = values(getattr(self, name))
-            for worst in (given.min(), given.max()):
+            given = getattr(self, name)
+            for worst in () if given is None else (values(given).min(), values(given).max()):
                 if not low <= worst <= high:
                     raise ValueError(f"{name} {worst:g} is not between {low:g} and {high:g}")
         if self.power_reference is not None and values(self.power_reference).min() < 0.0:

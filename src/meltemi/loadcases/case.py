@@ -27,6 +27,7 @@ from meltemi.simulation.events import Event, Happening, conflict
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.start import Start
+from meltemi.turbine.electrical import size_electrical
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
@@ -198,6 +199,9 @@ class LoadCase(Record):
     """Voltage, frequency and power reference."""
     icing: Icing | None = None
     """Ice on the blades, in place of what the turbine's file may have."""
+    electrical: Literal["sized"] | None = None
+    """``sized``: generator, converters and grid connection by rule, in place of what the turbine's file may have; used
+    with options: {electrical: averaged}."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -222,10 +226,15 @@ def read_case(path: str | Path) -> LoadCase:
 
 
 def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
-    """The turbine of a case, with the case's ice; paths are relative to ``folder``."""
+    """The turbine of a case, with the case's ice and electrical system; paths are relative to ``folder``."""
     beside = folder / case.turbine
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
-    return turbine if case.icing is None else with_ice(aeroelastic(turbine, "icing"), case.icing)
+    if case.icing is not None:
+        turbine = with_ice(aeroelastic(turbine, "icing"), case.icing)
+    if case.electrical == "sized":
+        law = turbine.control
+        turbine = turbine.replace(electrical=size_electrical(law.torque.rated_power, law.pitch.reference_speed))
+    return turbine
 
 
 def self_contained(case: LoadCase, folder: Path) -> LoadCase:

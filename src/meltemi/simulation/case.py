@@ -72,6 +72,7 @@ from meltemi.structure.tables import (
     STATION_LOAD,
     TOWER_STATION_LOAD,
 )
+from meltemi.turbine.electrical import nominal_frequency
 from meltemi.turbine.exchange import DRIVE, FRAME, LOAD, MACHINE, MOTION
 from meltemi.wind.fields import Wind, wind_arrays
 
@@ -457,7 +458,9 @@ class Case(BaseCase):
             "tower_nodes": model.tower_nodes,
             "tower_shape": filled("tower_shape", model.tower_shape, tower_fill),
             "faults": healthy(),
-            "conditions": conditions_array(model.environment, grid, turbine.rated_power),
+            "conditions": conditions_array(
+                model.environment, grid, turbine.rated_power, nominal_frequency(turbine.electrical)
+            ),
             "actuators": model.actuators,
             "aero": model.aero.copy(),
             "aero_options": model.aero_options.copy(),

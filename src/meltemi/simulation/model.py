@@ -376,7 +376,8 @@ def electrical_of(turbine: AnyTurbine, options: ModelOptions) -> Float:
     if turbine.electrical is None:
         raise InputError(
             f"{turbine.name}: options.electrical 'averaged' needs turbine.electrical; "
-            f"size_electrical(rated_power={law.rated_power:.4g}, rated_speed={speed:.4g}) makes one"
+            f"size_electrical(rated_power={law.rated_power:.4g}, rated_speed={speed:.4g}) makes one, and so does "
+            "electrical: sized in a case file"
         )
     if unfit := turbine.electrical.unfit(law.rated_power / law.rated_speed, speed):
         raise InputError(f"{turbine.name}: electrical.{unfit}")

@@ -299,6 +299,11 @@ class ElectricalSystem(Record):
         return self
 
 
+def nominal_frequency(system: ElectricalSystem | None) -> float:
+    """[Hz] of the grid; 50 Hz without a system."""
+    return 50.0 if system is None else system.frequency
+
+
 def size_electrical(
     rated_power: float,
     rated_speed: float,

@@ -20,6 +20,7 @@ from meltemi.core.kernel import kernel
 from meltemi.core.tables import View
 from meltemi.core.units import rpm
 from meltemi.environment.site import STANDARD
+from meltemi.turbine.electrical import nominal_frequency
 from meltemi.turbine.performance import Performance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 from meltemi.turbine.scaling.blade import blade_moments
@@ -131,7 +132,7 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     wind = (torque.rated_power / area) ** (1.0 / 3.0)
     view["estimator_gain"] = (settings.estimator_frequency or frequency) * inertia / (3.0 * rated / wind)
     view["available_time"] = 5.0
-    _set_droop(view, settings, turbine.rated_power)
+    _set_droop(view, settings, turbine)
     view["reference"] = turbine.rated_power
     # the rate 3 K omega / J at which the optimal torque itself comes back to its tip-speed ratio
     optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
@@ -153,15 +154,16 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     return np.concatenate([x, rotor.power.reshape(-1), sensitivity.reshape(-1), gains])
 
 
-def _set_droop(view: View, settings: PowerControl, rated: float) -> None:
-    droop = settings.droop
-    view["nominal_frequency"], view["inertia_time"] = 50.0, 0.2
+def _set_droop(view: View, settings: PowerControl, turbine: AnyTurbine) -> None:
+    droop, rated, nominal = settings.droop, turbine.rated_power, nominal_frequency(turbine.electrical)
+    if droop is not None and droop.nominal is not None:
+        nominal = droop.nominal
+    view["nominal_frequency"], view["inertia_time"] = nominal, 0.2
     if droop is None:
         return
-    view["nominal_frequency"], view["dead_band"] = droop.nominal, droop.dead_band
-    view["droop_gain"] = rated / (droop.droop * droop.nominal)
+    view["dead_band"], view["droop_gain"] = droop.dead_band, rated / (droop.droop * nominal)
     view["reserve"], view["available_time"] = droop.reserve, droop.available_time
-    view["inertia_gain"], view["inertia_time"] = 2.0 * droop.inertia * rated / droop.nominal, droop.inertia_time
+    view["inertia_gain"], view["inertia_time"] = 2.0 * droop.inertia * rated / nominal, droop.inertia_time
 
 
 def start_power(x: Float, at: int, start: StartPoint) -> None:

@@ -27,8 +27,8 @@ class Droop(Record):
     """Change of frequency, share of the nominal, for which the power changes by all of the rated one."""
     dead_band: float = Field(default=0.02, ge=0.0, lt=5.0)
     """[Hz] to either side of the nominal frequency within which nothing changes."""
-    nominal: float = Field(default=50.0, gt=10.0, lt=100.0)
-    """[Hz]."""
+    nominal: float | None = Field(default=None, gt=10.0, lt=100.0)
+    """[Hz] frequency; by default that of the turbine's electrical system, 50 Hz where it has none."""
     reserve: float = Field(default=0.0, ge=0.0, lt=1.0)
     """Share of the available power that is held back, so that power can rise too."""
     inertia: float = Field(default=0.0, ge=0.0, le=30.0)

@@ -26,6 +26,7 @@ from meltemi.simulation.power import step
 from meltemi.simulation.power.model import PowerModel
 from meltemi.simulation.step import SUMMARY
 from meltemi.structure.tables import GEARS, MACHINE_LOAD, ROOT_LOAD
+from meltemi.turbine.electrical import nominal_frequency
 from meltemi.turbine.exchange import DRIVE, MACHINE
 from meltemi.wind.fields import Wind, WindBox, wind_arrays
 
@@ -97,7 +98,9 @@ class PowerCase(BaseCase):
             "rain": model.rain,
             "points": model.points if isinstance(wind, WindBox) else np.zeros((2, 1)),
             "faults": healthy(),
-            "conditions": conditions_array(model.environment, grid, turbine.rated_power),
+            "conditions": conditions_array(
+                model.environment, grid, turbine.rated_power, nominal_frequency(turbine.electrical)
+            ),
             "actuators": model.actuators,
             "wind": described.wind,
             "series": described.series,
