@@ -50,7 +50,9 @@ PAGES = (
 def test_code_on_the_page_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Blocks with the title of a file are that file; those of the title ``printed`` are what is printed."""
+    """Blocks with the title of a file are that file; those of the title ``printed`` are what is printed. Loops are
+    tuned at one operating point."""
+    monkeypatch.setattr(schemes, "linear_models", lambda model, progress=None: tuning.linear_models(model, [18.0]))
     code, texts = "\n".join(blocks(page, "python")), blocks(page, 'text title="printed"')
     assert "import meltemi" in code
     written = files(page, tmp_path)
@@ -191,6 +193,7 @@ def test_the_tutorials_controller_is_compared(
     assert std["my_ipc"] < 0.8 * std["cpc"] and std["ipc"] < 0.8 * std["cpc"]
 
 
+@pytest.mark.long
 def test_the_example_tunes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     example = runpy.run_path(str(ROOT / "examples" / "tune_pitch.py"))
     example["main"](["--duration", "20", "--iterations", "1", "--out", str(tmp_path)])

@@ -11,7 +11,16 @@ from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import Estimate, mean_interval
 from meltemi.report.html import Table
 from meltemi.report.plots import COLOURS, new_figure, panel
-from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import ICED, ROOT, SHED, SIDE, SLOPES, TOWER
+from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import (
+    ICED,
+    IN_PLANE,
+    ROOT,
+    SHED,
+    SIDE,
+    SLOPES,
+    TOWER,
+    WET,
+)
 from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.review import (
     of_standard,
     review_table,
@@ -31,7 +40,12 @@ GWH = 3.6e12
 """[J]."""
 HOURS = 8766.0
 """Of a year."""
-NAMES = {ROOT: "blade root, out of plane", TOWER: "tower base, fore and aft", SIDE: "tower base, side to side"}
+NAMES = {
+    ROOT: "blade root, out of plane",
+    IN_PLANE: "blade root, in plane",
+    TOWER: "tower base, fore and aft",
+    SIDE: "tower base, side to side",
+}
 SEED_RAIN = "rain by the review's formula, one drop size"
 
 
@@ -45,6 +59,9 @@ def energy_table(found: Found) -> Table:
         rows.append([label, *cells])
 
     row("density, least and most [kg/m³]", [f"{y.density.min():.3f}, {y.density.max():.3f}" for y in all_])
+    response = found.response
+    standard = float(np.interp(STANDARD, response.setup.densities, response.rated_wind))
+    row("rated wind at 1.225 kg/m³ [m/s]", [f"{standard:.2f}"] * len(all_))
     row("rated wind, least and most [m/s]", [f"{y.rated_wind.min():.2f}, {y.rated_wind.max():.2f}" for y in all_])
     plain = [mean_interval(y.reference / GWH) for y in all_]
     row("energy at 1.225 kg/m³, dry, no ice [GWh]", [f"{e.mean:.2f} ± {e.half_width:.2f}" for e in plain])
@@ -58,25 +75,37 @@ def energy_table(found: Found) -> Table:
         f"Shares of the energy at 1.225 kg/m³ in the site's wind; each effect on top of those above it. "
         f"Means over {len(found.response.setup.seeds)} seeds with 95 % intervals. Ice: on all blades but for "
         f"{100.0 * SHED_SHARE:.0f} % of its hours, in which one blade has shed it. Rain: momentum "
-        "of drops on the blades while the power is below rated."
+        f"of drops on the blades while the power is below rated. {_rated_winds(found)}"
     )
     return Table(head, rows, "A year's energy", note=note)
 
 
+def _rated_winds(found: Found) -> str:
+    """What ice and rain do to rated wind."""
+    response, parts = found.response, []
+    for name in (ICED, WET):
+        state = response.states[name]
+        dry = float(response.rated_wind[response.setup.densities.index(state.density)])
+        parts.append(f"{name} from {dry:.2f} to {state.rated_wind:.2f} m/s (at {state.density:g} kg/m³)")
+    return f"Rated wind moves with {' and with '.join(parts)}."
+
+
 def load_table(found: Found) -> Table:
-    """What air and ice do to lifetime loads."""
-    head = ["load", *(f"{words(name)}\n{of}" for name in found.years for of in ("MN m", "air %", "air and ice %"))]
-    rows = []
+    """What each effect does to lifetime loads."""
+    head, rows = ["", *(words(name) for name in found.years)], []
     for name in SLOPES:
-        cells = [NAMES[name]]
-        for year in found.years.values():
-            standard, air, ice = year.loads[name]
-            cells += [f"{standard.mean() / 1e6:.1f}", said(share(air - standard, standard), 1)]
-            cells.append(said(share(ice - standard, standard), 1))
-        rows.append(cells)
+        loads = [year.loads[name] for year in found.years.values()]
+        base = [mean_interval(each["reference"] / 1e6) for each in loads]
+        rows.append([f"{NAMES[name]} at 1.225 kg/m³ [MN m]", *(f"{e.mean:.2f} ± {e.half_width:.2f}" for e in base)])
+        for before, what in zip(("reference", *STEPS), STEPS, strict=False):
+            changes = [share(each[what] - each[before], each["reference"]) for each in loads]
+            rows.append([f"- {what} [%]", *(said(change, 3 if what == "rain" else 2) for change in changes)])
+        all_ = [share(each[STEPS[-1]] - each["reference"], each["reference"]) for each in loads]
+        rows.append(["- all together [%]", *(said(change) for change in all_)])
     note = (
-        "Equivalent to the hours of operation, 1 Hz, slopes 10 and 4: at 1.225 kg/m³, and changes by the months' air, "
-        "and by air and ice together."
+        "Equivalent to the hours of operation, 1 Hz, slopes 10 (blade) and 4 (tower); each effect on top of those "
+        "above it. Simulated at three densities, with ice on all blades, with ice that one blade has shed, and in "
+        "32 mm/h; other classes of rain in proportion to their water."
     )
     return Table(head, rows, "Loads of a year", note=note)
 
@@ -102,11 +131,11 @@ def figures(found: Found) -> dict[str, tuple[str, Figure]]:
     """By file name: caption and figure."""
     figure, axes = new_figure(2, 3, size=(15.0, 8.2), share=False)
     response = found.response
-    _over_speed(axes[0, 0], found, response.power, dict(response.iced_power), 1e6)
+    _over_speed(axes[0, 0], found, response.power, {name: response.states[name].power for name in (ICED, SHED)}, 1e6)
     panel(axes[0, 0], f"{response.turbine.name}: mean power in turbulence", "MW")
     axes[0, 0].legend(fontsize=7)
     for ax, name in ((axes[0, 1], ROOT), (axes[0, 2], TOWER)):
-        iced = {state: loads[name] for state, loads in response.iced_loads.items()}
+        iced = {state: response.states[state].loads[name] for state in (ICED, SHED)}
         _over_speed(ax, found, response.loads[name], iced, 1e6)
         panel(ax, f"{NAMES[name]}: equivalent load", "MN m")
     months = np.arange(1, 13)
@@ -120,11 +149,11 @@ def figures(found: Found) -> dict[str, tuple[str, Figure]]:
     _bars(axes[1, 1], effects)
     panel(axes[1, 1], "what each effect adds to the year's energy at 1.225 kg/m³", "%")
     loads = {
-        name: {NAMES[load]: share(y.loads[load][2] - y.loads[load][0], y.loads[load][0]) for load in SLOPES}
-        for name, y in found.years.items()
+        name: {NAMES[load]: share(of["ice"] - of["reference"], of["reference"]) for load, of in year.loads.items()}
+        for name, year in found.years.items()
     }
     _bars(axes[1, 2], loads)
-    panel(axes[1, 2], "what air and ice do to the year's equivalent loads", "%")
+    panel(axes[1, 2], "what air, rain and ice do to the year's equivalent loads", "%")
     caption = (
         "A year in three climates: what the turbine does, the air, and what weather adds; bars with 95 % intervals"
     )

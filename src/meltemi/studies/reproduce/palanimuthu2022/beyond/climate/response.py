@@ -1,4 +1,4 @@
-"""Power and loads in turbulence over wind speed, air density and ice."""
+"""Power and loads in turbulence over wind speed, air density, ice and rain."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.environment.rain import Rain
 from meltemi.environment.site import STANDARD, Environment
 from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
 from meltemi.postprocess.fatigue import equivalent_loads
@@ -23,13 +24,16 @@ from meltemi.wind.turbulence.field import generate_field
 Float = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
-ROOT, TOWER, SIDE = "root_moment_out_of_plane_1", "tower_base_moment_fore_aft", "tower_base_moment_side_side"
-SLOPES = {ROOT: 10.0, TOWER: 4.0, SIDE: 4.0}
+ROOT, IN_PLANE = "root_moment_out_of_plane_1", "root_moment_in_plane_1"
+TOWER, SIDE = "tower_base_moment_fore_aft", "tower_base_moment_side_side"
+SLOPES = {ROOT: 10.0, IN_PLANE: 10.0, TOWER: 4.0, SIDE: 4.0}
 """Of the S-N curves: glass fibre, welded steel."""
-CLEAN, ICED, SHED = "clean", "ice on all blades", "ice shed by one blade"
+CLEAN, ICED, SHED, WET = "clean", "ice on all blades", "ice shed by one blade", "rain of 32 mm/h"
+RAIN = Rain(kind="rainstorm")
+"""Of the state ``WET``."""
 FULL = 0.99
 """Share of rated power from which the pitch gives way: what rain takes then is not missed."""
-RATED_STEPS = 7
+RATED_STEPS = 10
 """Halvings of the search for rated wind."""
 
 
@@ -40,7 +44,7 @@ class Setup:
     Attributes:
       speeds: [m/s] mean winds, IEC normal turbulence of class IB.
       densities: [kg/m^3] of the air, three, ascending.
-      icing_density: [kg/m^3] at which ice is simulated.
+      icing_density, rain_density: [kg/m^3] at which ice and rain are simulated.
       seeds: of the turbulence; all conditions see the same winds.
       begin, length: [s] before what counts, and of it.
       points: of the field, either way.
@@ -49,6 +53,7 @@ class Setup:
     speeds: tuple[float, ...] = (4.0, 6.0, 8.0, 9.5, 11.0, 12.5, 14.0, 17.0, 20.0, 24.0)
     densities: tuple[float, ...] = (1.0, 1.15, 1.3)
     icing_density: float = 1.3
+    rain_density: float = 1.15
     seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     begin: float = 30.0
     length: float = 600.0
@@ -56,6 +61,23 @@ class Setup:
 
 
 QUICK = Setup(speeds=(5.0, 9.0, 12.0, 18.0), seeds=(1, 2), begin=10.0, length=40.0, points=9)
+
+
+@dataclass(frozen=True)
+class State:
+    """What the turbine does with ice or in rain, at one density.
+
+    Attributes:
+      density: [kg/m^3] of the air.
+      power: (speeds, seeds) [W] mean of the generator.
+      loads: by channel, the same: equivalent loads [N m].
+      rated_wind: [m/s] steady wind at which rated power is reached.
+    """
+
+    density: float
+    power: Float
+    loads: Mapping[str, Float]
+    rated_wind: float
 
 
 @dataclass(frozen=True)
@@ -67,8 +89,7 @@ class Response:
       power: (densities, speeds, seeds) [W] mean of the generator, of clean blades.
       below: the same, share of time below rated power.
       loads: by channel, the same: equivalent loads [N m].
-      iced_power: (speeds, seeds) [W], by state of the ice, at the density of icing.
-      iced_loads: by state and channel, the same.
+      states: with ice and in rain.
       rated_wind: (densities,) [m/s] steady wind at which rated power is reached.
       points: steady operation over the speeds at standard density.
     """
@@ -78,8 +99,7 @@ class Response:
     power: Float
     below: Float
     loads: Mapping[str, Float]
-    iced_power: Mapping[str, Float]
-    iced_loads: Mapping[str, Mapping[str, Float]]
+    states: Mapping[str, State]
     rated_wind: Float
     points: tuple[OperatingPoint, ...]
 
@@ -101,13 +121,13 @@ def respond(
       progress: called with the share that is done and what is under way.
     """
     icing = icing or Icing()
-    airs = {density: Environment(air_density=density) for density in (*setup.densities, setup.icing_density)}
-    models = {(CLEAN, density): build(turbine, FAST, airs[density]) for density in setup.densities}
+    models = {(CLEAN, density): build(turbine, FAST, Environment(air_density=density)) for density in setup.densities}
     for state, on in ((ICED, None), (SHED, tuple(range(2, turbine.n_blades + 1)))):
-        iced = with_ice(turbine, icing.replace(blades=on))
-        models[state, setup.icing_density] = build(iced, FAST, airs[setup.icing_density])
+        iced, cold = with_ice(turbine, icing.replace(blades=on)), Environment(air_density=setup.icing_density)
+        models[state, setup.icing_density] = build(iced, FAST, cold)
+    models[WET, setup.rain_density] = build(turbine, FAST, Environment(air_density=setup.rain_density, rain=RAIN))
     progress(0.0, "steady operation")
-    starts = {(key, v): operating_point(model, v) for key, model in models.items() for v in setup.speeds}
+    starts = {key: [operating_point(model, v) for v in setup.speeds] for key, model in models.items()}
     found: list[Float] = []
     winds = [(v, seed) for v in setup.speeds for seed in setup.seeds]
     duration = setup.begin + setup.length
@@ -123,14 +143,22 @@ def respond(
         progress(0.05 + 0.95 * done / len(winds), f"{v:g} m/s, seed {seed}")
         wind = generate_field(ntm(v, "IB", seed=seed, points=setup.points), turbine, duration)
         cases = [
-            BatchCase(model, wind, duration, channels=channels, start=starts[key, v], name=f"{key[0]}, {key[1]:g}")
+            BatchCase(
+                model,
+                wind,
+                duration,
+                channels=channels,
+                start=starts[key][setup.speeds.index(v)],
+                name=f"{key[0]}, {key[1]:g}",
+            )
             for key, model in models.items()
         ]
         found += completed(simulate_batch(cases, reduce=reduced, workers=workers))
     # conditions, quantities, speeds, seeds
     values = np.array(found).reshape(len(setup.speeds), len(setup.seeds), len(models), -1).transpose(2, 3, 0, 1)
+    rated_winds = [rated_wind(model, starts[key]) for key, model in models.items()]
     n = len(setup.densities)
-    clean, states = values[:n], dict(zip((ICED, SHED), values[n:], strict=True))
+    clean = values[:n]
     standard = build(turbine, FAST, Environment(air_density=STANDARD))
     return Response(
         turbine=turbine,
@@ -138,11 +166,11 @@ def respond(
         power=clean[:, 0],
         below=clean[:, 1],
         loads={name: clean[:, 2 + i] for i, name in enumerate(SLOPES)},
-        iced_power={state: x[0] for state, x in states.items()},
-        iced_loads={state: {name: x[2 + i] for i, name in enumerate(SLOPES)} for state, x in states.items()},
-        rated_wind=np.array(
-            [rated_wind(models[CLEAN, rho], [starts[(CLEAN, rho), v] for v in setup.speeds]) for rho in setup.densities]
-        ),
+        states={
+            name: State(density, x[0], {load: x[2 + i] for i, load in enumerate(SLOPES)}, wind)
+            for (name, density), x, wind in list(zip(models, values, rated_winds, strict=True))[n:]
+        },
+        rated_wind=np.array(rated_winds[:n]),
         points=tuple(operating_point(standard, v) for v in setup.speeds),
     )
 

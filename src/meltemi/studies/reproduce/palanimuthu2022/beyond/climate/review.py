@@ -11,7 +11,7 @@ from meltemi.postprocess.ensemble import Estimate, mean_interval
 from meltemi.report.html import Table
 from meltemi.studies.rain_drops import rain_loads
 from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import ICED, SIDE
-from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.year import Found, Year
+from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.year import AIR, Found, Year
 
 Float = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def iced_loss(found: Found) -> tuple[float, float]:
     setup = response.setup
     at = int(np.argmin(np.abs(np.array(setup.densities) - setup.icing_density)))
     below = response.below[at].mean(axis=1) > 0.9
-    lost = 100.0 * (1.0 - response.iced_power[ICED].mean(axis=1) / response.power[at].mean(axis=1))[below]
+    lost = 100.0 * (1.0 - response.states[ICED].power.mean(axis=1) / response.power[at].mean(axis=1))[below]
     return float(lost.max()), float(lost.min())
 
 
@@ -77,7 +77,7 @@ def of_standard(year: Year, what: str) -> Estimate:
 
 def in_its_air(year: Year) -> Float:
     """(seeds,) [J] with the months' densities, dry blades, no ice."""
-    return np.asarray(year.reference + sum(year.steps[what] for what in ("altitude", "temperature", "humidity")))
+    return np.asarray(year.reference + sum(year.steps[what] for what in AIR))
 
 
 def review_table(found: Found) -> Table:
@@ -120,7 +120,8 @@ def verdict(found: Found) -> str:
     one, two = spread(found)
     air = [float(np.mean(year.density)) for year in years]
     icy = max(years, key=lambda year: float(year.climate.icing_hours.sum()))
-    ice, side = of_standard(icy, "ice"), share(icy.loads[SIDE][2] - icy.loads[SIDE][1], icy.loads[SIDE][1])
+    sway = icy.loads[SIDE]
+    ice, side = of_standard(icy, "ice"), share(sway["ice"] - sway["rain"], sway["rain"])
     rain = min((of_standard(year, "rain") for year in years), key=lambda e: e.mean)
     all_ = ", ".join(f"{said(of_standard(year, 'all'))} % ({name})" for name, year in zip(names, years, strict=True))
     lines = (

@@ -2,8 +2,9 @@
 
 Of each month the density of its air, the hours of its wind speeds (Weibull), of its rain and of ice are known. Power in
 turbulence is interpolated in the wind speed (monotone cubic) and in the density (through three values). One weather
-effect after another is put in: altitude, temperature, humidity, rain, ice; what each adds is a share of the year's
-energy at 1.225 kg/m^3 in the same wind. Rain and ice come in hours that are spread over all wind speeds of their month.
+effect after another is put in: altitude (the mean pressure, where pressures are measured), temperature, humidity,
+rain, ice; what each adds is a share of the year's energy, or of a load, at 1.225 kg/m^3 in the same wind. Rain and ice
+come in hours that are spread over all wind speeds of their month.
 """
 
 from __future__ import annotations
@@ -17,14 +18,17 @@ from numpy.typing import NDArray
 
 from meltemi.environment.air import Air
 from meltemi.environment.climate import MONTH_HOURS, Climate, load_climate
+from meltemi.environment.drops import water_content
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.environment.site import STANDARD
 from meltemi.studies.rain_drops import rain_loads
 from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import (
     ICED,
     QUICK,
+    RAIN,
     SHED,
     SLOPES,
+    WET,
     Progress,
     Response,
     Setup,
@@ -39,7 +43,8 @@ CLIMATES = ("north_sea", "inland_plateau", "tropical_coast")
 TURBINE: Final = "iea22mw"
 EDGES = np.arange(3.0, 25.01, 0.5)
 """[m/s] of the bins of a year, from cut-in to cut-out."""
-STEPS = ("altitude", "temperature", "humidity", "rain", "ice")
+AIR: Final = ("altitude", "temperature", "humidity")
+STEPS = (*AIR, "rain", "ice")
 """What is put in one after another."""
 SHED_SHARE = 0.1
 """Of the hours with ice, in which one blade has thrown its ice off. An assumption: there are no statistics."""
@@ -64,7 +69,8 @@ class Year:
       steps: (seeds,) [J] that each effect adds to what stands before it.
       constant: (seeds,) [J] more than with the months' densities if the density had its mean over the year.
       seed_rain: (seeds,) [J] that rain takes by the review's formula, drops of 3 mm, instead of by drops on the blades.
-      loads: (seeds,) by channel, [N m] equivalent to the year's, at 1.225 kg/m^3; in its air; and with its ice.
+      loads: (seeds,) by channel, [N m] equivalent to the year's: at 1.225 kg/m^3 (``reference``), and with the effects
+        up to each of the steps.
       common: (seeds,) [J] with its air in the wind of the first climate.
       scenarios: (seeds,) [J] all effects in, by scenario.
     """
@@ -76,7 +82,7 @@ class Year:
     steps: Mapping[str, Float]
     constant: Float
     seed_rain: Float
-    loads: Mapping[str, tuple[Float, Float, Float]]
+    loads: Mapping[str, Mapping[str, Float]]
     common: Float
     scenarios: Mapping[str, Float]
 
@@ -151,12 +157,17 @@ class Curves:
         rated = self.response.turbine.rated_power
         return np.clip(self.at(self.produced, density), 0.0, 1.02 * rated)
 
-    def ice_ratio(self, state: str) -> Float:
+    def ice_ratio(self, name: str) -> Float:
         """(bins, seeds) power with ice over that without."""
-        setup = self.response.setup
-        density = np.array([setup.icing_density])
-        base = self.at(self.response.power, density)[0]
-        return self.over_speed(self.response.iced_power[state] / np.maximum(base, 1.0))
+        state = self.response.states[name]
+        base = self.at(self.response.power, np.array([state.density]))[0]
+        return self.over_speed(state.power / np.maximum(base, 1.0))
+
+    def load_ratio(self, name: str, load: str) -> Float:
+        """(bins, seeds) load with ice or in rain over that without."""
+        state = self.response.states[name]
+        base = self.at(self.response.loads[load], np.array([state.density]))[0]
+        return self.over_speed(state.loads[load] / base)
 
     def rain_loss(self, kind: str, by: Literal["drops", "review"]) -> Float:
         """(bins, seeds) [W] that rain of a class takes: only while the power is below rated."""
@@ -207,7 +218,7 @@ def a_year(curves: Curves, climate: Climate, first: Climate) -> Year:
         return np.asarray(3600.0 * np.einsum("mb,mbs->s", time, curves.clean(density)))
 
     reference = produced(np.full(12, STANDARD))
-    sums = {what: produced(densities(climate, what)) for what in ("altitude", "temperature", "humidity")}
+    sums = {what: produced(densities(climate, what)) for what in AIR}
     steps = {what: sums[what] - before for what, before in zip(sums, [reference, *sums.values()], strict=False)}
     steps["rain"] = -_rain(curves, climate, hours, "drops")
     steps["ice"] = -_ice(curves, climate, hours)
@@ -253,21 +264,23 @@ def _ice(curves: Curves, climate: Climate, hours: Float) -> Float:
     return np.asarray(3600.0 * np.einsum("mb,mbs,bs->s", share, curves.clean(climate.density), 1.0 - kept))
 
 
-def _loads(curves: Curves, climate: Climate, hours: Float, name: str) -> tuple[Float, Float, Float]:
-    """(seeds,) equivalent load of the hours in operation: at 1.225 kg/m^3, in the climate's air, and with its ice."""
-    m, response = SLOPES[name], curves.response
-    clean = curves.over_speed(response.loads[name])
+def _loads(curves: Curves, climate: Climate, hours: Float, name: str) -> dict[str, Float]:
+    """(seeds,) equivalent load of the hours in operation, one effect after another.
+
+    What rain adds to a load goes with the water that it puts into the air.
+    """
+    m = SLOPES[name]
+    clean = curves.over_speed(curves.response.loads[name])
+    damage = {"reference": curves.at(clean, np.full(12, STANDARD)) ** m}
+    for what in AIR:
+        damage[what] = curves.at(clean, densities(climate, what)) ** m
+    own, wet = damage[AIR[-1]], curves.load_ratio(WET, name) - 1.0
+    more = np.zeros_like(own)
+    for kind, time in climate.rain_hours.items():
+        water = float(water_content(Rain(kind=kind).intensity) / water_content(RAIN.intensity))
+        more += (time / MONTH_HOURS)[:, None, None] * ((1.0 + water * wet) ** m - 1.0)
+    damage["rain"] = own * (1.0 + more)
+    ice = (1.0 - SHED_SHARE) * curves.load_ratio(ICED, name) ** m + SHED_SHARE * curves.load_ratio(SHED, name) ** m
+    damage["ice"] = damage["rain"] + own * (climate.icing_hours / MONTH_HOURS)[:, None, None] * (ice - 1.0)
     weight = hours / hours.sum()
-    standard, own = (curves.at(clean, rho) ** m for rho in (np.full(12, STANDARD), climate.density))
-    setup = response.setup
-    base = curves.at(response.loads[name], np.array([setup.icing_density]))[0]
-    ice = sum(
-        part * curves.over_speed(response.iced_loads[state][name] / base) ** m
-        for state, part in ((ICED, 1.0 - SHED_SHARE), (SHED, SHED_SHARE))
-    )
-    share = (climate.icing_hours / MONTH_HOURS)[:, None, None]
-    iced = (1.0 - share) * own + share * own * ice
-    first, second, third = (
-        np.asarray(np.einsum("mb,mbs->s", weight, damage) ** (1.0 / m)) for damage in (standard, own, iced)
-    )
-    return first, second, third
+    return {what: np.asarray(np.einsum("mb,mbs->s", weight, x) ** (1.0 / m)) for what, x in damage.items()}
