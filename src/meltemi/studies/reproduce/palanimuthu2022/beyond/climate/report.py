@@ -187,4 +187,5 @@ def _bars(ax: Axes, groups: dict[str, dict[str, Estimate]]) -> None:
         )
     ax.set_xticks(place, [label.replace(", ", ",\n") for label in labels], fontsize=8)
     ax.axhline(0.0, color="black", linewidth=0.6)
-    ax.legend(fontsize=7)
+    ax.margins(y=0.25)  # room for the legend
+    ax.legend(fontsize=7, ncols=len(groups), loc="upper center")
