@@ -39,6 +39,17 @@ def test_law(turbine: Turbine) -> None:
     assert found == pytest.approx([40.0 * 1.5 / 31.5, 20.0, 40.0, 40.0], rel=1e-12)
 
 
+def test_law_of_iec(turbine: Turbine) -> None:
+    """0.125 kg/m^3 times the chord at 85 % of the radius times the radius, linear to the tip."""
+    a, inner, R = turbine.blade.aerodynamics, turbine.hub.radius, turbine.rotor_radius
+    chord = np.interp(0.85 * R - inner, a.position, a.chord)
+    assert law_mass(turbine, Icing(law="iec", amount=2.0)) == pytest.approx(0.25 * chord * R, rel=1e-12)
+    z = np.array([0.0, 20.0, turbine.blade.length])
+    assert ice_mass(turbine, Icing(law="iec"), z) == pytest.approx(0.125 * chord * (z + inner), rel=1e-12)
+    assert ice_mass(turbine, Icing(law="iec", mass=30.0), z)[-1] == 30.0
+    assert Icing(law="iec") != Icing()
+
+
 def test_mass_and_moment_of_the_nodes_in_closed_form(turbine: Turbine, clean: Model) -> None:
     iced = meltemi.build(with_ice(turbine, Icing(blades=(2,), mass=50.0)))
     before, after = View(BLADE_NODE, clean.blade_nodes), View(BLADE_NODE, iced.blade_nodes)

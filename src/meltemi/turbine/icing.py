@@ -1,8 +1,8 @@
 """Ice on blades as data: its mass along the span, and what it does to lift and drag.
 
-Mass: GL 2010 (Guideline for the Certification of Wind Turbines, section 4.2.4), the same kind of law as in annex L of
-IEC 61400-1 ed. 4: at the leading edge, growing linearly from zero at the shaft to its value at half the radius, and
-constant from there to the tip. Lift and drag: factors on the clean polars. No growth of ice, no melting, no shedding.
+Mass, at the leading edge and growing linearly from zero at the shaft: GL 2010 (Guideline for the Certification of Wind
+Turbines, section 4.2.4), to half the radius, constant from there on; or annex L of IEC 61400-1 ed. 4, to the tip. Lift
+and drag: factors on the clean polars. No growth of ice, no melting, no shedding.
 
 Reference: docs/guide/icing.md (I-1 to I-4).
 """
@@ -10,7 +10,7 @@ Reference: docs/guide/icing.md (I-1 to I-4).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 
-HALF = 0.5
-"""Of the rotor radius: where the mass has come to its value."""
+REACH = {"gl2010": 0.5, "iec": 1.0}
+"""Shares of the rotor radius at which the mass has come to its value, by law."""
+IEC_DENSITY, IEC_PLACE = 0.125, 0.85
+"""[kg/m^3] of the law of IEC, and the share of the radius whose chord counts there."""
 CONTOUR = (0.7, 0.95)
 """Shares of the rotor radius between which the contour is extrapolated to the tip, whose rounding does not count."""
 FULL, GONE = math.radians(20.0), math.radians(40.0)
@@ -40,12 +42,14 @@ class Icing(Record):
     """Blades that have ice, from 1; all without this key."""
     amount: float = Field(default=1.0, ge=0.0, le=10.0)
     """Mass over that of the law (or over ``mass``), so that 0.5 is half of it; penalties are given by themselves."""
+    law: Literal["gl2010", "iec"] = "gl2010"
+    """Of the mass along the span: linear to half the radius and then constant (GL 2010), or linear to the tip (IEC)."""
     mass: float | None = Field(default=None, ge=0.0, le=2000.0)
-    """[kg/m] from half the radius to the tip; without it that of the law, from chord, radius and ``density``."""
+    """[kg/m] at the tip, in place of the law's value."""
     density: float = Field(default=700.0, gt=0.0, le=920.0)
-    """[kg/m^3] of the ice, for the law."""
+    """[kg/m^3] of the ice, for the law of GL."""
     tip_chord: float | None = Field(default=None, gt=0.0, le=20.0)
-    """[m] for the law; without it the contour between 70 and 95 % of the radius, extrapolated to the tip."""
+    """[m] for the law of GL; without it the contour between 70 and 95 % of the radius, extrapolated to the tip."""
     lift_penalty: float = Field(default=0.2, ge=0.0, le=1.0)
     """Share of the lift coefficient that is lost where the penalty is full."""
     drag_penalty: float = Field(default=2.0, ge=0.0, le=20.0)
@@ -99,14 +103,17 @@ def with_ice(turbine: Turbine, icing: Icing | None) -> Turbine:
 
 
 def law_mass(turbine: Turbine, icing: Icing) -> float:
-    """mu_E [kg/m] of the law, from half the radius to the tip (I-2), times ``amount``.
+    """mu_E [kg/m] of the law at the tip (I-2), times ``amount``.
 
-    rho k c_t (c_max + c_t), k = 0.00675 + 0.3 exp(-0.32 R / 1 m), with the chord c_t of the extrapolated contour at the
-    tip.
+    GL: rho k c_t (c_max + c_t), k = 0.00675 + 0.3 exp(-0.32 R / 1 m), with the chord c_t of the extrapolated contour at
+    the tip. IEC: 0.125 kg/m^3 c_85 R with the chord at 85 % of the radius.
     """
     if icing.mass is not None:
         return icing.amount * icing.mass
     aero, radius = turbine.blade.aerodynamics, turbine.rotor_radius
+    if icing.law == "iec":
+        chord_85 = float(np.interp(IEC_PLACE * radius - turbine.hub.radius, aero.position, aero.chord))
+        return icing.amount * IEC_DENSITY * chord_85 * radius
     tip = icing.tip_chord
     if tip is None:
         r = np.linspace(CONTOUR[0], CONTOUR[1], 26) * radius
@@ -119,13 +126,13 @@ def law_mass(turbine: Turbine, icing: Icing) -> float:
 def ice_mass(turbine: Turbine, icing: Icing, position: Float) -> Float:
     """(n,) [kg/m] of the blade's axis, mass of the ice at distances [m] from the blade root (I-1)."""
     radius = turbine.hub.radius + np.asarray(position, dtype=float)
-    result: Float = law_mass(turbine, icing) * np.minimum(radius / (HALF * turbine.rotor_radius), 1.0)
+    result: Float = law_mass(turbine, icing) * np.minimum(radius / (REACH[icing.law] * turbine.rotor_radius), 1.0)
     return result
 
 
 def ice_stations(turbine: Turbine) -> Float:
     """(n,) [m] from the blade root, between which the ice's mass is linear."""
-    kink = HALF * turbine.rotor_radius - turbine.hub.radius
+    kink = min(REACH.values()) * turbine.rotor_radius - turbine.hub.radius
     blade = turbine.blade
     found: Float = np.unique(np.concatenate([blade.aerodynamics.position, blade.structure.position, [kink]]))
     return found[(found >= 0.0) & (found <= blade.length)]
