@@ -62,6 +62,18 @@ def test_a_warm_start_changes_nothing_that_matters(polars: tuple[Float, Float]) 
         assert warm.ap == pytest.approx(cold.ap, abs=1e-9)
 
 
+def test_every_guess_finds_the_same_solution(polars: tuple[Float, Float]) -> None:
+    """In the operation of a turbine, from a windmill's inflow angles to those of a propeller and of reversed flow."""
+    rng = np.random.default_rng(5)
+    for _ in range(300):
+        x, vx, speed_ratio = rng.uniform(0.25, 0.97), rng.uniform(4.0, 20.0), rng.uniform(4.0, 11.0)
+        theta = 0.24 * (1.0 - x) + rng.uniform(0.0, 0.2)
+        strip = strip_at(x, vx, x * speed_ratio * vx, theta=theta, solidity=0.025 / x)
+        found = [solve(strip, polars[0], phi=phi).a for phi in (-0.7, -0.2, -0.02, 0.1, 0.5, 1.5, 2.2)]
+        assert np.ptp(found) < 1e-9, strip
+        assert max(found) < 1.0
+
+
 def test_from_a_nearby_solution_five_evaluations_are_enough(polars: tuple[Float, Float]) -> None:
     worst = 0.0
     for strip in random_strips(1000, 3, polars[0]):

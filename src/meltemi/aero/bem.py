@@ -138,7 +138,8 @@ def balance(
     safe = where(abs(s) > 1e-6, s, where(s >= 0.0, 1e-6, -1e-6))
     momentum = s + kappa / safe
     high = (5.0 / 3.0 - F) * s + sqrt(max(2.0 * F * kappa - (4.0 / 3.0 - F) * F * s * s, 0.0))
-    use_high = (buhl == 1) & (kappa > 0.0) & ((s <= 0.0) | (kappa > (2.0 / 3.0) * s * s))
+    # flow that turns back under blades that push the air on does not exist: there the balance is left open
+    use_high = (buhl == 1) & ((s <= 0.0) | (kappa > (2.0 / 3.0) * s * s)) | ((s <= 0.0) & (kappa <= 0.0))
     axial = where(use_high, high, momentum)
     tangential = c - q * (lift - tangential_drag * cd * c / safe)
     return Balance(cos_0 * axial - sin_0 * tangential, axial, tangential)
