@@ -13,7 +13,7 @@ from meltemi.environment import drops
 from meltemi.environment.rain import RAIN_CLASSES, driest_speed, rain_parameters, rain_power_loss, wetness
 from meltemi.simulation.rain import drag_of_drops
 from meltemi.studies.rain_drops import BladeShape, drop_loads, drops_energy, rain_loads, wet_airfoils
-from meltemi.turbine.thickness import relative_thickness
+from meltemi.turbine.thickness import relative_thickness, thickness_in
 
 R, V = 138.0, 10.715
 TABLE = """
@@ -149,10 +149,13 @@ def test_a_calm_has_a_finite_loss() -> None:
     assert np.isfinite(loss(Rain(rate=32.0, drop_speed=5.0), 0.0))
 
 
-def test_one_diameter_counts_the_water_29_times() -> None:
+def test_one_diameter_counts_the_water_many_times() -> None:
     """E-E22."""
-    rain = Rain(kind="rainstorm", mode="seed")
-    assert rain.drag_density / rain.replace(mode="integrated").drag_density == pytest.approx(28.7, abs=0.1)
+    for kind, times in (("light", 124.2), ("moderate", 64.2), ("heavy", 43.0), ("rainstorm", 28.7)):
+        rain = Rain(kind=kind, mode="seed")
+        assert rain.drag_density / rain.replace(mode="integrated").drag_density == pytest.approx(times, abs=0.1)
+    extreme = Rain(kind="heavy_rainstorm_extreme", mode="seed")
+    assert extreme.drag_density / extreme.replace(mode="integrated").drag_density == pytest.approx(5.16, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -236,25 +239,38 @@ def test_wet_airfoils(turbine: Turbine) -> None:
     assert wet.airfoils["cylinder1"] == turbine.airfoils["cylinder1"]
 
 
+def _with_one_airfoil(turbine: Turbine, name: str) -> Turbine:
+    return turbine.replace(
+        **{
+            "airfoils": {name: turbine.airfoils["naca64"].content()},
+            "blade.aerodynamics.airfoil": (name,) * len(turbine.blade.aerodynamics.airfoil),
+        }
+    )
+
+
+SAID = {
+    # decks of the NREL 5 MW, the second of two with one name, the library
+    "DU40_A17": 0.40, "DU35_A17": 0.35, "DU30_A17": 0.30, "DU25_A17": 0.25, "DU21_A17": 0.21, "NACA64_A17": 0.18,
+    "DU21_A17_": 0.21, "Cylinder1": 1.0, "du40": 0.40, "naca64": 0.18, "cylinder2": 1.0, "circular": 1.0,
+    # the IEA turbines, and names of the families
+    "FFA-W3-241": 0.241, "27.10 % thick": 0.271, "SNL-FFA-W3-500": 0.5, "DU 97-W-300": 0.3, "DU_97_W_300": 0.3,
+    "NACA 63-415": 0.15, "NACA0012": 0.12, "NACA 64-618": 0.18,
+}  # fmt: skip
+
+
+def test_thickness_in_names() -> None:
+    for name, expected in SAID.items():
+        assert thickness_in(name) == pytest.approx(expected), name
+    for name in ("AF12", "DU97", "DU00", "DU40_A18", "NACA64_A21", "DU91-W2-25", "FFA-W3-330blend", "IEA_Polar_21"):
+        assert thickness_in(name) is None, name
+
+
 def test_thickness_of_airfoils(turbine: Turbine) -> None:
     share = dict(zip(turbine.blade.aerodynamics.airfoil, relative_thickness(turbine), strict=True))
     assert (share["cylinder1"], share["du40"], share["naca64"]) == (1.0, 0.4, 0.18)
-    names = {"DU 97-W-300": 0.3, "FFA-W3-241": 0.241, "27.10 % thick": 0.271, "NACA 63-415": 0.15, "circular": 1.0}
-    foil = turbine.airfoils["naca64"]
-    for name, expected in names.items():
-        other = turbine.replace(
-            **{
-                "airfoils": {name: foil.content()},
-                "blade.aerodynamics.airfoil": (name,) * len(turbine.blade.aerodynamics.airfoil),
-            }
-        )
-        assert relative_thickness(other) == pytest.approx(expected)
-    nameless = other.replace(
-        **{
-            "airfoils": {"AF12": foil.content()},
-            "blade.aerodynamics.airfoil": ("AF12",) * len(turbine.blade.aerodynamics.airfoil),
-        }
-    )
+    assert relative_thickness(_with_one_airfoil(turbine, "NACA 63-415")) == pytest.approx(0.15)
+    nameless = _with_one_airfoil(turbine, "AF12")
+    foil = nameless.airfoils["AF12"]
     with pytest.raises(InputError, match="AF12: relative_thickness is missing"):
         relative_thickness(nameless)
     given = nameless.replace(**{"airfoils.AF12": foil.replace(relative_thickness=0.25).content()})

@@ -118,8 +118,9 @@ class Rain(Record):
     def drag_density(self) -> float:
         """[kg/m^3] pressure on the wetted area over the speed of drops squared (eqs 6 to 11).
 
-        Mode seed: 2/9 pi sigma N d^3 with the number N of all drops and one diameter d, which counts the water of the
-        rain up to 29 times. Mode integrated: the integral of n(d) d^3 in place of N d^3, so 4/3 of the water content.
+        Mode seed: 2/9 pi sigma N d^3 with the number N of all drops and one diameter d. With drops of 3 mm that counts
+        the water of the rain 124 (light), 64 (moderate), 43 (heavy), 29 (32 mm/h) or 5.2 times (709 mm/h). Mode
+        integrated: the integral of n(d) d^3 in place of N d^3, so 4/3 of the water content.
         """
         if self.mode == "integrated":
             return 4.0 / 3.0 * float(drops.water_content(self.intensity, self.water_density))
