@@ -112,6 +112,18 @@ def test_constant_air_is_its_density_to_the_bit() -> None:
     assert array[AIR_DENSITY, 0] == density
 
 
+def test_air_or_its_density() -> None:
+    """Not both, even if the density is that of the standard atmosphere; copies give what was given."""
+    for density in (1.225, 1.0):
+        with pytest.raises(ValidationError, match="either air_density or air"):
+            Environment(air=Air(), air_density=density)
+        with pytest.raises(ValidationError, match="either air_density or air"):
+            Environment(air_density=density).replace(air=Air())
+    weather = Environment().replace(air=Air(temperature=35.0))
+    assert weather.replace(gravity=0.0).density == weather.density == float(air_density(35.0))
+    assert weather.replace(air=None, air_density=1.1).density == 1.1
+
+
 def test_the_grid_has_the_frequency_of_the_turbines_system() -> None:
     """But what is given holds, and without a system it is 50 Hz."""
     plain = meltemi.load_turbine("nrel5mw")

@@ -173,6 +173,12 @@ def test_bad_rain(given: dict[str, float], words: str) -> None:
         Rain.model_validate(given)
 
 
+def test_what_only_the_formula_takes() -> None:
+    assert Rain(rate=3.0, water_density=990.0).of_the_formula == ()
+    assert Rain(kind="heavy").replace(kind="light").of_the_formula == ()
+    assert Rain(kind="heavy", tail_wind=0.0, mode="seed").replace(kind="light").of_the_formula == ("mode", "tail_wind")
+
+
 # ---------------------------------------------------------------------------------- drops on blades
 
 FLAT = BladeShape(np.array([3.0, 60.0]), np.full(2, 4.0), np.zeros(2), np.zeros(2), 3)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from math import sqrt
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +18,7 @@ from pydantic import Field, field_validator, model_validator
 
 from meltemi.core.errors import did_you_mean
 from meltemi.core.kernel import kernel
-from meltemi.core.record import Record
+from meltemi.core.record import Particular
 from meltemi.core.tables import View, table
 from meltemi.environment import drops
 
@@ -56,11 +56,17 @@ DRAG_DENSITY, DROP_SPEED, RADIUS, HALF_THICKNESS, TAIL_WIND, CROSS_WIND, FALL_SP
 )
 
 
-class Rain(Record):
+class Rain(Particular):
     """Rain by its rate or class; constant.
 
-    An aeroelastic turbine asks for the water in the air only; the rest is for the review's loss of power.
+    An aeroelastic turbine asks for the water in the air only; the rest is for the review's loss of power, and refused
+    there.
     """
+
+    WHEN_GIVEN: ClassVar[tuple[str, ...]] = (
+        "mode", "diameter", "fall_speed", "tail_wind", "cross_wind", "drop_speed", "half_thickness"
+    )  # fmt: skip
+    """What only the review's formula takes."""
 
     rate: float | None = Field(default=None, ge=0.0, le=2500.0)
     """[mm/h]."""
@@ -96,6 +102,11 @@ class Rain(Record):
         if (self.rate is None) == (self.kind is None):
             raise ValueError(f"give either rate [mm/h] or kind ({', '.join(RAIN_CLASSES)})")
         return self
+
+    @property
+    def of_the_formula(self) -> tuple[str, ...]:
+        """Keys that were given and that only the review's formula takes."""
+        return tuple(name for name in self.WHEN_GIVEN if name in self.model_fields_set)
 
     @property
     def intensity(self) -> float:
