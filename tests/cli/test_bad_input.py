@@ -236,7 +236,7 @@ def case_message(command: Command, tmp_path: Path, text: str) -> str:
         (
             "duration: 5.0",
             "duration: 5.0\nenvironment: {air_density: 1.225, air: {}}",
-            "FILE:4: environment: give either air_density or air (temperature, humidity, altitude, pressure), not both\n",
+            "FILE:4: environment: give either air_density or air (temperature, humidity, altitude, pressure), not both",
         ),
         *(
             ("duration: 5.0", f"duration: 5.0\nenvironment: {{{weather}}}", f"FILE:4: environment.{said}\n")

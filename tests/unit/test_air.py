@@ -95,6 +95,35 @@ def test_impossible_air(given: dict[str, Any], words: str) -> None:
         Air(**given)
 
 
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (
+            {"sea_level_pressure": -1.0},
+            "sea_level_pressure -1 Pa is not between 80,000 and 110,000 Pa",
+        ),
+        ({"sea_level_pressure": 1013.25}, "sea_level_pressure 1013.25 Pa .* 1 hPa is 100 Pa"),
+        ({"sea_level_pressure": [1e5, np.nan]}, "sea_level_pressure nan Pa is not between"),
+        ({"sea_level_pressure": [1e5, 2e5]}, "sea_level_pressure 200000 Pa is not between"),
+        ({"temperature": np.nan}, "temperature nan degC is not between"),
+        ({"altitude": np.nan}, "altitude is not between"),
+        ({"temperature": []}, "temperature: at least one number is needed"),
+        ({"pressure": np.zeros(0)}, "pressure: at least one number is needed"),
+        ({"humidity": "wet"}, "humidity: expected a number or an array of numbers, found 'wet'"),
+        ({"altitude": [[1.0], [2.0, 3.0]]}, "altitude: expected a number or an array"),
+        ({"temperature": 1j}, "temperature: expected a number"),
+        (
+            {"temperature": np.zeros(3), "humidity": np.zeros(4)},
+            r"do not go together: temperature \(3,\), humidity \(4,\)",
+        ),
+    ],
+    ids=lambda v: str(v)[:40],
+)
+def test_what_is_no_air_at_all(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        air_density(**given)
+
+
 def test_impossible_air_for_a_moment() -> None:
     """Where only the coincidence of two series is impossible."""
     hot = TimeSeries(time=[0.0, 10.0], value=[10.0, 50.0])
@@ -174,6 +203,34 @@ def test_hours_of_a_weibull_wind() -> None:
         mean = hours @ middle / MONTH_HOURS
         exact = sea.wind_scale * (height / 100.0) ** sea.shear_exponent * gamma(1.0 + 1.0 / 2.26)
         assert mean == pytest.approx(exact, rel=1e-4)
+
+
+@pytest.mark.parametrize("month", [0, -3, 13, 1.5, "May"])
+def test_no_such_month(month: Any) -> None:
+    with pytest.raises(InputError, match="month: expected 1 to 12"):
+        load_climate("north_sea").air(month)
+
+
+@pytest.mark.parametrize(
+    ("edges", "height", "words"),
+    [
+        ([-1.0, 5.0], None, "edges must not be negative, found -1 m/s"),
+        ([0.0, 5.0, 4.0], None, "edges must ascend, but edge 3 is 4 m/s"),
+        ([0.0, np.nan], None, "edges: nan is no wind speed"),
+        ([3.0], None, "edges: expected at least two wind speeds"),
+        (["a", "b"], None, "edges: expected at least two wind speeds"),
+        ([0.0, 5.0], 0.0, "height must be a positive number of metres, found 0"),
+        ([0.0, 5.0], -10.0, "height must be a positive number of metres, found -10"),
+        ([0.0, 5.0], np.nan, "height must be a positive number of metres"),
+    ],
+)
+def test_no_such_wind(edges: Any, height: float | None, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        load_climate("north_sea").wind_hours(edges, height)
+
+
+def test_all_hours_of_the_wind() -> None:
+    assert load_climate("north_sea").wind_hours([0.0, np.inf])[:, 0] == pytest.approx(MONTH_HOURS)
 
 
 def test_scenarios() -> None:

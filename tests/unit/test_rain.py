@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -142,6 +144,42 @@ def test_loss_by_wind_diameter_and_number() -> None:
 def test_no_rain_no_loss() -> None:
     assert loss(Rain(rate=0.0)) == 0.0
     assert rain_power_loss(rain_parameters(None, R), V) == 0.0
+
+
+def test_no_rain_no_drops() -> None:
+    """And no warnings, which pytest would turn into errors here."""
+    with np.errstate(all="raise"):
+        for ends in ((1e-4, 6e-3), (0.0, np.inf)):
+            assert drops.drop_count(0.0, *ends) == 0.0
+            assert drops.water_content(0.0, 1000.0, *ends) == 0.0
+        assert drops.drop_spectrum(0.0, 0.0) == 0.0
+        assert drops.mean_diameter(0.0) == 0.0
+        assert drops.terminal_speed(0.0) == 0.0
+        assert Rain(rate=0.0).drag_density == Rain(rate=0.0, mode="seed").drag_density == 0.0
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: drops.drop_count(-1.0),
+        lambda: drops.water_content([1.0, -1.0]),
+        lambda: drops.mean_diameter(np.nan),
+        lambda: drops.drop_spectrum(-1e-3, 1e-6),
+        lambda: drops.drop_count(1e-6, -1e-3),
+        lambda: drops.water_content(1e-6, 1000.0, -1e-3),
+        lambda: drops.terminal_speed([1e-3, -1e-3]),
+        lambda: wetness(5.0, R, -1.0),
+    ],
+)
+def test_drops_of_negative_rain(ask: Callable[[], object]) -> None:
+    with pytest.raises(InputError, match="not.* negative, found"):
+        ask()
+
+
+@pytest.mark.parametrize("speed", [0.0, -3.0, [5.0, 0.0], np.nan])
+def test_no_wetness_at_rest(speed: float) -> None:
+    with pytest.raises(InputError, match="speed must be positive, found"):
+        wetness(speed, R, 2.0)
 
 
 def test_a_calm_has_a_finite_loss() -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, field_validator, model_validator
 
-from meltemi.core.errors import did_you_mean
+from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Particular
 from meltemi.core.tables import View, table
@@ -175,8 +175,17 @@ def wetness(
       tail: [m/s] of drops in the direction of travel.
       cross: [m/s] across it.
       fall: [m/s].
+
+    Raises:
+      InputError: a speed or the radius is not positive, or the thickness negative.
     """
     s = np.asarray(speed, float)
+    if not np.all(s > 0.0):
+        raise InputError(f"wetness: speed must be positive, found {s[~(s > 0.0)].flat[0]:g} m/s")
+    if not radius > 0.0:
+        raise InputError(f"wetness: radius must be positive, found {radius:g} m")
+    if not half_thickness >= 0.0:
+        raise InputError(f"wetness: half_thickness must not be negative, found {half_thickness:g} m")
     squares = (radius * (tail - s)) ** 2 + half_thickness**2 * (cross**2 + fall**2)
     return np.asarray(np.pi * radius / s * np.sqrt(squares))
 
