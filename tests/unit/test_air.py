@@ -13,7 +13,15 @@ import meltemi
 from meltemi import Air, Climate, Environment, InputError, PowerGrid, TimeSeries, air_density, load_climate
 from meltemi.environment.air import R_DRY, R_VAPOUR, site_pressure, vapour_pressure
 from meltemi.environment.climate import MONTH_HOURS
-from meltemi.environment.conditions import AIR_DENSITY, GRID_FREQUENCY, conditions_array, conditions_now
+from meltemi.environment.conditions import (
+    AIR_DENSITY,
+    AIR_TEMPERATURE,
+    CONDITIONS,
+    GRID_FREQUENCY,
+    TIME,
+    conditions_array,
+    conditions_now,
+)
 from meltemi.turbine.electrical import nominal_frequency
 
 HUMIDITY = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
@@ -169,6 +177,53 @@ def test_density_jumps_with_the_temperature() -> None:
     for time, temperature in ((0.0, 40.0), (4.999, 40.0), (5.0, -10.0), (9.0, 0.0), (99.0, 0.0)):
         conditions_now(time, array, 9.0, now)
         assert now[AIR_DENSITY] == pytest.approx(float(air_density(temperature)), rel=1e-12)
+
+
+CHANGES: list[dict[str, Any]] = [
+    {"temperature": TimeSeries(time=[0.0, 10.0], value=[35.0, 5.0]), "humidity": 0.4},
+    {"temperature": TimeSeries(time=[0.0, 10.0], value=[-10.0, 40.0]), "humidity": 1.0, "altitude": 2000.0},
+    {
+        "temperature": TimeSeries(time=[0.0, 4.0, 4.0, 10.0], value=[59.0, -30.0, 20.0, -60.0]),
+        "humidity": TimeSeries(time=[0.0, 10.0], value=[1.0, 0.0]),
+        "pressure": TimeSeries(time=[2.0, 2.0, 9.0], value=[9e4, 1e5, 7e4]),
+    },
+]
+
+
+@pytest.mark.parametrize("weather", CHANGES, ids=["cooler", "saturated", "everything"])
+def test_density_between_times_is_that_of_the_weather(weather: dict[str, Any]) -> None:
+    environment = Environment(air=Air(**weather))
+    array, now = conditions_array(environment, None, 5e6), np.zeros(8)
+    times = np.linspace(0.0, 10.0, 1001)
+    exact = environment.air.at(times)  # type: ignore[union-attr]
+    found = np.zeros((8, len(times)))
+    for i, time in enumerate(times):
+        conditions_now(time, array, 9.0, now)
+        found[:, i] = now
+    assert found[AIR_DENSITY] == pytest.approx(exact[3], rel=1e-4)
+    for row, values in ((AIR_TEMPERATURE, exact[0]), (CONDITIONS.index("humidity"), exact[1])):
+        assert found[row] == pytest.approx(values, rel=1e-12, abs=1e-12)
+    assert np.all(np.diff(array[TIME]) >= 0.0)
+    assert not np.any(array[TIME][2:] == array[TIME][:-2])
+    assert array.shape[1] < 80
+
+
+def test_only_air_that_changes_has_more_times() -> None:
+    """Not the grid, and not a change so small that the density is linear in it."""
+    grid = PowerGrid(voltage=TimeSeries(time=[0.0, 5.0], value=[1.0, 0.5]))
+    assert conditions_array(Environment(air=Air(temperature=30.0)), grid, 5e6).shape[1] == 2
+    slow = Air(temperature=TimeSeries(time=[0.0, 5.0], value=[20.0, 20.5]))
+    assert conditions_array(Environment(air=slow), None, 5e6).shape[1] == 2
+
+
+def test_a_jump_at_the_very_start_has_been() -> None:
+    """For what a run begins in, and for its first step."""
+    environment = Environment(air=Air(temperature=TimeSeries(time=[0.0, 0.0, 10.0], value=[40.0, -10.0, -10.0])))
+    array, now = conditions_array(environment, None, 5e6), np.zeros(8)
+    conditions_now(0.0, array, 9.0, now)
+    assert now[AIR_DENSITY] == environment.density == float(air_density(-10.0))
+    conditions_now(-1.0, array, 9.0, now)
+    assert now[AIR_DENSITY] == float(air_density(40.0))
 
 
 # ---------------------------------------------------------------------------------------- climates
