@@ -233,6 +233,11 @@ def case_message(command: Command, tmp_path: Path, text: str) -> str:
             "duration: 5.0\nevents: [{at: 1, type: yaw_stuck}, {at: 2, type: yaw_stuck}]",
             "FILE: events.1 at 2 s and events.0, which acts from 1 s for good, contradict each other (yaw drive stuck)",
         ),
+        (
+            "duration: 5.0",
+            "duration: 5.0\nenvironment: {air_density: 1.225, air: {}}",
+            "FILE:4: environment: give either air_density or air (temperature, humidity, altitude, pressure), not both",
+        ),
         *(
             ("duration: 5.0", f"duration: 5.0\nenvironment: {{{weather}}}", f"FILE:4: environment.{said}\n")
             for weather, said in (
@@ -264,6 +269,10 @@ FOUND_LATER = [
     ("output_step: 0.013", "output_step 0.013 s is not a multiple of the time step 0.01 s; use 0.01 or 0.02 s"),
     ("events: [{at: 1.0, type: flap_stuck, blade: 2}]", "events.0.flap: there is no flap 1; nrel5mw has none"),
     ("options: {locked: [yow]}", "locked: no coordinate 'yow': did you mean 'yaw'"),
+    (
+        "environment: {rain: {kind: heavy, mode: integrated, diameter: 3.0}}",
+        "environment.rain.mode, diameter: without effect on nrel5mw",
+    ),
     ("options: {blade_nodes: [0.0, 30.0, 20.0, 40.0, 61.5]}", "blade_nodes"),
 ]
 

@@ -82,6 +82,14 @@ def test_rain_needs_a_thickness(turbine: Turbine) -> None:
         meltemi.build(renamed, environment=Environment(rain=Rain(rate=10.0)))
 
 
+def test_blades_refuse_what_only_the_formula_takes(turbine: Turbine) -> None:
+    """Rather than to leave it without effect."""
+    for given in ({"half_thickness": 2.0}, {"tail_wind": 3.0}):
+        rain = Rain.model_validate({"kind": "heavy", **given})
+        with pytest.raises(InputError, match=rf"environment.rain.{next(iter(given))}: without effect on nrel5mw"):
+            meltemi.build(turbine, environment=Environment(rain=rain))
+
+
 RIGID = ModelOptions(locked=("tower", "yaw", "blades", "drivetrain"), stall="static", tower_influence="none")
 
 

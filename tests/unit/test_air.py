@@ -13,7 +13,15 @@ import meltemi
 from meltemi import Air, Climate, Environment, InputError, PowerGrid, TimeSeries, air_density, load_climate
 from meltemi.environment.air import R_DRY, R_VAPOUR, site_pressure, vapour_pressure
 from meltemi.environment.climate import MONTH_HOURS
-from meltemi.environment.conditions import AIR_DENSITY, GRID_FREQUENCY, conditions_array, conditions_now
+from meltemi.environment.conditions import (
+    AIR_DENSITY,
+    AIR_TEMPERATURE,
+    CONDITIONS,
+    GRID_FREQUENCY,
+    TIME,
+    conditions_array,
+    conditions_now,
+)
 from meltemi.turbine.electrical import nominal_frequency
 
 HUMIDITY = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
@@ -95,6 +103,35 @@ def test_impossible_air(given: dict[str, Any], words: str) -> None:
         Air(**given)
 
 
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (
+            {"sea_level_pressure": -1.0},
+            "sea_level_pressure -1 Pa is not between 80,000 and 110,000 Pa",
+        ),
+        ({"sea_level_pressure": 1013.25}, "sea_level_pressure 1013.25 Pa .* 1 hPa is 100 Pa"),
+        ({"sea_level_pressure": [1e5, np.nan]}, "sea_level_pressure nan Pa is not between"),
+        ({"sea_level_pressure": [1e5, 2e5]}, "sea_level_pressure 200000 Pa is not between"),
+        ({"temperature": np.nan}, "temperature nan degC is not between"),
+        ({"altitude": np.nan}, "altitude is not between"),
+        ({"temperature": []}, "temperature: at least one number is needed"),
+        ({"pressure": np.zeros(0)}, "pressure: at least one number is needed"),
+        ({"humidity": "wet"}, "humidity: expected a number or an array of numbers, found 'wet'"),
+        ({"altitude": [[1.0], [2.0, 3.0]]}, "altitude: expected a number or an array"),
+        ({"temperature": 1j}, "temperature: expected a number"),
+        (
+            {"temperature": np.zeros(3), "humidity": np.zeros(4)},
+            r"do not go together: temperature \(3,\), humidity \(4,\)",
+        ),
+    ],
+    ids=lambda v: str(v)[:40],
+)
+def test_what_is_no_air_at_all(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        air_density(**given)
+
+
 def test_impossible_air_for_a_moment() -> None:
     """Where only the coincidence of two series is impossible."""
     hot = TimeSeries(time=[0.0, 10.0], value=[10.0, 50.0])
@@ -110,6 +147,18 @@ def test_constant_air_is_its_density_to_the_bit() -> None:
     array = conditions_array(Environment(air=air), None, 5e6)
     assert array.shape[1] == 1
     assert array[AIR_DENSITY, 0] == density
+
+
+def test_air_or_its_density() -> None:
+    """Not both, even if the density is that of the standard atmosphere; copies give what was given."""
+    for density in (1.225, 1.0):
+        with pytest.raises(ValidationError, match="either air_density or air"):
+            Environment(air=Air(), air_density=density)
+        with pytest.raises(ValidationError, match="either air_density or air"):
+            Environment(air_density=density).replace(air=Air())
+    weather = Environment().replace(air=Air(temperature=35.0))
+    assert weather.replace(gravity=0.0).density == weather.density == float(air_density(35.0))
+    assert weather.replace(air=None, air_density=1.1).density == 1.1
 
 
 def test_the_grid_has_the_frequency_of_the_turbines_system() -> None:
@@ -128,6 +177,53 @@ def test_density_jumps_with_the_temperature() -> None:
     for time, temperature in ((0.0, 40.0), (4.999, 40.0), (5.0, -10.0), (9.0, 0.0), (99.0, 0.0)):
         conditions_now(time, array, 9.0, now)
         assert now[AIR_DENSITY] == pytest.approx(float(air_density(temperature)), rel=1e-12)
+
+
+CHANGES: list[dict[str, Any]] = [
+    {"temperature": TimeSeries(time=[0.0, 10.0], value=[35.0, 5.0]), "humidity": 0.4},
+    {"temperature": TimeSeries(time=[0.0, 10.0], value=[-10.0, 40.0]), "humidity": 1.0, "altitude": 2000.0},
+    {
+        "temperature": TimeSeries(time=[0.0, 4.0, 4.0, 10.0], value=[59.0, -30.0, 20.0, -60.0]),
+        "humidity": TimeSeries(time=[0.0, 10.0], value=[1.0, 0.0]),
+        "pressure": TimeSeries(time=[2.0, 2.0, 9.0], value=[9e4, 1e5, 7e4]),
+    },
+]
+
+
+@pytest.mark.parametrize("weather", CHANGES, ids=["cooler", "saturated", "everything"])
+def test_density_between_times_is_that_of_the_weather(weather: dict[str, Any]) -> None:
+    environment = Environment(air=Air(**weather))
+    array, now = conditions_array(environment, None, 5e6), np.zeros(8)
+    times = np.linspace(0.0, 10.0, 1001)
+    exact = environment.air.at(times)  # type: ignore[union-attr]
+    found = np.zeros((8, len(times)))
+    for i, time in enumerate(times):
+        conditions_now(time, array, 9.0, now)
+        found[:, i] = now
+    assert found[AIR_DENSITY] == pytest.approx(exact[3], rel=1e-4)
+    for row, values in ((AIR_TEMPERATURE, exact[0]), (CONDITIONS.index("humidity"), exact[1])):
+        assert found[row] == pytest.approx(values, rel=1e-12, abs=1e-12)
+    assert np.all(np.diff(array[TIME]) >= 0.0)
+    assert not np.any(array[TIME][2:] == array[TIME][:-2])
+    assert array.shape[1] < 80
+
+
+def test_only_air_that_changes_has_more_times() -> None:
+    """Not the grid, and not a change so small that the density is linear in it."""
+    grid = PowerGrid(voltage=TimeSeries(time=[0.0, 5.0], value=[1.0, 0.5]))
+    assert conditions_array(Environment(air=Air(temperature=30.0)), grid, 5e6).shape[1] == 2
+    slow = Air(temperature=TimeSeries(time=[0.0, 5.0], value=[20.0, 20.5]))
+    assert conditions_array(Environment(air=slow), None, 5e6).shape[1] == 2
+
+
+def test_a_jump_at_the_very_start_has_been() -> None:
+    """For what a run begins in, and for its first step."""
+    environment = Environment(air=Air(temperature=TimeSeries(time=[0.0, 0.0, 10.0], value=[40.0, -10.0, -10.0])))
+    array, now = conditions_array(environment, None, 5e6), np.zeros(8)
+    conditions_now(0.0, array, 9.0, now)
+    assert now[AIR_DENSITY] == environment.density == float(air_density(-10.0))
+    conditions_now(-1.0, array, 9.0, now)
+    assert now[AIR_DENSITY] == float(air_density(40.0))
 
 
 # ---------------------------------------------------------------------------------------- climates
@@ -167,6 +263,34 @@ def test_hours_of_a_weibull_wind() -> None:
         mean = hours @ middle / MONTH_HOURS
         exact = sea.wind_scale * (height / 100.0) ** sea.shear_exponent * gamma(1.0 + 1.0 / 2.26)
         assert mean == pytest.approx(exact, rel=1e-4)
+
+
+@pytest.mark.parametrize("month", [0, -3, 13, 1.5, "May"])
+def test_no_such_month(month: Any) -> None:
+    with pytest.raises(InputError, match="month: expected 1 to 12"):
+        load_climate("north_sea").air(month)
+
+
+@pytest.mark.parametrize(
+    ("edges", "height", "words"),
+    [
+        ([-1.0, 5.0], None, "edges must not be negative, found -1 m/s"),
+        ([0.0, 5.0, 4.0], None, "edges must ascend, but edge 3 is 4 m/s"),
+        ([0.0, np.nan], None, "edges: nan is no wind speed"),
+        ([3.0], None, "edges: expected at least two wind speeds"),
+        (["a", "b"], None, "edges: expected at least two wind speeds"),
+        ([0.0, 5.0], 0.0, "height must be a positive number of metres, found 0"),
+        ([0.0, 5.0], -10.0, "height must be a positive number of metres, found -10"),
+        ([0.0, 5.0], np.nan, "height must be a positive number of metres"),
+    ],
+)
+def test_no_such_wind(edges: Any, height: float | None, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        load_climate("north_sea").wind_hours(edges, height)
+
+
+def test_all_hours_of_the_wind() -> None:
+    assert load_climate("north_sea").wind_hours([0.0, np.inf])[:, 0] == pytest.approx(MONTH_HOURS)
 
 
 def test_scenarios() -> None:

@@ -171,3 +171,8 @@ def test_what_cannot_be(turbine: Turbine, tmp_path: Path) -> None:
     with pytest.raises(UnsupportedError, match="a deck has no ice"):
         meltemi.write_openfast(with_ice(turbine, Icing()), tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_turbine_of_a_power_coefficient_has_no_blades_for_ice() -> None:
+    with pytest.raises(InputError, match="pmsg20mw: ice needs a turbine with blades, this one is only a power coeff"):
+        with_ice(meltemi.load_turbine("pmsg20mw"), Icing())  # type: ignore[arg-type]

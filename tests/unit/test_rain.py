@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
@@ -13,7 +15,7 @@ from meltemi.environment import drops
 from meltemi.environment.rain import RAIN_CLASSES, driest_speed, rain_parameters, rain_power_loss, wetness
 from meltemi.simulation.rain import drag_of_drops
 from meltemi.studies.rain_drops import BladeShape, drop_loads, drops_energy, rain_loads, wet_airfoils
-from meltemi.turbine.thickness import relative_thickness
+from meltemi.turbine.thickness import relative_thickness, thickness_in
 
 R, V = 138.0, 10.715
 TABLE = """
@@ -144,15 +146,54 @@ def test_no_rain_no_loss() -> None:
     assert rain_power_loss(rain_parameters(None, R), V) == 0.0
 
 
+def test_no_rain_no_drops() -> None:
+    """And no warnings, which pytest would turn into errors here."""
+    with np.errstate(all="raise"):
+        for ends in ((1e-4, 6e-3), (0.0, np.inf)):
+            assert drops.drop_count(0.0, *ends) == 0.0
+            assert drops.water_content(0.0, 1000.0, *ends) == 0.0
+        assert drops.drop_spectrum(0.0, 0.0) == 0.0
+        assert drops.mean_diameter(0.0) == 0.0
+        assert drops.terminal_speed(0.0) == 0.0
+        assert Rain(rate=0.0).drag_density == Rain(rate=0.0, mode="seed").drag_density == 0.0
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: drops.drop_count(-1.0),
+        lambda: drops.water_content([1.0, -1.0]),
+        lambda: drops.mean_diameter(np.nan),
+        lambda: drops.drop_spectrum(-1e-3, 1e-6),
+        lambda: drops.drop_count(1e-6, -1e-3),
+        lambda: drops.water_content(1e-6, 1000.0, -1e-3),
+        lambda: drops.terminal_speed([1e-3, -1e-3]),
+        lambda: wetness(5.0, R, -1.0),
+    ],
+)
+def test_drops_of_negative_rain(ask: Callable[[], object]) -> None:
+    with pytest.raises(InputError, match="not.* negative, found"):
+        ask()
+
+
+@pytest.mark.parametrize("speed", [0.0, -3.0, [5.0, 0.0], np.nan])
+def test_no_wetness_at_rest(speed: float) -> None:
+    with pytest.raises(InputError, match="speed must be positive, found"):
+        wetness(speed, R, 2.0)
+
+
 def test_a_calm_has_a_finite_loss() -> None:
     assert loss(Rain(rate=32.0), 0.0) == 0.0
     assert np.isfinite(loss(Rain(rate=32.0, drop_speed=5.0), 0.0))
 
 
-def test_one_diameter_counts_the_water_29_times() -> None:
+def test_one_diameter_counts_the_water_many_times() -> None:
     """E-E22."""
-    rain = Rain(kind="rainstorm", mode="seed")
-    assert rain.drag_density / rain.replace(mode="integrated").drag_density == pytest.approx(28.7, abs=0.1)
+    for kind, times in (("light", 124.2), ("moderate", 64.2), ("heavy", 43.0), ("rainstorm", 28.7)):
+        rain = Rain(kind=kind, mode="seed")
+        assert rain.drag_density / rain.replace(mode="integrated").drag_density == pytest.approx(times, abs=0.1)
+    extreme = Rain(kind="heavy_rainstorm_extreme", mode="seed")
+    assert extreme.drag_density / extreme.replace(mode="integrated").drag_density == pytest.approx(5.16, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -168,6 +209,12 @@ def test_one_diameter_counts_the_water_29_times() -> None:
 def test_bad_rain(given: dict[str, float], words: str) -> None:
     with pytest.raises(ValidationError, match=words):
         Rain.model_validate(given)
+
+
+def test_what_only_the_formula_takes() -> None:
+    assert Rain(rate=3.0, water_density=990.0).of_the_formula == ()
+    assert Rain(kind="heavy").replace(kind="light").of_the_formula == ()
+    assert Rain(kind="heavy", tail_wind=0.0, mode="seed").replace(kind="light").of_the_formula == ("mode", "tail_wind")
 
 
 # ---------------------------------------------------------------------------------- drops on blades
@@ -236,25 +283,38 @@ def test_wet_airfoils(turbine: Turbine) -> None:
     assert wet.airfoils["cylinder1"] == turbine.airfoils["cylinder1"]
 
 
+def _with_one_airfoil(turbine: Turbine, name: str) -> Turbine:
+    return turbine.replace(
+        **{
+            "airfoils": {name: turbine.airfoils["naca64"].content()},
+            "blade.aerodynamics.airfoil": (name,) * len(turbine.blade.aerodynamics.airfoil),
+        }
+    )
+
+
+SAID = {
+    # decks of the NREL 5 MW, the second of two with one name, the library
+    "DU40_A17": 0.40, "DU35_A17": 0.35, "DU30_A17": 0.30, "DU25_A17": 0.25, "DU21_A17": 0.21, "NACA64_A17": 0.18,
+    "DU21_A17_": 0.21, "Cylinder1": 1.0, "du40": 0.40, "naca64": 0.18, "cylinder2": 1.0, "circular": 1.0,
+    # the IEA turbines, and names of the families
+    "FFA-W3-241": 0.241, "27.10 % thick": 0.271, "SNL-FFA-W3-500": 0.5, "DU 97-W-300": 0.3, "DU_97_W_300": 0.3,
+    "NACA 63-415": 0.15, "NACA0012": 0.12, "NACA 64-618": 0.18,
+}  # fmt: skip
+
+
+def test_thickness_in_names() -> None:
+    for name, expected in SAID.items():
+        assert thickness_in(name) == pytest.approx(expected), name
+    for name in ("AF12", "DU97", "DU00", "DU40_A18", "NACA64_A21", "DU91-W2-25", "FFA-W3-330blend", "IEA_Polar_21"):
+        assert thickness_in(name) is None, name
+
+
 def test_thickness_of_airfoils(turbine: Turbine) -> None:
     share = dict(zip(turbine.blade.aerodynamics.airfoil, relative_thickness(turbine), strict=True))
     assert (share["cylinder1"], share["du40"], share["naca64"]) == (1.0, 0.4, 0.18)
-    names = {"DU 97-W-300": 0.3, "FFA-W3-241": 0.241, "27.10 % thick": 0.271, "NACA 63-415": 0.15, "circular": 1.0}
-    foil = turbine.airfoils["naca64"]
-    for name, expected in names.items():
-        other = turbine.replace(
-            **{
-                "airfoils": {name: foil.content()},
-                "blade.aerodynamics.airfoil": (name,) * len(turbine.blade.aerodynamics.airfoil),
-            }
-        )
-        assert relative_thickness(other) == pytest.approx(expected)
-    nameless = other.replace(
-        **{
-            "airfoils": {"AF12": foil.content()},
-            "blade.aerodynamics.airfoil": ("AF12",) * len(turbine.blade.aerodynamics.airfoil),
-        }
-    )
+    assert relative_thickness(_with_one_airfoil(turbine, "NACA 63-415")) == pytest.approx(0.15)
+    nameless = _with_one_airfoil(turbine, "AF12")
+    foil = nameless.airfoils["AF12"]
     with pytest.raises(InputError, match="AF12: relative_thickness is missing"):
         relative_thickness(nameless)
     given = nameless.replace(**{"airfoils.AF12": foil.replace(relative_thickness=0.25).content()})

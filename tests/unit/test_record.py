@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from pathlib import Path
+from typing import ClassVar
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,7 +14,8 @@ from hypothesis import strategies as st
 from pydantic import Field, ValidationError
 
 from meltemi.core.errors import InputError
-from meltemi.core.record import Array, Record
+from meltemi.core.record import Array, Particular, Record
+from meltemi.core.yamlfile import read_record, write_record
 
 
 class Part(Record):
@@ -145,3 +151,36 @@ def test_content_is_plain_data_that_makes_the_same_record() -> None:
     content = whole.content()
     assert content["spare"]["values"] == [1.5, 2.5]
     assert Whole.model_validate(content) == whole
+
+
+class Either(Particular):
+    WHEN_GIVEN: ClassVar[tuple[str, ...]] = ("spare",)
+    spare: float = 2.0
+    other: float = 1.0
+
+
+class Holder(Record):
+    one: Either = Either()
+
+
+def test_copies_and_files_give_only_what_was_given(tmp_path: Path) -> None:
+    """And the record is whole all the same: what it says of itself has the default."""
+    path = tmp_path / "holder.yaml"
+    for either, said in ((Either(), False), (Either(spare=2.0), True)):
+        holder = Holder(one=either)
+        assert holder.content() == {"one": {"spare": 2.0, "other": 1.0}}
+        write_record(holder, path)
+        copies = (
+            either.replace(other=3.0),
+            holder.replace(**{"one.other": 3.0}).one,
+            Holder().replace(one=either).one,
+            read_record(path, Holder).one,
+            copy.deepcopy(either),
+            pickle.loads(pickle.dumps(either)),
+        )
+        for made in copies:
+            assert ("spare" in made.model_fields_set) is said
+            assert made.spare == 2.0
+    assert "spare" in Either().replace(spare=2.0).model_fields_set
+    assert Either(spare=5.0).replace(spare=None) == Either()
+    assert Either() == Either(spare=2.0)

@@ -4,11 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, PlainSerializer, WithJsonSchema
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    PlainSerializer,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
+    WithJsonSchema,
+    model_serializer,
+    model_validator,
+)
 
 from meltemi.core.errors import InputError, did_you_mean
 
@@ -53,6 +64,10 @@ def set_keys(data: dict[str, Any], path: str, value: Any) -> None:
     data[last] = value
 
 
+COPY = {"copy": True}
+"""Context of a dump that a record is made from again."""
+
+
 class Record(BaseModel):
     """Base of all described data: unknown keys are refused, nothing can be changed after creation."""
 
@@ -86,7 +101,7 @@ class Record(BaseModel):
           InputError: a path leads nowhere.
           pydantic.ValidationError: a value is not allowed.
         """
-        data = self.content()
+        data = self.model_dump(mode="python", context=COPY)
         target: Any
         for path, value in changes.items():
             target, last = {"": data}, ""
@@ -95,5 +110,30 @@ class Record(BaseModel):
                 if not isinstance(target, dict) or key not in target:
                     hint = did_you_mean(key, target) if isinstance(target, dict) else f"nothing can hold {key!r}"
                     raise InputError(f"{type(self).__name__} has no {path!r}: {hint}")
-            target[last] = value.content() if isinstance(value, Record) else value
+            target[last] = value.model_dump(mode="python", context=COPY) if isinstance(value, Record) else value
         return type(self).model_validate(data)
+
+
+class Particular(Record):
+    """A record with fields of which it matters whether they were given, and that copies and files must not give."""
+
+    WHEN_GIVEN: ClassVar[tuple[str, ...]] = ()
+    """Names of the fields."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _drop(cls, given: Any) -> Any:
+        if not isinstance(given, dict):
+            return given
+        return {name: value for name, value in given.items() if value is not None or name not in cls.WHEN_GIVEN}
+
+    @model_serializer(mode="wrap")
+    def _leave_out(self, dump: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, Any]:
+        data: dict[str, Any] = dump(self)
+        if info.context is COPY:
+            for name in set(self.WHEN_GIVEN) - self.model_fields_set:
+                if info.exclude_none:
+                    data.pop(name, None)
+                else:
+                    data[name] = None
+        return data

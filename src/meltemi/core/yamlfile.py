@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.record import Record
+from meltemi.core.record import COPY, Record
 
 R = TypeVar("R", bound=Record)
 LINE_BREAKS = {"\x85", "\u2028", "\u2029"}
@@ -76,7 +76,7 @@ def write_record(record: Record, path: str | Path) -> None:
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     yaml.width = 110
     buffer = io.StringIO()
-    content = record.model_dump(mode="json", exclude_none=True)
+    content = record.model_dump(mode="json", exclude_none=True, context=COPY)
     yaml.dump(content, buffer)
     if set(buffer.getvalue()) & LINE_BREAKS:  # these must be escaped, which the writer does for all or none
         yaml.allow_unicode = False

@@ -23,6 +23,8 @@ R_DRY, R_VAPOUR = 287.058, 461.495
 """[J/(kg K)] gas constants of dry air and water vapour."""
 SEA_LEVEL_PRESSURE = 101325.0
 """[Pa] of the ISO 2533 standard atmosphere."""
+SEA_LEVEL_RANGE = (8e4, 1.1e5)
+"""[Pa] between which it lies."""
 
 
 def vapour_pressure(temperature: ArrayLike, humidity: ArrayLike) -> Float:
@@ -76,6 +78,29 @@ def _problem(temperature: ArrayLike, humidity: ArrayLike, pressure: ArrayLike | 
     return None
 
 
+def _numbers(**given: ArrayLike) -> list[Float]:
+    """Arguments as arrays that can be broadcast.
+
+    Raises:
+      InputError: one is empty or holds something else than numbers, or their shapes do not go together.
+    """
+    found = []
+    for name, value in given.items():
+        try:
+            array = np.asarray(value, float)
+        except (TypeError, ValueError):
+            raise InputError(f"{name}: expected a number or an array of numbers, found {value!r}") from None
+        if array.size == 0:
+            raise InputError(f"{name}: at least one number is needed")
+        found.append(array)
+    try:
+        np.broadcast_shapes(*(array.shape for array in found))
+    except ValueError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, found, strict=True))
+        raise InputError(f"shapes do not go together: {shapes}") from None
+    return found
+
+
 def air_density(
     temperature: ArrayLike = 15.0,
     humidity: ArrayLike = 0.0,
@@ -93,17 +118,23 @@ def air_density(
       sea_level_pressure: [Pa] for that.
 
     Raises:
-      InputError: a value that air on earth does not have.
+      InputError: a value that air on earth does not have, or no numbers.
     """
-    problem = _problem(temperature, humidity, pressure)
-    if problem is None and not np.all((np.asarray(altitude) >= -500.0) & (np.asarray(altitude) <= 9000.0)):
+    given = {"temperature": temperature, "humidity": humidity, "altitude": altitude}
+    given |= {"sea_level_pressure": sea_level_pressure} | ({} if pressure is None else {"pressure": pressure})
+    t, h, height, sea, *measured = _numbers(**given)
+    site = measured[0] if measured else None
+    problem = _problem(t, h, site)
+    if problem is None and not np.all((height >= -500.0) & (height <= 9000.0)):
         problem = "altitude is not between -500 and 9,000 m"
+    low, high = SEA_LEVEL_RANGE
+    if problem is None and not low < sea.min() <= sea.max() < high:
+        worst = sea.max() if sea.min() > low else sea.min()
+        problem = f"sea_level_pressure {worst:g} Pa is not between {low:,.0f} and {high:,.0f} Pa; 1 hPa is 100 Pa"
     if problem:
         raise InputError(problem)
-    kelvin = np.asarray(temperature, float) + CELSIUS
-    return density_of(
-        kelvin, humidity, site_pressure(kelvin, altitude, sea_level_pressure) if pressure is None else pressure
-    )
+    kelvin = t + CELSIUS
+    return density_of(kelvin, h, site_pressure(kelvin, height, sea) if site is None else site)
 
 
 class Air(Record):
@@ -117,7 +148,7 @@ class Air(Record):
     """[Pa] measured at the site, constant or in time; without it that of the altitude."""
     altitude: float = Field(default=0.0, ge=-500.0, le=9000.0)
     """[m] of the site above sea level."""
-    sea_level_pressure: float = Field(default=SEA_LEVEL_PRESSURE, gt=8e4, lt=1.1e5)
+    sea_level_pressure: float = Field(default=SEA_LEVEL_PRESSURE, gt=SEA_LEVEL_RANGE[0], lt=SEA_LEVEL_RANGE[1])
     """[Pa] where the pressure is not measured."""
 
     @model_validator(mode="after")

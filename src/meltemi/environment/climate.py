@@ -28,6 +28,24 @@ def _twelve(values: Float) -> Float:
     return values
 
 
+def _ascending(edges: ArrayLike) -> Float:
+    """Edges of wind speeds; infinity may be the last one."""
+    try:
+        speeds = np.asarray(edges, float)
+    except (TypeError, ValueError):
+        speeds = np.zeros(0)
+    if speeds.ndim != 1 or len(speeds) < 2:
+        raise InputError(f"edges: expected at least two wind speeds, found {edges!r}")
+    if np.any(np.isnan(speeds)):
+        raise InputError("edges: nan is no wind speed")
+    if speeds.min() < 0.0:
+        raise InputError(f"edges must not be negative, found {speeds.min():g} m/s")
+    if not np.all(speeds[1:] > speeds[:-1]):
+        i = int(np.flatnonzero(~(speeds[1:] > speeds[:-1]))[0])
+        raise InputError(f"edges must ascend, but edge {i + 2} is {speeds[i + 1]:g} m/s")
+    return speeds
+
+
 Months = Annotated[Vector, AfterValidator(_twelve)]
 """Twelve numbers, January to December."""
 
@@ -78,8 +96,14 @@ class Climate(Record):
         return self
 
     def air(self, month: int) -> Air:
-        """The air of a month, 1 to 12."""
-        i = month - 1
+        """The air of a month, 1 to 12.
+
+        Raises:
+          InputError: there is no such month.
+        """
+        if month not in range(1, 13):
+            raise InputError(f"month: expected 1 to 12, found {month!r}")
+        i = int(month) - 1
         pressure = None if self.pressure is None else float(self.pressure[i])
         return Air(
             temperature=float(self.temperature[i]),
@@ -131,14 +155,22 @@ class Climate(Record):
         """Hours of each month with wind speeds between edges.
 
         Args:
-          edges: (n + 1,) [m/s] ascending.
+          edges: (n + 1,) [m/s] ascending, from 0 on.
           height: [m] of the hub; by default that at which the wind is given.
 
         Returns:
           (12, n) [h].
+
+        Raises:
+          InputError: edges do not ascend or are no wind speeds, or a height that is not positive.
         """
-        scale = self.wind_scale * ((height or self.wind_height) / self.wind_height) ** self.shear_exponent
-        above = np.exp(-((np.asarray(edges, float) / scale[:, None]) ** self.wind_shape[:, None]))
+        speeds = _ascending(edges)
+        if height is None:
+            height = self.wind_height
+        if not 0.0 < height < np.inf:
+            raise InputError(f"height must be a positive number of metres, found {height:g}")
+        scale = self.wind_scale * (height / self.wind_height) ** self.shear_exponent
+        above = np.exp(-((speeds / scale[:, None]) ** self.wind_shape[:, None]))
         return np.asarray(MONTH_HOURS[:, None] * (above[:, :-1] - above[:, 1:]))
 
 

@@ -16,6 +16,11 @@ from meltemi.environment.site import Environment
 
 Float = NDArray[float64]
 
+DENSITY_ERROR = 5e-5
+"""Relative, of a density that is interpolated."""
+HALVINGS = 8
+"""At most, of an interval in which the air changes."""
+
 CONDITIONS = table(
     "conditions",
     "",
@@ -50,7 +55,7 @@ def conditions_now(t: float, conditions: Float, density: float, now: Float) -> N
     i, j = 0, n - 1
     if t >= conditions[TIME, j]:
         i = j
-    elif t <= conditions[TIME, 0]:
+    elif t < conditions[TIME, 0]:  # not at it: where it stands twice, the value after the jump holds
         j = 0
     while j - i > 1:
         k = (i + j) // 2
@@ -66,6 +71,26 @@ def conditions_now(t: float, conditions: Float, density: float, now: Float) -> N
     now[TIME] = t
     if n == 1:
         now[AIR_DENSITY] = density
+
+
+def _density_times(air: Air, times: Float) -> Float:
+    """Times between which the density is linear to ``DENSITY_ERROR``: it is no linear function of the weather that is.
+
+    Intervals are halved as often as needed, so that slow changes need no further times and constant air none.
+    """
+    for _ in range(HALVINGS):
+        density, wide = air.at(times)[-1], np.diff(times) > 0.0
+        begin, end, first, last = times[:-1][wide], times[1:][wide], density[:-1][wide], density[1:][wide]
+        middle = 0.5 * (begin + end)
+        coarse = np.zeros(len(middle), dtype=bool)
+        for share in (0.25, 0.5, 0.75):
+            exact = air.at(begin + share * (end - begin))[-1]
+            coarse |= np.abs(first + share * (last - first) - exact) > DENSITY_ERROR * exact
+        coarse &= (begin < middle) & (middle < end)
+        if not coarse.any():
+            break
+        times = np.sort(np.concatenate([times, middle[coarse]]))
+    return times
 
 
 def conditions_array(
@@ -92,6 +117,7 @@ def conditions_array(
     reference = rated_power if grid.power_reference is None else grid.power_reference
     of_the_grid = (grid.voltage, frequency if grid.frequency is None else grid.frequency, reference)
     times = union(air.temperature, air.humidity, 0.0 if air.pressure is None else air.pressure, *of_the_grid)
+    times = _density_times(air, times)
     temperature, humidity, pressure, density = air.at(times)
     if environment.air is None:
         density = np.full(len(times), environment.air_density)

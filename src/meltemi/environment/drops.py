@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from meltemi.core.errors import InputError
+
 Float = NDArray[np.float64]
 
 INTERCEPT = 8e6
@@ -22,21 +24,39 @@ MM_PER_HOUR = 1e-3 / 3600.0
 """[m/s]."""
 
 
+def _not_negative(name: str, value: ArrayLike, unit: str) -> Float:
+    array = np.asarray(value, float)
+    if not np.all(array >= 0.0):
+        raise InputError(f"{name} must not be negative, found {array[~(array >= 0.0)].flat[0]:g} {unit}")
+    return array
+
+
 def spectrum_slope(rate: ArrayLike) -> Float:
-    """Slope [1/m] of the spectrum for a rain rate [m/s]; infinite without rain."""
+    """Slope [1/m] of the spectrum for a rain rate [m/s]; infinite without rain.
+
+    Raises:
+      InputError: a rate is negative; so do all functions of the spectrum.
+    """
     with np.errstate(divide="ignore"):
-        return np.asarray(4100.0 * (np.asarray(rate, float) / MM_PER_HOUR) ** -0.21)
+        return np.asarray(4100.0 * (_not_negative("rate", rate, "m/s") / MM_PER_HOUR) ** -0.21)
+
+
+def _exponent(slope: Float, diameter: Float) -> Float:
+    """Slope times diameter; infinite without rain, which has no drops of any diameter."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isinf(slope), np.inf, slope * diameter)
 
 
 def drop_spectrum(diameter: ArrayLike, rate: ArrayLike) -> Float:
     """Drops in a volume and range of diameters [1/m^4] of a diameter [m], at a rain rate [m/s] (eq. 10)."""
-    return np.asarray(INTERCEPT * np.exp(-spectrum_slope(rate) * np.asarray(diameter, float)))
+    return np.asarray(INTERCEPT * np.exp(-_exponent(spectrum_slope(rate), _not_negative("diameter", diameter, "m"))))
 
 
 def drop_count(rate: ArrayLike, smallest: float = SMALLEST, largest: float = LARGEST) -> Float:
     """Drops in a volume [1/m^3] with diameters between two [m], at a rain rate [m/s] (eq. 9)."""
-    slope = spectrum_slope(rate)
-    return np.asarray(INTERCEPT / slope * (np.exp(-slope * smallest) - np.exp(-slope * largest)))
+    slope, ends = spectrum_slope(rate), (_not_negative("diameter", d, "m") for d in (smallest, largest))
+    more, less = (np.exp(-_exponent(slope, end)) for end in ends)
+    return np.asarray(INTERCEPT / slope * (more - less))
 
 
 def water_content(
@@ -49,8 +69,8 @@ def water_content(
     slope = spectrum_slope(rate)
 
     def beyond(diameter: float) -> Float:  # share of the mass in larger drops
-        x = slope * diameter
-        with np.errstate(invalid="ignore"):
+        x = _exponent(slope, _not_negative("diameter", diameter, "m"))
+        with np.errstate(invalid="ignore"):  # 0 times infinity, beyond the largest drop or without rain
             share = np.exp(-x) * (1.0 + x * (1.0 + x * (0.5 + x / 6.0)))
         return np.where(np.isfinite(x), share, 0.0)
 
@@ -63,5 +83,9 @@ def mean_diameter(rate: ArrayLike) -> Float:
 
 
 def terminal_speed(diameter: ArrayLike) -> Float:
-    """Speed [m/s] at which a drop of a diameter [m] falls (Atlas et al.; for 0.6 to 5.8 mm, zero below 0.11 mm)."""
-    return np.asarray(np.maximum(9.65 - 10.3 * np.exp(-600.0 * np.asarray(diameter, float)), 0.0))
+    """Speed [m/s] at which a drop of a diameter [m] falls (Atlas et al.; for 0.6 to 5.8 mm, zero below 0.11 mm).
+
+    Raises:
+      InputError: a diameter is negative.
+    """
+    return np.asarray(np.maximum(9.65 - 10.3 * np.exp(-600.0 * _not_negative("diameter", diameter, "m")), 0.0))

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Self
+from typing import ClassVar, Self
 
 from pydantic import Field, model_validator
 
-from meltemi.core.record import Record
+from meltemi.core.record import Particular
 from meltemi.environment.air import Air
 from meltemi.environment.rain import Rain
 
@@ -14,9 +14,10 @@ STANDARD = 1.225
 """[kg/m^3] of the ISO 2533 standard atmosphere at sea level."""
 
 
-class Environment(Record):
+class Environment(Particular):
     """Air, rain and gravity at the site."""
 
+    WHEN_GIVEN: ClassVar[tuple[str, ...]] = ("air_density",)
     air_density: float = Field(default=STANDARD, gt=0.0, lt=3.0)
     """Density of the air [kg/m^3]; 1.225 is the ISO 2533 standard atmosphere at sea level."""
     air: Air | None = None
@@ -28,7 +29,7 @@ class Environment(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.air is not None and self.air_density != STANDARD:
+        if self.air is not None and "air_density" in self.model_fields_set:
             raise ValueError("give either air_density or air (temperature, humidity, altitude, pressure), not both")
         return self
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import POLAR, SECTION
+from meltemi.core.errors import InputError
 from meltemi.environment.drops import water_content
 from meltemi.environment.site import Environment
 from meltemi.turbine.definition import Turbine
@@ -46,11 +47,16 @@ def wet_polars(
       polars: (g, rows, columns) on the grid over the full circle; section: (g, constants); index: (blades, n).
 
     Raises:
-      InputError: the thickness of an airfoil is not known.
+      InputError: the thickness of an airfoil is not known, or the rain has keys that blades do not ask for.
     """
     rain = environment.rain
     if rain is None:
         return polars, section, index
+    if rain.of_the_formula:
+        raise InputError(
+            f"environment.rain.{', '.join(rain.of_the_formula)}: without effect on {turbine.name}, whose blades take "
+            "rate or kind, and water_density; the rest is for turbines of a power coefficient"
+        )
     content = float(water_content(rain.intensity, rain.water_density, 0.0, np.inf))
     thickness = np.interp(position, turbine.blade.aerodynamics.position, relative_thickness(turbine))
     polars, section, grid = polars.copy(), section.copy(), np.linspace(-np.pi, np.pi, polars.shape[1])

@@ -11,20 +11,20 @@ from meltemi.core.errors import InputError
 from meltemi.turbine.definition import Turbine
 
 NAMES = (
-    (r"naca64$", 0.18),  # the 64-618 of the NREL 5 MW
-    (r"cyl|circ", 1.0),
-    (r"([\d.]+) % thick$", 0.01),
-    (r"(?:du|ffa|snl-ffa).*-(\d{3})$", 0.001),
-    (r"du.*?(\d\d)$", 0.01),
-    (r"naca.*(\d\d)$", 0.01),
+    (r"naca[ _-]?64(?:_A17)?", 0.18),  # the 64-618 of the NREL 5 MW
+    (r"(?:cyl(?:inder)?|circ(?:le|ular)?)[ _-]?\d*", 1.0),
+    (r"(\d+(?:\.\d*)?) % thick", 0.01),
+    (r"(?:du|ffa|snl-ffa).*[ _-]([1-9]\d\d)", 0.001),  # the wind tunnels' families: thickness in thousandths at the end
+    (r"du[ _-]?([1-6]\d)(?:_A17)?", 0.01),  # of the NREL 5 MW, whose decks add the aspect ratio of 17
+    (r"naca[ _-]?(?:\d{2,3}|6\d\S*[ _a-]\d)(0[4-9]|[1-4]\d)", 0.01),  # of four, five and six digits
 )
-"""Patterns of names, and the thickness or the unit of the number that stands in them."""
+"""Patterns of whole names, and the thickness or the unit of the number that stands in them."""
 
 
 def relative_thickness(turbine: Turbine) -> NDArray[np.float64]:
     """Thickness over chord at the stations of ``blade.aerodynamics`` (S,).
 
-    From the airfoils' ``relative_thickness``, or their names, as in ``DU40``, ``FFA-W3-241`` or ``27.1 % thick``.
+    From the airfoils' ``relative_thickness``, or their names, see :func:`thickness_in`.
 
     Raises:
       InputError: an airfoil has neither.
@@ -32,14 +32,24 @@ def relative_thickness(turbine: Turbine) -> NDArray[np.float64]:
     return np.array([_of(turbine, name) for name in turbine.blade.aerodynamics.airfoil])
 
 
+def thickness_in(name: str) -> float | None:
+    """Thickness over chord that an airfoil's name says, as in ``DU40_A17``, ``FFA-W3-241`` or ``27.1 % thick``.
+
+    None for a name that is not understood, rather than a guess.
+    """
+    for pattern, value in NAMES:
+        # decks that list an airfoil twice add underscores
+        if said := re.fullmatch(pattern, name.rstrip("_"), re.IGNORECASE):
+            return value * float(said[1]) if said.groups() else value
+    return None
+
+
 def _of(turbine: Turbine, name: str) -> float:
     given = turbine.airfoils[name].relative_thickness
-    if given is not None:
-        return given
-    for pattern, value in NAMES:
-        if said := re.match(pattern, name, re.IGNORECASE):
-            return value * float(said[1]) if said.groups() else value
-    raise InputError(
-        f"{turbine.name}: airfoils.{name}: relative_thickness is missing; drops hit a section as it is seen along the "
-        "flow, so rain needs it"
-    )
+    found = thickness_in(name) if given is None else given
+    if found is None:
+        raise InputError(
+            f"{turbine.name}: airfoils.{name}: relative_thickness is missing, and the name does not say it; drops hit "
+            "a section as it is seen along the flow, so rain needs it"
+        )
+    return found
