@@ -242,7 +242,7 @@ def plot_icing(effects: IcingEffects) -> Figure:
     for shift, colour, label in ((-0.2, COLOURS[0], CLEAN), (0.2, COLOURS[3], "iced")):
         heights = [pair[label == "iced"] for pair in effects.frequencies.values()]
         modes.bar(place + shift, heights, 0.38, color=colour, label=label)
-    modes.set_xticks(place, list(effects.frequencies), fontsize=8)
+    modes.set_xticks(place, [name.replace(" ", "\n") for name in effects.frequencies], fontsize=8)
     panel(modes, "natural frequencies of a blade at rest", "Hz")
     modes.legend(fontsize=8)
     middle = len(effects.load_speeds) // 2
