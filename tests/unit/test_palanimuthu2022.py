@@ -13,22 +13,86 @@ from meltemi import InputError
 from meltemi.app.cli import app
 from meltemi.report.block_diagram import Block, Wire, plot_blocks
 from meltemi.report.html import Table
+from meltemi.simulation.channels import standard
+from meltemi.simulation.result import Result
+from meltemi.studies.reproduce.claim import Claim
 from meltemi.studies.reproduce.palanimuthu2022 import diagrams, paper
-from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims
+from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims, shadow
+from meltemi.studies.reproduce.palanimuthu2022.figure6 import kinetic_gains, mean_gains, within
 from meltemi.studies.reproduce.palanimuthu2022.figures.rain_power import STORM
 from meltemi.studies.reproduce.palanimuthu2022.machine import FORMULA, rotor
 from meltemi.studies.reproduce.palanimuthu2022.page import FIGURES, markdown
+from meltemi.studies.reproduce.palanimuthu2022.rain_claims import rain_claims
 from meltemi.studies.reproduce.palanimuthu2022.readings import printed_density, readings, time_constant
-from meltemi.studies.reproduce.palanimuthu2022.runs import INTERVAL, staircase
+from meltemi.studies.reproduce.palanimuthu2022.run_claims import limiting, range_of_speed
+from meltemi.studies.reproduce.palanimuthu2022.runs import INTERVAL, PHYSICAL, Steps, staircase
 
 WRONG_IN_THE_PAPER = {"pairs", "over"}
 """Reasons of the lines that cannot hold: what the text says of its own, right numbers."""
 
 
-def test_formulas_give_the_papers_numbers() -> None:
-    found = formula_claims()
+@pytest.fixture(scope="module")
+def formulas() -> list[Claim]:
+    return formula_claims()
+
+
+def test_formulas_give_the_papers_numbers(formulas: list[Claim]) -> None:
+    found = formulas
     assert {c.reason for c in found if c.verdict != "holds"} == WRONG_IN_THE_PAPER
     assert {c.reason for c in found if c.reason} <= set(REASONS)
+
+
+def recorded(time: np.ndarray, **columns: np.ndarray) -> Result:
+    """A run with these channels."""
+    data = np.stack([np.broadcast_to(c, time.shape) for c in columns.values()], axis=1).astype(float)
+    return Result(time, data, tuple(standard()[name] for name in columns))
+
+
+def test_what_the_paper_does_not_state_says_so(formulas: list[Claim]) -> None:
+    found = {c.item: c for c in [*formulas, *rain_claims()]}
+    ours_only = [c for item, c in found.items() if any(w in item for w in ("peaks at", "fall of the density from dry"))]
+    assert len(ours_only) == 3 and all("(" in c.paper for c in ours_only)
+    assert "21.20, 19.98, 18.83, 17.75, 16.72 MW" in found["peaks at 0, 500, 1,000, 1,500, 2,000 m"].paper
+    gap = found["gap over rotor speed and pitch"]
+    assert (gap.verdict, gap.reason) == ("holds", "itself")
+
+
+def test_the_shadow_of_a_sphere_is_a_disc() -> None:
+    assert shadow(2.0, 2.0, (1.0, -2.0, 2.0)) == pytest.approx(3.0 * np.pi * 4.0, rel=1e-4)
+
+
+def test_gains_are_judged_by_the_band_of_their_model() -> None:
+    def steps(model: str) -> Steps:
+        return Steps(model, 0.0, PHYSICAL, {}, (40.0, -10.0), 0.0)
+
+    assert within(steps("M1"), np.array([40.9e3, 53.4e3]))
+    assert not within(steps("M1"), np.array([38.2e3, 52.6e3]))  # of a rotor that still moves
+    assert not within(steps("M1"), np.array([54.0e3, 51.0e3]))  # the wrong order
+    assert within(steps("M2"), np.array([58.2e3, 71.3e3]))
+    assert not within(steps("M2"), np.array([60.3e3, 71.4e3]))
+
+
+def test_a_rotor_that_slows_down_gives_its_energy_to_the_generator() -> None:
+    time = np.linspace(0.0, 200.0, 801)
+    slowing = np.interp(time, [0.0, 100.0, 200.0], [0.69, 0.69, 0.67])
+    given = np.where(time > 100.0, 0.5 * 2e9 * (0.69**2 - 0.67**2) / 100.0, 0.0)
+    results = {
+        "i": recorded(time, rotor_speed=slowing, generator_power=1e7 + given),
+        "ii": recorded(time, rotor_speed=np.array(0.69), generator_power=np.array(1e7)),
+    }
+    steps = Steps("M1", 0.0, 2e9, results, (40.0,), 100.0)
+    assert kinetic_gains(steps) == pytest.approx(-272e3, rel=1e-3)
+    assert mean_gains(steps) == pytest.approx(kinetic_gains(steps), rel=1e-9)
+
+
+@pytest.mark.parametrize(("highest", "verdict"), [(0.756, "holds"), (0.76, "differs")])
+def test_speeds_count_while_the_controller_limits_by_its_own_state(highest: float, verdict: str) -> None:
+    time = np.linspace(0.0, 1.0, 5)
+    state, speed = np.array([1.0, 2.0, 3.0, 4.0, 5.0]), np.array([0.5, 0.68, highest, 0.74, 0.69])
+    run = recorded(time, power_state=state, rotor_speed=speed, generator_power=np.array(15e6), wind_x=np.array(11.0))
+    assert limiting(run).tolist() == [False, True, True, True, True]
+    found = range_of_speed(run)
+    assert (found.verdict, found.tolerance, found.reason) == (verdict, "1 %", "overshoot")
 
 
 def test_every_ruling_stands_with_both_readings() -> None:
