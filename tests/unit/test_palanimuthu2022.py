@@ -153,6 +153,14 @@ def test_wires_join_blocks() -> None:
         draw()
 
 
+def test_every_block_of_the_coordination_has_an_input() -> None:
+    blocks, wires = diagrams.coordination_parts()
+    ends = {w.end.partition(".")[0] for w in wires if isinstance(w.end, str)}
+    assert {name for name, block in blocks.items() if block.kind != "outside"} <= ends
+    (turned,) = (w for w in wires if w.begin == "drive.top")
+    assert turned.end == "wind.bottom" and turned.arrow  # the nacelle turns against the wind, not the air
+
+
 def test_a_misspelt_study_is_refused_with_the_closest_name(tmp_path: Path) -> None:
     found = CliRunner().invoke(app, ["reproduce", "palanimutu2022", "--out", str(tmp_path / "out")])
     assert isinstance(found.exception, InputError)

@@ -213,9 +213,9 @@ def lead(found: list[Claim], runs: Runs) -> str:
     saved = 100.0 * (1.0 - travel_ratio(runs, PHYSICAL, "A2").mean)
     return (
         f"{held} of {len(found)} lines hold. The paper's formulas give its numbers to the digit once its slips are "
-        "mended; what differs most is what its text says of them, and its inertia taken literally. Figure 6 differs, too: "
-        f"for its gains of 58 and 71 kW the air gives {won[0]:.0f} and {won[1]:.0f} kW at the end of the intervals, "
-        "with the inertia of the blades and the usual curve of the power coefficient, and the generator "
+        "mended; what differs most is what its text says of them, and its inertia taken literally. Figure 6 differs, "
+        f"too: for its gains of 58 and 71 kW the air gives {won[0]:.0f} and {won[1]:.0f} kW at the end of the "
+        "intervals, with the inertia of the blades and the usual curve of the power coefficient, and the generator "
         f"{over[0]:.0f} and {over[1]:.0f} kW in the mean over them, as the rotor gives and takes kinetic energy. With "
         f"hardly any inertia it is {still[0]:.0f} and {still[1]:.0f} kW, and with a curve that is fitted to them the "
         f"paper's own. Rain of {RATE:g} mm/h takes {one_size:.1f} MW as the paper counts "
