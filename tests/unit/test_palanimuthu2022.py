@@ -16,7 +16,8 @@ from meltemi.report.html import Table
 from meltemi.simulation.channels import standard
 from meltemi.simulation.result import Result
 from meltemi.studies.reproduce.claim import Claim
-from meltemi.studies.reproduce.palanimuthu2022 import diagrams, paper
+from meltemi.studies.reproduce.markdown import alone, documented
+from meltemi.studies.reproduce.palanimuthu2022 import diagrams, page, paper
 from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims, shadow
 from meltemi.studies.reproduce.palanimuthu2022.figure6 import kinetic_gains, mean_gains, within
 from meltemi.studies.reproduce.palanimuthu2022.figures.rain_power import STORM
@@ -188,7 +189,21 @@ def test_the_page_has_the_parts_that_lie_in_the_folder(tmp_path: Path) -> None:
     text = markdown("All holds.", {"claims": ("Claims", [table])}, {"fig01": "the system"}, tmp_path)
     assert "## A year" in text
     assert text.count(f"*pairs:* {REASONS['pairs']}") == 1
-    assert "![the system](palanimuthu2022/fig01.png)" in text
+    assert "![the system](fig01.png)" in text
+
+
+def test_a_page_lies_among_its_pictures_or_in_the_documentation() -> None:
+    text = "![rain, [mm]](fig09_rain.png) of [air and *rain*](../guide/air.md#r), [own](#above), [far](https://a.b/c)"
+    assert alone(text) == "![rain, [mm]](fig09_rain.png) of air and *rain*, [own](#above), [far](https://a.b/c)"
+    text = "![rain, [mm]](fig09_rain.png) of [air](../guide/air.md)"
+    assert documented(text, "he2018") == "![rain, [mm]](he2018/fig09_rain.png) of [air](../guide/air.md)"
+
+
+@pytest.mark.parametrize("study", ["he2018", "wang2021", "palanimuthu2022"])
+def test_no_page_leads_out_of_its_folder(study: str) -> None:
+    folder = Path(page.__file__).parents[1] / study
+    written = "".join(alone(path.read_text(encoding="utf-8")) for path in folder.glob("*.md"))
+    assert "](../" not in written and f"]({study}/" not in written
 
 
 @pytest.mark.long

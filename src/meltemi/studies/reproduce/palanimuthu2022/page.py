@@ -14,7 +14,7 @@ from meltemi.environment.rain import Rain
 from meltemi.report.html import Picture, Section, Table, write_page
 from meltemi.report.plots import save
 from meltemi.studies.reproduce.claim import Claim, brief, claims_table
-from meltemi.studies.reproduce.markdown import table_lines
+from meltemi.studies.reproduce.markdown import alone, documented, table_lines
 from meltemi.studies.reproduce.palanimuthu2022 import beyond, diagrams
 from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, formula_claims
 from meltemi.studies.reproduce.palanimuthu2022.figure6 import gains, gains_table, mean_gains
@@ -139,7 +139,8 @@ def reproduce(
     own = [Picture(out / f"{name}.png", text) for name, text in captions.items()]
     sections.append(Section("The paper's figures", own))
     path = out / f"{NAME}.md"
-    path.write_text(markdown(summary, tables, captions, out), encoding="utf-8")
+    text = markdown(summary, tables, captions, out)
+    path.write_text(alone(text), encoding="utf-8")
     files.append(path)
     facts = [
         ("turbine", "pmsg20mw: PMSG of 20 MW, radius 138 m"),
@@ -147,7 +148,7 @@ def reproduce(
         ("computed in", f"{time.perf_counter() - began:.0f} s"),
     ]
     files.append(write_page(out / f"{NAME}.html", TITLE, sections, facts=facts, lead=summary, footer=SOURCE))
-    return Reproduction([brief(claims_table(found))], summary, files)
+    return Reproduction([brief(claims_table(found))], summary, files, documented(text, NAME))
 
 
 def _told(progress: Progress, begin: float, length: float, done: float, what: str) -> None:
@@ -165,7 +166,7 @@ def _beyond(name: str, out: Path, runs: Runs, workers: int | None, progress: Pro
     files += write_tables(tables, out)
     heading = next(iter(tables.values()))[0]
     lines = [f"## {heading}", "", verdict, ""]
-    lines += [f"![{text}]({NAME}/{file}.png)\n" for file, (text, _) in drawn.items()]
+    lines += [f"![{text}]({file}.png)\n" for file, (text, _) in drawn.items()]
     made = [table for _, several in tables.values() for table in several]
     for table in made:
         lines += [*table_lines(table), ""]
@@ -236,6 +237,6 @@ def markdown(summary: str, tables: Files, captions: dict[str, str], out: Path) -
     files = [out / f"{name}.md" for name in beyond.PARTS]
     parts += [file.read_text(encoding="utf-8") for file in files if file.is_file()]
     parts += ["## The paper's figures", ""]
-    parts += [f"![{text}]({NAME}/{name}.png)\n" for name, text in captions.items()]
+    parts += [f"![{text}]({name}.png)\n" for name, text in captions.items()]
     parts.append((HERE / "after.md").read_text(encoding="utf-8"))
     return "\n".join(parts)
