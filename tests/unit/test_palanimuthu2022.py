@@ -11,22 +11,39 @@ from typer.testing import CliRunner
 
 from meltemi import InputError
 from meltemi.app.cli import app
+from meltemi.control.power_control.rotor import rotor_tables
+from meltemi.postprocess.ensemble import ensemble_table
 from meltemi.report.block_diagram import Block, Wire, plot_blocks
 from meltemi.report.html import Table
+from meltemi.report.plots import new_figure
 from meltemi.simulation.channels import standard
+from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.studies.reproduce.claim import Claim
 from meltemi.studies.reproduce.markdown import alone, documented
 from meltemi.studies.reproduce.palanimuthu2022 import diagrams, page, paper
+from meltemi.studies.reproduce.palanimuthu2022.beyond import coordination, power
 from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims, shadow
 from meltemi.studies.reproduce.palanimuthu2022.figure6 import kinetic_gains, mean_gains, within
+from meltemi.studies.reproduce.palanimuthu2022.figures.look import label
 from meltemi.studies.reproduce.palanimuthu2022.figures.rain_power import STORM
-from meltemi.studies.reproduce.palanimuthu2022.machine import FORMULA, rotor
+from meltemi.studies.reproduce.palanimuthu2022.machine import BLADES, FORMULA, rotor
 from meltemi.studies.reproduce.palanimuthu2022.page import FIGURES, markdown
 from meltemi.studies.reproduce.palanimuthu2022.rain_claims import rain_claims
 from meltemi.studies.reproduce.palanimuthu2022.readings import printed_density, readings, time_constant
-from meltemi.studies.reproduce.palanimuthu2022.run_claims import limiting, range_of_speed
-from meltemi.studies.reproduce.palanimuthu2022.runs import INTERVAL, PHYSICAL, Steps, staircase
+from meltemi.studies.reproduce.palanimuthu2022.run_claims import limiting, range_of_speed, schemes_table
+from meltemi.studies.reproduce.palanimuthu2022.runs import (
+    INTERVAL,
+    PHYSICAL,
+    SMALL,
+    TURBULENT,
+    Runs,
+    Setup,
+    Steps,
+    staircase,
+)
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
 
 WRONG_IN_THE_PAPER = {"pairs", "over"}
 """Reasons of the lines that cannot hold: what the text says of its own, right numbers."""
@@ -206,6 +223,64 @@ def test_no_page_leads_out_of_its_folder(study: str) -> None:
     assert "](../" not in written and f"]({study}/" not in written
 
 
+def coordination_of(level: float) -> coordination.Tables:
+    """Three seeds in which only the pitch of each blade travels far, and all but the base win two percent."""
+
+    def values(name: str, seed: int) -> dict[str, float]:
+        far = {"each for itself": 1.0, "all three, individual pitch": 3.0}.get(name, 0.5)
+        quantities = dict.fromkeys(coordination.UNITS, 1.0 + 0.01 * seed)
+        energy = 1.0 if name == "each for itself" else 1.02
+        return quantities | {coordination.PITCH: far, coordination.ENERGY: energy + 1e-4 * seed}
+
+    by_seed = {seed: {name: values(name, seed) for name in coordination.CANDIDATES} for seed in (1, 2, 3)}
+    return {level: ensemble_table(by_seed, coordination.SLOPES)}
+
+
+def test_energy_has_a_scale_of_its_own() -> None:
+    figure = coordination.coordination_figure(coordination_of(0.6))
+    energy, others = figure.axes
+    assert energy.get_ylim()[1] < 3.0 < 100.0 < others.get_ylim()[1]
+    assert [len(ax.patches) for ax in (energy, others)] == [5, 25]
+
+
+def test_changes_say_against_what() -> None:
+    for level, slow in ((0.6, False), (1.0, True)):
+        words = coordination.verdict(coordination_of(level))
+        assert (
+            "3.0 times as far as the pitch of *each for itself*, and 6.0 times as far as that of *all three*" in words
+        )
+        assert ("the usual controller at full power is A1" in words) == slow
+
+
+def test_what_turns_backwards_is_no_result() -> None:
+    time = np.linspace(0.0, 100.0, 201)
+    found = {}
+    for scheme, lowest in (("A0", 0.5), ("A1", 0.5), ("A2", 0.5), ("A3", -0.5)):
+        speed = np.where(time > 80.0, lowest, 0.7)
+        same = {"generator_power": np.array(15e6), "wind_x": np.array(11.0), "pitch_1": 0.001 * time}
+        found[BLADES, SMALL, f"{TURBULENT} 1", scheme] = recorded(time, rotor_speed=speed, **same)
+    none = Steps("M1", 0.0, SMALL, {}, (), 0.0)
+    table = schemes_table(Runs(Setup(seeds=(1,), inertias=(SMALL,)), {}, none, {}, found))
+    assert [row[1] for row in table.rows] == ["A0", "A1", "A2", "A3: no result, turns backwards"]
+
+
+def test_labels_of_axes_have_one_size() -> None:
+    figure, axes = new_figure(1, size=(3.0, 2.0))
+    label(axes[0, 0], "x", "y")
+    sizes = [axes[0, 0].yaxis.get_tick_params(which=which)["labelsize"] for which in ("major", "minor")]
+    assert sizes == [8, 8]  # Figure 9 has less than a decade in its middle panel, where minor ticks have labels
+
+
+@pytest.mark.long
+def test_the_base_of_the_schemes_at_full_power_is_slow() -> None:
+    turbine = aeroelastic(load_turbine(power.TURBINE), "loads in turbulence")
+    best, c = rotor_tables(performance_of(turbine), turbine.control.pitch.minimum).best
+    gain = 0.5 * 1.225 * np.pi * turbine.rotor_radius**5 * c / best**3
+    met = (turbine.rated_power / turbine.drivetrain.generator_efficiency / gain) ** (1.0 / 3.0)
+    rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+    assert met / rated == pytest.approx(power.BASE_SPEED, abs=5e-4)
+
+
 @pytest.mark.long
 def test_a_quick_look_writes_everything(tmp_path: Path) -> None:
     arguments = ["reproduce", "palanimuthu2022", "--quick", "--out", str(tmp_path)]
@@ -213,4 +288,7 @@ def test_a_quick_look_writes_everything(tmp_path: Path) -> None:
     assert found.exit_code == 0
     names = {path.name for path in tmp_path.iterdir()}
     assert {f"{name}.png" for name in FIGURES} <= names
+    text = (tmp_path / "palanimuthu2022.md").read_text(encoding="utf-8")
+    assert all((tmp_path / link).is_file() for link in re.findall(r"\]\(([^)#]+)\)", text))
+    assert "nan" not in re.findall(r"[a-z]+", text.lower())
     assert {"palanimuthu2022.html", "palanimuthu2022.md", "claims.csv", "readings.csv", "schemes.csv"} <= names
