@@ -265,7 +265,7 @@ def test_what_turns_backwards_is_no_result() -> None:
 
 
 def test_labels_of_axes_have_one_size() -> None:
-    figure, axes = new_figure(1, size=(3.0, 2.0))
+    _, axes = new_figure(1, size=(3.0, 2.0))
     label(axes[0, 0], "x", "y")
     sizes = [axes[0, 0].yaxis.get_tick_params(which=which)["labelsize"] for which in ("major", "minor")]
     assert sizes == [8, 8]  # Figure 9 has less than a decade in its middle panel, where minor ticks have labels

@@ -123,7 +123,7 @@ def _climates(runs: Runs) -> list[Claim]:
         Claim(
             "ω, λ, C_p below rated, case ii against i",
             "equal",
-            f"{speed:+.3f}, {same[0]:.3f}, {same[1]:.3f} % apart",
+            f"{abs(speed):.3f}, {same[0]:.3f}, {same[1]:.3f} % apart",
             holds(max(abs(speed), *same) <= 1.0),
             "Fig. 20",
             tolerance="1 %",
