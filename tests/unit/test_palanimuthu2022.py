@@ -11,24 +11,106 @@ from typer.testing import CliRunner
 
 from meltemi import InputError
 from meltemi.app.cli import app
+from meltemi.control.power_control.rotor import rotor_tables
+from meltemi.postprocess.ensemble import ensemble_table
 from meltemi.report.block_diagram import Block, Wire, plot_blocks
 from meltemi.report.html import Table
-from meltemi.studies.reproduce.palanimuthu2022 import diagrams, paper
-from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims
+from meltemi.report.plots import new_figure
+from meltemi.simulation.channels import standard
+from meltemi.simulation.performance import performance_of
+from meltemi.simulation.result import Result
+from meltemi.studies.reproduce.claim import Claim
+from meltemi.studies.reproduce.markdown import alone, documented
+from meltemi.studies.reproduce.palanimuthu2022 import diagrams, page, paper
+from meltemi.studies.reproduce.palanimuthu2022.beyond import coordination, power
+from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims, shadow
+from meltemi.studies.reproduce.palanimuthu2022.figure6 import kinetic_gains, mean_gains, within
+from meltemi.studies.reproduce.palanimuthu2022.figures.look import label
 from meltemi.studies.reproduce.palanimuthu2022.figures.rain_power import STORM
-from meltemi.studies.reproduce.palanimuthu2022.machine import FORMULA, rotor
+from meltemi.studies.reproduce.palanimuthu2022.machine import BLADES, FORMULA, rotor
 from meltemi.studies.reproduce.palanimuthu2022.page import FIGURES, markdown
+from meltemi.studies.reproduce.palanimuthu2022.rain_claims import rain_claims
 from meltemi.studies.reproduce.palanimuthu2022.readings import printed_density, readings, time_constant
-from meltemi.studies.reproduce.palanimuthu2022.runs import INTERVAL, staircase
+from meltemi.studies.reproduce.palanimuthu2022.run_claims import limiting, range_of_speed, schemes_table
+from meltemi.studies.reproduce.palanimuthu2022.runs import (
+    INTERVAL,
+    PHYSICAL,
+    SMALL,
+    TURBULENT,
+    Runs,
+    Setup,
+    Steps,
+    staircase,
+)
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
 
 WRONG_IN_THE_PAPER = {"pairs", "over"}
 """Reasons of the lines that cannot hold: what the text says of its own, right numbers."""
 
 
-def test_formulas_give_the_papers_numbers() -> None:
-    found = formula_claims()
+@pytest.fixture(scope="module")
+def formulas() -> list[Claim]:
+    return formula_claims()
+
+
+def test_formulas_give_the_papers_numbers(formulas: list[Claim]) -> None:
+    found = formulas
     assert {c.reason for c in found if c.verdict != "holds"} == WRONG_IN_THE_PAPER
     assert {c.reason for c in found if c.reason} <= set(REASONS)
+
+
+def recorded(time: np.ndarray, **columns: np.ndarray) -> Result:
+    """A run with these channels."""
+    data = np.stack([np.broadcast_to(c, time.shape) for c in columns.values()], axis=1).astype(float)
+    return Result(time, data, tuple(standard()[name] for name in columns))
+
+
+def test_what_the_paper_does_not_state_says_so(formulas: list[Claim]) -> None:
+    found = {c.item: c for c in [*formulas, *rain_claims()]}
+    ours_only = [c for item, c in found.items() if any(w in item for w in ("peaks at", "fall of the density from dry"))]
+    assert len(ours_only) == 3 and all("(" in c.paper for c in ours_only)
+    assert "21.20, 19.98, 18.83, 17.75, 16.72 MW" in found["peaks at 0, 500, 1,000, 1,500, 2,000 m"].paper
+    gap = found["gap over rotor speed and pitch"]
+    assert (gap.verdict, gap.reason) == ("holds", "itself")
+
+
+def test_the_shadow_of_a_sphere_is_a_disc() -> None:
+    assert shadow(2.0, 2.0, (1.0, -2.0, 2.0)) == pytest.approx(3.0 * np.pi * 4.0, rel=1e-4)
+
+
+def test_gains_are_judged_by_the_band_of_their_model() -> None:
+    def steps(model: str) -> Steps:
+        return Steps(model, 0.0, PHYSICAL, {}, (40.0, -10.0), 0.0)
+
+    assert within(steps("M1"), np.array([40.9e3, 53.4e3]))
+    assert not within(steps("M1"), np.array([38.2e3, 52.6e3]))  # of a rotor that still moves
+    assert not within(steps("M1"), np.array([54.0e3, 51.0e3]))  # the wrong order
+    assert within(steps("M2"), np.array([58.2e3, 71.3e3]))
+    assert not within(steps("M2"), np.array([60.3e3, 71.4e3]))
+
+
+def test_a_rotor_that_slows_down_gives_its_energy_to_the_generator() -> None:
+    time = np.linspace(0.0, 200.0, 801)
+    slowing = np.interp(time, [0.0, 100.0, 200.0], [0.69, 0.69, 0.67])
+    given = np.where(time > 100.0, 0.5 * 2e9 * (0.69**2 - 0.67**2) / 100.0, 0.0)
+    results = {
+        "i": recorded(time, rotor_speed=slowing, generator_power=1e7 + given),
+        "ii": recorded(time, rotor_speed=np.array(0.69), generator_power=np.array(1e7)),
+    }
+    steps = Steps("M1", 0.0, 2e9, results, (40.0,), 100.0)
+    assert kinetic_gains(steps) == pytest.approx(-272e3, rel=1e-3)
+    assert mean_gains(steps) == pytest.approx(kinetic_gains(steps), rel=1e-9)
+
+
+@pytest.mark.parametrize(("highest", "verdict"), [(0.756, "holds"), (0.76, "differs")])
+def test_speeds_count_while_the_controller_limits_by_its_own_state(highest: float, verdict: str) -> None:
+    time = np.linspace(0.0, 1.0, 5)
+    state, speed = np.array([1.0, 2.0, 3.0, 4.0, 5.0]), np.array([0.5, 0.68, highest, 0.74, 0.69])
+    run = recorded(time, power_state=state, rotor_speed=speed, generator_power=np.array(15e6), wind_x=np.array(11.0))
+    assert limiting(run).tolist() == [False, True, True, True, True]
+    found = range_of_speed(run)
+    assert (found.verdict, found.tolerance, found.reason) == (verdict, "1 %", "overshoot")
 
 
 def test_every_ruling_stands_with_both_readings() -> None:
@@ -89,6 +171,14 @@ def test_wires_join_blocks() -> None:
         draw()
 
 
+def test_every_block_of_the_coordination_has_an_input() -> None:
+    blocks, wires = diagrams.coordination_parts()
+    ends = {w.end.partition(".")[0] for w in wires if isinstance(w.end, str)}
+    assert {name for name, block in blocks.items() if block.kind != "outside"} <= ends
+    (turned,) = (w for w in wires if w.begin == "drive.top")
+    assert turned.end == "wind.bottom" and turned.arrow  # the nacelle turns against the wind, not the air
+
+
 def test_a_misspelt_study_is_refused_with_the_closest_name(tmp_path: Path) -> None:
     found = CliRunner().invoke(app, ["reproduce", "palanimutu2022", "--out", str(tmp_path / "out")])
     assert isinstance(found.exception, InputError)
@@ -116,7 +206,79 @@ def test_the_page_has_the_parts_that_lie_in_the_folder(tmp_path: Path) -> None:
     text = markdown("All holds.", {"claims": ("Claims", [table])}, {"fig01": "the system"}, tmp_path)
     assert "## A year" in text
     assert text.count(f"*pairs:* {REASONS['pairs']}") == 1
-    assert "![the system](palanimuthu2022/fig01.png)" in text
+    assert "![the system](fig01.png)" in text
+
+
+def test_a_page_lies_among_its_pictures_or_in_the_documentation() -> None:
+    text = "![rain, [mm]](fig09_rain.png) of [air and *rain*](../guide/air.md#r), [own](#above), [far](https://a.b/c)"
+    assert alone(text) == "![rain, [mm]](fig09_rain.png) of air and *rain*, [own](#above), [far](https://a.b/c)"
+    text = "![rain, [mm]](fig09_rain.png) of [air](../guide/air.md)"
+    assert documented(text, "he2018") == "![rain, [mm]](he2018/fig09_rain.png) of [air](../guide/air.md)"
+
+
+@pytest.mark.parametrize("study", ["he2018", "wang2021", "palanimuthu2022"])
+def test_no_page_leads_out_of_its_folder(study: str) -> None:
+    folder = Path(page.__file__).parents[1] / study
+    written = "".join(alone(path.read_text(encoding="utf-8")) for path in folder.glob("*.md"))
+    assert "](../" not in written and f"]({study}/" not in written
+
+
+def coordination_of(level: float) -> coordination.Tables:
+    """Three seeds in which only the pitch of each blade travels far, and all but the base win two percent."""
+
+    def values(name: str, seed: int) -> dict[str, float]:
+        far = {"each for itself": 1.0, "all three, individual pitch": 3.0}.get(name, 0.5)
+        quantities = dict.fromkeys(coordination.UNITS, 1.0 + 0.01 * seed)
+        energy = 1.0 if name == "each for itself" else 1.02
+        return quantities | {coordination.PITCH: far, coordination.ENERGY: energy + 1e-4 * seed}
+
+    by_seed = {seed: {name: values(name, seed) for name in coordination.CANDIDATES} for seed in (1, 2, 3)}
+    return {level: ensemble_table(by_seed, coordination.SLOPES)}
+
+
+def test_energy_has_a_scale_of_its_own() -> None:
+    figure = coordination.coordination_figure(coordination_of(0.6))
+    energy, others = figure.axes
+    assert energy.get_ylim()[1] < 3.0 < 100.0 < others.get_ylim()[1]
+    assert [len(ax.patches) for ax in (energy, others)] == [5, 25]
+
+
+def test_changes_say_against_what() -> None:
+    for level, slow in ((0.6, False), (1.0, True)):
+        words = coordination.verdict(coordination_of(level))
+        assert (
+            "3.0 times as far as the pitch of *each for itself*, and 6.0 times as far as that of *all three*" in words
+        )
+        assert ("the usual controller at full power is A1" in words) == slow
+
+
+def test_what_turns_backwards_is_no_result() -> None:
+    time = np.linspace(0.0, 100.0, 201)
+    found = {}
+    for scheme, lowest in (("A0", 0.5), ("A1", 0.5), ("A2", 0.5), ("A3", -0.5)):
+        speed = np.where(time > 80.0, lowest, 0.7)
+        same = {"generator_power": np.array(15e6), "wind_x": np.array(11.0), "pitch_1": 0.001 * time}
+        found[BLADES, SMALL, f"{TURBULENT} 1", scheme] = recorded(time, rotor_speed=speed, **same)
+    none = Steps("M1", 0.0, SMALL, {}, (), 0.0)
+    table = schemes_table(Runs(Setup(seeds=(1,), inertias=(SMALL,)), {}, none, {}, found))
+    assert [row[1] for row in table.rows] == ["A0", "A1", "A2", "A3: no result, turns backwards"]
+
+
+def test_labels_of_axes_have_one_size() -> None:
+    _, axes = new_figure(1, size=(3.0, 2.0))
+    label(axes[0, 0], "x", "y")
+    sizes = [axes[0, 0].yaxis.get_tick_params(which=which)["labelsize"] for which in ("major", "minor")]
+    assert sizes == [8, 8]  # Figure 9 has less than a decade in its middle panel, where minor ticks have labels
+
+
+@pytest.mark.long
+def test_the_base_of_the_schemes_at_full_power_is_slow() -> None:
+    turbine = aeroelastic(load_turbine(power.TURBINE), "loads in turbulence")
+    best, c = rotor_tables(performance_of(turbine), turbine.control.pitch.minimum).best
+    gain = 0.5 * 1.225 * np.pi * turbine.rotor_radius**5 * c / best**3
+    met = (turbine.rated_power / turbine.drivetrain.generator_efficiency / gain) ** (1.0 / 3.0)
+    rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+    assert met / rated == pytest.approx(power.BASE_SPEED, abs=5e-4)
 
 
 @pytest.mark.long
@@ -126,4 +288,7 @@ def test_a_quick_look_writes_everything(tmp_path: Path) -> None:
     assert found.exit_code == 0
     names = {path.name for path in tmp_path.iterdir()}
     assert {f"{name}.png" for name in FIGURES} <= names
+    text = (tmp_path / "palanimuthu2022.md").read_text(encoding="utf-8")
+    assert all((tmp_path / link).is_file() for link in re.findall(r"\]\(([^)#]+)\)", text))
+    assert "nan" not in re.findall(r"[a-z]+", text.lower())
     assert {"palanimuthu2022.html", "palanimuthu2022.md", "claims.csv", "readings.csv", "schemes.csv"} <= names

@@ -1,8 +1,23 @@
-"""Tables for a page of the documentation."""
+"""Pages of Markdown: tables, and where pictures and other pages are."""
 
 from __future__ import annotations
 
+import re
+
 from meltemi.report.html import Table
+
+PICTURE = re.compile(r"(!\[.*?\]\()([^/)\s]+\.png\))")
+ELSEWHERE = re.compile(r"(?<!!)\[([^\]]+)\]\(\.\./[^)]*\)")
+
+
+def alone(text: str) -> str:
+    """A page that lies among its pictures, outside the documentation: links to other pages become their words."""
+    return ELSEWHERE.sub(r"\1", text)
+
+
+def documented(text: str, name: str) -> str:
+    """The same page for the documentation, where its pictures lie in a folder of its name."""
+    return PICTURE.sub(rf"\g<1>{name}/\g<2>", text)
 
 
 def table_lines(table: Table) -> list[str]:

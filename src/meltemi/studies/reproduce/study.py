@@ -21,11 +21,13 @@ class Reproduction:
       tables: for the terminal.
       lead: the result in a few sentences.
       files: that were written.
+      page: as Markdown for the documentation: linked to its other pages, its pictures in a folder of the study's name.
     """
 
     tables: Sequence[Table]
     lead: str
     files: Sequence[Path]
+    page: str
 
 
 def write_tables(tables: Tables, out: Path) -> list[Path]:

@@ -26,7 +26,7 @@ from meltemi.studies.reproduce.he2018.claims import (
 )
 from meltemi.studies.reproduce.he2018.figures import FIGURES
 from meltemi.studies.reproduce.he2018.runs import CLASS_B, QUICK, Progress, Runs, Setup, run_all
-from meltemi.studies.reproduce.markdown import table_lines
+from meltemi.studies.reproduce.markdown import alone, documented, table_lines
 from meltemi.studies.reproduce.study import Reproduction, write_tables
 from meltemi.studies.scheme_names import SCHEMES
 
@@ -59,11 +59,13 @@ def reproduce(
     files += write_tables(tables, out)
     text = markdown(runs, tables)
     path = out / "he2018.md"
-    path.write_text(text, encoding="utf-8")
+    path.write_text(alone(text), encoding="utf-8")
     files.append(path)
     seconds = time.perf_counter() - began
     files.append(write_html(out / "he2018.html", runs, tables, out, seconds))
-    return Reproduction([brief_claims(runs), acceptance_table(runs), ceiling_table(runs)], lead(runs), files)
+    return Reproduction(
+        [brief_claims(runs), acceptance_table(runs), ceiling_table(runs)], lead(runs), files, documented(text, "he2018")
+    )
 
 
 def row_cells(row: Row) -> list[str]:
@@ -250,13 +252,13 @@ def markdown(runs: Runs, tables: Tables) -> str:
         if name == "claims":
             parts += [f"*{key}:* {text}\n" for key, text in reasons(runs).items()]
         if name == "gains":
-            parts += ["![Loops of CPFC](he2018/bode.png)", ""]
+            parts += ["![Loops of CPFC](bode.png)", ""]
         if name == "lifetime":
-            parts += [f"![{FIGURES['beyond_speeds'][0]}](he2018/beyond_speeds.png)", ""]
+            parts += [f"![{FIGURES['beyond_speeds'][0]}](beyond_speeds.png)", ""]
             parts += ["### Which scheme we would build", "", beyond.verdict(runs), ""]
     parts += ["## The paper's figures", ""]
     for name, (text, _) in FIGURES.items():
         if name.startswith("fig"):
-            parts += [f"![{text}](he2018/{name}.png)", ""]
+            parts += [f"![{text}]({name}.png)", ""]
     parts += [(HERE / name).read_text(encoding="utf-8") for name in ("duel.md", "after.md")]
     return "\n".join(parts)

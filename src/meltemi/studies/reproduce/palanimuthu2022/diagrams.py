@@ -112,11 +112,11 @@ def climate() -> Figure:
     return plot_blocks(blocks, wires, font=FONT)
 
 
-def coordination() -> Figure:
-    """Figure 16: pitch, torque and yaw with one power reference."""
+def coordination_parts() -> tuple[dict[str, Block], list[Wire]]:
+    """Blocks and wires of Figure 16."""
     blocks = {
-        "wind": Block("wind $V_w$,\ndirection", (0.8, 4.1), (1.4, 0.62), "outside"),
-        "air": Block("air $T$, $H_r$, $h_s$\n$\\to \\rho$", (0.8, 3.1), (1.4, 0.62), "outside"),
+        "air": Block("air $T$, $H_r$, $h_s$\n$\\to \\rho$", (0.8, 4.1), (1.4, 0.62), "outside"),
+        "wind": Block("wind $V_w$,\ndirection", (0.8, 3.1), (1.4, 0.62), "outside"),
         "rotor": Block("rotor\n$C_p(\\lambda, \\beta)$", (3.4, 3.6), (1.4, 0.75)),
         "shaft": Block("drive train\n$J\\dot\\omega = T_a - T_{em} - B_m\\omega$", (6.2, 3.6), (2.3, 0.75)),
         "machine": Block("PMSG and\nmachine-side converter", (9.3, 3.6), (1.9, 0.75)),
@@ -133,15 +133,23 @@ def coordination() -> Figure:
         "order": Block("power reference,\ndroop on $f_g$", (11.9, 0.3), (1.6, 0.62), "control"),
     }
     wires = [
-        Wire("wind.right", "rotor.left+0.15", via=((2.1, 4.1), (2.1, 3.75))),
-        Wire("air.right", "rotor.left-0.15", via=((2.1, 3.1), (2.1, 3.45))),
+        Wire("air.right", "rotor.left+0.15", via=((2.1, 4.1), (2.1, 3.75))),
+        Wire("wind.right", "rotor.left-0.15", via=((2.1, 3.1), (2.1, 3.45))),
         Wire("rotor.right", "shaft.left", "$T_a$"),
         Wire("machine.left", "shaft.right", "$T_{em}$"),
         Wire("machine.right", "gridside.left", "$P_{em}$"),
         Wire("gridside.right", "grid.left", "$P, Q$"),
-        Wire("drive.top", "air.bottom", "nacelle direction", place=0.5, arrow=False),
+        Wire("drive.top", "wind.bottom", "direction of\nthe nacelle", place=0.5),
+        Wire("wind.left", "yaw.left", "vane", via=((-0.25, 3.1), (-0.25, 0.3)), place=0.3),
         Wire("actuator.top", "rotor.bottom", "$\\beta$"),
         Wire("yaw.top", "drive.bottom", "rate", place=0.7),
+        Wire(
+            "rotor.bottom-0.5",
+            "ipc.left",
+            "root\nmoments",
+            via=((2.9, 2.65), (1.85, 2.65), (1.85, 0.3)),
+            place=0.45,
+        ),
         Wire("ipc.top", "actuator.bottom-0.4", via=((2.75, 0.95), (3.0, 0.95))),
         Wire("pitch.top", "actuator.bottom+0.4", "$\\beta^*$", via=((4.5, 0.95), (3.8, 0.95)), place=0.5),
         Wire("scheme.left", "pitch.right", "$\\omega_u$"),
@@ -161,4 +169,10 @@ def coordination() -> Figure:
             via=((6.5, -0.3), (0.8, -0.3)),
         ),
     ]
-    return plot_blocks(blocks, wires, [Frame("coordinated controller", (-0.1, -0.65), (12.85, 0.78))], font=FONT)
+    return blocks, wires
+
+
+def coordination() -> Figure:
+    """Figure 16: pitch, torque and yaw with one power reference."""
+    blocks, wires = coordination_parts()
+    return plot_blocks(blocks, wires, [Frame("coordinated controller", (-0.45, -0.65), (12.85, 0.78))], font=FONT)

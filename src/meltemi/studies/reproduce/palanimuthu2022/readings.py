@@ -266,7 +266,8 @@ def _control(gains: dict[float, float], speeds: tuple[float, float]) -> list[Rea
             "Fig. 6: six steps of 100 s, gains in 100-200 s and 600-700 s",
             f"without a lead-in 100-200 s has 30 °C: {gains[30.0] * 1e-3:.1f} kW; 600-700 s has nothing",
             "100 s at 15 °C before",
-            f"40 °C {gains[40.0] * 1e-3:.1f} kW, -10 °C {gains[-10.0] * 1e-3:.1f} kW (M1)",
+            f"40 °C {gains[40.0] * 1e-3:.1f} kW, -10 °C {gains[-10.0] * 1e-3:.1f} kW (of the air, at the end; M1, "
+            "2.93e9 kg m²)",
         ),
         Reading(
             "E-E17",
@@ -289,7 +290,7 @@ def readings(gains: dict[float, float], speeds: tuple[float, float]) -> list[Rea
     """All, in the order of their numbers.
 
     Args:
-      gains: [W] by temperature [degC] of Figure 6 with M1.
+      gains: [W] by temperature [degC] of Figure 6 with M1 and the default inertia, at the end of the intervals.
       speeds: [rad/s] mean rotor speed of A0 and A1 while power is limited.
     """
     found = [*_air(), *_machine(), *_rain(), *_control(gains, speeds)]

@@ -11,7 +11,7 @@ from meltemi.report.html import Picture, Section, Table, write_page
 from meltemi.report.plots import save
 from meltemi.report.state_diagram import plot_states
 from meltemi.studies.reproduce.claim import Claim, brief, claims_table
-from meltemi.studies.reproduce.markdown import table_lines
+from meltemi.studies.reproduce.markdown import alone, documented, table_lines
 from meltemi.studies.reproduce.study import Reproduction, write_tables
 from meltemi.studies.reproduce.wang2021 import figures
 from meltemi.studies.reproduce.wang2021.beyond import report as beyond
@@ -95,7 +95,7 @@ def reproduce(
     captions = {name: text for name, (text, _) in drawn.items()}
     text = markdown(found, tables, captions, beyond.verdict(more))
     path = out / "wang2021.md"
-    path.write_text(text, encoding="utf-8")
+    path.write_text(alone(text), encoding="utf-8")
     files.append(path)
     seconds = time.perf_counter() - began
     sections = []
@@ -116,7 +116,9 @@ def reproduce(
         ("computed in", f"{seconds:.0f} s"),
     ]
     files.append(write_page(out / "wang2021.html", TITLE, sections, facts=facts, lead=lead(found), footer=SOURCE))
-    return Reproduction([brief(claims_table(found)), loads_table(runs)], lead(found), files)
+    return Reproduction(
+        [brief(claims_table(found)), loads_table(runs)], lead(found), files, documented(text, "wang2021")
+    )
 
 
 def calibration_words(runs: Runs) -> str:
@@ -181,12 +183,12 @@ def markdown(
         parts += [f"## {heading}", ""]
         if name == "beyond":
             parts += [verdict, ""]
-            parts += [f"![{t}](wang2021/{n}.png)\n" for n, t in captions.items() if n.startswith("beyond")]
+            parts += [f"![{t}]({n}.png)\n" for n, t in captions.items() if n.startswith("beyond")]
         for table in made:
             parts += [*table_lines(table), ""]
         if name == "claims":
             parts += [f"*{key}:* {words}\n" for key, words in REASONS.items()]
     parts += ["## The paper's figures", ""]
-    parts += [f"![{t}](wang2021/{n}.png)\n" for n, t in captions.items() if not n.startswith("beyond")]
+    parts += [f"![{t}]({n}.png)\n" for n, t in captions.items() if not n.startswith("beyond")]
     parts.append((HERE / "after.md").read_text(encoding="utf-8"))
     return "\n".join(parts)

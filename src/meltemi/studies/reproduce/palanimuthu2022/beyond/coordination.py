@@ -9,7 +9,7 @@ three hours.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +33,7 @@ from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.reproduce.palanimuthu2022.beyond.compared import compared
-from meltemi.studies.reproduce.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER, TURBINE
+from meltemi.studies.reproduce.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER, TURBINE, slow_base
 from meltemi.studies.tuning import tune_ipc
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
@@ -45,6 +45,7 @@ from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.field import generate_field
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
@@ -68,6 +69,8 @@ UNITS = {
     ROOT_LOAD: ("MN m", 1e-6),
     TOP_LOAD: ("MN m", 1e-6),
 }
+SHOWN = (PITCH, TURNED, TOWER_LOAD, ROOT_LOAD, TOP_LOAD)
+"""Beside the energy, whose percents would be lost on their scale."""
 MOVES = 1e-4
 """[rad/s] from which the drive turns: a fiftieth of the drive's rate."""
 
@@ -217,26 +220,34 @@ def run_candidates(
 
 def coordination_figure(tables: Tables) -> Figure:
     """Changes against a controller whose parts know nothing of each other, with 95 % intervals."""
-    shown = (ENERGY, PITCH, TURNED, TOWER_LOAD, ROOT_LOAD, TOP_LOAD)
-    figure, axes = new_figure(len(tables), 1, size=(11.0, 3.4 * len(tables)), share=False)
-    for ax, (level, table) in zip(axes[:, 0], tables.items(), strict=True):
-        others = table.schemes[1:]
-        width = 0.8 / len(others)
-        for i, name in enumerate(others):
-            changes = [table.entry(quantity, name).change for quantity in shown]
-            ax.bar(
-                np.arange(len(shown)) + width * (i - 0.5 * (len(others) - 1)),
-                [100.0 * change.mean for change in changes if change is not None],
-                width,
-                yerr=[100.0 * change.half_width for change in changes if change is not None],
-                color=COLOURS[i],
-                error_kw={"linewidth": 0.8, "capsize": 2},
-                label=name,
-            )
-        ax.set_xticks(np.arange(len(shown)), shown, fontsize=8)
-        panel(ax, f"change against '{table.schemes[0]}', {100.0 * level:.0f} % of power asked for", "%")
-    axes[0, 0].legend(fontsize=8, frameon=False, ncols=3)
+    figure, axes = new_figure(len(tables), 2, size=(12.5, 3.4 * len(tables)), share=False)
+    axes[0, 0].get_gridspec().set_width_ratios([1.0, 0.9 * len(SHOWN)])
+    for (left, right), (level, table) in zip(axes, tables.items(), strict=True):
+        _bars(left, table, (ENERGY,))
+        _bars(right, table, SHOWN)
+        panel(left, f"{100.0 * level:.0f} % of power asked for", "%")
+        panel(right, f"changes against '{table.schemes[0]}', {100.0 * level:.0f} % of power asked for", "%")
+    axes[0, 1].legend(fontsize=8, frameon=False, ncols=3)
     return figure
+
+
+def _bars(ax: Axes, table: EnsembleTable, shown: Sequence[str]) -> None:
+    """Changes of quantities, candidates side by side."""
+    others = table.schemes[1:]
+    width = 0.8 / len(others)
+    for i, name in enumerate(others):
+        changes = [table.entry(quantity, name).change for quantity in shown]
+        ax.bar(
+            np.arange(len(shown)) + width * (i - 0.5 * (len(others) - 1)),
+            [100.0 * change.mean for change in changes if change is not None],
+            width,
+            yerr=[100.0 * change.half_width for change in changes if change is not None],
+            color=COLOURS[i],
+            error_kw={"linewidth": 0.8, "capsize": 2},
+            label=name,
+        )
+    ax.set_xticks(np.arange(len(shown)), shown)
+    ax.tick_params(labelsize=8)
 
 
 def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Tables:
@@ -262,6 +273,20 @@ def figures(found: Tables) -> dict[str, tuple[str, Figure]]:
     return {"coordination_changes": (words, coordination_figure(found))}
 
 
+def _pitch_of_each_blade(table: EnsembleTable) -> str:
+    """Its travel against that of the same coordination without."""
+    single, shared = "all three, individual pitch", "all three"
+    if not {single, shared} <= set(table.schemes):
+        return ""
+    first = table.schemes[0]
+    changes = [table.entry(PITCH, name).change for name in (single, shared)]
+    own, other = (1.0 + (0.0 if change is None else change.mean) for change in changes)
+    return (
+        f" Individual pitch travels {own:.1f} times as far as the pitch of *{first}*, and {own / other:.1f} times as "
+        f"far as that of *{shared}*."
+    )
+
+
 def verdict(found: Tables) -> str:
     """What the numbers say."""
     lines = []
@@ -278,5 +303,7 @@ def verdict(found: Tables) -> str:
             f"At {100.0 * level:.0f} % of rated power, against *{table.schemes[0]}* (A0, fixed dead band): "
             + "; ".join(words)
             + "."
+            + _pitch_of_each_blade(table)
+            + (f" {slow_base()}: part of the energy that the others add is that base's loss." if level == 1.0 else "")
         )
     return "\n\n".join(lines)

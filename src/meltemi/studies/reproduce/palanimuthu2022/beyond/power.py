@@ -1,5 +1,8 @@
 """What each active-power scheme costs on the aeroelastic turbine in turbulence: pitch, loads and tracking.
 
+The base of all changes is A0, which pitches at the speed at which the reference is just met. At full power that is a
+slow base, see ``BASE_SPEED``: the usual controller there is A1.
+
 The schemes hold a share of rated power, or follow a regulation signal about it, in the same winds. The signal is made
 like those that grid operators send for secondary control: no mean, all periods from 40 s to ten minutes, at most a
 tenth of rated power either way; a turbine that is to give full power can only follow it downwards.
@@ -43,6 +46,8 @@ Float = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 TURBINE = "iea22mw"
+BASE_SPEED = 0.865
+"""Of rated speed: where the turbine's optimal torque meets rated power, and A0 holds it when 100 % are asked for."""
 FAST = ModelOptions(
     flap_modes=2, edge_modes=1, torsion_modes=1, fore_aft_modes=1, side_side_modes=1, locked=("drivetrain",)
 )
@@ -248,6 +253,23 @@ def best_scheme(table: EnsembleTable, quantity: str) -> str:
     return max(means, key=means.__getitem__) if quantity == ENERGY else min(means, key=means.__getitem__)
 
 
+def slow_base() -> str:
+    """What A0 at full power is, in words."""
+    return (
+        f"At 100 % the base A0 holds {BASE_SPEED:g} of rated speed, where the optimal torque meets rated power, and "
+        "loses energy in every lull; the usual controller at full power is A1"
+    )
+
+
+def _at_full_power(table: EnsembleTable) -> str:
+    """A2 beside A1 where all is asked for."""
+    power, pitch = (
+        100.0 * (table.entry(what, "A2").value.mean / table.entry(what, "A1").value.mean - 1.0)
+        for what in (ENERGY, PITCH)
+    )
+    return f"{slow_base()}. Against A1, A2 makes {power:+.1f} % of power and {pitch:+.0f} % of pitch travel there."
+
+
 def verdict(found: Tables) -> str:
     """What the numbers say."""
     first = next(iter(found.values()))
@@ -263,4 +285,6 @@ def verdict(found: Tables) -> str:
         counts = {scheme: ranks.count(scheme) for scheme in first.schemes if scheme in ranks}
         best.append(f"{what} " + ", ".join(f"{scheme} in {n}" for scheme, n in counts.items()))
     lines.append(f"Best of {len(found)}: " + "; ".join(best) + ".")
+    if (STEADY, 1.0) in found and {"A1", "A2"} <= set(others):
+        lines.append(_at_full_power(found[STEADY, 1.0]))
     return "\n\n".join(lines)

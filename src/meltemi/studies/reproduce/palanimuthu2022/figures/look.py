@@ -28,7 +28,7 @@ def label(ax: Axes, x: str, y: str, title: str = "") -> None:
     """Names of the axes with units, and of the panel."""
     ax.set_xlabel(x, fontsize=8)
     ax.set_ylabel(y, fontsize=8)
-    ax.tick_params(labelsize=8)
+    ax.tick_params(which="both", labelsize=8)  # an axis of less than a decade labels its minor ticks
     if title:
         ax.set_title(title, fontsize=9, loc="left", pad=3)
     style(ax)

@@ -1,0 +1,32 @@
+"""A published study done again, put into the documentation: its page, and its pictures in a folder beside it.
+
+    python tools/paper_page.py palanimuthu2022 out --beyond all
+
+What lies in the folder ``out`` from earlier parts beyond the paper stays on the page.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+from importlib import import_module
+from pathlib import Path
+
+DOCS = Path(__file__).parents[1] / "docs" / "papers"
+
+
+def main(name: str, out: Path, beyond: str = "") -> None:
+    """Run the study and copy what its page shows."""
+    page = import_module(f"meltemi.studies.reproduce.{name}.page")
+    parts = import_module(f"meltemi.studies.reproduce.{name}.beyond").PARTS if beyond == "all" else beyond.split(",")
+    out.mkdir(parents=True, exist_ok=True)
+    text = page.reproduce(out, **({"parts": parts} if beyond else {})).page
+    (DOCS / f"{name}.md").write_text(text, encoding="utf-8")
+    for picture in re.findall(rf"\]\({name}/([^)]+)\)", text):
+        shutil.copy(out / picture, DOCS / name)
+
+
+if __name__ == "__main__":
+    study, folder, *more = (word for word in sys.argv[1:] if word != "--beyond")
+    main(study, Path(folder), *more)
