@@ -24,7 +24,7 @@ from meltemi.environment.air import density_of
 from meltemi.environment.conditions import conditions_array
 from meltemi.environment.density import moist_air_density
 from meltemi.environment.site import Environment
-from meltemi.loadcases.case import PowerCase
+from meltemi.loadcases.case import LoadCase, PowerCase
 from meltemi.turbine.performance import Performance
 from meltemi.turbine.power_turbine import PowerTurbine
 
@@ -549,6 +549,28 @@ def test_a_reference_above_rating_is_refused_before_the_run() -> None:
     series = meltemi.TimeSeries(time=np.array([0.0, 10.0]), value=np.array([10e6, 25e6]))
     with pytest.raises(InputError, match=r"2.5e\+07 W is above the turbine's rated power of 2e\+07 W"):
         conditions_array(Environment(), PowerGrid(power_reference=series), RATED)
+
+
+@pytest.mark.parametrize("kind", ["baseline", "supervised", "power"])
+def test_a_case_with_a_reference_that_nobody_follows_is_refused(kind: str) -> None:
+    case = {
+        "turbine": "pmsg20mw",
+        "wind": {"kind": "steady", "speed": 12.0},
+        "duration": 1.0,
+        "grid": {"power_reference": 10e6},
+        "controller": {"kind": kind},
+    }
+    if kind == "power":
+        assert LoadCase.model_validate(case).grid.power_reference == 10e6
+        return
+    with pytest.raises(ValueError, match=rf"kind: {kind}}} does not follow it: controller: {{kind: power}} does"):
+        LoadCase.model_validate(case)
+
+
+def test_a_run_with_a_reference_that_nobody_follows_is_refused(machine: PowerTurbine) -> None:
+    model, grid = meltemi.build(machine), PowerGrid(power_reference=10e6)
+    with pytest.raises(InputError, match="the baseline controller does not follow it"):
+        meltemi.simulate(model, meltemi.SteadyWind(speed=12.0), duration=1.0, grid=grid)
 
 
 def test_the_inertia_is_the_turbine_s(machine: PowerTurbine, turbine: meltemi.Turbine) -> None:
