@@ -2,8 +2,8 @@
 
 Each call: filtered speed, density, wind estimate; the set-point of the power from reference, limit and frequency; the
 speeds that bound the states; the machine; pitch; torque. Everything is on the generator's side of the gearbox but for
-the estimator. Below the lower speed the torque is never more than the optimal one, so a set-point that the wind cannot
-give does not stall the rotor: power falls instead.
+the estimator. Below the lower speed the torque is the optimal one, or what A3 spares after a held pitch, so a set-point
+that the wind cannot give does not stall the rotor: power falls instead.
 
 Reference: docs/theory/control.md (C-80 to C-90); Palanimuthu et al. (2022), section 5.
 """
@@ -28,7 +28,8 @@ from meltemi.maths.generic import crossed, whole
 Float = NDArray[float64]
 
 SPARED = 0.9
-"""Share of the power at fine pitch that A3 may take below the lower speed; the rest brings the speed back."""
+"""Share of the power at fine pitch that A3 may take below the lower speed after a held pitch; the rest brings the speed
+back."""
 LEAST_SHARE, LEAST_VOLTAGE = 0.05, 0.9
 """Of rated power and of the grid's voltage, from which the efficiency is heard."""
 FINE = 1e-6
