@@ -340,6 +340,15 @@ def test_more_power_that_is_asked_for_never_begins_with_less(machine: PowerTurbi
         begin=(0.6, 10e6 / 0.6, 0.05),
     )
     assert run.power[1000:].min() > 0.999 * 10e6 and run.power[1300:].min() > 0.995 * 14e6
+    asked = [(60.0, 20e6), (120.0, 8e6), (161.0, 18e6)]
+    run = Run(
+        machine,
+        PowerControl.model_validate(settings),
+        12.0,
+        160.0,
+        reference=lambda time: next(power for end, power in asked if time < end),
+    )
+    assert np.all(run.power[1200:] > np.maximum.accumulate(run.power[1200:]) - 0.005 * RATED)
     run = Run(
         machine,
         PowerControl.model_validate(settings | {"droop": {"reserve": 0.1}}),

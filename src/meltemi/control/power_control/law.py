@@ -339,11 +339,11 @@ def least_torque(x: Float, at: int, gain: float) -> float:
 
 @kernel
 def track_ratio(x: Float, at: int, law: float, high: float, low: float, more: float, dt: float) -> float:
-    """Torque demand of the loop on the best speed for the estimated wind; ``law`` [N m] is the least while limited.
+    """Torque demand of the loop on the best speed for the estimated wind; ``law`` [N m] holds while limited.
 
     The set-point that rises takes its lower speed away from the rotor. A loop on that speed alone would unload the
     generator, of power that is there and asked for, and let the pitch wait. So from a limited power on the torque goes
-    to that of (C-82) and not below it, until the speed has arrived.
+    to that of (C-82) and stays there, until the speed has arrived.
 
     Args:
       high, low: [N m] limits of the demand.
@@ -353,19 +353,20 @@ def track_ratio(x: Float, at: int, law: float, high: float, low: float, more: fl
     best = max(x[at + p.BEST_RATIO] * x[at + p.WIND] / x[at + p.RADIUS] * x[at + p.GEAR_RATIO], x[at + p.OPTIMAL])
     error = x[at + p.SPEED] - min(best, x[at + p.LOWER])
     x[at + p.SWITCHES] += crossed(best - x[at + p.LOWER])
+    own = last - more
     if best >= x[at + p.LOWER]:
         x[at + p.LIMITED] = 1.0
-    elif error >= 0.0:
+    elif error >= 0.0 and x[at + p.LIMITED] > 0.5:
         x[at + p.LIMITED] = 0.0
+        x[place + loop.INTEGRAL] = own - x[place + loop.KP] * error  # bumpless: it goes on from the torque there is
     if x[at + p.LIMITED] > 0.5:
-        own = last - more
-        least = min(law, own + (1.0 - exp(-dt * x[at + p.FREQUENCY])) * (law - own))
-        low = min(max(low, least + more), high)
+        near = own + (1.0 - exp(-dt * x[at + p.FREQUENCY])) * (law - own)
+        high = max(min(high, max(law, near) + more), low)
+        low = min(max(low, min(law, near) + more), high)
     own = integrator(x, place, error, low - more, high - more, dt)
     x[at + p.SWITCHES] += x[place + loop.SWITCHES]
     x[place + loop.SWITCHES] = 0.0
-    if x[at + p.LIMITED] > 0.5:
-        # bumpless: the loop goes on from the torque there is
+    if x[at + p.LIMITED] > 0.5:  # where the law gave more, the loop follows
         x[place + loop.INTEGRAL] = max(x[place + loop.INTEGRAL], own - x[place + loop.KP] * error)
     return own + more
 
