@@ -24,7 +24,7 @@ from meltemi.environment.air import density_of
 from meltemi.environment.conditions import conditions_array
 from meltemi.environment.density import moist_air_density
 from meltemi.environment.site import Environment
-from meltemi.loadcases.case import PowerCase
+from meltemi.loadcases.case import LoadCase, PowerCase
 from meltemi.turbine.performance import Performance
 from meltemi.turbine.power_turbine import PowerTurbine
 
@@ -268,11 +268,13 @@ def test_the_lowest_speed_for_15_megawatts_at_a_held_pitch(machine: PowerTurbine
     assert (15e6 / gain) ** (1.0 / 3.0) == pytest.approx(speed, rel=0.03)
 
 
-def test_each_scheme_holds_its_speed_in_a_steady_wind(machine: PowerTurbine) -> None:
+@pytest.mark.parametrize("torque", ["optimal", "tip_speed_ratio"])
+def test_each_scheme_holds_its_speed_in_a_steady_wind(machine: PowerTurbine, torque: str) -> None:
     """15 MW of 20 at 11 m/s: A0 at the lower speed, A1 at rated speed, A2 and A3 between."""
     found = {}
     for scheme in ("A0", "A1", "A2", "A3"):
-        run = Run(machine, PowerControl.model_validate({"scheme": scheme}), 11.0, 600.0, reference=15e6)
+        settings = PowerControl.model_validate({"scheme": scheme, "torque": torque})
+        run = Run(machine, settings, 11.0, 600.0, reference=15e6)
         found[scheme] = run.speed[-1]
         assert run.power[-1] == pytest.approx(15e6, rel=1e-4)
         assert run.air[-1] == pytest.approx(15e6, rel=1e-2)
@@ -291,13 +293,72 @@ def test_holding_the_pitch_spares_it_and_keeps_the_power(machine: PowerTurbine) 
     travel = {scheme: run.travel for scheme, run in runs.items()}
     assert travel["A2"] < 0.8 * travel["A0"] and travel["A2"] < 0.8 * travel["A1"]
     assert travel["A3"] < travel["A2"]
-    for scheme in ("A0", "A1", "A2"):
+    for scheme in ("A0", "A1", "A2", "A3"):
         assert runs[scheme].power[300:].mean() == pytest.approx(15e6, rel=0.01)
     assert runs["A2"].speed[300:].std() > 3.0 * runs["A0"].speed[300:].std()
     still = np.diff(runs["A2"].pitch[300:]) == 0.0
     assert np.mean(still) > 0.5 and np.mean(np.diff(runs["A0"].pitch[300:]) == 0.0) < 0.2
     held = runs["A2"].state[300:-1] == t.NUMBER["hold"]
     assert np.all(still[held & (runs["A2"].state[301:] == t.NUMBER["hold"])])
+
+
+def test_the_wide_range_takes_more_than_the_optimal_torque_only_after_the_pitch_was_held(machine: PowerTurbine) -> None:
+    """With fine pitch throughout A3 is A2, to the bit; in a lull after a held pitch it brakes harder (C-84)."""
+
+    ratio, power = rotor_tables(BLADED, 0.0).best
+    gain, slow = 0.5 * RHO * AREA * RADIUS**3 * power / ratio**3, ratio * 6.0 / RADIUS
+    begin = (slow, gain * slow**2, 0.0)
+    rises = [
+        Run(machine, PowerControl.model_validate({"scheme": scheme}), step, 120.0, begin=begin)
+        for scheme in ("A2", "A3")
+        for step in [lambda time: 6.0 if time < 20.0 else 9.0]
+    ]
+    assert np.array_equal(rises[0].torque, rises[1].torque)
+    lull = Run(
+        machine,
+        PowerControl(scheme="wide_hold"),
+        lambda time: 13.0 - 0.1 * min(max(time - 60.0, 0.0), 25.0),
+        200.0,
+        reference=15e6,
+    )
+    assert lull.speed.min() < 0.55 and lull.power[100:].min() > 0.99 * 15e6
+    braked = lull.torque > 1.02 * gain * lull.speed**2
+    assert np.count_nonzero(braked & (lull.pitch < 1e-9)) > 100
+
+
+@pytest.mark.parametrize("scheme", ["A0", "A2"])
+@pytest.mark.parametrize("torque", ["optimal", "tip_speed_ratio"])
+def test_more_power_that_is_asked_for_never_begins_with_less(machine: PowerTurbine, scheme: str, torque: str) -> None:
+    """From 10 to 14 MW, and from the reserve by the frequency: the rotor that has to speed up is not unloaded."""
+    settings = {"scheme": scheme, "torque": torque}
+    run = Run(
+        machine,
+        PowerControl.model_validate(settings),
+        12.0,
+        160.0,
+        reference=lambda time: 10e6 if time < 100.0 else 14e6,
+        begin=(0.6, 10e6 / 0.6, 0.05),
+    )
+    assert run.power[1000:].min() > 0.999 * 10e6 and run.power[1300:].min() > 0.995 * 14e6
+    asked = [(60.0, 20e6), (120.0, 8e6), (161.0, 18e6)]
+    run = Run(
+        machine,
+        PowerControl.model_validate(settings),
+        12.0,
+        160.0,
+        reference=lambda time: next(power for end, power in asked if time < end),
+    )
+    assert np.all(run.power[1200:] > np.maximum.accumulate(run.power[1200:]) - 0.005 * RATED)
+    run = Run(
+        machine,
+        PowerControl.model_validate(settings | {"droop": {"reserve": 0.1}}),
+        9.0,
+        200.0,
+        frequency=lambda time: 50.0 if time < 150.0 else 49.8,
+        begin=(0.62, 11.9e6 / 0.62, 0.02),
+    )
+    before = run.power[1499]
+    assert run.power[1500:].min() > 0.999 * before and run.power[-1] > 1.05 * before
 
 
 @pytest.mark.parametrize("scheme", ["A0", "A1", "A2", "A3"])
@@ -390,8 +451,9 @@ def test_the_reserve_is_of_the_available_power(machine: PowerTurbine) -> None:
     assert run.power[-1] == pytest.approx(0.9 * 0.5 * RHO * AREA * best * 9.0**3, rel=2e-3)
 
 
-def test_inertia_gives_the_energy_of_a_synchronous_machine(machine: PowerTurbine) -> None:
-    """2 H P / f times the fall of the frequency, at first more than the optimal torque."""
+@pytest.mark.parametrize("settings", [{}, {"torque": "tip_speed_ratio", "tracking_frequency": 0.01}], ids=str)
+def test_inertia_gives_the_energy_of_a_synchronous_machine(machine: PowerTurbine, settings: dict[str, Any]) -> None:
+    """2 H P / f times the fall of the frequency, at first more than the optimal torque; beside a loop that is slow."""
 
     def falls(time: float) -> float:
         return 50.0 - 0.5 * min(max(time - 100.0, 0.0), 1.0)
@@ -399,7 +461,14 @@ def test_inertia_gives_the_energy_of_a_synchronous_machine(machine: PowerTurbine
     droop = {"droop": 1.0, "dead_band": 4.0}
     begin = (0.6, 5.12e7 * 0.36, 0.0)
     with_it, without = (
-        Run(machine, PowerControl(droop=Droop(**droop, inertia=h)), 8.5, 130.0, frequency=falls, begin=begin)
+        Run(
+            machine,
+            PowerControl.model_validate(settings | {"droop": {**droop, "inertia": h}}),
+            8.5,
+            130.0,
+            frequency=falls,
+            begin=begin,
+        )
         for h in (5.0, 0.0)
     )
     extra = with_it.power - without.power
@@ -489,6 +558,28 @@ def test_a_reference_above_rating_is_refused_before_the_run() -> None:
     series = meltemi.TimeSeries(time=np.array([0.0, 10.0]), value=np.array([10e6, 25e6]))
     with pytest.raises(InputError, match=r"2.5e\+07 W is above the turbine's rated power of 2e\+07 W"):
         conditions_array(Environment(), PowerGrid(power_reference=series), RATED)
+
+
+@pytest.mark.parametrize("kind", ["baseline", "supervised", "power"])
+def test_a_case_with_a_reference_that_nobody_follows_is_refused(kind: str) -> None:
+    case = {
+        "turbine": "pmsg20mw",
+        "wind": {"kind": "steady", "speed": 12.0},
+        "duration": 1.0,
+        "grid": {"power_reference": 10e6},
+        "controller": {"kind": kind},
+    }
+    if kind == "power":
+        assert LoadCase.model_validate(case).grid.power_reference == 10e6
+        return
+    with pytest.raises(ValueError, match=rf"kind: {kind}}} does not follow it: controller: {{kind: power}} does"):
+        LoadCase.model_validate(case)
+
+
+def test_a_run_with_a_reference_that_nobody_follows_is_refused(machine: PowerTurbine) -> None:
+    model, grid = meltemi.build(machine), PowerGrid(power_reference=10e6)
+    with pytest.raises(InputError, match="the baseline controller does not follow it"):
+        meltemi.simulate(model, meltemi.SteadyWind(speed=12.0), duration=1.0, grid=grid)
 
 
 def test_the_inertia_is_the_turbine_s(machine: PowerTurbine, turbine: meltemi.Turbine) -> None:

@@ -196,7 +196,7 @@ class LoadCase(Record):
     options: ModelOptions = ModelOptions()
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
-    """Voltage, frequency and power reference."""
+    """Voltage, frequency and power reference; the last needs a controller that follows it."""
     icing: Icing | None = None
     """Ice on the blades, in place of what the turbine's file may have."""
     electrical: Literal["sized"] | None = None
@@ -212,6 +212,11 @@ class LoadCase(Record):
         if self.start != "operating" and not isinstance(self.controller, SupervisedCase):
             raise ValueError(
                 f"start: {self.start} needs a controller that can start the turbine: controller: {{kind: supervised}}"
+            )
+        if self.grid.power_reference is not None and isinstance(self.controller, BaselineCase | SupervisedCase):
+            raise ValueError(
+                f"grid: power_reference is given, but controller: {{kind: {self.controller.kind}}} does not follow it: "
+                "controller: {kind: power} does"
             )
         return self
 

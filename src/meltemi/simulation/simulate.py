@@ -78,7 +78,8 @@ def simulate(
       stations: further places for section loads.
       events: faults, grid losses and requests, as records or as keys and values:
         ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
-      grid: voltage, frequency and power reference; by default a stiff grid that takes all power.
+      grid: voltage, frequency and power reference, which needs a controller that follows it; by default a stiff grid
+        that takes all power.
       progress: called with the share that is done.
 
     Returns:
@@ -166,6 +167,11 @@ class Simulation:
         planned = schedule(self.events, turbine, dt, n_steps)
         if not model.has_electrical:
             refuse_dips(self.events)
+        if controller is None and grid is not None and grid.power_reference is not None:
+            raise InputError(
+                "grid: power_reference is given, but the baseline controller does not follow it: "
+                "give controller=meltemi.power_control(turbine, meltemi.performance_of(turbine)) or one of your own"
+            )
         began, compiled = clock_time.perf_counter(), compile_seconds()
         wind = realised(wind, turbine, duration)
         reach = engine.reach(turbine)

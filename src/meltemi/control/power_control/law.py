@@ -2,8 +2,8 @@
 
 Each call: filtered speed, density, wind estimate; the set-point of the power from reference, limit and frequency; the
 speeds that bound the states; the machine; pitch; torque. Everything is on the generator's side of the gearbox but for
-the estimator. Below the lower speed the torque is never more than the optimal one, so a set-point that the wind cannot
-give does not stall the rotor: power falls instead.
+the estimator. Below the lower speed the torque is the optimal one, or what A3 spares after a held pitch, so a set-point
+that the wind cannot give does not stall the rotor: power falls instead.
 
 Reference: docs/theory/control.md (C-80 to C-90); Palanimuthu et al. (2022), section 5.
 """
@@ -28,7 +28,8 @@ from meltemi.maths.generic import crossed, whole
 Float = NDArray[float64]
 
 SPARED = 0.9
-"""Share of the power at fine pitch that A3 may take below the lower speed; the rest brings the speed back."""
+"""Share of the power at fine pitch that A3 may take below the lower speed after a held pitch; the rest brings the speed
+back."""
 LEAST_SHARE, LEAST_VOLTAGE = 0.05, 0.9
 """Of rated power and of the grid's voltage, from which the efficiency is heard."""
 FINE = 1e-6
@@ -318,6 +319,59 @@ def move_pitch(x: Float, at: int, dt: float) -> None:
 
 
 @kernel
+def least_torque(x: Float, at: int, gain: float) -> float:
+    """Torque [N m] below the lower speed: the optimal one; for A3 more, until the speed is back (C-80, C-84)."""
+    law = optimal_torque(x, at, gain, x[at + p.SPEED])
+    if whole(x[at + p.SCHEME]) != 3:
+        return law
+    mode = t.MODES[whole(x[at + p.STATE]) - 1]
+    if mode in (PITCH_HELD, PITCH_RECOVERY):
+        x[at + p.SPARES] = 1.0
+    if x[at + p.SPARES] < 0.5:
+        return law
+    spared = SPARED * fine_power(x, at) / max(x[at + p.SPEED], 1e-3)
+    if mode == PITCH_FINE:
+        x[at + p.SWITCHES] += crossed(spared - law)
+        if spared <= law:  # the speed is back
+            x[at + p.SPARES] = 0.0
+    return max(law, spared)
+
+
+@kernel
+def track_ratio(x: Float, at: int, law: float, high: float, low: float, more: float, dt: float) -> float:
+    """Torque demand of the loop on the best speed for the estimated wind; ``law`` [N m] holds while limited.
+
+    The set-point that rises takes its lower speed away from the rotor. A loop on that speed alone would unload the
+    generator, of power that is there and asked for, and let the pitch wait. So from a limited power on the torque goes
+    to that of (C-82) and stays there, until the speed has arrived.
+
+    Args:
+      high, low: [N m] limits of the demand.
+      more: [N m] for the grid's frequency, beside the loop.
+    """
+    last, place = x[at + p.TORQUE], at + p.TORQUE_LOOP
+    best = max(x[at + p.BEST_RATIO] * x[at + p.WIND] / x[at + p.RADIUS] * x[at + p.GEAR_RATIO], x[at + p.OPTIMAL])
+    error = x[at + p.SPEED] - min(best, x[at + p.LOWER])
+    x[at + p.SWITCHES] += crossed(best - x[at + p.LOWER])
+    own = last - more
+    if best >= x[at + p.LOWER]:
+        x[at + p.LIMITED] = 1.0
+    elif error >= 0.0 and x[at + p.LIMITED] > 0.5:
+        x[at + p.LIMITED] = 0.0
+        x[place + loop.INTEGRAL] = own - x[place + loop.KP] * error  # bumpless: it goes on from the torque there is
+    if x[at + p.LIMITED] > 0.5:
+        near = own + (1.0 - exp(-dt * x[at + p.FREQUENCY])) * (law - own)
+        high = max(min(high, max(law, near) + more), low)
+        low = min(max(low, min(law, near) + more), high)
+    own = integrator(x, place, error, low - more, high - more, dt)
+    x[at + p.SWITCHES] += x[place + loop.SWITCHES]
+    x[place + loop.SWITCHES] = 0.0
+    if x[at + p.LIMITED] > 0.5:  # where the law gave more, the loop follows
+        x[place + loop.INTEGRAL] = max(x[place + loop.INTEGRAL], own - x[place + loop.KP] * error)
+    return own + more
+
+
+@kernel
 def move_torque(x: Float, at: int, gain: float, more: float, dt: float) -> None:
     """Torque demand, within the set-point, the torque's limit and its rate.
 
@@ -329,19 +383,14 @@ def move_torque(x: Float, at: int, gain: float, more: float, dt: float) -> None:
     held = x[at + p.SETPOINT] / speed
     step, last = x[at + p.TORQUE_RATE] * dt, x[at + p.TORQUE]
     most = min((x[at + p.SETPOINT] + more) / speed, min(x[at + p.MAX_TORQUE], x[at + p.RATED_POWER] / speed))
-    if x[at + p.TRACKS_RATIO] > 0.5:
-        best = x[at + p.BEST_RATIO] * x[at + p.WIND] / x[at + p.RADIUS] * x[at + p.GEAR_RATIO]
-        error = x[at + p.SPEED] - min(max(best, x[at + p.OPTIMAL]), x[at + p.LOWER])
-        high = max(min(most, last + step), last - step)
-        x[at + p.TORQUE] = integrator(x, at + p.TORQUE_LOOP, error, max(last - step, 0.0), max(high, 0.0), dt)
-        x[at + p.SWITCHES] += x[at + p.TORQUE_LOOP + loop.SWITCHES]
-        x[at + p.TORQUE_LOOP + loop.SWITCHES] = 0.0
-        return
-    law = optimal_torque(x, at, gain, x[at + p.SPEED])
-    if whole(x[at + p.SCHEME]) == 3:
-        law = max(law, SPARED * fine_power(x, at) / speed)
+    law = least_torque(x, at, gain)
     x[at + p.SWITCHES] += crossed(law - held) + crossed(held - x[at + p.MAX_TORQUE])
-    wanted = max(min(min(law, held) + more / speed, most), 0.0)
+    law = min(law, held)
+    if x[at + p.TRACKS_RATIO] > 0.5:
+        high = max(max(min(most, last + step), last - step), 0.0)
+        x[at + p.TORQUE] = track_ratio(x, at, law, high, max(last - step, 0.0), more / speed, dt)
+        return
+    wanted = max(min(law + more / speed, most), 0.0)
     x[at + p.SWITCHES] += crossed(abs(wanted - last) - step)
     x[at + p.TORQUE] = last + min(max(wanted - last, -step), step)
 

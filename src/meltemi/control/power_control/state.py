@@ -64,6 +64,8 @@ POWER = table(
     upper              | rad/s       | state: generator speed that the pitch holds
     recovery           | rad/s       | state: generator speed at which the pitch falls
     state              | -           | state: number
+    spares             | -           | state: 1 from a held pitch on until the optimal torque is there again (A3)
+    limited            | -           | state: 1 from a limited power on until the speed that tracking holds is reached
     over               | -           | state: calls with a reference above rated power
     switches           | -           | state: branches that a difference step would have changed, in derivative runs
     ratio_first        | -           | first tip-speed ratio of the table
@@ -134,6 +136,8 @@ POWER = table(
     UPPER,
     RECOVERY,
     STATE,
+    SPARES,
+    LIMITED,
     OVER,
     SWITCHES,
     RATIO_FIRST,
