@@ -172,6 +172,15 @@ def test_steady_operation_is_that_of_phasors() -> None:
     assert x["dc_link_voltage"] == pytest.approx(12500.0, rel=1e-6)
 
 
+def test_steady_operation_has_the_voltages_of_its_phasors() -> None:
+    m, f, x = SYSTEM.machine, SYSTEM.filter, Bench().now
+    w = m.pole_pairs * SPEED
+    terminal = 1j * w * m.flux - (m.resistance + 1j * w * m.inductance) * complex(x["stator_d"], x["stator_q"])
+    e = SYSTEM.grid_peak + (f.resistance + 2j * math.pi * 50.0 * f.inductance) * complex(x["grid_d"], x["grid_q"])
+    assert x["stator_voltage"] == pytest.approx(abs(terminal), rel=1e-12)
+    assert x["converter_voltage"] == pytest.approx(abs(e), rel=1e-12)
+
+
 def test_iron_losses_brake_beside_the_current() -> None:
     bench = Bench(SYSTEM.replace(**{"machine.iron_loss": 100e3}))
     bench.march(0.1)
@@ -220,6 +229,54 @@ def test_dips_are_ridden_through_or_trip_and_power_is_balanced(
     else:
         assert np.allclose(column(rows, "torque"), TORQUE, rtol=1e-9)  # the rotor does not feel it
         assert column(rows, "grid_power")[-1] == pytest.approx(column(rows, "grid_power")[0], rel=1e-4)
+
+
+@pytest.mark.parametrize("dt", [0.05, 0.0125, 0.00625, 0.0025])
+@pytest.mark.parametrize(("depth", "duration"), [(0.0, 0.15), (0.2, 0.45)])
+def test_no_rounding_decides_on_a_dip_of_the_longest_time(dt: float, depth: float, duration: float) -> None:
+    for longer in (0.0, 0.0025) if dt == 0.0025 else (0.0,):
+        bench = Bench(dt=dt)
+        bench.march(duration + longer, voltage=depth)
+        bench.march(dt, voltage=1.0)
+        assert TRIPS[int(bench.now["trip"])] == ("grid voltage low for too long" if longer else "none")
+
+
+@pytest.mark.parametrize(("share", "reactive"), [(0.89, 8e6), (0.89, -8e6), (1.2, 8e6), (0.5, 8e6), (0.2, -4e6)])
+def test_support_comes_on_top_of_the_reactive_current_before_the_fault(share: float, reactive: float) -> None:
+    bench, rated = Bench(), SYSTEM.rated_grid_current
+    bench.march(0.1, reactive=reactive)
+    before = -reactive / (1.5 * SYSTEM.grid_peak)
+    assert bench.now["grid_q"] == pytest.approx(before, rel=1e-6)
+    bench.march(0.1, voltage=share)
+    expected = min(max(before - 2.0 * (1.0 - share) * rated, -rated), rated)
+    assert bench.now["grid_q"] == pytest.approx(expected, rel=2e-3, abs=1.0)
+    assert np.hypot(bench.now["grid_d"], bench.now["grid_q"]) < SYSTEM.grid_converter.current * (1.0 + 1e-3)
+
+
+def test_a_link_that_has_tripped_runs_empty_and_nothing_is_created() -> None:
+    bench, worst = Bench(SYSTEM.replace(**{"machine_converter.standing_loss": 5e5}), dt=0.1), 0.0
+    for _ in range(180):
+        bench.march(0.1, voltage=0.0)
+        worst = max(worst, bench.residual())
+    assert worst < 1e-12
+    assert bench.now["trip"] == 3.0
+    assert 0.0 < bench.now["dc_link_voltage"] < 1.0
+    assert bench.now["converter_loss"] < 1e-3
+
+
+@pytest.mark.parametrize(
+    "change", [{"dc_link.chopper.resistance": 1e-3}, {"dc_link.capacitance": 1e-6}, {"dc_link.lowest": 0.1}]
+)
+def test_no_link_gives_more_than_it_has(change: dict[str, float]) -> None:
+    """A chopper that empties it within a sub-step, a link that holds nothing, currents that decay out of it."""
+    bench, worst = Bench(SYSTEM.replace(forced=True).replace(**change)), 0.0
+    for voltage, torque in ((0.2, TORQUE), (1.0, -2.0 * TORQUE), (1.0, -TORQUE), (0.0, 0.0), (1.0, TORQUE)):
+        for _ in range(10):
+            bench.march(0.01, voltage=voltage, torque=torque)
+            worst = max(worst, bench.residual())
+            assert np.isfinite(bench.x).all()
+            assert bench.now["dc_energy"] > 0.0
+    assert worst < 1e-11
 
 
 def test_what_has_tripped_stays_finite_for_long() -> None:
@@ -344,6 +401,23 @@ def test_short_steps_tend_to_the_rates() -> None:
     limit = 2.0 * found[1] - found[0]
     assert np.allclose(limit, rates[:N_STATES], rtol=1e-3, atol=1.0)
     assert np.allclose(now[ad.TORQUE : ad.STORED], begin[ad.TORQUE : ad.STORED], rtol=0.02, atol=1.0)
+
+
+def test_axes_turn_with_the_phase_locked_loop() -> None:
+    """Current in its axes, and its control, see the speed of the loop itself, with its proportional part."""
+    bench, f, rates = Bench(), SYSTEM.filter, ELECTRIC.zeros()
+    bench.march(0.02, frequency=50.3, voltage=0.95)
+    x, r = bench.now, View(ELECTRIC, rates)
+    ad.electric_rates(bench.p, *bench.arguments, bench.x, rates)
+    w, rate = 2.0 * math.pi * 50.3 - float(r["grid_angle"]), 2.0 * math.pi * 100.0
+    assert abs(w - 2.0 * math.pi * 50.0 - float(x["lock_hold"])) > 0.1
+    i, held = complex(x["grid_d"], x["grid_q"]), complex(x["grid_hold_d"], x["grid_hold_q"])
+    inner = (f.resistance - rate * f.inductance + 1j * w * f.inductance) * i
+    y = complex(r["grid_hold_d"], r["grid_hold_q"]) / rate + inner + held
+    assert abs(y) == pytest.approx(float(x["converter_voltage"]), rel=1e-12)
+    source = 0.95 * SYSTEM.grid_peak * cmath.exp(1j * float(x["grid_angle"]))
+    expected = (y - source - (f.resistance + 1j * w * f.inductance) * i) / f.inductance
+    assert complex(r["grid_d"], r["grid_q"]) == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_turbine_without_one_has_none() -> None:
