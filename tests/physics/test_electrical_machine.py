@@ -93,12 +93,25 @@ def test_misunderstandings_are_told() -> None:
     ideal = meltemi.build(pmsg)
     with pytest.raises(meltemi.InputError, match="set options.electrical: averaged"):
         meltemi.simulate(ideal, wind, duration=1.0, events=[DIP])
+    for voltage in (0.9, {"time": [0.0, 1.0], "value": [1.0, 0.9]}):
+        grid = meltemi.PowerGrid.model_validate({"voltage": voltage})
+        with pytest.raises(meltemi.InputError, match=r"grid.voltage: .*set options.electrical: averaged"):
+            meltemi.simulate(ideal, wind, duration=1.0, grid=grid)
     with pytest.raises(meltemi.InputError, match="share of the nominal voltage, not volts"):
         meltemi.simulate(ideal, wind, duration=1.0, events=[{**DIP, "voltage": 1320.0}])
     with pytest.raises(meltemi.InputError, match="need options.electrical: averaged"):
         meltemi.simulate(ideal, wind, duration=1.0, channels=["dc_link_voltage"])
     with pytest.raises(meltemi.InputError, match="after the end of the run"):
         meltemi.simulate(averaged(pmsg), wind, duration=1.0, events=[{**DIP, "at": 2.0, "until": 3.0}])
+
+
+def test_a_point_tells_the_torque_that_cannot_be_made() -> None:
+    forced = meltemi.load_turbine("pmsg20mw").replace(
+        **{"electrical.forced": True, "electrical.dc_link.voltage": 9000.0}
+    )
+    point = meltemi.operating_point(averaged(forced), 12.0)
+    assert point.imbalance == pytest.approx(point.generator_torque - point["generator_torque"], rel=1e-6)
+    assert point.imbalance > 1e4
 
 
 @pytest.mark.long

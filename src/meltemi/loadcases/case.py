@@ -209,6 +209,11 @@ class LoadCase(Record):
             raise ValueError("channels: name at least one")
         if words := conflict(self.events):
             raise ValueError(words)
+        if self.electrical is not None and self.options.electrical == "ideal":
+            raise ValueError(
+                f"electrical: {self.electrical} has no effect without an electrical system; "
+                "set options.electrical: averaged"
+            )
         if self.start != "operating" and not isinstance(self.controller, SupervisedCase):
             raise ValueError(
                 f"start: {self.start} needs a controller that can start the turbine: controller: {{kind: supervised}}"

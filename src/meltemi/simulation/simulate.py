@@ -35,7 +35,7 @@ from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Numbers, Stations
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.engines import engine_of, new_case
-from meltemi.simulation.events import Happening, read_events, refuse_dips, schedule
+from meltemi.simulation.events import Happening, read_events, refuse_voltages, schedule
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.points import shared_point
 from meltemi.simulation.result import Result
@@ -165,7 +165,7 @@ class Simulation:
         self.events, self.grid = read_events(events), grid
         planned = schedule(self.events, turbine, dt, n_steps)
         if not model.has_electrical:
-            refuse_dips(self.events)
+            refuse_voltages(self.events, grid)
         began, compiled = clock_time.perf_counter(), compile_seconds()
         wind = realised(wind, turbine, duration)
         reach = engine.reach(turbine)
