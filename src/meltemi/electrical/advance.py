@@ -3,7 +3,7 @@
 Each sub-step: the machine's current under the torque; the grid's current under the control of the DC link; energies;
 protection. All powers are exact means over the sub-step, so that energy is kept to rounding at any length of it.
 
-Reference: docs/theory/electrical.md (E-1 to E-26).
+Reference: docs/theory/electrical.md (E-1 to E-28).
 """
 
 from __future__ import annotations
