@@ -196,7 +196,7 @@ class LoadCase(Record):
     options: ModelOptions = ModelOptions()
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
-    """Voltage, frequency and power reference."""
+    """Voltage, frequency, power reference and reactive power."""
     icing: Icing | None = None
     """Ice on the blades, in place of what the turbine's file may have."""
     electrical: Literal["sized"] | None = None

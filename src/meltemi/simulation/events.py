@@ -22,10 +22,8 @@ from meltemi.control.controller import LogEntry
 from meltemi.control.signals import REQUESTS
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
-from meltemi.core.series import values
 from meltemi.core.tables import MAX_BLADES, MAX_FLAPS
 from meltemi.core.yamlfile import validated
-from meltemi.environment.grid import PowerGrid
 
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
@@ -457,14 +455,14 @@ def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_step
     return Schedule(np.array(rows, dtype=float).reshape(-1, 3), log)
 
 
-def refuse_voltages(events: Sequence[Happening], grid: PowerGrid | None) -> None:
-    """InputError for a voltage that a run without an electrical system would not feel."""
-    told = "has no effect without an electrical system; set options.electrical: averaged"
+def refuse_dips(events: Sequence[Happening]) -> None:
+    """InputError for a dip that a run without an electrical system would not feel."""
     for i, event in enumerate(events):
         if isinstance(event, VoltageDip):
-            raise InputError(f"events.{i}: a voltage_dip {told}")
-    if grid is not None and (values(grid.voltage) != 1.0).any():
-        raise InputError(f"grid.voltage: a voltage that is not the nominal one {told}")
+            raise InputError(
+                f"events.{i}: a voltage_dip has no effect without an electrical system; "
+                "set options.electrical: averaged"
+            )
 
 
 def _step(t: float, dt: float) -> int:
