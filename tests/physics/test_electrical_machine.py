@@ -84,6 +84,38 @@ def test_reactive_power_is_a_demand_and_frequency_is_followed(model: Any) -> Non
     assert np.asarray(result["generator_torque"])[-1] == pytest.approx(2e7, rel=1e-5)
 
 
+def test_the_operator_asks_for_reactive_power(model: Any) -> None:
+    """From the begin on, in time, and beside what a controller demands."""
+    series = {"time": [0.0, 0.2, 0.2], "value": [4e6, 4e6, 2e6]}
+    result = meltemi.simulate(
+        model,
+        meltemi.SteadyWind(speed=12.0),
+        duration=0.5,
+        channels=["reactive_power"],
+        grid=meltemi.PowerGrid.model_validate({"reactive_power": series}),
+    )
+    found = np.asarray(result["reactive_power"])
+    assert found[0] == pytest.approx(4e6, rel=1e-6)
+    assert np.allclose(found[:4], 4e6, rtol=1e-6)
+    assert found[-1] == pytest.approx(2e6, rel=1e-6)
+
+    from meltemi.control import signals as s
+
+    def update(state: Any, measurements: Any, demands: Any, dt: float) -> None:
+        demands[s.GENERATOR_TORQUE] = 2e7
+        demands[s.REACTIVE_POWER] = -3e6
+
+    result = meltemi.simulate(
+        model,
+        meltemi.SteadyWind(speed=12.0),
+        duration=0.5,
+        controller=meltemi.Controller(update),
+        channels=["reactive_power"],
+        grid=meltemi.PowerGrid(reactive_power=1e6),
+    )
+    assert np.asarray(result["reactive_power"])[-1] == pytest.approx(-2e6, rel=1e-3)
+
+
 def test_misunderstandings_are_told() -> None:
     pmsg, wind = meltemi.load_turbine("pmsg20mw"), meltemi.SteadyWind(speed=12.0)
     with pytest.raises(meltemi.InputError, match=r"needs turbine.electrical; size_electrical\(rated_power=5.297e\+06"):
@@ -93,12 +125,28 @@ def test_misunderstandings_are_told() -> None:
     ideal = meltemi.build(pmsg)
     with pytest.raises(meltemi.InputError, match="set options.electrical: averaged"):
         meltemi.simulate(ideal, wind, duration=1.0, events=[DIP])
+    changing = {"time": [0.0, 1.0], "value": [1.0, 0.9]}
+    for name, value in (("voltage", 0.9), ("voltage", changing), ("reactive_power", 1e6)):
+        grid = meltemi.PowerGrid.model_validate({name: value})
+        with pytest.raises(meltemi.InputError, match=rf"grid.{name}: .*set options.electrical: averaged"):
+            meltemi.simulate(ideal, wind, duration=1.0, grid=grid)
+    with pytest.raises(meltemi.InputError, match=r"4e\+08 var is far beyond the rated power of 2e\+07 W"):
+        meltemi.simulate(averaged(pmsg), wind, duration=1.0, grid=meltemi.PowerGrid(reactive_power=4e8))
     with pytest.raises(meltemi.InputError, match="share of the nominal voltage, not volts"):
         meltemi.simulate(ideal, wind, duration=1.0, events=[{**DIP, "voltage": 1320.0}])
     with pytest.raises(meltemi.InputError, match="need options.electrical: averaged"):
         meltemi.simulate(ideal, wind, duration=1.0, channels=["dc_link_voltage"])
     with pytest.raises(meltemi.InputError, match="after the end of the run"):
         meltemi.simulate(averaged(pmsg), wind, duration=1.0, events=[{**DIP, "at": 2.0, "until": 3.0}])
+
+
+def test_a_point_tells_the_torque_that_cannot_be_made() -> None:
+    forced = meltemi.load_turbine("pmsg20mw").replace(
+        **{"electrical.forced": True, "electrical.dc_link.voltage": 9000.0}
+    )
+    point = meltemi.operating_point(averaged(forced), 12.0)
+    assert point.imbalance == pytest.approx(point.generator_torque - point["generator_torque"], rel=1e-6)
+    assert point.imbalance > 1e4
 
 
 @pytest.mark.long

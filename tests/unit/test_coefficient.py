@@ -153,6 +153,13 @@ def test_a_table_that_cannot_be_says_why(change: dict[str, Any], words: str) -> 
         TableCoefficient(**(good | change))  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("change", [{"maximum": 0.7}, {"tip_speed_ratio": 0.001}, {"tip_speed_ratio": 100.0}])
+def test_a_maximum_that_no_rotor_has_is_refused(change: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match="less than or equal to|greater than or equal to"):
+        HeierCoefficient(**change)
+    assert HeierCoefficient(maximum=16.0 / 27.0).maximum > 0.59
+
+
 def test_a_formula_without_a_maximum_is_refused() -> None:
     with pytest.raises(ValidationError, match="no maximum between tip-speed ratios of 4 and 15"):
         HeierCoefficient(constants=(0.0, 116.0, 0.4, 5.0, 21.0, 0.0068))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -74,7 +75,14 @@ def test_the_machine_of_table_1_has_its_numbers() -> None:
         ({"machine_converter.current": 2000.0}, ["machine_converter.current 2000 A is less than the rated 2389.5 A"]),
         ({"frequency": 60.0}, ["frequency 60 Hz is not between"]),
         ({"dc_link.chopper.full": 1.3}, ["dc_link.chopper.full 1.3 must be less than dc_link.highest 1.25"]),
+        ({"dc_link.voltage": 11800.0}, ["leaves the control no reserve", "take 11683 V", "at least 12045 V", "3 %"]),
+        ({"machine.inductance": 1e-9}, ["machine.inductance 1e-09 H is too small", "at least 0.00014 H"]),
+        ({"filter.inductance": 1e-9}, ["filter.inductance 1e-09 H is too small", "at least 0.00013 H"]),
+        ({"dc_link.capacitance": 1e-6}, ["1e-06 F holds rated power for 3.91e-06 s", "0.00041 to 2.6 F"]),
+        ({"dc_link.capacitance": 1e6}, ["1e+06 F holds rated power for 3.91e+06 s"]),
+        ({"dc_link.chopper.resistance": 1e-3}, ["0.001 Ohm acts on 0.005 F faster", "at least 1.64 Ohm"]),
         ({"control.voltage_bandwidth": 50.0}, ["at most a third of current_bandwidth 100 Hz"]),
+        ({"control.substep": 0.01}, ["substep 0.01 s is too long for voltage_bandwidth 10 Hz", "at most 0.00796 s"]),
     ],
 )
 def test_what_cannot_work_is_refused_with_numbers(change: dict[str, float], words: list[str]) -> None:
@@ -97,8 +105,34 @@ def test_sizes_by_rule_suit_every_turbine_of_the_library() -> None:
     assert size_electrical(2e6, 188.0, frequency=60.0).ride_through.highest_frequency > 60.0
     assert "less than the rated torque" in SYSTEM.unfit(1.3 * TORQUE, SPEED)
     assert "does not suit the rated speed" in SYSTEM.unfit(TORQUE, 2.0 * SPEED)
-    with pytest.raises(meltemi.InputError, match="rated_speed must be positive"):
-        size_electrical(2e6, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"rated_speed": 0.0}, "rated_speed must be positive"),
+        ({"rated_power": "5e6"}, "rated_power must be positive, found '5e6'"),
+        ({"pole_pairs": 0}, "pole_pairs must be a whole number from 1 on, found 0"),
+        ({"pole_pairs": -3}, "found -3"),
+        ({"pole_pairs": 2.5}, "found 2.5"),
+        ({"resistance": 0.2}, r"resistance 0.2, inductance 0.5 make a system .* loses 1 MW of 5 MW at .*[^)]$"),
+        ({"frequency": 1e9}, "frequency 1e"),
+    ],
+)
+def test_sizes_that_cannot_be_are_told(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(meltemi.InputError, match=f"size_electrical: .*{words}"):
+        size_electrical(**{"rated_power": 5e6, "rated_speed": 1.2, **given})
+
+
+def test_a_machine_of_any_voltage_can_be_sized() -> None:
+    assert not size_electrical(1e3, 10.0, voltage=1.5).problems()
+
+
+def test_a_sized_system_that_is_not_used_is_a_misunderstanding() -> None:
+    case = {"turbine": "nrel5mw", "wind": {"kind": "steady", "speed": 12.0}, "duration": 1.0, "electrical": "sized"}
+    with pytest.raises(ValueError, match=r"electrical: sized has no effect .* set options.electrical: averaged"):
+        meltemi.LoadCase.model_validate(case)
+    assert meltemi.LoadCase.model_validate({**case, "options": {"electrical": "averaged"}}).electrical == "sized"
 
 
 # exact steps ----------------------------------------------------------------------------------------
@@ -172,6 +206,15 @@ def test_steady_operation_is_that_of_phasors() -> None:
     assert x["dc_link_voltage"] == pytest.approx(12500.0, rel=1e-6)
 
 
+def test_steady_operation_has_the_voltages_of_its_phasors() -> None:
+    m, f, x = SYSTEM.machine, SYSTEM.filter, Bench().now
+    w = m.pole_pairs * SPEED
+    terminal = 1j * w * m.flux - (m.resistance + 1j * w * m.inductance) * complex(x["stator_d"], x["stator_q"])
+    e = SYSTEM.grid_peak + (f.resistance + 2j * math.pi * 50.0 * f.inductance) * complex(x["grid_d"], x["grid_q"])
+    assert x["stator_voltage"] == pytest.approx(abs(terminal), rel=1e-12)
+    assert x["converter_voltage"] == pytest.approx(abs(e), rel=1e-12)
+
+
 def test_iron_losses_brake_beside_the_current() -> None:
     bench = Bench(SYSTEM.replace(**{"machine.iron_loss": 100e3}))
     bench.march(0.1)
@@ -220,6 +263,54 @@ def test_dips_are_ridden_through_or_trip_and_power_is_balanced(
     else:
         assert np.allclose(column(rows, "torque"), TORQUE, rtol=1e-9)  # the rotor does not feel it
         assert column(rows, "grid_power")[-1] == pytest.approx(column(rows, "grid_power")[0], rel=1e-4)
+
+
+@pytest.mark.parametrize("dt", [0.05, 0.0125, 0.00625, 0.0025])
+@pytest.mark.parametrize(("depth", "duration"), [(0.0, 0.15), (0.2, 0.45)])
+def test_no_rounding_decides_on_a_dip_of_the_longest_time(dt: float, depth: float, duration: float) -> None:
+    for longer in (0.0, 0.0025) if dt == 0.0025 else (0.0,):
+        bench = Bench(dt=dt)
+        bench.march(duration + longer, voltage=depth)
+        bench.march(dt, voltage=1.0)
+        assert TRIPS[int(bench.now["trip"])] == ("grid voltage low for too long" if longer else "none")
+
+
+@pytest.mark.parametrize(("share", "reactive"), [(0.89, 8e6), (0.89, -8e6), (1.2, 8e6), (0.5, 8e6), (0.2, -4e6)])
+def test_support_comes_on_top_of_the_reactive_current_before_the_fault(share: float, reactive: float) -> None:
+    bench, rated = Bench(), SYSTEM.rated_grid_current
+    bench.march(0.1, reactive=reactive)
+    before = -reactive / (1.5 * SYSTEM.grid_peak)
+    assert bench.now["grid_q"] == pytest.approx(before, rel=1e-6)
+    bench.march(0.1, voltage=share)
+    expected = min(max(before - 2.0 * (1.0 - share) * rated, -rated), rated)
+    assert bench.now["grid_q"] == pytest.approx(expected, rel=2e-3, abs=1.0)
+    assert np.hypot(bench.now["grid_d"], bench.now["grid_q"]) < SYSTEM.grid_converter.current * (1.0 + 1e-3)
+
+
+def test_a_link_that_has_tripped_runs_empty_and_nothing_is_created() -> None:
+    bench, worst = Bench(SYSTEM.replace(**{"machine_converter.standing_loss": 5e5}), dt=0.1), 0.0
+    for _ in range(180):
+        bench.march(0.1, voltage=0.0)
+        worst = max(worst, bench.residual())
+    assert worst < 1e-12
+    assert bench.now["trip"] == 3.0
+    assert 0.0 < bench.now["dc_link_voltage"] < 1.0
+    assert bench.now["converter_loss"] < 1e-3
+
+
+@pytest.mark.parametrize(
+    "change", [{"dc_link.chopper.resistance": 1e-3}, {"dc_link.capacitance": 1e-6}, {"dc_link.lowest": 0.1}]
+)
+def test_no_link_gives_more_than_it_has(change: dict[str, float]) -> None:
+    """A chopper that empties it within a sub-step, a link that holds nothing, currents that decay out of it."""
+    bench, worst = Bench(SYSTEM.replace(forced=True).replace(**change)), 0.0
+    for voltage, torque in ((0.2, TORQUE), (1.0, -2.0 * TORQUE), (1.0, -TORQUE), (0.0, 0.0), (1.0, TORQUE)):
+        for _ in range(10):
+            bench.march(0.01, voltage=voltage, torque=torque)
+            worst = max(worst, bench.residual())
+            assert np.isfinite(bench.x).all()
+            assert bench.now["dc_energy"] > 0.0
+    assert worst < 1e-11
 
 
 def test_what_has_tripped_stays_finite_for_long() -> None:
@@ -344,6 +435,79 @@ def test_short_steps_tend_to_the_rates() -> None:
     limit = 2.0 * found[1] - found[0]
     assert np.allclose(limit, rates[:N_STATES], rtol=1e-3, atol=1.0)
     assert np.allclose(now[ad.TORQUE : ad.STORED], begin[ad.TORQUE : ad.STORED], rtol=0.02, atol=1.0)
+
+
+def slowest(system: ElectricalSystem, torque: float, voltage: float) -> float:
+    """Largest amplification of a sub-step, over all that it can do to small changes of the states."""
+    h = system.control.longest_step * (1.0 - 1e-9)
+    bench = Bench(system, dt=h, torque=torque)
+    bench.arguments[3] = voltage
+    ad.electric_begin(bench.p, *bench.arguments, bench.x, h)
+    begin, columns = bench.x.copy(), []
+    for j in range(N_STATES):
+        step, ends = 1e-6 * max(abs(begin[j]), 0.01 if ELECTRIC.names[j] in ("grid_angle", "lock_hold") else 1.0), []
+        for sign in (1.0, -1.0):
+            x = begin.copy()
+            x[j] += sign * step
+            ad.electric_advance(bench.p, *bench.arguments, x, h)
+            ends.append(x[:N_STATES])
+        columns.append((ends[0] - ends[1]) / (2.0 * step))
+    return float(np.abs(np.linalg.eigvals(np.array(columns))).max())
+
+
+@pytest.mark.parametrize("current", [50.0, 300.0, 2000.0])
+def test_loops_that_are_accepted_are_stable(current: float) -> None:
+    """With the longest sub-step, and the fastest control of the DC link, that the record takes."""
+    accepted = []
+    for share, turn in ((0.1, 0.49), (0.33, 0.49), (0.33, 0.1), (0.1, 0.05), (0.33, 0.03)):
+        loop = share * current
+        control = {"current_bandwidth": current, "voltage_bandwidth": loop, "lock_bandwidth": loop}
+        try:
+            system = SYSTEM.replace(
+                control={**control, "substep": min(turn / (2.0 * math.pi * loop), 0.01)}, **{"dc_link.chopper": None}
+            )
+        except ValueError as error:
+            assert "is too much for the energy of the filter" in str(error)
+            continue
+        accepted.append(max(slowest(system, x * TORQUE, u) for x, u in ((1.0, 1.0), (0.05, 1.0), (1.0, 0.91))))
+    assert len(accepted) > 0
+    assert max(accepted) < 1.0
+
+
+def test_a_step_that_is_accepted_follows_the_chopper() -> None:
+    """The link under the chopper alone falls from step to step, and does not swing about where it begins to act."""
+    link = SYSTEM.dc_link
+    assert link.chopper is not None
+    most = (
+        link.chopper.resistance
+        * link.capacitance
+        / (link.chopper.full / (link.chopper.full - link.chopper.begin) + 2.0)
+    )
+    SYSTEM.replace(**{"control.substep": 0.99 * most})
+    with pytest.raises(ValueError, match="faster than sub-steps"):
+        SYSTEM.replace(**{"control.substep": 1.01 * most})
+    p = electrical_array(SYSTEM)
+    volts = np.linspace(1.0, 1.2, 400) * link.voltage
+    energy = 0.5 * link.capacitance * volts**2
+    after = energy - 0.99 * most * np.array([ad.chopper(p, v) for v in volts])
+    assert (np.diff(after) >= -1e-9 * energy[0]).all()
+
+
+def test_axes_turn_with_the_phase_locked_loop() -> None:
+    """Current in its axes, and its control, see the speed of the loop itself, with its proportional part."""
+    bench, f, rates = Bench(), SYSTEM.filter, ELECTRIC.zeros()
+    bench.march(0.02, frequency=50.3, voltage=0.95)
+    x, r = bench.now, View(ELECTRIC, rates)
+    ad.electric_rates(bench.p, *bench.arguments, bench.x, rates)
+    w, rate = 2.0 * math.pi * 50.3 - float(r["grid_angle"]), 2.0 * math.pi * 100.0
+    assert abs(w - 2.0 * math.pi * 50.0 - float(x["lock_hold"])) > 0.1
+    i, held = complex(x["grid_d"], x["grid_q"]), complex(x["grid_hold_d"], x["grid_hold_q"])
+    inner = (f.resistance - rate * f.inductance + 1j * w * f.inductance) * i
+    y = complex(r["grid_hold_d"], r["grid_hold_q"]) / rate + inner + held
+    assert abs(y) == pytest.approx(float(x["converter_voltage"]), rel=1e-12)
+    source = 0.95 * SYSTEM.grid_peak * cmath.exp(1j * float(x["grid_angle"]))
+    expected = (y - source - (f.resistance + 1j * w * f.inductance) * i) / f.inductance
+    assert complex(r["grid_d"], r["grid_q"]) == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_turbine_without_one_has_none() -> None:

@@ -3,7 +3,7 @@
 Each sub-step: the machine's current under the torque; the grid's current under the control of the DC link; energies;
 protection. All powers are exact means over the sub-step, so that energy is kept to rounding at any length of it.
 
-Reference: docs/theory/electrical.md (E-1 to E-26).
+Reference: docs/theory/electrical.md (E-1 to E-28).
 """
 
 from __future__ import annotations
@@ -67,6 +67,8 @@ GRID_POWER, REACTIVE, DC_LINK, STATOR_VOLTAGE, CONVERTER_VOLTAGE = ELECTRIC.slot
 SQRT_2, SQRT_3 = sqrt(2.0), sqrt(3.0)
 UNLIMITED = 1e30
 """[V] a converter that is cut off has whatever voltage its terminals have."""
+LEAST_ENERGY = 1e-9
+"""Of the DC link, over C V^2 of its nominal voltage: nothing is taken below, so that its root has a slope."""
 SWEEPS = 30
 """Of the losses in steady operation."""
 
@@ -139,6 +141,7 @@ def electric_begin(
     y = plus(Phasor(0.0 * w, -w * p[FLUX]), times(Phasor(p[STATOR_R], w * p[STATOR_L]), i))
     incoming = -1.5 * along(y, i) - converter_loss(p, MACHINE, p[DC_VOLTAGE], along(i, i))
     store(electric, STATOR, i)
+    electric[STATOR_VOLTAGE] = sqrt(along(y, y))
     cross = smooth(p[STATOR_R], p[STATOR_L], w, p[CURRENT_RATE])[1]
     if dt > 0.0:
         cross = circuit(p[STATOR_R], p[STATOR_L], w, p[CURRENT_RATE], dt / n).cross
@@ -159,6 +162,7 @@ def electric_begin(
     store(electric, GRID_HOLD, minus(y, times(cross, g)))
     electric[DC_HOLD] = 1.5 * peak * g.d - incoming
     electric[LOCK_HOLD] = w - p[NOMINAL]
+    electric[CONVERTER_VOLTAGE] = sqrt(along(y, y))
     present(p, speed, voltage, electric)
 
 
@@ -208,11 +212,12 @@ def electric_rates(
     incoming = -1.5 * along(y, i) - converter_loss(p, MACHINE, dc, along(i, i))
     aim = energy_control(p, incoming, energy, electric[DC_HOLD], reactive, voltage)
     g, hold = two(electric, GRID_I), two(electric, GRID_HOLD)
-    w = p[NOMINAL] + electric[LOCK_HOLD]
+    lock, s = p[LOCK_RATE] if voltage > LEAST_VOLTAGE else 0.0 * p[LOCK_RATE], sin(electric[ANGLE])
+    w = p[NOMINAL] + electric[LOCK_HOLD] + SQRT_2 * lock * s
     lead, cross = smooth(p[FILTER_R], p[FILTER_L], w, rate)
     inner = times(cross, g)
     y = limited(plus(plus(scaled(lead, minus(aim.current, g)), hold), inner), most)
-    peak, s = voltage * p[GRID_PEAK], sin(electric[ANGLE])
+    peak = voltage * p[GRID_PEAK]
     source = Phasor(peak * cos(electric[ANGLE]), peak * s)
     drop = plus(source, times(Phasor(p[FILTER_R], w * p[FILTER_L]), g))
     store(rates, GRID_I, scaled(1.0 / p[FILTER_L], minus(y, drop)))
@@ -220,9 +225,8 @@ def electric_rates(
     electric[CONVERTER_VOLTAGE] = sqrt(along(y, y))
     rates[ENERGY] = incoming - 1.5 * along(y, g) - converter_loss(p, GRID, dc, along(g, g)) - chopper(p, dc)
     rates[DC_HOLD] = aim.rate
-    lock = p[LOCK_RATE] if voltage > LEAST_VOLTAGE else 0.0 * p[LOCK_RATE]
     rates[LOCK_HOLD] = lock * lock * s
-    rates[ANGLE] = 2.0 * pi * frequency - w - SQRT_2 * lock * s
+    rates[ANGLE] = 2.0 * pi * frequency - w
 
 
 @kernel
@@ -248,7 +252,6 @@ def electric_advance(
     h, part = dt / n, 1.0 / n
     w, rate = p[POLE_PAIRS] * speed, p[CURRENT_RATE]
     stator = circuit(p[STATOR_R], p[STATOR_L], w, rate, h)
-    grid = circuit(p[FILTER_R], p[FILTER_L], p[NOMINAL] + electric[LOCK_HOLD], rate, h)
     force = Phasor(0.0 * w, -w * p[FLUX])
     i, i_hold = two(electric, STATOR), two(electric, STATOR_HOLD)
     g, g_hold = two(electric, GRID_I), two(electric, GRID_HOLD)
@@ -259,7 +262,7 @@ def electric_advance(
         electric[row] = zero(electric)
     peak = voltage * p[GRID_PEAK]
     lock = p[LOCK_RATE] if voltage > LEAST_VOLTAGE else 0.0 * p[LOCK_RATE]
-    floor = 1e-3 * p[CAPACITANCE] * p[DC_VOLTAGE] * p[DC_VOLTAGE]
+    floor = LEAST_ENERGY * p[CAPACITANCE] * p[DC_VOLTAGE] * p[DC_VOLTAGE]
     for _ in range(n):
         dc = sqrt(2.0 * energy / p[CAPACITANCE])
         on = 1.0 if trip == 0.0 else 0.0
@@ -267,21 +270,30 @@ def electric_advance(
         # the machine's side
         wanted = scaled(on, stator_reference(p, torque - p[IRON] * speed, w, dc / SQRT_3))
         m = drive(stator, i, i_hold, wanted, force, most)
-        i, i_hold = m.current, m.hold
-        lost = converter_loss(p, MACHINE, dc, m.square)
-        incoming = -1.5 * along(m.voltage, m.mean) - lost
-        # the grid's side
+        incoming = -1.5 * along(m.voltage, m.mean) - converter_loss(p, MACHINE, dc, m.square)
+        # the grid's side, in axes that turn with the phase-locked loop
         s = sin(angle)
         source = Phasor(peak * cos(angle), peak * s)
+        lock_hold += h * lock * lock * s
+        turning = p[NOMINAL] + lock_hold + SQRT_2 * lock * s
+        grid = circuit(p[FILTER_R], p[FILTER_L], turning, rate, h)
         aim = energy_control(p, incoming, energy, dc_hold, reactive, voltage)
         o = drive(grid, g, g_hold, scaled(on, aim.current), source, most)
-        g, g_hold = o.current, o.hold
         dc_hold += on * h * aim.rate
-        lock_hold += h * lock * lock * s
-        angle += h * (2.0 * pi * frequency - p[NOMINAL] - lock_hold - SQRT_2 * lock * s)
+        angle += h * (2.0 * pi * frequency - turning)
         # energies
-        burnt, lost_too = chopper(p, dc), converter_loss(p, GRID, dc, o.square)
-        energy = max(energy + h * (incoming - 1.5 * along(o.voltage, o.mean) - lost_too - burnt), floor)
+        left = energy - 1.5 * h * (along(m.voltage, m.mean) + along(o.voltage, o.mean))
+        if left < floor:  # an empty link drives no current: both sides are short-circuited
+            m = drive(stator, i, i_hold, wanted, force, 0.0 * most)
+            o = drive(grid, g, g_hold, scaled(on, aim.current), source, 0.0 * most)
+            left = energy + 0.0 * left
+        i, i_hold, g, g_hold = m.current, m.hold, o.current, o.hold
+        lost = converter_loss(p, MACHINE, dc, m.square) + converter_loss(p, GRID, dc, o.square)
+        burnt = chopper(p, dc)
+        if h * (lost + burnt) > left - floor:  # no more is lost than there is
+            there = (left - floor) / (h * (lost + burnt))
+            lost, burnt = there * lost, there * burnt
+        energy = max(left - h * (lost + burnt), floor)
         heat += h * (burnt - p[COOLING] * heat)
         low_time = low_time + h if voltage < 1.0 - p[BAND] else 0.0 * low_time
         if trip > 0.0:
@@ -290,7 +302,7 @@ def electric_advance(
             trip += protection(p, sqrt(2.0 * energy / p[CAPACITANCE]), voltage, frequency, low_time, heat)
         electric[TORQUE] += part * (1.5 * p[POLE_PAIRS] * p[FLUX] * m.mean.q + p[IRON] * speed)
         electric[COPPER] += part * 1.5 * p[STATOR_R] * m.square
-        electric[CONVERTER] += part * (lost + lost_too)
+        electric[CONVERTER] += part * lost
         electric[FILTER] += part * 1.5 * p[FILTER_R] * o.square
         electric[CHOPPER] += part * burnt
         electric[GRID_POWER] += part * 1.5 * along(source, o.mean)

@@ -19,8 +19,8 @@ from meltemi.electrical.tables import ELECTRICAL
 
 Float = NDArray[float64]
 
-POLE_PAIRS, FLUX, STATOR_R, STATOR_L, MACHINE_LIMIT, GRID_LIMIT, RESERVE = ELECTRICAL.slots(
-    "pole_pairs flux stator_resistance stator_inductance machine_limit grid_limit reserve"
+POLE_PAIRS, FLUX, STATOR_R, STATOR_L, MACHINE_LIMIT, GRID_LIMIT, RESERVE, SUBSTEP = ELECTRICAL.slots(
+    "pole_pairs flux stator_resistance stator_inductance machine_limit grid_limit reserve substep"
 )
 GRID_PEAK, GRID_CURRENT, GAIN, BAND, ZERO_TIME, RECOVERY_TIME = ELECTRICAL.slots(
     "grid_peak grid_current support_gain dead_band zero_time recovery_time"
@@ -79,9 +79,10 @@ def grid_reference(p: Float, active: float, reactive: float, share: float) -> Ph
     """
     limit, away = p[GRID_LIMIT], 1.0 - share
     if abs(away) > p[BAND]:
-        support = min(p[GAIN] * abs(away), 1.0) * p[GRID_CURRENT]
-        q = min(support, limit)
-        q = -q if away > 0.0 else q
+        # support comes on top of what was there before
+        before = -reactive / (1.5 * p[GRID_PEAK])
+        most = min(p[GRID_CURRENT], limit)
+        q = min(max(before - p[GAIN] * away * p[GRID_CURRENT], -most), most)
         rest = sqrt(max(limit * limit - q * q, 0.0))
         return Phasor(min(max(active, -rest), rest), q)
     d = min(max(active, -limit), limit)
@@ -105,7 +106,8 @@ def protection(p: Float, dc: float, share: float, frequency: float, low_time: fl
         return 1.0
     if dc < p[DC_LOWEST]:
         return 2.0
-    recovery = (low_time - p[ZERO_TIME]) / (p[RECOVERY_TIME] - p[ZERO_TIME])
+    # half a sub-step of grace: what lasts as long as is allowed is ridden through, however sub-steps add up
+    recovery = (low_time - 0.5 * p[SUBSTEP] - p[ZERO_TIME]) / (p[RECOVERY_TIME] - p[ZERO_TIME])
     if share < (1.0 - p[BAND]) * min(max(recovery, 0.0), 1.0):
         return 3.0
     if share > p[HIGHEST_VOLTAGE]:

@@ -33,6 +33,7 @@ CONDITIONS = table(
     grid_voltage    | -      | at the terminals, share of the nominal voltage
     grid_frequency  | Hz     | of the grid
     power_reference | W      | active electrical power that the operator asks for; rated power without a request
+    reactive_power  | var    | delivered to the grid, that the operator asks for
     """,
 )
 """Rows of conditions in time, and of the present ones."""
@@ -42,6 +43,7 @@ TIME, AIR_DENSITY, AIR_TEMPERATURE, HUMIDITY, AIR_PRESSURE, GRID_VOLTAGE, GRID_F
         "time air_density air_temperature humidity air_pressure grid_voltage grid_frequency power_reference"
     )
 )
+REACTIVE_POWER = CONDITIONS.index("reactive_power")
 
 
 @kernel
@@ -115,7 +117,12 @@ def conditions_array(
         )
     air = environment.air or Air()
     reference = rated_power if grid.power_reference is None else grid.power_reference
-    of_the_grid = (grid.voltage, frequency if grid.frequency is None else grid.frequency, reference)
+    of_the_grid = (
+        grid.voltage,
+        frequency if grid.frequency is None else grid.frequency,
+        reference,
+        grid.reactive_power,
+    )
     times = union(air.temperature, air.humidity, 0.0 if air.pressure is None else air.pressure, *of_the_grid)
     times = _density_times(air, times)
     temperature, humidity, pressure, density = air.at(times)

@@ -11,7 +11,7 @@ from meltemi.core.series import Varying, values
 
 
 class PowerGrid(Record):
-    """Voltage, frequency and power reference, each constant or in time."""
+    """Voltage, frequency and what the operator asks for, each constant or in time."""
 
     voltage: Varying = 1.0
     """Share of the nominal voltage at the terminals; dips are below 1."""
@@ -19,6 +19,8 @@ class PowerGrid(Record):
     """[Hz]; by default the nominal one of the turbine's electrical system, 50 Hz where it has none."""
     power_reference: Varying | None = None
     """[W] active electrical power that the operator asks for; none asks for rated power."""
+    reactive_power: Varying = 0.0
+    """[var] that the operator asks for, positive into the grid; what a controller demands is added."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -196,7 +196,7 @@ class LoadCase(Record):
     options: ModelOptions = ModelOptions()
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
-    """Voltage, frequency and power reference; the last needs a controller that follows it."""
+    """Voltage, frequency, reactive power, and power reference, which needs a controller that follows it."""
     icing: Icing | None = None
     """Ice on the blades, in place of what the turbine's file may have."""
     electrical: Literal["sized"] | None = None
@@ -209,6 +209,11 @@ class LoadCase(Record):
             raise ValueError("channels: name at least one")
         if words := conflict(self.events):
             raise ValueError(words)
+        if self.electrical is not None and self.options.electrical == "ideal":
+            raise ValueError(
+                f"electrical: {self.electrical} has no effect without an electrical system; "
+                "set options.electrical: averaged"
+            )
         if self.start != "operating" and not isinstance(self.controller, SupervisedCase):
             raise ValueError(
                 f"start: {self.start} needs a controller that can start the turbine: controller: {{kind: supervised}}"

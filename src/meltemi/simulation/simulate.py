@@ -34,6 +34,7 @@ from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Numbers, Stations
 from meltemi.simulation.channels import DEFAULT, Channel
+from meltemi.simulation.electric import check_grid
 from meltemi.simulation.engines import engine_of, new_case
 from meltemi.simulation.events import Happening, read_events, refuse_dips, schedule
 from meltemi.simulation.machine import AnyModel
@@ -78,8 +79,8 @@ def simulate(
       stations: further places for section loads.
       events: faults, grid losses and requests, as records or as keys and values:
         ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
-      grid: voltage, frequency and power reference, which needs a controller that follows it; by default a stiff grid
-        that takes all power.
+      grid: voltage, frequency, reactive power, and power reference, which needs a controller that follows it; by
+        default a stiff grid that takes all power.
       progress: called with the share that is done.
 
     Returns:
@@ -164,6 +165,7 @@ class Simulation:
         chosen = choose(model, channels, stations)
         n_steps = round(duration / dt) + 1
         self.events, self.grid = read_events(events), grid
+        check_grid(grid, model.has_electrical, turbine.rated_power)
         planned = schedule(self.events, turbine, dt, n_steps)
         if not model.has_electrical:
             refuse_dips(self.events)

@@ -615,7 +615,7 @@ def advance(
             electric_advance(
                 electrical,
                 drive[ex.GENERATOR_TORQUE],
-                demands[sg.REACTIVE_POWER],
+                demands[sg.REACTIVE_POWER] + outside[cd.REACTIVE_POWER],
                 structure[GEAR_RATIO] * v[n_core - N_SHAFT + GENERATOR],
                 outside[cd.GRID_VOLTAGE],
                 outside[cd.GRID_FREQUENCY],

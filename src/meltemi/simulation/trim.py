@@ -74,7 +74,8 @@ class OperatingPoint:
       rotor_speed: [rad/s].
       pitch: [rad].
       generator_torque: [N m].
-      imbalance: [N m] of torque left over, on the low-speed shaft; zero when the speed is free.
+      imbalance: [N m] of torque left over, on the low-speed shaft; zero when the speed is free and an electrical
+        system, where there is one, can make the torque.
       q, v: coordinates and velocities when blade 1 points up.
       aero: states of inflow and stall, and the solver's memory, at that moment.
       revolution: (azimuths, states) the same three behind one another, at equal steps of the azimuth from 0.
@@ -534,13 +535,14 @@ class _Orbit:
             self.sector()
         self.azimuth = 0.0
         step = 2.0 * np.pi / B / SAMPLES
-        means = np.zeros_like(case.signals.vector)
+        means, made = np.zeros_like(case.signals.vector), 0.0
         revolution = []
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
             evaluate(0.0, step / self.speed, case.numbers, case.parts, False)
             case["drive"][ex.GENERATOR_TORQUE] = self.torque
             case.begin_electric()
+            made += float(case["drive"][ex.GENERATOR_TORQUE]) / (B * SAMPLES)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
             revolution.append(np.concatenate([case["q"], case["v"], case.air()]))
@@ -563,7 +565,7 @@ class _Orbit:
             pitch=self.pitch,
             generator_speed=self.speed * model.turbine.drivetrain.gear_ratio,
             generator_torque=self.torque,
-            imbalance=self.over_revolution,
+            imbalance=self.over_revolution + model.turbine.drivetrain.gear_ratio * (self.torque - made),
             q=case["q"].copy(),
             v=case["v"].copy(),
             aero=aero,

@@ -9,9 +9,10 @@ Reference: docs/theory/electrical.md.
 from __future__ import annotations
 
 import math
-from typing import Self
+from numbers import Integral, Real
+from typing import Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
@@ -22,6 +23,16 @@ RESERVE = 0.97
 """Share of the DC link's voltage limit that steady operation may use."""
 MOST_COPPER, MOST_FILTER = 0.1, 0.05
 """Largest losses of stator and filter that make sense, share of rated power."""
+
+MOST_TURN = 0.5
+"""[rad] that a control loop which is marched in explicit steps may turn in one, at its natural frequency: half of where
+it would become unstable."""
+MOST_SWING = 10.0
+"""Largest swing of a current when its voltage falls to zero at once, over the rated current."""
+LONGEST_STORE = 10.0
+"""[s] of rated power that the DC link may hold."""
+FORCE = " (forced: true accepts it)"
+"""What helps against a refusal."""
 
 
 class PermanentMagnetMachine(Record):
@@ -181,6 +192,12 @@ class ConverterControl(Record):
                     f"{name} {getattr(self, name):g} Hz must be at most a third of current_bandwidth "
                     f"{self.current_bandwidth:g} Hz, which it acts through"
                 )
+            longest = MOST_TURN / (2.0 * math.pi * getattr(self, name))
+            if self.longest_step > longest:
+                raise ValueError(
+                    f"substep {self.longest_step:g} s is too long for {name} {getattr(self, name):g} Hz, whose loop is "
+                    f"followed in explicit steps; at most {longest:.3g} s"
+                )
         return self
 
     @property
@@ -237,18 +254,23 @@ class ElectricalSystem(Record):
                 f"filter.resistance {f.resistance:g} Ohm loses {lost / 1e6:.3g} MW of {P / 1e6:.3g} MW at the rated "
                 f"current of {i:.4g} A; is it {1e-3 * f.resistance:g} Ohm?"
             )
+        kept = f"with the {100.0 * (1.0 - RESERVE):.0f} % that the control keeps"
         if m.rated_voltage > limit:
+            short = m.rated_voltage > self.limit_voltage
             found.append(
-                f"dc_link.voltage {self.dc_link.voltage:g} V is below the machine's: at rated power and speed its "
-                f"terminals have {LINE * m.rated_voltage:.5g} V line to line (rms), which needs at least "
-                f"{math.sqrt(3.0) * m.rated_voltage / RESERVE:.5g} V"
+                f"dc_link.voltage {self.dc_link.voltage:g} V "
+                f"{'is below' if short else 'leaves the control no reserve over'} the machine's: at rated power and "
+                f"speed its terminals have {LINE * m.rated_voltage:.5g} V line to line (rms), which take "
+                f"{math.sqrt(3.0) * m.rated_voltage:.5g} V, and at least "
+                f"{math.sqrt(3.0) * m.rated_voltage / RESERVE:.5g} V {kept}"
             )
         x = 2.0 * math.pi * self.frequency * f.inductance * i
         e = math.hypot(self.grid_peak + f.resistance * i, x)
         if e > limit:
             found.append(
                 f"dc_link.voltage {self.dc_link.voltage:g} V is too low for the grid: at rated power the converter "
-                f"needs {LINE * e:.5g} V line to line (rms), so at least {math.sqrt(3.0) * e / RESERVE:.5g} V"
+                f"needs {LINE * e:.5g} V line to line (rms), so at least {math.sqrt(3.0) * e / RESERVE:.5g} V "
+                f"{kept}"
             )
         for name, converter, rated in (
             ("machine_converter", self.machine_converter, m.rated_current),
@@ -267,6 +289,48 @@ class ElectricalSystem(Record):
                 f"frequency {self.frequency:g} Hz is not between ride_through.lowest_frequency "
                 f"{band.lowest_frequency:g} Hz and highest_frequency {band.highest_frequency:g} Hz"
             )
+        return found + self._too_fast()
+
+    def _too_fast(self) -> list[str]:
+        """What is faster than the controls, or than the steps they are marched in (E-27, E-28)."""
+        found, P, dc, rate = [], self.machine.rated_power, self.dc_link, 2.0 * math.pi * self.control.current_bandwidth
+        h, wv = self.control.longest_step, 2.0 * math.pi * self.control.voltage_bandwidth
+        for name, inductance, volts, amperes in (
+            ("machine", self.machine.inductance, self.machine.rated_emf, self.machine.rated_current),
+            ("filter", self.filter.inductance, self.grid_peak, self.rated_grid_current),
+        ):
+            swing = volts / (math.e * rate * inductance * amperes)
+            if swing > MOST_SWING:
+                found.append(
+                    f"{name}.inductance {inductance:g} H is too small for control.current_bandwidth "
+                    f"{self.control.current_bandwidth:g} Hz: a loss of voltage would swing the current by {swing:.3g} "
+                    f"times the rated one; at least {inductance * swing / MOST_SWING:.2g} H"
+                )
+        store = 0.5 * dc.capacitance * dc.voltage**2 / P
+        if not 1.0 / rate <= store <= LONGEST_STORE:
+            low, high = (2.0 * P * t / dc.voltage**2 for t in (1.0 / rate, LONGEST_STORE))
+            found.append(
+                f"dc_link.capacitance {dc.capacitance:g} F holds rated power for {store:.3g} s, not between the "
+                f"{1.0 / rate:.2g} s in which the currents are controlled and {LONGEST_STORE:g} s: {low:.2g} to "
+                f"{high:.2g} F"
+            )
+        # a current that is to change takes energy for the filter out of the link at once
+        filling = self.filter.inductance * self.rated_grid_current / self.grid_peak * -math.expm1(-rate * h)
+        if math.sqrt(2.0) * wv * (h + filling) > 1.0:
+            most = 1.0 / (2.0 * math.pi * math.sqrt(2.0) * (h + filling))
+            found.append(
+                f"control.voltage_bandwidth {self.control.voltage_bandwidth:g} Hz is too much for the energy of the "
+                f"filter at sub-steps of {h:.3g} s; at most {most:.3g} Hz"
+            )
+        if dc.chopper is not None:
+            gain = dc.chopper.full / (dc.chopper.full - dc.chopper.begin) + 2.0
+            longest = dc.chopper.resistance * dc.capacitance / gain
+            if h > longest:
+                found.append(
+                    f"dc_link.chopper.resistance {dc.chopper.resistance:g} Ohm acts on {dc.capacitance:g} F faster "
+                    f"than sub-steps of {h:.3g} s can follow; at least {h * gain / dc.capacitance:.3g} Ohm, or "
+                    f"control.substep of at most {longest:.2g} s"
+                )
         return found
 
     def unfit(self, torque: float, speed: float) -> str:
@@ -295,7 +359,7 @@ class ElectricalSystem(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if not self.forced and (found := self.problems()):
-            raise ValueError(f"{'; '.join(found)} (forced: true accepts it)")
+            raise ValueError("; ".join(found) + FORCE)
         return self
 
 
@@ -327,31 +391,39 @@ def size_electrical(
       resistance, inductance: of the stator, per unit.
 
     Raises:
-      InputError: a value is not positive.
+      InputError: a value is not positive, or what they make cannot work.
     """
-    given = {"rated_power": rated_power, "rated_speed": rated_speed, "frequency": frequency}
-    given |= {"resistance": resistance, "inductance": inductance}
+    given: dict[str, Any] = {"rated_power": rated_power, "rated_speed": rated_speed, "frequency": frequency}
+    given |= {"resistance": resistance, "inductance": inductance} | ({} if voltage is None else {"voltage": voltage})
+    for name, value in given.items():
+        if not (isinstance(value, Real) and 0.0 < float(value) < math.inf):
+            raise InputError(f"size_electrical: {name} must be positive, found {value!r}")
     if voltage is None:
         voltage = 690.0 if rated_power <= 6e6 else 3300.0 if rated_power < 14e6 else 6600.0
-    for name, value in {**given, "voltage": voltage}.items():
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"size_electrical: {name} must be positive, found {value!r}")
     if pole_pairs is None:
         hertz = 10.0 if rated_speed < 5.0 else 50.0
         pole_pairs = max(1, round(2.0 * math.pi * hertz / rated_speed))
-    peak, stator_frequency = voltage / LINE, pole_pairs * rated_speed
+    pairs: Any = pole_pairs
+    if not (isinstance(pairs, Integral) and int(pairs) >= 1):
+        raise InputError(f"size_electrical: pole_pairs must be a whole number from 1 on, found {pairs!r}")
+    peak, stator_frequency = voltage / LINE, int(pairs) * rated_speed
     current = rated_power / (1.5 * peak)
     base = peak / current
     machine = PermanentMagnetMachine(
         rated_power=rated_power,
         rated_speed=rated_speed,
-        pole_pairs=pole_pairs,
+        pole_pairs=int(pairs),
         flux=peak / stator_frequency,
         resistance=resistance * base,
         inductance=inductance * base / stator_frequency,
         iron_loss=0.005 * rated_power,
     )
-    return complete(machine, voltage, frequency)
+    try:
+        return complete(machine, voltage, frequency)
+    except ValidationError as error:
+        told = ", ".join(f"{name} {value:g}" for name, value in given.items())
+        words = "; ".join(each["msg"].removeprefix("Value error, ") for each in error.errors()).removesuffix(FORCE)
+        raise InputError(f"size_electrical: {told} make a system that cannot work: {words}") from None
 
 
 def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float = 50.0) -> ElectricalSystem:
@@ -369,7 +441,8 @@ def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float =
     current = P / (1.5 * peak)
     base = peak / current
     highest = max(machine.rated_voltage, math.hypot(1.1 * peak, 0.3 * peak), peak * 1.3)
-    dc = round(math.sqrt(3.0) * highest / RESERVE * 1.02, -1)
+    dc = math.sqrt(3.0) * highest / RESERVE * 1.02
+    dc = round(dc, -1) if dc > 100.0 else dc
     return ElectricalSystem(
         machine=machine,
         machine_converter=converter(P, machine.rated_current, 1.15),

@@ -32,10 +32,10 @@ class HeierCoefficient(Record):
     """
 
     kind: Literal["heier"] = "heier"
-    tip_speed_ratio: float = Field(default=9.5085, gt=0.0)
+    tip_speed_ratio: float = Field(default=9.5085, ge=1.0, le=30.0)
     """Where the maximum at zero pitch lies."""
-    maximum: float = Field(default=0.48, gt=0.0, lt=1.0)
-    """Of the power coefficient."""
+    maximum: float = Field(default=0.48, gt=0.0, le=16.0 / 27.0)
+    """Of the power coefficient, at most that of Betz."""
     constants: tuple[float, float, float, float, float, float] = (0.5176, 116.0, 0.4, 5.0, 21.0, 0.0068)
     """c1 to c6."""
 

@@ -81,8 +81,9 @@ def power_point(
         # without acceleration the shaft carries what drives the rotor
         case["q"][TORSION] = (float(rotor["torque"]) - friction * rotor_speed) / turbine.drivetrain.stiffness
         case.evaluate(0.0)
-    case["drive"][ex.GENERATOR_TORQUE] = float(steady_torque(law, ratio * rotor_speed, angle))
+    case["drive"][ex.GENERATOR_TORQUE] = asked = float(steady_torque(law, ratio * rotor_speed, angle))
     case.begin_electric()
+    imbalance += ratio * (asked - float(case["drive"][ex.GENERATOR_TORQUE]))  # what the machine cannot make is left
     case.loads(0.0)
     q, v = case["q"].copy(), case["v"].copy()
     channels = power_channels(model)
@@ -91,7 +92,7 @@ def power_point(
         rotor_speed=rotor_speed,
         pitch=angle,
         generator_speed=ratio * rotor_speed,
-        generator_torque=float(steady_torque(law, ratio * rotor_speed, angle)),
+        generator_torque=asked,
         imbalance=imbalance,
         q=q,
         v=v,

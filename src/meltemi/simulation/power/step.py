@@ -340,7 +340,7 @@ def advance(
             electric_advance(
                 electrical,
                 drive[ex.GENERATOR_TORQUE],
-                demands[sg.REACTIVE_POWER],
+                demands[sg.REACTIVE_POWER] + outside[cd.REACTIVE_POWER],
                 structure[GEAR_RATIO] * v[GENERATOR],
                 outside[cd.GRID_VOLTAGE],
                 outside[cd.GRID_FREQUENCY],
