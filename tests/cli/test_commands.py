@@ -219,6 +219,26 @@ def test_the_template_of_a_case_runs(command: Command, tmp_path: Path) -> None:
     succeeded(command("run", path, "--out", out), out, *RUN)
 
 
+def test_what_the_template_has_in_comments_is_valid(command: Command, tmp_path: Path) -> None:
+    text = command("template").out
+    for old, new in (
+        ("controller: {kind: baseline}\n", "\n"),
+        ("# controller: {kind: power", "controller: {kind: power"),
+        ("  # electrical: averaged", "  electrical: averaged"),
+        ("# electrical: sized", "electrical: sized"),
+        ("# grid: ", "grid: "),
+        ("#   power_reference", "  power_reference"),
+        ("#   voltage", "  voltage"),
+        ("#   frequency", "  frequency"),
+    ):
+        assert old in text
+        text = text.replace(old, new, 1)
+    (tmp_path / "a.yaml").write_text(text)
+    case = meltemi.read_case(tmp_path / "a.yaml")
+    assert (case.grid.power_reference, case.electrical, case.options.electrical) == (3e6, "sized", "averaged")
+    assert case.controller.kind == "power"
+
+
 def test_the_templates_other_winds_are_valid(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     bts()
     (tmp_path / "gust.wnd").write_text("0 10 0 0 0 0.2 0 0\n")
@@ -320,6 +340,13 @@ def test_a_channel_is_explained(command: Command, name: str) -> None:
         "about y: positive when thrust bends the blade downwind",
     ):
         assert part in ran.out
+
+
+@pytest.mark.parametrize("name", ["power_coefficient", "RtAeroCp"])
+def test_channels_of_a_power_coefficient_are_explained_and_listed(command: Command, name: str) -> None:
+    ran = command("channels", "--explain", name)
+    assert (ran.status, ran.err, ran.out.splitlines()[0]) == (0, "", "power_coefficient")
+    assert "power_coefficient" in command("channels", "--search", name).out
 
 
 @pytest.mark.parametrize("name", ["B3N20Alpha", "station_2_moment_y_1", "tower_station_1_moment_y", "pitch_rate_2"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import gc
 import json
 import subprocess
@@ -10,6 +11,7 @@ import threading
 import time
 import weakref
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +35,7 @@ from meltemi import (
     simulate_batch,
 )
 from meltemi.control import signals as s
+from meltemi.loadcases.batch import interruptible_batch
 from meltemi.simulation import points
 
 
@@ -233,6 +236,26 @@ threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT)).start()
 outcomes = meltemi.simulate_batch(cases, workers=2)
 print(json.dumps([(int(o.status), len(o.value.time)) for o in outcomes]))
 """
+
+
+def test_an_interrupt_at_the_end_of_the_last_case_is_told(model: Model) -> None:
+    def late(result: Result) -> float:
+        _thread.interrupt_main()
+        return float(result["rotor_speed"][-1])
+
+    case = BatchCase(model, SteadyWind(speed=11.0), 0.5)
+    outcomes, interrupted = interruptible_batch([case], reduce=late, workers=1)
+    assert ([o.status for o in outcomes], interrupted) == ([Status.OK], True)
+    assert not interruptible_batch([case], workers=1)[1]
+
+
+def test_who_raises_what_the_keyboard_raises_ends_the_batch(model: Model) -> None:
+    def raising(wind: Any) -> Controller:
+        raise KeyboardInterrupt
+
+    case = BatchCase(model, SteadyWind(speed=11.0), 0.5)
+    outcomes, interrupted = interruptible_batch([replace(case, controller=raising), case], workers=1)
+    assert ([o.error for o in outcomes], interrupted) == ([KeyboardInterrupt], True)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C cannot be sent to one process")

@@ -31,7 +31,7 @@ from meltemi import (
 from meltemi.control.signals import DEMANDS
 from meltemi.core.tables import View
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
-from meltemi.simulation.engines import engine_of
+from meltemi.simulation.engines import default_step, engine_of
 
 R, AREA = 138.0, np.pi * 138.0**2
 LAMBDA, C_P = 9.5085, 0.48
@@ -101,8 +101,15 @@ def test_rated_power_is_that_of_the_stator_and_pitch_holds_it(model: PowerModel)
     assert point.pitch > 20 * DEG
     with pytest.raises(InputError, match=r"at its largest pitch of 25 degrees pmsg20mw still drives more"):
         operating_point(model, 20.0)
-    with pytest.raises(InputError, match="the wind does not turn the rotor"):
+    with pytest.raises(InputError, match=r"the generator\. Take a higher wind speed, or begin elsewhere: in a case"):
         operating_point(model, 0.5)
+
+
+def test_rain_that_takes_all_power_is_named(turbine: PowerTurbine) -> None:
+    cloudburst = Rain(kind="heavy_rainstorm_extreme", mode="seed", diameter=10.0)
+    model = build(turbine, environment=Environment(rain=cloudburst))
+    with pytest.raises(InputError, match=r"rain takes 100 % of the rotor's power\. Take less rain or a higher wind"):
+        operating_point(model, 9.0)
 
 
 def test_a_run_begins_and_stays_in_steady_operation(model: PowerModel) -> None:
@@ -365,6 +372,20 @@ def test_the_default_time_step_follows_the_inertia_and_the_shaft(turbine: PowerT
     # two masses at w: 0.4 / w, a divisor of 0.05 s
     w = np.sqrt(7e9 * (1 / 2.93e9 + 1 / 1e7))
     assert step(stiffness=7e9, generator_inertia=1e7) <= 0.4 / w < 2 * step(stiffness=7e9, generator_inertia=1e7)
+
+
+@pytest.mark.parametrize(
+    ("changes", "cause"),
+    [
+        ({"rotor_inertia": 4.872}, r"drivetrain.rotor_inertia 4.872 kg m\^2"),
+        ({"stiffness": 1e20, "generator_inertia": 1e4}, "drivetrain.stiffness 1e\\+20 N m/rad is large"),
+    ],
+)
+def test_a_time_step_of_nearly_nothing_is_refused(turbine: PowerTurbine, changes: dict[str, float], cause: str) -> None:
+    tiny = turbine.replace(**{f"drivetrain.{name}": value for name, value in changes.items()})
+    with pytest.raises(InputError, match=f"pmsg20mw: its time step would be .* s, .*{cause}.*set options.time_step"):
+        simulate(build(tiny), SteadyWind(speed=9.0), duration=1.0)
+    assert default_step(build(tiny, ModelOptions(time_step=1e-6))) == 1e-6
 
 
 # against the aeroelastic machine, and derivatives -----------------------------------------------------

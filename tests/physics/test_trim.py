@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from meltemi import Model, SteadyWind, operating_point, simulate
+import meltemi
+from meltemi import InputError, Model, SteadyWind, operating_point, simulate
 from meltemi.postprocess.statistics import means_over_revolutions
+from meltemi.simulation import engines
 
 OWN = (
     "generator_power rotor_speed rotor_aero_thrust rotor_torque root_moment_in_plane_1 root_moment_out_of_plane_1 "
@@ -80,3 +82,18 @@ def test_the_library_turbine_is_stable_under_its_law(model: Model, speed: float)
     result = simulate(model, wind, duration=120.0, channels=["RotTorq", "TwrBsMxt"])
     late = result.between(90.0, 120.0)
     assert np.ptp(late["RotTorq"]) < 0.05 * late["RotTorq"].mean()
+
+
+def test_a_wind_that_does_not_turn_the_rotor_is_explained(model: Model) -> None:
+    with pytest.raises(InputError, match=r"the generator\. Take a higher wind speed, or begin elsewhere: in a case"):
+        operating_point(model, 0.5)
+    wet = meltemi.build(model.turbine, environment=meltemi.Environment(rain=meltemi.Rain(rate=8.0)))
+    with pytest.raises(InputError, match=r"the generator in rain of 8 mm/h\. Take less rain or a higher wind speed"):
+        operating_point(wet, 0.5)
+
+
+def test_a_time_step_of_nearly_nothing_is_refused(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert engines.default_step(model) == 0.01
+    monkeypatch.setattr(engines, "SHORTEST_STEP", 0.02)
+    with pytest.raises(InputError, match=r"nrel5mw: its time step would be 0.01 s, 1e\+02 steps .* coordinate '.*' is"):
+        engines.default_step(model)

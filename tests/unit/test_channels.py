@@ -13,7 +13,7 @@ from meltemi.core.units import FIELD
 from meltemi.report.plots import EVERYBODY
 from meltemi.report.tables import POWER_CURVE
 from meltemi.simulation.case import SIGNAL_TABLES
-from meltemi.simulation.channels import DEFAULT, Channel, catalogue, find, standard
+from meltemi.simulation.channels import DEFAULT, Channel, catalogue, every_kind, find, standard
 from meltemi.simulation.simulate import choose, model_channels
 from meltemi.turbine.definition import Turbine
 
@@ -240,6 +240,13 @@ def test_a_name_like_no_other_says_so() -> None:
 def test_nodes_that_are_not_there_are_answered_with_their_number(name: str, nodes: int) -> None:
     with pytest.raises(InputError, match=f"Blade nodes are numbered 1 to {nodes}"):
         find(name, EVERYTHING)
+
+
+@pytest.mark.parametrize("name", ["power_coefficient", "RtAeroCp", "rain_power_loss"])
+def test_channels_of_another_kind_of_turbine_are_told(name: str) -> None:
+    with pytest.raises(InputError, match=f"no channel '{name}': a turbine of a power coefficient has it"):
+        find(name, standard())
+    assert find(name, every_kind()).source[0] == "disk_flow"
 
 
 def test_an_empty_name_is_no_channel() -> None:

@@ -18,7 +18,7 @@ import meltemi
 from meltemi import InputError, Result
 from meltemi.postprocess.files.openfast import UNITS, Columns, result_of, si_unit
 from meltemi.postprocess.files.outb import packed
-from meltemi.simulation.channels import Channel, catalogue, find, standard
+from meltemi.simulation.channels import Channel, catalogue, every_kind, find, standard
 
 TIME = np.arange(0.0, 20.01, 0.05)
 NAMES = ("RotSpeed", "PtchPMzc1", "-RootMyc1", "mTwrBsMyt", "RtFldFxh", "B1N3Alpha", "Spn1MLyb1", "QD_TFA1", "Odd")
@@ -135,7 +135,7 @@ def test_units_of_openfast(text: str, si: tuple[str, float]) -> None:
 
 def test_units_lead_to_those_of_the_catalogue() -> None:
     known = {unit for unit, _ in UNITS.values()}
-    assert {c.unit for c in catalogue(3, 1, 1, 1, flaps=1).values()} <= known
+    assert {c.unit for c in (every_kind() | catalogue(3, 1, 1, 1)).values()} <= known
 
 
 # our own files
@@ -144,6 +144,7 @@ def test_units_lead_to_those_of_the_catalogue() -> None:
 def everything(n_channels: int | None = None) -> Result:
     """All channels of a turbine with coordinates, each with numbers of its own size."""
     every = catalogue(3, 20, 2, 3, ["blade 1 1st flap", "1st fore-aft", "generator", "blade 2 1st torsion"], 2)
+    every |= every_kind() | catalogue(gears=(1, 3))
     channels = [c for c in every.values() if c.name != "time"][:n_channels]
     rng = np.random.default_rng(1)
     size = 10.0 ** rng.uniform(-6, 8, len(channels))
@@ -257,7 +258,7 @@ def test_a_reference_run_of_openfast_survives(tmp_path: Path, reference: Path) -
     result = meltemi.read_result(path)
     assert len(result.names) == 146
     ours = [c for c in result.channels if c.source[0] != "file"]
-    assert len(ours) == 64
+    assert len(ours) == 65
     assert {find(n, standard()).name for n in names[1:] if n in {c.alias for c in standard().values()}} <= {
         c.name for c in ours
     }

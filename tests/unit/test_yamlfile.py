@@ -29,10 +29,17 @@ class Part(Record):
         return self
 
 
+class Paint(Record):
+    dry: bool = True
+    thickness: float = Field(default=0.1, gt=0.0, lt=1.0)
+    finish: Literal["gloss", "matt"] = "matt"
+
+
 class Machine(Record):
     name: str
     count: int = Field(default=1, ge=1)
     main: Part
+    paint: Paint = Paint()
     parts: tuple[Part, ...] = ()
     named: dict[str, Part] = Field(default_factory=dict)
 
@@ -95,11 +102,38 @@ def test_the_path_may_be_text(tmp_path: Path) -> None:
         ("  weights: [1, 2, 3]", "  weights: [1, .nan]", "FILE:6: main.weights: every entry must be a finite number"),
         ("  weights: [1, 2, 3]", "  weights: [[1], 2]", "FILE:6: main.weights: expected numbers in a regular"),
         ("  weights: [1, 2, 3]", "  weights: [99, 2]", "FILE:4: main: weights must not sum to more than 100"),
-        ("    kind: thick", "    kind: thicc", "FILE:10: parts.1.kind: expected 'thin' or 'thick', found 'thicc'"),
+        (
+            "    kind: thick",
+            "    kind: thicc",
+            "FILE:10: parts.1.kind: expected 'thin' or 'thick', found 'thicc'; did you",
+        ),
+        ("    kind: thick", "    kind: xyz", "FILE:10: parts.1.kind: expected 'thin' or 'thick', found 'xyz'"),
         ("name: lathe\n", "", "FILE: name: missing"),
         ("  length: 2.5\n", "", "FILE:4: main.length: missing"),
-        ("main:\n  length: 2.5\n  weights: [1, 2, 3]", "main: 3", "FILE:4: main: "),
+        (
+            "main:\n  length: 2.5\n  weights: [1, 2, 3]",
+            "main: 3",
+            "FILE:4: main: expected keys and values, for instance {length: 3}, found 3",
+        ),
+        (
+            "count: 2\n",
+            "paint: gloss\n",
+            "FILE:3: paint: expected keys and values, for instance {finish: gloss}, found",
+        ),
+        (
+            "count: 2\n",
+            "paint: 0.2\n",
+            "FILE:3: paint: expected keys and values, for instance {thickness: 0.2}, found 0.2",
+        ),
+        ("count: 2\n", "paint: 9\n", "FILE:3: paint: expected keys and values (dry, thickness, finish), found 9"),
+        ("count: 2\n", "paint:\n", "FILE:3: paint: expected keys and values (dry, thickness, finish), found nothing"),
+        (
+            "parts:\n  - length: 1.0\n  - length: 2.0\n    kind: thick",
+            "parts: one",
+            "FILE:7: parts: expected a list, found",
+        ),
         ("parts:\n  - length: 1.0", "parts:\n  - 1.0\n  - length: 1.0", "FILE:8: parts.0: "),
+        ("parts:\n  - length: 1.0", "parts:\n  - thick\n  - length: 1.0", "such as {length: ...}, found 'thick'"),
         ("name: lathe", "name: [1]", "FILE:2: name: expected a string, found [1]"),
     ],
 )

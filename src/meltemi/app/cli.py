@@ -298,12 +298,11 @@ def channels(
     ] = None,
 ) -> None:
     """List what can be recorded, or explain one channel."""
-    from meltemi.simulation.channels import catalogue, find
+    from meltemi.simulation.channels import catalogue, every_kind, find
 
     if explain is not None:
-        c = find(
-            explain, catalogue(n_nodes=20, blade_stations=3, tower_stations=3, flaps=4, gears=(2, 3), electrical=True)
-        )
+        many = catalogue(n_nodes=20, blade_stations=3, tower_stations=3, flaps=4)
+        c = find(explain, every_kind() | many)
         unit, factor = c.display_unit
         print(f"{c.name}")
         print(f"  OpenFAST     {c.alias or 'no such channel'}")
@@ -315,8 +314,7 @@ def channels(
         print(f"  positive     {c.sign}")
         return
     text = (search or "").lower()
-    every = catalogue(n_nodes=1, flaps=1, gears=(2, 3), electrical=True).values()
-    chosen = [c for c in every if text in f"{' '.join(c.names)} {c.description}".lower()]
+    chosen = [c for c in every_kind().values() if text in f"{' '.join(c.names)} {c.description}".lower()]
     if not chosen:
         raise InputError(f"no channel has {search!r} in its name or description")
     rows = [[c.name, c.alias, c.unit, c.sign, c.description] for c in chosen]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from types import UnionType
@@ -177,9 +178,50 @@ def _message(problem: Any, kind: type[BaseModel]) -> str:
         tag = problem["ctx"]["tag"]
         return f"expected {', '.join(repr(t) for t in tags)}, found {tag!r}; {did_you_mean(tag, tags)}"
     message = problem["msg"].replace("Input should be", "expected").replace("a valid i", "an i")
-    message = message.replace("a valid ", "a ")
-    shown = repr(value)
-    return f"{message}, found {shown if len(shown) <= 60 else shown[:57] + '...'}"
+    message = message.replace("a valid ", "a ").replace("a dictionary", "keys and values").replace("a tuple", "a list")
+    if what in ("model_type", "model_attributes_type"):
+        message = f"expected keys and values{_example(_asked(kind, problem), value)}"
+    shown = "nothing" if value is None else repr(value)
+    message = f"{message}, found {shown if len(shown) <= 60 else shown[:57] + '...'}"
+    if what == "literal_error" and isinstance(value, str):
+        near = did_you_mean(value, re.findall(r"'([^']*)'", problem["ctx"]["expected"]))
+        message += f"; {near}" if near.startswith("did") else ""
+    return message
+
+
+def _asked(kind: type[BaseModel], problem: Any) -> list[type[BaseModel]]:
+    """The record classes of which a plain value stands in the place."""
+    found = _alternatives_at(kind, problem["loc"])
+    named = [record for record in found if record.__name__ == problem.get("ctx", {}).get("class_name")]
+    return named or found
+
+
+def _example(records: Sequence[type[BaseModel]], value: Any) -> str:
+    """The keys of a record as they may stand in a file: the one that takes ``value``, or those it cannot do without."""
+    if not records:
+        return ""
+    tagged = [record for record in records if value in _literals(record)] if isinstance(value, str) else []
+    record = (tagged or records)[0]
+    plain = isinstance(value, str | int | float) and not isinstance(value, bool)
+    for key in [*record.model_fields][:3] if plain and len(records) == 1 else []:
+        try:
+            made = record.model_validate({key: value})
+        except ValidationError:
+            continue
+        if not isinstance(getattr(made, key), bool):
+            return f", for instance {{{key}: {value}}}"
+    tags = {key: _tag(field.annotation) for key, field in record.model_fields.items()}
+    chosen = [key for key, field in record.model_fields.items() if field.is_required() or tags[key]]
+    if not chosen:
+        return f" ({', '.join([*record.model_fields][:6])}{', ...' if len(record.model_fields) > 6 else ''})"
+    shown = ", ".join(f"{key}: {tags[key] or '...'}" for key in chosen)
+    return f" such as {{{shown}}}"
+
+
+def _tag(annotation: Any) -> str:
+    """The value of a key that has only one: it tells alternatives apart."""
+    values = get_args(annotation) if get_origin(annotation) is Literal else ()
+    return str(values[0]) if len(values) == 1 else ""
 
 
 def _record_at(kind: type[BaseModel], location: Sequence[int | str]) -> type[BaseModel] | None:

@@ -14,10 +14,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Siz
 from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError, RunError, Status
+from meltemi.core.interrupts import on_interrupt
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.environment.grid import PowerGrid
 from meltemi.postprocess.files import write_netcdf
@@ -115,6 +117,18 @@ def simulate_batch(
     Raises:
       InputError: ``workers`` or ``out`` is not valid.
     """
+    return interruptible_batch(cases, reduce=reduce, out=out, workers=workers, progress=progress)[0]
+
+
+def interruptible_batch(
+    cases: Iterable[BatchCase],
+    *,
+    reduce: Callable[[Result], Any] | None = None,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[list[Outcome], bool]:
+    """As :func:`simulate_batch`, and whether Ctrl-C came, which may be too late to be seen in an outcome."""
     if workers is not None and not (isinstance(workers, int) and workers >= 1):
         raise InputError(f"workers must be a whole number of at least 1, found {workers!r}")
     folder = None if out is None else Path(out)
@@ -123,7 +137,8 @@ def simulate_batch(
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"{folder}: cannot be written ({error.strerror or error})") from None
-    return _Batch(cases, reduce, folder).run(workers or available_cores(), progress)
+    batch = _Batch(cases, reduce, folder)
+    return batch.run(workers or available_cores(), progress), batch.interrupted
 
 
 class _Batch:
@@ -135,14 +150,14 @@ class _Batch:
         self.reduce, self.folder = reduce, folder
         self.stop = threading.Event()
         self.next_lock, self.first_lock = threading.Lock(), threading.Lock()
-        self.compiled = False
+        self.compiled = self.interrupted = False
         self.names: set[str] = set()
         self.outcomes: dict[int, Outcome] = {}
         self.under_way: dict[int, Simulation] = {}
 
     @one_blas_thread  # once for all threads: the setting belongs to the process
     def run(self, workers: int, progress: Callable[[float], None] | None) -> list[Outcome]:
-        with ThreadPoolExecutor(workers, thread_name_prefix="meltemi") as pool:
+        with on_interrupt(self._heard), ThreadPoolExecutor(workers, thread_name_prefix="meltemi") as pool:
             futures = [pool.submit(self._work) for _ in range(workers)]
             try:
                 busy = set(futures)
@@ -153,12 +168,17 @@ class _Batch:
                     if any(future.exception() for future in done):
                         break  # the iterable of the cases has failed
             except KeyboardInterrupt:
-                pass
+                self.interrupted = True
             finally:
                 self.stop.set()
         for future in futures:
             future.result()
         return [self.outcomes[i] for i in sorted(self.outcomes)]
+
+    def _heard(self, _: FrameType | None) -> None:
+        """Ctrl-C: no exception, which could come between taking a lock and giving it back."""
+        self.interrupted = True
+        self.stop.set()
 
     def _share(self) -> float:
         done = len(self.outcomes)
@@ -185,6 +205,8 @@ class _Batch:
             except BaseException as error:
                 words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
                 self.outcomes[i] = Outcome(name, Status.FAILED, words, error=type(error))
+                if isinstance(error, KeyboardInterrupt):  # by a function of the case: as if the keyboard had said it
+                    self._heard(None)
             finally:
                 self.under_way.pop(i, None)
 
@@ -192,6 +214,8 @@ class _Batch:
         run = self._prepare(case)
         self.under_way[i] = run
         march(run, stop=self.stop.is_set)
+        if run.status is Status.INTERRUPTED:
+            self._heard(None)
         result = run.result()
         result.meta["case"] = name
         value: Any = result

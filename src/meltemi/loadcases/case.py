@@ -339,7 +339,7 @@ duration: 60.0               # s
 controller: {kind: baseline}
 # controller: {kind: baseline, yaw: {dead_band: 0.14}}           # turns into the wind; with options: {yaw: driven}
 # controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
-# controller: {kind: power, scheme: hold}   # follows grid: {power_reference: 3.0e6}; docs: power control
+# controller: {kind: power, scheme: hold}   # or another of A0 to A3; follows power_reference below; docs: power control
 # controller: {kind: supervised}         # starts, stops and protects; then also   start: standstill
 
 output_step: 0.05            # s between records
@@ -377,6 +377,14 @@ options:                     # docs: options; defaults are shown
   skew: glauert              # glauert, none
   tower_influence: potential # potential, lower_half, none
   tower_drag: true
+  # electrical: averaged     # ideal, averaged: generator, converters, DC link and grid of the turbine file
+
+# electrical: sized          # such a system by rule; with options: {electrical: averaged}; docs: electrical system
+
+# grid:                      # each constant, or in time as the air's temperature below; docs: power control
+#   power_reference: 3.0e6   # W that the operator asks for; rated power without it
+#   voltage: 1.0             # share of the nominal one; with options: {electrical: averaged}
+#   frequency: 50.0          # Hz; by default that of the turbine's electrical system
 
 environment:
   air_density: 1.225         # kg/m^3

@@ -16,7 +16,7 @@ from meltemi.postprocess.spectra import (
     rotor_frequency,
 )
 from meltemi.report.plots import COLOURS, INK, new_figure, style
-from meltemi.simulation.channels import Channel, catalogue, find
+from meltemi.simulation.channels import Channel, every_kind, find
 from meltemi.simulation.result import Result
 
 if TYPE_CHECKING:
@@ -113,4 +113,4 @@ def _runs(some: Result | Sequence[Result] | PowerSpectrum) -> list[Result]:
 
 def _known(name: str) -> Channel:
     """A channel by its name alone."""
-    return find(name, catalogue(n_nodes=1, flaps=1, gears=(2, 3), electrical=True))
+    return find(name, every_kind())

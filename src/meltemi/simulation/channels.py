@@ -82,6 +82,7 @@ def catalogue(
     flaps: int = 0,
     gears: tuple[int, int] = (0, 0),
     electrical: bool = False,
+    disk: bool = False,
 ) -> dict[str, Channel]:
     """All channels of a turbine by name.
 
@@ -93,11 +94,14 @@ def catalogue(
       flaps: of each blade.
       gears: planetary stages, and all stages of a gearbox whose parts are modelled.
       electrical: an electrical system is modelled.
+      disk: also those that only a turbine of a power coefficient has.
     """
     found = [_channel(row, ()) for row in _rows("machine")]
     found += _gearbox(*gears)
     if electrical:
         found += [_channel(row, ()) for row in _rows("electrical")]
+    if disk:
+        found += [_channel(row, ()) for row in _rows("disk")]
     for b in range(1, n_blades + 1):
         for row in _rows("blade"):
             index = () if row[-1].startswith("demands.") else (b - 1,)
@@ -121,12 +125,6 @@ def catalogue(
     return {channel.name: channel for channel in found}
 
 
-def disk_channels() -> dict[str, Channel]:
-    """Those that only a turbine of a power coefficient has."""
-    found = [_channel(row, ()) for row in _rows("disk")]
-    return {channel.name: channel for channel in found}
-
-
 def _gearbox(planetary: int, stages: int) -> list[Channel]:
     """Channels of a gearbox, in the order of the table GEAR_LOAD."""
     rows = [(row, 1) for row in _rows("main_shaft")] if stages else []
@@ -137,6 +135,11 @@ def _gearbox(planetary: int, stages: int) -> list[Channel]:
 
 
 GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|stage_\d_.*")
+
+
+def every_kind() -> dict[str, Channel]:
+    """Channels of all kinds that a turbine may have, each kind with as few numbers as show it."""
+    return catalogue(n_nodes=1, flaps=1, gears=(2, 3), electrical=True, disk=True)
 
 
 @cache
@@ -164,6 +167,8 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
         hint += f" Blade nodes are numbered 1 to {_last_node(channels)}."
     if GEARBOX.fullmatch(lower) and "main_shaft_torque" not in channels:
         hint = "loads of the gearbox need options.drivetrain: quasi_static or multibody"
+    if lower in {name.lower() for row in _rows("disk") for name in filter(None, row[:2])}:
+        hint = "a turbine of a power coefficient has it"
     if lower in {row[0] for row in _rows("electrical")}:
         hint = "channels of the electrical system need options.electrical: averaged"
     raise InputError(f"no channel {name!r}: {hint}")

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, overload
 
+from meltemi.core.errors import InputError
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.simulation import modes, trim
@@ -33,6 +34,8 @@ from meltemi.wind.turbulence.field import AnyWind
 LONGEST_STEP = modes.OUTPUT_STEP
 SHARE_OF_TIME = 0.1
 """Longest default time step of a turbine of a power coefficient over the time in which rated torque stops it."""
+SHORTEST_STEP = 1e-5
+"""[s] no shorter time step is taken unasked: a run would seem to hang."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,8 @@ class Engine:
 
     Attributes:
       case: its arrays for a run; arguments as for ``Case``.
-      time_step: (model) [s], by default.
+      time_step: (model) [s], by default; runs take that of :func:`default_step`.
+      step_cause: (model) in words, what makes this time step so short.
       channels: (model, stations) all it can record, by name.
       channel: (name, model, channels) one of them.
       operating_point: (model, wind, rotor_speed=, pitch=).
@@ -52,6 +56,7 @@ class Engine:
 
     case: Callable[..., BaseCase]
     time_step: Callable[[Any], float]
+    step_cause: Callable[[Any], str]
     channels: Callable[[Any, Stations], dict[str, Channel]]
     channel: Callable[[str, Any, dict[str, Channel]], Channel]
     operating_point: Callable[..., OperatingPoint]
@@ -74,21 +79,41 @@ def _aeroelastic_channels(model: Model, stations: Stations) -> dict[str, Channel
 
 
 def _power_step(model: PowerModel) -> float:
-    """[s] a divisor of 0.05 s: for torsion as for other machines, for the speed a share of its time under torque."""
+    """[s] a divisor of 0.05 s that is not above these limits."""
+    longest = min(_power_limits(model).values())
+    return LONGEST_STEP / max(math.ceil(LONGEST_STEP / longest - 1e-9), 1)
+
+
+def _power_limits(model: PowerModel) -> dict[str, float]:
+    """[s] by cause: for torsion as for other machines, for the speed a share of its time under torque."""
     shaft, control = model.turbine.drivetrain, model.turbine.control
     inertia = model.parameter("disk.inertia") + shaft.gear_ratio**2 * model.parameter("structure.generator_inertia")
     speed = control.pitch.reference_speed / shaft.gear_ratio
-    longest = SHARE_OF_TIME * inertia * speed**2 / control.torque.rated_power
+    cause = f"the rotor has little inertia for its power, drivetrain.rotor_inertia {shaft.rotor_inertia:g} kg m^2"
+    limits = {cause: SHARE_OF_TIME * inertia * speed**2 / control.torque.rated_power}
     if shaft.stiffness is not None:
         other = shaft.gear_ratio**2 * shaft.generator_inertia
         frequency = math.sqrt(shaft.stiffness * (1.0 / shaft.rotor_inertia + 1.0 / other))
-        longest = min(longest, modes.STEP_LIMIT / frequency)
-    return LONGEST_STEP / max(math.ceil(LONGEST_STEP / longest - 1e-9), 1)
+        cause = (
+            f"drivetrain.stiffness {shaft.stiffness:g} N m/rad is large for drivetrain.rotor_inertia "
+            f"{shaft.rotor_inertia:g} kg m^2 and drivetrain.generator_inertia {shaft.generator_inertia:g} kg m^2"
+        )
+        limits[cause] = modes.STEP_LIMIT / frequency
+    return limits
+
+
+def _power_cause(model: PowerModel) -> str:
+    limits = _power_limits(model)
+    return min(limits, key=limits.__getitem__)
 
 
 AEROELASTIC = Engine(
     case=Case,
     time_step=modes.time_step,
+    step_cause=lambda model: (
+        f"coordinate {modes.fastest_coordinate(model)!r} is very stiff for its inertia, with "
+        f"{modes.highest_frequency(model):.3g} rad/s"
+    ),
     channels=_aeroelastic_channels,
     channel=lambda name, model, available: find(name, available),
     operating_point=trim.operating_point,
@@ -102,6 +127,7 @@ AEROELASTIC = Engine(
 POWER = Engine(
     case=PowerCase,
     time_step=_power_step,
+    step_cause=_power_cause,
     channels=lambda model, stations: power_channels(model),
     channel=lambda name, model, available: find_power_channel(name, model, available),
     operating_point=power_point,
@@ -114,6 +140,24 @@ POWER = Engine(
 def engine_of(model: AnyModel) -> Engine:
     """The engine of a model."""
     return POWER if isinstance(model, PowerModel) else AEROELASTIC
+
+
+def default_step(model: AnyModel) -> float:
+    """Time step [s] of a run: that of the options, else the engine's.
+
+    Raises:
+      InputError: the engine's is so short that runs would seem to hang.
+    """
+    if model.options.time_step is not None:
+        return model.options.time_step
+    engine = engine_of(model)
+    dt = engine.time_step(model)
+    if dt < SHORTEST_STEP:
+        raise InputError(
+            f"{model.turbine.name}: its time step would be {dt:.2g} s, {1.0 / dt:.2g} steps for each second of a run: "
+            f"{engine.step_cause(model)}; check these values, or set options.time_step"
+        )
+    return dt
 
 
 @overload

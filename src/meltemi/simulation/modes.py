@@ -165,11 +165,24 @@ def eigenmodes(K: Float, D: Float, names: tuple[str, ...]) -> list[Mode]:
 
 def highest_frequency(model: Model) -> float:
     """[rad/s] of the assembled machine at rest."""
+    return _fastest(model)[0]
+
+
+def fastest_coordinate(model: Model) -> str:
+    """Name of the coordinate that moves most at the highest frequency."""
+    return _fastest(model)[1]
+
+
+def _fastest(model: Model) -> tuple[float, str]:
     case = vacuum_case(model)
     free = np.flatnonzero(model.locked == 0.0)
     stiffness = -derivative_matrix(case, "q")[np.ix_(free, free)]
     _check(stiffness)
-    return float(np.sqrt(np.max(np.abs(np.linalg.eigvals(stiffness))))) if len(free) else 0.0
+    if not len(free):
+        return 0.0, ""
+    squares, shapes = np.linalg.eig(stiffness)
+    i = int(np.argmax(np.abs(squares)))
+    return float(np.sqrt(np.abs(squares[i]))), model.coordinates[free[int(np.argmax(np.abs(shapes[:, i])))]]
 
 
 def time_step(model: Model) -> float:

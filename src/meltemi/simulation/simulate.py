@@ -12,6 +12,7 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from types import FrameType
 from typing import Any
 
 import llvmlite.binding
@@ -22,10 +23,11 @@ from numba import types
 from meltemi.aero.rotor import AIR_DENSITY
 from meltemi.control import fixed
 from meltemi.control.baseline import baseline
-from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, LogEntry, StartPoint
+from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, Entry, LogEntry, StartPoint
 from meltemi.control.faults import happen, report
 from meltemi.control.signals import DEMANDS, GRID, MEASUREMENTS
 from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds, kernel_for
 from meltemi.core.tables import View
 from meltemi.electrical.advance import TRIP
@@ -35,7 +37,7 @@ from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Numbers, Stations
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.electric import check_grid
-from meltemi.simulation.engines import engine_of, new_case
+from meltemi.simulation.engines import default_step, engine_of, new_case
 from meltemi.simulation.events import Happening, read_events, refuse_dips, schedule
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.points import shared_point
@@ -110,17 +112,25 @@ def march(
     run: Simulation, progress: Callable[[float], None] | None = None, stop: Callable[[], bool] | None = None
 ) -> None:
     """March a run to its end, in chunks of about 0.1 s of wall time, or until Ctrl-C or ``stop`` says so."""
+
+    def heard(frame: FrameType | None) -> None:
+        run.interrupted = True
+        # as compiled code calls a controller in Python an exception would be lost: the chunk goes on to its end
+        if frame is None or frame.f_globals.get("__name__") != Entry.__module__:
+            raise KeyboardInterrupt
+
     chunk = 100
     try:
-        while not run.finished:
-            began = clock_time.perf_counter()
-            run.advance(chunk)
-            spent = clock_time.perf_counter() - began
-            chunk = int(np.clip(chunk * CHUNK_SECONDS / max(spent, 1e-4), 10, 4 * chunk))
-            if progress is not None:
-                progress(run.share)
-            if stop is not None and stop() and not run.finished:
-                run.interrupted = True
+        with on_interrupt(heard):
+            while not run.finished:
+                began = clock_time.perf_counter()
+                run.advance(chunk)
+                spent = clock_time.perf_counter() - began
+                chunk = int(np.clip(chunk * CHUNK_SECONDS / max(spent, 1e-4), 10, 4 * chunk))
+                if progress is not None:
+                    progress(run.share)
+                if stop is not None and stop() and not run.finished:
+                    run.interrupted = True
     except KeyboardInterrupt:
         run.interrupted = True
     finally:
@@ -157,7 +167,7 @@ class Simulation:
         turbine, engine = model.turbine, engine_of(model)
         if not (math.isfinite(duration) and duration > 0.0):
             raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
-        dt = model.options.time_step or engine.time_step(model)
+        dt = default_step(model)
         if duration < (1.0 - 1e-9) * dt:
             raise InputError(f"duration {duration:g} s is less than the time step of {dt:g} s")
         every_output = _multiple(output_step, dt, "output_step")

@@ -31,6 +31,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.threads import one_blas_thread
 from meltemi.core.yamlfile import validated
+from meltemi.environment.drops import MM_PER_HOUR
 from meltemi.simulation.case import BaseCase, Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
@@ -147,7 +148,9 @@ def operating_point(
         rotor_speed = reference
     search_speed, search_pitch, close = rotor_speed is None, False, False
     if rotor_speed is None:
-        rotor_speed, above = _balance_speed(left_over, reference, angle, steady.speed)
+        falling = model.environment.rain
+        rain = f" in rain of {falling.intensity / MM_PER_HOUR:g} mm/h" if falling is not None else ""
+        rotor_speed, above = _balance_speed(left_over, reference, angle, steady.speed, rain)
         search_pitch = above and pitch is None
         search_speed = not above
         if search_pitch:
@@ -205,7 +208,7 @@ def steady_wind(wind: AnyWind, hub_height: float) -> SteadyWind:
 
 
 def _balance_speed(
-    left_over: Callable[[float, float], float], reference: float, pitch: float, wind_speed: float
+    left_over: Callable[[float, float], float], reference: float, pitch: float, wind_speed: float, rain: str = ""
 ) -> tuple[float, bool]:
     """Rotor speed at which torque balances stably, and whether the reference speed is exceeded."""
     speeds = np.linspace(0.25, 1.0, SCAN) * reference
@@ -214,12 +217,19 @@ def _balance_speed(
         return reference, True
     falling = [i for i in range(SCAN - 1) if values[i] > 0.0 >= values[i + 1]]
     if not falling:
-        raise InputError(
-            f"no steady operation at a wind speed of {wind_speed:g} m/s: the wind does not turn the rotor against "
-            "the generator; give rotor_speed and pitch, or a higher wind speed"
-        )
+        raise no_balance(wind_speed, rain)
     low, high = speeds[falling[-1]], speeds[falling[-1] + 1]
     return _root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low)), False
+
+
+def no_balance(wind_speed: float, rain: str = "") -> InputError:
+    """Error where the wind does not turn the rotor; ``rain`` says what rain has to do with it."""
+    return InputError(
+        f"no steady operation at a wind speed of {wind_speed:g} m/s: the wind does not turn the rotor against the "
+        f"generator{rain}. Take {'less rain or ' if rain else ''}a higher wind speed, or begin elsewhere: in a case "
+        "file start: standstill with controller: {kind: supervised}; in Python start=Start(rotor_speed=..., pitch=...)"
+        ", or for operating_point rotor_speed and pitch"
+    )
 
 
 def _root(f: Callable[[float], float], low: float, high: float, step: float) -> float:

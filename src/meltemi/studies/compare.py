@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, Status
-from meltemi.loadcases.batch import BatchCase, Outcome, simulate_batch
+from meltemi.loadcases.batch import BatchCase, Outcome, interruptible_batch
 from meltemi.postprocess.bands import Ceiling, ceiling, harmonic_bands
 from meltemi.postprocess.ensemble import EnsembleTable, Estimate, ensemble_table, mean_interval, travel
 from meltemi.postprocess.fatigue import damage_equivalent_load
@@ -335,8 +335,10 @@ def compare(
                 done[k] = done.get(k, 0) + 1
         return summary
 
-    outcomes = simulate_batch(_Sized(cases, len(names)), reduce=reduce, workers=workers, progress=progress)
-    if len(outcomes) < len(names) or any(outcome.status is Status.INTERRUPTED for outcome in outcomes):
+    outcomes, interrupted = interruptible_batch(
+        _Sized(cases, len(names)), reduce=reduce, workers=workers, progress=progress
+    )
+    if interrupted or len(outcomes) < len(names) or any(outcome.status is Status.INTERRUPTED for outcome in outcomes):
         raise KeyboardInterrupt
     by_name = {outcome.name: outcome for outcome in outcomes}
     failures = tuple(outcome for outcome in outcomes if not outcome.ok)

@@ -31,7 +31,7 @@ from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.case import BaseCase, Stations
 from meltemi.simulation.channels import DEFAULT
-from meltemi.simulation.engines import build, engine_of
+from meltemi.simulation.engines import build, default_step, engine_of
 from meltemi.simulation.events import Happening
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model
@@ -234,7 +234,7 @@ def differences(
     steps = {} if step is None else {parameter: step}
     (way,) = directions(model, [parameter], controller, first_point(model, wind, start), steps)
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
-    options = model.options.replace(time_step=model.options.time_step or engine_of(model).time_step(model))
+    options = model.options.replace(time_step=default_step(model))
     found = []
     for change in (-size, size):
         moved: dict[str, Any] = {name: getattr(model, name) + change * array for name, array in way.arrays.items()}

@@ -31,9 +31,9 @@ from numpy.typing import NDArray
 from meltemi.control.filters import check_harmonic, response
 from meltemi.control.load_control import HarmonicLoop, LoadSensor, SpeedNotch
 from meltemi.core.errors import InputError
+from meltemi.simulation.engines import default_step
 from meltemi.simulation.linear import LinearModel, linearise
 from meltemi.simulation.model import Model
-from meltemi.simulation.modes import time_step
 from meltemi.simulation.trim import operating_point
 
 Float = NDArray[np.float64]
@@ -158,7 +158,7 @@ def tune_ipc(
         raise InputError(f"tune_ipc: gain_margin must be above 1, found {gain_margin!r}")
     if actuator == "flap" and flap > model.n_flaps:
         raise InputError(f"tune_ipc: flap {flap} is asked for, the blades have {model.n_flaps or 'none'}")
-    dt = sample_time or model.options.time_step or time_step(model)
+    dt = sample_time or default_step(model)
     models = linear or linear_models(model, wind_speeds)
     for each in models:
         check_harmonic(harmonic, each.point.rotor_speed, dt, model.n_blades)
@@ -217,7 +217,7 @@ def tune_loops(
       InputError: as :func:`tune_ipc`, or no common factor keeps the margins.
     """
     models = linear or linear_models(model)
-    dt = sample_time or model.options.time_step or time_step(model)
+    dt = sample_time or default_step(model)
     alone = [
         tune_ipc(
             model,

@@ -46,6 +46,12 @@ UNITS: dict[str, tuple[str, float]] = {
     "W": ("W", 1.0),
     "kW": ("W", 1e3),
     "MW": ("W", 1e6),
+    "kvar": ("var", 1e3),
+    "var": ("var", 1.0),
+    "kV": ("V", 1e3),
+    "V": ("V", 1.0),
+    "A": ("A", 1.0),
+    "J": ("J", 1.0),
     "Pa": ("Pa", 1.0),
     "K": ("K", 1.0),
     "kg/m^3": ("kg/m^3", 1.0),
@@ -59,6 +65,8 @@ _INVALID = "invalid"
 """Unit that OpenFAST gives to channels which a run could not compute; their values are 0."""
 MOST = 300
 """Nodes and stations that are looked for."""
+GEARS = 5
+"""Stages of a gearbox that are looked for."""
 EVEN = 0.1
 """Of a time step: instants that are written with few digits may be off their grid by this."""
 
@@ -141,7 +149,7 @@ def columns_of(result: Result) -> Columns:
 
 def _written(channel: Channel) -> tuple[str, str, float]:
     unit, factor = channel.display_unit
-    if channel.alias.startswith("RtFld"):  # AeroDyn gives the loads of the rotor in N and N m
+    if channel.alias.startswith(("RtFld", "RtAero")):  # AeroDyn gives loads and power of the rotor in N, N m and W
         unit, factor = channel.unit, 1.0
     return (channel.alias or channel.name).replace(" ", "_"), unit.replace(" ", "-"), factor
 
@@ -149,7 +157,10 @@ def _written(channel: Channel) -> tuple[str, str, float]:
 def _known(names: tuple[str, ...]) -> dict[str, Channel]:
     """Channels by all their names in small letters, with as many nodes, stations and flaps as ``names`` tell of."""
     last = min(max((int(n) for name in names for n in re.findall(r"\d+", name)), default=0), MOST)
-    every = catalogue(3, last, last, last, flaps=MAX_FLAPS) if names else catalogue(3)
+    every = catalogue(3, disk=True)
+    if names:
+        every = catalogue(3, last, last, last, flaps=MAX_FLAPS, gears=(0, GEARS), electrical=True, disk=True)
+        every |= catalogue(0, gears=(GEARS, GEARS + 1))  # a stage may be of either kind
     known = {name.lower(): channel for channel in every.values() for name in channel.names}
     for name in names:  # coordinates have names of their model
         if re.match(r"[qv]_", name):

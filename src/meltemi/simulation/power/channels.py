@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from meltemi.core.errors import InputError
-from meltemi.simulation.channels import Channel, catalogue, disk_channels, find, standard
+from meltemi.simulation.channels import Channel, catalogue, find, standard
 from meltemi.simulation.power.model import PowerModel
 from meltemi.turbine.power_turbine import TableCoefficient
 
@@ -26,7 +26,7 @@ def power_channels(model: PowerModel) -> dict[str, Channel]:
     missing = [] if turbine.drivetrain.stiffness is not None else [("q", "drivetrain"), ("v", "drivetrain")]
     if not (isinstance(turbine.coefficient, TableCoefficient) and turbine.coefficient.thrust is not None):
         missing.append(("rotor", "thrust"))
-    found = catalogue(model.n_blades, coordinates=model.coordinates, electrical=model.has_electrical) | disk_channels()
+    found = catalogue(model.n_blades, coordinates=model.coordinates, electrical=model.has_electrical, disk=True)
     return {
         name: channel
         for name, channel in found.items()

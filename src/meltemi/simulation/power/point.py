@@ -13,7 +13,7 @@ from meltemi.simulation.power.case import PowerCase
 from meltemi.simulation.power.channels import power_channels
 from meltemi.simulation.power.model import PowerModel
 from meltemi.simulation.start import hold
-from meltemi.simulation.trim import OperatingPoint, steady_wind
+from meltemi.simulation.trim import OperatingPoint, no_balance, steady_wind
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine import exchange as ex
 from meltemi.turbine.power_turbine import PowerTurbine
@@ -69,10 +69,11 @@ def power_point(
             low, high = float(speeds[falling[-1]]), float(speeds[falling[-1] + 1])
             rotor_speed = float(brentq(lambda x: left_over(x, angle), low, high, xtol=1e-13))
         else:
-            raise InputError(
-                f"no steady operation at a wind speed of {steady.speed:g} m/s: the wind does not turn the rotor "
-                "against the generator; give rotor_speed and pitch, or a higher wind speed"
-            )
+            best = float(speeds[int(np.argmax(lefts))])
+            left_over(best, angle)
+            loss, kept = float(case.view("disk_flow")["rain_loss"]), float(case.view("disk_flow")["aerodynamic_power"])
+            rain = f"; rain takes {100.0 * loss / (loss + kept):.0f} % of the rotor's power" if loss > 0.0 else ""
+            raise no_balance(steady.speed, rain)
     imbalance = left_over(rotor_speed, angle)
     if not known(model.coefficient, float(rotor["tip_ratio"]), angle):
         where = f"it runs at a tip-speed ratio of {float(rotor['tip_ratio']):.2f}"

@@ -1,0 +1,96 @@
+"""Ctrl-C: where it would be lost it is kept, and the keyboard is given back."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from typing import Any
+
+import pytest
+
+from meltemi.control.controller import Entry
+from meltemi.core.interrupts import on_interrupt
+from meltemi.simulation.simulate import march
+
+pytestmark = pytest.mark.skipif(
+    signal.getsignal(signal.SIGINT) is not signal.default_int_handler, reason="Ctrl-C is handled by somebody else"
+)
+
+
+def ctrl_c() -> None:
+    signal.raise_signal(signal.SIGINT)
+
+
+def given_back() -> bool:
+    return signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_the_first_calls_and_the_second_raises() -> None:
+    heard: list[Any] = []
+
+    def twice() -> None:
+        with on_interrupt(heard.append):
+            ctrl_c()
+            heard.append("between")
+            ctrl_c()
+
+    with pytest.raises(KeyboardInterrupt):
+        twice()
+    assert len(heard) == 2
+    assert given_back()
+
+
+def test_what_is_called_may_raise() -> None:
+    def act(frame: Any) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), on_interrupt(act):
+        ctrl_c()
+    assert given_back()
+
+
+def test_other_threads_and_other_handlers_are_left_alone() -> None:
+    seen: list[Any] = []
+
+    def inside() -> None:
+        with on_interrupt(seen.append):
+            seen.append(given_back())
+
+    thread = threading.Thread(target=inside)
+    thread.start()
+    thread.join()
+    with on_interrupt(lambda frame: None):
+        mine = signal.getsignal(signal.SIGINT)
+        with on_interrupt(lambda frame: None):
+            assert signal.getsignal(signal.SIGINT) is mine
+        assert signal.getsignal(signal.SIGINT) is mine
+    assert seen == [True]
+
+
+class Run:
+    """Of a simulation what ``march`` needs; Ctrl-C comes in code of the module ``name``."""
+
+    def __init__(self, name: str) -> None:
+        self.interrupted, self.rest, self.passed, self.share = False, 5, 0, 0.0
+        self.places = {"__name__": name, "signal": signal}
+        exec("def work():\n    signal.raise_signal(signal.SIGINT)\n    return 1", self.places)
+
+    @property
+    def finished(self) -> bool:
+        return self.interrupted or self.rest == 0
+
+    def advance(self, chunk: int) -> None:
+        self.rest -= 1
+        self.passed += self.places["work"]()  # type: ignore[operator]
+
+    def close(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize(("name", "passed"), [(Entry.__module__, 1), ("own_controller", 0)])
+def test_a_run_stops_and_nothing_is_raised_through_compiled_code(name: str, passed: int) -> None:
+    """ctypes swallows what is raised as its callback begins, and the run would go on."""
+    run = Run(name)
+    march(run)  # type: ignore[arg-type]
+    assert (run.interrupted, run.rest, run.passed) == (True, 4, passed)
+    assert given_back()
