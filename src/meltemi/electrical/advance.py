@@ -268,7 +268,9 @@ def electric_advance(
         on = 1.0 if trip == 0.0 else 0.0
         most = dc / SQRT_3 if trip == 0.0 else UNLIMITED + 0.0 * dc
         # the machine's side
-        wanted = scaled(on, stator_reference(p, torque - p[IRON] * speed, w, dc / SQRT_3))
+        wanted = stator_reference(p, torque - p[IRON] * speed, w, dc / SQRT_3)
+        if trip > 0.0:  # cut off: the current that there is fades, whatever the source does
+            wanted, i_hold = i, force
         m = drive(stator, i, i_hold, wanted, force, most)
         incoming = -1.5 * along(m.voltage, m.mean) - converter_loss(p, MACHINE, dc, m.square)
         # the grid's side, in axes that turn with the phase-locked loop
@@ -278,14 +280,17 @@ def electric_advance(
         turning = p[NOMINAL] + lock_hold + SQRT_2 * lock * s
         grid = circuit(p[FILTER_R], p[FILTER_L], turning, rate, h)
         aim = energy_control(p, incoming, energy, dc_hold, reactive, voltage)
-        o = drive(grid, g, g_hold, scaled(on, aim.current), source, most)
+        ordered = aim.current
+        if trip > 0.0:
+            ordered, g_hold = g, source
+        o = drive(grid, g, g_hold, ordered, source, most)
         dc_hold += on * h * aim.rate
         angle += h * (2.0 * pi * frequency - turning)
         # energies
         left = energy - 1.5 * h * (along(m.voltage, m.mean) + along(o.voltage, o.mean))
         if left < floor:  # an empty link drives no current: both sides are short-circuited
             m = drive(stator, i, i_hold, wanted, force, 0.0 * most)
-            o = drive(grid, g, g_hold, scaled(on, aim.current), source, 0.0 * most)
+            o = drive(grid, g, g_hold, ordered, source, 0.0 * most)
             left = energy + 0.0 * left
         i, i_hold, g, g_hold = m.current, m.hold, o.current, o.hold
         lost = converter_loss(p, MACHINE, dc, m.square) + converter_loss(p, GRID, dc, o.square)

@@ -248,6 +248,8 @@ class ElectricalSystem(Record):
                 f"machine.resistance {m.resistance:g} Ohm loses {m.copper_loss / 1e6:.3g} MW of {P / 1e6:.3g} MW at "
                 f"the rated current of {m.rated_current:.4g} A"
             )
+        if m.iron_loss > MOST_COPPER * P:
+            found.append(f"machine.iron_loss {m.iron_loss / 1e6:.3g} MW is much of the rated power of {P / 1e6:.3g} MW")
         lost = 1.5 * f.resistance * i * i
         if lost > MOST_FILTER * P:
             found.append(

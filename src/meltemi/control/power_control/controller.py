@@ -133,7 +133,7 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     view["estimator_gain"] = (settings.estimator_frequency or frequency) * inertia / (3.0 * rated / wind)
     view["available_time"] = 5.0
     _set_droop(view, settings, turbine)
-    view["reference"] = turbine.rated_power
+    view["reference"] = view["grid_rating"] = turbine.rated_power
     # the rate 3 K omega / J at which the optimal torque itself comes back to its tip-speed ratio
     optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
     tracking = settings.tracking_frequency or min(3.0 * optimal * reference / ratio / inertia, frequency)
@@ -203,7 +203,7 @@ def power_warnings(x: Float, at: int) -> list[str]:
     """What is to be said at the end of a run."""
     if x[at + p.OVER] < 0.5:
         return []
-    rated = x[at + p.RATED_POWER] * x[at + p.EFFICIENCY]
+    rated = x[at + p.GRID_RATING]
     return [f"power control: a reference above rated power was asked for; it was taken as {rated:.4g} W"]
 
 

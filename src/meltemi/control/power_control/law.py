@@ -164,7 +164,7 @@ def wanted_power(x: Float, at: int, measured: Float) -> float:
     if measured[s.POWER_REFERENCE] == measured[s.POWER_REFERENCE]:  # else the link is lost: the last one holds
         x[at + p.REFERENCE] = measured[s.POWER_REFERENCE]
     reference = x[at + p.REFERENCE] / efficiency
-    if reference > rated * 1.000001 and x[at + p.REFERENCE] < 1e300:
+    if x[at + p.REFERENCE] > x[at + p.GRID_RATING] * 1.000001 and x[at + p.REFERENCE] < 1e300:
         x[at + p.OVER] += 1.0
     power = min(rated, reference)
     if measured[s.POWER_LIMIT] > 0.0 or measured[s.POWER_LIMIT] <= 0.0:

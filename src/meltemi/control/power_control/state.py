@@ -17,6 +17,7 @@ POWER = table(
     synchronous_speed  | rad/s       | at which the line below rated speed has no torque
     transition_slope   | N m s/rad   | of that line
     rated_power        | W           | mechanical
+    grid_rating        | W           | electrical, into the grid
     maximum_torque     | N m         | limit
     torque_rate        | N m/s       | limit
     reference_speed    | rad/s       | upper speed of A1 to A3
@@ -89,6 +90,7 @@ POWER = table(
     SYNCHRONOUS,
     SLOPE,
     RATED_POWER,
+    GRID_RATING,
     MAX_TORQUE,
     TORQUE_RATE,
     REFERENCE_SPEED,
