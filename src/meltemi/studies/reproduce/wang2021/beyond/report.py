@@ -277,7 +277,7 @@ def better(grid: Found) -> Table:
     rows = []
     for name in ("S2", OURS):
         one, two = (some[some["strategy"] == n].set_index(wind) for n in ("S1", name))
-        both = one.join(two, lsuffix=" of S1", how="inner")
+        both = one.add_suffix(" of S1").join(two, how="inner")
         for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR):
             ratio = both[f"{load}, extreme"] / both[f"{load}, extreme of S1"]
             rows.append(
