@@ -64,7 +64,7 @@ def _problem(temperature: ArrayLike, humidity: ArrayLike, pressure: ArrayLike | 
     low, high = h.min(), h.max()
     if not 0.0 <= low <= high <= 1.0:
         worst = low if low < 0.0 else high
-        hint = f"; if it is in percent, write {worst / 100.0:g}" if 1.0 < worst <= 100.0 else ""
+        hint = f"; if it is in percent, write {worst / 100.0:g}" if 2.0 <= worst <= 100.0 else ""
         return f"humidity {worst:g} is not between 0 and 1{hint}"
     if pressure is None:
         return None

@@ -95,10 +95,18 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     ratio, efficiency = drive.gear_ratio, drive.generator_efficiency
     inertia = settings.inertia or shaft_inertia(turbine)
     reference = pitch.reference_speed
+    heard = turbine.control.filter_frequency
+    for name in ("frequency", "tracking_frequency"):
+        given = getattr(settings, name)
+        if given is not None and given >= heard:
+            raise InputError(
+                f"power control: {name} {given:g} rad/s is not below the {heard:g} rad/s (control.filter_frequency) of "
+                f"the filter through which {turbine.name} hears its speed"
+            )
     frequency = settings.frequency or own_frequency(turbine, rotor, inertia)
     x = np.zeros(p.TABLES)
     view = View(p.POWER, x[: len(p.POWER)])
-    view["filter_frequency"], view["reference_speed"] = turbine.control.filter_frequency, reference
+    view["filter_frequency"], view["reference_speed"] = heard, reference
     for field in ("cut_in_speed", "optimal_speed", "rated_power", "maximum_torque"):
         view[field] = getattr(torque, field)
     view["torque_rate"] = torque.rate_limit
