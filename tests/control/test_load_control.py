@@ -718,6 +718,7 @@ def test_switches_of_all_parts_are_counted(flap_model: Model) -> None:
     assert all(count["controller"] for count in counts)
 
 
+@pytest.mark.long  # kernels of floats around the load control
 def test_lanes_and_floats_agree(flap_model: Model) -> None:
     runs = []
     for numbers in ("lanes", "floats"):
