@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 from meltemi.core.errors import InputError
 from meltemi.core.record import Array, Record
 from meltemi.core.yamlfile import read_record, validated, write_record
+from meltemi.loadcases.case import read_case
 
 
 class Part(Record):
@@ -218,6 +219,15 @@ def test_other_encodings_are_refused(tmp_path: Path) -> None:
     path.write_bytes("name: Grüße\n".encode("latin-1"))
     with pytest.raises(InputError, match=r"latin\.yaml: cannot be read as UTF-8 text"):
         read_record(path, Machine)
+
+
+def test_comments_about_a_wrong_value_do_no_harm(tmp_path: Path) -> None:
+    """Where a list became a text over several lines, with comments before and after it."""
+    path = tmp_path / "case.yaml"
+    text = "turbine: nrel5mw\nwind: {kind: steady, speed: 8.0}\nduration: 1.0\nchannels:    # some\n  -a\n  -b\n\n# end\n"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"case\.yaml:4: channels: expected a list"):
+        read_case(path)
 
 
 def test_deep_nesting_is_an_input_error(tmp_path: Path) -> None:

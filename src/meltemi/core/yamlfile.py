@@ -270,12 +270,12 @@ def _literals(record: type[BaseModel]) -> list[str]:
 
 
 def _nodes(text: str) -> Any:
-    """The nodes of a YAML text, which know their lines."""
+    """The nodes of a YAML text, which know their lines; read without comments, which not every place may have."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import YAMLError
 
     try:
-        return YAML(typ="rt").compose(text)
+        return YAML(typ="safe", pure=True).compose(text)
     except (YAMLError, ValueError):
         return None
 
