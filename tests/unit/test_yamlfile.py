@@ -224,7 +224,9 @@ def test_other_encodings_are_refused(tmp_path: Path) -> None:
 def test_comments_about_a_wrong_value_do_no_harm(tmp_path: Path) -> None:
     """Where a list became a text over several lines, with comments before and after it."""
     path = tmp_path / "case.yaml"
-    text = "turbine: nrel5mw\nwind: {kind: steady, speed: 8.0}\nduration: 1.0\nchannels:    # some\n  -a\n  -b\n\n# end\n"
+    text = (
+        "turbine: nrel5mw\nwind: {kind: steady, speed: 8.0}\nduration: 1.0\nchannels:    # some\n  -a\n  -b\n\n# end\n"
+    )
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"case\.yaml:4: channels: expected a list"):
         read_case(path)
