@@ -94,12 +94,11 @@ def events() -> str:
 
 def channels(group: str) -> str:
     """Channels of a group: machine, disk, gearbox, electrical, blade, flap, node, station, tower_station."""
-    from meltemi.simulation.channels import catalogue, disk_channels
+    from meltemi.simulation.channels import catalogue
 
     all_channels = catalogue(
-        n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1, gears=(1, 2), electrical=True
+        n_blades=1, n_nodes=1, blade_stations=1, tower_stations=1, flaps=1, gears=(1, 2), electrical=True, disk=True
     )
-    all_channels |= disk_channels()
     chosen = []
     for c in all_channels.values():
         first, *_ = c.name.split("_")
