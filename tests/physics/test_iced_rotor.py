@@ -131,3 +131,11 @@ def test_effects_of_ice(turbine: Turbine) -> None:
     for table in (power_table(effects), frequency_table(effects), load_table(effects)):
         assert all(len(row) == len(table.head) for row in table.rows)
     assert len(plot_icing(effects).axes) == 4
+
+
+def test_a_rotor_that_stalls_at_fine_pitch_is_found_at_rated_power(turbine: Turbine) -> None:
+    """Much ice in a strong wind: at fine pitch the rotor would turn slowly and make nothing, pitched it makes all."""
+    model = meltemi.build(with_ice(turbine, Icing()), environment=meltemi.Environment(air_density=1.3))
+    point = meltemi.operating_point(model, 18.0)
+    assert point["generator_power"] == pytest.approx(turbine.rated_power, rel=1e-6)
+    assert point.pitch > 0.15

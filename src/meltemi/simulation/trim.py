@@ -57,6 +57,8 @@ MEAN_ONLY, FULL = 0, 1
 """Levels: only the mean deflections, as long as speed and pitch are searched for; then all harmonics."""
 SCAN = 9
 """Rotor speeds at which the balance of torque is looked at first."""
+STALLED, PITCH_SCAN = 3.0, 0.05
+"""Tip-speed ratio below which a rotor stalls, and [rad] between the pitches that are then tried."""
 SETTLE_SWEEPS, SECANT_STEPS, SEARCHES = 3, 5, 4
 BALANCE = 1e-4
 """Torque left over, as a share of the rated one, with which a search may end."""
@@ -150,7 +152,9 @@ def operating_point(
     if rotor_speed is None:
         falling = model.environment.rain
         rain = f" in rain of {falling.intensity / MM_PER_HOUR:g} mm/h" if falling is not None else ""
-        rotor_speed, above = _balance_speed(left_over, reference, angle, steady.speed, rain)
+        most = angle if pitch is not None else control.pitch.maximum
+        stalled = STALLED * steady.speed / model.turbine.rotor_radius
+        rotor_speed, angle, above = _balance_speed(left_over, reference, angle, most, stalled, steady.speed, rain)
         search_pitch = above and pitch is None
         search_speed = not above
         if search_pitch:
@@ -208,18 +212,37 @@ def steady_wind(wind: AnyWind, hub_height: float) -> SteadyWind:
 
 
 def _balance_speed(
-    left_over: Callable[[float, float], float], reference: float, pitch: float, wind_speed: float, rain: str = ""
-) -> tuple[float, bool]:
-    """Rotor speed at which torque balances stably, and whether the reference speed is exceeded."""
+    left_over: Callable[[float, float], float],
+    reference: float,
+    pitch: float,
+    most: float,
+    stalled: float,
+    wind_speed: float,
+    rain: str = "",
+) -> tuple[float, float, bool]:
+    """Rotor speed at which torque balances stably, a pitch, and whether it drives beyond the reference speed.
+
+    Args:
+      most: [rad] a rotor that stalls at ``pitch`` may be driven at a larger one, up to this.
+      stalled: [rad/s] rotor speed below which it counts as stalled.
+    """
     speeds = np.linspace(0.25, 1.0, SCAN) * reference
     values = [left_over(speed, pitch) for speed in speeds]
     if values[-1] > 0.0:
-        return reference, True
-    falling = [i for i in range(SCAN - 1) if values[i] > 0.0 >= values[i + 1]]
-    if not falling:
+        return reference, pitch, True
+    found = 0.0
+    for i in reversed(range(SCAN - 1)):
+        if values[i] > 0.0 >= values[i + 1]:
+            low, high = speeds[i], speeds[i + 1]
+            found = _root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low))
+            break
+    if found < stalled:
+        for angle in np.arange(pitch + PITCH_SCAN, most, PITCH_SCAN):
+            if left_over(reference, float(angle)) > 0.0:
+                return reference, float(angle), True
+    if found == 0.0:
         raise no_balance(wind_speed, rain)
-    low, high = speeds[falling[-1]], speeds[falling[-1] + 1]
-    return _root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low)), False
+    return found, pitch, False
 
 
 def no_balance(wind_speed: float, rain: str = "") -> InputError:
