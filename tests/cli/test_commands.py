@@ -384,6 +384,7 @@ def test_campbell_at_standstill_is_the_published_table(command: Command, tmp_pat
     assert found["1st edge sine"] == pytest.approx(1.0740, rel=0.03)
 
 
+@pytest.mark.long
 def test_campbell_with_air(command: Command, tmp_path: Path) -> None:
     ran = command("campbell", "nrel5mw", "--wind-speeds", "8,16", "--out", tmp_path)
     succeeded(ran, tmp_path, "campbell.csv", "campbell.png")

@@ -232,7 +232,12 @@ class Difference:
         )
 
 
-@pytest.mark.parametrize("what", SITUATIONS)
+BY_HAND = ("9 m/s", "20 m/s")
+
+
+@pytest.mark.parametrize(
+    "what", [pytest.param(what, marks=pytest.mark.long) if what in BY_HAND else what for what in SITUATIONS]
+)
 def test_derivatives_are_those_of_differences(geared: Turbine, what: str) -> None:
     """Entry by entry, for all kinds of states, inputs and outputs.
 

@@ -392,5 +392,6 @@ def seconds(model: Model, wind: WindBox, numbers: Any) -> Iterator[float]:
         yield time.thread_time() - began
 
 
+@pytest.mark.long
 def test_eight_parameters_cost_at_most_two_and_a_half_runs(model: Model, wind: WindBox) -> None:
     assert min(seconds(model, wind, "duals")) < 2.5 * min(seconds(model, wind, "floats"))
