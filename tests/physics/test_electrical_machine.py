@@ -64,18 +64,23 @@ def test_a_dip_in_a_run(model: Any) -> None:
     assert trips[0]["time"] == pytest.approx(1.35, abs=2e-3)
 
 
-def test_reactive_power_is_a_demand_and_frequency_is_followed(model: Any) -> None:
+def absorbing() -> meltemi.Controller:
+    """Asks for 20 MN m and takes 3 Mvar."""
     from meltemi.control import signals as s
 
     def update(state: Any, measurements: Any, demands: Any, dt: float) -> None:
         demands[s.GENERATOR_TORQUE] = 2e7
         demands[s.REACTIVE_POWER] = -3e6
 
+    return meltemi.Controller(update)
+
+
+def test_reactive_power_is_a_demand_and_frequency_is_followed(model: Any) -> None:
     result = meltemi.simulate(
         model,
         meltemi.SteadyWind(speed=12.0),
         duration=0.5,
-        controller=meltemi.Controller(update),
+        controller=absorbing(),
         channels=["reactive_power", "generator_torque", "generator_power"],
         grid=meltemi.PowerGrid(frequency=50.5),
     )
@@ -99,17 +104,11 @@ def test_the_operator_asks_for_reactive_power(model: Any) -> None:
     assert np.allclose(found[:4], 4e6, rtol=1e-6)
     assert found[-1] == pytest.approx(2e6, rel=1e-6)
 
-    from meltemi.control import signals as s
-
-    def update(state: Any, measurements: Any, demands: Any, dt: float) -> None:
-        demands[s.GENERATOR_TORQUE] = 2e7
-        demands[s.REACTIVE_POWER] = -3e6
-
     result = meltemi.simulate(
         model,
         meltemi.SteadyWind(speed=12.0),
         duration=0.5,
-        controller=meltemi.Controller(update),
+        controller=absorbing(),
         channels=["reactive_power"],
         grid=meltemi.PowerGrid(reactive_power=1e6),
     )

@@ -133,6 +133,19 @@ def _air() -> list[Claim]:
     ]
 
 
+def _peaks(unit: str, expected: dict[float, float], ours: dict[float, float], where: str) -> Claim:
+    """Peaks of power [W] over a quantity, beside those expected [MW]."""
+    return Claim(
+        f"peaks at {', '.join(f'{x:,.0f}' for x in expected)} {unit}",
+        f"{', '.join(f'{peak:.2f}' for peak in expected.values())} MW (21.2 MW times the density)",
+        f"{', '.join(f'{ours[x] * 1e-6:.2f}' for x in expected)} MW",
+        holds(all(abs(ours[x] * 1e-6 / peak - 1.0) <= 0.025 for x, peak in expected.items())),
+        where,
+        "rating",
+        "2.5 %",
+    )
+
+
 def _power() -> list[Claim]:
     from scipy.optimize import brentq
 
@@ -169,24 +182,8 @@ def _power() -> list[Claim]:
             "itself",
             "exact",
         ),
-        Claim(
-            "peaks at " + ", ".join(f"{t:g}" for t in PEAKS) + " °C",
-            ", ".join(f"{x:g}" for x in PEAKS.values()) + " MW (21.2 MW times the density)",
-            ", ".join(f"{x * 1e-6:.2f}" for x in peaks.values()) + " MW",
-            holds(all(abs(peaks[t] * 1e-6 / x - 1.0) <= 0.025 for t, x in PEAKS.items())),
-            "Fig. 4",
-            "rating",
-            "2.5 %",
-        ),
-        Claim(
-            "peaks at " + ", ".join(f"{h:,.0f}" for h in HIGH_PEAKS) + " m",
-            ", ".join(f"{x:.2f}" for x in HIGH_PEAKS.values()) + " MW (21.2 MW times the density)",
-            ", ".join(f"{x * 1e-6:.2f}" for x in heights.values()) + " MW",
-            holds(all(abs(heights[h] * 1e-6 / x - 1.0) <= 0.025 for h, x in HIGH_PEAKS.items())),
-            "Fig. 5",
-            "rating",
-            "2.5 %",
-        ),
+        _peaks("°C", PEAKS, peaks, "Fig. 4"),
+        _peaks("m", HIGH_PEAKS, heights, "Fig. 5"),
         Claim(
             "speed of the peak does not depend on the density",
             "0.75 rad/s in all",
