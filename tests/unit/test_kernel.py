@@ -173,11 +173,11 @@ print(kernel.cache_folder(), *kernel.statistics(), kernel.is_cold())
 """
 
 
-def run(cache: Path, **variables: str) -> list[str]:
+def run(cache: Path, before: str = "", **variables: str) -> list[str]:
     """A new process that compiles one kernel; what it says about the cache."""
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"}
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", SCRIPT],
+        [sys.executable, "-W", "error", "-c", f"{before}\n{SCRIPT}"],
         env={**environment, **variables, "MELTEMI_CACHE_DIR": str(cache)},
         capture_output=True,
         text=True,
@@ -185,7 +185,7 @@ def run(cache: Path, **variables: str) -> list[str]:
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    return done.stdout.split()
+    return (done.stdout + done.stderr).split()
 
 
 def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
@@ -218,6 +218,34 @@ def test_signatures_kept_at_once_are_not_mixed_up(tmp_path: Path) -> None:
     assert files[2].load("b") == "code of b"
     files[2].save("a", "code of a")
     assert [files[2].load(key) for key in "ab"] == ["code of a", "code of b"]
+
+
+def test_damaged_machine_code_is_compiled_again(tmp_path: Path) -> None:
+    """A wrong byte anywhere, the end missing, nothing left: as if the file were not there."""
+    place, *_ = run(tmp_path)
+    for ending in ("*.nbi", "*.nbc"):
+        (file,) = Path(place).rglob(ending)
+        whole = file.read_bytes()
+        wrong = bytearray(whole)
+        wrong[2 * len(whole) // 3] ^= 16
+        for content in (bytes(wrong), whole[: len(whole) // 2], b""):
+            file.write_bytes(content)
+            assert run(tmp_path) == [place, "1", "1", "True"]
+        assert run(tmp_path) == [place, "1", "0", "True"]
+
+
+NO_ROOM = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))"
+"""As on a full disk, for users who may write everywhere, too: files can be made and stay empty."""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="there are no limits of a process")
+def test_where_there_is_no_room_kept_code_is_used_and_the_rest_compiled(tmp_path: Path) -> None:
+    place, _, compiled, _, *said = run(tmp_path, NO_ROOM)
+    assert compiled == "1"
+    assert " ".join(said).startswith(f"machine code cannot be kept in {place} (File too large)")
+    assert said.count("machine") == 1
+    assert run(tmp_path) == [place, "1", "1", "True"]  # nothing half-written is taken for whole
+    assert run(tmp_path, NO_ROOM) == [place, "1", "0", "True"]
 
 
 def test_the_installed_package_may_be_read_only(tmp_path: Path) -> None:

@@ -4,7 +4,8 @@
 of the user's cache. Numba's own cache notices a change of the file a function stands in, but not of
 a function it calls in another file. Therefore the folder's name is a hash of every source file that
 kernels stand in or call, and of everything else the machine code depends on; a change to any of them
-starts a new folder, and old ones are removed.
+starts a new folder, and old ones are removed. A file there that is damaged counts as missing; where
+nothing can be written, what is there is used, and the rest is compiled in each process.
 
 Kernels assume valid input; everything is checked before they are called. They use IEEE arithmetic
 with contraction to fused multiply-add, and no reordering: the same machine gives the same bits.
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import pickle
 import platform
 import shutil
 import sys
@@ -28,7 +30,7 @@ import numba
 import numpy as np
 import platformdirs
 from numba.core import event, typeinfer
-from numba.core.caching import IndexDataCacheFile
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, InTreeCacheLocator
 from numba.core.types.misc import unliteral
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -62,7 +64,7 @@ def cache_folder() -> Path | None:
     """Folder for machine code of exactly this package, Numba, NumPy, Python and processor.
 
     Returns:
-      The folder, created if needed, or None if no folder can be written (then every process
+      The folder, created if needed, or None if there is none and none can be made (then every process
       compiles anew).
     """
     base = Path(os.environ.get("MELTEMI_CACHE_DIR") or platformdirs.user_cache_dir("meltemi"), "kernels")
@@ -82,8 +84,8 @@ def cache_folder() -> Path | None:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "used").write_text(" ".join(key), encoding="utf-8")
         _prune(base, keep=folder)
-    except OSError:
-        return None
+    except OSError:  # read-only, or the disk is full
+        return folder if folder.is_dir() else None
     return folder
 
 
@@ -156,34 +158,89 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
 
     Numba numbers them. Two processes that compile different signatures of a function at the same time then write both
     under one number, and the next process runs the code of the other signature. Here they can only forget one.
+
+    Each file begins with the digest of the rest: machine code with a wrong bit would crash, or compute something else.
     """
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep the machine code ``data`` of a signature."""
+        """Keep the machine code ``data`` of a signature, where there is room for it."""
         name = f"{self._index_name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
-        self._save_data(name, data)
-        known = self._load_index()
-        if key not in known:
-            self._save_index({**known, key: name})
+        try:
+            self._save_data(name, data)
+            known = self._load_index()
+            if known.get(key) != name:
+                self._save_index({**known, key: name})
+        except OSError as error:
+            _cannot_keep(Path(self._cache_path).parent, error.strerror or str(error))
+
+    def _load_index(self) -> dict[Any, str]:
+        stamp, known = self._read(self._index_path) or (None, {})
+        return known if stamp == self._source_stamp else {}
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        self._write(self._index_path, (self._source_stamp, overloads))
+
+    def _load_data(self, name: str) -> Any:
+        return self._read(self._data_path(name))
+
+    def _save_data(self, name: str, data: Any) -> None:
+        self._write(self._data_path(name), data)
+
+    def _read(self, path: str) -> Any:
+        """Content of a file, or None if it is missing or damaged."""
+        try:
+            content = Path(path).read_bytes()
+        except OSError:
+            return None
+        seal, content = content[:SEAL], content[SEAL:]
+        return pickle.loads(content) if hashlib.sha256(content).digest() == seal else None
+
+    def _write(self, path: str, data: Any) -> None:
+        content = self._dump(data)
+        Path(path).parent.mkdir(exist_ok=True)
+        with self._open_for_write(path) as file:
+            file.write(hashlib.sha256(content).digest() + content)
+
+
+SEAL = hashlib.sha256().digest_size
+
+
+@cache
+def _cannot_keep(folder: Path, why: str) -> None:
+    """Say once that machine code is lost with the process."""
+    print(f"machine code cannot be kept in {folder} ({why}): each process compiles again", file=sys.stderr, flush=True)
+
+
+class _Locator(InTreeCacheLocator):  # type: ignore[misc]
+    """Where Numba's files of a function are: in the folder of this package, which need not be writable."""
+
+    def get_cache_path(self) -> str:
+        return str(Path(cache_folder() or "") / self.get_suitable_cache_subpath(self._py_file))
+
+    def ensure_cache_path(self) -> None:
+        """It is made when something is written."""
+
+
+class _Keeping(CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = (_Locator, *CompileResultCacheImpl._locator_classes)
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    _impl_class = _Keeping
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        locator = self._impl.locator
+        self._cache_file = CacheFile(self.cache_path, self._impl.filename_base, locator.get_source_stamp())
 
 
 def _compiled(function: F, *signature: Any) -> F:
-    folder = cache_folder()
     options: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy", "nogil": True}
-    if folder is None or numba.config.DISABLE_JIT:
+    if cache_folder() is None or numba.config.DISABLE_JIT:
         compiled = numba.njit(*signature, **options)(function)
     else:
-        # Numba reads this setting when a function is decorated; the user's own functions keep theirs.
-        before = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(folder)
-        try:
-            compiled = numba.njit(cache=True, **options)(function)
-        finally:
-            numba.config.CACHE_DIR = before
-        cache, implementation = compiled._cache, compiled._cache._impl
-        cache._cache_file = CacheFile(
-            cache.cache_path, implementation.filename_base, implementation.locator.get_source_stamp()
-        )
+        compiled = numba.njit(**options)(function)
+        compiled._cache = _Cache(function)
         if signature:
             with typeinfer.register_dispatcher(compiled):
                 compiled.compile(*signature)
