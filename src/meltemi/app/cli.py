@@ -37,7 +37,7 @@ from meltemi.app.options import (
     wind_of_options,
 )
 from meltemi.app.reproduce import reproduce
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, results_in, say
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, remove_empty_folders, results_in, say
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
 
@@ -84,12 +84,14 @@ def _version(value: bool) -> None:
 
 @app.callback()
 def options(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of errors.")] = False,
 ) -> None:
     """Flexible wind turbines in turbulent wind, under control, and their loads."""
+    context.call_on_close(remove_empty_folders)
 
 
 @app.command()
@@ -248,9 +250,11 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
 
 def _is_case(path: Path) -> bool:
     """A case file has the key ``turbine`` at its top level, a turbine file has not."""
+    from meltemi.core.files import text_of
+
     try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError:
+        text = text_of(path)
+    except InputError:  # which the reader will say
         return False
     return re.search(r"""^(\{\s*)?(['"]?)(turbine|wind|duration)\2\s*:""", text, re.MULTILINE) is not None
 
@@ -481,13 +485,14 @@ def bench(
     ] = None,
 ) -> None:
     """Measure compile time, run time, memory."""
+    from meltemi.core.files import write_text
     from meltemi.studies import bench as study
 
     if page is not None:
         folder_for(page.parent, "--page")  # minutes before it is written
     figures = study.benchmark(duration=duration, say=say)
     if page is not None:
-        page.write_text(study.page(figures), encoding="utf-8")
+        write_text(page, study.page(figures))
         print(f"wrote {page}")
     if json:
         import json as json_format
@@ -521,10 +526,9 @@ def template(
         return
     if out.exists():
         raise InputError(f"{out}: exists already; choose another name")
-    try:
-        out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror or error})") from None
+    from meltemi.core.files import write_text
+
+    write_text(out, text)
     print(f"wrote {out}")
 
 

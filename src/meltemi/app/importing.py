@@ -94,10 +94,11 @@ def _show(imported: Imported) -> None:
 
 
 def _write_report(imported: Imported, source: Path, out: Path) -> None:
+    from meltemi.core.files import write_text
     from meltemi.turbine.report import report_text
 
     text = report_text(imported.notes, f"{source.name} as a turbine")
-    (out / "report.md").write_text(text, encoding="utf-8")
+    write_text(out / "report.md", text)
 
 
 def _wrote(out: Path, *names: str) -> None:

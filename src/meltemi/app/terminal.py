@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -11,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from meltemi.core.errors import InputError
+from meltemi.core.files import check_name
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 
@@ -50,26 +52,37 @@ def print_table(*arguments: Any, **keywords: Any) -> None:
 
 @contextmanager
 def results_in(out: Path) -> Iterator[Path]:
-    """The output folder; what was made of it goes again if nothing is written into it."""
-    new = [folder for folder in (out, *out.parents) if not folder.exists()]
+    """The output folder, for a command that says when it is interrupted."""
     try:
         yield folder_for(out)
     except KeyboardInterrupt:
         say("interrupted")
         raise
-    finally:
-        for folder in new:
-            with suppress(OSError):  # only empty ones can be removed
-                folder.rmdir()
 
 
 def folder_for(out: Path, option: str = "--out") -> Path:
-    """The output folder, writable, or a clear error before anything is computed."""
+    """The output folder, writable, or a clear error before anything is computed.
+
+    What is made of it goes again at the end of the command if nothing has been written into it.
+    """
     try:
+        check_name(out)
+        _MADE.extend(folder for folder in (out, *out.parents) if not folder.exists())
         out.mkdir(parents=True, exist_ok=True)
-        probe = out / ".meltemi-probe"
+        probe = out / f".meltemi-probe-{os.getpid()}"
         probe.touch()
         probe.unlink()
     except OSError as error:
         raise InputError(f"{option} {out}: cannot be written ({error.strerror or error})") from None
     return out
+
+
+_MADE: list[Path] = []
+"""Folders by this command, inner ones first."""
+
+
+def remove_empty_folders() -> None:
+    """Of those that the command made."""
+    while _MADE:
+        with suppress(OSError):  # only empty ones can be removed
+            _MADE.pop(0).rmdir()

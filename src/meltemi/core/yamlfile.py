@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,9 +13,12 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.files import bytes_of, write_text
 from meltemi.core.record import COPY, Record
 
 R = TypeVar("R", bound=Record)
+LARGEST = 32_000_000
+"""[bytes] of a file; the largest turbines known have 2 MB."""
 LINE_BREAKS = {"\x85", "\u2028", "\u2029"}
 """Beside the usual ones, in YAML 1.1."""
 
@@ -47,10 +51,12 @@ def read_text(path: Path) -> str:
       InputError: the file is missing or no UTF-8 text.
     """
     try:
-        return path.read_text(encoding="utf-8")
-    except FileNotFoundError:
+        return bytes_of(path, LARGEST).decode()
+    except InputError:
+        if os.path.lexists(path):
+            raise
         raise InputError(f"{path}: no such file{_similar_file(path)}") from None
-    except (OSError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
         raise InputError(f"{path}: cannot be read as UTF-8 text ({error})") from None
 
 
@@ -83,10 +89,7 @@ def write_record(record: Record, path: str | Path) -> None:
         yaml.allow_unicode = False
         buffer = io.StringIO()
         yaml.dump(content, buffer)
-    try:
-        Path(path).write_text(buffer.getvalue(), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    write_text(Path(path), buffer.getvalue())
 
 
 def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
@@ -115,10 +118,10 @@ def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
 
 
 def _similar_file(path: Path) -> str:
-    folder = path.parent
-    if not folder.is_dir():
-        return f" (the folder {folder} does not exist either)"
-    names = [p.name for p in folder.iterdir()]
+    try:
+        names = [p.name for p in path.parent.iterdir()]
+    except OSError:
+        return f" (the folder {path.parent} does not exist either)"
     hint = did_you_mean(path.name, names)
     return f"; {hint}" if hint.startswith("did") else ""
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-from meltemi.core.errors import InputError
+from meltemi.core.files import bytes_of, write_text
 
 
 @dataclass(frozen=True)
@@ -84,13 +84,7 @@ def write_page(
     Raises:
       InputError: a picture cannot be read, or the file cannot be written.
     """
-    path = Path(path)
-    text = page(title, sections, facts=facts, lead=lead, footer=footer)
-    try:
-        path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-    return path
+    return write_text(Path(path), page(title, sections, facts=facts, lead=lead, footer=footer))
 
 
 def page(
@@ -161,18 +155,11 @@ def _table(table: Table) -> str:
 
 
 def _picture(picture: Picture) -> str:
-    content = picture.png if isinstance(picture.png, bytes) else _read(picture.png)
+    content = picture.png if isinstance(picture.png, bytes) else bytes_of(picture.png)
     data = base64.b64encode(content).decode("ascii")
     caption = f"<figcaption>{escape(picture.caption)}</figcaption>" if picture.caption else ""
     text = escape(picture.text or picture.caption)
     return f'<figure><img src="data:image/png;base64,{data}" alt="{text}">{caption}</figure>'
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
 
 
 STYLE = """

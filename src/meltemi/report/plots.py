@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from meltemi.core.errors import InputError
+from meltemi.core.files import replacing
 from meltemi.report.tables import DISK_CURVE
 from meltemi.simulation.channels import Channel
 
@@ -280,9 +281,8 @@ def save(figure: Figure, path: str | Path) -> Path:
     """
     path = Path(path)
     try:
-        figure.savefig(path, dpi=130)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+        with replacing(path) as (partial,):
+            figure.savefig(partial, dpi=130, format=path.suffix[1:] or "png")
     except ValueError as error:  # a format that does not exist
         raise InputError(f"{path}: {error}") from None
     return path

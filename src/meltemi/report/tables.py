@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from meltemi.core.errors import InputError
+from meltemi.core.files import replacing
 from meltemi.postprocess.fatigue import equivalent_loads
 
 if TYPE_CHECKING:
@@ -123,13 +123,10 @@ def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str
     import csv
 
     path = Path(path)
-    try:
-        with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(head)
-            writer.writerows(rows)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
+    with replacing(path) as (partial,), partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(head)
+        writer.writerows(rows)
     return path
 
 

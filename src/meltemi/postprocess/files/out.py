@@ -13,6 +13,8 @@ from meltemi.postprocess.files.openfast import Columns, columns_of, result_of
 from meltemi.simulation.result import Result
 from meltemi.wind.files.common import replacing, text_of
 
+LARGEST = 4_000_000_000
+"""[bytes] of an hour with many channels."""
 HEAD = 50
 """Lines in which the names are looked for."""
 STARS = re.compile(r"\*+")
@@ -30,7 +32,7 @@ def read_out(path: str | Path) -> Result:
       InputError: the file is missing, damaged, cut or of another kind.
     """
     path = Path(path)
-    lines = text_of(path).splitlines()
+    lines = text_of(path, LARGEST).splitlines()
     head = next((i for i, line in enumerate(lines[:HEAD]) if line.split()[:1] and _begins(line)), None)
     if head is None or head + 1 >= len(lines):
         raise InputError(f"{path}: no text output of OpenFAST: there is no line of names that begins with 'Time'")

@@ -12,6 +12,7 @@ import numpy as np
 
 from meltemi.aero.stall_tables import zero_lift_angle
 from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.core.files import write_text
 from meltemi.core.series import TimeSeries
 from meltemi.environment.site import Environment
 from meltemi.simulation.model import Model, blade_modes, build, head_mass
@@ -125,7 +126,7 @@ def _save(folder: Path, texts: Mapping[str, str]) -> list[Path]:
     try:
         for path, text in zip(files, texts.values(), strict=True):
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+            write_text(path, text)
     except OSError as error:
         raise InputError(f"{error.filename or folder}: cannot be written ({error.strerror or error})") from None
     return files

@@ -12,7 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from meltemi.core.errors import InputError
+from meltemi.core.files import write_text
 from meltemi.core.units import display
 from meltemi.report.tables import number
 
@@ -208,31 +208,21 @@ class Report:
     def write(self, out: Path) -> list[Path]:
         """Write ``verification.csv`` with every row, ``verification.md`` and the plots."""
         from meltemi.report.plots import save
+        from meltemi.report.tables import write_csv
 
-        written = []
-        path = out / "verification.csv"
-        try:
-            with path.open("w", newline="", encoding="utf-8") as file:
-                writer = csv.writer(file)
-                columns = "what case unit reference ours deviation measure band beside verdict why".split()
-                writer.writerow(["table", *columns])
-                for table in self.tables:
-                    for row in table.rows:
-                        values = [getattr(row, name) for name in columns]
-                        writer.writerow(
-                            [
-                                table.name,
-                                *(f"{v:.7g}" if isinstance(v, float) else "" if v is None else v for v in values),
-                            ]
-                        )
-            written.append(path)
-            (out / "verification.md").write_text(self.markdown(), encoding="utf-8")
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-        written.append(out / "verification.md")
+        columns = "what case unit reference ours deviation measure band beside verdict why".split()
+        rows = [[table.name, *(_cell(getattr(row, c)) for c in columns)] for table in self.tables for row in table.rows]
+        written = [
+            write_csv(out / "verification.csv", ["table", *columns], rows),
+            write_text(out / "verification.md", self.markdown()),
+        ]
         for table in self.tables:
             written += [save(figure, out / f"{name}.png") for name, figure in table.figures.items()]
         return written
+
+
+def _cell(value: object) -> str:
+    return f"{value:.7g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
 @cache

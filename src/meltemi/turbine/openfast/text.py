@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, closest
+from meltemi.core.files import bytes_of
 
 Float = NDArray[np.float64]
 _TOKEN = re.compile(r"""@?"[^"]*"|@?'[^']*'|[^\s,;]+""")
@@ -233,12 +234,7 @@ def read_input(path: Path, module: str) -> InputFile:
     Raises:
       InputError: it cannot be read, or is not text.
     """
-    try:
-        if path.stat().st_size > LARGEST:
-            raise InputError(f"{path}: too large for a {module} file")
-        raw = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    raw = bytes_of(path, LARGEST)
     if b"\0" in raw[:4096]:
         raise InputError(f"{path}: not a text file; expected {module} input")
     try:

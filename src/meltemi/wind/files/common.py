@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -12,59 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
+from meltemi.core.files import reading as reading
+from meltemi.core.files import replacing as replacing
+from meltemi.core.files import text_of as text_of
 from meltemi.wind.fields import WindBox
 
 CHUNK = 1 << 18
 """Numbers that are converted at once, so that a field is not in memory three times."""
-
-
-@contextmanager
-def reading(path: Path) -> Iterator[tuple[BinaryIO, int]]:
-    """A file opened for reading, and its size in bytes.
-
-    Raises:
-      InputError: it cannot be opened or read.
-    """
-    try:
-        with path.open("rb") as file:
-            yield file, os.fstat(file.fileno()).st_size
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-
-
-def text_of(path: Path) -> str:
-    """Content of a text file; bytes that are no UTF-8 are replaced.
-
-    Raises:
-      InputError: it cannot be read.
-    """
-    with reading(path) as (file, _):
-        return file.read().decode("utf-8-sig", errors="replace")
-
-
-@contextmanager
-def replacing(*paths: Path) -> Iterator[list[Path]]:
-    """Temporary names beside the given ones, put in their place when all is written.
-
-    Raises:
-      InputError: a file cannot be written; those that were there before are then still there.
-    """
-    partial = [path.with_name(f".{path.name}.part") for path in paths]
-    try:
-        for path in paths:
-            if path.is_dir():
-                raise InputError(f"{path}: cannot be written (it is a folder)")
-            if not path.parent.is_dir():
-                raise InputError(f"{path}: cannot be written (there is no folder {path.parent})")
-        yield partial
-        for new, path in zip(partial, paths, strict=True):
-            new.replace(path)
-    except OSError as error:
-        raise InputError(f"{paths[0]}: cannot be written ({error.strerror or error})") from None
-    finally:
-        for new in partial:
-            with suppress(OSError):
-                new.unlink()
 
 
 def spans(planes: int, per_plane: int) -> Iterator[slice]:
