@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.aero.tables import AERO_OPTIONS
 from meltemi.control.actuators import ANGLE
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.threads import one_blas_thread
@@ -27,6 +28,8 @@ STEP_LIMIT = 0.4
 """Largest product of angular frequency and default time step (docs/theory/simulation.md, M-5)."""
 OUTPUT_STEP = 0.05
 """[s] default time steps divide this."""
+GROWING = -2e-3
+"""Damping ratio from which on a mode is said to grow."""
 AZIMUTHS = 6
 """Rotor positions over which the equations of a turning rotor are averaged."""
 
@@ -161,6 +164,29 @@ def eigenmodes(K: Float, D: Float, names: tuple[str, ...]) -> list[Mode]:
             shape = shape / shape[np.argmax(np.abs(shape))]
             found.append(Mode(abs(value[i]), float(-value[i].real / abs(value[i])), names, shape))
     return found
+
+
+def growing(case: Case) -> str:
+    """The least damped mode of the present state in words if it grows, with inflow held and static polars; or nothing.
+
+    The rotor is taken at its present azimuth, with its speed held.
+    """
+    generator = len(case.model.tower.names) + GENERATOR
+    free = np.flatnonzero((case["locked"] == 0.0) & (np.arange(len(case["q"])) != generator))
+    options, stall = case["aero_options"], AERO_OPTIONS.index("stall")
+    kept, options[stall] = options[stall], 0
+    K, D = (derivative_matrix(case, which)[np.ix_(free, free)] for which in ("q", "v"))
+    options[stall] = kept
+    case.evaluate(0.0)
+    names = tuple(case.model.coordinates[i] for i in free)
+    found = eigenmodes(K, D, names) if np.all(np.isfinite(K)) and np.all(np.isfinite(D)) else []
+    worst = min(found, key=lambda mode: mode.damping, default=None)
+    if worst is None or worst.damping > GROWING:
+        return ""
+    return (
+        f"its mode at {worst.frequency / (2.0 * np.pi):.3g} Hz ({worst.participation()}) grows with "
+        f"{-100.0 * worst.damping:.2g} % of critical damping, by static polars"
+    )
 
 
 def highest_frequency(model: Model) -> float:

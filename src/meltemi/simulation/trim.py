@@ -9,6 +9,7 @@ once a revolution, and the tower through one of B times that frequency. The moti
 and found by harmonic balance: march the flow around the azimuth with this motion prescribed, project
 what is missing in the equations of motion on the harmonics, correct the motion with the linearised
 equations, repeat. Rotor speed and pitch follow from the balance of torque and the controller's steady law.
+Where this does not converge, the motion is followed from a rotor in no air, with smaller corrections.
 
 Reference: docs/theory/simulation.md (M-10 to M-16).
 """
@@ -17,13 +18,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.aero.rotor import AIR_DENSITY
 from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
@@ -35,6 +37,7 @@ from meltemi.environment.drops import MM_PER_HOUR
 from meltemi.simulation.case import BaseCase, Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
+from meltemi.simulation.modes import growing
 from meltemi.simulation.start import hold
 from meltemi.simulation.step import ABSURD, PARTS, A, Q, V, evaluate
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
@@ -64,6 +67,18 @@ BALANCE = 1e-4
 """Torque left over, as a share of the rated one, with which a search may end."""
 TOLERANCE = 1e-5
 """Relative change of rotor speed or pitch at which the search ends."""
+FARTHEST = 0.05
+"""Largest correction of a careful search, as a share of the rotor's radius."""
+SETTLED, NEARLY = 1e-5, 2e-3
+"""Correction, as a share of the rotor's radius, at which a motion has settled, and the largest that may be left."""
+PATIENCE, FRESH, AGE = 90, 18, 3
+"""Sectors until a motion must have settled, those with new derivatives, and for how many these are kept."""
+SHORTEST = 1.0 / 32.0
+"""Of the way from a motion to the next one."""
+BENT = 0.25
+"""Share of a blade's length by which its tip may be deflected for displacements of second order to hold."""
+UNBALANCED = 30.0
+"""Times BALANCE, from which on a search counts as failed."""
 CLOSE = 0.97
 """Of the reference speed, from which on it is sought where a first search promised the reference speed in vain."""
 
@@ -83,6 +98,7 @@ class OperatingPoint:
       aero: states of inflow and stall, and the solver's memory, at that moment.
       revolution: (azimuths, states) the same three behind one another, at equal steps of the azimuth from 0.
       means: averages over the revolution of every signal.
+      warnings: what to know of it, such as that the motion is unstable.
     """
 
     wind: SteadyWind
@@ -98,6 +114,7 @@ class OperatingPoint:
     means: Float = field(repr=False)
     channels: dict[str, Channel] = field(repr=False)
     places: dict[str, int] = field(repr=False)
+    warnings: tuple[str, ...] = ()
 
     def put(self, case: BaseCase, azimuth: float = 0.0) -> None:
         """Write the state at an azimuth [rad] of blade 1 into a case of the same model."""
@@ -133,8 +150,33 @@ def operating_point(
     Raises:
       InputError: the wind cannot turn the rotor.
     """
-    steady = SteadyWind(speed=wind) if isinstance(wind, (int, float)) else steady_wind(wind, model.turbine.hub_height)
-    orbit = _Orbit(model, steady)
+    steady = steady_wind(wind, model.turbine.hub_height)
+    if rotor_speed is not None and not rotor_speed > 0.0:
+        raise InputError(
+            f"operating_point: rotor_speed must be above zero, found {rotor_speed!r}; "
+            "meltemi.parked_point is for rotors that stand or idle"
+        )
+    try:
+        point = _search(_Orbit(model, steady), rotor_speed, pitch)
+        enough = UNBALANCED * BALANCE * model.turbine.rated_power / point.rotor_speed
+        if rotor_speed is not None or abs(point.imbalance) <= enough or model.has_electrical:
+            return point
+    except Astray:
+        pass
+    orbit = _CarefulOrbit(model, steady)
+    point = _search(orbit, rotor_speed, pitch)
+    orbit.case.evaluate(0.0)
+    unstable = growing(orbit.case)
+    return replace(point, warnings=(f"steady operation is unstable: {unstable}",)) if unstable else point
+
+
+class Astray(InputError):
+    """A search for steady operation that did not converge."""
+
+
+def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> OperatingPoint:
+    """Steady operation with the motion of an orbit; arguments and errors as for :func:`operating_point`."""
+    model, steady = orbit.model, orbit.wind
     control = model.turbine.control
     law = parameters(control)
     ratio = model.turbine.drivetrain.gear_ratio
@@ -154,7 +196,8 @@ def operating_point(
         rain = f" in rain of {falling.intensity / MM_PER_HOUR:g} mm/h" if falling is not None else ""
         most = angle if pitch is not None else control.pitch.maximum
         stalled = STALLED * steady.speed / model.turbine.rotor_radius
-        rotor_speed, angle, above = _balance_speed(left_over, reference, angle, most, stalled, steady.speed, rain)
+        balance = _balance_speed if not orbit.careful else _balance_carefully
+        rotor_speed, angle, above = balance(left_over, reference, angle, most, stalled, steady.speed, rain)
         search_pitch = above and pitch is None
         search_speed = not above
         if search_pitch:
@@ -194,8 +237,10 @@ def _secant(f: Callable[[float], float], x: float, step: float) -> float:
     return x
 
 
-def steady_wind(wind: AnyWind, hub_height: float) -> SteadyWind:
-    """The steady wind that a wind begins with, or a turbulent one's mean with its shear."""
+def steady_wind(wind: float | AnyWind, hub_height: float) -> SteadyWind:
+    """The steady wind that a wind begins with, a turbulent one's mean with its shear, or that of a speed [m/s]."""
+    if isinstance(wind, (int, float)):
+        return validated({"speed": wind}, SteadyWind, "wind")
     if isinstance(wind, SteadyWind):
         return wind
     if isinstance(wind, TurbulentWind):
@@ -243,6 +288,37 @@ def _balance_speed(
     if found == 0.0:
         raise no_balance(wind_speed, rain)
     return found, pitch, False
+
+
+def _balance_carefully(
+    left_over: Callable[[float, float], float],
+    reference: float,
+    pitch: float,
+    most: float,
+    stalled: float,
+    wind_speed: float,
+    rain: str = "",
+) -> tuple[float, float, bool]:
+    """As :func:`_balance_speed`, but from feathered blades on, for at fine pitch there may be no steady motion."""
+    failed: list[Astray] = []
+
+    def torque(speed: float, angle: float) -> float:
+        try:
+            return left_over(speed, angle)
+        except Astray as error:
+            failed.append(error)
+            return float("nan")
+
+    for angle in (*np.arange(most, pitch, -PITCH_SCAN), pitch):
+        value = torque(reference, float(angle))
+        if value > 0.0:
+            return reference, float(angle), True
+        if not np.isfinite(value):
+            break
+    try:
+        return _balance_speed(torque, reference, pitch, pitch, stalled, wind_speed, rain)
+    except InputError:
+        raise failed[0] if failed else no_balance(wind_speed, rain) from None
 
 
 def no_balance(wind_speed: float, rain: str = "") -> InputError:
@@ -330,6 +406,8 @@ def along(
 class _Orbit:
     """The periodic motion of a model in a steady wind, improved sweep by sweep."""
 
+    careful = False
+
     def __init__(self, model: Model, wind: SteadyWind) -> None:
         self.model, self.wind = model, wind
         self.case = Case(model.with_static_gears(), wind)
@@ -350,6 +428,7 @@ class _Orbit:
         self.core_s = np.zeros((2, self.core))
         self.azimuth = 0.0
         self.speed = self.pitch = self.torque = 0.0
+        self.farthest, self.moved = np.inf, 0.0
         self.level = MEAN_ONLY
         self.correct: dict[int, Float] = {}
         self.lefts: deque[float] = deque(maxlen=self.B)
@@ -433,13 +512,10 @@ class _Orbit:
         """Add to the free coefficients.
 
         Raises:
-          InputError: the motion diverges.
+          Astray: the motion diverges.
         """
         if not np.all(np.abs(change) < ABSURD):
-            raise InputError(
-                "operating_point: the motion diverges. The displacements of second order do not hold for very high "
-                "modes: take fewer (options), or give initial conditions (start=meltemi.Start(...))"
-            )
+            raise Astray("operating_point: the motion diverges")
         core, blade = self.free_core, self.free_blade
         sizes = [2 * len(core), len(core), (BLADE_HARMONICS + 1) * len(blade)]
         parts = np.split(change, np.cumsum(sizes))
@@ -501,18 +577,20 @@ class _Orbit:
         result: Float = self.correct[self.level][begin : begin + blade, begin : begin + blade]
         return result
 
-    def sweep(self, speed: float, pitch: float, torque: float) -> float:
-        """March sectors and correct the motion after each; returns the mean torque left over [N m]."""
+    def impose(self, speed: float, pitch: float, torque: float) -> None:
+        """Set rotor speed [rad/s], pitch [rad] and generator torque [N m]."""
         case = self.case
-        if speed <= 0.0:
-            raise InputError(f"operating_point: rotor_speed must be above zero, found {speed!r}")
         self.speed = speed
         case["pitch"][:] = 0.0
         case["pitch"][ANGLE] = self.pitch = pitch
         case["drive"][ex.GENERATOR_TORQUE] = self.torque = torque
+
+    def sweep(self, speed: float, pitch: float, torque: float) -> float:
+        """March sectors and correct the motion after each; returns the mean torque left over [N m]."""
+        self.impose(speed, pitch, torque)
         if not self.correct:
             self.prescribe(0.0)
-            case.settle(0.0)
+            self.case.settle(0.0)
         if self.level not in self.correct:
             for _ in range(2):
                 self.linearise()
@@ -534,12 +612,15 @@ class _Orbit:
     def sector(self) -> None:
         """March 1/B revolution, correct motion and mean inflow."""
         case, B = self.case, self.B
-        step = 2.0 * np.pi / B / SAMPLES
+        step = float(np.copysign(2.0 * np.pi / B / SAMPLES, self.speed))  # in the rotor's direction
         missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed)
         self.azimuth += step * SAMPLES
         change = np.zeros(len(missing))
         unknowns = self.unknowns()
         change[unknowns] = -self.correct[self.level] @ missing[unknowns]
+        self.moved = float(np.max(np.abs(change), initial=0.0))
+        if self.moved > self.farthest:
+            change *= self.farthest / self.moved
         self.move(change)
         # dynamic inflow follows in many seconds: bring its mean over the revolution there at once
         k = self.model.parameter("aerodynamics.inflow_lead")
@@ -567,7 +648,7 @@ class _Orbit:
         while round(self.azimuth * B / (2.0 * np.pi)) % B:
             self.sector()
         self.azimuth = 0.0
-        step = 2.0 * np.pi / B / SAMPLES
+        step = float(np.copysign(2.0 * np.pi / B / SAMPLES, self.speed))
         means, made = np.zeros_like(case.signals.vector), 0.0
         revolution = []
         for i in range(B * SAMPLES):
@@ -583,15 +664,10 @@ class _Orbit:
         aero = case.air()
         self.prescribe(0.0)
         model = self.model
-        channels = catalogue(
-            model.n_blades,
-            model.n_nodes,
-            coordinates=model.coordinates,
-            flaps=model.n_flaps,
-            gears=model.n_gear_stages,
-            electrical=model.has_electrical,
-        )
-        places = {name: case.place(channel) for name, channel in channels.items()}
+        channels = channels_of(model)
+        revolution = np.roll(revolution, 1, axis=0)
+        if self.speed < 0.0:  # at rising azimuths
+            revolution[1:] = revolution[:0:-1].copy()
         return OperatingPoint(
             wind=self.wind,
             rotor_speed=self.speed,
@@ -602,8 +678,127 @@ class _Orbit:
             q=case["q"].copy(),
             v=case["v"].copy(),
             aero=aero,
-            revolution=np.roll(revolution, 1, axis=0),
+            revolution=revolution,
             means=means,
             channels=channels,
-            places=places,
+            places={name: case.place(channel) for name, channel in channels.items()},
+        )
+
+
+def channels_of(model: Model) -> dict[str, Channel]:
+    """What an operating point has."""
+    return catalogue(
+        model.n_blades,
+        model.n_nodes,
+        coordinates=model.coordinates,
+        flaps=model.n_flaps,
+        gears=model.n_gear_stages,
+        electrical=model.has_electrical,
+    )
+
+
+class _CarefulOrbit(_Orbit):
+    """The same for motions that do not converge at once: by continuation.
+
+    From a settled motion the next speed, pitch and torque are reached in steps that are halved where one fails; the
+    first motion is that in no air, from where its density grows. Corrections are limited, and derivatives are taken
+    anew as long as corrections do not shrink.
+    """
+
+    careful = True
+
+    def __init__(self, model: Model, wind: SteadyWind) -> None:
+        super().__init__(model, wind)
+        self.farthest = FARTHEST * model.turbine.rotor_radius
+        self.air = float(self.case["aero"][AIR_DENSITY])
+        self.at: Float | None = None
+
+    def sweep(self, speed: float, pitch: float, torque: float) -> float:
+        """Settle the motion; returns the mean torque left over [N m].
+
+        Raises:
+          Astray: there is no way to it.
+        """
+        goal = np.array([speed, pitch, torque, self.air])
+        if self.at is not None:
+            try:
+                self.follow(goal)
+                return self.left
+            except Astray:
+                for part in (self.blade_c, self.blade_s, self.own, self.core_c, self.core_s):
+                    part[:] = 0.0
+        self.at = goal * [1.0, 1.0, 1.0, 0.0]
+        self.impose(speed, pitch, torque)
+        self.prescribe(0.0)
+        self.case.settle(0.0)
+        self.follow(goal)
+        return self.left
+
+    def follow(self, goal: Float) -> None:
+        """Bring the settled motion to another speed, pitch, torque and density of the air."""
+        assert self.at is not None
+        begin, share, step = self.at, 0.0, 1.0
+        while share < 1.0:
+            parts = (self.blade_c, self.blade_s, self.own, self.core_c, self.core_s, self.case.aero_state.vector)
+            kept, azimuth = [part.copy() for part in parts], self.azimuth
+            tried = min(share + step, 1.0)
+            if self.settle(begin + tried * (goal - begin)):
+                share, step = tried, 2.0 * step
+                self.at = begin + share * (goal - begin)
+                continue
+            for part, values in zip(parts, kept, strict=True):
+                part[:] = values
+            self.azimuth = azimuth
+            step *= 0.5
+            if step < SHORTEST:
+                raise Astray(self.cause())
+
+    def settle(self, at: Float) -> bool:
+        """Whether the motion settles at a speed, pitch, torque and density."""
+        *imposed, self.case["aero"][AIR_DENSITY] = at
+        self.impose(*imposed)
+        radius, before = self.model.turbine.rotor_radius, np.inf
+        self.lefts.clear()
+        try:
+            for i in range(PATIENCE):
+                if i % AGE == 0 and i < FRESH and (i == 0 or self.moved > 0.2 * before):
+                    before = self.moved if i else np.inf
+                    self.linearise()
+                self.sector()
+                if i >= FRESH and self.moved >= self.farthest:
+                    return False
+                if i >= self.B and self.moved < SETTLED * radius:
+                    return True
+        except (Astray, np.linalg.LinAlgError):
+            return False
+        return self.moved < NEARLY * radius
+
+    def cause(self) -> str:
+        """Why there is no steady motion beyond the last that has settled."""
+        assert self.at is not None
+        speed, pitch, _, density = self.at
+        case, turbine = self.case, self.model.turbine
+        *imposed, case["aero"][AIR_DENSITY] = self.at
+        self.impose(*imposed)
+        self.prescribe(0.0)
+        case.evaluate(0.0)
+        where = (
+            f"at a wind speed of {self.wind.speed:g} m/s, near a rotor speed of {30.0 / np.pi * speed:.3g} rpm and "
+            f"a pitch of {np.degrees(pitch):.3g} deg"
+        )
+        if density < self.air:
+            where += f", with {100.0 * density / self.air:.0f} % of the air's loads"
+        tip = float(np.linalg.norm(self.model.tip_shape[:3] @ self.blade_c[0]))
+        unstable = growing(case)
+        begin = f"operating_point: no steady operation {where}: "
+        if unstable:
+            return begin + f"the machine is aeroelastically unstable there, {unstable}"
+        if tip > BENT * turbine.blade.length:
+            return begin + (
+                f"the blades bend by {tip:.3g} m of their {turbine.blade.length:.3g} m, beyond which displacements of "
+                "second order do not hold; less wind, feathered blades (meltemi.parked_point) or stiffer ones help"
+            )
+        return begin + (
+            "the motion diverges beyond; high modes may be too many for displacements of second order (take fewer, "
+            "options), or give initial conditions (start=meltemi.Start(...))"
         )

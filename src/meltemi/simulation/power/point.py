@@ -17,7 +17,6 @@ from meltemi.simulation.trim import OperatingPoint, no_balance, steady_wind
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine import exchange as ex
 from meltemi.turbine.power_turbine import PowerTurbine
-from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import AnyWind
 
 SCAN = 61
@@ -31,7 +30,7 @@ def power_point(
     from scipy.optimize import brentq
 
     turbine = model.turbine
-    steady = SteadyWind(speed=wind) if isinstance(wind, (int, float)) else steady_wind(wind, turbine.hub_height)
+    steady = steady_wind(wind, turbine.hub_height)
     case = PowerCase(model, steady)
     law, control, ratio = parameters(turbine.control), turbine.control, turbine.drivetrain.gear_ratio
     reference = control.pitch.reference_speed / ratio
