@@ -552,23 +552,28 @@ class _Orbit:
 
     def linearise(self) -> None:
         """Derivatives of what is missing with respect to the coefficients, with inflow held and static polars."""
-        case = self.case
-        options, stall = case["aero_options"], AERO_OPTIONS.index("stall")
+        options, stall = self.case["aero_options"], AERO_OPTIONS.index("stall")
         kept, options[stall] = options[stall], 0
-        state = case.aero_state.vector.copy()
-        azimuths = 2.0 * np.pi / self.B / JACOBIAN_SAMPLES * np.arange(JACOBIAN_SAMPLES, dtype=float)
-        base, _ = self.missing(azimuths, 0.0)
+        self.differentiate(2.0 * np.pi / self.B / JACOBIAN_SAMPLES * np.arange(JACOBIAN_SAMPLES, dtype=float), 0.0)
+        options[stall] = kept
+
+    def differentiate(self, azimuths: Float, dt: float) -> None:
+        """Take derivatives at azimuths; ``dt`` [s] as for :meth:`residuals`."""
+        air = self.case.aero_state.vector
+        state = air.copy()
+        base, _ = self.missing(azimuths, dt)
         unknowns = self.unknowns()
         J: Float = np.empty((len(unknowns), len(unknowns)))
         for column, j in enumerate(unknowns):
             change = np.zeros(len(base))
             change[j] = PERTURBATION
             self.move(change)
-            J[:, column] = (self.missing(azimuths, 0.0)[0] - base)[unknowns] / PERTURBATION
+            if dt:
+                air[:] = state
+            J[:, column] = (self.missing(azimuths, dt)[0] - base)[unknowns] / PERTURBATION
             self.move(-change)
+        air[:] = state
         self.correct[self.level] = np.asarray(np.linalg.inv(J), dtype=float)
-        case.aero_state.vector[:] = state
-        options[stall] = kept
 
     def mean_correction(self) -> Float:
         """(free modes, free modes) correction of a blade's mean deflection for what is missing in its equations."""
@@ -609,10 +614,15 @@ class _Orbit:
         """Mean torque left over [N m] of the last B sectors."""
         return sum(self.lefts) / len(self.lefts)
 
+    @property
+    def step(self) -> float:
+        """[rad] from one azimuth of a sector to the next, in the rotor's direction."""
+        return float(np.copysign(2.0 * np.pi / self.B / SAMPLES, self.speed))
+
     def sector(self) -> None:
         """March 1/B revolution, correct motion and mean inflow."""
         case, B = self.case, self.B
-        step = float(np.copysign(2.0 * np.pi / B / SAMPLES, self.speed))  # in the rotor's direction
+        step = self.step
         missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed)
         self.azimuth += step * SAMPLES
         change = np.zeros(len(missing))
@@ -648,7 +658,7 @@ class _Orbit:
         while round(self.azimuth * B / (2.0 * np.pi)) % B:
             self.sector()
         self.azimuth = 0.0
-        step = float(np.copysign(2.0 * np.pi / B / SAMPLES, self.speed))
+        step = self.step
         means, made = np.zeros_like(case.signals.vector), 0.0
         revolution = []
         for i in range(B * SAMPLES):
@@ -702,7 +712,8 @@ class _CarefulOrbit(_Orbit):
 
     From a settled motion the next speed, pitch and torque are reached in steps that are halved where one fails; the
     first motion is that in no air, from where its density grows. Corrections are limited, and derivatives are taken
-    anew as long as corrections do not shrink.
+    anew as long as corrections do not shrink, with inflow and stall marched along: held, they damp a motion near
+    resonance by so much more that corrections would grow.
     """
 
     careful = True
@@ -752,6 +763,10 @@ class _CarefulOrbit(_Orbit):
             step *= 0.5
             if step < SHORTEST:
                 raise Astray(self.cause())
+
+    def linearise(self) -> None:
+        """Derivatives over the sector to come."""
+        self.differentiate(self.azimuth + self.step * np.arange(1.0, SAMPLES + 1.0), self.step / self.speed)
 
     def settle(self, at: Float) -> bool:
         """Whether the motion settles at a speed, pitch, torque and density."""
