@@ -130,6 +130,16 @@ def test_switches_become_options(deck: Deck, name: str, old: str, new: str, opti
     assert getattr(ModelOptions(**meltemi.read_deck(deck()).options), option) != value or option == "inflow"
 
 
+def test_cant_of_the_sections_is_read(deck: Deck) -> None:
+    assert meltemi.read_openfast(deck()).blade.aerodynamics.cant is None
+    row = "1.3667000E+00 -8.1531745E-04 -3.4468858E-03 "
+    path = deck("AeroDyn_blade.dat", (row + "0.0000000E+00", row + "-5.0"))
+    cant = meltemi.read_openfast(path).blade.aerodynamics.cant
+    assert cant is not None
+    assert cant[1] == pytest.approx(math.radians(-5.0))
+    assert np.count_nonzero(cant) == 1
+
+
 @pytest.mark.parametrize(
     ("name", "old", "new", "path", "value"),
     [

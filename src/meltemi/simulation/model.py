@@ -524,15 +524,21 @@ def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pol
             np.zeros(len(s)),
         ]
     )
-    v["slope_x"] = np.interp(s, structure.position, np.gradient(axis_x, structure.position))
-    v["slope_y"] = np.interp(s, structure.position, np.gradient(axis_y, structure.position))
-    v["length"] = layout.length
+    if a.cant is not None:
+        v["slope_x"] = at(a.cant)
+    else:
+        for name, axis in (("slope_x", axis_x), ("slope_y", axis_y)):
+            v[name] = np.interp(s, structure.position, np.arctan(np.gradient(axis, structure.position)))
     v["solid_length"] = B * v["chord"] / (2.0 * np.pi)
-    radius, hub = turbine.hub.radius + s, turbine.hub.radius
-    tip = turbine.rotor_radius
-    v["tip_number"] = B * (tip - radius) / (2.0 * radius) if options.tip_loss else 1e9
-    v["hub_number"] = B * (radius - hub) / (2.0 * hub) if options.hub_loss else 1e9
+    # lengths along the line of aerodynamic centres
+    line = [np.diff(x) for x in (a.position, a.centre_x, a.centre_y) if x is not None]
+    arc = np.concatenate([[0.0], np.cumsum(np.sqrt(np.sum(np.square(line), axis=0)))])
+    v["length"] = np.diff(np.interp(layout.edges, a.position, arc))
+    root, end, hub = np.interp(s, a.position, arc), arc[-1], turbine.hub.radius
+    v["tip_number"] = B * (end - root) / (2.0 * (hub + root)) if options.tip_loss else 1e9
+    v["hub_number"] = B * root / (2.0 * hub) if options.hub_loss else 1e9
     v["end"] = ((v["tip_number"] < 1e-9) | (v["hub_number"] < 1e-9)).astype(float)
+    radius, tip = hub + s, turbine.rotor_radius
     area = radius * layout.length
     v["area"] = area / area.sum() / B
     u = np.clip((radius / tip - RING_CENTRE) / RING_WIDTH, -1.0, 1.0)
