@@ -426,8 +426,8 @@ def test_places_that_cannot_be_written_are_named(tmp_path: Path, name: str) -> N
 
 
 def test_missing_files_are_named(tmp_path: Path) -> None:
-    for path in (tmp_path / "missing.nc", tmp_path):
-        with pytest.raises(InputError, match="no such file"):
+    for path, why in ((tmp_path / "missing.nc", "No such file"), (tmp_path, "it is a folder")):
+        with pytest.raises(InputError, match=why):
             read_netcdf(path)
 
 

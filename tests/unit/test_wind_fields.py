@@ -74,6 +74,10 @@ def test_time_of_a_series_increases(time: list[float], row: int) -> None:
         ({"dt": 0.0}, "dt must be a positive number, found 0.0"),
         ({"dy": -1.0}, "dy must be a positive number"),
         ({"speed": float("nan")}, "speed must be a positive number, found nan"),
+        ({"speed": 1e6}, "speed must be a positive number, found 1000000.0 .at most 100."),
+        ({"direction": 1e9}, "direction must be an angle within pi rad"),
+        ({"direction": float("nan")}, "direction must be an angle within pi rad"),
+        ({"velocity": 1e3 * WIND}, "velocities reach .* m/s, expected at most 300"),
         ({"bottom": 0.0}, "bottom must be a positive number"),
         (
             {"velocity": np.where(np.arange(3) == 1, np.nan, WIND).astype(np.float32)},

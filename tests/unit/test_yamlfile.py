@@ -210,7 +210,7 @@ def test_missing_folder_is_said(tmp_path: Path) -> None:
 
 
 def test_a_folder_is_not_a_file(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="cannot be read as UTF-8 text"):
+    with pytest.raises(InputError, match="it is a folder, expected a file"):
         read_record(tmp_path, Machine)
 
 

@@ -253,7 +253,8 @@ def steady_wind(wind: float | AnyWind, hub_height: float) -> SteadyWind:
     rows = wind.bottom + wind.dz * np.arange(wind.velocity.shape[1])
     profile = wind.velocity[..., 0].mean(axis=(0, 2), dtype=np.float64)
     slope = float(np.polyfit(np.log(rows), np.log(np.maximum(profile, 0.1)), 1)[0])
-    return SteadyWind(speed=speed, shear_exponent=float(np.clip(slope, -0.5, 0.9)), direction=wind.direction)
+    mean = {"speed": speed, "shear_exponent": float(np.clip(slope, -0.5, 0.9)), "direction": wind.direction}
+    return validated(mean, SteadyWind, f"{wind.label}, its mean")
 
 
 def _balance_speed(

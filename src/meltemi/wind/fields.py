@@ -121,6 +121,12 @@ class WindSeries(Record):
         return self.source or "wind series"
 
 
+LARGEST = {"dt": 1e4, "dy": 1e4, "dz": 1e4, "bottom": 1e4, "speed": 100.0, "hub_height": 1e4}
+"""Of the numbers of a box, in their units."""
+FASTEST = 300.0
+"""[m/s] air in a box; a tornado has half as much."""
+
+
 @dataclass(frozen=True)
 class WindBox:
     """A turbulent field on a grid, carried past the turbine with its mean speed.
@@ -159,12 +165,16 @@ class WindBox:
             raise InputError(
                 f"wind box: velocity must have shape (T, Z, Y, 3) with at least 2 points each, found {v.shape}"
             )
-        for name in ("dt", "dy", "dz", "bottom", "speed", "hub_height"):
+        for name, most in LARGEST.items():
             value = getattr(self, name)
-            if not (name == "hub_height" and value is None) and not 0.0 < value < np.inf:
-                raise InputError(f"wind box: {name} must be a positive number, found {value!r}")
+            if not (name == "hub_height" and value is None) and not 0.0 < value <= most:
+                raise InputError(f"wind box: {name} must be a positive number, found {value!r} (at most {most:g})")
+        if not abs(self.direction) <= np.pi + 1e-9:
+            raise InputError(f"wind box: direction must be an angle within pi rad, found {self.direction!r}")
         if not np.all(np.isfinite(v)):
             raise InputError(f"wind box: {int(np.sum(~np.isfinite(v)))} velocities are not numbers")
+        if max(v.max(), -v.min()) > FASTEST:
+            raise InputError(f"wind box: velocities reach {max(v.max(), -v.min()):g} m/s, expected at most {FASTEST:g}")
 
     @property
     def label(self) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.hdf5 import BEGIN
 from meltemi.postprocess.files.netcdf import read_netcdf, write_netcdf
 from meltemi.postprocess.files.out import read_out, write_out
 from meltemi.postprocess.files.outb import KINDS, read_outb, write_outb
@@ -13,7 +14,6 @@ from meltemi.wind.files.common import reading
 
 WRITERS = {".nc": write_netcdf, ".outb": write_outb, ".out": write_out}
 """By suffix."""
-HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 def read_result(path: str | Path) -> Result:
@@ -27,10 +27,10 @@ def read_result(path: str | Path) -> Result:
     """
     path = Path(path)
     with reading(path) as (file, size):
-        begin = file.read(len(HDF5))
+        begin = file.read(len(BEGIN))
     if size == 0:
         raise InputError(f"{path}: is empty")
-    if begin == HDF5:
+    if begin == BEGIN:
         return read_netcdf(path)
     if b"\0" in begin:
         if int.from_bytes(begin[:2], "little") not in KINDS:

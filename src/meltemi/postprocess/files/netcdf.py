@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meltemi.core.errors import InputError, Status
+from meltemi.core.errors import Status
+from meltemi.core.files import replacing
+from meltemi.core.hdf5 import attributes, read_hdf5, to_netcdf
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
+
+if TYPE_CHECKING:
+    import h5py
 
 
 def write_netcdf(result: Result, path: str | Path) -> Path:
@@ -19,16 +25,10 @@ def write_netcdf(result: Result, path: str | Path) -> Path:
       InputError: the file cannot be written.
     """
     path = Path(path)
-    partial = path.with_name(f".{path.name}.part")
     data = result.to_xarray()
     data.attrs["channels"] = json.dumps([_plain(c) for c in result.channels])
-    try:
-        data.to_netcdf(partial, engine="h5netcdf")
-        partial.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-    finally:
-        partial.unlink(missing_ok=True)
+    with replacing(path) as (partial,):
+        to_netcdf(data, partial)
     return path
 
 
@@ -36,27 +36,23 @@ def read_netcdf(path: str | Path) -> Result:
     """Read a result that :func:`write_netcdf` wrote.
 
     Raises:
-      InputError: the file is missing or is no such file.
+      InputError: the file is missing, damaged or no such file.
     """
-    import xarray as xr
+    return read_hdf5(Path(path), _result, "a result of meltemi")
 
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            channels = tuple(_channel(entry) for entry in json.loads(data.attrs["channels"]))
-            columns = [data[c.name].values for c in channels]
-            return Result(
-                time=data["time"].values.copy(),
-                data=np.stack(columns, axis=1) if columns else np.zeros((len(data["time"]), 0)),
-                channels=channels,
-                status=Status(int(data.attrs["status"])),
-                message=str(data.attrs["message"]),
-                meta=json.loads(data.attrs["meta"]),
-            )
-    except (OSError, KeyError, ValueError, TypeError, AttributeError) as error:
-        raise InputError(f"{path}: not a result of meltemi ({type(error).__name__})") from None
+
+def _result(file: h5py.File) -> Result:
+    about = attributes(file)
+    channels = tuple(_channel(entry) for entry in json.loads(about["channels"]))
+    time = file["time"][:]
+    return Result(
+        time=time,
+        data=np.stack([file[c.name][:] for c in channels], axis=1) if channels else np.zeros((len(time), 0)),
+        channels=channels,
+        status=Status(about["status"]),
+        message=about["message"],
+        meta=json.loads(about["meta"]),
+    )
 
 
 def _plain(channel: Channel) -> dict[str, object]:

@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
+from meltemi.core.files import replacing
+from meltemi.core.hdf5 import attributes, read_hdf5, to_netcdf
 from meltemi.wind.fields import WindBox
-from meltemi.wind.files.common import box_or_error, reading, replacing
+from meltemi.wind.files.common import box_or_error
+
+if TYPE_CHECKING:
+    import h5py
 
 SCALARS = {"dt": "s", "dy": "m", "dz": "m", "bottom": "m", "speed": "m s-1", "hub_height": "m", "direction": "rad"}
 """Attributes with their units, which are written beside them as ``NAME_units``."""
@@ -75,7 +82,7 @@ def write_wind_netcdf(box: WindBox, path: str | Path, compression: int = 0) -> l
     packed = {"compression": "gzip", "compression_opts": compression, "shuffle": True} if compression else {}
     encoding = {name: {"_FillValue": None} | (packed if name in AXES else {}) for name in (*AXES, *dims)}
     with replacing(path) as (partial,):
-        data.to_netcdf(partial, engine="h5netcdf", encoding=encoding)
+        to_netcdf(data, partial, encoding)
     return [path]
 
 
@@ -85,32 +92,17 @@ def read_wind_netcdf(path: str | Path) -> WindBox:
     Raises:
       InputError: the file is missing, cut off, or does not hold a wind box.
     """
-    import h5py
-    import xarray as xr
-
     path = Path(path)
-    with reading(path) as (_, size):
-        pass
-    try:
-        with h5py.File(path) as file:  # h5netcdf complains on the terminal if it meets damage first
-            _ = [dict(part.attrs) for part in (file, *file.values())]
-        with xr.open_dataset(path, engine="h5netcdf", decode_times=False) as data:
-            shape = tuple(int(data.sizes[name]) for name in ("time", "z", "y"))
-            # compression makes a file a thousand times smaller at most
-            if 12 * shape[0] * shape[1] * shape[2] > 1100 * size:
-                raise InputError(f"{path}: cut off: {size} bytes cannot hold a field of {shape} points")
-            velocity = np.empty((*shape, 3), np.float32)
-            for i, name in enumerate(AXES):
-                velocity[..., i] = data[name].transpose("time", "z", "y").values
-            attributes = data.attrs
-            scalars = {name: float(attributes[name]) for name in SCALARS if name != "hub_height" or name in attributes}
-            rest = {"periodic": bool(attributes["periodic"]), "source": str(attributes["source"]) or path.name}
-    except InputError:
-        raise
-    except Exception as error:  # a damaged file can make HDF5 and what is above it raise anything
-        reason = next(iter(str(error).splitlines()), "")[:100]
-        raise InputError(
-            f"{path}: not a wind box of meltemi; expected netCDF4 with u, v, w over time, z, y and the attributes "
-            f"{', '.join(SCALARS)} ({type(error).__name__}: {reason})"
-        ) from None
-    return box_or_error(path, {"velocity": velocity, **scalars, **rest})
+    kind = "a wind box of meltemi; expected netCDF4 with u, v, w over time, z, y and the attributes "
+    velocity, about = read_hdf5(path, _content, kind + ", ".join(SCALARS))
+    return box_or_error(path, {"velocity": velocity, **about, "source": about["source"] or path.name})
+
+
+def _content(file: h5py.File) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    about = attributes(file)
+    (shape,) = {file[name].shape for name in AXES}
+    velocity = np.empty((*shape, 3), np.float32)
+    for i, name in enumerate(AXES):
+        velocity[..., i] = file[name]
+    found: dict[str, Any] = {name: float(about[name]) for name in SCALARS if name != "hub_height" or name in about}
+    return velocity, found | {"periodic": bool(about["periodic"]), "source": str(about["source"])}

@@ -1,0 +1,118 @@
+"""HDF5 files (netCDF4) that may be damaged: HDF5 may then say anything, take a wrong byte for a number, or not return.
+
+A file written here ends with a checksum, which HDF5 passes over: where it fits, the file is whole and read at once.
+Any program that changes a file through HDF5 cuts the checksum off. A file without it is read in a process of its own
+first, which may crash or hang.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
+
+import numpy as np
+
+from meltemi.core.errors import InputError
+from meltemi.core.files import reading
+
+if TYPE_CHECKING:
+    import h5py
+    import xarray as xr
+
+T = TypeVar("T")
+BEGIN = b"\x89HDF\r\n\x1a\n"
+SEAL = b"\nmeltemi: crc32 of the bytes before is "
+LENGTH = len(SEAL) + 9
+PATIENCE = 30.0
+"""[s] that a process may take for a file without a checksum, beside what its size asks for."""
+BYTES_A_SECOND = 5e6
+PROBE = Path(__file__).with_name("probe.py")
+
+
+def to_netcdf(data: xr.Dataset, path: Path, encoding: Any = None) -> None:
+    """Write labelled arrays as netCDF4, with the checksum at the end.
+
+    Raises:
+      OSError: there is no room, or the file cannot be written otherwise.
+    """
+    try:
+        data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
+    except RuntimeError as error:  # of HDF5, when it closes a file for which there is no room
+        raise OSError(str(error)) from None
+    with path.open("r+b") as file:
+        total = _checksum(file, path.stat().st_size)
+        file.write(SEAL + b"%08x\n" % total)
+
+
+def read_hdf5(path: Path, take: Callable[[h5py.File], T], kind: str) -> T:
+    """What ``take`` makes of a file.
+
+    Args:
+      path: of the file.
+      take: called with the open file; whatever it raises means that the file is another one.
+      kind: what is expected, in words.
+
+    Raises:
+      InputError: the file is missing, damaged, or not of this kind.
+    """
+    with reading(path) as (file, size):
+        if file.read(len(BEGIN)) != BEGIN:
+            raise InputError(f"{path}: not {kind} (it is no HDF5 file)")
+        file.seek(max(size - LENGTH, 0))
+        end = file.read(LENGTH)
+        if not end.startswith(SEAL):
+            _probe(path, size, kind)
+        elif file.seek(0) == 0 and end != SEAL + b"%08x\n" % _checksum(file, size - LENGTH):
+            raise InputError(f"{path}: this file is damaged (its checksum does not fit its content)")
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as content:
+            return take(content)
+    except InputError:
+        raise
+    except Exception as error:  # HDF5 and what is above it raise anything
+        reason = next(iter(str(error).splitlines()), "")[:100]
+        raise InputError(f"{path}: not {kind} ({type(error).__name__}: {reason})") from None
+
+
+def attributes(item: h5py.HLObject) -> dict[str, Any]:
+    """Attributes of a file or variable as plain values."""
+    return {name: _plain(value) for name, value in item.attrs.items()}
+
+
+def _plain(value: Any) -> Any:
+    value = np.asarray(value)
+    if value.size != 1:
+        return value if value.size else ""
+    one = value.item()
+    return one.decode() if isinstance(one, bytes) else one
+
+
+def _checksum(file: BinaryIO, count: int) -> int:
+    """Of the next ``count`` bytes."""
+    total = 0
+    while count > 0 and (part := file.read(min(count, 1 << 22))):
+        total, count = zlib.crc32(part, total), count - len(part)
+    return total
+
+
+def _probe(path: Path, size: int, kind: str) -> None:
+    """Have all of a file read in another process.
+
+    Raises:
+      InputError: it fails there, or does not end.
+    """
+    command = [sys.executable, "-P", str(PROBE), str(path)]
+    limit = PATIENCE + size / BYTES_A_SECOND
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=limit, check=False)
+    except subprocess.TimeoutExpired:
+        raise InputError(f"{path}: not {kind}, or damaged (HDF5 reads on after {limit:.0f} s)") from None
+    if done.returncode:
+        why = done.stderr.decode(errors="replace").strip().splitlines()
+        raise InputError(f"{path}: not {kind}, or damaged ({why[-1][:200] if why else 'HDF5 crashes'})")
