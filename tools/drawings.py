@@ -10,10 +10,12 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, FancyArrowPatch, Polygon
 
+from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SOFT
 from meltemi.report.state_diagram import plot_states
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
-INK, BODY, AXIS, MOTION, WIND = "#1b2a38", "#c9d3da", "#0b6e99", "#d1495b", "#66a182"
+AXIS, MOTION, WIND = COLOURS[0], COLOURS[1], COLOURS[5]
+BODY = GRID
 mpl.rcParams["svg.hashsalt"] = "meltemi"
 
 
@@ -83,7 +85,7 @@ def side() -> Figure:
     corners = [joint - 1.2 * down + 0.42 * up, joint + 2.3 * down + 0.42 * up]
     corners += [joint + 2.3 * down - 0.42 * up, joint - 1.2 * down - 0.42 * up]
     ax.add_patch(Polygon(corners, color=BODY))
-    ax.add_patch(Circle(apex, 0.3, color="#aebac3"))
+    ax.add_patch(Circle(apex, 0.3, color=FAINT))
     line(ax, apex - 1.2 * down, joint + 3.2 * down)
     line(ax, (0, 5.4), (0, 7.4))
     for sign, length in ((1, 3.1), (-1, 3.1)):
@@ -91,9 +93,7 @@ def side() -> Figure:
         across = np.array([along[1], -along[0]])
         root, tip = apex + 0.3 * along, apex + length * along
         ax.add_patch(
-            Polygon(
-                [root + 0.12 * across, root - 0.12 * across, tip - 0.02 * across, tip + 0.02 * across], color="#aebac3"
-            )
+            Polygon([root + 0.12 * across, root - 0.12 * across, tip - 0.02 * across, tip + 0.02 * across], color=FAINT)
         )
         line(ax, apex, apex + 3.4 * sign * up, style=":")
         if sign > 0:
@@ -137,9 +137,9 @@ def front() -> Figure:
         along, behind = np.array([np.sin(psi), np.cos(psi)]), np.array([-np.cos(psi), np.sin(psi)])
         shape = [0.25 * along - 0.06 * behind, 0.8 * along - 0.1 * behind, 3.3 * along - 0.05 * behind]
         shape += [3.3 * along + 0.05 * behind, 0.8 * along + 0.3 * behind, 0.25 * along + 0.08 * behind]
-        ax.add_patch(Polygon(shape, color="#aebac3"))
+        ax.add_patch(Polygon(shape, color=FAINT))
         text(ax, 3.75 * along, f"blade {number + 1}")
-    ax.add_patch(Circle((0, 0), 0.28, color="#8d9aa5"))
+    ax.add_patch(Circle((0, 0), 0.28, color=SOFT))
     ax.add_patch(Arc((0, 0), 4.4, 4.4, theta1=30, theta2=90, color=MOTION, lw=1.5))
     end = np.radians(30.0)
     arrow(
@@ -214,9 +214,7 @@ def above() -> Figure:
     ax.add_patch(
         Polygon([-0.9 * d + 0.32 * n, 1.7 * d + 0.32 * n, 1.7 * d - 0.32 * n, -0.9 * d - 0.32 * n], color=BODY)
     )
-    ax.add_patch(
-        Polygon([-1.3 * d + 2.3 * n, -1.2 * d + 2.3 * n, -1.2 * d - 2.3 * n, -1.3 * d - 2.3 * n], color="#aebac3")
-    )
+    ax.add_patch(Polygon([-1.3 * d + 2.3 * n, -1.2 * d + 2.3 * n, -1.2 * d - 2.3 * n, -1.3 * d - 2.3 * n], color=FAINT))
     line(ax, -2.0 * d, 3.2 * d)
     line(ax, (-2.4, 0), (3.6, 0), style=":")
     axes(ax, (0, 0), (0, "$x$"), (90, "$y$"), "$z$ out", 1.2)

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.environment.rain import RAIN_CLASSES, Rain, rain_parameters, rain_power_loss
-from meltemi.report.plots import COLOURS, new_figure, style
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure, style
 from meltemi.studies.rain_drops import drops_energy, rain_loads
 from meltemi.turbine.library import load_turbine
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.report.palette import COLOURS, INK
+from meltemi.report.plots import new_figure, style
 from meltemi.wind.turbulence import mann
 from meltemi.wind.turbulence.field import generate_field, mean_profile
 from meltemi.wind.turbulence.grid import Grid

@@ -16,7 +16,8 @@ import pytest
 from rich.console import Console
 
 from meltemi import InputError, Model, OperatingPoint, Result, operating_point, plot, plot_performance, plot_power_curve
-from meltemi.report.plots import COLOURS, EVERYBODY, new_figure, plot_channel, save
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import EVERYBODY, new_figure, plot_channel, save
 from meltemi.report.tables import POWER_CURVE, power_curve_rows, rich_table
 from meltemi.simulation.channels import standard
 from meltemi.simulation.performance import Performance

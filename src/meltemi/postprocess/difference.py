@@ -95,10 +95,12 @@ def compare_results(
     the other is interpolated linearly.
 
     Args:
-      first, second: results, of runs or of files (``read_result``).
+      first: a result, of a run or of a file (``read_result``).
+      second: the reference, likewise.
       channels: by any of their names; ``"node_6_alpha_1=B1N1Alpha"`` pairs channels of different names. By default all
         that both have but angles that turn.
-      begin, end: [s] of the compared part; by default all that both cover.
+      begin: [s] of the compared part; by default all that both cover.
+      end: [s] of the compared part.
       progress: called with the share that is done.
 
     Raises:

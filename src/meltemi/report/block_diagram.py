@@ -8,7 +8,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.report.plots import INK, new_figure
+from meltemi.report.palette import FACES, FAINT, INK, SOFT
+from meltemi.report.plots import new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,15 +17,8 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-FACES = {
-    "plant": ("#e8f3f2", "#1b7f79"),
-    "control": ("#f7ecd9", "#b7791f"),
-    "outside": ("#e6eef5", "#0b6e99"),
-    "plain": ("white", "#7a8791"),
-}
-"""Face and edge of a block by what it stands for."""
 SIDES = {"left": (-0.5, 0.0), "right": (0.5, 0.0), "top": (0.0, 0.5), "bottom": (0.0, -0.5)}
-WIRE = "#444444"
+WIRE = SOFT
 
 
 @dataclass(frozen=True)
@@ -35,7 +29,7 @@ class Block:
       text: words, with line breaks.
       at: centre; the unit of length is an inch of the drawing.
       size: width and height.
-      kind: key of ``FACES``.
+      kind: key of ``palette.FACES``.
     """
 
     text: str
@@ -127,13 +121,13 @@ def _frame(ax: Axes, frame: Frame, font: float) -> None:
     (x0, y0), (x1, y1) = frame.low, frame.high
     look: dict[str, Any] = {
         "facecolor": "none",
-        "edgecolor": "#9aa5ae",
+        "edgecolor": FAINT,
         "linestyle": (0, (5, 3)),
         "linewidth": 0.9,
         "zorder": 1,
     }
     ax.add_patch(Rectangle((x0, y0), x1 - x0, y1 - y0, **look))
-    ax.text(x0 + 0.07, y0 + 0.06, frame.text, fontsize=font, color="#5f6b75", va="bottom", ha="left", zorder=4)
+    ax.text(x0 + 0.07, y0 + 0.06, frame.text, fontsize=font, color=SOFT, va="bottom", ha="left", zorder=4)
 
 
 def _end(blocks: Mapping[str, Block], where: str | Point) -> Point:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.report.palette import COLOURS, INK
+from meltemi.report.plots import new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from meltemi.postprocess.difference import ChannelDifference, Differences, gaps, most_different
-from meltemi.report.plots import COLOURS, EVERYBODY, INK, new_figure, style
+from meltemi.report.palette import COLOURS, FAINT, INK
+from meltemi.report.plots import EVERYBODY, new_figure, style
 from meltemi.report.tables import number
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ def plot_differences(found: Differences, channels: Sequence[str] | None = None, 
             ax.plot(time[part], x[part], color=COLOURS[0], linewidth=thin, label=labels[0])
         gap.plot(time, gaps(d.channel, *found.of(i)) * factor, color=INK, linewidth=0.6)
         for ax in (whole, gap):
-            ax.axvspan(time[near][0], time[near][-1], color="#8a97a3", alpha=0.18, linewidth=0.0)
+            ax.axvspan(time[near][0], time[near][-1], color=FAINT, alpha=0.18, linewidth=0.0)
         zoom.axvline(d.worst_time, color=INK, linewidth=0.8, linestyle=":")
         worst = f"worst {number(d.worst * factor)} {unit.strip('-')}".strip() + f" at {d.worst_time:g} s"
         changes = f"mean {_percent(d.mean_change)} %, std {_percent(d.std_change)} %, rms/std {_fixed(d.distance)}"

@@ -10,6 +10,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
+from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SOFT, curve
 from meltemi.report.tables import DISK_CURVE
 from meltemi.simulation.channels import Channel
 
@@ -31,11 +32,6 @@ EVERYBODY = (
     "tower_base_moment_fore_aft",
 )
 """The channels everyone wants to see first."""
-INK, GRID = "#1b2a38", "#d7dde2"
-COLOURS = (
-    *("#0b6e99", "#d1495b", "#66a182", "#edae49", "#5f4b8b", "#8d6b4f"),
-    *("#17becf", "#e377c2", "#7f7f7f", "#bcbd22"),
-)
 
 
 def new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share: bool = True) -> tuple[Figure, Any]:
@@ -80,7 +76,7 @@ def plot_channel(
     return ax
 
 
-MARK_COLOURS = {"event": "#d1495b"}
+MARK_COLOURS = {"event": COLOURS[1]}
 """Of what is not a controller's, by the source of a log entry."""
 MOST_MARKS = 12
 """Log entries that are listed below a plot; of more, the first ones."""
@@ -221,7 +217,6 @@ def plot_performance(performance: Performance) -> Figure:
     return figure
 
 
-MARKERS = "osD^v<>P*X"
 HIGHEST_DAMPING = 25.0
 """[%] to which the second panel of a Campbell diagram reaches."""
 
@@ -238,7 +233,7 @@ def plot_campbell(diagram: Campbell) -> Figure:
     frequency, damping = diagram.frequency / (2.0 * np.pi), 100.0 * diagram.damping
     top = 1.05 * float(np.nanmax(frequency, initial=0.1))
     for n in (1, 3, 6, 9):
-        axes[0, 0].plot(x, n * rpm / 60.0, color="#9aa5ae", linewidth=0.8, linestyle="--")
+        axes[0, 0].plot(x, n * rpm / 60.0, color=FAINT, linewidth=0.8, linestyle="--")
         if n * rpm[-1] / 60.0 < top:
             axes[0, 0].annotate(
                 f"{n}P",
@@ -246,15 +241,10 @@ def plot_campbell(diagram: Campbell) -> Figure:
                 xytext=(3, 0),
                 textcoords="offset points",
                 fontsize=7,
-                color="#6b757d",
+                color=SOFT,
             )
     for j, label in enumerate(diagram.labels):
-        look = {
-            "color": COLOURS[j % len(COLOURS)],
-            "marker": MARKERS[j % len(MARKERS)],
-            "markersize": 4.5,
-            "linewidth": 1.0,
-        }
+        look = curve(j) | {"markersize": 4.5, "linewidth": 1.0}
         axes[0, 0].plot(x, frequency[j], label=label, **look)
         axes[0, 1].plot(x, damping[j], **look)
     axes[0, 0].set_ylim(0.0, top)

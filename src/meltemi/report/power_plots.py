@@ -12,7 +12,8 @@ from meltemi.control.power_control.rotor import rotor_tables
 from meltemi.core.errors import InputError
 from meltemi.core.units import display
 from meltemi.environment.site import STANDARD
-from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.report.palette import COLOURS, FAINT, INK
+from meltemi.report.plots import new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,7 +66,7 @@ def plot_speed_power(
         for ax in (top, bottom):
             style(ax)
             for at in (lower, rated):
-                ax.axvline(at * rpm, color="#9aa5ae", lw=0.8, ls=":")
+                ax.axvline(at * rpm, color=FAINT, lw=0.8, ls=":")
         top.set_ylim(0.0, 1.3e-6 * power)
         bottom.set_ylim(bottom=-0.5)
     axes[0, 0].set_ylabel("power [MW]")

@@ -15,14 +15,14 @@ from meltemi.postprocess.spectra import (
     power_spectrum,
     rotor_frequency,
 )
-from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.report.palette import COLOURS, FAINT, INK, SOFT
+from meltemi.report.plots import new_figure, style
 from meltemi.simulation.channels import Channel, every_kind, find
 from meltemi.simulation.result import Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FAINT = "#9aa5ae"
 ABOVE = 1.6
 """Of the last harmonic that is marked, how far the figure reaches unless said otherwise."""
 WITHOUT_ROTOR = 1.0
@@ -91,7 +91,7 @@ def plot_spectra(
                 xytext=(2, -9),
                 textcoords="offset points",
                 fontsize=8,
-                color="#6b757d",
+                color=SOFT,
             )
     ax.set_xlim(0.0, highest)
     if shown:

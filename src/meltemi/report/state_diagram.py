@@ -14,6 +14,7 @@ from meltemi.control.supervisor.tables import (
     Transition,
 )
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.report.palette import FACES, FAINT, SOFT
 from meltemi.report.plots import new_figure
 
 if TYPE_CHECKING:
@@ -87,7 +88,8 @@ def _draw(
     axes.set_xlim(min(xs) - 1.0, max(xs) + 1.5)
     axes.set_ylim(min(ys) - 0.6, max(ys) + 1.5)
     axes.set_axis_off()
-    style: dict[str, Any] = {"boxstyle": "round,pad=0.5", "facecolor": "#e8f3f2", "edgecolor": "#1b7f79"}
+    face, edge = FACES["plant"]
+    style: dict[str, Any] = {"boxstyle": "round,pad=0.5", "facecolor": face, "edgecolor": edge}
     boxes = {}
     for number, name in enumerate(names, 1):
         words = f"{number}  {name.replace('_', ' ')}"
@@ -128,15 +130,15 @@ def _frame(axes: Any, x0: float, y0: float, x1: float, y1: float) -> None:
     style = "round,pad=0.02,rounding_size=0.15"
     axes.add_patch(
         FancyBboxPatch(
-            (x0 - 0.75, y0 - 0.6), x1 - x0 + 1.5, 1.4, boxstyle=style, facecolor="none", edgecolor="#999999", ls="--"
+            (x0 - 0.75, y0 - 0.6), x1 - x0 + 1.5, 1.4, boxstyle=style, facecolor="none", edgecolor=FAINT, ls="--"
         )
     )
-    axes.text(x1 + 0.7, y0 + 0.9, "running", fontsize=8, color="#555555", ha="right")
+    axes.text(x1 + 0.7, y0 + 0.9, "running", fontsize=8, color=SOFT, ha="right")
 
 
 def _arrow(
     axes: Any, begin: tuple[float, float], end: tuple[float, float], first: Any, second: Any, bend: float
 ) -> None:
     """From box to box; a bend keeps two arrows between the same boxes apart."""
-    shape = {"arrowstyle": "-|>", "color": "#444444", "connectionstyle": f"arc3,rad={bend}"}
+    shape = {"arrowstyle": "-|>", "color": SOFT, "connectionstyle": f"arc3,rad={bend}"}
     axes.annotate("", xy=end, xytext=begin, arrowprops={**shape, "patchA": first, "patchB": second})

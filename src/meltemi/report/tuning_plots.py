@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.report.palette import COLOURS, FAINT, INK
+from meltemi.report.plots import new_figure, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +22,7 @@ QUIET = 0.1
 """Of |L|: beyond the first frequency at which it is smaller the phase is not shown."""
 SLOWEST = 3e-3
 """[Hz] from which on frequencies are shown."""
-LIMIT: dict[str, Any] = {"color": "#9aa5ae", "linewidth": 0.9, "linestyle": ":", "zorder": 0.5}
+LIMIT: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": ":", "zorder": 0.5}
 
 
 class LoopPoint(Protocol):

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.report.plots import COLOURS, INK, style
+from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SHADE, SOFT
+from meltemi.report.plots import style
 from meltemi.report.turbine_facts import turbine_facts
 from meltemi.simulation.portrait import Portrait, line_mass, portrait, principal_stiffness
 from meltemi.structure.members import blade_beam
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 Panel = Callable[["Axes", Portrait], None]
 
-SOFT, FAINT, SHADE = "#5b6873", "#9aa5ae", "#e8edf1"
 FLAP, EDGE, TORSION = COLOURS[0], COLOURS[1], COLOURS[2]
 MOST_NAMES = 10
 """Airfoils that are named; of more, some are."""
@@ -125,7 +125,7 @@ def _missing(ax: Axes, what: str, reason: str) -> None:
     ax.set_xticks([])
     ax.set_yticks([])
     for spine in ax.spines.values():
-        spine.set_color("#d7dde2")
+        spine.set_color(GRID)
     ax.text(
         0.5,
         0.5,
@@ -569,8 +569,8 @@ def _polars(ax: Axes, seen: Portrait, field: str, symbol: str, title: str) -> No
         inset.set_ylim(low - 0.06 * (high - low), high + 0.06 * (high - low))
     inset.tick_params(labelsize=6.5, pad=1.5)
     inset.axvline(0.0, color=INK, linewidth=0.5)
-    inset.grid(True, color="#d7dde2", linewidth=0.5)
-    inset.set_facecolor("#fbfcfd")
+    inset.grid(True, color=GRID, linewidth=0.5)
+    inset.set_facecolor("white")
     bottom, top = ax.get_ylim()
     ax.set_ylim(bottom, top + ROOM[field] * (top - bottom))
     ax.set_xlim(-180.0, 180.0)

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.special import gammaincinv
 
 from meltemi.core.errors import InputError
-from meltemi.report.plots import COLOURS, INK, new_figure, style
+from meltemi.report.palette import COLOURS, FAINT, INK, SOFT
+from meltemi.report.plots import new_figure, style
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
 from meltemi.wind.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
@@ -34,7 +35,6 @@ Float = NDArray[np.float64]
 
 NAMES = {"u": "u, along the wind", "v": "v, to the left", "w": "w, upwards"}
 TARGET = {"color": INK, "linestyle": (0, (4, 2)), "linewidth": 1.1}
-FAINT = "#9aa5ae"
 SHARES = (0.1, 0.25, 0.5, 0.9)
 """Separations of a coherence plot over the width and height of the field."""
 STRETCH = 10.0
@@ -182,7 +182,7 @@ def plot_spectra(box: WindBox, turbine: AnyTurbine | None = None, target: Turbul
                 xytext=(-3, 2),
                 textcoords="offset points",
                 fontsize=7,
-                color="#6b757d",
+                color=SOFT,
                 ha="right",
             )
         if np.any(hub.density > 0.0):

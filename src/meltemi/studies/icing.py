@@ -14,7 +14,8 @@ from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
 from meltemi.postprocess.ensemble import Estimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.html import Table
-from meltemi.report.plots import COLOURS, new_figure, panel
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions

@@ -146,14 +146,14 @@ def sensitivity(
     steps: Mapping[str, float] | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Sensitivity:
-    """Exact derivatives of a run by parameters.
+    """Exact derivatives of a run by parameters; the times of events are held.
+
+    Arguments not listed here are those of :func:`simulate`.
 
     Args:
       parameters: paths, see :func:`direction`. Eight cost little more than one; more are taken eight at a time.
       steps: changes by parameter for which switches are counted; by default 1e-4 of the value, 1e-5 rad for pitch
         offsets.
-      model, wind, duration, controller, channels, output_step, start, stations, events, grid, progress: as in
-        ``simulate``; the times of events are held.
 
     Returns:
       The run and the derivatives. A run that diverges or whose controller fails ends early with a status.
@@ -223,9 +223,10 @@ def differences(
 ) -> tuple[Result, Result, float]:
     """The runs with a parameter one step below and above, and the step: what derivatives are checked with.
 
+    Arguments not listed here are those of :func:`sensitivity`.
+
     Args:
       step: by default 1e-7 of the value, 1e-8 rad for pitch offsets: small, since polars and wind boxes have kinks.
-      model, wind, controller, start: as in ``sensitivity``.
       arguments: others of ``simulate``.
     """
     controller = controller or baseline(model.turbine.control)

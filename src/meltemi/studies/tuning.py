@@ -208,10 +208,11 @@ def tune_loops(
 ) -> tuple[Tuning, ...]:
     """Several loops that work together: each tuned alone, then all gains lowered until all keep the margins (C-38).
 
+    Arguments not listed here are those of :func:`tune_ipc`.
+
     Args:
       model: of the turbine.
       targets: actuator and harmonic of each loop.
-      phase_margin, gain_margin, linear, sensor, sample_time: as for :func:`tune_ipc`.
 
     Raises:
       InputError: as :func:`tune_ipc`, or no common factor keeps the margins.

@@ -390,7 +390,8 @@ def size_electrical(
       frequency: [Hz] of the grid.
       pole_pairs: by default those that bring the stator's frequency close to 10 Hz in a direct drive, 50 Hz in a fast
         generator.
-      resistance, inductance: of the stator, per unit.
+      resistance: of the stator, per unit.
+      inductance: of the stator, per unit.
 
     Raises:
       InputError: a value is not positive, or what they make cannot work.

@@ -9,7 +9,8 @@ from meltemi.control.controller import Controller
 from meltemi.control.fixed import fixed
 from meltemi.control.signals import PITCH_DEMAND, TIME
 from meltemi.postprocess.statistics import azimuth_bins
-from meltemi.report.plots import COLOURS, new_figure, style
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure, style
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.model import build
 from meltemi.simulation.performance import RIGID, rotor_performance

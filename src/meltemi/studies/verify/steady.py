@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.postprocess.statistics import azimuth_bins
-from meltemi.report.plots import COLOURS, new_figure, style
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure, style
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.simulate import simulate

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.postprocess.files.openfast import si_unit
-from meltemi.report.plots import COLOURS, new_figure, style
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure, style
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import simulate

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.postprocess.statistics import azimuth_bins
-from meltemi.report.plots import COLOURS, new_figure, style
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure, style
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.verify.steady import deck_model

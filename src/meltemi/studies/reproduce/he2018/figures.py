@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.postprocess.ensemble import mean_interval
-from meltemi.report.plots import COLOURS, INK, new_figure, panel
+from meltemi.report.palette import COLOURS, INK
+from meltemi.report.plots import new_figure, panel
 from meltemi.report.spectra_plots import plot_spectra
 from meltemi.simulation.result import Result
 from meltemi.studies.compare import hub_moments

@@ -27,7 +27,8 @@ from meltemi.postprocess.ensemble import EnsembleTable, travel
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
-from meltemi.report.plots import COLOURS, new_figure, panel
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meltemi.report.plots import COLOURS, new_figure
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure
 from meltemi.studies.reproduce.palanimuthu2022 import paper
 from meltemi.studies.reproduce.palanimuthu2022.figures.look import MEGA, beside, label, shades
 from meltemi.studies.reproduce.palanimuthu2022.machine import FORMULA, density, rotor

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.report.plots import COLOURS, INK, new_figure
+from meltemi.report.palette import COLOURS, FAINT, INK, SOFT
+from meltemi.report.plots import new_figure
 from meltemi.studies.reproduce.palanimuthu2022 import paper
 from meltemi.studies.reproduce.palanimuthu2022.figures.look import MEGA, beside, label, shades
 from meltemi.studies.reproduce.palanimuthu2022.machine import BLADES, rotor
@@ -29,14 +30,14 @@ def _background(ax: Axes) -> None:
     speed = np.linspace(0.4, 0.9, 200)
     for v in WINDS:
         power = made.power(speed, v) * MEGA
-        ax.plot(speed, power, color="#b8c4cc", linewidth=0.9)
+        ax.plot(speed, power, color=FAINT, linewidth=0.9)
         at = float(made.power(0.855, v)) * MEGA
-        ax.annotate(f"{v:g} m/s", (0.858, at), fontsize=7, color="#5f6b75", ha="right", va="bottom")
+        ax.annotate(f"{v:g} m/s", (0.858, at), fontsize=7, color=SOFT, ha="right", va="bottom")
     ax.plot(speed, made.gain() * speed**3 * MEGA, color=INK, linewidth=1.4, label="$P_{opt} = K_T\\omega^3$")
-    ax.axhline(paper.REFERENCE * MEGA, color="#7a8791", linewidth=1.0, linestyle="--", label="$P_{ref}$")
+    ax.axhline(paper.REFERENCE * MEGA, color=SOFT, linewidth=1.0, linestyle="--", label="$P_{ref}$")
     low = made.speed_for(paper.REFERENCE)
     for name, value in (("$\\omega_l$", low), ("$\\omega_r$", paper.SPEED)):
-        ax.axvline(value, color="#7a8791", linewidth=0.8, linestyle=":")
+        ax.axvline(value, color=SOFT, linewidth=0.8, linestyle=":")
         ax.annotate(
             name,
             (value, 0.015),
@@ -100,7 +101,7 @@ def _plane(runs: Runs, scheme: str) -> Figure:
     beside(ax)
     _pitch(axes[0, 1], runs, scheme)
     for value in (rotor(BLADES).speed_for(paper.REFERENCE), paper.SPEED):
-        axes[0, 1].axvline(value, color="#7a8791", linewidth=0.8, linestyle=":")
+        axes[0, 1].axvline(value, color=SOFT, linewidth=0.8, linestyle=":")
     label(axes[0, 1], "rotor speed [rad/s]", "pitch [deg]", "pitch over speed")
     return figure
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from meltemi.environment.drops import MM_PER_HOUR, WATER, drop_spectrum, terminal_speed
 from meltemi.environment.rain import RAIN_CLASSES, Rain, driest_speed, wetness
-from meltemi.report.plots import COLOURS, new_figure
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure
 from meltemi.studies.reproduce.palanimuthu2022 import paper
 from meltemi.studies.reproduce.palanimuthu2022.figures.look import beside, label, shades
 

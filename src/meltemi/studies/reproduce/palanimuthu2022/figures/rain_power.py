@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.environment.rain import RAIN_CLASSES, Rain, rain_parameters, rain_power_loss
-from meltemi.report.plots import COLOURS, new_figure
+from meltemi.report.palette import COLOURS, INK
+from meltemi.report.plots import new_figure
 from meltemi.studies.reproduce.palanimuthu2022 import paper
 from meltemi.studies.reproduce.palanimuthu2022.figures.look import MEGA, beside, label, shades
 from meltemi.studies.reproduce.palanimuthu2022.machine import BLADES, Rotor, rotor
@@ -42,8 +43,8 @@ def rainy_gain(made: Rotor, rain: Rain) -> float:
 
 
 def _key(ax: Axes) -> None:
-    ax.plot([], [], color="#444444", label="no rain")
-    ax.plot([], [], color="#444444", linestyle="--", label="rain")
+    ax.plot([], [], color=INK, label="no rain")
+    ax.plot([], [], color=INK, linestyle="--", label="rain")
 
 
 def over_wind() -> Figure:
@@ -101,7 +102,7 @@ def by_pitch() -> Figure:
 
 def _at_rated(ax: Axes, rains: list[tuple[str, Rain | None]], title: str) -> None:
     power = rotor(BLADES).power(SPEED, paper.WIND)
-    for colour, (name, rain) in zip(["#444444", *shades(len(rains) - 1)], rains, strict=True):
+    for colour, (name, rain) in zip([INK, *shades(len(rains) - 1)], rains, strict=True):
         lost = 0.0 if rain is None else loss(rain, paper.WIND)
         words = name if rain is None else f"{name}: -{float(np.max(lost)) * MEGA:.3g} MW"
         ax.plot(SPEED, left(power, lost) * MEGA, color=colour, label=words)

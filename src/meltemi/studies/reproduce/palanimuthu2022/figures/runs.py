@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.report.plots import COLOURS, INK, new_figure, panel
+from meltemi.report.palette import COLOURS, INK, SOFT
+from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.result import Result
 from meltemi.studies.reproduce.palanimuthu2022 import paper
 from meltemi.studies.reproduce.palanimuthu2022.figures.look import MEGA
@@ -120,7 +121,7 @@ def _in_winds(columns: Sequence[tuple[str, Mapping[str, Result]]], lines: Mappin
                 ax.plot(result.time, of(result), color=colour, linewidth=1.0, label=name)
             if what.startswith("b") and lines:
                 for name, value in lines.items():
-                    ax.axhline(value, color="#7a8791", linewidth=0.8, linestyle="--")
+                    ax.axhline(value, color=SOFT, linewidth=0.8, linestyle="--")
                     ax.annotate(
                         name, (0.995, value), xycoords=("axes fraction", "data"), fontsize=7, ha="right", va="bottom"
                     )

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.report.html import Table
-from meltemi.report.plots import COLOURS, INK, new_figure, panel
+from meltemi.report.palette import COLOURS, INK
+from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.model import build
 from meltemi.studies.reproduce.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid
 from meltemi.studies.reproduce.wang2021.beyond.limits import JUDGED, Limits, find_limits

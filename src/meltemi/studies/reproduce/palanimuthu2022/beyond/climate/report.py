@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import Estimate, mean_interval
 from meltemi.report.html import Table
-from meltemi.report.plots import COLOURS, new_figure, panel
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure, panel
 from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import (
     ICED,
     IN_PLANE,

@@ -1,0 +1,38 @@
+"""What the pages need to be built and read: docstrings that name arguments one by one, nothing from the web."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+from pkgutil import resolve_name
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SHOWN = sorted(set(re.findall(r"^::: (\S+)", (ROOT / "docs/reference/python.md").read_text("utf-8"), re.MULTILINE)))
+
+
+@pytest.mark.parametrize("path", SHOWN)
+def test_documented_arguments_are_those_of_the_signature(path: str) -> None:
+    """``mkdocs build`` stops where a docstring names two arguments on a line, or one that is not there."""
+    found = resolve_name(path)
+    own = [v for v in vars(found).values() if callable(v) and getattr(v, "__module__", "") == path]
+    for thing in own if inspect.ismodule(found) else [found]:
+        methods = vars(thing).items() if isinstance(thing, type) else ()
+        for each in [thing, *(v for k, v in methods if inspect.isfunction(v) and k[0] != "_")]:
+            part = re.search(r"^Args:\n((?: +.*\n?|\n)*)", inspect.getdoc(each) or "", re.MULTILINE)
+            named = re.findall(r"^ {2}(\S.*?):", part[1], re.MULTILINE) if part else []
+            assert not named or set(named) <= set(inspect.signature(each).parameters), each
+
+
+def test_pages_take_nothing_from_the_web() -> None:
+    """Formulas are read offline, too."""
+    text = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    extra = [f for line in re.findall(r"^extra_\w+: \[(.*)\]$", text, re.MULTILINE) for f in line.split(", ")]
+    assert "javascripts/katex/katex.min.js" in extra
+    assert all((ROOT / "docs" / file).is_file() for file in extra)
+    folder = ROOT / "docs/javascripts/katex"
+    fonts = set(re.findall(r"fonts/\S+?\.woff2", (folder / "katex.min.css").read_text(encoding="utf-8")))
+    assert fonts and all((folder / font).is_file() for font in fonts)
+    assert "http" not in "".join(extra) and (folder / "LICENSE").is_file()
