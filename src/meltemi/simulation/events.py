@@ -470,7 +470,11 @@ def out_of_place(events: Iterable[Happening], log: Iterable[LogEntry], state: st
       log: of the run, with the supervisor's transitions.
       state: of the supervisor at the end, in words.
     """
-    moves = [(*entry.what.split(" -> "), entry) for entry in log if entry.source == "supervisor"]
+    moves: list[tuple[str, str, LogEntry]] = []
+    for entry in log:
+        if entry.source == "supervisor":
+            source, target = entry.what.split(" -> ")
+            moves.append((source, target, entry))
     first = moves[0][0] if moves else state
     left = next((entry for source, target, entry in moves if source in RUNNING and target not in RUNNING), None)
     said = []

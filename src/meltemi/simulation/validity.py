@@ -3,7 +3,7 @@
 Each criterion is a quantity that must not rise above its limit. The time loop keeps its largest value and when it was
 above the limit first; a run in which one was ends as ``Status.DOUBTFUL``.
 
-Reference: docs/theory/simulation.md (M-10).
+Reference: docs/theory/simulation.md (M-35 to M-37).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ and state of the quantity."""
 WORDS = (
     ("rotor faster than 1.5 times its rated speed", "rad/s"),
     ("generator drives a rotor that turns backwards", "W"),
-    ("aerodynamic power above Betz's limit of the wind, by", "W"),
+    ("aerodynamic power above Betz's limit of the wind (10 s mean), by", "W"),
     ("pitch angle beyond half a turn", "rad"),
     ("deflection of the blade's tip beyond the model's range", "m"),
     ("blade within the tower's surface, by", "m"),
@@ -48,10 +48,10 @@ MOTORING = 0.01
 """Share of rated power that a generator may put into a rotor that turns backwards: a run may begin with it."""
 EXCESS = 0.1
 """Share of rated power by which the mean may be above Betz's limit: induction takes seconds to follow the wind."""
-MEAN_TIME = 1.0
+MEAN_TIME = 10.0
 """[s] of this mean, exponential."""
 BETZ = 16.0 / 27.0
-BENDING = 0.35
+BENDING = 0.3
 """Of the blade's length: kinematics of second order in the deflection are off by about 3 % in its slope there."""
 MOST_PITCH = np.pi
 
