@@ -139,6 +139,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.performance import performance_of as performance_of
     from meltemi.simulation.performance import rotor_performance as rotor_performance
     from meltemi.simulation.power.model import PowerModel as PowerModel
+    from meltemi.simulation.result import Finding as Finding
     from meltemi.simulation.result import Result as Result
     from meltemi.simulation.simulate import Simulation as Simulation
     from meltemi.simulation.simulate import simulate as simulate
@@ -187,6 +188,7 @@ if TYPE_CHECKING:
     from meltemi.turbine.openfast import read_deck as read_deck
     from meltemi.turbine.openfast import read_openfast as read_openfast
     from meltemi.turbine.performance import Performance as Performance
+    from meltemi.turbine.plausibility import plausibility as plausibility
     from meltemi.turbine.power_turbine import CalibratedCoefficient as CalibratedCoefficient
     from meltemi.turbine.power_turbine import HeierCoefficient as HeierCoefficient
     from meltemi.turbine.power_turbine import PowerTurbine as PowerTurbine
@@ -307,7 +309,7 @@ _HOME = {
     "simulation.modes": "natural_modes",
     "simulation.options": "BEDDOES ModelOptions StallConstants",
     "simulation.performance": "performance_of rotor_performance",
-    "simulation.result": "Result",
+    "simulation.result": "Finding Result",
     "simulation.simulate": "Simulation simulate",
     "simulation.start": "Start",
     "simulation.power.model": "PowerModel",
@@ -332,6 +334,7 @@ _HOME = {
     "turbine.library": "LibraryEntry library_entries list_turbines load_turbine write_turbine",
     "turbine.openfast": "Deck read_deck read_openfast",
     "turbine.performance": "Performance",
+    "turbine.plausibility": "plausibility",
     "turbine.power_turbine": "CalibratedCoefficient HeierCoefficient PowerTurbine Shaft TableCoefficient",
     "turbine.report": "Imported Note report_text",
     "turbine.scaling": "Masses scale_turbine typical_masses",

@@ -26,9 +26,14 @@ from meltemi import (
     read_case,
     supervised,
 )
-from meltemi.control.controller import Controller
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.control.moving_mean import mean_start, mean_states, moving_mean
+from meltemi.control.supervisor.settings import limits
+from meltemi.control.supervisor.supervised import GUST_MEAN, LENGTH, LONG_MEAN, PROTECTION_MEAN, WIND_MEAN
 from meltemi.loadcases.case import case_controller, case_start
 from meltemi.studies.sensitivity import differences, sensitivity
+from meltemi.wind.fields import mean_before
+from meltemi.wind.iec.models import iec_wind
 
 RPM = 30.0 / math.pi
 RATED = 12.1
@@ -285,3 +290,61 @@ def test_cases_that_are_refused(supervised_case: str, tmp_path: Path, old: str, 
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=words):
         read_case(path)
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_an_emergency_stop_at_cut_out_finds_production(model: Model, seed: int) -> None:
+    """The means began with the size of the wind, 25.2 m/s, and the turbine stopped in its first step."""
+    wind = iec_wind(turbine=model.turbine, model="NTM", wind_class="IA", speed=25.0, seed=seed, points=5)
+    events = [{"at": 8.0, "type": "request", "request": "emergency_stop"}]
+    result = run(model, wind, 10.0, supervised(model.turbine), events=events)
+    assert whats(result) == ["power limit -> emergency stop"]
+    assert result.warnings == ()
+
+
+def test_means_begin_with_the_mean_wind_of_the_case(model: Model) -> None:
+    wind = iec_wind(turbine=model.turbine, model="NTM", wind_class="IA", speed=25.0, seed=1, points=5)
+    box = meltemi.generate_field(wind, model.turbine, 600.0)
+    assert mean_before(box, model.turbine.hub_height) == pytest.approx(25.0, abs=0.01)
+    measured = series([0.0, 1.0, 2.0, 3.0], [9.0, 11.0, 9.0, 11.0])
+    assert mean_before(measured, 90.0) == pytest.approx(10.0)  # not what it has at first
+    assert mean_before(series([0.0, 20.0, 30.0], [10.0, 10.0, 25.0]), 90.0) == 10.0  # a change that comes later
+    start = StartPoint(26.0, 122.9, 0.3, 4e4, 24.0)
+    protection = YawProtection(window=30.0)
+    x = supervised(model.turbine, protection=protection).initial_state(start)
+    for place in (GUST_MEAN, WIND_MEAN, LONG_MEAN, PROTECTION_MEAN):
+        assert moving_mean(x, len(x) - LENGTH + place, 24.0, 0.0125) == pytest.approx(24.0)
+
+
+def test_ten_minutes_of_normal_turbulence_at_cut_out_are_no_storm(model: Model) -> None:
+    """Means of what the anemometer has, as the supervisor makes them, against its limits."""
+    wind = iec_wind(turbine=model.turbine, model="NTM", wind_class="IA", speed=25.0, seed=3, points=5)
+    box = meltemi.generate_field(wind, model.turbine, 700.0)
+    size = np.hypot(*np.moveaxis(box.velocity[:, 2, 2, :2].astype(float), -1, 0))
+    x = np.zeros(mean_states(600))
+    mean_start(x, 0, 600.0, 600, before=mean_before(box, model.turbine.hub_height))
+    most = max(moving_mean(x, 0, float(u), box.dt) for u in size)
+    assert 25.0 < most < limits(model.turbine, Supervision())["cut_out_mean"]
+
+
+def test_an_event_out_of_place_warns(model: Model) -> None:
+    storm = SteadyWind(speed=26.0)
+    stop = {"at": 1.0, "type": "request", "request": "emergency_stop"}
+    late = run(model, storm, 2.0, supervised(model.turbine), events=[stop])
+    assert late.log[0].what == "power limit -> normal stop"
+    (words,) = late.warnings
+    assert words.startswith("events.0: request emergency stop at 1 s found the machine in state 'normal stop'")
+    assert "mean wind of 26.0 m/s above 25.5 m/s" in words
+    assert words in repr(late)
+    idle = supervised(model.turbine, Supervision(begin="idling"))
+    (words,) = run(model, SteadyWind(speed=8.0), 2.0, idle, FEATHERED, [stop]).warnings
+    assert words.endswith("found the machine in state 'idling'")
+    start = {"at": 1.0, "type": "request", "request": "start"}
+    assert (
+        "'maximum power'"
+        in run(model, SteadyWind(speed=8.0), 2.0, supervised(model.turbine), None, [start]).warnings[0]
+    )
+    usual = [{"at": 0.5, "type": "grid_loss"}, {"at": 1.0, "type": "pitch_stuck", "blade": 1}]
+    assert run(model, SteadyWind(speed=8.0), 2.0, supervised(model.turbine), None, usual).warnings == ()
+    deaf = meltemi.simulate(model, SteadyWind(speed=8.0), duration=2.0, channels=CHANNELS, events=[stop])
+    assert "the baseline law does not follow the operator" in deaf.warnings[0]

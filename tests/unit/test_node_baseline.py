@@ -1,7 +1,8 @@
 """The baseline law against an independent reading of NREL/TP-500-38060, section 7.
 
 The reading is plain Python, line by line after the text and the controller that is distributed with
-the reference model: filter, torque by regions with a rate limit, PI pitch with a gain schedule.
+the reference model: filter, torque by regions with a rate limit, PI pitch with a gain schedule. One thing is ours:
+held power is limited below region 2, where the published law drives a rotor at rest backwards.
 Arithmetic differs in the order of operations only: tolerances are 1e-12.
 """
 
@@ -57,7 +58,8 @@ class Reading:
         slope_25 = (self.RATED_POWER / self.RATED) / (self.RATED - synchronous)
         transition = (slope_25 - sqrt(slope_25 * (slope_25 - 4.0 * self.GAIN * synchronous))) / (2.0 * self.GAIN)
         if speed >= self.RATED or pitch >= self.POWER_PITCH:  # region 3: constant power
-            torque = self.RATED_POWER / speed
+            fade = (speed - self.CUT_IN) / (self.REGION_2 - self.CUT_IN)  # not of the report
+            torque = min(self.RATED_POWER / max(speed, 1.0), min(max(fade, 0.0), 1.0) * self.TORQUE_MAXIMUM)
         elif speed <= self.CUT_IN:  # region 1: no torque
             torque = 0.0
         elif speed < self.REGION_2:  # region 1 1/2: linear ramp
@@ -178,8 +180,13 @@ def test_pitched_above_a_degree_the_power_is_held_whatever_the_speed(control: Ba
 
 def test_torque_has_a_maximum(control: BaselineControl) -> None:
     x = parameters(control)
-    assert steady_torque(x, 10.0, 0.5) == 47402.91
-    assert steady_torque(x, 0.0, 0.5) == 47402.91
+    assert steady_torque(x, 95.0, 0.5) == 47402.91
+
+
+@pytest.mark.parametrize("speed", [-5.0, 0.0, 10.0, 70.0])
+def test_a_feathered_rotor_at_rest_gets_no_torque(control: BaselineControl, speed: float) -> None:
+    """Held power asked for all of it: the generator drove a parked rotor backwards with 2.7 MW."""
+    assert steady_torque(parameters(control), speed, 1.5) == 0.0
 
 
 @pytest.mark.parametrize("dt", [0.00125, 0.0125, 0.1])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ import pytest
 
 from meltemi import InputError, Result, RunError, Status
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.report.tables import number, statistics_rows, write_csv
+from meltemi.report.tables import early_extremes, number, statistics_rows, write_csv
 from meltemi.simulation.channels import standard
 
 TIME = np.arange(0.0, 10.05, 0.1)
@@ -196,3 +196,32 @@ def test_numbers_for_people(value: float, text: str) -> None:
 def test_numbers_have_four_digits(size: Any) -> None:
     for value in size * np.array([1.0, 1.23456, 4.99951, 9.8765]):
         assert float(number(value)) == pytest.approx(value, rel=5.001e-4)
+
+
+def test_a_status_prints_its_name() -> None:
+    assert str(Status.OK) == f"{Status.OK}" == "OK"
+    assert f"{Status.DOUBTFUL:>10}" == "  DOUBTFUL"
+    assert int(Status.OK) == 0 and json.dumps({"status": Status.DOUBTFUL}) == '{"status": 7}'
+
+
+def test_statistics_leave_the_transient_out(result: Result) -> None:
+    late = replace(result, meta=META | {"transient": 5.0})
+    part = result.between(5.0, 10.0)
+    assert late.statistics().equals(part.statistics())
+    assert equivalent_loads(late) == equivalent_loads(part)
+    assert statistics_rows(late) == statistics_rows(part)
+    assert not late.statistics().equals(result.statistics())
+    # a part that is asked for is judged as it is
+    assert late.between(0.0, 4.0).statistics().equals(result.between(0.0, 4.0).statistics())
+
+
+def test_extremes_of_the_first_seconds_are_told(result: Result) -> None:
+    assert early_extremes(result) == ""
+    data = result.data.copy()
+    data[3, 2] = 12e6
+    early = replace(result, data=data)
+    assert early_extremes(early).startswith("extremes fall into the first seconds")
+    assert "root_moment_out_of_plane_1 at 0.30 s" in early_extremes(early)
+    assert early_extremes(replace(early, meta=META | {"transient": 0.5})) == ""
+    data[3, 2], data[3, 3] = 9.1e6, 30.0  # hardly more than later; a gust is wind
+    assert early_extremes(early) == ""

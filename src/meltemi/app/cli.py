@@ -115,6 +115,9 @@ def run(
     controller: ControllerOption = None,
     controller_input: ControllerInputOption = None,
     duration: Annotated[float | None, typer.Option("--duration", help="Length of the run [s] [60].")] = None,
+    transient: Annotated[
+        float | None, typer.Option("--transient", help="Its begin, which statistics leave out [s] [0].")
+    ] = None,
     channels: Annotated[
         str | None,
         typer.Option("--channels", help="Channels to record, separated by commas; 'all' records everything."),
@@ -146,6 +149,12 @@ def run(
         case, folder = _case_of_deck(path, given), Path()
     else:
         case, folder = _case_of_options(target, given), Path()
+    if transient is not None:
+        if written:
+            raise InputError(
+                f"{path} is a case file and describes its run itself; write transient: {transient:g} there"
+            )
+        case = case.replace(transient=transient)
     from meltemi.core.errors import Status
     from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import case_controller, case_start, case_turbine, case_wind, self_contained
@@ -171,16 +180,18 @@ def run(
                 stations=Stations(case.blade_stations, case.tower_stations),
                 events=case.events,
                 grid=case.grid,
+                transient=case.transient,
                 progress=progress,
             )
         files = _write(result, out, outb)
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
             files.append(out / "case.yaml")
-    from meltemi.report.tables import statistics_rows
+    from meltemi.report.tables import early_extremes, statistics_rows
 
     head, rows = statistics_rows(result)
-    print_table(f"{turbine.name}: {result.meta['wind']}", head, rows, text_columns=3)
+    after = f", after {case.transient:g} s" if case.transient else ""
+    print_table(f"{turbine.name}: {result.meta['wind']}{after}", head, rows, text_columns=3)
     meta = result.meta
     print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
     if result.log:
@@ -193,8 +204,12 @@ def run(
     )
     for file in files:
         print(f"wrote {file}")
-    for warning in result.warnings:
+    for warning in filter(None, (*result.warnings, early_extremes(result))):
         say(f"warning: {warning}")
+    if result.status is Status.DOUBTFUL:
+        for finding in result.findings:
+            say(f"DOUBTFUL: {finding}")
+        raise typer.Exit(1)
     if result.status is not Status.OK:
         say(f"the run ended early: {result.message}")
         raise typer.Exit(130 if result.status is Status.INTERRUPTED else 1)
@@ -343,7 +358,10 @@ def power_curve(
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
     from meltemi.simulation.engines import build, operating_point
+    from meltemi.turbine.plausibility import plausibility
 
+    for words in plausibility(described):
+        say(f"warning: {words}")
     model = build(described)
     points = []
     with progress_bar("operating points") as progress:

@@ -86,12 +86,26 @@ def law_torque(x: Float, speed: float) -> float:
 
 
 @kernel
+def held_torque(x: Float, speed: float) -> float:
+    """Torque [N m] that holds rated power; below region 2 its limit falls, to nothing at cut-in (C-5).
+
+    Without that a rotor that stands feathered would get all of the torque, and be driven backwards.
+    """
+    if speed <= x[CUT_IN]:
+        return 0.0 * speed
+    most = x[MAX_TORQUE]
+    if speed < x[OPTIMAL]:
+        most = most * (speed - x[CUT_IN]) / (x[OPTIMAL] - x[CUT_IN])
+    return min(x[RATED_POWER] / max(speed, 1e-3), most)
+
+
+@kernel
 def steady_torque(x: Float, speed: float, pitch: float) -> float:
     """Torque [N m] of the regions for a generator speed [rad/s] and the last pitch [rad] (C-2 to C-5).
 
     Held power begins at once at ``power_pitch``, or gradually if there is smoothing (C-5a).
     """
-    held = x[RATED_POWER] / max(speed, 1e-3)
+    held = held_torque(x, speed)
     if x[SMOOTHING] > 0.0 and speed < x[RATED]:
         share = 0.5 + 0.5 * tanh((pitch - x[POWER_PITCH]) / x[SMOOTHING])
         torque = law_torque(x, speed) + share * (held - law_torque(x, speed))
@@ -116,9 +130,10 @@ def switches_near(x: Float, speed: float, torque_change: float, pitch: float, lo
         near += crossed(x[PITCH] - x[POWER_PITCH])
     if not gradual and x[PITCH] < x[POWER_PITCH]:
         near += crossed(speed - x[RATED])
+    near += crossed(speed - x[CUT_IN]) + crossed(speed - x[OPTIMAL])
     # laws that have a share in the torque: 1 - tanh(4) is less than 1e-3
     if x[PITCH] < x[POWER_PITCH] + 4.0 * x[SMOOTHING]:
-        near += crossed(speed - x[CUT_IN]) + crossed(speed - x[OPTIMAL]) + crossed(speed - x[TRANSITION])
+        near += crossed(speed - x[TRANSITION])
     if x[PITCH] > x[POWER_PITCH] - 4.0 * x[SMOOTHING]:
         near += crossed(speed - x[RATED_POWER] / x[MAX_TORQUE])
     near += crossed(torque_change) + crossed(pitch - x[MIN_PITCH]) + crossed(pitch - x[MAX_PITCH])

@@ -50,12 +50,14 @@ class StartPoint:
       generator_speed: [rad/s].
       pitch: [rad].
       generator_torque: [N m].
+      mean_wind: [m/s] mean at hub height before; ``wind_speed`` by default.
     """
 
     wind_speed: float
     generator_speed: float
     pitch: float
     generator_torque: float
+    mean_wind: float | None = None
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,15 @@
 Files, the command line and functions raise :class:`InputError` (where, what was expected, the
 closest valid name, what to do); records made in Python raise pydantic's ``ValidationError`` with
 the same words; ``build`` raises :class:`UnsupportedError` for features it does not have; a run that
-fails in time ends with a :class:`Status` and keeps what it computed.
+fails in time ends with a :class:`Status` and keeps what it computed, and one that leaves what the model
+is made for goes on and says so.
 """
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
-from enum import IntEnum
+from enum import Enum, IntEnum
 
 
 class MeltemiError(Exception):
@@ -26,11 +27,11 @@ class UnsupportedError(MeltemiError):
 
 
 class RunError(MeltemiError):
-    """A simulation stopped before its end; raised only by ``Result.raise_for_status``."""
+    """A simulation stopped before its end, or is doubtful; raised only by ``Result.raise_for_status``."""
 
 
 class Status(IntEnum):
-    """How a simulation ended; 0 is success. Kernels write these numbers."""
+    """How a simulation ended; 0 is success. Kernels write these numbers; printed is the name."""
 
     OK = 0
     DIVERGED = 1
@@ -39,6 +40,12 @@ class Status(IntEnum):
     INTERRUPTED = 4
     FAILED = 5
     UNKNOWN = 6
+    DOUBTFUL = 7
+
+    def __str__(self) -> str:
+        return self.name
+
+    __format__ = Enum.__format__  # of the name, as for other enumerations
 
     @property
     def message(self) -> str:
@@ -56,6 +63,7 @@ _MESSAGES: dict[Status, str] = {
     Status.CONTROLLER_DEMAND: "the controller asked for a value that is not a number or out of range",
     Status.INTERRUPTED: "interrupted by the user; the result holds what was computed until then",
     Status.UNKNOWN: "the rotor left the tip-speed ratios and pitch angles for which its power coefficient is known",
+    Status.DOUBTFUL: "completed, but beyond what the model is made for; the findings say where",
     Status.FAILED: "the case of a batch could not be prepared, or its result not be reduced or written",
 }
 

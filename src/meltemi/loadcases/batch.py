@@ -64,6 +64,7 @@ class BatchCase:
     events: Sequence[Happening | Mapping[str, Any]] = ()
     grid: PowerGrid | None = None
     name: str = ""
+    transient: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class Outcome:
 
     @property
     def ok(self) -> bool:
-        """The case reached its end."""
+        """The case reached its end, within what the model is made for."""
         return self.status is Status.OK
 
 
@@ -235,7 +236,7 @@ class _Batch:
 
 
 def completed(outcomes: Iterable[Outcome]) -> list[Any]:
-    """Values of outcomes, all of which must have reached their end.
+    """Values of outcomes, all of which must have reached their end without doubt.
 
     Raises:
       RunError: one did not; with its name and the reason.
@@ -269,4 +270,5 @@ def prepare(case: BatchCase) -> Simulation:
         stations=case.stations,
         events=case.events,
         grid=case.grid,
+        transient=case.transient,
     )

@@ -187,6 +187,8 @@ class LoadCase(Record):
     """What to record, by our names or OpenFAST's; "all" records everything."""
     output_step: float = Field(default=0.05, gt=0.0, le=10.0)
     """[s] between records."""
+    transient: float = Field(default=0.0, ge=0.0)
+    """[s] at the begin that are recorded, but left out of statistics and equivalent loads."""
     blade_stations: tuple[float, ...] = ()
     """[m] from the blade root: further places for section loads."""
     tower_stations: tuple[float, ...] = ()
@@ -209,6 +211,8 @@ class LoadCase(Record):
             raise ValueError("channels: name at least one")
         if words := conflict(self.events):
             raise ValueError(words)
+        if self.transient >= self.duration:
+            raise ValueError(f"transient {self.transient:g} s leaves nothing of a duration of {self.duration:g} s")
         if self.electrical is not None and self.options.electrical == "ideal":
             raise ValueError(
                 f"electrical: {self.electrical} has no effect without an electrical system; "
@@ -343,6 +347,7 @@ controller: {kind: baseline}
 # controller: {kind: supervised}         # starts, stops and protects; then also   start: standstill
 
 output_step: 0.05            # s between records
+transient: 0.0               # s at the begin that statistics leave out
 channels:                    # `meltemi channels` lists them; OpenFAST's names are understood
   - wind_x
   - rotor_speed

@@ -110,8 +110,9 @@ def usual_slope(channel: Channel) -> float | None:
 
 
 def equivalent_loads(result: Result, names: Sequence[str] | None = None, f_eq: float = 1.0) -> dict[str, float]:
-    """Damage-equivalent loads of the load channels of a result with their usual slopes, in SI."""
+    """Damage-equivalent loads of the load channels of a result after its transient with their usual slopes, in SI."""
     found: dict[str, float] = {}
+    result = result.judged
     if len(result.time) < 2:
         return found
     duration = float(result.time[-1] - result.time[0])

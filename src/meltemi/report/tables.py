@@ -46,6 +46,36 @@ def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
     return ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", "DEL 1 Hz"], rows
 
 
+EARLY = 10.0
+"""[s] of a run in which it may still come from its start; a fifth of a shorter run."""
+EARLY_UNITS = ("N", "N m", "m", "W")
+"""Of channels whose extremes are asked for."""
+EARLY_SHARE = 0.05
+"""Of a channel's largest magnitude later on, by which an early extreme must be beyond all later ones to be told."""
+
+
+def early_extremes(result: Result) -> str:
+    """A sentence about extremes in the statistics that fall into the first seconds of a run; empty without any."""
+    judged = result.judged
+    if len(judged.time) < 2:
+        return ""
+    first = judged.time <= min(EARLY, 0.2 * judged.time[-1])
+    told = []
+    for i, channel in enumerate(judged.channels):
+        if channel.unit not in EARLY_UNITS or not first.any():
+            continue
+        early, later = judged.data[first, i], judged.data[~first, i]
+        room = EARLY_SHARE * abs(later).max()
+        for place, beyond in ((early.argmax(), early.max() - later.max()), (early.argmin(), later.min() - early.min())):
+            if beyond > room:
+                told.append((beyond / max(room, 1e-300), f"{channel.name} at {judged.time[place]:.2f} s"))
+    if not told:
+        return ""
+    told.sort(reverse=True)
+    names = ", ".join(words for _, words in told[:3]) + (" and others" if len(told) > 3 else "")
+    return f"extremes fall into the first seconds and may come from the start ({names}): a transient leaves them out"
+
+
 def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
     """Head and rows of the statistics of a field: at the hub, over the grid, and the lowest and highest of its points.
 

@@ -62,6 +62,7 @@ from meltemi.simulation.step import (
     observe,
     surroundings,
 )
+from meltemi.simulation.validity import new_watch
 from meltemi.structure.tables import (
     BLADE_NODE,
     BODY,
@@ -235,7 +236,7 @@ class BaseCase:
         for name in REPORTS:
             most[name] = np.inf
         self.measured[GRID], self.measured[POWER_LIMIT] = 1.0, np.inf
-        self.events = np.zeros((0, 3))
+        self.events, self.watch = np.zeros((0, 3)), new_watch(model)
         self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
         self.clock = np.zeros(N_CLOCK, dtype=np.int64)
         self.clock[[EVERY_OUTPUT, EVERY_CONTROL]] = 1
@@ -345,6 +346,7 @@ class BaseCase:
             "a_old": self.a_old,
             "signals": self.signals.vector,
             "output": output,
+            "watch": self.watch,
         }
         return tuple(arrays[name] for name in names)
 

@@ -20,6 +20,7 @@ from pydantic import AfterValidator, Field, model_validator
 from meltemi.control import faults as f
 from meltemi.control.controller import LogEntry
 from meltemi.control.signals import REQUESTS
+from meltemi.control.supervisor.tables import PRODUCING
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
 from meltemi.core.tables import MAX_BLADES, MAX_FLAPS
@@ -349,6 +350,10 @@ KINDS: tuple[type[Happening], ...] = (
 )
 """All kinds of events."""
 
+RUNNING = tuple(name.replace("_", " ") for name in ("start_up", *PRODUCING))
+AT_REST = ("standby", "idling")
+"""States of the supervisor, in the words of its log."""
+
 Event = Annotated[
     PitchStuck
     | PitchRunaway
@@ -453,6 +458,46 @@ def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_step
         (step, LogEntry(step * dt, "event", what if begins else f"{what}: over")) for step, begins, _, what, _ in edges
     )
     return Schedule(np.array(rows, dtype=float).reshape(-1, 3), log)
+
+
+def out_of_place(events: Iterable[Happening], log: Iterable[LogEntry], state: str) -> list[str]:
+    """Sentences about events that found the machine in another state than they are for.
+
+    A stop is for a machine that runs, a start for one at rest; faults are for the state in which a run begins, unless
+    an event before them has ended it.
+
+    Args:
+      log: of the run, with the supervisor's transitions.
+      state: of the supervisor at the end, in words.
+    """
+    moves: list[tuple[str, str, LogEntry]] = []
+    for entry in log:
+        if entry.source == "supervisor":
+            source, target = entry.what.split(" -> ")
+            moves.append((source, target, entry))
+    first = moves[0][0] if moves else state
+    left = next((entry for source, target, entry in moves if source in RUNNING and target not in RUNNING), None)
+    said = []
+    for i, event in enumerate(events):
+        now = next((target for _, target, entry in reversed(moves) if entry.time < event.at - 1e-9), first)
+        word = event.request if isinstance(event, Request) else ""
+        alone = not any(other.at < event.at for other in events)
+        stopped = alone and first in RUNNING and now not in RUNNING and not isinstance(event, PowerLimit)
+        useless = (word.endswith("_stop") and now in AT_REST) or (word == "start" and now in RUNNING)
+        if useless or (stopped and word != "start"):
+            why = f", which stopped at {left.time:.2f} s ({left.reason})" if left and left.time < event.at else ""
+            said.append(f"events.{i}: {event.what} at {event.at:g} s found the machine in state {now!r}{why}")
+    return said
+
+
+def ignored(events: Iterable[Happening]) -> list[str]:
+    """Sentences about words of the operator, which the baseline law does not hear."""
+    return [
+        f"events.{i}: {event.what} at {event.at:g} s does nothing: the baseline law does not follow the operator; "
+        "meltemi.supervised does"
+        for i, event in enumerate(events)
+        if isinstance(event, Request | PowerLimit)
+    ]
 
 
 def refuse_dips(events: Sequence[Happening]) -> None:

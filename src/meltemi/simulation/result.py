@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import RunError, Status
+from meltemi.core.units import display
 from meltemi.simulation.channels import Channel, find
 
 if TYPE_CHECKING:
@@ -18,6 +19,30 @@ if TYPE_CHECKING:
     from meltemi.control.controller import LogEntry
 
 Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Where a run left what the model is made for.
+
+    Attributes:
+      what: the criterion, in words.
+      value: the largest value of its quantity in the whole run, SI.
+      limit: that it should not exceed.
+      unit: of both.
+      time: [s] at which it exceeded it first.
+    """
+
+    what: str
+    value: float
+    limit: float
+    unit: str
+    time: float
+
+    def __str__(self) -> str:
+        unit, factor = display(self.unit, angular_rate_in_degrees=False)
+        value, limit = (f"{x * factor:.4g} {unit}" for x in (self.value, self.limit))
+        return f"{self.what} {value} (limit {limit}), first at t = {self.time:.2f} s"
 
 
 @dataclass(frozen=True)
@@ -33,7 +58,7 @@ class Result:
       channels: what the columns are.
       status: how the run ended.
       message: why it ended, in words.
-      meta: everything needed to repeat the run: version, hashes, options, machine, times; and ``warnings``.
+      meta: everything needed to repeat the run: version, hashes, options, machine, times; ``warnings``, ``findings``.
     """
 
     time: Float
@@ -54,6 +79,11 @@ class Result:
         return tuple(self.meta.get("warnings", ()))
 
     @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Where the run left what the model is made for; then its status is ``DOUBTFUL``, unless it ended early."""
+        return tuple(Finding(**entry) for entry in self.meta.get("findings", ()))
+
+    @property
     def log(self) -> tuple[LogEntry, ...]:
         """What happened in the run: events and the supervisor's transitions, by time."""
         from meltemi.control.controller import LogEntry  # brings the compiler along
@@ -71,12 +101,19 @@ class Result:
         return any(name.lower() == known.lower() for c in self.channels for known in c.names)
 
     def between(self, begin: float, end: float) -> Result:
-        """The part of the series from ``begin`` to ``end`` [s], both included."""
+        """The part of the series from ``begin`` to ``end`` [s], both included; all of it is judged."""
         inside = (self.time >= begin - 1e-9) & (self.time <= end + 1e-9)
-        return Result(self.time[inside], self.data[inside], self.channels, self.status, self.message, self.meta)
+        meta = {name: value for name, value in self.meta.items() if name != "transient"}
+        return Result(self.time[inside], self.data[inside], self.channels, self.status, self.message, meta)
+
+    @property
+    def judged(self) -> Result:
+        """The part after the transient: what statistics and equivalent loads are made of."""
+        transient = self.meta.get("transient", 0.0)
+        return self.between(transient, np.inf) if transient > 0.0 else self
 
     def raise_for_status(self) -> Result:
-        """The result itself, or an error if the run did not reach its end.
+        """The result itself, or an error if the run did not reach its end or is doubtful.
 
         Raises:
           RunError: with the reason.
@@ -104,19 +141,20 @@ class Result:
         coordinates = {"time": ("time", self.time, {"units": "s", "long_name": "simulation time"})}
         about: dict[str, Any] = {
             "status": int(self.status),
+            "status_name": self.status.name,
             "message": self.message,
             "meta": json.dumps(self.meta, default=str),
         }
         return xr.Dataset(variables, coordinates, about)
 
     def statistics(self) -> pd.DataFrame:
-        """Mean, standard deviation, minimum and maximum of every channel, in units for people."""
+        """Mean, standard deviation, minimum and maximum of every channel after the transient, in units for people."""
         import pandas as pd
 
-        rows = []
+        rows, data = [], self.judged.data
         for i, c in enumerate(self.channels):
             unit, factor = c.display_unit
-            x = self.data[:, i] * factor
+            x = data[:, i] * factor
             some = len(x) > 0
             rows.append(
                 {
@@ -137,5 +175,5 @@ class Result:
 
     def __repr__(self) -> str:
         span = f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "empty"
-        said = "".join(f"; {warning}" for warning in self.warnings)
+        said = "".join(f"; {words}" for words in (*self.findings, *self.warnings))
         return f"<Result: {len(self.channels)} channels, {span}, {self.status.name}{said}>"

@@ -26,6 +26,7 @@ from meltemi.control.baseline import baseline
 from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, Entry, LogEntry, StartPoint
 from meltemi.control.faults import happen, report
 from meltemi.control.signals import DEMANDS, GRID, MEASUREMENTS
+from meltemi.control.supervisor.tables import STATES
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds, kernel_for
@@ -38,13 +39,15 @@ from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Numbers, Statio
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.electric import check_grid
 from meltemi.simulation.engines import default_step, engine_of, new_case
-from meltemi.simulation.events import Happening, read_events, refuse_dips, schedule
+from meltemi.simulation.events import Happening, ignored, out_of_place, read_events, refuse_dips, schedule
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.points import shared_point
-from meltemi.simulation.result import Result
+from meltemi.simulation.result import Finding, Result
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.wind.fields import Wind, check_coverage, mean_speed
+from meltemi.simulation.validity import found
+from meltemi.turbine.plausibility import plausibility
+from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
 from meltemi.wind.turbulence.field import AnyWind, realised
 
 CHUNK_SECONDS = 0.1
@@ -63,12 +66,13 @@ def simulate(
     stations: Stations | None = None,
     events: Iterable[Happening | Mapping[str, Any]] = (),
     grid: PowerGrid | None = None,
+    transient: float = 0.0,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Simulate a model in a wind.
 
-    The run starts in the steady operating point for the wind (``start`` replaces it), so no start-up
-    transient has to be thrown away.
+    The run starts in the steady operating point for the wind (``start`` replaces it); a turbulent wind is another one
+    from its first instant on, so what follows within the first seconds, and the wake's tens of seconds, is a transient.
 
     Args:
       model: from ``build``.
@@ -83,11 +87,12 @@ def simulate(
         ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
       grid: voltage, frequency, reactive power, and power reference, which needs a controller that follows it; by
         default a stiff grid that takes all power.
+      transient: [s] at the begin that are recorded, but left out of statistics and equivalent loads.
       progress: called with the share that is done.
 
     Returns:
       The result. A run that diverges, is interrupted, or whose controller fails ends early with a
-      status and keeps what was computed.
+      status and keeps what was computed; one that leaves what the model is made for is ``DOUBTFUL``.
 
     Raises:
       InputError: an argument is not valid, or the wind does not cover the run.
@@ -103,6 +108,7 @@ def simulate(
         stations=stations,
         events=events,
         grid=grid,
+        transient=transient,
     )
     march(run, progress)
     return run.result()
@@ -161,12 +167,15 @@ class Simulation:
         stations: Stations | None = None,
         events: Iterable[Happening | Mapping[str, Any]] = (),
         grid: PowerGrid | None = None,
+        transient: float = 0.0,
         numbers: Numbers = "lanes",
         prepare: Callable[[BaseCase], None] | None = None,
     ) -> None:
         turbine, engine = model.turbine, engine_of(model)
         if not (math.isfinite(duration) and duration > 0.0):
             raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
+        if not 0.0 <= transient < duration:
+            raise InputError(f"transient must be from 0 s to less than the duration, found {transient!r}")
         dt = default_step(model)
         if duration < (1.0 - 1e-9) * dt:
             raise InputError(f"duration {duration:g} s is less than the time step of {dt:g} s")
@@ -185,6 +194,9 @@ class Simulation:
                 "give controller=meltemi.power_control(turbine, meltemi.performance_of(turbine)) or one of your own"
             )
         began, compiled = clock_time.perf_counter(), compile_seconds()
+        self._noticed = [*plausibility(turbine), *unusual(wind)]
+        if controller is None:
+            self._noticed += ignored(self.events)
         wind = realised(wind, turbine, duration)
         reach = engine.reach(turbine)
         check_coverage(
@@ -224,7 +236,7 @@ class Simulation:
             "pitch": float(start.pitch),
             "generator_torque": float(start.generator_torque),
         }
-        self.dt, self.duration, self.channels = dt, duration, tuple(chosen)
+        self.dt, self.duration, self.transient, self.channels = dt, duration, transient, tuple(chosen)
         self.n_steps = n_steps
         self.interrupted = False
         self.output_step = every_output * dt
@@ -244,6 +256,7 @@ class Simulation:
             case.clock,
             case.controller_state,
             case["faults"],
+            case.watch,
         )
         self._begin = tuple(array.copy() for array in self._moving)
         self.compile_seconds = compile_seconds() - compiled
@@ -263,12 +276,16 @@ class Simulation:
     @property
     def status(self) -> Status:
         """How the run stands."""
-        return Status.INTERRUPTED if self.interrupted else Status(int(self.case.clock[step.STATUS]))
+        if self.interrupted:
+            return Status.INTERRUPTED
+        status = Status(int(self.case.clock[step.STATUS]))
+        return Status.DOUBTFUL if status is Status.OK and found(self.case.watch) else status
 
     @property
     def finished(self) -> bool:
         """The end is reached, or something ended the run early."""
-        return self.status is not Status.OK or bool(self.case.clock[step.STEP] >= self.n_steps)
+        stopped = self.interrupted or self.case.clock[step.STATUS] != step.OK
+        return bool(stopped or self.case.clock[step.STEP] >= self.n_steps)
 
     def advance(self, n_steps: int) -> None:
         """March some time steps, no further than to the end."""
@@ -373,16 +390,25 @@ class Simulation:
         for name in ("compile_seconds", "prepare_seconds", "run_seconds"):
             meta[name] = round(getattr(self, name), 4)
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
+        log, warnings = self.log(), [*self._noticed]
         if self.controller.warnings is not None:
-            meta["warnings"] = noticed(self.controller, self.case.controller_state)
+            warnings += noticed(self.controller, self.case.controller_state)
+        if state := int(self.case.view("demands")["operating_state"]):
+            happened = [event for event in self.events if event.at < self.time]
+            warnings += out_of_place(happened, log, STATES[state - 1].name.replace("_", " "))
+        if warnings:
+            meta["warnings"] = warnings
         if self.controller.log is not None or self.events or self.case.trip:
-            meta["log"] = [asdict(entry) for entry in self.log()]
+            meta["log"] = [asdict(entry) for entry in log]
+        if findings := found(self.case.watch):
+            meta["findings"] = findings
+        told = [explain(self.case, self.status, self.time, self.dt), *(str(Finding(**each)) for each in findings)]
         return Result(
             time=np.arange(rows, dtype=float) * self.output_step,
             data=data,
             channels=self.channels,
             status=self.status,
-            message=explain(self.case, self.status, self.time, self.dt),
+            message="; ".join(filter(None, told)),
             meta=meta,
         )
 
@@ -391,7 +417,8 @@ def first_point(model: AnyModel, wind: Wind, start: OperatingPoint | Start) -> S
     """Where the controller of a run starts."""
     turbine = model.turbine
     speed = start.rotor_speed * turbine.drivetrain.gear_ratio
-    return StartPoint(mean_speed(wind, turbine.hub_height), speed, start.pitch, start.generator_torque)
+    now, before = (mean(wind, turbine.hub_height) for mean in (mean_speed, mean_before))
+    return StartPoint(now, speed, start.pitch, start.generator_torque, before)
 
 
 @cache
@@ -461,7 +488,7 @@ def compiled_advance(advance: Any, *arguments: Any) -> Any:
 
 def explain(case: BaseCase, status: Status, t: float, dt: float) -> str:
     """Why a run ended, with time, state and a hint."""
-    if status is Status.OK:
+    if status in (Status.OK, Status.DOUBTFUL):
         return ""
     name = case.controller.name
     if status is Status.DIVERGED:
@@ -522,6 +549,7 @@ def describe(run: Simulation) -> dict[str, Any]:
         "time_step": run.dt,
         "duration": run.duration,
         "output_step": run.output_step,
+        "transient": run.transient,
         "events": [event.model_dump(mode="json", exclude_none=True) for event in run.events],
         "channels": [channel.name for channel in run.channels],
         "python": platform.python_version(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -67,7 +68,13 @@ class Start:
 
 
 def hold(case: BaseCase, pitch: float, torque: float) -> None:
-    """Set actuators and demands to a pitch angle and a generator torque at rest."""
+    """Set actuators and demands to a pitch angle and a generator torque at rest.
+
+    Raises:
+      InputError: the pitch is more than half a turn.
+    """
+    if not abs(pitch) <= math.pi:
+        raise InputError(f"pitch {pitch:g} rad is not between -pi and pi; from degrees: math.radians")
     case["pitch"][:] = 0.0
     case["pitch"][ANGLE] = pitch
     case["drive"][ex.GENERATOR_TORQUE] = torque

@@ -50,6 +50,7 @@ from meltemi.environment.conditions import conditions_now
 from meltemi.maths.access import vec1
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
+from meltemi.simulation.validity import watch_blades, watch_shaft
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
@@ -120,7 +121,7 @@ LOAD_PARTS = (
 """Arrays of :func:`section_loads`, in the order of its arguments; then the summary."""
 RUN_PARTS = (
     "controller_state measured demands faults actuators flap_actuators conditions outside electrical electric v_old "
-    "a_old spare aero_state signals output"
+    "a_old spare aero_state signals output watch"
 ).split()
 """Arrays of a run under way, see :func:`advance`."""
 ROOT, CHAIN = LOAD_PARTS.index("root"), LOAD_PARTS.index("chain")
@@ -131,6 +132,10 @@ P_PITCH, P_DRIVE, P_FLAP = (PARTS.index(name) for name in ("pitch", "drive", "fl
 GEAR_MODES, GEARS, P_MACHINE = (PARTS.index(name) for name in ("gear_modes", "gears", "machine"))
 LOCKED, CORE_MASS, CORE_FORCE, ARM_MASS, COUPLING, ARM_FORCE = (
     PARTS.index(name) for name in ("locked", "core_mass", "core_force", "arm_mass", "coupling", "arm_force")
+)
+
+P_NODES, P_MOTION, P_FRAME, P_ROTOR, P_TOWER = (
+    PARTS.index(name) for name in ("blade_nodes", "motion", "frame", "rotor", "tower_flow")
 )
 
 (TOWER_DRAG,) = AERO_OPTIONS.slots("tower_drag")
@@ -543,7 +548,8 @@ def advance(
       index: (channels,) places in the signals, recorded in the columns of the output.
       run: arrays RUN_PARTS. ``v_old`` and ``a_old`` are velocities and accelerations of the last instant,
         ``aero_state`` are states and memory of inflow and stall as one vector, ``spare`` a copy of it for
-        corrections, ``signals`` is everything a channel may ask for, ``output`` has (rows, channels).
+        corrections, ``signals`` is everything a channel may ask for, ``output`` has (rows, channels), ``watch`` is
+        that of ``simulation.validity``.
       numbers, parts, load_parts: as in :func:`evaluate` and :func:`observe`.
     """
     (
@@ -563,6 +569,7 @@ def advance(
         aero_state,
         signals,
         output,
+        watch,
     ) = view_run(numbers[0], run)
     seen, loads_seen = view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts)
     aero = seen[P_AERO]
@@ -644,6 +651,20 @@ def advance(
         if diverged(q, v):
             clock[STATUS] = DIVERGED
             return
+        # plain numbers, as the host has them
+        generator = n_core - N_SHAFT + GENERATOR
+        watch_shaft(
+            t,
+            dt,
+            parts[V][generator] + parts[V][generator + 1],
+            parts[P_STRUCTURE][GEAR_RATIO] * parts[V][generator],
+            parts[P_DRIVE][ex.GENERATOR_TORQUE],
+            parts[P_AERO][AIR_DENSITY],
+            parts[P_PITCH],
+            parts[P_ROTOR],
+            watch,
+        )
+        watch_blades(t, parts[P_NODES], parts[P_MOTION], parts[P_FRAME], parts[P_MACHINE], parts[P_TOWER], watch)
         due = step % clock[EVERY_OUTPUT] == 0
         if due or clock[WANT_LOADS] == 1:
             observe(t, efficiency, numbers, parts, load_parts, due)

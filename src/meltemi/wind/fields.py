@@ -281,18 +281,50 @@ def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArr
 
 
 def mean_speed(wind: Wind, hub_height: float) -> float:
-    """[m/s] at hub height, to start a run with: of a series at its begin (without linear shear), of a box the mean."""
+    """[m/s] at hub height, to start a run with: of a series at its begin (without linear shear), of a box the mean.
+
+    The mean of a box is that of the vector: the mean of its size is larger, by the turbulence across.
+    """
     if isinstance(wind, WindBox):
         z = (hub_height - wind.bottom) / wind.dz
         k = int(np.clip(round(z), 0, wind.velocity.shape[1] - 1))
         middle = wind.velocity.shape[2] // 2
-        return float(np.mean(np.hypot(wind.velocity[:, k, middle, 0], wind.velocity[:, k, middle, 1])))
+        return float(np.linalg.norm(np.mean(wind.velocity[:, k, middle, :2], axis=0, dtype=np.float64)))
     ratio = hub_height / (wind.reference_height or hub_height)
     if isinstance(wind, WindSeries):
         return float(wind.speed[0] * ratio ** wind.exponent[0] + wind.gust[0])
     if wind.roughness > 0.0:
         return wind.speed * float(np.log(hub_height / wind.roughness) / np.log(hub_height / ratio / wind.roughness))
     return wind.speed * float(ratio**wind.shear_exponent)
+
+
+def mean_before(wind: Wind, hub_height: float) -> float:
+    """[m/s] at hub height, the mean to think of before a run: a series that fluctuates from its begin has its own."""
+    if isinstance(wind, WindSeries) and len(wind.time) > 1:
+        speed = wind.speed * (hub_height / (wind.reference_height or hub_height)) ** wind.exponent + wind.gust
+        if speed[1] != speed[0]:  # a gust or change of the standard begins with a wind that stays for a while
+            return float(np.trapezoid(speed, wind.time) / (wind.time[-1] - wind.time[0]))
+    return mean_speed(wind, hub_height)
+
+
+USUAL_EXPONENT, USUAL_UPFLOW = (-0.3, 0.7), np.radians(20.0)
+"""Of the power law, measured in stable nights and over hills; [rad] of the flow over steep ones."""
+
+
+def unusual(wind: Any) -> list[str]:
+    """Sentences about shear and upflow of a described wind that hardly any site has."""
+    exponent = np.atleast_1d(getattr(wind, "shear_exponent", getattr(wind, "exponent", 0.0)))
+    upflow = np.atleast_1d(getattr(wind, "upflow", 0.0))
+    if isinstance(wind, WindSeries):
+        upflow = np.arctan2(wind.vertical, np.maximum(np.abs(wind.speed), 1e-9))
+    said = []
+    worst = exponent[np.argmax(np.abs(exponent - np.clip(exponent, *USUAL_EXPONENT)))]
+    if not USUAL_EXPONENT[0] <= worst <= USUAL_EXPONENT[1]:
+        said.append(f"wind: a shear exponent of {worst:g} is unusual; IEC 61400-1 has 0.2, sites have -0.3 to 0.7")
+    worst = upflow[np.argmax(np.abs(upflow))]
+    if abs(worst) > USUAL_UPFLOW:
+        said.append(f"wind: an upflow of {np.degrees(worst):.3g} deg is unusual; IEC 61400-1 has 8 deg; it is in rad")
+    return said
 
 
 def check_coverage(wind: Wind, *, hub_height: float, radius: float, reach: float, duration: float) -> None:

@@ -15,6 +15,10 @@ LEAST_CUT_IN = 0.3
 """Share of rated speed: a law that begins below it says nothing of the speed at which to connect."""
 
 
+CUT_OUT_MEAN = 1.02
+"""Of cut-out: ten minutes of normal turbulence with this mean at hub height, as an anemometer sees them, stay below."""
+
+
 class Supervision(Record):
     """When the turbine starts, stops and trips, and how; what is not given follows from the turbine."""
 
@@ -34,7 +38,7 @@ class Supervision(Record):
     stop_time: float = Field(default=60.0, ge=0.0)
     """[s] for which."""
     cut_out_mean: float | None = Field(default=None, gt=0.0)
-    """[m/s] 10 min mean above which it stops; the turbine's cut-out by default."""
+    """[m/s] 10 min mean above which it stops; 1.02 of cut-out by default: in turbulence about cut-out it goes on."""
     cut_out_wind: float | None = Field(default=None, gt=0.0)
     """[m/s] 30 s mean above which it stops; 1.2 of cut-out by default."""
     cut_out_gust: float | None = Field(default=None, gt=0.0)
@@ -132,7 +136,7 @@ def limits(turbine: AnyTurbine, settings: Supervision) -> dict[str, float]:
     found = {
         "start_wind": given("start_wind", turbine.cut_in),
         "stop_wind": given("stop_wind", 0.8 * turbine.cut_in),
-        "cut_out_mean": given("cut_out_mean", cut_out),
+        "cut_out_mean": given("cut_out_mean", CUT_OUT_MEAN * cut_out),
         "cut_out_wind": given("cut_out_wind", 1.2 * cut_out),
         "cut_out_gust": given("cut_out_gust", 1.4 * cut_out),
         "restart_wind": given("restart_wind", 0.88 * cut_out),

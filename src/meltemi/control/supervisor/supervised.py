@@ -142,7 +142,7 @@ YAW = PROTECTION_MEAN + mean_states(ROOMS[3])
 LENGTH = YAW + vane.LENGTH
 """Places from the beginning of the section on, and how many it has."""
 
-_MEANS = (GUST_MEAN, WIND_MEAN, LONG_MEAN)
+_MEANS = (GUST_MEAN, WIND_MEAN, LONG_MEAN, PROTECTION_MEAN)
 
 Q = {name: QUANTITY + i for i, name in enumerate(t.QUANTITIES.names)}
 Q_YAW, Q_PRODUCING, Q_DERATE, Q_STOP, Q_TIME_OVER, Q_STANDING_BY, Q_YAW_STATE, Q_EMERGENCY, Q_STOP_WORD = (
@@ -601,8 +601,11 @@ def supervised(
         x[at + LATCHED] = float(settings.begin == "idling")
         x[at + SHARE] = float(x[at + STATE] >= CONNECTION)
         x[at + WORD] = -1.0
-        for place, window, room in zip(_MEANS, ("gust_window", "wind_window", "mean_window"), ROOMS, strict=False):
-            mean_start(x, at + place, numbers[window], room, before=start.wind_speed)
+        windows = [numbers[window] for window in ("gust_window", "wind_window", "mean_window")]
+        windows.append(30.0 if protection is None else protection.window)
+        mean = start.wind_speed if start.mean_wind is None else start.mean_wind
+        for place, window, room in zip(_MEANS, windows, ROOMS, strict=True):
+            mean_start(x, at + place, window, room, before=mean)
         return x
 
     names: tuple[str, ...] = ()
@@ -682,7 +685,6 @@ def _section(
     for i, condition in enumerate(t.CONDITIONS):
         x[LIMIT + i] = 0.0 if condition.limit == "yaw_threshold" else _number(condition.limit, numbers)
         x[HOLD + i] = _number(condition.hold, numbers)
-    mean_start(x, PROTECTION_MEAN, 30.0 if protection is None else protection.window, ROOMS[3])
     x[YAW:LENGTH] = yaw_settings(yaw or YawControl(), turbine.yaw)
     if protection is not None:
         x[YAW + vane.FILTER_TIME] = protection.filter_time

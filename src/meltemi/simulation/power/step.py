@@ -49,6 +49,7 @@ from meltemi.simulation.step import (
     surroundings,
     whole_machine,
 )
+from meltemi.simulation.validity import watch_shaft
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.structure.tables import MACHINE_LOAD, STRUCTURE
 from meltemi.turbine import exchange as ex
@@ -100,7 +101,7 @@ PARTS = (
 """Arrays of :func:`equations`, in the order of its arguments after t."""
 RUN_PARTS = (
     "controller_state measured demands faults actuators flap conditions outside electrical electric v_old a_old root "
-    "signals output"
+    "signals output watch"
 ).split()
 """Arrays of a run under way."""
 Q, V, A, P_STRUCTURE, P_AERO, P_DISK, P_COEFFICIENT, P_RATIOS = (
@@ -291,6 +292,7 @@ def advance(
         root,
         signals,
         output,
+        watch,
     ) = view_run(numbers[0], run)
     seen = view_parts(numbers[1], parts)
     q, v, a, structure, aero = seen[Q], seen[V], seen[A], seen[P_STRUCTURE], seen[P_AERO]
@@ -361,6 +363,17 @@ def advance(
             if not known(coefficient, rotor[TIP_RATIO], pitch[ANGLE, b]):
                 clock[STATUS] = UNKNOWN
                 return
+        watch_shaft(
+            t,
+            dt,
+            parts[V][GENERATOR] + parts[V][TORSION],
+            parts[P_STRUCTURE][GEAR_RATIO] * parts[V][GENERATOR],
+            parts[P_DRIVE][ex.GENERATOR_TORQUE],
+            parts[P_AERO][AIR_DENSITY],
+            parts[P_PITCH],
+            parts[P_ROTOR],
+            watch,
+        )
         due = step % clock[EVERY_OUTPUT] == 0
         if due or clock[WANT_LOADS] == 1:
             observe(t, efficiency, numbers, parts)

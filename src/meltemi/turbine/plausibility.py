@@ -1,0 +1,99 @@
+"""Is a turbine described as turbines of its size are? A slip of a unit or a power of ten is found so.
+
+Masses go by NREL's Cost and Scaling Model, frequencies by the speed of the rotor: similar rotors of the same tip speed
+have frequencies in proportion to it (Burton et al. 2011, section 5.1). Bands are so wide that a turbine beyond them is
+either wrong or very special.
+
+References: Fingersh, Hand and Laxson (2006), NREL/TP-500-40566, with the update of 2015 (``scaling.typical``).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.turbine.scaling.blade import blade_moments
+from meltemi.turbine.scaling.typical import typical_masses
+
+LEAST_DIAMETER = 40.0
+"""[m] below which the regressions of masses say nothing."""
+MASS = (1.0 / 8.0, 8.0)
+"""Over the usual one; those of the library and of ROSCO's decks lie between 0.19 and 2.4."""
+TWIST = 0.05
+"""[rad] of the shaft at rated torque; those have 0.0003 to 0.008."""
+BLADE = (2.0, 12.0)
+"""First flapwise frequency at rest over rated rotor speed; those have 3.3 to 4.4."""
+TOWER = (0.4, 6.0)
+"""First frequency over rated rotor speed; those have 1.1 to 1.9."""
+
+
+def plausibility(turbine: AnyTurbine) -> tuple[str, ...]:
+    """What of a turbine is so far from what is usual at its size that it may be a slip.
+
+    Returns:
+      One sentence each, with the key, what stands there and what is usual; empty if there is nothing to say.
+    """
+    if not isinstance(turbine, Turbine):
+        return ()
+    blade, tower, drive, control = turbine.blade.structure, turbine.tower, turbine.drivetrain, turbine.control
+    speed = control.pitch.reference_speed / drive.gear_ratio
+    blade_mass = blade_moments(blade, turbine.hub.radius)[0]
+    said = []
+    if turbine.rotor_diameter >= LEAST_DIAMETER:
+        usual = typical_masses(turbine)
+        for key, mass, typical in (
+            ("blade.structure.mass", blade_mass, usual.blade),
+            ("hub.mass", turbine.hub.mass, usual.hub),
+            ("nacelle.mass", turbine.nacelle.mass, usual.nacelle),
+            ("tower.mass", float(np.trapezoid(tower.mass, tower.position)), usual.tower),
+        ):
+            if not MASS[0] <= mass / typical <= MASS[1]:
+                size = f"a rotor of {turbine.rotor_diameter:.0f} m and {turbine.rated_power / 1e6:.3g} MW"
+                said.append(f"{key}: {mass:.4g} kg in all, where {size} has about {typical:.2g} kg")
+    twist = control.torque.rated_power / speed / drive.stiffness
+    if twist > TWIST:
+        said.append(
+            f"drivetrain.stiffness: rated torque twists the shaft by {np.degrees(twist):.3g} deg, "
+            "where less than 1 deg is usual"
+        )
+    if blade.stiffness_matrix is not None and blade.mass_matrix is not None:
+        bending = np.minimum(blade.stiffness_matrix[:, 3, 3], blade.stiffness_matrix[:, 4, 4])
+        line = blade.mass_matrix[:, 0, 0]
+    else:
+        assert blade.flap_stiffness is not None and blade.mass is not None
+        bending, line = blade.flap_stiffness, blade.mass
+    top = turbine.nacelle.mass + turbine.hub.mass + turbine.n_blades * blade_mass
+    softer = np.minimum(tower.fore_aft_stiffness, tower.side_side_stiffness)
+    for key, found, band in (
+        ("blade", bending_frequency(blade.position, line, bending), BLADE),
+        ("tower", bending_frequency(tower.position, tower.mass, softer, top), TOWER),
+    ):
+        if not band[0] <= found / speed <= band[1]:
+            said.append(
+                f"{key}: its stiffness and mass give a first frequency of {found / (2.0 * np.pi):.3g} Hz, "
+                f"{found / speed:.2g} times rated rotor speed; usual is {band[0]:g} to {band[1]:g} times"
+            )
+    return tuple(f"{words}; is its unit right?" for words in said)
+
+
+def bending_frequency(position: ArrayLike, mass: ArrayLike, stiffness: ArrayLike, tip_mass: float = 0.0) -> float:
+    """[rad/s] of a cantilever's first mode by Rayleigh's quotient with its shape under its own weight.
+
+    Args:
+      position: (n,) [m]; mass: (n,) [kg/m]; stiffness: (n,) [N m^2].
+      tip_mass: [kg] at its end.
+    """
+    z, m, k = (np.asarray(x, dtype=float) for x in (position, mass, stiffness))
+
+    def summed(y: np.ndarray) -> np.ndarray:
+        return np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(z))])
+
+    force = summed(m)
+    moment = summed(force[-1] + tip_mass - force)
+    w = summed(summed((moment[-1] - moment) / k))
+    work, energy = np.trapezoid(m * w, z) + tip_mass * w[-1], np.trapezoid(m * w * w, z) + tip_mass * w[-1] ** 2
+    return sqrt(float(work / energy))

@@ -1,0 +1,65 @@
+"""Slips of unit in a turbine are told; turbines of the library and of ROSCO's decks are fine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi import Turbine, plausibility
+from meltemi.core.errors import MeltemiError
+from meltemi.turbine.openfast import read_deck
+from meltemi.turbine.plausibility import bending_frequency
+
+
+@pytest.mark.parametrize("name", [n for n in meltemi.list_turbines() if not n.startswith("iea")])
+def test_turbines_of_the_library_are_usual(name: str) -> None:
+    assert plausibility(meltemi.load_turbine(name)) == ()
+
+
+def test_windio_turbines_are_usual() -> None:
+    pytest.importorskip("windIO")
+    for name in ("iea15mw", "iea22mw"):
+        assert plausibility(meltemi.load_turbine(name)) == ()
+
+
+@pytest.mark.rosco
+def test_decks_of_rosco_are_usual(rosco_cases: Path) -> None:
+    seen = 0
+    for path in sorted(rosco_cases.rglob("*.fst")):
+        try:
+            turbine = read_deck(path).turbine
+        except MeltemiError:  # floats, vortex wakes, water
+            continue
+        assert plausibility(turbine) == (), path
+        seen += 1
+    assert seen >= 3
+
+
+@pytest.mark.parametrize(
+    ("key", "factor", "words"),
+    [
+        ("nacelle.mass", 1e-3, "nacelle.mass: 240 kg in all, where a rotor of 126 m and 5 MW has about 1.7e+05 kg"),
+        ("hub.mass", 1e3, "hub.mass: "),
+        ("drivetrain.stiffness", 0.01, "drivetrain.stiffness: rated torque twists the shaft by 27.6 deg"),
+        ("blade.structure.flap_stiffness", 0.3, "blade: its stiffness and mass give a first frequency of 0.38"),
+        ("tower.mass", 20.0, "tower.mass: "),
+        ("tower.fore_aft_stiffness", 1e-3, "tower: its stiffness and mass"),
+    ],
+)
+def test_slips_are_told(turbine: Turbine, key: str, factor: float, words: str) -> None:
+    value: object = turbine
+    for part in key.split("."):
+        value = getattr(value, part)
+    said = plausibility(turbine.replace(**{key: factor * np.asarray(value)}))
+    assert any(sentence.startswith(words) for sentence in said), said
+
+
+def test_a_uniform_cantilever() -> None:
+    """Rayleigh's quotient is 0.8 % above (1.8751 / L)^2 sqrt(EI / m), and right for a mass on a light beam."""
+    z = np.linspace(0.0, 10.0, 401)
+    one = np.ones_like(z)
+    assert bending_frequency(z, 2.0 * one, 8.0 * one) == pytest.approx(1.8751**2 / 100.0 * 2.0, rel=0.01)
+    assert bending_frequency(z, 1e-9 * one, 8.0 * one, 5.0) == pytest.approx(np.sqrt(3.0 * 8.0 / 1e3 / 5.0), rel=1e-4)
