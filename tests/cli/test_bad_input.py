@@ -78,7 +78,7 @@ def described(turbine: Turbine, tmp_path: Path) -> Callable[[Callable[[Content],
         pytest.param(
             lambda t: t["nacelle"].update(mass=-1.0),
             "nacelle.mass",
-            "expected greater than or equal to 0, found -1",
+            "expected greater than or equal to 0, found -1.0 kg",
             id="mass",
         ),
         pytest.param(

@@ -13,7 +13,6 @@ import numba
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 import meltemi
 from meltemi import (
@@ -601,33 +600,33 @@ def test_a_flap_that_is_not_there_is_refused(flapped: Turbine, turbine: Turbine)
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: FLAP.replace(flap=5), "flap\n.*less than or equal to 4"),
+        (lambda: FLAP.replace(flap=5), "flap.*less than or equal to 4"),
         (lambda: FLAP.replace(harmonic=0), "greater than or equal to 1"),
-        (lambda: FLAP.replace(harmonic=1.5), "harmonic\n.*integer"),
+        (lambda: FLAP.replace(harmonic=1.5), "harmonic.*integer"),
         (lambda: FLAP.replace(actuator="brake"), "'pitch' or 'flap'"),
         (lambda: FLAP.replace(proportional_gain=1e-9), "proportional_gain and integral_gain must have the same sign"),
         (lambda: PITCH.replace(derivative_gain=1e-9), "derivative_gain needs a derivative_frequency"),
-        (lambda: PITCH.replace(filter_damping=-1.0), "filter_damping\n.*greater than or equal to 0"),
-        (lambda: PITCH.replace(tracking_time=0.0), "tracking_time\n.*greater than 0"),
-        (lambda: PITCH.replace(authority=-0.1), "authority\n.*greater than 0"),
-        (lambda: PITCH.replace(gain_halving_pitch=0.0), "gain_halving_pitch\n.*greater than 0"),
-        (lambda: PITCH.replace(offset=60.0), "offset\n.*less than or equal to 3.14"),
-        (lambda: PITCH.replace(integral_gain=np.nan), "integral_gain\n.*finite"),
-        (lambda: PITCH.replace(derivative_frequency=-1.0), "derivative_frequency\n.*greater than or equal to 0"),
-        (lambda: LoadSensor(noise=-1.0), "noise\n.*greater than or equal to 0"),
-        (lambda: LoadSensor(low_pass=-1.0), "low_pass\n.*greater than or equal to 0"),
-        (lambda: LoadSensor(delay=-1), "delay\n.*greater than or equal to 0"),
-        (lambda: LoadSensor(seed=-1), "seed\n.*greater than or equal to 0"),
-        (lambda: SpeedNotch(frequency=0.0), "frequency\n.*greater than 0"),
-        (lambda: SpeedNotch(frequency=10.0, damping=0.0), "damping\n.*greater than 0"),
-        (lambda: FeedForward(gain=-0.1), "gain\n.*greater than or equal to 0"),
-        (lambda: FeedForward(shear_exponent=-0.1), "shear_exponent\n.*greater than or equal to 0"),
-        (lambda: FeedForward(radius=0.0), "radius\n.*greater than 0"),
-        (lambda: LoadControl(loop=(PITCH,)), "loop\n.*not permitted"),  # type: ignore[call-arg]
+        (lambda: PITCH.replace(filter_damping=-1.0), "filter_damping.*greater than or equal to 0"),
+        (lambda: PITCH.replace(tracking_time=0.0), "tracking_time.*greater than 0"),
+        (lambda: PITCH.replace(authority=-0.1), "authority.*greater than 0"),
+        (lambda: PITCH.replace(gain_halving_pitch=0.0), "gain_halving_pitch.*greater than 0"),
+        (lambda: PITCH.replace(offset=60.0), "offset.*less than or equal to 3.14"),
+        (lambda: PITCH.replace(integral_gain=np.nan), "integral_gain.*finite"),
+        (lambda: PITCH.replace(derivative_frequency=-1.0), "derivative_frequency.*greater than or equal to 0"),
+        (lambda: LoadSensor(noise=-1.0), "noise.*greater than or equal to 0"),
+        (lambda: LoadSensor(low_pass=-1.0), "low_pass.*greater than or equal to 0"),
+        (lambda: LoadSensor(delay=-1), "delay.*greater than or equal to 0"),
+        (lambda: LoadSensor(seed=-1), "seed.*greater than or equal to 0"),
+        (lambda: SpeedNotch(frequency=0.0), "frequency.*greater than 0"),
+        (lambda: SpeedNotch(frequency=10.0, damping=0.0), "damping.*greater than 0"),
+        (lambda: FeedForward(gain=-0.1), "gain.*greater than or equal to 0"),
+        (lambda: FeedForward(shear_exponent=-0.1), "shear_exponent.*greater than or equal to 0"),
+        (lambda: FeedForward(radius=0.0), "radius.*greater than 0"),
+        (lambda: LoadControl(loop=(PITCH,)), "loop: unknown key"),  # type: ignore[call-arg]
     ],
 )
 def test_numbers_that_cannot_be_are_refused(make: Callable[[], Any], words: str) -> None:
-    with pytest.raises((ValidationError, InputError), match=words):
+    with pytest.raises(InputError, match=words):
         make()
 
 

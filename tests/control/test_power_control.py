@@ -549,7 +549,7 @@ def test_every_option_does_something(machine: PowerTurbine, change: dict[str, An
     ],
 )
 def test_wrong_settings_are_refused(wrong: dict[str, Any], words: str) -> None:
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises(InputError, match=words):
         (PowerCase if "kind" in wrong else PowerControl).model_validate(wrong)
 
 
@@ -578,7 +578,7 @@ def test_a_case_with_a_reference_that_nobody_follows_is_refused(kind: str) -> No
     if kind == "power":
         assert LoadCase.model_validate(case).grid.power_reference == 10e6
         return
-    with pytest.raises(ValueError, match=rf"kind: {kind}}} does not follow it: controller: {{kind: power}} does"):
+    with pytest.raises(InputError, match=rf"kind: {kind}}} does not follow it: controller: {{kind: power}} does"):
         LoadCase.model_validate(case)
 
 

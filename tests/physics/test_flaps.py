@@ -7,10 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 import meltemi
-from meltemi import Controller, Model, ModelOptions, Simulation, SteadyWind, Turbine, naca64618_flap, with_flaps
+from meltemi import (
+    Controller,
+    InputError,
+    Model,
+    ModelOptions,
+    Simulation,
+    SteadyWind,
+    Turbine,
+    naca64618_flap,
+    with_flaps,
+)
 from meltemi.aero.flaps import ALPHAS, DELTAS, STEP, flap_increment
 from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS
 from meltemi.control import signals as s
@@ -262,5 +271,5 @@ def test_two_flaps_share_a_blade(turbine: Turbine) -> None:
     ],
 )
 def test_a_flap_that_cannot_be_is_refused(changes: dict[str, float], message: str) -> None:
-    with pytest.raises(ValidationError, match=message):
+    with pytest.raises(InputError, match=message):
         naca64618_flap().replace(**changes)

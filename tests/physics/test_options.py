@@ -199,5 +199,5 @@ def test_environment_and_options_refuse_nonsense() -> None:
         lambda: Environment(air_density=-1.0),
     ]
     for builder in builders:
-        with pytest.raises(ValueError, match=r"."):
+        with pytest.raises(meltemi.InputError, match=r"."):
             builder()

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 import meltemi
 from meltemi import Icing, InputError, Model, Turbine, UnsupportedError, with_ice
@@ -164,9 +163,9 @@ def test_a_case_with_ice(turbine: Turbine) -> None:
 def test_what_cannot_be(turbine: Turbine, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"names blade 4; the rotor has blades 1 to 3"):
         with_ice(turbine, Icing(blades=(4,)))
-    with pytest.raises(ValidationError, match="names blade 3; the rotor has blades 1 to 2"):
+    with pytest.raises(InputError, match="names blade 3; the rotor has blades 1 to 2"):
         with_ice(turbine, Icing(blades=(3,))).replace(n_blades=2)
-    with pytest.raises(ValidationError, match="names one twice"):
+    with pytest.raises(InputError, match="names one twice"):
         Icing(blades=(1, 1))
     with pytest.raises(UnsupportedError, match="a deck has no ice"):
         meltemi.write_openfast(with_ice(turbine, Icing()), tmp_path)

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 import meltemi
 from meltemi import (
@@ -115,7 +114,7 @@ def test_the_filter_delays_by_its_time_constant() -> None:
 def test_numbers_that_cannot_be_are_refused(turbine: Turbine, change: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=f"preview: {words}"):
         preview_settings(**{**GIVEN, **change})
-    with pytest.raises((InputError, ValidationError)):
+    with pytest.raises(InputError):
         load_control(turbine, LoadControl(preview=Preview(**{**GIVEN, **change})))
 
 

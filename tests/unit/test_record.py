@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Array, Particular, Record
@@ -36,12 +36,12 @@ nonzero = numbers.filter(lambda x: x != 0.0)  # the sign of zero has its own tes
 
 def test_fields_cannot_be_set() -> None:
     part = Part()
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(InputError, match="frozen"):
         part.length = 2.0  # type: ignore[misc]
 
 
 def test_unknown_keys_are_refused() -> None:
-    with pytest.raises(ValidationError, match="Extra inputs are not permitted"):
+    with pytest.raises(InputError, match="lenght: unknown key; did you mean 'length'"):
         Part(lenght=2.0)  # type: ignore[call-arg]
 
 
@@ -57,18 +57,18 @@ def test_arrays_are_float_read_only_copies() -> None:
 
 def test_arrays_refuse_ragged_lists_and_text() -> None:
     for value in ([[1.0, 2.0], [3.0]], ["a", "b"], {"a": 1}, None):
-        with pytest.raises(ValidationError, match="regular .rectangular. list|finite"):
+        with pytest.raises(InputError, match="regular .rectangular. list|finite"):
             Part(values=value)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_arrays_refuse_what_is_not_a_number_and_say_where(bad: float) -> None:
-    with pytest.raises(ValidationError, match="finite number; not so at entry 3"):
+    with pytest.raises(InputError, match="finite number; not so at entry 3"):
         Part(values=[1.0, 2.0, bad])  # type: ignore[arg-type]
 
 
 def test_arrays_name_at_most_five_bad_entries() -> None:
-    with pytest.raises(ValidationError, match=r"at entry 1, 2, 3, 4, 5 \["):
+    with pytest.raises(InputError, match=r"at entry 1, 2, 3, 4, 5$"):
         Part(values=[np.nan] * 9)  # type: ignore[arg-type]
 
 
@@ -132,7 +132,7 @@ def test_replace_takes_records() -> None:
 
 
 def test_replace_validates() -> None:
-    with pytest.raises(ValidationError, match="greater than 0"):
+    with pytest.raises(InputError, match="greater than 0"):
         Whole().replace(**{"part.length": -1.0})
     with pytest.raises(InputError, match="Whole has no 'part.lenght': did you mean 'length'"):
         Whole().replace(**{"part.lenght": 1.0})
@@ -142,7 +142,7 @@ def test_replace_validates() -> None:
 
 @pytest.mark.parametrize("path", ["prat.length", "spare.length", "name.length"])
 def test_replace_refuses_paths_that_lead_nowhere(path: str) -> None:
-    with pytest.raises((ValidationError, InputError)):
+    with pytest.raises(InputError):
         Whole().replace(**{path: 1.0})
 
 

@@ -342,5 +342,5 @@ def test_hawc2_files_that_do_not_fit_their_grid(tmp_path: Path) -> None:
     ],
 )
 def test_grids_no_hawc2_box_can_have(change: dict[str, Any], message: str) -> None:
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(InputError, match=message):
         Hawc2Grid(**(GRID | change))

@@ -93,7 +93,7 @@ def test_the_path_may_be_text(tmp_path: Path) -> None:
         ("count: 2", "cuont: 2", "FILE:3: cuont: unknown key; did you mean 'count'?"),
         ("  length: 2.5", "  lenght: 2.5", "FILE:5: main.lenght: unknown key; did you mean 'length'"),
         ("    kind: thick", "    knid: thick", "FILE:10: parts.1.knid: unknown key"),
-        ("  length: 2.5", "  length: -2.5", "FILE:5: main.length: expected greater than 0, found -2.5"),
+        ("  length: 2.5", "  length: -2.5", "FILE:5: main.length: expected greater than 0, found -2.5 m"),
         (
             "  length: 2.5",
             "  length: wide",
@@ -159,7 +159,7 @@ def test_all_mistakes_are_listed_one_a_line(tmp_path: Path) -> None:
     text = message(tmp_path, GOOD.replace("count: 2", "count: 0").replace("length: 4", "length: 0"))
     assert text.splitlines() == [
         "FILE:3: count: expected greater than or equal to 1, found 0",
-        "FILE:12: named.left.length: expected greater than 0, found 0",
+        "FILE:12: named.left.length: expected greater than 0, found 0 m",
     ]
 
 

@@ -1,10 +1,9 @@
 """What can go wrong, said in words.
 
-Files, the command line and functions raise :class:`InputError` (where, what was expected, the
-closest valid name, what to do); records made in Python raise pydantic's ``ValidationError`` with
-the same words; ``build`` raises :class:`UnsupportedError` for features it does not have; a run that
-fails in time ends with a :class:`Status` and keeps what it computed, and one that leaves what the model
-is made for goes on and says so.
+Files, the command line, functions and records made in Python raise :class:`InputError` (where, what
+was expected, the closest valid name, what to do); ``build`` raises :class:`UnsupportedError` for
+features it does not have; a run that fails in time ends with a :class:`Status` and keeps what it
+computed, and one that leaves what the model is made for goes on and says so.
 """
 
 from __future__ import annotations

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from typing import Annotated, Any, ClassVar, Self
+from functools import cache, wraps
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,14 @@ from pydantic import (
     PlainSerializer,
     SerializationInfo,
     SerializerFunctionWrapHandler,
+    ValidationError,
     WithJsonSchema,
     model_serializer,
     model_validator,
 )
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.units import angular_unit, from_text
 
 
 def _read_only(value: Any) -> NDArray[np.float64]:
@@ -68,8 +71,27 @@ COPY = {"copy": True}
 """Context of a dump that a record is made from again."""
 
 
+@cache
+def _angular(kind: type[BaseModel]) -> dict[str, str]:
+    """Fields of a record that are angles or rates of them, and their units, from their descriptions."""
+    units = {name: angular_unit(field.description) for name, field in kind.model_fields.items()}
+    return {name: unit for name, unit in units.items() if unit}
+
+
+def _refused(error: ValidationError, kind: type[BaseModel], data: Any) -> InputError:
+    from meltemi.core.yamlfile import explain
+
+    return InputError(explain(error, kind, kind.__name__, data))
+
+
 class Record(BaseModel):
-    """Base of all described data: unknown keys are refused, nothing can be changed after creation."""
+    """Base of all described data: unknown keys are refused, nothing can be changed after creation.
+
+    Where a field's unit is rad, rad/s, rad/s^2 or rad/m, a text with a unit may stand for the number: ``8 deg``.
+
+    Raises:
+      InputError: a value is not allowed, a field is missing or unknown, or one is given without its name.
+    """
 
     model_config = ConfigDict(
         frozen=True,
@@ -78,6 +100,41 @@ class Record(BaseModel):
         use_attribute_docstrings=True,
         allow_inf_nan=False,
     )
+
+    if not TYPE_CHECKING:
+
+        @wraps(BaseModel.__init__)  # with its mark: records inside records are made without it, and told of together
+        def __init__(self, *unnamed: Any, **data: Any) -> None:
+            kind = type(self)
+            if unnamed:
+                given = [f"{name}={value!r}" for name, value in zip(kind.model_fields, unnamed, strict=False)]
+                raise InputError(f"{kind.__name__}: fields are given by name: {kind.__name__}({', '.join(given)})")
+            try:
+                super().__init__(**data)
+            except ValidationError as error:
+                raise _refused(error, kind, data) from None
+
+        @classmethod
+        def model_validate(cls, obj: Any, **settings: Any) -> Self:
+            try:
+                return super().model_validate(obj, **settings)
+            except ValidationError as error:
+                raise _refused(error, cls, obj) from None
+
+        def __setattr__(self, name: str, value: Any) -> None:
+            try:
+                super().__setattr__(name, value)
+            except ValidationError:
+                raise InputError(
+                    f"{type(self).__name__} is frozen and cannot be changed: replace({name}=...) makes a changed copy"
+                ) from None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_units(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        return data | {name: from_text(data[name], unit) for name, unit in _angular(cls).items() if name in data}
 
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and self.content_hash() == other.content_hash()
@@ -98,8 +155,7 @@ class Record(BaseModel):
         """A validated copy with some fields changed; ``{"tower.height": 90.0}`` reaches deeper.
 
         Raises:
-          InputError: a path leads nowhere.
-          pydantic.ValidationError: a value is not allowed.
+          InputError: a path leads nowhere, or a value is not allowed.
         """
         data = self.model_dump(mode="python", context=COPY)
         target: Any

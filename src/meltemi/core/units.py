@@ -7,6 +7,8 @@
 from __future__ import annotations
 
 import math
+import re
+from typing import Any
 
 FIELD: dict[str, tuple[str, float]] = {
     "rad": ("deg", 180.0 / math.pi),
@@ -40,3 +42,43 @@ def deg(value_in_degrees: float) -> float:
 def rpm(value_in_rpm: float) -> float:
     """Radians per second from revolutions per minute."""
     return value_in_rpm * math.pi / 30.0
+
+
+_DEG = math.pi / 180.0
+ANGULAR: dict[str, dict[str, float]] = {
+    "rad": {"rad": 1.0, "deg": _DEG},
+    "rad/s": {"rad/s": 1.0, "deg/s": _DEG, "rpm": math.pi / 30.0},
+    "rad/s^2": {"rad/s^2": 1.0, "deg/s^2": _DEG},
+    "rad/m": {"rad/m": 1.0, "deg/m": _DEG},
+}
+"""SI unit -> units in which texts may give it, and their factors."""
+
+
+def unit_of(description: str | None) -> str:
+    """The unit that a description begins with, in brackets; empty if there is none."""
+    found = re.search(r"\[([^\]]+)\]", description or "")
+    return found[1] if found and found[1] != "-" else ""
+
+
+def angular_unit(description: str | None) -> str:
+    """The same if it is one of :data:`ANGULAR`; otherwise empty."""
+    unit = unit_of(description)
+    return unit if unit in ANGULAR else ""
+
+
+def from_text(value: Any, unit: str) -> Any:
+    """SI value of a text such as ``8 deg``, or of each in a list; whatever else is given back as it is."""
+    if isinstance(value, list | tuple):
+        return [from_text(each, unit) for each in value]
+    parts = value.split() if isinstance(value, str) else []
+    if len(parts) != 2 or parts[1] not in ANGULAR[unit]:
+        return value
+    try:
+        return float(parts[0]) * ANGULAR[unit][parts[1]]
+    except ValueError:
+        return value
+
+
+def in_degrees(value: float, unit: str) -> str:
+    """A value in SI ``unit`` of :data:`ANGULAR` as people read it: ``34.4 deg``."""
+    return f"{value / _DEG:.3g} {unit.replace('rad', 'deg')}"

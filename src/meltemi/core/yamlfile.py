@@ -15,10 +15,13 @@ from pydantic import BaseModel, ValidationError
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of, write_text
 from meltemi.core.record import COPY, Record
+from meltemi.core.units import ANGULAR, in_degrees, unit_of
 
 R = TypeVar("R", bound=Record)
 LARGEST = 32_000_000
 """[bytes] of a file; the largest turbines known have 2 MB."""
+RANGES = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
+"""Kinds of pydantic's problems that have a limit."""
 LINE_BREAKS = {"\x85", "\u2028", "\u2029"}
 """Beside the usual ones, in YAML 1.1."""
 
@@ -63,9 +66,11 @@ def read_text(path: Path) -> str:
 def validated(data: dict[str, Any], kind: type[R], where: str, text: str | None = None) -> R:
     """Make a record from plain data; problems are reported as in :func:`read_record`."""
     try:
-        return kind.model_validate(data)
+        return super(Record, kind).model_validate(data)  # which tells of problems one by one
     except ValidationError as error:
         raise InputError(explain(error, kind, where, data, text)) from None
+    except InputError as error:  # of something that a record makes of its fields
+        raise InputError(f"{where}: {error}") from None
     except RecursionError:
         raise InputError(f"{where}: nested too deeply") from None
 
@@ -186,6 +191,14 @@ def _message(problem: Any, kind: type[BaseModel]) -> str:
         message = f"expected keys and values{_example(_asked(kind, problem), value)}"
     shown = "nothing" if value is None else repr(value)
     message = f"{message}, found {shown if len(shown) <= 60 else shown[:57] + '...'}"
+    unit = _unit_at(kind, location)
+    if what in RANGES and unit:
+        message += f" {unit}"
+    if unit in ANGULAR and what in RANGES:
+        limit, degrees = next(iter(problem["ctx"].values())), unit.replace("rad", "deg")
+        message += f"; {limit:g} {unit} is {in_degrees(limit, unit)}, and {value:g} {degrees} would be written so"
+    elif unit in ANGULAR and isinstance(value, str):
+        message += f"; a number is in {unit}, another unit is written behind it: 8 {unit.replace('rad', 'deg')}"
     if what == "literal_error" and isinstance(value, str):
         near = did_you_mean(value, re.findall(r"'([^']*)'", problem["ctx"]["expected"]))
         message += f"; {near}" if near.startswith("did") else ""
@@ -209,7 +222,7 @@ def _example(records: Sequence[type[BaseModel]], value: Any) -> str:
     for key in [*record.model_fields][:3] if plain and len(records) == 1 else []:
         try:
             made = record.model_validate({key: value})
-        except ValidationError:
+        except InputError:
             continue
         if not isinstance(getattr(made, key), bool):
             return f", for instance {{{key}: {value}}}"
@@ -225,6 +238,13 @@ def _tag(annotation: Any) -> str:
     """The value of a key that has only one: it tells alternatives apart."""
     values = get_args(annotation) if get_origin(annotation) is Literal else ()
     return str(values[0]) if len(values) == 1 else ""
+
+
+def _unit_at(kind: type[BaseModel], location: Sequence[int | str]) -> str:
+    """Unit of the field that a key path leads to, from its description; empty without one."""
+    parent = _record_at(kind, location[:-1]) if location else None
+    field = parent.model_fields.get(str(location[-1])) if parent else None
+    return unit_of(field.description) if field else ""
 
 
 def _record_at(kind: type[BaseModel], location: Sequence[int | str]) -> type[BaseModel] | None:

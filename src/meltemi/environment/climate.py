@@ -137,8 +137,7 @@ class Climate(Record):
           icing: factor on the hours with ice.
 
         Raises:
-          InputError: a pressure is shifted that is not given.
-          pydantic.ValidationError: the year that results is impossible.
+          InputError: a pressure is shifted that is not given, or the year that results is impossible.
         """
         if pressure and self.pressure is None:
             raise InputError(f"climate {self.name!r} has no measured pressures to shift; its altitude makes them")

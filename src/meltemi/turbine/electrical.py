@@ -12,7 +12,7 @@ import math
 from numbers import Integral, Real
 from typing import Any, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
@@ -423,9 +423,9 @@ def size_electrical(
     )
     try:
         return complete(machine, voltage, frequency)
-    except ValidationError as error:
+    except InputError as error:
         told = ", ".join(f"{name} {value:g}" for name, value in given.items())
-        words = "; ".join(each["msg"].removeprefix("Value error, ") for each in error.errors()).removesuffix(FORCE)
+        words = "; ".join(line.partition(": ")[2] for line in str(error).splitlines()).removesuffix(FORCE)
         raise InputError(f"size_electrical: {told} make a system that cannot work: {words}") from None
 
 

@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import ValidationError
-
 from meltemi.core.errors import InputError
 from meltemi.core.record import set_keys
-from meltemi.core.yamlfile import explain, read_mapping
+from meltemi.core.yamlfile import read_mapping, validated
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.report import Imported
 from meltemi.turbine.windio.blade import read_blade
@@ -150,10 +148,9 @@ def _merged(below: dict[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _validated(data: dict[str, Any], where: str, extra: Extra) -> Turbine:
+    names = [Path(where).name] + ([Path(extra).name] if isinstance(extra, (str, Path)) else [])
     try:
-        return Turbine.model_validate(data)
-    except ValidationError as error:
-        names = [Path(where).name] + ([Path(extra).name] if isinstance(extra, (str, Path)) else [])
-        lines = explain(error, Turbine, " with ".join(names), data)
+        return validated(data, Turbine, " with ".join(names))
+    except InputError as error:
         hint = "give what it lacks by extra, a YAML file or a dictionary of these keys"
-        raise InputError(f"{where}: not a whole turbine; {hint}:\n{lines}") from None
+        raise InputError(f"{where}: not a whole turbine; {hint}:\n{error}") from None
