@@ -95,6 +95,24 @@ def test_baseline_by_its_name_is_the_default(command: Command, tmp_path: Path) -
 
 
 @pytest.mark.rosco
+def test_rosco_needs_its_settings(command: Command, tmp_path: Path) -> None:
+    ran = command("run", "nrel5mw", *STEADY, "--controller", "rosco", "--out", tmp_path / "out")
+    assert ran.status == 2 and "--controller-input DISCON.IN" in ran.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.rosco
+def test_logs_of_rosco_are_among_the_results(command: Command, rosco_cases: Path, tmp_path: Path) -> None:
+    """The deck ships with ``LoggingLevel`` 2."""
+    deck = rosco_cases / "NREL_2p8_127" / "NREL-2p8-127.fst"
+    ran = command("run", deck, "--controller", "rosco", "--duration", 1, "--out", tmp_path / "out")
+    assert ran.status == 0, ran
+    for name in ("run.RO.dbg", "run.RO.dbg2", "library.log"):
+        assert tmp_path / "out" / name in ran.files
+        assert (tmp_path / "out" / name).stat().st_size > 100
+
+
+@pytest.mark.rosco
 def test_a_deck_runs_under_rosco_with_its_own_settings(command: Command, rosco_cases: Path, tmp_path: Path) -> None:
     shutil.copytree(rosco_cases / "NREL-5MW", tmp_path / "NREL-5MW")
     deck = tmp_path / "NREL-5MW" / "NREL-5MW.fst"

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -65,7 +67,9 @@ def test_a_deck_without_readable_control_cannot_be_run_as_it_is(command: Command
     assert not (tmp_path / "out").exists()
 
 
-def test_a_deck_with_rosco_runs_as_it_is(command: Command, reference: Path, tmp_path: Path) -> None:
+@pytest.fixture
+def master(reference: Path, tmp_path: Path) -> Path:
+    """The reference deck with ROSCO's settings, of 2 s."""
     folder = tmp_path / "deck"
     shutil.copytree(reference / "decks" / "nrel5mw-land", folder)
     for path in folder.rglob("*"):
@@ -73,8 +77,70 @@ def test_a_deck_with_rosco_runs_as_it_is(command: Command, reference: Path, tmp_
     shutil.copy(reference / "openfast_rosco" / "DISCON.IN", folder / "DISCON.IN")
     main_file = folder / "5MW.fst"
     main_file.write_text(main_file.read_text().replace("200   TMax", "2   TMax"))
+    return main_file
+
+
+def test_a_deck_with_rosco_runs_as_it_is(command: Command, master: Path, tmp_path: Path) -> None:
+    main_file = master
     assert command("run", main_file, "--out", tmp_path / "run").status == 0
     assert meltemi.read_netcdf(tmp_path / "run" / "result.nc")["wind_x"].mean() == pytest.approx(12.0)
     case = meltemi.read_case(tmp_path / "run" / "case.yaml")
     assert case.turbine == str(main_file)
     assert case.options.mode_shapes == "given"
+
+
+def case_of(command: Command, master: Path, out: Path, *arguments: object) -> meltemi.LoadCase:
+    ran = command("run", master, *arguments, "--out", out)
+    assert ran.status == 0, ran
+    return meltemi.read_case(out / "case.yaml")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "changes"),
+    [
+        (("--duration", 1), {"duration": 1.0}),
+        (("--channels", "RotSpeed,GenPwr"), {"channels": ("RotSpeed", "GenPwr")}),
+        (("--wind-speed", 10), {"wind.speed": 10.0}),
+        (("--shear", 0.1), {"wind.shear_exponent": 0.1}),
+        (("--start", "operating"), {}),
+    ],
+)
+def test_options_replace_what_they_name(
+    command: Command, master: Path, tmp_path: Path, arguments: tuple[object, ...], changes: dict[str, object]
+) -> None:
+    """The deck's degrees of freedom, models, site and all else stay."""
+    as_it_is = case_of(command, master, tmp_path / "a")
+    asked = case_of(command, master, tmp_path / "b", *arguments)
+    assert asked == as_it_is.replace(**changes)
+
+
+def test_another_wind_replaces_the_wind_only(
+    command: Command, master: Path, bts: Callable[..., Path], tmp_path: Path
+) -> None:
+    as_it_is = case_of(command, master, tmp_path / "a")
+    field = case_of(command, master, tmp_path / "b", "--wind-file", bts())
+    assert field.wind.kind == "file"
+    assert field.options == as_it_is.options and field.environment == as_it_is.environment
+    assert field.duration == 2.0
+    gusty = case_of(command, master, tmp_path / "c", "--wind-speed", 9, "--turbulence", 0.1, "--duration", 1)
+    assert gusty.wind.kind == "turbulence" and gusty.options == as_it_is.options
+
+
+def test_a_start_as_openfast_makes_it(command: Command, master: Path, tmp_path: Path) -> None:
+    """At the deck's rotor speed, pitch and azimuth, with straight blades; trimmed without the option."""
+    file = master.parent / "ElastoDyn.dat"
+    file.write_text(re.sub(r"^.* Azimuth ", " 30 Azimuth ", file.read_text(), flags=re.MULTILINE))
+    asked = ("--channels", "RotSpeed,BldPitch1,Azimuth,OoPDefl1,GenTq", "--wind-speed", 8)
+    case_of(command, master, tmp_path / "a", *asked, "--start", "deck")
+    begun = meltemi.read_netcdf(tmp_path / "a" / "result.nc")
+    assert begun["RotSpeed"][0] == pytest.approx(12.1 * math.pi / 30.0)
+    assert begun["BldPitch1"][0] == pytest.approx(math.radians(3.83), rel=1e-3)
+    assert begun["Azimuth"][0] == pytest.approx(math.radians(30.0))
+    assert begun["OoPDefl1"][0] == 0.0 and begun["GenTq"][0] > 10e3
+    case_of(command, master, tmp_path / "b", *asked)
+    trimmed = meltemi.read_netcdf(tmp_path / "b" / "result.nc")
+    assert trimmed["RotSpeed"][0] < 1.0 and trimmed["OoPDefl1"][0] > 1.0
+    assert command("import", master, "--start", "deck", "--out", tmp_path / "c").status == 0
+    assert meltemi.read_case(tmp_path / "c" / "case.yaml").start.azimuth == pytest.approx(math.radians(30.0))
+    ran = command("run", "nrel5mw", "--start", "deck", "--wind-speed", 8, "--out", tmp_path / "d")
+    assert ran.status == 2 and "--start deck: is for OpenFAST decks" in ran.err

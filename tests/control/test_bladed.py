@@ -65,7 +65,7 @@ def test_records_are_what_the_turbine_measures(make: Any, model: Model, tmp_path
 
     run(model, Controller(same))
     run(model, make("dump", folder=tmp_path))
-    (dump,) = tmp_path.glob("*/run.records")
+    (dump,) = tmp_path.glob("*/run.SrvD.records")
     rows = np.loadtxt(dump)
     assert rows.shape == (len(seen) + 1, 129)
     got = dict(enumerate(rows[:-1].T, start=1))

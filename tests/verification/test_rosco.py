@@ -106,6 +106,25 @@ def test_individual_pitch_acts(discon: Path, model: meltemi.Model, tmp_path: Pat
     assert spread[1] < 0.5 * spread[0]
 
 
+@pytest.mark.parametrize("level", [1, 2, 3])
+def test_its_logs_stand_in_the_folder_of_the_run(
+    discon: Path, model: meltemi.Model, tmp_path: Path, level: int
+) -> None:
+    """Under a root name as OpenFAST gives it; with another form, level 2 opened one file twice and ended the run."""
+    settings = edit_discon(discon, tmp_path / "log.IN", LoggingLevel=level)
+    controller = meltemi.bladed_controller(model.turbine, meltemi.find_rosco(), settings, folder=tmp_path)
+    result = meltemi.simulate(model, meltemi.SteadyWind(speed=12.0), duration=0.5, controller=controller)
+    assert result.status is meltemi.Status.OK, result.message
+    logs = ["run.RO.dbg", "run.RO.dbg2", "run.RO.dbg3"][:level]
+    assert sorted(file.name for file in tmp_path.glob("controller-*/*")) == ["library.log", *logs]
+    assert all(file.stat().st_size > 1000 for file in tmp_path.glob("controller-*/*.dbg*"))
+
+
+def test_settings_are_asked_for(turbine: meltemi.Turbine) -> None:
+    with pytest.raises(meltemi.InputError, match="--controller-input DISCON.IN"):
+        meltemi.bladed_controller(turbine, meltemi.find_rosco())
+
+
 def test_what_rosco_refuses_is_said(discon: Path, model: meltemi.Model, tmp_path: Path) -> None:
     """Its own message, not that of a crash."""
     wrong = edit_discon(discon, tmp_path / "wrong.IN", IPC_ControlMode=7)

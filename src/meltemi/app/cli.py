@@ -6,6 +6,7 @@ Everything heavy is imported inside the commands, so that help and lists answer 
 from __future__ import annotations
 
 import re
+import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -35,6 +36,7 @@ from meltemi.app.options import (
     controller_of_options,
     given_options,
     wind_of_options,
+    wind_options,
 )
 from meltemi.app.reproduce import reproduce
 from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, remove_empty_folders, results_in, say
@@ -118,6 +120,12 @@ def run(
     transient: Annotated[
         float | None, typer.Option("--transient", help="Its begin, which statistics leave out [s] [0].")
     ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            "--start", help="operating: in steady operation; deck: at speed, pitch and azimuth of a .fst [operating]."
+        ),
+    ] = None,
     channels: Annotated[
         str | None,
         typer.Option("--channels", help="Channels to record, separated by commas; 'all' records everything."),
@@ -126,6 +134,8 @@ def run(
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate; gives a table, a plot, a file."""
+    if start not in (None, "operating", "deck"):
+        raise InputError(f"--start {start!r}: expected operating or deck")
     given = given_options(
         wind_speed=wind_speed,
         turbulence=turbulence,
@@ -139,13 +149,14 @@ def run(
         controller=controller,
         controller_input=controller_input,
         duration=duration,
+        start=start,
         channels=channels,
     )
     path = Path(target)
     written = path.suffix in (".yaml", ".yml") and (_is_case(path) or not (given or path.exists()))
     if written:
         case, folder = _case_of_file(path, given), path.parent
-    elif path.suffix == ".fst" and given.keys() <= {"--controller", "--controller-input"}:
+    elif path.suffix.lower() == ".fst":
         case, folder = _case_of_deck(path, given), Path()
     else:
         case, folder = _case_of_options(target, given), Path()
@@ -155,6 +166,8 @@ def run(
                 f"{path} is a case file and describes its run itself; write transient: {transient:g} there"
             )
         case = case.replace(transient=transient)
+    from tempfile import TemporaryDirectory
+
     from meltemi.core.errors import Status
     from meltemi.core.yamlfile import write_record
     from meltemi.loadcases.case import case_controller, case_start, case_turbine, case_wind, self_contained
@@ -165,8 +178,8 @@ def run(
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
         wind = case_wind(case, turbine, folder)
-        law = case_controller(case, turbine, folder)
-    with _named(path if written else None), results_in(out):
+    with TemporaryDirectory() as kept, _named(path if written else None), results_in(out):
+        law = case_controller(case, turbine, folder, Path(kept))
         model = build(turbine, case.options, case.environment)
         with progress_bar(f"{turbine.name}, {case.duration:g} s") as progress:
             result = simulate(
@@ -183,7 +196,7 @@ def run(
                 transient=case.transient,
                 progress=progress,
             )
-        files = _write(result, out, outb)
+        files = _write(result, out, outb) + _library_files(Path(kept), out)
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
             files.append(out / "case.yaml")
@@ -235,32 +248,51 @@ def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
 
 
 def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
-    """The run of an OpenFAST deck: its wind, models and duration; a controller library has the deck's settings."""
+    """The run of an OpenFAST deck: its wind, models and duration, but for what options say.
+
+    A controller library has the settings and the time step that the deck gives to its own.
+    """
+    from meltemi.core.yamlfile import validated
+    from meltemi.loadcases.case import LoadCase
     from meltemi.loadcases.openfast import deck_case
     from meltemi.turbine.openfast import read_deck
 
     deck = read_deck(path)
-    settings = deck.library.get("input")
-    if "--controller" in given and settings:
-        given = {"--controller-input": Path(settings)} | given
-    return deck_case(deck, path.absolute()).replace(controller=controller_of_options(given))
+    case = deck_case(deck, path.absolute(), started=given.get("--start") == "deck")
+    if "--controller" in given and deck.library.get("input"):
+        given = {"--controller-input": Path(deck.library["input"])} | given
+    controller = controller_of_options(given)
+    if controller["kind"] == "bladed" and deck.library.get("step"):
+        controller["sample_time"] = deck.library["step"]
+    changes = _run_of_options(given) | {"controller": controller}
+    if wind := wind_options(given):
+        changes["wind"] = wind_of_options(wind, case.wind.model_dump())
+    return validated(case.model_dump(exclude_unset=True) | changes, LoadCase, "command line")
+
+
+def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:
+    """Keys of a case about the run."""
+    found: dict[str, Any] = {"duration": given["--duration"]} if "--duration" in given else {}
+    if "--channels" in given:
+        found["channels"] = [name.strip() for name in given["--channels"].split(",") if name.strip()]
+    return found
 
 
 def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     from meltemi.core.yamlfile import validated
     from meltemi.loadcases.case import LoadCase
 
+    if given.get("--start") == "deck":
+        raise InputError("--start deck: is for OpenFAST decks (.fst)")
     wind = wind_of_options(given)
     path = Path(target)
     data: dict[str, Any] = {
         "turbine": str(path.absolute()) if path.is_file() else target,
         "wind": wind,
         "controller": controller_of_options(given),
-        "duration": given.get("--duration", 60.0),
+        "duration": 60.0,
     }
-    if "--channels" in given:
-        data["channels"] = [name.strip() for name in given["--channels"].split(",") if name.strip()]
-    return validated(data, LoadCase, "command line")
+    return validated(data | _run_of_options(given), LoadCase, "command line")
 
 
 def _is_case(path: Path) -> bool:
@@ -287,6 +319,12 @@ def _write(result: Result, out: Path, outb: bool) -> list[Path]:
     else:
         (out / "result.png").unlink(missing_ok=True)  # of an earlier run
     return files
+
+
+def _library_files(kept: Path, out: Path) -> list[Path]:
+    """What a controller library printed and wrote, taken to the results."""
+    found = [file for file in sorted(kept.glob("*/*")) if file.is_file() and file.stat().st_size]
+    return [Path(shutil.copyfile(file, out / file.name)) for file in found]
 
 
 @app.command()

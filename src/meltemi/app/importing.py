@@ -35,6 +35,9 @@ def import_(
     control_of: Annotated[
         str | None, typer.Option("--control-of", help="Turbine whose control is taken, for other controllers.")
     ] = None,
+    start: Annotated[
+        str, typer.Option("--start", help="Of the case: operating (steady operation), or deck: as OpenFAST begins.")
+    ] = "operating",
     extra: Annotated[
         Path | None, typer.Option("--extra", help="YAML file with values on top: drivetrain: {stiffness: 8.7e8}.")
     ] = None,
@@ -48,9 +51,11 @@ def import_(
     from meltemi.turbine.power_turbine import aeroelastic
     from meltemi.turbine.windio import import_windio
 
+    if start not in ("operating", "deck"):
+        raise InputError(f"--start {start!r}: expected operating or deck")
     if source.suffix.lower() in (".yaml", ".yml"):
         of_decks = {"--blade": blade != "deck", "--fixed-base": fixed_base, "--momentum-wake": momentum_wake}
-        of_decks |= {"--discon": discon is not None, "--control-of": control_of is not None}
+        of_decks |= {"--discon": discon is not None, "--control-of": control_of is not None, "--start": start == "deck"}
         for option in (name for name, used in of_decks.items() if used):
             raise InputError(f"{option} is for OpenFAST decks, {source} is a windIO file")
         imported = import_windio(source, extra)
@@ -70,7 +75,7 @@ def import_(
         control_of=None if control_of is None else aeroelastic(load_turbine(control_of), "--control-of"),
         extra=None if extra is None else flat(read_mapping(extra)),
     )
-    case = deck_case(deck, "turbine.yaml")
+    case = deck_case(deck, "turbine.yaml", started=start == "deck")
     _show(deck)
     if deck.wind is None:
         print(f"the wind of the deck cannot be named in a case file; the case has {case.wind.model_dump()} instead")

@@ -41,12 +41,28 @@ def given_options(**options: Any) -> dict[str, Any]:
     return {names[name]: value for name, value in options.items() if value is not None}
 
 
-def wind_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
+WIND = "--wind-speed --turbulence --seed --shear --spectrum --iec --class --edition --wind-file".split()
+"""Options of a wind."""
+
+
+def wind_options(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of a wind among the options that were given."""
+    return {name: given[name] for name in WIND if name in given}
+
+
+def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """The wind of a case from the options of a command, by their names there.
+
+    Args:
+      given: options.
+      before: a wind of which a steady one keeps what speed and shear do not name.
 
     Raises:
       InputError: options contradict each other, or do not suffice.
     """
+    if before is not None and before["kind"] == "steady" and wind_options(given).keys() <= {"--wind-speed", "--shear"}:
+        names = {"--wind-speed": "speed", "--shear": "shear_exponent"}
+        return dict(before) | {key: given[name] for name, key in names.items() if name in given}
 
     def only(*allowed: str, because: str) -> None:
         for name in ("--turbulence", "--seed", "--shear", "--spectrum", "--class", "--edition"):

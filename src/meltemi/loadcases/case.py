@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
+from meltemi.control.baseline import parameters, steady_torque
 from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import find_rosco
 from meltemi.control.controller import Controller
@@ -159,6 +160,17 @@ class PowerCase(PowerControl):
     """[s] between calls; by default every time step."""
 
 
+class StateCase(Record):
+    """Motion in which a run begins, whatever the wind; blades and tower are straight and at rest."""
+
+    rotor_speed: float = Field(ge=-10.0, le=10.0)
+    """[rad/s]."""
+    pitch: float = Field(default=0.0, gt=-1.6, lt=3.2)
+    """[rad] of all blades."""
+    azimuth: float = Field(default=0.0, ge=-7.0, le=7.0)
+    """[rad] of blade 1, 0 when it points up."""
+
+
 WindCase = Annotated[SteadyCase | TurbulenceCase | IecCase | FileCase, Field(discriminator="kind")]
 ControllerCase = Annotated[BaselineCase | LibraryCase | SupervisedCase | PowerCase, Field(discriminator="kind")]
 
@@ -178,9 +190,10 @@ class LoadCase(Record):
     """Name in the library or path of a YAML file."""
     wind: WindCase
     controller: ControllerCase = BaselineCase()
-    start: Literal["operating", "standstill", "idling"] = "operating"
+    start: Literal["operating", "standstill", "idling"] | StateCase = "operating"
     """Where the run begins: in steady operation, or with a feathered rotor at rest that starts when the wind is right
-    (``standstill``) or stays until the operator's word (``idling``); the last two need the supervised controller."""
+    (``standstill``) or stays until the operator's word (``idling``); the last two need the supervised controller. Or
+    its motion: ``{rotor_speed: 1.27, pitch: 0.0}``."""
     duration: float = Field(gt=0.0, le=1e6)
     """[s]."""
     channels: tuple[str, ...] = tuple(DEFAULT)
@@ -218,7 +231,7 @@ class LoadCase(Record):
                 f"electrical: {self.electrical} has no effect without an electrical system; "
                 "set options.electrical: averaged"
             )
-        if self.start != "operating" and not isinstance(self.controller, SupervisedCase):
+        if self.start in ("standstill", "idling") and not isinstance(self.controller, SupervisedCase):
             raise ValueError(
                 f"start: {self.start} needs a controller that can start the turbine: controller: {{kind: supervised}}"
             )
@@ -268,14 +281,17 @@ def self_contained(case: LoadCase, folder: Path) -> LoadCase:
     return case.replace(**changes)
 
 
-def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path) -> Controller | None:
-    """The controller of a case, None for the plain baseline one; paths are relative to ``folder``."""
+def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Path | None = None) -> Controller | None:
+    """The controller of a case, None for the plain baseline one; paths are relative to ``folder``.
+
+    A controller library has its working folder in ``kept``; without it, it has a temporary one.
+    """
     c = case.controller
     if isinstance(c, BaselineCase):
         return None if c.yaw is None else yaw_control(turbine, c.yaw)
     if isinstance(c, SupervisedCase):
         settings = c.supervision
-        if case.start != "operating":
+        if case.start in ("standstill", "idling"):
             settings = settings.replace(begin="standby" if case.start == "standstill" else "idling")
         return supervised(turbine, settings, load=c.load, yaw=c.yaw, protection=c.protection, sample_time=c.sample_time)
     if isinstance(c, PowerCase):
@@ -293,12 +309,18 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path) -> Contro
         turbine,
         find_rosco() if c.library == ROSCO else folder / c.library,
         None if c.input is None else folder / c.input,
+        folder=kept,
         **c.model_dump(exclude={"kind", "library", "input"}),
     )
 
 
 def case_start(case: LoadCase, turbine: AnyTurbine) -> Start | None:
     """Where the run of a case begins; None for steady operation."""
+    if isinstance(case.start, StateCase):
+        speed, pitch = case.start.rotor_speed, case.start.pitch
+        gear_ratio = turbine.drivetrain.gear_ratio
+        torque = float(steady_torque(parameters(turbine.control), speed * gear_ratio, pitch))
+        return Start(speed, pitch, torque, coordinates={"generator": case.start.azimuth})
     if case.start == "operating" or not isinstance(case.controller, SupervisedCase):
         return None
     feather = limits(turbine, case.controller.supervision)["feather"]

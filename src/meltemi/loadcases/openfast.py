@@ -13,12 +13,13 @@ STAND_IN = {"kind": "steady", "speed": 10.0, "shear_exponent": 0.2}
 """Wind of a case whose deck has none that a case file can name."""
 
 
-def deck_case(deck: Deck, turbine: str | Path) -> LoadCase:
+def deck_case(deck: Deck, turbine: str | Path, *, started: bool = False) -> LoadCase:
     """Wind, duration, model options, gravity and air density of a deck.
 
     Args:
       deck: from :func:`read_deck`.
       turbine: what the case names: the deck's main file, or a turbine file written from it.
+      started: begin at the deck's rotor speed, pitch and azimuth, as OpenFAST does, instead of in steady operation.
 
     Raises:
       InputError: the deck's run is not one that can be made here.
@@ -31,4 +32,6 @@ def deck_case(deck: Deck, turbine: str | Path) -> LoadCase:
         "options": deck.options,
         "environment": deck.environment,
     }
+    if started:
+        data["start"] = deck.start
     return validated(data, LoadCase, str(turbine))

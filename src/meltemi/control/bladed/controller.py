@@ -11,6 +11,7 @@ import numpy as np
 from meltemi.control import signals as s
 from meltemi.control.bladed.host import Host, Library
 from meltemi.control.bladed.records import CONSTANTS, RECORDS
+from meltemi.control.bladed.rosco import is_rosco
 from meltemi.control.controller import Controller, StartPoint, Vector
 from meltemi.core.errors import InputError, RunError, did_you_mean
 from meltemi.core.tables import MAX_BLADES
@@ -63,10 +64,15 @@ def bladed_controller(
       The controller; it can be used in any number of runs at a time.
 
     Raises:
-      InputError: a file is missing, or a number is out of range. A run that starts raises it if the library cannot
-        be loaded.
+      InputError: a file is missing (ROSCO needs its settings), or a number is out of range. A run that starts raises
+        it if the library cannot be loaded.
     """
     path = _file(library, "library")
+    if input_file is None and is_rosco(path):
+        raise InputError(
+            "controller rosco: needs its settings: --controller-input DISCON.IN (in a case file controller.input, in "
+            "Python input_file)"
+        )
     found = "" if input_file is None else str(_file(input_file, "input file"))
     if not (math.isfinite(timeout) and timeout > 0.0):
         raise InputError(f"controller {path.name}: timeout must be a positive number of seconds, found {timeout!r}")

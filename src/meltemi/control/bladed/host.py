@@ -25,7 +25,7 @@ from meltemi.control.bladed.records import EXCHANGED, SIZE
 from meltemi.core.errors import InputError, RunError
 
 CHILD = Path(__file__).with_name("child.py")
-LOG = "library.log"
+LOG, ROOT = "library.log", "run"
 LAST_LINES = 6
 """Of what a library printed, shown when it fails."""
 GOODBYE = 2.0
@@ -71,7 +71,9 @@ class Host:
       records: the records of the swap array that are exchanged, float32, record 1 first; write before a call, read
         after it.
       message: of the last call that had one.
-      folder: the working folder; ``root_name`` lies in it.
+      folder: the working folder.
+      root_name: under which the library writes there. It ends in ``.SrvD`` as in OpenFAST: libraries cut what follows
+        the last dot, ROSCO the closing zero with it, which would else end the names of its files too early.
 
     Raises:
       InputError: the library cannot be loaded or has no such function.
@@ -83,7 +85,7 @@ class Host:
             self.folder = Path(tempfile.mkdtemp(prefix="controller-", dir=library.folder))
         except OSError as error:
             raise InputError(f"{library.folder}: cannot be written ({error.strerror or error})") from None
-        self.root_name = str(self.folder / "run")
+        self.root_name = str(self.folder / f"{ROOT}.SrvD")
         buffer = bytearray(HEADER + 4 * EXCHANGED)
         self._answer = memoryview(buffer)
         self._request = self._answer[HEADER:]
@@ -164,7 +166,8 @@ class Host:
         else:
             what = f"ended its process{'' if code is None else f' with exit code {code}'}"
         printed = self.printed()
-        return f"the library {self.library.path} {what}" + (f"; it printed: {printed}" if printed else "")
+        without = "" if self.library.input_file else " (it was given no input file: input_file, --controller-input)"
+        return f"the library {self.library.path} {what}{without}" + (f"; it printed: {printed}" if printed else "")
 
     def printed(self) -> str:
         """The last lines of what the library printed, in one."""

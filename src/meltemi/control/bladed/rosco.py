@@ -30,6 +30,14 @@ def find_rosco() -> Path:
     raise InputError(f"rosco {package.version} has no controller library in {package.locate_file('rosco/lib')}")
 
 
+def is_rosco(library: Path) -> bool:
+    """Whether a library is that of the installed rosco package."""
+    try:
+        return library.samefile(find_rosco())
+    except (InputError, OSError):
+        return False
+
+
 def _package() -> Distribution:
     try:
         return distribution("rosco")

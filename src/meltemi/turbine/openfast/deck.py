@@ -39,8 +39,9 @@ class Deck(Imported):
       wind: as in a case file, paths absolute; None if the deck's wind is not one that a case file can name.
       duration: [s].
       output_step: [s].
-      start: rotor speed [rad/s] and pitch [rad] with which OpenFAST would begin.
-      library: the controller library as the deck names it, its input file, and its time step [s]; empty without.
+      start: rotor speed [rad/s], pitch [rad] and azimuth [rad] of blade 1 with which OpenFAST would begin.
+      library: the controller library as the deck names it, its input file, and the time [s] between its calls if
+        that is not the time step; empty without.
     """
 
     options: dict[str, Any] = field(default_factory=dict)
@@ -152,7 +153,11 @@ def read_deck(
         wind=wind,
         duration=min(v.given("duration", 60.0), 1e6),
         output_step=v.given("output_step", 0.05),
-        start={name: v[name] for name in ("rotor_speed", "pitch") if v[name] is not None},
+        start={
+            "rotor_speed": v.given("rotor_speed", 0.0),
+            "pitch": v.given("pitch", 0.0),
+            "azimuth": math.remainder(v.given("azimuth", 0.0) - v.given("azimuth_up", 0.0), 2.0 * math.pi),
+        },
         library=servo,
     )
 
@@ -335,7 +340,9 @@ def _control(
         if torque is not None:
             set_keys(data, "control.torque", torque)
         if 5 in (v["pitch_mode"], v["torque_mode"]):
-            library = {"library": v["library"], "input": None, "step": v["library_step"]}
+            step = v["library_step"]
+            every = step is None or v["time_step"] is None or step <= 1.001 * v["time_step"]
+            library = {"library": v["library"], "input": None, "step": None if every else step}
             discon = discon or _named_settings(file, v)
             library["input"] = None if discon is None else str(discon)
     if discon is not None:
