@@ -250,8 +250,8 @@ def resumed(
         for i, case in enumerate(cases, start=1):
             name = case.name or f"case_{i:04d}"
             missing = next((x for f in fields(case) if isinstance(x := getattr(case, f.name), Lost)), None)
-            file = None if missing else book.file_of(name, case)
-            if missing:
+            file = None if missing is not None else book.file_of(name, case)
+            if missing is not None:
                 there[name] = Outcome(name, Status.FAILED, missing.why, error=LostError)
             elif kept := book.read(file):
                 there[name] = Outcome(name, Status.OK, "", kept[0])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.studies.journal import survivors
-from meltemi.studies.reproduce.claim import Claim, claim_group, holds
+from meltemi.studies.reproduce.claim import UNJUDGED, Claim, claim_group, holds
 from meltemi.studies.reproduce.wang2021.gust import DERATE, IGNORE, SHORT, STOP, Gust, transitions
 from meltemi.studies.reproduce.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi.studies.reproduce.wang2021.runs import AS_SCALED, Runs
@@ -54,10 +54,12 @@ def _table2(name: str, table: Table2) -> list[Claim]:
         inside = (bins >= low) & (bins <= high) & judged
         change = power[inside] / target[inside] - 1.0
         item = f"mean power, {words}, {name}"
-        ok = bool(np.abs(change).max() <= band)
+        verdict = holds(bool(np.abs(change).max() <= band))
+        if np.isnan(change).any():
+            verdict = f"{UNJUDGED}no wind of bin {', '.join(str(k) for k in bins[inside][np.isnan(change)])}"
         seen = f"{bins[inside][0]} to {bins[inside][-1]}"
         found.append(
-            Claim(item, f"Table 2 ± {100 * band:g} %", f"{_spread(change)} (bins {seen})", holds(ok), "Table 2", why)
+            Claim(item, f"Table 2 ± {100 * band:g} %", f"{_spread(change)} (bins {seen})", verdict, "Table 2", why)
         )
     above = bins >= 12
     peak = int(np.nanargmax(spread))
@@ -77,7 +79,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
             f"std of power from 13 m/s, {name}",
             "13 to 21 kW",
             f"{spread[above].min():.1f} to {spread[above].max():.1f} kW",
-            holds(bool(factor.max() <= 2.0)),
+            f"{UNJUDGED}bins without wind" if np.isnan(factor).any() else holds(bool(factor.max() <= 2.0)),
             "Table 2",
             "plateau",
         )
