@@ -94,10 +94,12 @@ def compare(
     from meltemi.simulation.model import build
     from meltemi.studies import compare as study
     from meltemi.studies import comparison_report as report
+    from meltemi.studies.journal import journal
 
     study.check_duration(duration, transient)
     began = time.perf_counter()
-    with results_in(out):
+    own = [Path(name).read_text(encoding="utf-8") for name in names if name not in SCHEMES]
+    with results_in(out), journal(out, repr(("compare", transient, own))):
         model = build(described)
         with progress_bar("tuning") as progress:
             designed = design_controllers(
@@ -143,7 +145,7 @@ def compare(
         say(f"warning: {warning}")
     if comparison.failures:
         for failure in comparison.failures:
-            say(f"left out for all: {study.failure_line(failure)}")
+            say(f"left out: {study.failure_line(failure)}")
         raise typer.Exit(1)
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
 from meltemi.core.errors import InputError, did_you_mean
 
 STUDIES = {
@@ -50,8 +50,12 @@ def reproduce(
     for table in found.tables:
         print_table(table.caption, table.head, table.rows, text_columns=len(table.head))
     print(found.lead)
+    for cell, why in found.failed.items():
+        say(f"failed: {cell}: {why}")
     for file in found.files:
         print(f"wrote {file}")
+    if found.failed:
+        raise typer.Exit(1)
 
 
 def _parts(study: str, names: str) -> list[str]:
@@ -69,9 +73,10 @@ def _parts(study: str, names: str) -> list[str]:
 
 def _duel(quick: bool, workers: int | None, out: Path) -> None:
     from meltemi.control.bladed.rosco import find_rosco
+    from meltemi.studies.journal import journal
 
     find_rosco()
-    with results_in(out):
+    with results_in(out), journal(out, f"duel, quick {quick}"):
         from meltemi.studies.reproduce.he2018.duel import brief, duel, duel_tables, findings, write_duel
         from meltemi.studies.reproduce.he2018.runs import QUICK, Setup
 

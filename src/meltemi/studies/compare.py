@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller
-from meltemi.core.errors import InputError, Status
-from meltemi.loadcases.batch import BatchCase, Outcome, interruptible_batch
+from meltemi.core.errors import InputError
+from meltemi.loadcases.batch import BatchCase, Outcome
 from meltemi.postprocess.bands import Ceiling, ceiling, harmonic_bands
 from meltemi.postprocess.ensemble import EnsembleTable, Estimate, ensemble_table, mean_interval, travel
 from meltemi.postprocess.fatigue import damage_equivalent_load
@@ -32,6 +32,7 @@ from meltemi.postprocess.spectra import (
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
+from meltemi.studies.journal import SizedCases, resumed
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulence.field import AnyWind, realised
 
@@ -207,7 +208,8 @@ class Comparison:
       runs: ``runs[scheme][k]`` is what is kept of wind k; that of the first has the series.
       windows: [s] by name; ``whole`` is the time after the transient.
       quantities: what was computed.
-      failures: runs that did not reach their end. A wind in which a scheme failed is left out for all.
+      failures: runs that did not reach their end. A wind in which a scheme failed is left out for all; a scheme that
+        failed in every wind is left out.
     """
 
     schemes: tuple[str, ...]
@@ -318,9 +320,7 @@ def compare(
         for k, wind in enumerate(winds):
             shared = _Shared(wind, model, duration, len(controllers))
             for scheme, controller in controllers.items():
-                yield BatchCase(
-                    model, shared.take, duration, controller=controller, channels=channels, name=f"{k}:{scheme}"
-                )
+                yield BatchCase(model, shared, duration, controller=controller, channels=channels, name=f"{k}:{scheme}")
 
     done: dict[int, int] = {}
     lock = threading.Lock()
@@ -335,14 +335,12 @@ def compare(
                 done[k] = done.get(k, 0) + 1
         return summary
 
-    outcomes, interrupted = interruptible_batch(
-        _Sized(cases, len(names)), reduce=reduce, workers=workers, progress=progress
-    )
-    if interrupted or len(outcomes) < len(names) or any(outcome.status is Status.INTERRUPTED for outcome in outcomes):
-        raise KeyboardInterrupt
+    outcomes = resumed(SizedCases(cases, len(names)), reduce=reduce, workers=workers, progress=progress)
     by_name = {outcome.name: outcome for outcome in outcomes}
     failures = tuple(outcome for outcome in outcomes if not outcome.ok)
-    whole = [k for k in range(len(winds)) if all(_fine(by_name.get(f"{k}:{s}")) for s in controllers)]
+    # a scheme that fails in every wind takes no other with it
+    schemes = [s for s in controllers if any(by_name[f"{k}:{s}"].ok for k in range(len(winds)))]
+    whole = [k for k in range(len(winds)) if schemes and all(by_name[f"{k}:{s}"].ok for s in schemes)]
     if not whole:
         first = failures[0] if failures else None
         raise InputError(
@@ -350,10 +348,10 @@ def compare(
             + (f"; first of {len(failures)} failures: {failure_line(first)}" if first else "")
         )
     return Comparison(
-        schemes=tuple(controllers),
+        schemes=tuple(schemes),
         winds=tuple(winds[k].label for k in whole),
         seeds=tuple(getattr(winds[k], "seed", None) for k in whole),
-        runs={s: tuple(_trimmed(by_name[f"{k}:{s}"].value, series=k == whole[0]) for k in whole) for s in controllers},
+        runs={s: tuple(_trimmed(by_name[f"{k}:{s}"].value, series=k == whole[0]) for k in whole) for s in schemes},
         windows=judged,
         quantities=QUANTITIES,
         failures=failures,
@@ -381,23 +379,6 @@ def failure_line(outcome: Outcome) -> str:
     return f"scheme {scheme!r} in wind {int(k) + 1}: {outcome.message}"
 
 
-def _fine(outcome: Outcome | None) -> bool:
-    return outcome is not None and outcome.ok
-
-
-class _Sized:
-    """A generator whose length is known, so that progress can tell the share that is done."""
-
-    def __init__(self, make: Callable[[], Iterator[BatchCase]], length: int) -> None:
-        self.make, self.length = make, length
-
-    def __iter__(self) -> Iterator[BatchCase]:
-        return self.make()
-
-    def __len__(self) -> int:
-        return self.length
-
-
 class _Shared:
     """A wind whose field is made when the first run asks for it and let go when the last has taken it."""
 
@@ -406,7 +387,11 @@ class _Shared:
         self.field: Wind | None = None
         self.lock = threading.Lock()
 
-    def take(self) -> Wind:
+    def content_hash(self) -> str:
+        """Of the wind that it gives."""
+        return self.wind.content_hash()
+
+    def __call__(self) -> Wind:
         with self.lock:
             found = self.field or realised(self.wind, self.model.turbine, self.duration)
             self.left -= 1

@@ -236,7 +236,7 @@ def _sections(
     if "changes" in pictures:
         numbers.append(Picture(pictures["changes"], "Changes of the main loads, and how far the actuators travel."))
     numbers.append(Table(head, rows, text_columns=2, groups=groups, note=notes(comparison)))
-    numbers += [f"Left out for all: {failure_line(failure)}" for failure in comparison.failures]
+    numbers += [f"Left out: {failure_line(failure)}" for failure in comparison.failures]
     ceiling_head, ceiling = ceiling_rows(comparison)
     begin, end = comparison.windows[WHOLE]
     found = [

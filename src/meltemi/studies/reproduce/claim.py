@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from meltemi.report.html import Table
+from meltemi.studies.journal import guarded
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,22 @@ class Claim:
 def holds(ok: bool, otherwise: str = "differs") -> str:
     """The verdict."""
     return "holds" if ok else otherwise
+
+
+UNJUDGED = "cannot be judged: "
+"""How a verdict begins that depends on a cell that failed."""
+
+
+def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Claim]:
+    """Claims that belong together; one line for all where a result is missing that they need."""
+    return guarded(of, lambda why: [Claim(item, "", "", UNJUDGED + why, where)])
+
+
+def count_held(found: Sequence[Claim]) -> str:
+    """How many lines hold, and how many cannot be judged if any."""
+    lost = sum(c.verdict.startswith(UNJUDGED) for c in found)
+    missing = f" ({lost} cannot be judged)" if lost else ""
+    return f"{sum(c.verdict == 'holds' for c in found)} of {len(found)} lines hold{missing}."
 
 
 def claims_table(found: Sequence[Claim]) -> Table:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,9 @@ from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_inter
 from meltemi.report.html import Table
 from meltemi.report.tables import number
 from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, Comparison
+from meltemi.studies.journal import Lost, guarded
 from meltemi.studies.reproduce.he2018.claims import change, percent
-from meltemi.studies.reproduce.he2018.runs import ALL_SPEEDS, CLASS_B, SPEED, TRAVEL, Runs
+from meltemi.studies.reproduce.he2018.runs import ALL_SPEEDS, CLASS_B, SPEED, TRAVEL, Runs, Study
 
 Float = NDArray[np.float64]
 
@@ -76,7 +78,9 @@ def below_rated(runs: Runs) -> Table:
     """What the schemes do where the pitch rests at its lower limit, and what they cost in energy."""
     rows = []
     for u, c in runs.speeds.items():
-        if u < 11.4:
+        if u < 11.4 and isinstance(c, Lost):
+            rows.append([f"{u:g}", f"failed: {c.why}"])
+        elif u < 11.4:
             for scheme in c.schemes[1:]:
                 names = ("RootMyc1 std", "RootMyc1 DEL", "TwrBsMyt DEL", "power mean")
                 travel = (f"{duty(c, name, scheme):.2f}" for name in ("pitch travel", "flap travel"))
@@ -153,14 +157,18 @@ def lifetime_travel(runs: Runs, scheme: str, name: str) -> float:
 def winds(runs: Runs) -> Table:
     """In which wind the paper's figures hold: changes and ceilings in other winds, and with a stiffer blade."""
     rows = []
-    for study in runs.studies:
+
+    def row(study: Study) -> list[str]:
         c = study.comparison
         std = [f"{float(change(c, 'RootMyc1 std', s).mean()):+.1f} %" for s in ("ipc", "cpfc")]
         load = [f"{float(change(c, 'RootMyc1 DEL', s).mean()):+.1f} %" for s in ("ipc", "cpfc")]
         limits = [
             f"{100.0 * float(np.mean([run.ceilings[k].std_change for run in c.runs['cpc']])):+.1f} %" for k in (0, 1)
         ]
-        rows.append([study.name, number(float(c.values("RootMyc1 std", "cpc").mean()) * 1e-3), *std, *load, *limits])
+        return [study.name, number(float(c.values("RootMyc1 std", "cpc").mean()) * 1e-3), *std, *load, *limits]
+
+    for study in runs.studies:
+        rows.append(guarded(partial(row, study), lambda why, name=study.name: [name, f"failed: {why}"]))  # type: ignore[misc]
     head = ["wind or model", "CPC std\nkN m", "IPC std\n(-47.9 %)", "CPFC std\n(-55.3 %)", "IPC DEL\n(-42.2 %)"]
     head += ["CPFC DEL\n(-53.7 %)", "ceiling 1P\nstd", "ceiling 1P, 2P\nstd"]
     return Table(head, rows, f"RootMyc1 at {SPEED:g} m/s in other winds; the paper's figures in parentheses")

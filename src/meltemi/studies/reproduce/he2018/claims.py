@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from meltemi.postprocess.ensemble import Estimate, mean_interval
 from meltemi.postprocess.spectra import decibels, peak
 from meltemi.simulation.result import Result
 from meltemi.studies.compare import WHOLE, Comparison
+from meltemi.studies.journal import guarded
+from meltemi.studies.reproduce.claim import UNJUDGED
 from meltemi.studies.reproduce.he2018.runs import PAPER, Runs
 
 Float = NDArray[np.float64]
@@ -85,7 +88,7 @@ class Acceptance:
     @property
     def everywhere(self) -> bool:
         """It holds in every seed of every reading."""
-        return all(held == of for held, of in self.held)
+        return all(held == of > 0 for held, of in self.held)
 
 
 def change(c: Comparison, quantity: str, scheme: str, window: str = WHOLE, base: str = "cpc") -> Float:
@@ -128,9 +131,12 @@ def claims(runs: Runs) -> list[Row]:
     rows: list[Row] = []
 
     def add(quantity: str, scheme: str, paper: str, of: Measure, judge: Judge, reason: str, where: str) -> None:
-        readings = runs.readings.values()
-        ours = tuple((of(c, WHOLE), of(c, PAPER)) for c in readings)
-        rows.append(Row(quantity, scheme.upper(), paper, ours, tuple(judge(c) for c in readings), reason, where))
+        def one(c: Comparison) -> tuple[tuple[str, str], str]:
+            return (of(c, WHOLE), of(c, PAPER)), judge(c)
+
+        found = [guarded(partial(one, c), lambda why: (("", ""), UNJUDGED + why)) for c in runs.readings.values()]
+        ours, verdicts = zip(*found, strict=True)
+        rows.append(Row(quantity, scheme.upper(), paper, ours, verdicts, reason, where))
 
     def figure(name: str, scheme: str, value: float, tolerance: float, reason: str, where: str) -> None:
         judge = _near(name, scheme, value, tolerance)
@@ -275,9 +281,14 @@ def acceptances(runs: Runs) -> list[Acceptance]:
 
     def each(condition: str, unit: str, margin: Callable[[Comparison], Float]) -> None:
         """``margin`` is positive where the condition holds."""
-        margins = [margin(c) for c in runs.readings.values()]
-        held = tuple((int((m > 0.0).sum()), len(m)) for m in margins)
-        found.append(Acceptance(condition, held, tuple(f"{float(m.min()):+.1f} {unit}" for m in margins)))
+
+        def judge(c: Comparison) -> tuple[tuple[int, int], str]:
+            m = margin(c)
+            return (int((m > 0.0).sum()), len(m)), f"{float(m.min()):+.1f} {unit}"
+
+        all_ = [guarded(partial(judge, c), lambda why: ((0, 0), UNJUDGED + why)) for c in runs.readings.values()]
+        held, numbers = zip(*all_, strict=True)
+        found.append(Acceptance(condition, held, numbers))
 
     for name in ("RootMyc1 std", "RootMyc1 DEL", "OoPDefl1 std"):
         each(f"{name}: IPC < CPC", "%", _below(name, "ipc", "cpc"))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +14,8 @@ from meltemi.report.html import Picture, Section, Table, write_page
 from meltemi.report.plots import save
 from meltemi.report.tables import number
 from meltemi.report.tuning_plots import plot_tuning
+from meltemi.studies.journal import guarded, journal
+from meltemi.studies.reproduce.claim import UNJUDGED
 from meltemi.studies.reproduce.he2018 import beyond
 from meltemi.studies.reproduce.he2018.checks import checks
 from meltemi.studies.reproduce.he2018.claims import (
@@ -26,8 +30,8 @@ from meltemi.studies.reproduce.he2018.claims import (
 )
 from meltemi.studies.reproduce.he2018.figures import FIGURES
 from meltemi.studies.reproduce.he2018.runs import CLASS_B, QUICK, Progress, Runs, Setup, run_all
-from meltemi.studies.reproduce.markdown import alone, documented, table_lines
-from meltemi.studies.reproduce.study import Reproduction, write_tables
+from meltemi.studies.reproduce.markdown import alone, documented, picture_line, table_lines
+from meltemi.studies.reproduce.study import Drawn, Reproduction, drawn, failed_tables, picture, tabled, write_tables
 from meltemi.studies.scheme_names import SCHEMES
 
 HERE = Path(__file__).parent
@@ -50,22 +54,33 @@ def reproduce(
       progress: called with the share that is done and what is under way.
     """
     began = time.perf_counter()
-    runs = run_all(QUICK if quick else Setup(), workers=workers, progress=progress)
-    files = [save(draw(runs), out / f"{name}.png") for name, (_, draw) in FIGURES.items()]
+    with journal(out, f"he2018, quick {quick}") as book:
+
+        def write(runs: Runs) -> tuple[list[Path], str]:
+            return _write(out, runs, time.perf_counter() - began)
+
+        runs = run_all(QUICK if quick else Setup(), workers=workers, progress=progress, partly=write)
+        files, text = write(runs)
+        shown = [
+            tabled("Claims of the paper", lambda: brief_claims(runs)),
+            tabled("Conditions in every seed", lambda: acceptance_table(runs)),
+            tabled("Ceilings", lambda: ceiling_table(runs)),
+        ]
+        return Reproduction(shown, lead(runs), files, documented(text, "he2018"), dict(book.failed))
+
+
+def _write(out: Path, runs: Runs, seconds: float) -> tuple[list[Path], str]:
+    """Page, tables and figures of what was run so far; the files and the page's text."""
+    pictures = {name: drawn(name, text, partial(draw, runs), out) for name, (text, draw) in FIGURES.items()}
     cpfc = zip(SCHEMES["cpfc"].loops, runs.bench.tunings[SCHEMES["cpfc"].loops], strict=True)
     loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in cpfc}
-    files.append(save(plot_tuning(loops), out / "bode.png"))
+    files = [file for _, file in pictures.values() if file] + [save(plot_tuning(loops), out / "bode.png")]
     tables = all_tables(runs)
     files += write_tables(tables, out)
-    text = markdown(runs, tables)
+    text = markdown(runs, tables, pictures)
     path = out / "he2018.md"
     path.write_text(alone(text), encoding="utf-8")
-    files.append(path)
-    seconds = time.perf_counter() - began
-    files.append(write_html(out / "he2018.html", runs, tables, out, seconds))
-    return Reproduction(
-        [brief_claims(runs), acceptance_table(runs), ceiling_table(runs)], lead(runs), files, documented(text, "he2018")
-    )
+    return [*files, path, write_html(out / "he2018.html", runs, tables, pictures, out, seconds)], text
 
 
 def row_cells(row: Row) -> list[str]:
@@ -182,23 +197,35 @@ Tables = dict[str, tuple[str, list[Table]]]
 
 def all_tables(runs: Runs) -> Tables:
     """By file name: heading and tables."""
-    in_minutes = [("ipc", minutes(runs, "ipc"), -47.9), ("cpfc", minutes(runs, "cpfc"), -55.3)]
-    return {
-        "claims": ("Claim by claim", [claims_table(runs)]),
-        "conditions": ("In every seed", [acceptance_table(runs)]),
-        "ceilings": ("How much was there to gain", [ceiling_table(runs)]),
-        "winds": ("In which wind the paper's figures hold", [beyond.winds(runs), beyond.minutes_table(in_minutes)]),
-        "equations": ("The equations", [checks_table(runs)]),
-        "gains": ("Gains", [gains_table(runs)]),
-        "rivals": ("Rivals, parts and preview", [beyond.rivals(runs)]),
-        "travel": ("Flap loops at equal travel", [beyond.equal_travel(runs)]),
-        "below_rated": ("Below rated", [beyond.below_rated(runs)]),
-        "lifetime": ("A lifetime, and what the actuators pay", [beyond.lifetime(runs)]),
+
+    def in_minutes(runs: Runs) -> Table:
+        return beyond.minutes_table([("ipc", minutes(runs, "ipc"), -47.9), ("cpfc", minutes(runs, "cpfc"), -55.3)])
+
+    wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
+        "claims": ("Claim by claim", [claims_table]),
+        "conditions": ("In every seed", [acceptance_table]),
+        "ceilings": ("How much was there to gain", [ceiling_table]),
+        "winds": ("In which wind the paper's figures hold", [beyond.winds, in_minutes]),
+        "equations": ("The equations", [checks_table]),
+        "gains": ("Gains", [gains_table]),
+        "rivals": ("Rivals, parts and preview", [beyond.rivals]),
+        "travel": ("Flap loops at equal travel", [beyond.equal_travel]),
+        "below_rated": ("Below rated", [beyond.below_rated]),
+        "lifetime": ("A lifetime, and what the actuators pay", [beyond.lifetime]),
     }
+    found = {
+        name: (heading, [tabled(heading, partial(of, runs)) for of in several])
+        for name, (heading, several) in wanted.items()
+    }
+    return found | failed_tables()
 
 
 def lead(runs: Runs) -> str:
     """The result in a few sentences."""
+    return guarded(partial(_lead, runs), lambda why: f"What came of it {UNJUDGED}{why}.")
+
+
+def _lead(runs: Runs) -> str:
     found = {(r.reading, r.scheme): r for r in ceilings(runs)}
     ipc, cpfc = found[CLASS_B, "ipc"], found[CLASS_B, "cpfc"]
     c = runs.readings[CLASS_B]
@@ -216,20 +243,19 @@ def lead(runs: Runs) -> str:
     )
 
 
-def write_html(path: Path, runs: Runs, tables: Tables, folder: Path, seconds: float) -> Path:
+def write_html(path: Path, runs: Runs, tables: Tables, pictures: Drawn, folder: Path, seconds: float) -> Path:
     """The page with all tables and figures inside."""
     sections = []
     for name, (heading, made) in tables.items():
         content: list[str | Table | Picture] = list(made)
         if name == "claims":
-            content += [f"{key}: {text}" for key, text in reasons(runs).items()]
+            content += [f"{key}: {text}" for key, text in _reasons(runs).items()]
         if name == "gains":
             content.append(Picture(folder / "bode.png", "Loops of CPFC at all operating points"))
         if name == "lifetime":
-            content.append(Picture(folder / "beyond_speeds.png", FIGURES["beyond_speeds"][0]))
-            content.append(beyond.verdict(runs))
+            content += [picture(*pictures["beyond_speeds"]), _verdict(runs)]
         sections.append(Section(heading, content))
-    figures = [Picture(folder / f"{name}.png", text) for name, (text, _) in FIGURES.items() if name.startswith("fig")]
+    figures = [picture(*pair) for name, pair in pictures.items() if name.startswith("fig")]
     sections.append(Section("The paper's figures", figures))
     turbine = runs.bench.model.turbine
     facts = [
@@ -242,7 +268,15 @@ def write_html(path: Path, runs: Runs, tables: Tables, folder: Path, seconds: fl
     return write_page(path, TITLE, sections, facts=facts, lead=lead(runs), footer=SOURCE)
 
 
-def markdown(runs: Runs, tables: Tables) -> str:
+def _verdict(runs: Runs) -> str:
+    return guarded(partial(beyond.verdict, runs), lambda why: UNJUDGED + why)
+
+
+def _reasons(runs: Runs) -> dict[str, str]:
+    return guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why})
+
+
+def markdown(runs: Runs, tables: Tables, pictures: Drawn) -> str:
     """The tables and figures for the documentation."""
     parts = [(HERE / "before.md").read_text(encoding="utf-8"), lead(runs), ""]
     for name, (heading, made) in tables.items():
@@ -250,15 +284,15 @@ def markdown(runs: Runs, tables: Tables) -> str:
         for table in made:
             parts += [*table_lines(table), ""]
         if name == "claims":
-            parts += [f"*{key}:* {text}\n" for key, text in reasons(runs).items()]
+            parts += [f"*{key}:* {text}\n" for key, text in _reasons(runs).items()]
         if name == "gains":
             parts += ["![Loops of CPFC](bode.png)", ""]
         if name == "lifetime":
-            parts += [f"![{FIGURES['beyond_speeds'][0]}](beyond_speeds.png)", ""]
-            parts += ["### Which scheme we would build", "", beyond.verdict(runs), ""]
+            parts += [picture_line(*pictures["beyond_speeds"]), ""]
+            parts += ["### Which scheme we would build", "", _verdict(runs), ""]
     parts += ["## The paper's figures", ""]
-    for name, (text, _) in FIGURES.items():
+    for name, pair in pictures.items():
         if name.startswith("fig"):
-            parts += [f"![{text}]({name}.png)", ""]
+            parts += [picture_line(*pair), ""]
     parts += [(HERE / name).read_text(encoding="utf-8") for name in ("duel.md", "after.md")]
     return "\n".join(parts)

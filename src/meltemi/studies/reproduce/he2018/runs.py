@@ -13,7 +13,8 @@ from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl,
 from meltemi.simulation.linear import LinearModel
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.options import ModelOptions
-from meltemi.studies.compare import WHOLE, Comparison, compare
+from meltemi.studies.compare import WHOLE, Comparison, compare, failure_line
+from meltemi.studies.journal import Lost, attempt, current
 from meltemi.studies.preview import preview_of, steady_pitch
 from meltemi.studies.scheme_names import SCHEMES, Target
 from meltemi.studies.tuning import Tuning, linear_models, scaled, speed_notch, tune_loops
@@ -156,13 +157,20 @@ class Runs:
     travel: Mapping[str, tuple[float, float]] = field(repr=False)
 
 
-def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Runs:
+def run_all(
+    setup: Setup,
+    *,
+    workers: int | None = None,
+    progress: Progress = lambda share, what: None,
+    partly: Callable[[Runs], object] = lambda runs: None,
+) -> Runs:
     """Simulate everything.
 
     Args:
       setup: how much.
       workers: threads.
       progress: called with the share that is done and what is under way.
+      partly: called when the paper's own runs are done, with the others as cells that are lost.
     """
     n, few = len(setup.seeds), len(setup.study_seeds)
     candidates = len(SHARES_1P) * len(SHARES_2P) + 1
@@ -178,7 +186,9 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
     ) -> Comparison:
         nonlocal done
         begin = done
-        found = compare(
+        found = attempt(
+            what,
+            compare,
             model or b.model,
             controllers,
             winds,
@@ -189,16 +199,26 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
             progress=lambda share: progress((begin + share * size) / total, what),
         )
         done += size
+        if not isinstance(found, Lost):
+            for failure in found.failures:
+                current().failed[f"{what}: {failure_line(failure)}"] = failure.message
         return found
 
-    shares, travel, best = _equal_travel(b, setup, lambda c, w: run("flap loops at equal travel", sizes[0], c, w))
+    found = attempt(
+        "flap loops", _equal_travel, b, setup, lambda c, w: run("flap loops at equal travel", sizes[0], c, w)
+    )
+    shares, travel, best = (found, found, found) if isinstance(found, Lost) else found
+    previews = attempt("preview", _previews, b)
     readings = {}
     for size, (name, reading) in zip(sizes[1:3], READINGS.items(), strict=True):
         controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in PARTS}
         if name == CLASS_B:
             controllers |= {scheme: b.controller(scheme) for scheme in RIVALS}
-            controllers |= {TRAVEL: best, **_previews(b)}
+            controllers |= {} if isinstance(best, Lost) else {TRAVEL: best}
+            controllers |= {} if isinstance(previews, Lost) else previews
         readings[name] = run(name, size, controllers, [wind_of(seed, SPEED, **reading) for seed in setup.seeds])
+    later: Any = Lost("not run yet")
+    partly(Runs(setup, b, readings, dict.fromkeys(setup.speeds, later), (), shares, travel))
     speeds = {}
     at_all: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ALL_SPEEDS}
     for u in setup.speeds:
@@ -209,7 +229,11 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
     for name, make in _STUDIES.items():
         model, controllers = b.model, three
         if name == NO_TORSION:
-            other = bench(build(b.model.turbine, FAST_MODEL), ("cpc", "ipc", "cpfc"))
+            other = attempt(name, bench, build(b.model.turbine, FAST_MODEL), ("cpc", "ipc", "cpfc"))
+            if isinstance(other, Lost):
+                missing: Any = other
+                studies.append(Study(name, missing))
+                continue
             model, controllers = other.model, {s: other.controller(s) for s in three}
         winds = [make(seed) for seed in setup.study_seeds]
         if isinstance(winds[0], SteadyWind):

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from meltemi.environment.site import STANDARD
 from meltemi.report.html import Table
-from meltemi.studies.reproduce.claim import Claim, holds
+from meltemi.studies.reproduce.claim import Claim, claim_group, holds
 from meltemi.studies.reproduce.palanimuthu2022 import paper
 from meltemi.studies.reproduce.palanimuthu2022.machine import CALIBRATED, density, rotor
 from meltemi.studies.reproduce.palanimuthu2022.runs import (
@@ -111,8 +111,10 @@ def temperature_claims(runs: Runs) -> list[Claim]:
     for name, steps in runs.temperature.items():
         if name == CONVERTERS:
             continue  # the same shaft
-        found.append(_at_the_end(name, steps))
-    return found + [_over_the_interval(name, steps) for name, steps in runs.temperature.items()]
+        found += claim_group(f"gain of the air's power, {name}", "Fig. 6", lambda: [_at_the_end(name, steps)])  # noqa: B023
+    for name, steps in runs.temperature.items():
+        found += claim_group(f"gain over the intervals, {name}", "Fig. 6", lambda: [_over_the_interval(name, steps)])  # noqa: B023
+    return found
 
 
 def _percent(ends: Float) -> str:

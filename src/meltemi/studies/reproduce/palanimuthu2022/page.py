@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 from meltemi.environment.rain import Rain
 from meltemi.report.html import Picture, Section, Table, write_page
 from meltemi.report.plots import save
-from meltemi.studies.reproduce.claim import Claim, brief, claims_table
-from meltemi.studies.reproduce.markdown import alone, documented, table_lines
+from meltemi.studies.journal import attempt, guarded, journal
+from meltemi.studies.reproduce.claim import UNJUDGED, Claim, brief, claims_table, count_held
+from meltemi.studies.reproduce.markdown import alone, documented, picture_line, table_lines
 from meltemi.studies.reproduce.palanimuthu2022 import beyond, diagrams
 from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, formula_claims
 from meltemi.studies.reproduce.palanimuthu2022.figure6 import gains, gains_table, mean_gains
@@ -40,7 +41,7 @@ from meltemi.studies.reproduce.palanimuthu2022.runs import (
     Setup,
     run_all,
 )
-from meltemi.studies.reproduce.study import Reproduction, write_tables
+from meltemi.studies.reproduce.study import Drawn, Reproduction, drawn, failed_tables, picture, tabled, write_tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -121,34 +122,40 @@ def reproduce(
     began = time.perf_counter()
     setup = QUICK if quick else Setup()
     paper = PAPER if parts else 1.0
-    runs = run_all(setup, workers=workers, progress=lambda done, what: progress(paper * done, what))
-    found = [*formula_claims(), *run_claims(runs)]
-    summary = lead(found, runs)
-    tables, captions, files = _tables(runs, found), {}, []
-    for name, (caption, draw) in FIGURES.items():
-        files.append(save(draw(runs), out / f"{name}.png"))
-        captions[name] = caption
-    files += write_tables(tables, out)
-    sections = _paper_sections(out, tables, captions)
-    for number, name in enumerate(parts):
-        begin, length = paper + (1.0 - paper) * number / len(parts), (1.0 - paper) / len(parts)
-        told = partial(_told, progress, begin, length)
-        section, written = _beyond(name, out, runs, workers, told)
-        sections.append(section)
-        files += written
-    own = [Picture(out / f"{name}.png", text) for name, text in captions.items()]
-    sections.append(Section("The paper's figures", own))
-    path = out / f"{NAME}.md"
-    text = markdown(summary, tables, captions, out)
-    path.write_text(alone(text), encoding="utf-8")
-    files.append(path)
-    facts = [
-        ("turbine", "pmsg20mw: PMSG of 20 MW, radius 138 m"),
-        ("seeds", ", ".join(str(seed) for seed in setup.seeds)),
-        ("computed in", f"{time.perf_counter() - began:.0f} s"),
-    ]
-    files.append(write_page(out / f"{NAME}.html", TITLE, sections, facts=facts, lead=summary, footer=SOURCE))
-    return Reproduction([brief(claims_table(found))], summary, files, documented(text, NAME))
+    with journal(out, f"{NAME}, quick {quick}") as book:
+        runs = run_all(setup, workers=workers, progress=lambda done, what: progress(paper * done, what))
+        found = [*formula_claims(), *run_claims(runs)]
+        summary = lead(found, runs)
+        tables = _tables(runs, found)
+        pictures = {name: drawn(name, text, partial(draw, runs), out) for name, (text, draw) in FIGURES.items()}
+        files = [file for _, file in pictures.values() if file] + write_tables(tables, out)
+        own = Section("The paper's figures", [picture(*pair) for pair in pictures.values()])
+        sections: list[Section] = []
+
+        def write() -> tuple[list[Path], str]:
+            """The page of what was run so far."""
+            failed = failed_tables()
+            text = markdown(summary, tables | failed, pictures, out)
+            path = out / f"{NAME}.md"
+            path.write_text(alone(text), encoding="utf-8")
+            facts = [
+                ("turbine", "pmsg20mw: PMSG of 20 MW, radius 138 m"),
+                ("seeds", ", ".join(str(seed) for seed in setup.seeds)),
+                ("computed in", f"{time.perf_counter() - began:.0f} s"),
+            ]
+            all_ = [*_paper_sections(tables | failed), *sections, own]
+            page = write_page(out / f"{NAME}.html", TITLE, all_, facts=facts, lead=summary, footer=SOURCE)
+            return [path, page, *write_tables(failed, out)], text
+
+        for number, name in enumerate(parts):
+            write()
+            begin, length = paper + (1.0 - paper) * number / len(parts), (1.0 - paper) / len(parts)
+            section, written = _beyond(name, out, runs, workers, partial(_told, progress, begin, length))
+            sections.append(section)
+            files += written
+        written, text = write()
+        shown = [brief(claims_table(found))]
+        return Reproduction(shown, summary, [*files, *written], documented(text, NAME), dict(book.failed))
 
 
 def _told(progress: Progress, begin: float, length: float, done: float, what: str) -> None:
@@ -158,37 +165,45 @@ def _told(progress: Progress, begin: float, length: float, done: float, what: st
 def _beyond(name: str, out: Path, runs: Runs, workers: int | None, progress: Progress) -> tuple[Section, list[Path]]:
     """Run a part of what lies beyond the paper; its section and the files that were written."""
     part = import_module(f"{beyond.__name__}.{name}")
-    found = part.study(runs, workers=workers, progress=progress)
-    tables: Files = part.tables(found)
-    drawn: dict[str, tuple[str, Figure]] = part.figures(found)
-    verdict: str = part.verdict(found)
-    files = [save(figure, out / f"{file}.png") for file, (_, figure) in drawn.items()]
+    found = attempt(name, part.study, runs, workers=workers, progress=progress)
+
+    def lost(why: str) -> Files:
+        return {name: (f"Beyond the paper: {name}", [Table([name], [[f"cannot be made: {why}"]], name)])}
+
+    tables: Files = guarded(lambda: part.tables(found), lost)
+    figures: dict[str, tuple[str, Figure]] = guarded(lambda: part.figures(found), lambda why: {})
+    verdict: str = guarded(lambda: part.verdict(found), lambda why: UNJUDGED + why)
+    files = [save(figure, out / f"{file}.png") for file, (_, figure) in figures.items()]
     files += write_tables(tables, out)
     heading = next(iter(tables.values()))[0]
     lines = [f"## {heading}", "", verdict, ""]
-    lines += [f"![{text}]({file}.png)\n" for file, (text, _) in drawn.items()]
+    lines += [f"![{text}]({file}.png)\n" for file, (text, _) in figures.items()]
     made = [table for _, several in tables.values() for table in several]
     for table in made:
         lines += [*table_lines(table), ""]
     path = out / f"{name}.md"
     path.write_text("\n".join(lines), encoding="utf-8")
-    pictures = [Picture(out / f"{file}.png", text) for file, (text, _) in drawn.items()]
+    pictures = [Picture(out / f"{file}.png", text) for file, (text, _) in figures.items()]
     return Section(heading, [*verdict.split("\n\n"), *pictures, *made]), [*files, path]
 
 
 def _tables(runs: Runs, found: list[Claim]) -> Files:
-    dry = runs.temperature[PLAIN]
-    won = dict(zip(dry.levels, gains(dry), strict=True))
-    speeds = mean_speed(runs, FORMULA, "A0"), mean_speed(runs, FORMULA, "A1")
+    def both() -> Table:
+        dry = runs.temperature[PLAIN]
+        won = dict(zip(dry.levels, gains(dry), strict=True))
+        speeds = mean_speed(runs, FORMULA, "A0"), mean_speed(runs, FORMULA, "A1")
+        return readings_table(readings(won, speeds))
+
+    one, six, twenty_one = "Where the paper errs or is silent", "Figure 6 in numbers", "Figure 21 in numbers"
     return {
         "claims": ("Claim by claim", [claims_table(found)]),
-        "readings": ("Where the paper errs or is silent", [readings_table(readings(won, speeds))]),
-        "gains": ("Figure 6 in numbers", [gains_table(runs)]),
-        "schemes": ("Figure 21 in numbers", [schemes_table(runs)]),
+        "readings": (one, [tabled(one, both)]),
+        "gains": (six, [tabled(six, lambda: gains_table(runs))]),
+        "schemes": (twenty_one, [tabled(twenty_one, lambda: schemes_table(runs))]),
     }
 
 
-def _paper_sections(out: Path, tables: Files, captions: dict[str, str]) -> list[Section]:
+def _paper_sections(tables: Files) -> list[Section]:
     sections = []
     for name, (heading, made) in tables.items():
         content: list[str | Table | Picture] = list(made)
@@ -206,14 +221,17 @@ def _used(table: Table) -> dict[str, str]:
 
 def lead(found: list[Claim], runs: Runs) -> str:
     """The result in a few sentences."""
-    held = sum(c.verdict == "holds" for c in found)
+    return f"{count_held(found)} {guarded(partial(_lead, runs), lambda why: f'The rest {UNJUDGED}{why}.')}"
+
+
+def _lead(runs: Runs) -> str:
     plain = runs.temperature[PLAIN]
     won, over = ([x * 1e-3 for x in of(plain)[[0, -1]]] for of in (gains, mean_gains))
     still = [x * 1e-3 for x in gains(runs.temperature[LITERAL])[[0, -1]]]
     one_size, all_sizes = (float(loss(r, WIND)[0]) * 1e-6 for r in (STORM, Rain(rate=RATE)))
     saved = 100.0 * (1.0 - travel_ratio(runs, PHYSICAL, "A2").mean)
     return (
-        f"{held} of {len(found)} lines hold. The paper's formulas give its numbers to the digit once its slips are "
+        "The paper's formulas give its numbers to the digit once its slips are "
         "mended; what differs most is what its text says of them, and its inertia taken literally. Figure 6 differs, "
         f"too: for its gains of 58 and 71 kW the air gives {won[0]:.0f} and {won[1]:.0f} kW at the end of the "
         "intervals, with the inertia of the blades and the usual curve of the power coefficient, and the generator "
@@ -225,7 +243,7 @@ def lead(found: list[Claim], runs: Runs) -> str:
     )
 
 
-def markdown(summary: str, tables: Files, captions: dict[str, str], out: Path) -> str:
+def markdown(summary: str, tables: Files, pictures: Drawn, out: Path) -> str:
     """Tables and figures for the documentation, with the sections of the parts that lie in the folder."""
     parts = [(HERE / "before.md").read_text(encoding="utf-8"), *textwrap.wrap(summary, 118), ""]
     for name, (heading, made) in tables.items():
@@ -237,6 +255,6 @@ def markdown(summary: str, tables: Files, captions: dict[str, str], out: Path) -
     files = [out / f"{name}.md" for name in beyond.PARTS]
     parts += [file.read_text(encoding="utf-8") for file in files if file.is_file()]
     parts += ["## The paper's figures", ""]
-    parts += [f"![{text}]({name}.png)\n" for name, text in captions.items()]
+    parts += [f"{picture_line(*pair)}\n" for pair in pictures.values()]
     parts.append((HERE / "after.md").read_text(encoding="utf-8"))
     return "\n".join(parts)

@@ -10,7 +10,7 @@ from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import Estimate, mean_interval, travel
 from meltemi.report.html import Table
 from meltemi.simulation.result import Result
-from meltemi.studies.reproduce.claim import Claim, holds
+from meltemi.studies.reproduce.claim import Claim, claim_group, holds
 from meltemi.studies.reproduce.palanimuthu2022 import paper
 from meltemi.studies.reproduce.palanimuthu2022.figure6 import kilo, temperature_claims
 from meltemi.studies.reproduce.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
@@ -40,7 +40,13 @@ MOVES = np.radians(0.01)
 
 def run_claims(runs: Runs) -> list[Claim]:
     """Every line that needs runs."""
-    return [*temperature_claims(runs), *_humidity(runs), *rain_claims(), *_climates(runs), *_limited(runs)]
+    return [
+        *claim_group("temperature in steps", "Fig. 6", lambda: temperature_claims(runs)),
+        *claim_group("humidity in steps", "Fig. 7", lambda: _humidity(runs)),
+        *rain_claims(),
+        *claim_group("two climates", "Fig. 20", lambda: _climates(runs)),
+        *claim_group("15 MW under four schemes", "Fig. 21", lambda: _limited(runs)),
+    ]
 
 
 def _humidity(runs: Runs) -> list[Claim]:

@@ -14,12 +14,13 @@ from meltemi.core.series import TimeSeries
 from meltemi.environment.air import Air
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
-from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
+from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.engines import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start
+from meltemi.studies.journal import cells
 from meltemi.studies.reproduce.palanimuthu2022 import paper, winds
 from meltemi.studies.reproduce.palanimuthu2022.machine import (
     BLADES,
@@ -266,7 +267,7 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
         for scheme in SCHEMES
     }
     cases = [*steps, *moist, *climate.values(), *limited.values()]
-    found = completed(simulate_batch(cases, workers=workers, progress=lambda share: progress(share, "simulations")))
+    found = cells(cases, workers=workers, progress=lambda share: progress(share, "simulations"))
     at = iter(found)
     temperature = {
         name: Steps(model, humidity, inertia, {"i": next(at), "ii": next(at)}, paper.TEMPERATURES, INTERVAL)

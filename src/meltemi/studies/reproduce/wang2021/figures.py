@@ -13,6 +13,7 @@ from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.result import Result
+from meltemi.studies.journal import survivors
 from meltemi.studies.reproduce.wang2021.gust import DERATE, IGNORE, STOP, Gust
 from meltemi.studies.reproduce.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi.studies.reproduce.wang2021.table2 import MOMENT, POWER, Table2
@@ -71,7 +72,7 @@ def validation(results: Sequence[Result], title: str, spans: Sequence[tuple[floa
     """
     figure, axes = new_figure(len(SHOWN), size=(9.0, 1.45 * len(SHOWN) + 0.8))
     for ax, (name, unit, channel, factor) in zip(axes[:, 0], SHOWN, strict=True):
-        for i, result in reversed(list(enumerate(results))):
+        for i, result in reversed(list(enumerate(survivors(results)))):
             look = {"color": COLOURS[0], "linewidth": 0.9} if i == 0 else {"color": FAINT, "linewidth": 0.5}
             ax.plot(result.time, result[channel] * factor, **look)
         if channel == "generator_power":

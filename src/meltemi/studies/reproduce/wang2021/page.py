@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from meltemi.report.html import Picture, Section, Table, write_page
-from meltemi.report.plots import save
 from meltemi.report.state_diagram import plot_states
-from meltemi.studies.reproduce.claim import Claim, brief, claims_table
-from meltemi.studies.reproduce.markdown import alone, documented, table_lines
-from meltemi.studies.reproduce.study import Reproduction, write_tables
+from meltemi.studies.journal import Lost, guarded, journal
+from meltemi.studies.reproduce.claim import Claim, brief, claims_table, count_held
+from meltemi.studies.reproduce.markdown import alone, documented, picture_line, table_lines
+from meltemi.studies.reproduce.study import Drawn, Reproduction, drawn, failed_tables, picture, tabled, write_tables
 from meltemi.studies.reproduce.wang2021 import figures
 from meltemi.studies.reproduce.wang2021.beyond import report as beyond
+from meltemi.studies.reproduce.wang2021.beyond.report import Beyond
 from meltemi.studies.reproduce.wang2021.claims import REASONS, claims
 from meltemi.studies.reproduce.wang2021.gust import DERATE, IGNORE, SHORT, STOP, peaks
 from meltemi.studies.reproduce.wang2021.runs import QUICK, Progress, Runs, Setup, run_all
@@ -74,51 +77,60 @@ def reproduce(
       progress: called with the share that is done and what is under way.
     """
     began = time.perf_counter()
-    setup = QUICK if quick else Setup()
-    runs = run_all(setup, workers=workers, progress=lambda share, what: progress(SHARE * share, what))
-    more = beyond.study(
-        runs, workers=workers, progress=lambda share, what: progress(SHARE + (1.0 - SHARE) * share, what)
-    )
-    drawn = {name: (text, draw(runs)) for name, (text, draw) in FIGURES.items()}
-    drawn |= beyond.figures(more)
-    files = [save(figure, out / f"{name}.png") for name, (_, figure) in drawn.items()]
+    with journal(out, f"wang2021, quick {quick}") as book:
+        runs = run_all(
+            QUICK if quick else Setup(),
+            workers=workers,
+            progress=lambda share, what: progress(SHARE * share, what),
+        )
+        later: Any = Lost("not run yet")
+        _write(out, runs, Beyond(later, later, later), time.perf_counter() - began)
+        more = beyond.study(
+            runs, workers=workers, progress=lambda share, what: progress(SHARE + (1.0 - SHARE) * share, what)
+        )
+        return replace(_write(out, runs, more, time.perf_counter() - began), failed=dict(book.failed))
+
+
+def _write(out: Path, runs: Runs, more: Beyond, seconds: float) -> Reproduction:
+    """Page, tables and figures of what was run so far."""
+    pictures = {name: drawn(name, text, partial(draw, runs), out) for name, (text, draw) in FIGURES.items()}
+    pictures["beyond"] = drawn("beyond", "Derate or stop: one page to act on", lambda: beyond.page(more), out)
+    files = [file for _, file in pictures.values() if file]
     found = claims(runs)
+    loads = tabled("Loads of the strategies", lambda: loads_table(runs))
     tables = {
         "claims": ("Claim by claim", [claims_table(found)]),
-        "table2": ("Table 2", [bins_table(runs)]),
-        "strategies": ("Loads of the strategies", [loads_table(runs), log_table(runs)]),
+        "table2": ("Table 2", [tabled("Table 2 of the paper and ours", lambda: bins_table(runs))]),
+        "strategies": ("Loads of the strategies", [loads, tabled("The log", lambda: log_table(runs))]),
         **beyond.tables(more),
+        **failed_tables(),
     }
     files += write_tables(tables, out)
-    more.grid.rows.to_csv(out / "grid.csv", index=False, float_format="%.6g")
-    files.append(out / "grid.csv")
-    captions = {name: text for name, (text, _) in drawn.items()}
-    text = markdown(found, tables, captions, beyond.verdict(more))
+    if not isinstance(more.grid, Lost):
+        more.grid.rows.to_csv(out / "grid.csv", index=False, float_format="%.6g")
+        files.append(out / "grid.csv")
+    text = markdown(found, tables, pictures, beyond.verdict(more))
     path = out / "wang2021.md"
     path.write_text(alone(text), encoding="utf-8")
     files.append(path)
-    seconds = time.perf_counter() - began
     sections = []
     for name, (heading, made) in tables.items():
         content: list[str | Table | Picture] = list(made)
         if name == "claims":
             content += [f"{key}: {words}" for key, words in REASONS.items()]
         if name == "beyond":
-            content += [Picture(out / f"{n}.png", t) for n, t in captions.items() if n.startswith("beyond")]
-            content += [beyond.verdict(more)]
+            content += [picture(*pictures["beyond"]), beyond.verdict(more)]
         sections.append(Section(heading, content))
-    pictures = [Picture(out / f"{n}.png", t) for n, t in captions.items() if not n.startswith("beyond")]
-    sections.append(Section("The paper's figures", pictures))
+    own = [picture(*pair) for name, pair in pictures.items() if name != "beyond"]
+    sections.append(Section("The paper's figures", own))
     facts = [
         ("turbines", ", ".join(turbine.name for turbine in runs.turbines)),
-        ("calibration", calibration_words(runs)),
-        ("seeds", ", ".join(str(seed) for seed in setup.seeds)),
+        ("calibration", guarded(partial(calibration_words, runs), str)),
+        ("seeds", ", ".join(str(seed) for seed in runs.setup.seeds)),
         ("computed in", f"{seconds:.0f} s"),
     ]
     files.append(write_page(out / "wang2021.html", TITLE, sections, facts=facts, lead=lead(found), footer=SOURCE))
-    return Reproduction(
-        [brief(claims_table(found)), loads_table(runs)], lead(found), files, documented(text, "wang2021")
-    )
+    return Reproduction([brief(claims_table(found)), loads], lead(found), files, documented(text, "wang2021"))
 
 
 def calibration_words(runs: Runs) -> str:
@@ -129,7 +141,6 @@ def calibration_words(runs: Runs) -> str:
 
 def bins_table(runs: Runs) -> Table:
     """Table 2 beside ours."""
-    head, groups = ["bin", "m/s", "sets", "measured"], [("", 3), ("mean power [kW]", 1 + len(runs.tables))]
     columns = [
         ("mean power [kW]", POWER, "mean", "power_mean", 0),
         ("std of power [kW]", POWER, "std", "power_std", 0),
@@ -145,7 +156,10 @@ def bins_table(runs: Runs) -> Table:
         row = [str(r.bin), f"{r.speed:g}", str(r.sets)]
         for _, name, of, column, digits in columns:
             row.append(f"{getattr(r, column):.{digits}f}")
-            row += [f"{table.column(name, of)[i]:.{digits}f}" for table in runs.tables.values()]
+            row += [
+                "failed" if r.bin in table.lost else f"{table.column(name, of)[i]:.{digits}f}"
+                for table in runs.tables.values()
+            ]
         rows.append(row)
     seeds, period = len(runs.setup.seeds), runs.setup.period
     note = f"Ours: {seeds} seeds a bin, {period:g} s each; calibrated: {calibration_words(runs)}."
@@ -170,25 +184,21 @@ def log_table(runs: Runs) -> Table:
 
 def lead(found: list[Claim]) -> str:
     """The result in a sentence."""
-    held = sum(c.verdict == "holds" for c in found)
-    return f"{held} of {len(found)} lines hold. " + (HERE / "lead.md").read_text(encoding="utf-8").strip()
+    return f"{count_held(found)} " + (HERE / "lead.md").read_text(encoding="utf-8").strip()
 
 
-def markdown(
-    found: list[Claim], tables: dict[str, tuple[str, list[Table]]], captions: dict[str, str], verdict: str
-) -> str:
+def markdown(found: list[Claim], tables: dict[str, tuple[str, list[Table]]], pictures: Drawn, verdict: str) -> str:
     """Tables and figures for the documentation."""
     parts = [(HERE / "before.md").read_text(encoding="utf-8"), lead(found), ""]
     for name, (heading, made) in tables.items():
         parts += [f"## {heading}", ""]
         if name == "beyond":
-            parts += [verdict, ""]
-            parts += [f"![{t}]({n}.png)\n" for n, t in captions.items() if n.startswith("beyond")]
+            parts += [verdict, "", picture_line(*pictures["beyond"]), ""]
         for table in made:
             parts += [*table_lines(table), ""]
         if name == "claims":
             parts += [f"*{key}:* {words}\n" for key, words in REASONS.items()]
     parts += ["## The paper's figures", ""]
-    parts += [f"![{t}]({n}.png)\n" for n, t in captions.items() if not n.startswith("beyond")]
+    parts += [f"{picture_line(*pair)}\n" for name, pair in pictures.items() if name != "beyond"]
     parts.append((HERE / "after.md").read_text(encoding="utf-8"))
     return "\n".join(parts)

@@ -11,12 +11,13 @@ from meltemi.control.supervisor.settings import Supervision
 from meltemi.control.supervisor.supervised import supervised
 from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.environment.site import Environment
-from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
+from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.events import Request
 from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start
+from meltemi.studies.journal import Lost, attempt, cells
 from meltemi.studies.reproduce.wang2021 import winds
 from meltemi.studies.reproduce.wang2021.gust import DERATE, IGNORE, SHORT, STOP, Gust
 from meltemi.studies.reproduce.wang2021.loads import CHANNELS
@@ -96,12 +97,20 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
     def told(begin: float, end: float, what: str) -> Callable[[float], None]:
         return lambda share: progress(begin + (end - begin) * share, what)
 
-    calibration = calibrate(
-        turbine, setup.seeds, period=setup.period, workers=workers, progress=told(0.0, 0.25, "calibration")
+    calibration = attempt(
+        "calibration",
+        calibrate,
+        turbine,
+        setup.seeds,
+        period=setup.period,
+        workers=workers,
+        progress=told(0.0, 0.25, "calibration"),
     )
     tables = {}
     for i, (name, each) in enumerate(((AS_SCALED, Calibration()), (CALIBRATED, calibration))):
-        tables[name] = simulate_bins(
+        tables[name] = attempt(
+            f"Table 2, {name}",
+            simulate_bins,
             turbine,
             each,
             winds.measured(),
@@ -110,8 +119,9 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
             workers=workers,
             progress=told(0.25 + 0.3 * i, 0.55 + 0.3 * i, f"Table 2, {name}"),
         )
-    one, two = validation(turbine, calibration, setup.seeds, workers, told(0.85, 0.97, "V1 and V2"))
-    gust = run_gust(studied, workers, told(0.97, 1.0, "gust with direction change"))
+    both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, told(0.85, 0.97, "V1 and V2"))
+    one, two = (both, both) if isinstance(both, Lost) else both
+    gust = attempt("gust", run_gust, studied, workers, told(0.97, 1.0, "gust with direction change"))
     return Runs(setup, (turbine, studied), calibration, tables, one, two, gust)
 
 
@@ -150,7 +160,7 @@ def validation(
         )
         for seed in seeds
     ]
-    found = completed(simulate_batch(cases, workers=workers, progress=progress))
+    found = cells(cases, workers=workers, progress=progress)
     return tuple(found[: len(seeds)]), tuple(found[len(seeds) :])
 
 
@@ -175,5 +185,5 @@ def run_gust(studied: Turbine, workers: int | None, progress: Callable[[float], 
         )
         for name, protection in protections.items()
     ]
-    found = completed(simulate_batch(cases, workers=workers, progress=progress))
+    found = cells(cases, workers=workers, progress=progress)
     return Gust(dict(zip(protections, found, strict=True)))

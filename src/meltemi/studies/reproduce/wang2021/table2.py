@@ -6,7 +6,7 @@ an air density, that are fitted to power and flapwise moment of bins 5 to 7 alon
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.site import Environment
-from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
+from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.bins import EDGES, bin_statistics, result_statistics
 from meltemi.simulation.model import build
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
+from meltemi.studies.journal import Lost, LostError, attempt, cells, survivors
 from meltemi.studies.reproduce.wang2021.winds import SHEAR, MeasuredBin, bin_wind, measured
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind
@@ -68,11 +69,23 @@ class Table2:
 
     Attributes:
       calibration: with which.
-      bins: from ``bin_statistics``, SI.
+      bins: from ``bin_statistics``, SI; over the runs that reached their end.
+      lost: bins without such a run, and why.
     """
 
     calibration: Calibration
     bins: pd.DataFrame = field(repr=False)
+    lost: Mapping[int, str] = field(default_factory=dict)
+
+    def whole(self) -> Table2:
+        """The table itself, for what needs all of it.
+
+        Raises:
+          LostError: a bin has no run that reached its end.
+        """
+        for why in self.lost.values():
+            raise LostError(why)
+        return self
 
     def column(self, name: str, of: str) -> Float:
         """(18,) of the bins that are measured, in kW and kNm."""
@@ -92,13 +105,14 @@ def simulate_bins(
     """Simulate bins and bin the results.
 
     Raises:
-      RunError: a run did not reach its end.
+      LostError: no run reached its end.
     """
     import pandas as pd
 
     model = build(calibration.turbine(turbine), environment=Environment(air_density=calibration.air_density))
     winds = {row.bin: SteadyWind(speed=row.speed, shear_exponent=SHEAR) for row in rows}
-    starts = {k: operating_point(model, wind) for k, wind in winds.items()}  # one a bin, not one a seed
+    # one a bin, not one a seed
+    starts = {k: attempt(f"steady operation, bin {k}", operating_point, model, wind) for k, wind in winds.items()}
     cases = [
         BatchCase(
             model=model,
@@ -116,9 +130,12 @@ def simulate_bins(
         result.raise_for_status()
         return result_statistics(result, CHANNELS, begin=TRANSIENT)
 
-    found = completed(simulate_batch(cases, reduce=statistics, workers=workers, progress=progress))
-    bins = bin_statistics(pd.concat(found), SPEED, edges=EDGES)
-    return Table2(calibration, bins)
+    found = cells(cases, reduce=statistics, workers=workers, progress=progress)
+    n = len(seeds)
+    whole = {row.bin: found[i * n : (i + 1) * n] for i, row in enumerate(reversed(rows))}
+    lost = {k: of[0].why for k, of in whole.items() if all(isinstance(each, Lost) for each in of)}
+    bins = bin_statistics(pd.concat(survivors(found)), SPEED, edges=EDGES)
+    return Table2(calibration, bins, lost)
 
 
 def calibrate(
@@ -148,6 +165,7 @@ def calibrate(
             progress=lambda share, i=i: progress((i + share) / ROUNDS),  # type: ignore[misc]
         )
         at = [k - 1 for k in FITTED]
+        found.whole()
         power = float(np.mean(np.log([r.power_mean for r in rows] / found.column(POWER, "mean")[at])))
         moment = float(np.mean(np.log([r.moment_mean for r in rows] / found.column(MOMENT, "mean")[at])))
         efficiency = min(float(np.log(now.efficiency)) + power - moment, 0.0)

@@ -15,11 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from meltemi.control.supervisor.threshold import YawProtection
-from meltemi.loadcases.batch import BatchCase, simulate_batch
+from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
+from meltemi.studies.journal import Lost, attempt, cells, survivors
 from meltemi.studies.reproduce.wang2021.beyond.limits import BasePoints
 from meltemi.studies.reproduce.wang2021.gust import transitions
 from meltemi.studies.reproduce.wang2021.loads import CHANNELS, LOADS, extreme, fatigue
@@ -84,12 +85,10 @@ class Found:
       grid: what was varied.
       rows: columns speed, rise, change, begin, seed, yaw_rate, strategy, recheck, energy [J] from the begin of the gust
         to ``DOWN`` after it, stops, derates, and (load, "extreme" | "fatigue").
-      failed: names of runs that did not reach their end, and why.
     """
 
     grid: Grid
     rows: pd.DataFrame = field(repr=False)
-    failed: dict[str, str]
 
 
 def run_grid(
@@ -104,14 +103,17 @@ def run_grid(
 
     Args:
       base_points: of a further strategy, which derates as the second one with the longest recheck time.
+
+    Raises:
+      LostError: no run reached its end.
     """
     import pandas as pd
 
     keys: dict[str, dict[str, Any]] = {}
-    found = simulate_batch(_Cases(turbine, grid, base_points, keys), reduce=reduced, workers=workers, progress=progress)
-    rows = [keys[outcome.name] | outcome.value for outcome in found if outcome.ok]
-    failed = {outcome.name: outcome.message for outcome in found if not outcome.ok}
-    return Found(grid, pd.DataFrame(rows), failed)
+    found = cells(_Cases(turbine, grid, base_points, keys), reduce=reduced, workers=workers, progress=progress)
+    survivors(found)
+    rows = [key | value for key, value in zip(keys.values(), found, strict=True) if not isinstance(value, Lost)]
+    return Found(grid, pd.DataFrame(rows))
 
 
 class _Cases:
@@ -138,7 +140,11 @@ class _Cases:
         self.machines = {rate: with_yaw_rate(turbine, rate) for rate in grid.yaw_rates}
         self.models: dict[float, Model] = {rate: build(t, FAST) for rate, t in self.machines.items()}
         steady = {speed: SteadyWind(speed=speed, shear_exponent=SHEAR) for speed in grid.speeds}
-        self.starts = {speed: operating_point(self.models[grid.yaw_rates[0]], w) for speed, w in steady.items()}
+        model = self.models[grid.yaw_rates[0]]
+        self.starts = {
+            speed: attempt(f"steady operation at {speed:g} m/s", operating_point, model, wind)
+            for speed, wind in steady.items()
+        }
         self.wind = lru_cache(maxsize=6)(self._wind)
         self.box = lru_cache(maxsize=3)(self._box)
 

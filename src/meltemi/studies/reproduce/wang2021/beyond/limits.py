@@ -13,10 +13,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.loadcases.batch import BatchCase, simulate_batch
+from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
+from meltemi.studies.journal import Lost, attempt, cells, survivors
 from meltemi.studies.reproduce.wang2021.loads import CHANNELS, TOP_SHEAR, TOWER_BASE, YAW_BENDING, YAW_TORSION, extreme
 from meltemi.studies.reproduce.wang2021.winds import SHEAR
 from meltemi.wind.fields import SteadyWind
@@ -92,8 +93,11 @@ def find_limits(
 ) -> Limits:
     """Simulate production at yaw errors, and extreme turbulence without.
 
-    A run that does not reach its end counts as an infinite load; errors at which the wind does not turn the rotor have
-    none.
+    A run that cannot begin or does not reach its end counts as an infinite load at its yaw error; the limit is that of
+    the others. Errors at which the wind does not turn the rotor have no load.
+
+    Raises:
+      LostError: no run in extreme turbulence reached its end.
     """
     keys: list[tuple[str, float, float, int]] = []
     for seed in seeds:
@@ -101,7 +105,15 @@ def find_limits(
             keys += [("ntm", speed, sign * e, seed) for e in errors for sign in ((1.0, -1.0) if e > 0.0 else (1.0,))]
             keys += [("etm", speed, sign * DEAD_BAND, seed) for sign in (1.0, -1.0)]
     places = {(speed, angle) for _, speed, angle, _ in keys}
-    starts = {(v, e): operating_point(model, SteadyWind(speed=v, shear_exponent=SHEAR, direction=e)) for v, e in places}
+    starts = {
+        (v, e): attempt(
+            f"steady operation at {v:g} m/s, {np.degrees(e):g} deg",
+            operating_point,
+            model,
+            SteadyWind(speed=v, shear_exponent=SHEAR, direction=e),
+        )
+        for v, e in places
+    }
     cases = [
         BatchCase(
             model=model,
@@ -118,14 +130,15 @@ def find_limits(
         part = result.raise_for_status().between(LEAD, np.inf)
         return {name: extreme(part, name) for name in JUDGED}
 
-    found = simulate_batch(cases, reduce=peaks, workers=workers, progress=progress)
+    found = cells(cases, reduce=peaks, workers=workers, progress=progress)
+    survivors(peak for (kind, *_), peak in zip(keys, found, strict=True) if kind == "etm")
     loads = {name: np.zeros((len(speeds), len(errors))) for name in JUDGED}
     limit = dict.fromkeys(JUDGED, 0.0)
-    for (kind, speed, angle, _), outcome in zip(keys, found, strict=True):
+    for (kind, speed, angle, _), peak in zip(keys, found, strict=True):
         for name in JUDGED:
-            value = outcome.value[name] if outcome.ok else np.inf
+            value = np.inf if isinstance(peak, Lost) else peak[name]
             if kind == "etm":
-                limit[name] = max(limit[name], value)
+                limit[name] = max(limit[name], 0.0 if isinstance(peak, Lost) else value)
             else:
                 at = list(speeds).index(speed), int(np.argmin(np.abs(np.array(errors) - abs(angle))))
                 loads[name][at] = max(loads[name][at], value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,9 @@ from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.model import build
+from meltemi.studies.journal import Lost, attempt, guarded
+from meltemi.studies.reproduce.claim import UNJUDGED
+from meltemi.studies.reproduce.study import tabled
 from meltemi.studies.reproduce.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid
 from meltemi.studies.reproduce.wang2021.beyond.limits import JUDGED, Limits, find_limits
 from meltemi.studies.reproduce.wang2021.beyond.year import Year, a_year, power_curve
@@ -49,23 +53,28 @@ def study(runs: Runs, *, workers: int | None, progress: Progress) -> Beyond:
     turbine, quick = runs.turbines[1], runs.setup.quick
     fixed = build(turbine, FAST.replace(yaw="held"))
     few = {"speeds": (8.0, 25.0), "length": 30.0} if quick else {}
-    limits = find_limits(
+    limits = attempt(
+        "limits",
+        find_limits,
         fixed,
         runs.setup.limit_seeds,
         workers=workers,
         progress=lambda share: progress(0.15 * share, "loads at yaw errors"),
-        **few,  # type: ignore[arg-type]
+        **few,
     )
-    grid = run_grid(
+    ours = attempt("base points", lambda: limits.base_points)
+    grid = attempt(
+        "grid",
+        run_grid,
         turbine,
         QUICK if quick else Grid(),
-        limits.base_points,
+        None if isinstance(ours, Lost) else ours,
         workers=workers,
         progress=lambda share: progress(0.15 + 0.8 * share, "gusts"),
     )
     progress(0.95, "a year of wind")
-    curve = power_curve(fixed)
-    years = a_year(turbine, curve, limits.base_points, days=10.0 if quick else 365.0, workers=workers)
+    curve = attempt("power curve", power_curve, fixed)
+    years = attempt("year", a_year, turbine, curve, ours, days=10.0 if quick else 365.0, workers=workers)
     progress(1.0, "done")
     return Beyond(limits, grid, years)
 
@@ -137,7 +146,7 @@ def recheck_table(grid: Found) -> Table:
 def limits_table(limits: Limits) -> Table:
     """Base points by a load limit."""
     rows = [
-        [f"{c:g}", *(f"{u:.2f}" for u in use), f"{np.degrees(b):.0f}"]
+        [f"{c:g}", *(f"{u:.2f}" if np.isfinite(u) else "failed" for u in use), f"{np.degrees(b):.0f}"]
         for c, use, b in zip(limits.speeds, limits.use, limits.allowed(), strict=True)
     ]
     head = ["wind [m/s]", *(f"{np.degrees(e):.0f} deg" for e in limits.errors), "base point [deg]"]
@@ -171,14 +180,18 @@ def year_table(years: tuple[Year, ...]) -> Table:
 
 def tables(found: Beyond) -> dict[str, tuple[str, list[Table]]]:
     """By file name: heading and tables."""
-    made = [
-        costs_table(found.grid),
-        better(found.grid),
-        recheck_table(found.grid),
-        limits_table(found.limits),
-        year_table(found.years),
-    ]
-    return {"beyond": ("Beyond the paper: what an owner would do", made)}
+    return {
+        "beyond": (
+            "Beyond the paper: what an owner would do",
+            [
+                tabled("What the strategies cost", lambda: costs_table(found.grid)),
+                tabled("Extremes of derating over those of stopping", lambda: better(found.grid)),
+                tabled("Derated, and stopped all the same", lambda: recheck_table(found.grid)),
+                tabled("Base points", lambda: limits_table(found.limits)),
+                tabled("A year of wind", lambda: year_table(found.years)),
+            ],
+        )
+    }
 
 
 def _heat(ax: Axes, x: Float, y: Float, values: Float, title: str, *, text: str, low: float, high: float) -> None:
@@ -294,13 +307,12 @@ def better(grid: Found) -> Table:
     return Table(head, rows, "Extremes of derating over those of stopping, gust by gust", text_columns=2)
 
 
-def figures(found: Beyond) -> dict[str, tuple[str, Figure]]:
-    """By file name: caption and figure."""
-    return {"beyond": ("Derate or stop: one page to act on", page(found))}
-
-
 def verdict(found: Beyond) -> str:
     """What to do, in words, from the numbers."""
+    return guarded(partial(_verdict, found), lambda why: f"What to do {UNJUDGED}{why}.")
+
+
+def _verdict(found: Beyond) -> str:
     some = longest(found.grid)
     share = 100.0 * some.groupby("strategy")["stops"].mean()
     gains = mean_gains(some, f"{YAW_BENDING}, extreme")

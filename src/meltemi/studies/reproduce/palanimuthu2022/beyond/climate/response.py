@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.rain import Rain
 from meltemi.environment.site import STANDARD, Environment
-from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
+from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.studies.journal import Lost, LostError, cells
 from meltemi.studies.reproduce.palanimuthu2022.beyond.power import FAST
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
@@ -112,13 +113,16 @@ def respond(
     workers: int | None = None,
     progress: Progress = lambda share, what: None,
 ) -> Response:
-    """Run all conditions in all winds.
+    """Run all conditions in all winds. A seed in which a run failed is left out everywhere.
 
     Args:
       turbine: with clean blades.
       icing: what the iced blades have; by default all that ``Icing`` has by default.
       workers: threads.
       progress: called with the share that is done and what is under way.
+
+    Raises:
+      LostError: no seed is left.
     """
     icing = icing or Icing()
     models = {(CLEAN, density): build(turbine, FAST, Environment(air_density=density)) for density in setup.densities}
@@ -128,7 +132,7 @@ def respond(
     models[WET, setup.rain_density] = build(turbine, FAST, Environment(air_density=setup.rain_density, rain=RAIN))
     progress(0.0, "steady operation")
     starts = {key: [operating_point(model, v) for v in setup.speeds] for key, model in models.items()}
-    found: list[Float] = []
+    found: list[Float | Lost] = []
     winds = [(v, seed) for v in setup.speeds for seed in setup.seeds]
     duration = setup.begin + setup.length
     rated = FULL * turbine.rated_power
@@ -153,9 +157,14 @@ def respond(
             )
             for key, model in models.items()
         ]
-        found += completed(simulate_batch(cases, reduce=reduced, workers=workers))
+        found += cells(cases, reduce=reduced, workers=workers)
+    lost = {winds[i // len(models)][1]: value for i, value in enumerate(found) if isinstance(value, Lost)}
+    if len(lost) == len(setup.seeds):
+        raise LostError(next(iter(lost.values())).why)
+    setup = replace(setup, seeds=tuple(seed for seed in setup.seeds if seed not in lost))
+    kept = [value for i, value in enumerate(found) if winds[i // len(models)][1] not in lost]
     # conditions, quantities, speeds, seeds
-    values = np.array(found).reshape(len(setup.speeds), len(setup.seeds), len(models), -1).transpose(2, 3, 0, 1)
+    values = np.array(kept).reshape(len(setup.speeds), len(setup.seeds), len(models), -1).transpose(2, 3, 0, 1)
     rated_winds = [rated_wind(model, starts[key]) for key, model in models.items()]
     n = len(setup.densities)
     clean = values[:n]

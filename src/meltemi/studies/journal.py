@@ -1,0 +1,337 @@
+"""What a long study has finished, kept on disk, and what of it has failed.
+
+Within ``with journal(out, inputs):`` the runs of :func:`cells` are kept in a folder of ``out`` as each is done. The
+same study, begun again after Ctrl-C, a crash or a kill, takes them over and goes on with the rest. They are known by a
+hash of the package's files, of the study's inputs and of the case, so what has changed is computed anew.
+
+A cell that fails does not end the study: :class:`Lost` stands for its result, and tells whoever uses it why there is
+none. ``attempt`` makes cells of other computations, ``guarded`` ends the way of the bad news in a row of a table.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import os
+import pickle
+import secrets
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence, Sized
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import fields, replace
+from functools import cache, partial
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import platformdirs
+
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.core.errors import MeltemiError, Status
+from meltemi.loadcases.batch import BatchCase, Outcome, interruptible_batch
+from meltemi.simulation.result import Result
+
+T = TypeVar("T")
+FOLDER = "finished-runs"
+"""In the output folder, while the study is under way."""
+_ANY_START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.0, generator_torque=0.0)
+
+
+class LostError(MeltemiError):
+    """Something was asked for that a failed cell should have given."""
+
+
+class Lost:
+    """Stands for what a failed cell should have given; any use of it raises :class:`LostError`.
+
+    Attributes:
+      why: cell and reason.
+    """
+
+    def __init__(self, why: str) -> None:
+        self.why = why
+
+    def _raise(self, *_: Any, **__: Any) -> Any:
+        raise LostError(self.why)
+
+    __getattr__ = __getitem__ = __iter__ = __len__ = __call__ = __float__ = __contains__ = __array__ = _raise
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __neg__ = _raise
+
+    def __reduce__(self) -> Any:
+        return Lost, (self.why,)
+
+
+class Journal:
+    """Of one study: what it has finished and what has failed.
+
+    Attributes:
+      failed: reasons by cell, in the order in which they were found.
+      taken: how many finished runs were taken over.
+    """
+
+    def __init__(self, folder: Path | None = None, inputs: str = "") -> None:
+        self.failed: dict[str, str] = {}
+        self.taken = 0
+        self.path: tuple[str, ...] = ()
+        self._seal = _seal() if folder is not None else b""
+        self._folder = folder if self._seal else None
+        self._study = hashlib.sha256(f"{package_hash()}|{inputs}".encode()).hexdigest()[:12] if self._seal else ""
+        self._seen: set[Path] = set()
+
+    def waiting(self) -> int:
+        """How many finished runs of this study are there."""
+        return 0 if self._folder is None else len(list(self._folder.glob(f"{self._study}-*")))
+
+    def file_of(self, name: str, case: BatchCase) -> Path | None:
+        """Where the value of a case is kept."""
+        if self._folder is None:
+            return None
+        prints = [_print(getattr(case, field.name)) for field in fields(case) if field.name not in ("name", "start")]
+        mark = hashlib.sha256(repr((self.path, name, prints)).encode()).hexdigest()[:20]
+        file = self._folder / f"{self._study}-{mark}"
+        if file in self._seen:
+            raise AssertionError(f"two cases of a study cannot be told apart: {self.path}, {name}")
+        self._seen.add(file)
+        return file
+
+    def read(self, file: Path | None) -> tuple[Any] | None:
+        """What is kept there: a tuple of one value; None if there is nothing, or nothing whole of our own making."""
+        with suppress(OSError):
+            data = b"" if file is None else file.read_bytes()
+            if hmac.compare_digest(data[:32], self._sign(data[32:])):
+                self.taken += 1
+                return (pickle.loads(data[32:]),)
+        return None
+
+    def keep(self, file: Path | None, value: Any) -> None:
+        """Keep a value; without room on the disk the study goes on all the same."""
+        if file is None:
+            return
+        data = pickle.dumps(value, protocol=5)
+        with suppress(OSError):
+            file.parent.mkdir(exist_ok=True)
+            part = file.with_suffix(".part")
+            part.write_bytes(self._sign(data) + data)
+            part.replace(file)
+
+    def _sign(self, data: bytes) -> bytes:
+        return hmac.digest(self._seal, data, "sha256")
+
+    def clear(self) -> None:
+        """Remove what is kept: the study has come to its end."""
+        if self._folder is not None and self._folder.is_dir():
+            for file in self._folder.iterdir():
+                with suppress(OSError):
+                    file.unlink()
+            with suppress(OSError):
+                self._folder.rmdir()
+
+
+_OPEN: ContextVar[Journal] = ContextVar("journal", default=Journal())  # noqa: B039 - it keeps nothing on disk
+
+
+def current() -> Journal:
+    """The journal of the study under way."""
+    return _OPEN.get()
+
+
+@contextmanager
+def journal(out: Path, inputs: str) -> Iterator[Journal]:
+    """The journal of a study, in its output folder.
+
+    What is kept goes when the study has come to its end without a failed cell.
+
+    Args:
+      out: folder; it must exist.
+      inputs: everything that the study depends on beside the package's files, as text.
+    """
+    book = Journal(out / FOLDER, inputs)
+    if book.waiting():
+        _say(f"taking over {book.waiting()} finished runs from {out / FOLDER}")
+    token = _OPEN.set(book)
+    try:
+        yield book
+        if not book.failed:
+            book.clear()
+    except BaseException:
+        if book.waiting():
+            _say(f"{book.waiting()} finished runs are kept in {out / FOLDER}: the same command goes on with the rest")
+        raise
+    finally:
+        _OPEN.reset(token)
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def attempt(name: str, function: Callable[..., T], *arguments: Any, **keywords: Any) -> T:
+    """A cell of a study: what a function gives, or :class:`Lost` if it raises an error in words.
+
+    Cells inside of it have its name before theirs.
+    """
+    book, before = current(), current().path
+    book.path = (*before, name)
+    try:
+        return function(*arguments, **keywords)
+    except MeltemiError as error:
+        if not isinstance(error, LostError):  # the cell that failed first is listed already
+            book.failed[": ".join(book.path)] = str(error)
+        return cast("T", Lost(str(error) if isinstance(error, LostError) else f"{name}: {error}"))
+    finally:
+        book.path = before
+
+
+def guarded(function: Callable[[], T], instead: Callable[[str], T]) -> T:
+    """What a function makes of the results, or of the reason why it cannot.
+
+    Any error counts as a consequence of cells that failed, if there are such; else only an error in words does.
+    """
+    try:
+        return function()
+    except Exception as error:
+        if isinstance(error, MeltemiError):
+            return instead(str(error))
+        if not current().failed:
+            raise
+        return instead(f"cells failed that it needs ({type(error).__name__}: {error})")
+
+
+def survivors(values: Iterable[T]) -> list[T]:
+    """The values of cells that did not fail.
+
+    Raises:
+      LostError: all failed; with the reason of the first.
+    """
+    values = list(values)
+    left = [value for value in values if not isinstance(value, Lost)]
+    if values and not left:
+        raise LostError(cast("Lost", values[0]).why)
+    return left
+
+
+def cells(
+    cases: Iterable[BatchCase],
+    *,
+    reduce: Callable[[Result], Any] | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Any]:
+    """Values of a batch's cases, :class:`Lost` for those that failed; arguments as of ``simulate_batch``.
+
+    Raises:
+      KeyboardInterrupt: Ctrl-C ended the runs.
+    """
+    book, values = current(), []
+    for outcome in resumed(cases, reduce=reduce, workers=workers, progress=progress):
+        if not outcome.ok:
+            book.failed.setdefault(": ".join((*book.path, outcome.name)), outcome.message)
+        values.append(outcome.value if outcome.ok else Lost(f"{outcome.name}: {outcome.message}"))
+    return values
+
+
+def resumed(
+    cases: Iterable[BatchCase],
+    *,
+    reduce: Callable[[Result], Any] | None = None,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Outcome]:
+    """As ``simulate_batch``, without the runs that the open journal has already, and with the others entered there.
+
+    Raises:
+      KeyboardInterrupt: Ctrl-C ended the runs.
+    """
+    book = current()
+    there: dict[str, Outcome] = {}
+    files: dict[str, Path | None] = {}
+
+    def left() -> Iterator[BatchCase]:
+        for i, case in enumerate(cases, start=1):
+            name = case.name or f"case_{i:04d}"
+            missing = next((x for f in fields(case) if isinstance(x := getattr(case, f.name), Lost)), None)
+            file = None if missing is not None else book.file_of(name, case)
+            if missing is not None:
+                there[name] = Outcome(name, Status.FAILED, missing.why, error=LostError)
+            elif kept := book.read(file):
+                there[name] = Outcome(name, Status.OK, "", kept[0])
+            else:
+                files[name] = file
+                yield replace(case, name=name)
+                continue
+            files[name] = None
+
+    def entered(result: Result) -> Any:
+        value = result if reduce is None else reduce(result)
+        if result.status is Status.OK:
+            book.keep(files[str(result.meta["case"])], value)
+        return value
+
+    def told(share: float) -> None:
+        assert progress is not None
+        progress(min(share + len(there) / max(_length(cases), 1), 1.0))
+
+    found, interrupted = interruptible_batch(
+        SizedCases(left, _length(cases)), reduce=entered, workers=workers, progress=told if progress else None
+    )
+    if interrupted or any(outcome.status is Status.INTERRUPTED for outcome in found):
+        raise KeyboardInterrupt
+    there |= {outcome.name: outcome for outcome in found}
+    return [there[name] for name in files]
+
+
+def _length(cases: Iterable[BatchCase]) -> int:
+    return len(cases) if isinstance(cases, Sized) else 0
+
+
+class SizedCases:
+    """A generator whose length is known, so that progress can tell the share that is done."""
+
+    def __init__(self, make: Callable[[], Iterator[BatchCase]], length: int) -> None:
+        self.make, self.length = make, length
+
+    def __iter__(self) -> Iterator[BatchCase]:
+        return self.make()
+
+    def __len__(self) -> int:
+        return self.length
+
+
+def _print(value: Any) -> str:
+    """What tells an argument of a case from another: its content where that is known, or else nothing."""
+    if isinstance(value, Controller):
+        state = b"" if value.fresh else value.initial_state(_ANY_START).tobytes()
+        return f"{value.name} {value.sample_time} {hashlib.sha256(state).hexdigest()}"
+    if hasattr(value, "content_hash"):
+        return str(value.content_hash())
+    if isinstance(value, partial):
+        return _print(value.args)
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return repr([_print(each) for each in value])
+    return repr(value) if isinstance(value, (bool, int, float, str, dict, type(None))) else ""
+
+
+@cache
+def package_hash() -> str:
+    """Hash of every file of the package."""
+    root = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for path in sorted(p for p in root.rglob("*") if p.is_file() and p.suffix != ".pyc"):
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _seal() -> bytes:
+    """A secret of the user, by which we know what we have written: nobody else's files are ever unpacked."""
+    file = Path(os.environ.get("MELTEMI_CACHE_DIR") or platformdirs.user_cache_dir("meltemi"), "seal")
+    with suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with (
+            suppress(FileExistsError),
+            os.fdopen(os.open(file, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600), "wb") as f,
+        ):
+            f.write(secrets.token_bytes(32))
+        known = file.read_bytes()
+        return known if len(known) == 32 else b""
+    return b""

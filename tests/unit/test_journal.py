@@ -1,0 +1,173 @@
+"""Studies keep what they have finished, and go on where they ended; a cell that fails does not end them."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from meltemi import BatchCase, InputError, SteadyWind, build, load_turbine
+from meltemi.simulation.result import Result
+from meltemi.studies.journal import FOLDER, Lost, LostError, attempt, cells, current, guarded, journal, survivors
+from meltemi.studies.reproduce.claim import Claim, claim_group, claims_table, count_held
+from meltemi.studies.reproduce.study import drawn, failed_tables, tabled
+
+
+def cases(speeds: tuple[float, ...] = (8.0, 9.0, 10.0)) -> list[BatchCase]:
+    model = build(load_turbine("pmsg20mw"))
+    return [BatchCase(model, SteadyWind(speed=v), 1.0, name=f"{v:g} m/s") for v in speeds]
+
+
+def count(ran: list[str], fails: str = "", interrupted: str = ""):  # type: ignore[no-untyped-def]
+    def reduce(result: Result) -> float:
+        name = result.meta["case"]
+        ran.append(name)
+        if name == fails:
+            raise InputError("it cannot be")
+        if name == interrupted:
+            raise KeyboardInterrupt
+        return float(result["generator_power"].mean())
+
+    return reduce
+
+
+def end_early(out: Path, part: Callable[[], object]) -> None:
+    """A study that ends after a part of it."""
+
+    def study() -> None:
+        with journal(out, "study"):
+            part()
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        study()
+
+
+def test_runs_that_were_finished_before_ctrl_c_are_taken_over(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first: list[str] = []
+    with pytest.raises(KeyboardInterrupt), journal(tmp_path, "study"):
+        cells(cases(), reduce=count(first, interrupted="10 m/s"), workers=1)
+    assert "2 finished runs are kept" in capsys.readouterr().err
+    second: list[str] = []
+    shares: list[float] = []
+    with journal(tmp_path, "study") as book:
+        found = cells(cases(), reduce=count(second), workers=1, progress=shares.append)
+        assert book.taken == 2
+    assert first[:2] == ["8 m/s", "9 m/s"] and second == ["10 m/s"]
+    assert found == cells(cases(), reduce=count([]), workers=1)
+    assert shares[-1] == pytest.approx(1.0)
+    assert "taking over 2 finished runs" in capsys.readouterr().err
+    assert not (tmp_path / FOLDER).exists()  # the study has come to its end
+
+
+@pytest.mark.parametrize("change", ["inputs", "turbine", "wind", "place"])
+def test_what_has_changed_is_computed_anew(tmp_path: Path, change: str) -> None:
+    end_early(tmp_path, lambda: attempt("part", cells, cases(), workers=1))
+    model = build(load_turbine("pmsg20mw").replace(**{"drivetrain.rotor_inertia": 3.0e9}))
+    other = {
+        "turbine": [BatchCase(model, SteadyWind(speed=8.0), 1.0, name="8 m/s")],
+        "wind": [BatchCase(c.model, SteadyWind(speed=8.5), 1.0, name=c.name) for c in cases((8.0,))],
+    }
+    with journal(tmp_path, "another" if change == "inputs" else "study") as book:
+        attempt("elsewhere" if change == "place" else "part", cells, other.get(change, cases()), workers=1)
+        assert book.taken == 0
+
+
+@pytest.mark.parametrize("damage", ["cut", "foreign", "empty"])
+def test_a_file_that_is_not_whole_and_ours_is_not_unpacked(tmp_path: Path, damage: str) -> None:
+    end_early(tmp_path, lambda: cells(cases((8.0,)), workers=1))
+    (file,) = (tmp_path / FOLDER).iterdir()
+    data = file.read_bytes()
+    file.write_bytes({"cut": data[:-10], "foreign": bytes(32) + data[32:], "empty": b""}[damage])
+    ran: list[str] = []
+    with journal(tmp_path, "study") as book:
+        cells(cases((8.0,)), reduce=count(ran), workers=1)
+        assert book.taken == 0 and ran == ["8 m/s"]
+
+
+KILLED = """
+import sys, time
+from pathlib import Path
+sys.path.insert(0, sys.argv[2])
+from test_journal import cases
+from meltemi.studies.journal import cells, journal
+
+def reduce(result):
+    if result.meta["case"] == "10 m/s":
+        print("there", flush=True)
+        time.sleep(3.0)
+    return float(result["generator_power"].mean())
+
+with journal(Path(sys.argv[1]), "study") as book:
+    print(cells(cases(), reduce=reduce, workers=1), book.taken)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_study_that_was_killed_goes_on(tmp_path: Path, number: signal.Signals) -> None:
+    command = [sys.executable, "-c", KILLED, str(tmp_path), str(Path(__file__).parent)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None and process.stdout.readline() == "there\n"
+        os.kill(process.pid, number)
+        said = process.communicate()[1]
+    ran: list[str] = []
+    with journal(tmp_path, "study") as book:
+        cells(cases(), reduce=count(ran), workers=1)
+        if number is signal.SIGKILL:
+            assert book.taken == 2 and ran == ["10 m/s"]
+        else:  # the run that was in its last step came to its end
+            assert book.taken == 3 and not ran
+            assert "3 finished runs are kept" in said
+
+
+def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
+    with journal(tmp_path, "study") as book:
+        found = attempt("powers", cells, cases(), reduce=count([], fails="9 m/s"), workers=1)
+        assert [isinstance(value, Lost) for value in found] == [False, True, False]
+        assert len(survivors(found)) == 2
+        start = attempt("start at 25 m/s", lambda: (_ for _ in ()).throw(InputError("no steady operation")))
+        for use in (
+            lambda: start.pitch,
+            lambda: start["x"],
+            lambda: 1.0 + start,
+            lambda: np.sqrt(start),
+            lambda: [*start],
+        ):
+            with pytest.raises(LostError, match="start at 25 m/s: no steady operation"):
+                use()
+        # what needs a lost cell is lost for the same reason, and is not another failure
+        later = attempt("run", lambda: start.pitch + 1.0)
+        assert later.why == "start at 25 m/s: no steady operation"
+        assert list(book.failed) == ["powers: 9 m/s", "start at 25 m/s"]
+        case = BatchCase(cases()[0].model, SteadyWind(speed=8.0), 1.0, start=start, name="without a start")
+        assert cells([case])[0].why == "without a start: start at 25 m/s: no steady operation"
+
+        fine = claim_group("one", "", lambda: [Claim("one", "1", "1", "holds", "Fig. 1")])
+        lost = claim_group("two", "Fig. 2", lambda: [Claim("two", "1", f"{start.pitch}", "holds", "Fig. 2")])
+        assert lost[0].verdict == "cannot be judged: start at 25 m/s: no steady operation"
+        assert count_held([*fine, *lost]) == "1 of 2 lines hold (1 cannot be judged)."
+        table = tabled("Table 2", lambda: claims_table([Claim("", "", start.pitch, "", "")]))
+        assert table.rows == [["cannot be made: start at 25 m/s: no steady operation"]]
+        caption, file = drawn("fig", "Figure 1", lambda: start.figure, tmp_path)
+        assert file is None and "cannot be drawn: start at 25 m/s" in caption
+        ((_, (failed,)),) = failed_tables().values()
+        assert failed.rows[0] == ["powers: 9 m/s", "it cannot be"]
+    assert (tmp_path / FOLDER).is_dir()  # the next try computes only what failed
+
+
+def test_an_error_of_the_program_is_no_failed_cell(tmp_path: Path) -> None:
+    with journal(tmp_path, "study"):
+        with pytest.raises(KeyError):
+            guarded(lambda: {}["x"], str)
+        current().failed["a cell"] = "why"
+        assert "cells failed" in guarded(lambda: {}["x"], str)
