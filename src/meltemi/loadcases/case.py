@@ -11,6 +11,7 @@ from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import find_rosco
 from meltemi.control.controller import Controller
 from meltemi.control.coordinated import Coordination, coordinated
+from meltemi.control.fixed import fixed
 from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.supervisor.settings import Supervision, limits
@@ -145,6 +146,24 @@ class SupervisedCase(Record):
     """[s] between calls; by default every time step."""
 
 
+class FixedCase(Record):
+    """No control: torque and pitch stay as the start has them, as for parked turbines."""
+
+    kind: Literal["fixed"]
+
+
+class ParkedStart(Record):
+    """A rotor that stands, idles or turns without torque, in equilibrium with the wind's mean and its weight."""
+
+    rotor_speed: float | Literal["idling"] = 0.0
+    """[rad/s]; 0 is at rest, ``idling`` where a rotor that is let go comes to: at rest at the azimuth where its torque
+    balances, or at the speed where the mean torque does. ``options: {locked: [generator]}`` holds the rotor."""
+    pitch: float | None = None
+    """[rad]; by default the pitch actuator's largest, feathered."""
+    azimuth: float = 0.0
+    """[rad] of blade 1."""
+
+
 class PowerCase(PowerControl):
     """Power control: optimal torque or tip-speed ratio, power reference, frequency; coordinated with yaw and pitch."""
 
@@ -160,7 +179,9 @@ class PowerCase(PowerControl):
 
 
 WindCase = Annotated[SteadyCase | TurbulenceCase | IecCase | FileCase, Field(discriminator="kind")]
-ControllerCase = Annotated[BaselineCase | LibraryCase | SupervisedCase | PowerCase, Field(discriminator="kind")]
+ControllerCase = Annotated[
+    BaselineCase | LibraryCase | SupervisedCase | PowerCase | FixedCase, Field(discriminator="kind")
+]
 
 
 def _within(event: Happening, info: ValidationInfo) -> Happening:
@@ -178,9 +199,10 @@ class LoadCase(Record):
     """Name in the library or path of a YAML file."""
     wind: WindCase
     controller: ControllerCase = BaselineCase()
-    start: Literal["operating", "standstill", "idling"] = "operating"
-    """Where the run begins: in steady operation, or with a feathered rotor at rest that starts when the wind is right
-    (``standstill``) or stays until the operator's word (``idling``); the last two need the supervised controller."""
+    start: Literal["operating", "standstill", "idling"] | ParkedStart = "operating"
+    """Where the run begins: in steady operation; or feathered and let go, to start when the wind is right
+    (``standstill``) or stay until the operator's word (``idling``), which need the supervised controller; or parked as
+    one likes, which needs the supervised, bladed or fixed one."""
     duration: float = Field(gt=0.0, le=1e6)
     """[s]."""
     channels: tuple[str, ...] = tuple(DEFAULT)
@@ -215,9 +237,16 @@ class LoadCase(Record):
                 "set options.electrical: averaged"
             )
         if self.start != "operating" and not isinstance(self.controller, SupervisedCase):
-            raise ValueError(
-                f"start: {self.start} needs a controller that can start the turbine: controller: {{kind: supervised}}"
-            )
+            if isinstance(self.start, str):
+                raise ValueError(
+                    f"start: {self.start} needs a controller that can start the turbine: "
+                    "controller: {kind: supervised}"
+                )
+            if not isinstance(self.controller, LibraryCase | FixedCase):
+                raise ValueError(
+                    f"start: a parked rotor would be turned by controller: {{kind: {self.controller.kind}}}; "
+                    "controller: {kind: fixed} leaves it alone, {kind: supervised} keeps it idling"
+                )
         if self.grid.power_reference is not None and isinstance(self.controller, BaselineCase | SupervisedCase):
             raise ValueError(
                 f"grid: power_reference is given, but controller: {{kind: {self.controller.kind}}} does not follow it: "
@@ -274,6 +303,8 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path) -> Contro
         if case.start != "operating":
             settings = settings.replace(begin="standby" if case.start == "standstill" else "idling")
         return supervised(turbine, settings, load=c.load, yaw=c.yaw, protection=c.protection, sample_time=c.sample_time)
+    if isinstance(c, FixedCase):
+        return fixed()
     if isinstance(c, PowerCase):
         own = c.model_dump(exclude={"kind", "yaw", "relief", "load", "sample_time"}, exclude_unset=True)
         return coordinated(
@@ -295,10 +326,15 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path) -> Contro
 
 def case_start(case: LoadCase, turbine: AnyTurbine) -> Start | None:
     """Where the run of a case begins; None for steady operation."""
-    if case.start == "operating" or not isinstance(case.controller, SupervisedCase):
+    if case.start == "operating":
         return None
-    feather = limits(turbine, case.controller.supervision)["feather"]
-    return Start(rotor_speed=0.0, pitch=feather)
+    feather = turbine.pitch_actuator.maximum
+    if isinstance(case.controller, SupervisedCase):
+        feather = limits(turbine, case.controller.supervision)["feather"]
+    if isinstance(case.start, str):
+        return Start(rotor_speed="idling", pitch=feather)
+    pitch = feather if case.start.pitch is None else case.start.pitch
+    return Start(rotor_speed=case.start.rotor_speed, pitch=pitch, azimuth=case.start.azimuth)
 
 
 def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
@@ -341,6 +377,7 @@ controller: {kind: baseline}
 # controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
 # controller: {kind: power, scheme: hold}   # or another of A0 to A3; follows power_reference below; docs: power control
 # controller: {kind: supervised}         # starts, stops and protects; then also   start: standstill
+# controller: {kind: fixed}              # leaves torque and pitch alone; for   start: {rotor_speed: idling}, parked
 
 output_step: 0.05            # s between records
 channels:                    # `meltemi channels` lists them; OpenFAST's names are understood

@@ -40,7 +40,7 @@ from meltemi.simulation.electric import check_grid
 from meltemi.simulation.engines import default_step, engine_of, new_case
 from meltemi.simulation.events import Happening, read_events, refuse_dips, schedule
 from meltemi.simulation.machine import AnyModel
-from meltemi.simulation.points import shared_point
+from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
@@ -77,7 +77,8 @@ def simulate(
       controller: by default the baseline controller with the turbine's settings.
       channels: what to record, by our names or OpenFAST's; ``"all"`` among them records everything.
       output_step: [s] between records; a multiple of the time step.
-      start: operating point or initial conditions to start from.
+      start: operating point or initial conditions to start from; conditions that name no coordinates begin in
+        equilibrium.
       stations: further places for section loads.
       events: faults, grid losses and requests, as records or as keys and values:
         ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
@@ -200,7 +201,7 @@ class Simulation:
             )
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
-        start = start or shared_point(model, wind)
+        start, self.start_warnings = begin_in(model, wind, start)
         case = new_case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log
         entry = case.bind(controller, first_point(model, wind, start))
@@ -373,8 +374,8 @@ class Simulation:
         for name in ("compile_seconds", "prepare_seconds", "run_seconds"):
             meta[name] = round(getattr(self, name), 4)
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
-        if self.controller.warnings is not None:
-            meta["warnings"] = noticed(self.controller, self.case.controller_state)
+        if self.controller.warnings is not None or self.start_warnings:
+            meta["warnings"] = [*self.start_warnings, *noticed(self.controller, self.case.controller_state)]
         if self.controller.log is not None or self.events or self.case.trip:
             meta["log"] = [asdict(entry) for entry in self.log()]
         return Result(
@@ -390,7 +391,7 @@ class Simulation:
 def first_point(model: AnyModel, wind: Wind, start: OperatingPoint | Start) -> StartPoint:
     """Where the controller of a run starts."""
     turbine = model.turbine
-    speed = start.rotor_speed * turbine.drivetrain.gear_ratio
+    speed = float(start.rotor_speed) * turbine.drivetrain.gear_ratio
     return StartPoint(mean_speed(wind, turbine.hub_height), speed, start.pitch, start.generator_torque)
 
 
