@@ -136,6 +136,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.options import BEDDOES as BEDDOES
     from meltemi.simulation.options import ModelOptions as ModelOptions
     from meltemi.simulation.options import StallConstants as StallConstants
+    from meltemi.simulation.parked import parked_point as parked_point
     from meltemi.simulation.performance import performance_of as performance_of
     from meltemi.simulation.performance import rotor_performance as rotor_performance
     from meltemi.simulation.power.model import PowerModel as PowerModel
@@ -308,6 +309,7 @@ _HOME = {
     "simulation.model": "Model",
     "simulation.modes": "natural_modes",
     "simulation.options": "BEDDOES ModelOptions StallConstants",
+    "simulation.parked": "parked_point",
     "simulation.performance": "performance_of rotor_performance",
     "simulation.result": "Finding Result",
     "simulation.simulate": "Simulation simulate",

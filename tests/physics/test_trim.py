@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 import pytest
 
 import meltemi
-from meltemi import InputError, Model, SteadyWind, operating_point, simulate
+from meltemi import InputError, Model, ModelOptions, SteadyWind, operating_point, simulate
 from meltemi.postprocess.statistics import means_over_revolutions
-from meltemi.simulation import engines
+from meltemi.simulation import engines, points, trim
 
 OWN = (
     "generator_power rotor_speed rotor_aero_thrust rotor_torque root_moment_in_plane_1 root_moment_out_of_plane_1 "
@@ -97,3 +100,76 @@ def test_a_time_step_of_nearly_nothing_is_refused(model: Model, monkeypatch: pyt
     monkeypatch.setattr(engines, "SHORTEST_STEP", 0.02)
     with pytest.raises(InputError, match=r"nrel5mw: its time step would be 0.01 s, 1e\+02 steps .* coordinate '.*' is"):
         engines.default_step(model)
+
+
+@pytest.mark.parametrize("rpm", [20.0, 24.0])
+def test_overspeed(model: Model, rpm: float) -> None:
+    """At 24 rpm the corrections of the plain search grow without bound."""
+    speed = rpm * math.pi / 30.0
+    point = operating_point(model, 12.0, rotor_speed=speed)
+    assert point.rotor_speed == speed
+    assert abs(point.imbalance) < 1e6
+    assert abs(point["tip_out_of_plane_1"]) < 10.0
+
+
+def test_continuation_finds_what_the_plain_search_finds(model: Model) -> None:
+    wind = SteadyWind(speed=13.0, shear_exponent=0.2)
+    plain, careful = (trim._search(orbit(model, wind), None, None) for orbit in (trim._Orbit, trim.CarefulOrbit))
+    assert careful.pitch == pytest.approx(plain.pitch, abs=2e-4)
+    for name in OWN:
+        assert careful[name] == pytest.approx(plain[name], rel=2e-3), name
+
+
+def test_large_yaw_error_in_strong_wind() -> None:
+    """75 degrees at 25 m/s, where the stalled rotor idles along below its speed."""
+    options = ModelOptions(blade_nodes=10, yaw="driven")
+    machine = meltemi.build(meltemi.load_turbine("ct30-155"), options)
+    wind = SteadyWind(speed=25.0, shear_exponent=0.2, direction=math.radians(75.0))
+    point = operating_point(machine, wind)
+    assert abs(point.imbalance) < 3e-3 * machine.turbine.rated_power / point.rotor_speed
+    result = simulate(machine, wind, duration=60.0, start=point, channels=["rotor_speed"])
+    assert result.between(30.0, 60.0)["rotor_speed"].mean() == pytest.approx(point.rotor_speed, rel=0.05)
+
+
+def test_hurricane(model: Model) -> None:
+    """The way to the feathered blades leads through motions that do not exist."""
+    point = operating_point(model, 100.0)
+    assert point.pitch > 1.0
+    assert abs(point.imbalance) < 1e3
+
+
+def test_the_cause_is_named_where_there_is_no_steady_operation(model: Model) -> None:
+    with pytest.raises(InputError, match=r"speed of 40 rpm .* aeroelastically unstable there, its mode at"):
+        operating_point(model, 12.0, rotor_speed=40.0 * math.pi / 30.0)
+    with pytest.raises(InputError, match="less than or equal to 100"):
+        operating_point(model, 120.0)
+
+
+def test_a_run_without_steady_operation_begins_all_the_same(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fails(*arguments: Any) -> Any:
+        raise trim.Astray("no steady operation: because")
+
+    wind = SteadyWind(speed=17.0)
+    monkeypatch.setattr(points, "operating_point", fails)
+    result = simulate(model, wind, duration=60.0, channels=["rotor_speed", "pitch_1"])
+    assert result.meta["warnings"][0].startswith("the run begins undeflected and settles first: no steady operation")
+    assert result["rotor_speed"][0] == pytest.approx(result["rotor_speed"][-1], rel=0.01)
+    assert result["pitch_1"][0] == pytest.approx(result["pitch_1"][-1], abs=0.03)
+
+
+WIND_SPEEDS = np.arange(3.0, 25.5, 0.5)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["nrel5mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"])
+def test_every_wind_speed_of_every_turbine(name: str) -> None:
+    machine = meltemi.build(meltemi.load_turbine(name))
+    for speed in WIND_SPEEDS:
+        point = operating_point(machine, float(speed))
+        assert abs(point.imbalance) < 3e-3 * machine.turbine.rated_power / point.rotor_speed, speed
+
+
+def test_some_wind_speeds(model: Model) -> None:
+    for speed in (3.0, 4.0, 7.0, 11.4, 16.5, 25.0):
+        point = operating_point(model, speed)
+        assert abs(point.imbalance) < 3e-3 * model.turbine.rated_power / point.rotor_speed, speed

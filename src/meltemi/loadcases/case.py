@@ -12,6 +12,7 @@ from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import find_rosco
 from meltemi.control.controller import Controller
 from meltemi.control.coordinated import Coordination, coordinated
+from meltemi.control.fixed import fixed
 from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.supervisor.settings import Supervision, limits
@@ -146,6 +147,33 @@ class SupervisedCase(Record):
     """[s] between calls; by default every time step."""
 
 
+class FixedCase(Record):
+    """No control: torque and pitch stay as the start has them, as for parked turbines."""
+
+    kind: Literal["fixed"]
+
+
+class StartCase(Record):
+    """A rotor that stands, idles or turns, in equilibrium with the wind's mean and its weight, or undeflected."""
+
+    rotor_speed: Annotated[float, Field(ge=-10.0, le=10.0)] | Literal["idling"] = 0.0
+    """[rad/s]; 0 is at rest, ``idling`` where a rotor that is let go comes to: at rest at the azimuth where its torque
+    balances, or at the speed where the mean torque does. ``options: {locked: [generator]}`` holds the rotor."""
+    pitch: float | None = Field(default=None, gt=-1.6, lt=3.2)
+    """[rad]; by default the pitch actuator's largest, feathered."""
+    azimuth: float = Field(default=0.0, ge=-7.0, le=7.0)
+    """[rad] of blade 1, 0 when it points up."""
+    undeflected: bool = False
+    """Blades and tower straight and at rest, and the generator's torque that of the baseline law, as OpenFAST begins;
+    for a rotor that turns, under any controller."""
+
+    @model_validator(mode="after")
+    def _speed_is_given(self) -> StartCase:
+        if self.undeflected and self.rotor_speed == "idling":
+            raise ValueError("rotor_speed: idling is an equilibrium; with undeflected: true give a number of rad/s")
+        return self
+
+
 class PowerCase(PowerControl):
     """Power control: optimal torque or tip-speed ratio, power reference, frequency; coordinated with yaw and pitch."""
 
@@ -160,19 +188,10 @@ class PowerCase(PowerControl):
     """[s] between calls; by default every time step."""
 
 
-class StateCase(Record):
-    """Motion in which a run begins, whatever the wind; blades and tower are straight and at rest."""
-
-    rotor_speed: float = Field(ge=-10.0, le=10.0)
-    """[rad/s]."""
-    pitch: float = Field(default=0.0, gt=-1.6, lt=3.2)
-    """[rad] of all blades."""
-    azimuth: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] of blade 1, 0 when it points up."""
-
-
 WindCase = Annotated[SteadyCase | TurbulenceCase | IecCase | FileCase, Field(discriminator="kind")]
-ControllerCase = Annotated[BaselineCase | LibraryCase | SupervisedCase | PowerCase, Field(discriminator="kind")]
+ControllerCase = Annotated[
+    BaselineCase | LibraryCase | SupervisedCase | PowerCase | FixedCase, Field(discriminator="kind")
+]
 
 
 def _within(event: Happening, info: ValidationInfo) -> Happening:
@@ -190,10 +209,10 @@ class LoadCase(Record):
     """Name in the library or path of a YAML file."""
     wind: WindCase
     controller: ControllerCase = BaselineCase()
-    start: Literal["operating", "standstill", "idling"] | StateCase = "operating"
-    """Where the run begins: in steady operation, or with a feathered rotor at rest that starts when the wind is right
-    (``standstill``) or stays until the operator's word (``idling``); the last two need the supervised controller. Or
-    its motion: ``{rotor_speed: 1.27, pitch: 0.0}``."""
+    start: Literal["operating", "standstill", "idling"] | StartCase = "operating"
+    """Where the run begins: in steady operation; or feathered and let go, to start when the wind is right
+    (``standstill``) or stay until the operator's word (``idling``), which need the supervised controller; or parked as
+    one likes, which needs the supervised, bladed or fixed one."""
     duration: float = Field(gt=0.0, le=1e6)
     """[s]."""
     channels: tuple[str, ...] = tuple(DEFAULT)
@@ -231,10 +250,18 @@ class LoadCase(Record):
                 f"electrical: {self.electrical} has no effect without an electrical system; "
                 "set options.electrical: averaged"
             )
-        if self.start in ("standstill", "idling") and not isinstance(self.controller, SupervisedCase):
-            raise ValueError(
-                f"start: {self.start} needs a controller that can start the turbine: controller: {{kind: supervised}}"
-            )
+        parked = isinstance(self.start, str) or not self.start.undeflected
+        if self.start != "operating" and parked and not isinstance(self.controller, SupervisedCase):
+            if isinstance(self.start, str):
+                raise ValueError(
+                    f"start: {self.start} needs a controller that can start the turbine: "
+                    "controller: {kind: supervised}"
+                )
+            if not isinstance(self.controller, LibraryCase | FixedCase):
+                raise ValueError(
+                    f"start: a parked rotor would be turned by controller: {{kind: {self.controller.kind}}}; "
+                    "controller: {kind: fixed} leaves it alone, {kind: supervised} keeps it idling"
+                )
         if self.grid.power_reference is not None and isinstance(self.controller, BaselineCase | SupervisedCase):
             raise ValueError(
                 f"grid: power_reference is given, but controller: {{kind: {self.controller.kind}}} does not follow it: "
@@ -294,6 +321,8 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Pat
         if case.start in ("standstill", "idling"):
             settings = settings.replace(begin="standby" if case.start == "standstill" else "idling")
         return supervised(turbine, settings, load=c.load, yaw=c.yaw, protection=c.protection, sample_time=c.sample_time)
+    if isinstance(c, FixedCase):
+        return fixed()
     if isinstance(c, PowerCase):
         own = c.model_dump(exclude={"kind", "yaw", "relief", "load", "sample_time"}, exclude_unset=True)
         return coordinated(
@@ -316,15 +345,19 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Pat
 
 def case_start(case: LoadCase, turbine: AnyTurbine) -> Start | None:
     """Where the run of a case begins; None for steady operation."""
-    if isinstance(case.start, StateCase):
-        speed, pitch = case.start.rotor_speed, case.start.pitch
-        gear_ratio = turbine.drivetrain.gear_ratio
-        torque = float(steady_torque(parameters(turbine.control), speed * gear_ratio, pitch))
-        return Start(speed, pitch, torque, coordinates={"generator": case.start.azimuth})
-    if case.start == "operating" or not isinstance(case.controller, SupervisedCase):
+    if case.start == "operating":
         return None
-    feather = limits(turbine, case.controller.supervision)["feather"]
-    return Start(rotor_speed=0.0, pitch=feather)
+    feather = turbine.pitch_actuator.maximum
+    if isinstance(case.controller, SupervisedCase):
+        feather = limits(turbine, case.controller.supervision)["feather"]
+    if isinstance(case.start, str):
+        return Start(rotor_speed="idling", pitch=feather)
+    pitch = feather if case.start.pitch is None else case.start.pitch
+    speed, azimuth = case.start.rotor_speed, case.start.azimuth
+    if case.start.undeflected and speed != "idling":
+        torque = float(steady_torque(parameters(turbine.control), speed * turbine.drivetrain.gear_ratio, pitch))
+        return Start(speed, pitch, torque, coordinates={}, azimuth=azimuth)
+    return Start(speed, pitch, azimuth=azimuth)
 
 
 def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
@@ -367,6 +400,7 @@ controller: {kind: baseline}
 # controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
 # controller: {kind: power, scheme: hold}   # or another of A0 to A3; follows power_reference below; docs: power control
 # controller: {kind: supervised}         # starts, stops and protects; then also   start: standstill
+# controller: {kind: fixed}              # leaves torque and pitch alone; for   start: {rotor_speed: idling}, parked
 
 output_step: 0.05            # s between records
 transient: 0.0               # s at the begin that statistics leave out

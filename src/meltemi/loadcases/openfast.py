@@ -33,5 +33,5 @@ def deck_case(deck: Deck, turbine: str | Path, *, started: bool = False) -> Load
         "environment": deck.environment,
     }
     if started:
-        data["start"] = deck.start
+        data["start"] = {**deck.start, "undeflected": True}
     return validated(data, LoadCase, str(turbine))

@@ -30,6 +30,8 @@ OUTPUT_STEP = 0.05
 """[s] default time steps divide this."""
 GROWING = -2e-3
 """Damping ratio from which on a mode is said to grow."""
+ITERATIONS = 20
+"""Of the momentum balance: enough for its derivatives to converge as well."""
 AZIMUTHS = 6
 """Rotor positions over which the equations of a turning rotor are averaged."""
 
@@ -167,26 +169,65 @@ def eigenmodes(K: Float, D: Float, names: tuple[str, ...]) -> list[Mode]:
 
 
 def growing(case: Case) -> str:
-    """The least damped mode of the present state in words if it grows, with inflow held and static polars; or nothing.
+    """The least damped mode of the structure about the present state in words if it grows; or nothing.
 
-    The rotor is taken at its present azimuth, with its speed held.
+    The rotor is held at its present azimuth and speed. Without motion of the air's states, which takes more time, only
+    those machines are looked at further in which something grows so.
     """
     generator = len(case.model.tower.names) + GENERATOR
     free = np.flatnonzero((case["locked"] == 0.0) & (np.arange(len(case["q"])) != generator))
-    options, stall = case["aero_options"], AERO_OPTIONS.index("stall")
-    kept, options[stall] = options[stall], 0
-    K, D = (derivative_matrix(case, which)[np.ix_(free, free)] for which in ("q", "v"))
-    options[stall] = kept
+    options, kept = case["aero_options"], case["aero_options"].copy()
+    options[AERO_OPTIONS.index("stall")], options[AERO_OPTIONS.index("iterations")] = 0, ITERATIONS
     case.evaluate(0.0)
-    names = tuple(case.model.coordinates[i] for i in free)
-    found = eigenmodes(K, D, names) if np.all(np.isfinite(K)) and np.all(np.isfinite(D)) else []
-    worst = min(found, key=lambda mode: mode.damping, default=None)
-    if worst is None or worst.damping > GROWING:
+    K, D = (derivative_matrix(case, which)[np.ix_(free, free)] for which in ("q", "v"))
+    n = len(free)
+    if np.all(np.isfinite(K)) and np.all(np.isfinite(D)):
+        mild = all(mode.damping > GROWING for mode in eigenmodes(K, D, ("",) * n))
+        options[AERO_OPTIONS.index("stall")] = kept[AERO_OPTIONS.index("stall")]
+        A = np.zeros((0, 0)) if mild else _with_air(case, free)
+    else:
+        A = np.zeros((0, 0))
+    options[:] = kept
+    case.evaluate(0.0)
+    if not (A.size and np.all(np.isfinite(A))):
         return ""
+    value, right = np.linalg.eig(A)
+    factor = np.abs(np.linalg.pinv(right).T * right)
+    own = factor[: 2 * n].sum(axis=0) > 0.5 * factor.sum(axis=0)
+    damping = np.where(own & (value.imag > 1e-6), -value.real / np.maximum(np.abs(value), 1e-9), np.inf)
+    i = int(np.argmin(damping))
+    if damping[i] > GROWING:
+        return ""
+    shape = right[:n, i] / right[:n, i][np.argmax(np.abs(right[:n, i]))]
+    mode = Mode(float(abs(value[i])), float(damping[i]), tuple(case.model.coordinates[j] for j in free), shape)
     return (
-        f"its mode at {worst.frequency / (2.0 * np.pi):.3g} Hz ({worst.participation()}) grows with "
-        f"{-100.0 * worst.damping:.2g} % of critical damping, by static polars"
+        f"its mode at {mode.frequency / (2.0 * np.pi):.3g} Hz ({mode.participation()}) grows with "
+        f"{-100.0 * mode.damping:.2g} % of critical damping"
     )
+
+
+def _with_air(case: Case, free: NDArray[np.intp], step: float = 1e-5) -> Float:
+    """State matrix of coordinates, velocities, and states of inflow and stall, by central differences."""
+    air = (case["inflow"], case["stall"])
+    places = [(case[name], (i,)) for name in ("q", "v") for i in free]
+    places += [(array, index) for array in air for index in np.ndindex(array.shape)]
+
+    def rates() -> Float:
+        case.evaluate(0.0)
+        case.rates()
+        return np.concatenate(
+            [case["v"][free], case["a"][free], case["d_inflow"].reshape(-1), case["d_stall"].reshape(-1)]
+        )
+
+    A = np.zeros((len(places), len(places)))
+    for j, (array, index) in enumerate(places):
+        value = array[index]
+        array[index] = value + step
+        ahead = rates()
+        array[index] = value - step
+        A[:, j] = (ahead - rates()) / (2.0 * step)
+        array[index] = value
+    return A
 
 
 def highest_frequency(model: Model) -> float:

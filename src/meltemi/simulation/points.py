@@ -1,21 +1,61 @@
-"""Operating points that several runs start from, computed once: a model in winds with the same mean needs one."""
+"""States that several runs start from, computed once: a model in winds with the same mean needs one."""
 
 from __future__ import annotations
 
 import threading
 from collections import OrderedDict
+from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import replace
 
 from meltemi.simulation.engines import operating_point
 from meltemi.simulation.machine import AnyModel
-from meltemi.simulation.trim import OperatingPoint, steady_wind
+from meltemi.simulation.model import Model
+from meltemi.simulation.parked import parked_point
+from meltemi.simulation.start import Start
+from meltemi.simulation.trim import Astray, OperatingPoint, rigid_point, steady_wind
 from meltemi.wind.fields import Wind
 
 KEEP = 32
 """Points that are remembered, most recently used first."""
 
 _LOCK = threading.Lock()
-_POINTS: OrderedDict[tuple[str, str], Future[OperatingPoint]] = OrderedDict()
+_POINTS: OrderedDict[tuple[str, ...], Future[OperatingPoint]] = OrderedDict()
+State = OperatingPoint | Start
+
+
+def begin_in(model: AnyModel, wind: Wind, start: State | None = None) -> tuple[State, tuple[str, ...]]:
+    """The state in which a run begins, and what to know of it.
+
+    Without a start it is steady operation; where none is found, that of a machine which does not deform. Initial
+    conditions that name neither coordinates nor velocities become an equilibrium; where there is none they are taken as
+    they are.
+
+    Raises:
+      InputError: as ``operating_point`` where the wind does not turn the rotor, and ``parked_point`` where an idling
+        rotor runs away.
+    """
+    try:
+        if start is None:
+            found = shared_point(model, wind)
+        elif isinstance(start, OperatingPoint):
+            found = start
+        elif isinstance(model, Model) and start.coordinates is None and not start.velocities:
+            found = _parked(model, wind, start)
+        else:
+            return _at_rest(start), ()
+        return found, found.warnings
+    except Astray as error:
+        words = (f"the run begins undeflected and settles first: {error}",)
+        if isinstance(start, Start):
+            return _at_rest(start), words
+        assert isinstance(model, Model)
+        return _once(model, wind, ("rigid",), lambda: rigid_point(model, wind)), words
+
+
+def _at_rest(start: Start) -> Start:
+    """The same, at rest if it should idle."""
+    return replace(start, rotor_speed=0.0) if start.rotor_speed == "idling" else start
 
 
 def shared_point(model: AnyModel, wind: Wind) -> OperatingPoint:
@@ -24,8 +64,25 @@ def shared_point(model: AnyModel, wind: Wind) -> OperatingPoint:
     Raises:
       InputError: as ``operating_point``.
     """
-    steady = steady_wind(wind, model.turbine.hub_height)
-    key = (model.content_hash(), steady.content_hash())
+    return _once(model, wind, (), lambda: operating_point(model, steady_wind(wind, model.turbine.hub_height)))
+
+
+def _parked(model: Model, wind: Wind, start: Start) -> OperatingPoint:
+    def make() -> OperatingPoint:
+        return parked_point(
+            model,
+            steady_wind(wind, model.turbine.hub_height),
+            rotor_speed=start.rotor_speed,
+            pitch=start.pitch,
+            azimuth=start.azimuth,
+            generator_torque=start.generator_torque,
+        )
+
+    return _once(model, wind, (repr(start),), make)
+
+
+def _once(model: AnyModel, wind: Wind, kind: tuple[str, ...], make: Callable[[], OperatingPoint]) -> OperatingPoint:
+    key = (model.content_hash(), steady_wind(wind, model.turbine.hub_height).content_hash(), *kind)
     with _LOCK:
         found = _POINTS.get(key)
         point = _POINTS[key] = found or Future()
@@ -34,7 +91,7 @@ def shared_point(model: AnyModel, wind: Wind) -> OperatingPoint:
             _POINTS.popitem(last=False)
     if found is None:
         try:
-            point.set_result(operating_point(model, steady))
+            point.set_result(make())
         except BaseException as error:
             with _LOCK:
                 _POINTS.pop(key, None)

@@ -41,7 +41,7 @@ from meltemi.simulation.electric import check_grid
 from meltemi.simulation.engines import default_step, engine_of, new_case
 from meltemi.simulation.events import Happening, ignored, out_of_place, read_events, refuse_dips, schedule
 from meltemi.simulation.machine import AnyModel
-from meltemi.simulation.points import shared_point
+from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Finding, Result
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
@@ -81,7 +81,8 @@ def simulate(
       controller: by default the baseline controller with the turbine's settings.
       channels: what to record, by our names or OpenFAST's; ``"all"`` among them records everything.
       output_step: [s] between records; a multiple of the time step.
-      start: operating point or initial conditions to start from.
+      start: operating point or initial conditions to start from; conditions that name no coordinates begin in
+        equilibrium.
       stations: further places for section loads.
       events: faults, grid losses and requests, as records or as keys and values:
         ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
@@ -212,7 +213,8 @@ class Simulation:
             )
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
-        start = start or shared_point(model, wind)
+        start, words = begin_in(model, wind, start)
+        self._noticed += words
         case = new_case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log
         entry = case.bind(controller, first_point(model, wind, start))
@@ -416,7 +418,7 @@ class Simulation:
 def first_point(model: AnyModel, wind: Wind, start: OperatingPoint | Start) -> StartPoint:
     """Where the controller of a run starts."""
     turbine = model.turbine
-    speed = start.rotor_speed * turbine.drivetrain.gear_ratio
+    speed = float(start.rotor_speed) * turbine.drivetrain.gear_ratio
     now, before = (mean(wind, turbine.hub_height) for mean in (mean_speed, mean_before))
     return StartPoint(now, speed, start.pitch, start.generator_torque, before)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from meltemi.control.actuators import ANGLE
 from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
@@ -34,20 +34,25 @@ def settle_gears(numbers: Any, parts: tuple[Any, ...]) -> None:
 
 @dataclass(frozen=True)
 class Start:
-    """Initial conditions; whatever is not named is zero. Inflow and stall start settled.
+    """Initial conditions. Inflow and stall start settled.
+
+    A run begins deflected as the wind's mean, weight and rotation have it (``parked_point``), unless coordinates or
+    velocities are named: then those not named are zero. ``coordinates={}`` begins undeflected.
 
     Attributes:
-      rotor_speed: [rad/s].
+      rotor_speed: [rad/s]; ``"idling"`` is the one at which the mean torque balances.
       pitch: [rad] of all blades.
       generator_torque: [N m].
       coordinates, velocities: by the names in ``Model.coordinates``, in m, rad and per second.
+      azimuth: [rad] of blade 1.
     """
 
-    rotor_speed: float = 0.0
+    rotor_speed: float | Literal["idling"] = 0.0
     pitch: float = 0.0
     generator_torque: float = 0.0
-    coordinates: Mapping[str, float] = field(default_factory=dict)
+    coordinates: Mapping[str, float] | None = None
     velocities: Mapping[str, float] = field(default_factory=dict)
+    azimuth: float = 0.0
 
     def put(self, case: BaseCase) -> None:
         """Write the initial conditions into a case.
@@ -57,13 +62,16 @@ class Start:
         """
         names = case.model.coordinates
         hold(case, self.pitch, self.generator_torque)
-        for array, values in (("q", self.coordinates), ("v", self.velocities)):
+        for array, values in (("q", self.coordinates or {}), ("v", self.velocities)):
             case[array][:] = 0.0
             for name, value in values.items():
                 if name not in names:
                     raise InputError(f"start: no coordinate {name!r}: {did_you_mean(name, names)}")
                 case[array][names.index(name)] = value
-        case["v"][case.model.n_core - N_SHAFT + GENERATOR] += self.rotor_speed
+        generator = case.model.n_core - N_SHAFT + GENERATOR
+        case["q"][generator] += self.azimuth
+        assert self.rotor_speed != "idling", "points.begin_in finds that speed"
+        case["v"][generator] += self.rotor_speed
         case.settle(0.0)
 
 

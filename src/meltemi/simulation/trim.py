@@ -17,7 +17,7 @@ Reference: docs/theory/simulation.md (M-10 to M-16).
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -99,6 +99,7 @@ class OperatingPoint:
       revolution: (azimuths, states) the same three behind one another, at equal steps of the azimuth from 0.
       means: averages over the revolution of every signal.
       warnings: what to know of it, such as that the motion is unstable.
+      azimuth: [rad] of blade 1 where a run begins.
     """
 
     wind: SteadyWind
@@ -115,9 +116,11 @@ class OperatingPoint:
     channels: dict[str, Channel] = field(repr=False)
     places: dict[str, int] = field(repr=False)
     warnings: tuple[str, ...] = ()
+    azimuth: float = 0.0
 
-    def put(self, case: BaseCase, azimuth: float = 0.0) -> None:
-        """Write the state at an azimuth [rad] of blade 1 into a case of the same model."""
+    def put(self, case: BaseCase, azimuth: float | None = None) -> None:
+        """Write the state at an azimuth [rad] of blade 1, by default the point's own, into a case of the same model."""
+        azimuth = self.azimuth if azimuth is None else azimuth
         hold(case, self.pitch, self.generator_torque)
         case["q"][:], case["v"][:] = self.q, self.v
         case.put_air(self.aero)
@@ -163,11 +166,17 @@ def operating_point(
             return point
     except Astray:
         pass
-    orbit = _CarefulOrbit(model, steady)
+    orbit = CarefulOrbit(model, steady)
     point = _search(orbit, rotor_speed, pitch)
-    orbit.case.evaluate(0.0)
-    unstable = growing(orbit.case)
+    unstable = orbit.unstable()
     return replace(point, warnings=(f"steady operation is unstable: {unstable}",)) if unstable else point
+
+
+def rigid_point(model: Model, wind: AnyWind) -> OperatingPoint:
+    """Steady operation of the same machine if nothing in it could deform: a start where there is no better one."""
+    orbit = _Orbit(model, steady_wind(wind, model.turbine.hub_height))
+    orbit.free_core, orbit.free_blade = orbit.free_core[:0], orbit.free_blade[:0]
+    return _search(orbit, None, None)
 
 
 class Astray(InputError):
@@ -201,7 +210,7 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
         search_pitch = above and pitch is None
         search_speed = not above
         if search_pitch:
-            angle = _root(lambda x: left_over(reference, x), angle, control.pitch.maximum, 0.02)
+            angle = root(lambda x: left_over(reference, x), angle, control.pitch.maximum, 0.02)
     # the harmonics of the motion have a small part in the mean torque: search once more, close by
     orbit.level = FULL
     for _ in range(SETTLE_SWEEPS):
@@ -215,7 +224,7 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
             if angle < control.pitch.minimum:  # the harmonics took what drove it up to the reference speed
                 angle, search_pitch, close = control.pitch.minimum, False, True
         if close:
-            rotor_speed = _root(partial(left_over, angle=angle), CLOSE * reference, reference, 0.01 * reference)
+            rotor_speed = root(partial(left_over, angle=angle), CLOSE * reference, reference, 0.01 * reference)
         for _ in range(SETTLE_SWEEPS):
             left_over(rotor_speed, angle)
         if abs(orbit.over_revolution) <= enough:
@@ -280,7 +289,7 @@ def _balance_speed(
     for i in reversed(range(SCAN - 1)):
         if values[i] > 0.0 >= values[i + 1]:
             low, high = speeds[i], speeds[i + 1]
-            found = _root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low))
+            found = root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low))
             break
     if found < stalled:
         for angle in np.arange(pitch + PITCH_SCAN, most, PITCH_SCAN):
@@ -332,7 +341,7 @@ def no_balance(wind_speed: float, rain: str = "") -> InputError:
     )
 
 
-def _root(f: Callable[[float], float], low: float, high: float, step: float) -> float:
+def root(f: Callable[[float], float], low: float, high: float, step: float) -> float:
     """Root of a falling function: widen from ``low`` until the sign changes, then false position (Illinois)."""
     a, fa = low, f(low)
     if fa <= 0.0:
@@ -652,8 +661,17 @@ class _Orbit:
 
     # result -------------------------------------------------------------------------------------
 
-    def finish(self) -> OperatingPoint:
-        """March one more revolution, average all signals, and keep the state with blade 1 up."""
+    def unstable(self) -> str:
+        """What ``modes.growing`` finds with blade 1 up."""
+        self.prescribe(0.0)
+        return growing(self.case)
+
+    def finish(self, azimuth: float = 0.0, warnings: tuple[str, ...] = ()) -> OperatingPoint:
+        """March one more revolution, average all signals, and keep the state with blade 1 up.
+
+        Args:
+          azimuth, warnings: of the point.
+        """
         case, B = self.case, self.B
         # come to azimuth 0 with the flow that belongs there
         while round(self.azimuth * B / (2.0 * np.pi)) % B:
@@ -693,6 +711,8 @@ class _Orbit:
             means=means,
             channels=channels,
             places={name: case.place(channel) for name, channel in channels.items()},
+            warnings=warnings,
+            azimuth=azimuth,
         )
 
 
@@ -708,7 +728,26 @@ def channels_of(model: Model) -> dict[str, Channel]:
     )
 
 
-class _CarefulOrbit(_Orbit):
+def in_steps(reach: Callable[[float], bool], state: Sequence[Float]) -> float:
+    """How far one comes on a way from 0 to 1, in steps that are halved where they fail.
+
+    Args:
+      reach: (share of the way) tries to move a state to there.
+      state: arrays that are put back where it fails.
+    """
+    share, step = 0.0, 1.0
+    while share < 1.0 and step >= SHORTEST:
+        kept, tried = [part.copy() for part in state], min(share + step, 1.0)
+        if reach(tried):
+            share, step = tried, 2.0 * step
+            continue
+        for part, values in zip(state, kept, strict=True):
+            part[:] = values
+        step *= 0.5
+    return share
+
+
+class CarefulOrbit(_Orbit):
     """The same for motions that do not converge at once: by continuation.
 
     From a settled motion the next speed, pitch and torque are reached in steps that are halved where one fails; the
@@ -749,21 +788,12 @@ class _CarefulOrbit(_Orbit):
     def follow(self, goal: Float) -> None:
         """Bring the settled motion to another speed, pitch, torque and density of the air."""
         assert self.at is not None
-        begin, share, step = self.at, 0.0, 1.0
-        while share < 1.0:
-            parts = (self.blade_c, self.blade_s, self.own, self.core_c, self.core_s, self.case.aero_state.vector)
-            kept, azimuth = [part.copy() for part in parts], self.azimuth
-            tried = min(share + step, 1.0)
-            if self.settle(begin + tried * (goal - begin)):
-                share, step = tried, 2.0 * step
-                self.at = begin + share * (goal - begin)
-                continue
-            for part, values in zip(parts, kept, strict=True):
-                part[:] = values
-            self.azimuth = azimuth
-            step *= 0.5
-            if step < SHORTEST:
-                raise Astray(self.cause())
+        begin = self.at
+        parts = [self.blade_c, self.blade_s, self.own, self.core_c, self.core_s, self.case.aero_state.vector]
+        share = in_steps(lambda share: self.settle(begin + share * (goal - begin)), parts)
+        self.at = begin + share * (goal - begin)
+        if share < 1.0:
+            raise Astray(self.cause())
 
     def linearise(self) -> None:
         """Derivatives over the sector to come."""
@@ -796,8 +826,6 @@ class _CarefulOrbit(_Orbit):
         case, turbine = self.case, self.model.turbine
         *imposed, case["aero"][AIR_DENSITY] = self.at
         self.impose(*imposed)
-        self.prescribe(0.0)
-        case.evaluate(0.0)
         where = (
             f"at a wind speed of {self.wind.speed:g} m/s, near a rotor speed of {30.0 / np.pi * speed:.3g} rpm and "
             f"a pitch of {np.degrees(pitch):.3g} deg"
@@ -805,7 +833,7 @@ class _CarefulOrbit(_Orbit):
         if density < self.air:
             where += f", with {100.0 * density / self.air:.0f} % of the air's loads"
         tip = float(np.linalg.norm(self.model.tip_shape[:3] @ self.blade_c[0]))
-        unstable = growing(case)
+        unstable = self.unstable()
         begin = f"operating_point: no steady operation {where}: "
         if unstable:
             return begin + f"the machine is aeroelastically unstable there, {unstable}"

@@ -35,7 +35,7 @@ from meltemi.simulation.engines import build, default_step, engine_of
 from meltemi.simulation.events import Happening
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model
-from meltemi.simulation.points import shared_point
+from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, first_point, march
 from meltemi.simulation.start import Start
@@ -167,7 +167,7 @@ def sensitivity(
     controller = controller or baseline(model.turbine.control)
     dual_entry(controller)  # refuses those that have no derivatives
     wind, events = realised(wind, model.turbine, duration), tuple(events)
-    start = start or shared_point(model, wind)
+    start, _ = begin_in(model, wind, start)
     ways = directions(model, parameters, controller, first_point(model, wind, start), steps or {})
     switches: dict[str, int | None] = {}
     found: Float | None = None
@@ -231,7 +231,7 @@ def differences(
     """
     controller = controller or baseline(model.turbine.control)
     wind = realised(wind, model.turbine, arguments["duration"])
-    start = start or shared_point(model, wind)
+    start, _ = begin_in(model, wind, start)
     steps = {} if step is None else {parameter: step}
     (way,) = directions(model, [parameter], controller, first_point(model, wind, start), steps)
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
