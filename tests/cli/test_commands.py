@@ -168,7 +168,7 @@ def test_warnings_of_a_run_are_shown(command: Command, tmp_path: Path, monkeypat
 
 
 def test_statistics_leave_the_transient_out(command: Command, tmp_path: Path) -> None:
-    ran = command("run", "nrel5mw", *STEADY, "--duration", 3, "--transient", 1, "--out", tmp_path / "out")
+    ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 3, "--transient", 1, "--out", tmp_path / "out")
     assert ran.status == 0
     assert "after 1 s" in ran.out
     case = meltemi.read_case(tmp_path / "out" / "case.yaml")
@@ -177,14 +177,14 @@ def test_statistics_leave_the_transient_out(command: Command, tmp_path: Path) ->
     assert result.time[0] == 0.0 and result.judged.time[0] == 1.0
     again = command("run", tmp_path / "out" / "case.yaml", "--transient", 2, "--out", tmp_path / "out")
     assert again.status == 2 and "transient: 2" in again.err
-    late = command("run", "nrel5mw", *STEADY, "--duration", 3, "--transient", 3, "--out", tmp_path / "none")
+    late = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 3, "--transient", 3, "--out", tmp_path / "none")
     assert late.status == 2 and "leaves nothing" in late.err
     assert not (tmp_path / "none").exists()
 
 
 def test_a_doubtful_run_says_so(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(validity, "OVERSPEED", 0.5)
-    ran = command("run", "nrel5mw", *STEADY, "--duration", 1, "--out", tmp_path)
+    ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 1, "--out", tmp_path)
     assert ran.status == 1
     assert "DOUBTFUL: rotor faster than 1.5 times its rated speed" in ran.err
     assert (tmp_path / "result.nc").exists()
@@ -194,7 +194,7 @@ def test_a_doubtful_run_says_so(command: Command, tmp_path: Path, monkeypatch: p
 def test_a_turbine_that_may_be_a_slip_is_told(command: Command, tmp_path: Path) -> None:
     light = meltemi.load_turbine("nrel5mw").replace(**{"nacelle.mass": 240.0})
     meltemi.write_turbine(light, tmp_path / "light.yaml")
-    ran = command("run", tmp_path / "light.yaml", *STEADY, "--duration", 0.5, "--out", tmp_path / "out")
+    ran = command("run", tmp_path / "light.yaml", "--wind-speed", 9, "--duration", 0.5, "--out", tmp_path / "out")
     assert "warning: nacelle.mass: 240 kg in all" in ran.err
 
 

@@ -328,13 +328,13 @@ def test_ten_minutes_of_normal_turbulence_at_cut_out_are_no_storm(model: Model) 
 
 
 def test_an_event_out_of_place_warns(model: Model) -> None:
-    storm = SteadyWind(speed=26.0)
+    storm = SteadyWind(speed=26.5)
     stop = {"at": 1.0, "type": "request", "request": "emergency_stop"}
     late = run(model, storm, 2.0, supervised(model.turbine), events=[stop])
     assert late.log[0].what == "power limit -> normal stop"
     (words,) = late.warnings
     assert words.startswith("events.0: request emergency stop at 1 s found the machine in state 'normal stop'")
-    assert "mean wind of 26.0 m/s above 25.5 m/s" in words
+    assert "mean wind of 26.5 m/s above 26.0 m/s" in words
     assert words in repr(late)
     idle = supervised(model.turbine, Supervision(begin="idling"))
     (words,) = run(model, SteadyWind(speed=8.0), 2.0, idle, FEATHERED, [stop]).warnings

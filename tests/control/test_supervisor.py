@@ -223,10 +223,11 @@ def reading(
     state, timer, filtered, states, seen = "normal", 0, 0.0, [], []
     need = math.ceil(protection.recheck_time / dt - 1e-9)
     window = round(protection.window / dt)
+    before = [RATED.wind_speed] * (window - 1)
     for k, error in enumerate(errors):
         share = 1.0 if protection.filter_time == 0.0 else 1.0 - math.exp(-dt / protection.filter_time)
         filtered = error if k == 0 else filtered + share * (error - filtered)
-        b = float(yaw_threshold(protection, np.mean(winds[max(0, k + 1 - window) : k + 1])))
+        b = float(yaw_threshold(protection, np.mean((before + winds)[k : k + window])))
         beyond = abs(filtered) > b
         if state == "normal" and beyond and protection.strategy != "ignore":
             state, timer = ("derated", 0) if protection.strategy == "derate" else ("shutdown", 0)
@@ -262,8 +263,9 @@ def test_yaw_protection_is_the_law(
     errors = [error for error, _, n in script for _ in range(n)]
     winds = [wind for _, wind, n in script for _ in range(n)]
     run = Script(supervised(turbine, protection=protection), dt=dt)
+    before = [RATED.wind_speed] * 11
     expected, filtered = reading(protection, errors, winds, dt)
-    b = yaw_threshold(protection, [np.mean(winds[max(0, k - 11) : k + 1]) for k in range(len(winds))])
+    b = yaw_threshold(protection, [np.mean((before + winds)[k : k + 12]) for k in range(len(winds))])
     margin = np.abs(np.abs(filtered) - b).min()
     if margin < 1e-9:
         return  # a tie to rounding has no one answer between two codes

@@ -85,7 +85,7 @@ def test_power_above_that_of_the_wind(model: Model, monkeypatch: pytest.MonkeyPa
 
 def test_pitch_beyond_half_a_turn(model: Model) -> None:
     simulation = Simulation(model, WIND, duration=1.0, channels=CHANNELS)
-    simulation.case.watch[validity.PITCH, validity.LIMIT] = -1.0  # actuators have closer limits
+    simulation.case["watch"][validity.PITCH, validity.LIMIT] = -1.0  # actuators have closer limits
     march(simulation)
     assert "half a turn" in told(simulation.result())
     with pytest.raises(meltemi.InputError, match="not between -pi and pi"):
@@ -116,7 +116,7 @@ def test_a_new_begin_forgets_the_findings(model: Model) -> None:
     assert simulation.status is Status.DOUBTFUL and simulation.finished
     simulation.reset()
     assert not simulation.finished
-    assert [finding["what"][:12] for finding in validity.found(simulation.case.watch)] == []
+    assert [finding["what"][:12] for finding in validity.found(simulation.case["watch"])] == []
 
 
 def test_a_parked_turbine_is_not_driven(model: Model) -> None:

@@ -160,17 +160,18 @@ def run(
         case, folder = _case_of_deck(path, given), Path()
     else:
         case, folder = _case_of_options(target, given), Path()
+    from tempfile import TemporaryDirectory
+
+    from meltemi.core.errors import Status
+    from meltemi.core.yamlfile import validated, write_record
+    from meltemi.loadcases.case import LoadCase, case_controller, case_start, case_turbine, case_wind, self_contained
+
     if transient is not None:
         if written:
             raise InputError(
                 f"{path} is a case file and describes its run itself; write transient: {transient:g} there"
             )
-        case = case.replace(transient=transient)
-    from tempfile import TemporaryDirectory
-
-    from meltemi.core.errors import Status
-    from meltemi.core.yamlfile import write_record
-    from meltemi.loadcases.case import case_controller, case_start, case_turbine, case_wind, self_contained
+        case = validated(case.content() | {"transient": transient}, LoadCase, "command line")
     from meltemi.simulation.case import Stations
     from meltemi.simulation.engines import build
     from meltemi.simulation.simulate import simulate

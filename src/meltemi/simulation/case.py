@@ -139,7 +139,7 @@ SIGNAL_TABLES: dict[str, Table] = {
 """Arrays a channel may ask for, by the table that describes them; q, v and a come on top."""
 
 
-CONSTANT = frozenset("box conditions aero_options flap_nodes increments blade_stations tower_stations".split())
+CONSTANT = frozenset("box conditions aero_options flap_nodes increments blade_stations tower_stations watch".split())
 """Arrays that have no derivatives."""
 Numbers = Literal["lanes", "floats", "duals"]
 AIR_PARTS = (
@@ -236,7 +236,7 @@ class BaseCase:
         for name in REPORTS:
             most[name] = np.inf
         self.measured[GRID], self.measured[POWER_LIMIT] = 1.0, np.inf
-        self.events, self.watch = np.zeros((0, 3)), new_watch(model)
+        self.events = np.zeros((0, 3))
         self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
         self.clock = np.zeros(N_CLOCK, dtype=np.int64)
         self.clock[[EVERY_OUTPUT, EVERY_CONTROL]] = 1
@@ -346,7 +346,6 @@ class BaseCase:
             "a_old": self.a_old,
             "signals": self.signals.vector,
             "output": output,
-            "watch": self.watch,
         }
         return tuple(arrays[name] for name in names)
 
@@ -460,6 +459,7 @@ class Case(BaseCase):
             "tower_nodes": model.tower_nodes,
             "tower_shape": filled("tower_shape", model.tower_shape, tower_fill),
             "faults": healthy(),
+            "watch": new_watch(model),
             "conditions": conditions_array(
                 model.environment, grid, turbine.rated_power, nominal_frequency(turbine.electrical)
             ),

@@ -258,7 +258,7 @@ class Simulation:
             case.clock,
             case.controller_state,
             case["faults"],
-            case.watch,
+            case["watch"],
         )
         self._begin = tuple(array.copy() for array in self._moving)
         self.compile_seconds = compile_seconds() - compiled
@@ -281,7 +281,7 @@ class Simulation:
         if self.interrupted:
             return Status.INTERRUPTED
         status = Status(int(self.case.clock[step.STATUS]))
-        return Status.DOUBTFUL if status is Status.OK and found(self.case.watch) else status
+        return Status.DOUBTFUL if status is Status.OK and found(self.case["watch"]) else status
 
     @property
     def finished(self) -> bool:
@@ -402,7 +402,7 @@ class Simulation:
             meta["warnings"] = warnings
         if self.controller.log is not None or self.events or self.case.trip:
             meta["log"] = [asdict(entry) for entry in log]
-        if findings := found(self.case.watch):
+        if findings := found(self.case["watch"]):
             meta["findings"] = findings
         told = [explain(self.case, self.status, self.time, self.dt), *(str(Finding(**each)) for each in findings)]
         return Result(

@@ -15,7 +15,7 @@ LEAST_CUT_IN = 0.3
 """Share of rated speed: a law that begins below it says nothing of the speed at which to connect."""
 
 
-CUT_OUT_MEAN = 1.02
+CUT_OUT_MEAN = 1.04
 """Of cut-out: ten minutes of normal turbulence with this mean at hub height, as an anemometer sees them, stay below."""
 
 
@@ -38,7 +38,7 @@ class Supervision(Record):
     stop_time: float = Field(default=60.0, ge=0.0)
     """[s] for which."""
     cut_out_mean: float | None = Field(default=None, gt=0.0)
-    """[m/s] 10 min mean above which it stops; 1.02 of cut-out by default: in turbulence about cut-out it goes on."""
+    """[m/s] 10 min mean above which it stops; 1.04 of cut-out by default: turbulence about cut-out stays below."""
     cut_out_wind: float | None = Field(default=None, gt=0.0)
     """[m/s] 30 s mean above which it stops; 1.2 of cut-out by default."""
     cut_out_gust: float | None = Field(default=None, gt=0.0)

@@ -25,6 +25,7 @@ from meltemi.simulation.electric import ELECTRIC_PARTS, deliver
 from meltemi.simulation.power import step
 from meltemi.simulation.power.model import PowerModel
 from meltemi.simulation.step import SUMMARY
+from meltemi.simulation.validity import new_watch
 from meltemi.structure.tables import GEARS, MACHINE_LOAD, ROOT_LOAD
 from meltemi.turbine.electrical import nominal_frequency
 from meltemi.turbine.exchange import DRIVE, MACHINE
@@ -32,7 +33,7 @@ from meltemi.wind.fields import Wind, WindBox, wind_arrays
 
 Float = NDArray[np.float64]
 
-CONSTANT = frozenset("box conditions ratios pitches rain points".split())
+CONSTANT = frozenset("box conditions ratios pitches rain points watch".split())
 """Arrays that have no derivatives."""
 
 
@@ -98,6 +99,7 @@ class PowerCase(BaseCase):
             "rain": model.rain,
             "points": model.points if isinstance(wind, WindBox) else np.zeros((2, 1)),
             "faults": healthy(),
+            "watch": new_watch(model),
             "conditions": conditions_array(
                 model.environment, grid, turbine.rated_power, nominal_frequency(turbine.electrical)
             ),
