@@ -146,7 +146,7 @@ def test_cant_of_the_sections_is_read(deck: Deck) -> None:
         ("ElastoDyn.dat", "-5.0191   OverHang", "-6.5 OverHang", "nacelle.overhang", 6.5),
         ("ElastoDyn.dat", "-2.5   PreCone(1)", "-4 PreCone1", "hub.precone", math.radians(4.0)),
         ("ElastoDyn.dat", "-5   ShftTilt", "-6 ShftTilt", "nacelle.tilt", math.radians(6.0)),
-        ("ElastoDyn.dat", "0   YawBrMass", "1000 YawBrMass", "nacelle.mass", 241000.0),
+        ("ElastoDyn.dat", "0   YawBrMass", "1000 YawBrMass", "tower.top_mass", 1000.0),
         ("ElastoDyn.dat", "100   GBoxEff", "96 GBoxEff", "drivetrain.gearbox_efficiency", 0.96),
         ("ElastoDyn.dat", "534.116   GenIner", "5.34116D+02   GenIner", "drivetrain.generator_inertia", 534.116),
         ("ServoDyn.dat", "94.4   GenEff", "90 GenEff", "drivetrain.generator_efficiency", 0.9),

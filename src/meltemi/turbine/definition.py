@@ -496,6 +496,8 @@ class Tower(Record):
     """(S,) [m] outer diameter."""
     drag_coefficient: float = Field(default=1.0, ge=0.0)
     """Of the tower as a cylinder [-]."""
+    top_mass: float = Field(default=0.0, ge=0.0)
+    """[kg] fixed to the tower top below the yaw bearing: it neither yaws nor loads the bearing."""
     base_height: float = 0.0
     """[m] of the tower base above the ground."""
     damping: Damping
