@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.turbine.openfast.text import InputFile, number, read_input, split
+from meltemi.turbine.openfast.text import Float, InputFile, number, read_input, split
 from meltemi.turbine.openfast.values import Values
 from meltemi.turbine.report import Note
 
@@ -34,6 +34,11 @@ class Polars:
     constants: dict[str, float]
 
 
+def has_lift(alpha: Float, lift: Float) -> bool:
+    """Whether a polar is that of an airfoil, not of a cylinder."""
+    return bool(np.any(np.abs(lift[np.abs(alpha) < 0.52]) > NO_LIFT))
+
+
 def read_airfoils(paths: Sequence[Path], columns: dict[str, int], notes: list[Note]) -> Polars:
     """Read the airfoil files of a deck.
 
@@ -48,10 +53,12 @@ def read_airfoils(paths: Sequence[Path], columns: dict[str, int], notes: list[No
     airfoils: dict[str, dict[str, Any]] = {}
     constants: list[tuple[float, ...]] = []
     for path in paths:
-        name = path.stem
+        file = read_input(path, "airfoil")
+        # of our own files the names are those before they were made fit for files
+        name = file.lines[1].lstrip("! ") if "by meltemi" in file.lines[0] else path.stem
         while name in airfoils:
             name += "_"
-        airfoils[name], found = _airfoil(read_input(path, "airfoil"), columns, notes)
+        airfoils[name], found = _airfoil(file, columns, notes)
         if airfoils[name]["dynamic_stall"]:
             constants.append(tuple(found.values()))
     usual = max(set(constants), key=constants.count) if constants else tuple(STALL_CONSTANTS.values())
@@ -103,7 +110,7 @@ def _airfoil(file: InputFile, columns: dict[str, int], notes: list[Note]) -> tup
             f"{math.degrees(alpha[-1]):g}"
         )
     lift = column("lift")
-    lifts = bool(np.any(np.abs(lift[np.abs(alpha) < 0.52]) > NO_LIFT))
+    lifts = has_lift(alpha, lift)
     stated = lifts and bool(values.given("has_unsteady", False))
     airfoil: dict[str, Any] = {
         "angle_of_attack": alpha,
