@@ -57,6 +57,23 @@ def test_measurements_by_name_and_at_their_time(model: Model) -> None:
     assert run.step()["time"] == pytest.approx(0.2)  # on to the next sample instant
 
 
+@pytest.mark.parametrize("yaw", [0.0, 0.8, -0.8])
+def test_the_anemometer_stands_at_the_hub(model: Model, yaw: float) -> None:
+    """In a box whose wind grows by 1 m/s a second and by 0.01 m/s a metre to the left, the hub's place can be read."""
+    t, y = np.arange(80.0) - 10.0, 20.0 * np.arange(11) - 100.0
+    u = np.broadcast_to(10.0 + t[:, None, None] + 0.01 * y, (80, 2, 11))
+    velocity = np.stack([u, np.zeros_like(u), np.zeros_like(u)], axis=-1).astype(np.float32)
+    box = meltemi.WindBox(velocity, dt=1.0, dy=20.0, dz=200.0, bottom=1.0, speed=10.0)
+    run = Simulation(
+        model, box, duration=1.0, controller=fixed(0.1), start=meltemi.Start(rotor_speed=1.2, coordinates={"yaw": yaw})
+    )
+    measured = run.reset()
+    # NREL/TP-500-38060, Table 4-1: overhang 5.0191 m, shaft tilt 5 deg
+    reach = 5.0191 * np.cos(np.radians(5.0))
+    x, left = -reach * np.cos(yaw), -reach * np.sin(yaw)
+    assert measured["wind_speed"] == pytest.approx(10.0 - x / 10.0 + 0.01 * left, abs=1e-4)
+
+
 def test_demands_by_name(model: Model) -> None:
     run = Simulation(model, WIND, duration=2.0, controller=fixed())
     run.reset()

@@ -19,6 +19,13 @@ from meltemi.simulation.case import AIR_PARTS, Case
 Float = NDArray[np.float64]
 
 
+def prebent(turbine: Turbine, size: float) -> Turbine:
+    """Its blades curved upwind and swept, their sections normal to the curve."""
+    structure = turbine.blade.structure
+    curve = size * structure.position**2 / structure.position[-1]
+    return turbine.replace(**{"blade.structure.axis_x": -0.2 * curve, "blade.structure.axis_y": 0.1 * curve})
+
+
 def bent(turbine: Turbine, size: float, **options: Any) -> tuple[View, Float, Case]:
     """Flow, rotation vectors of the nodes of blade 1 (3, n), and the case of a blade bent and twisted by ``size``."""
     model = meltemi.build(turbine, ModelOptions(flap_modes=1, edge_modes=1, torsion_modes=1, **options))
@@ -29,29 +36,68 @@ def bent(turbine: Turbine, size: float, **options: Any) -> tuple[View, Float, Ca
     return View(FLOW, case["flow"]), case.view("motion")["rotation"][:, 0], case
 
 
-def exact_angle(flow: View, theta: Float, pitch: float, twist: Float) -> Float:
-    """Angle of the section's chord in its own plane, from the rotation of the section, towards feather."""
-    found = np.empty(theta.shape[1])
+def exact_angles(flow: View, theta: Float, case: Case, pitch: float) -> tuple[Float, Float]:
+    """Angle of the chord towards feather from the rotation of the section: in its own plane, and as AeroDyn has it."""
+    own, aerodyn = np.empty((2, theta.shape[1]))
+    nodes = View(AERO_NODE, case.model.aero_nodes)
+    twist, slope_x, slope_y = (nodes[name][0] for name in ("twist", "slope_x", "slope_y"))
     unpitched = Rotation.from_euler("z", -pitch)
     for n in range(theta.shape[1]):
-        section = unpitched * Rotation.from_rotvec(theta[:, n]) * Rotation.from_euler("z", -twist[n])
+        undeformed = Rotation.from_rotvec([-slope_y[n], slope_x[n], 0.0]) * Rotation.from_euler("z", -twist[n])
+        section = unpitched * Rotation.from_rotvec(theta[:, n]) * undeformed
         bend = np.arctan2(flow["sin_bend"][0, n], flow["cos_bend"][0, n])
         x, y, _ = (Rotation.from_euler("y", bend).inv() * section).as_matrix().T
         # the chord y and its normal x, seen from the strip's axes
-        found[n] = 0.5 * (np.arctan2(y[0], y[1]) + np.arctan2(-x[1], x[0]))
-    return found
+        own[n] = 0.5 * (np.arctan2(y[0], y[1]) + np.arctan2(-x[1], x[0]))
+        aerodyn[n] = -section.as_euler("XYZ")[2]  # in the order sweep, flap, twist
+    return own, aerodyn
 
 
-@pytest.mark.parametrize(("chord_angle", "order"), [("section", 3.0), ("openfast", 2.0)])
-def test_angle_of_the_chord_is_that_in_the_plane_of_the_section(
-    turbine: Turbine, chord_angle: str, order: float
-) -> None:
+@pytest.mark.parametrize("curved", [False, True])
+@pytest.mark.parametrize("chord_angle", ["section", "openfast"])
+def test_angle_of_the_chord_is_that_of_the_rotated_section(turbine: Turbine, chord_angle: str, curved: bool) -> None:
     error = []
-    for size in (0.2, 0.1):
-        flow, theta, case = bent(turbine, size, chord_angle=chord_angle)
-        twist = View(AERO_NODE, case.model.aero_nodes)["twist"][0]
-        error.append(np.abs(flow["theta"][0] - exact_angle(flow, theta, 0.2, twist)).max())
-    assert np.log2(error[0] / error[1]) == pytest.approx(order, abs=0.4)
+    for size in (0.08, 0.04):
+        flow, theta, case = bent(prebent(turbine, size) if curved else turbine, size, chord_angle=chord_angle)
+        exact = exact_angles(flow, theta, case, 0.2)
+        error.append([np.abs(flow["theta"][0] - angle).max() for angle in exact])
+    own, aerodyn = np.log2(np.divide(*error))
+    assert own == pytest.approx(3.0 if chord_angle == "section" else 2.0, abs=0.4)
+    assert aerodyn == pytest.approx(2.0 if chord_angle == "section" else 3.0, abs=0.4)
+
+
+@pytest.mark.parametrize("lean", [0.1, -0.1])
+def test_a_blade_whose_sections_lean_alike_is_a_coned_one(turbine: Turbine, lean: float) -> None:
+    """Offsets and cant of the sections on a straight beam, as decks of OpenFAST have them, against the same cone."""
+    a, s, hub = turbine.blade.aerodynamics, turbine.blade.structure, turbine.hub.radius
+    level = turbine.replace(**{"hub.precone": 0.0, "nacelle.tilt": 0.0, "blade.aerodynamics.centre_y": None})
+    offset = (a.position + hub) * np.tan(lean)
+    leaning = level.replace(
+        **{"blade.aerodynamics.centre_x": offset, "blade.aerodynamics.cant": np.full_like(offset, lean)}
+    )
+    longer = 1.0 / np.cos(lean)
+    coned = level.replace(
+        **{
+            "hub.precone": -lean,
+            "hub.radius": hub * longer,
+            "blade.aerodynamics.centre_x": None,
+            "blade.aerodynamics.position": a.position * longer,
+            "blade.structure.position": s.position * longer,
+        }
+    )
+    rigid = ModelOptions(flap_modes=0, edge_modes=0, torsion_modes=0, inflow="quasi_steady", stall="static")
+    options = rigid.replace(tower_influence="none", tip_loss=False, hub_loss=False)
+    found = []
+    for described in (leaning, coned):
+        model = meltemi.build(described, options)
+        case = Case(model, SteadyWind(speed=9.0))
+        for _ in range(3):
+            Start(rotor_speed=1.1).put(case)
+        case.evaluate(0.0)
+        rotor = case.view("rotor")
+        flow = View(FLOW, case["flow"])
+        found.append([rotor["thrust"], rotor["torque"], *flow["phi"][0], *flow["normal_force"][0]])
+    np.testing.assert_allclose(*found, rtol=1e-9)
 
 
 def test_a_bent_blade_turns_about_its_span_but_does_not_pitch(turbine: Turbine) -> None:

@@ -183,6 +183,10 @@ def test_energy_is_kept(turbine: Turbine, blades: int) -> None:
     assert energy_range(turbine, blades, 0.00125) < 1.5e-3
 
 
+def test_energy_is_kept_with_a_mass_at_the_tower_top(turbine: Turbine) -> None:
+    assert energy_range(turbine.replace(**{"tower.top_mass": 5e4}), 3, 0.005) < 5e-3
+
+
 def test_energy_is_kept_with_ice_on_one_blade(turbine: Turbine) -> None:
     assert energy_range(meltemi.with_ice(turbine, meltemi.Icing(blades=(2,))), 3, 0.005) < 5e-3
 
@@ -250,6 +254,40 @@ def test_section_loads_of_a_hanging_blade(turbine: Turbine) -> None:
         assert result[f"station_{n}_force_z_1"][-1] == pytest.approx(weight, rel=2e-3)
     head = 9.80665 * (turbine.nacelle.mass + turbine.hub.mass + 3 * np.trapezoid(m, x))
     assert result["YawBrFzp"][-1] == pytest.approx(-head, rel=1e-3)
+
+
+def test_a_mass_below_the_yaw_bearing_loads_the_tower_only(turbine: Turbine) -> None:
+    """Beside the same mass in the nacelle, on the yaw axis: equal motion, but other loads at the bearing."""
+    mass, n = 3e4, turbine.nacelle
+    total = n.mass + mass
+    x, _, z = n.mass_centre
+    spread = n.mass * mass / total
+    in_nacelle = {
+        "nacelle.mass": total,
+        "nacelle.mass_centre": [x * n.mass / total, 0.0, z * n.mass / total],
+        "nacelle.roll_inertia": n.roll_inertia + spread * z * z,
+        "nacelle.nod_inertia": n.nod_inertia + spread * (x * x + z * z),
+    }
+    channels = ["YawBrFxp", "YawBrFzp", "YawBrTAxp", "TwrBsFzt", "TwrBsMyt", "tower_top_fore_aft", "nacelle_yaw"]
+    start = Start(rotor_speed=1.2, coordinates={"tower 1st fore-aft": 0.3})
+    below, above = (
+        simulate(
+            meltemi.build(turbine.replace(**changes)),
+            SteadyWind(speed=10.0),
+            duration=10.0,
+            start=start,
+            controller=meltemi.fixed(),
+            channels=channels,
+        )
+        for changes in ({"tower.top_mass": mass}, in_nacelle)
+    )
+    for name in ("TwrBsFzt", "TwrBsMyt", "tower_top_fore_aft"):
+        np.testing.assert_allclose(below[name], above[name], rtol=2e-3, atol=2e-3 * np.abs(above[name]).max())
+    push = below["YawBrFxp"] - above["YawBrFxp"] - mass * below["YawBrTAxp"]
+    # the axis leans by 0.01 rad, so a share of the weight comes in
+    slope = -push / (mass * 9.80665 * below["tower_top_fore_aft"])
+    assert np.all((slope > 1.3 / turbine.tower.length) & (slope < 2.0 / turbine.tower.length))
+    np.testing.assert_allclose(below["YawBrFzp"] - above["YawBrFzp"], mass * 9.80665, rtol=2e-2)
 
 
 def test_free_and_driven_yaw(turbine: Turbine) -> None:

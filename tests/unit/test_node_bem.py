@@ -27,8 +27,10 @@ def strip_at(
     return Strip(vx, vy, theta, solidity, blades * (1.0 - x) / (2.0 * x), blades * (x - HUB) / (2.0 * HUB), polar)
 
 
-def solve(strip: Strip, polars: Float, phi: float = 0.1, slope: float = 1.0, buhl: int = 1) -> Induction:
-    return induction(strip, polars, 0.0, 0.0, buhl, ITERATIONS, phi, slope)
+def solve(
+    strip: Strip, polars: Float, phi: float = 0.1, slope: float = 1.0, buhl: int = 1, drag: float = 0.0
+) -> Induction:
+    return induction(strip, polars, drag, drag, buhl, ITERATIONS, phi, slope)
 
 
 def random_strips(n: int, seed: int, polars: Float) -> list[Strip]:
@@ -46,10 +48,11 @@ def random_strips(n: int, seed: int, polars: Float) -> list[Strip]:
     return found
 
 
-def test_the_balance_is_met_in_every_wind_and_rotation(polars: tuple[Float, Float]) -> None:
+@pytest.mark.parametrize("drag", [0.0, 1.0])
+def test_the_balance_is_met_in_every_wind_and_rotation(polars: tuple[Float, Float], drag: float) -> None:
     rng = np.random.default_rng(11)
     for strip in random_strips(3000, 1, polars[0]):
-        solution = solve(strip, polars[0], phi=float(rng.uniform(-1.0, 2.5)))
+        solution = solve(strip, polars[0], phi=float(rng.uniform(-1.0, 2.5)), drag=drag)
         assert abs(solution.residual) < 1e-10, strip
         assert np.isfinite(solution).all()
 
@@ -62,16 +65,52 @@ def test_a_warm_start_changes_nothing_that_matters(polars: tuple[Float, Float]) 
         assert warm.ap == pytest.approx(cold.ap, abs=1e-9)
 
 
-def test_every_guess_finds_the_same_solution(polars: tuple[Float, Float]) -> None:
+@pytest.mark.parametrize("drag", [0.0, 1.0])
+def test_every_guess_finds_the_same_solution(polars: tuple[Float, Float], drag: float) -> None:
     """In the operation of a turbine, from a windmill's inflow angles to those of a propeller and of reversed flow."""
     rng = np.random.default_rng(5)
     for _ in range(300):
         x, vx, speed_ratio = rng.uniform(0.25, 0.97), rng.uniform(4.0, 20.0), rng.uniform(4.0, 11.0)
         theta = 0.24 * (1.0 - x) + rng.uniform(0.0, 0.2)
         strip = strip_at(x, vx, x * speed_ratio * vx, theta=theta, solidity=0.025 / x)
-        found = [solve(strip, polars[0], phi=phi).a for phi in (-0.7, -0.2, -0.02, 0.1, 0.5, 1.5, 2.2)]
+        found = [solve(strip, polars[0], phi=phi, drag=drag).a for phi in (-0.7, -0.2, -0.02, 0.1, 0.5, 1.5, 2.2)]
         assert np.ptp(found) < 1e-9, strip
         assert max(found) < 1.0
+
+
+@pytest.mark.parametrize(("axial_drag", "tangential_drag"), [(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)])
+def test_the_balance_has_one_solution_whatever_the_drag(
+    polar_of: Callable[..., tuple[Float, Float]], axial_drag: float, tangential_drag: float
+) -> None:
+    """A scan over inflow, solidity, pitch and drag: the residual changes its sign once between -pi/4 and 3 pi/4."""
+    fine = np.geomspace(1e-5, 0.25 * pi, 120)
+    angles = np.concatenate([-fine[::-1], [0.0], fine, np.linspace(0.25 * pi, PHI_HIGH, 60)[1:]])
+    grid = np.linspace(-pi, pi, 1441)
+    rng = np.random.default_rng(7)
+    for _ in range(40):
+        attached = 1.0 / (1.0 + np.exp((np.abs(grid) - rng.uniform(0.15, 0.3)) / 0.05))
+        lift = attached * 2.0 * pi * np.sin(grid + rng.uniform(0.0, 0.1)) + (1.0 - attached) * 1.1 * np.sin(2.0 * grid)
+        drag = 10.0 ** rng.uniform(-3.0, -0.7) + rng.uniform(0.1, 2.0) * np.sin(grid) ** 2
+        polar = polar_of(lift, drag)[0]
+        for _ in range(10):
+            x = float(rng.uniform(0.1, 0.99))
+            inflow = atan2(1.0, x * rng.uniform(1.0, 14.0))
+            theta = float(rng.choice([rng.uniform(-0.1, 0.5), 0.67 * inflow + rng.uniform(-0.2, 0.05)]))
+            solidity = float(min(rng.uniform(0.01, 0.06) / x, 0.3))
+            strip = strip_at(x, sin(inflow), cos(inflow), theta=theta, solidity=solidity)
+            residual = np.array(
+                [
+                    balance(
+                        strip, polar, axial_drag, tangential_drag, 1, strip.vx, strip.vy, 1.0, 1.0, float(phi)
+                    ).residual
+                    for phi in angles
+                ]
+            )
+            assert np.count_nonzero(np.diff(np.sign(residual))) == 1, (
+                strip,
+                angles[:-1][np.diff(np.sign(residual)) != 0],
+            )
+            assert residual[0] < 0.0 < residual[-1]
 
 
 def test_from_a_nearby_solution_five_evaluations_are_enough(polars: tuple[Float, Float]) -> None:
@@ -134,15 +173,17 @@ def test_solutions_are_those_of_classical_momentum_theory(
         F = (2.0 / pi) ** 2 * acos(exp(-strip.tip_number / s)) * acos(exp(-strip.hub_number / s))
         thrust = strip.solidity * (cl * c + axial_drag * cd * s) * (1.0 - a) ** 2 / s**2
         torque = strip.solidity * (cl * s - tangential_drag * cd * c) * (1.0 - a) * (1.0 + ap) / (s * c)
+        flow = 1.0 - a
         if a <= 0.4 or not buhl:
-            momentum = 4.0 * F * a * (1.0 - a)
+            momentum = 4.0 * F * a * flow
             light += 1
-        else:  # Buhl (2005), equation 17
+        else:  # Buhl (2005), equation 17, and the flow that takes up this thrust
             momentum = 8.0 / 9.0 + (4.0 * F - 40.0 / 9.0) * a + (50.0 / 9.0 - 4.0 * F) * a * a
+            flow = momentum / (4.0 * F * a)
             heavy += 1
         # the balance is met to 1e-10 in the inflow angle; dividing by sin(phi)^2 costs two digits
         assert thrust == pytest.approx(momentum, abs=1e-7)
-        assert torque == pytest.approx(4.0 * F * ap * (1.0 - a), abs=1e-7)
+        assert torque == pytest.approx(4.0 * F * ap * flow, abs=1e-7)
         assert abs(residual) < 1e-10
     assert light > 300
     assert heavy > 50 or not buhl

@@ -130,13 +130,23 @@ def test_switches_become_options(deck: Deck, name: str, old: str, new: str, opti
     assert getattr(ModelOptions(**meltemi.read_deck(deck()).options), option) != value or option == "inflow"
 
 
+def test_cant_of_the_sections_is_read(deck: Deck) -> None:
+    assert meltemi.read_openfast(deck()).blade.aerodynamics.cant is None
+    row = "1.3667000E+00 -8.1531745E-04 -3.4468858E-03 "
+    path = deck("AeroDyn_blade.dat", (row + "0.0000000E+00", row + "-5.0"))
+    cant = meltemi.read_openfast(path).blade.aerodynamics.cant
+    assert cant is not None
+    assert cant[1] == pytest.approx(math.radians(-5.0))
+    assert np.count_nonzero(cant) == 1
+
+
 @pytest.mark.parametrize(
     ("name", "old", "new", "path", "value"),
     [
         ("ElastoDyn.dat", "-5.0191   OverHang", "-6.5 OverHang", "nacelle.overhang", 6.5),
         ("ElastoDyn.dat", "-2.5   PreCone(1)", "-4 PreCone1", "hub.precone", math.radians(4.0)),
         ("ElastoDyn.dat", "-5   ShftTilt", "-6 ShftTilt", "nacelle.tilt", math.radians(6.0)),
-        ("ElastoDyn.dat", "0   YawBrMass", "1000 YawBrMass", "nacelle.mass", 241000.0),
+        ("ElastoDyn.dat", "0   YawBrMass", "1000 YawBrMass", "tower.top_mass", 1000.0),
         ("ElastoDyn.dat", "100   GBoxEff", "96 GBoxEff", "drivetrain.gearbox_efficiency", 0.96),
         ("ElastoDyn.dat", "534.116   GenIner", "5.34116D+02   GenIner", "drivetrain.generator_inertia", 534.116),
         ("ServoDyn.dat", "94.4   GenEff", "90 GenEff", "drivetrain.generator_efficiency", 0.9),

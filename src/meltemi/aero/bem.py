@@ -1,16 +1,18 @@
 """Blade-element momentum at one blade node, solved for the inflow angle.
 
 Following Ning (2014) the balance of momentum is one equation in the inflow angle phi. With
-sigma' = B c / (2 pi r), kappa = sigma' C_x / (4 F), s = sin(phi), c = cos(phi):
+sigma' = B c / (2 pi r), kappa = sigma' C_x / (4 F), s = sin(phi), c = cos(phi), and with g, the flow
+through the annulus over the speed of the relative wind,
 
-    V_y s / (1 - a) = V_x (c - sigma' C_y / (4 F s))
+    V_y s / (1 - a) = V_x (c - sigma' C_y / (4 F g)),    s / (1 - a) = s + kappa / g
 
-    s / (1 - a) = s + kappa / s                                    momentum, kappa <= 2/3 s^2
+    s / (1 - a) = s + kappa / s                                    momentum (g = s), kappa <= 2/3 s^2
                 = (5/3 - F) s + sqrt(2 F kappa - (4/3 - F) F s^2)  Buhl (2005) beyond
 
 The second form is Buhl's parabola solved for 1 / (1 - a): smooth through phi = 0, where a = 1, and
 valid beyond, so with it a solution exists for every wind and rotor speed in -pi/4 < phi < 3 pi/4 (without
-it there is a pole at phi = 0). Flow from behind and backward rotation are mirrored into that range.
+it there is a pole at phi = 0). Its g stays above zero there, so drag in C_y makes no pole and no second
+solution. Flow from behind and backward rotation are mirrored into that range.
 
 Reference: docs/theory/aerodynamics.md (A-5 to A-15); Ning (2014), Eqs. 5-14; Buhl (2005), Eq. 17.
 """
@@ -36,6 +38,8 @@ ROUNDING = 1e-12
 """[rad] by which a step may leave the bracket: at convergence the bracket has no width."""
 LOSS_FLOOR = 1e-4
 """Smallest loss factor."""
+LEAST_FLOW, TINY = 0.3, 1e-6
+"""Least flow through the annulus over |s|, below all that occurs where a > 1 (A-10), and least of all."""
 STILL = 1e-3
 """[m/s] below which the wind counts as still."""
 
@@ -135,13 +139,16 @@ def balance(
     F = loss_factor(strip.tip_number, strip.hub_number, abs(s))
     q = strip.solidity / (4.0 * F)
     kappa = q * cx
-    safe = where(abs(s) > 1e-6, s, where(s >= 0.0, 1e-6, -1e-6))
-    momentum = s + kappa / safe
     high = (5.0 / 3.0 - F) * s + sqrt(max(2.0 * F * kappa - (4.0 / 3.0 - F) * F * s * s, 0.0))
-    # flow that turns back under blades that push the air on does not exist: there the balance is left open
-    use_high = (buhl == 1) & ((s <= 0.0) | (kappa > (2.0 / 3.0) * s * s)) | ((s <= 0.0) & (kappa <= 0.0))
-    axial = where(use_high, high, momentum)
-    tangential = c - q * (lift - tangential_drag * cd * c / safe)
+    heavy = (s <= 0.0) | (buhl == 1) & (kappa > (2.0 / 3.0) * s * s)
+    # the flow that takes up the thrust takes up the torque as well
+    added = high - s
+    flow = where(heavy, kappa / where(abs(added) > TINY, added, TINY), s)
+    flow = max(flow, max(LEAST_FLOW * abs(s), TINY))
+    axial = where(heavy, high, s + kappa / flow)
+    cy = lift * s - tangential_drag * cd * c
+    # air that turns back under blades that push it on does not exist: there the balance is left open
+    tangential = c - q * where(s > 0.0, cy, min(cy, 0.0)) / flow
     return Balance(cos_0 * axial - sin_0 * tangential, axial, tangential)
 
 

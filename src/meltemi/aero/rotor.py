@@ -133,10 +133,11 @@ def relative_wind(
                 u = add(u, tower_influence(tower, p))
             put3(flow, WIND, b, n, u)
             w = sub(rotate_back(R, u), add(vec3(motion, ex.VELOCITY, b, n), cross(spin, offset)))
-            # unpitched blade axes, then along the bent blade
-            sweep = cp * theta.x + sp * theta.y
-            flap = cp * theta.y - sp * theta.x
-            bend = cp * nodes[SLOPE_X, b, n] + sp * nodes[SLOPE_Y, b, n] + flap
+            # unpitched blade axes, then along the bent blade: elastic slopes in and out of plane, and those of prebend
+            sweep, flap = cp * theta.x + sp * theta.y, cp * theta.y - sp * theta.x
+            x, y = nodes[SLOPE_X, b, n], nodes[SLOPE_Y, b, n]
+            side, lean = sp * x - cp * y, cp * x + sp * y
+            bend = flap + lean
             cb, sb = cos(bend), sin(bend)
             flow[VX, b, n] = cb * (cp * w.x + sp * w.y) - sb * w.z
             flow[VY, b, n] = cp * w.y - sp * w.x
@@ -146,7 +147,8 @@ def relative_wind(
             flow[TURN, b, n] = sb * (cp * spin.x + sp * spin.y) + cb * spin.z
             flow[PITCHING, b, n] = sb * (cp * elastic.x + sp * elastic.y) + cb * (elastic.z - pitch[1, b])
             # rotations about two axes turn the chord about the third
-            flow[THETA, b, n] = pitch[0, b] + nodes[TWIST, b, n] - theta.z + aero[SWEEP_FLAP] * sweep * flap
+            turned = theta.z + 0.5 * (sweep * lean - flap * side) - aero[SWEEP_FLAP] * (sweep + side) * bend
+            flow[THETA, b, n] = pitch[0, b] + nodes[TWIST, b, n] - turned
             flow[RADIUS, b, n] = norm(add_scaled(r, -dot(r, shaft), shaft))
 
 

@@ -27,7 +27,7 @@ AERO = table(
     stall_b2         | -      | second rate, in semi-chords
     stall_pressure   | -      | pressure lag, in semi-chords
     stall_separation | -      | separation lag, in semi-chords
-    sweep_flap       | -      | share of sweep times flap slope in the chord's angle
+    sweep_flap       | -      | share of the product of slopes in and out of plane in the chord's angle
     tower_cut        | -      | 1: tower influence only on the lower half of the rotor
     """,
 )
@@ -57,9 +57,9 @@ AERO_NODE = table(
     chord        | m   | chord
     twist        | rad | aerodynamic twist, towards feather
     centre xyz   | m   | aerodynamic centre from the node's reference point, blade axes
-    slope_x      | -   | prebend: slope of the undeformed axis, downwind at zero pitch
-    slope_y      | -   | sweep: slope of the undeformed axis, towards the trailing edge
-    length       | m   | of blade that the node stands for
+    slope_x      | rad | prebend: lean of the undeformed section, downwind at zero pitch
+    slope_y      | rad | sweep: lean of the undeformed section, towards the trailing edge
+    length       | m   | of blade that the node stands for, along the arc of the aerodynamic centres
     solid_length | m   | blades times chord over 2 pi: solidity times radius
     tip_number   | -   | blades (arc to the tip) / (2 arc), for Prandtl's tip loss
     hub_number   | -   | blades (arc from the root) / (2 hub radius), for the hub loss

@@ -31,7 +31,7 @@ MEASUREMENTS = table(
     in_plane_moment blades     | N m     | root bending moment of each blade, in the rotor plane (RootMxc)
     yaw                        | rad     | nacelle direction, counter-clockwise from above
     yaw_rate                   | rad/s   | its rate
-    wind_speed                 | m/s     | horizontal, at the undisturbed hub position
+    wind_speed                 | m/s     | horizontal, undisturbed, at the hub
     wind_direction             | rad     | there, clockwise from above
     fore_aft_acceleration      | m/s^2   | of the tower top, downwind
     side_side_acceleration     | m/s^2   | of the tower top, to the left looking downwind

@@ -224,8 +224,8 @@ def build(turbine: Turbine, options: ModelOptions | None = None, environment: En
         tip_second=np.ascontiguousarray(blade.second[:, :, -1, :].transpose(2, 0, 1)),
         top_shape=top,
         top_second=np.ascontiguousarray(tower.second[:, :, -1, :].transpose(2, 0, 1)),
-        tower_matrix=_tower_matrix(tower),
-        tower_weight=_tower_weight(tower),
+        tower_matrix=_tower_matrix(tower, turbine.tower.top_mass),
+        tower_weight=_tower_weight(tower, turbine.tower.top_mass),
         tower_nodes=_tower_nodes(tower, tower_layout),
         tower_shape=np.ascontiguousarray(
             tower.modes.at(tower_layout.position).transpose(0, 2, 1).reshape(6 * k, options.tower_nodes)
@@ -333,7 +333,7 @@ def _locked(coordinates: tuple[str, ...], options: ModelOptions) -> Float:
 
 
 def head_mass(turbine: Turbine, pieces: Float, axis: Float) -> Float:
-    """(6, 6) inertia about the tower top of nacelle and rotor as one mass at their common centre.
+    """(6, 6) inertia about the tower top of all that it carries, as one mass at the common centre.
 
     Their rotary inertia is left out of the tower's modes: in the assembled machine the flexible blades do
     not follow the nodding and rolling of the second tower modes, and modes of a rigid rotor would miss
@@ -347,7 +347,7 @@ def head_mass(turbine: Turbine, pieces: Float, axis: Float) -> Float:
     along = (h.mass * h.mass_centre - blades * z * np.sin(h.precone)) / rotor if rotor > 0.0 else 0.0
     c, s = np.cos(n.tilt), np.sin(n.tilt)
     x_rotor, z_rotor = (along - n.overhang) * c, n.shaft_height - (along - n.overhang) * s
-    mass = n.mass + rotor
+    mass = turbine.tower.top_mass + n.mass + rotor
     x, y, zn = n.mass_centre
     centre = np.array([n.mass * x + rotor * x_rotor, n.mass * y, n.mass * zn + rotor * z_rotor]) / max(mass, 1e-9)
     return rigid_body(mass, centre, np.zeros((3, 3)))
@@ -391,6 +391,7 @@ def _structure(turbine: Turbine, environment: Environment, options: ModelOptions
     axis_x, axis_y = turbine.blade.structure.axis_x, turbine.blade.structure.axis_y
     v["gravity"] = environment.gravity
     v["tower_base"], v["tower_length"] = turbine.tower.base_height, turbine.tower.length
+    v["top_mass"] = turbine.tower.top_mass
     v["shaft_height"], v["overhang"], v["tilt"] = n.shaft_height, n.overhang, n.tilt
     v["precone"], v["hub_radius"] = h.precone, h.radius
     v["tip"] = (
@@ -433,27 +434,30 @@ def _node_rows(turbine: Turbine, pieces: Float, axis: Float) -> Float:
     return rows
 
 
-def _tower_matrix(tower: Member) -> Float:
+def _tower_matrix(tower: Member, top_mass: float) -> Float:
     k = len(tower.names)
     matrix = np.zeros((4, k, k))
-    matrix[0] = tower.modes.mass_alone
+    top = tower.modes.shape[:, -1, :3]
+    matrix[0] = tower.modes.mass_alone + top_mass * top @ top.T
     matrix[1] = tower.modes.stiffness
     matrix[2] = tower.damping
     # own weight, P-delta: V = g sum m u_z, with the second-order displacement 1/2 q Z q
-    matrix[3] = np.einsum("n,kln->kl", _lumps(tower), tower.second[:, :, :, 2])
+    matrix[3] = np.einsum("n,kln->kl", _lumps(tower, top_mass), tower.second[:, :, :, 2])
     return matrix
 
 
-def _tower_weight(tower: Member) -> Float:
-    result: Float = -np.einsum("n,kn->k", _lumps(tower), tower.modes.shape[:, :, 2])
+def _tower_weight(tower: Member, top_mass: float) -> Float:
+    result: Float = -np.einsum("n,kn->k", _lumps(tower, top_mass), tower.modes.shape[:, :, 2])
     return result
 
 
-def _lumps(member: Member) -> Float:
+def _lumps(member: Member, top_mass: float) -> Float:
     """(n,) [kg] mass at the nodes of a member's mesh."""
     z = member.modes.z
     edges = np.concatenate([z[:1], 0.5 * (z[1:] + z[:-1]), z[-1:]])
-    return member.beam.rigid_pieces(edges, member.modes.points)[:, 0, 0]
+    mass: Float = member.beam.rigid_pieces(edges, member.modes.points)[:, 0, 0]
+    mass[-1] += top_mass
+    return mass
 
 
 def _tower_nodes(tower: Member, layout: NodeLayout) -> Float:
@@ -524,15 +528,21 @@ def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pol
             np.zeros(len(s)),
         ]
     )
-    v["slope_x"] = np.interp(s, structure.position, np.gradient(axis_x, structure.position))
-    v["slope_y"] = np.interp(s, structure.position, np.gradient(axis_y, structure.position))
-    v["length"] = layout.length
+    if a.cant is not None:
+        v["slope_x"] = at(a.cant)
+    else:
+        for name, axis in (("slope_x", axis_x), ("slope_y", axis_y)):
+            v[name] = np.interp(s, structure.position, np.arctan(np.gradient(axis, structure.position)))
     v["solid_length"] = B * v["chord"] / (2.0 * np.pi)
-    radius, hub = turbine.hub.radius + s, turbine.hub.radius
-    tip = turbine.rotor_radius
-    v["tip_number"] = B * (tip - radius) / (2.0 * radius) if options.tip_loss else 1e9
-    v["hub_number"] = B * (radius - hub) / (2.0 * hub) if options.hub_loss else 1e9
+    # lengths along the line of aerodynamic centres
+    line = [np.diff(x) for x in (a.position, a.centre_x, a.centre_y) if x is not None]
+    arc = np.concatenate([[0.0], np.cumsum(np.sqrt(np.sum(np.square(line), axis=0)))])
+    v["length"] = np.diff(np.interp(layout.edges, a.position, arc))
+    root, end, hub = np.interp(s, a.position, arc), arc[-1], turbine.hub.radius
+    v["tip_number"] = B * (end - root) / (2.0 * (hub + root)) if options.tip_loss else 1e9
+    v["hub_number"] = B * root / (2.0 * hub) if options.hub_loss else 1e9
     v["end"] = ((v["tip_number"] < 1e-9) | (v["hub_number"] < 1e-9)).astype(float)
+    radius, tip = hub + s, turbine.rotor_radius
     area = radius * layout.length
     v["area"] = area / area.sum() / B
     u = np.clip((radius / tip - RING_CENTRE) / RING_WIDTH, -1.0, 1.0)

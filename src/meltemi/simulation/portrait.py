@@ -152,7 +152,8 @@ def masses(turbine: Turbine) -> dict[str, float]:
     """[kg] of blade, hub, rotor, nacelle and tower."""
     blade, tower = beam_mass(blade_beam(turbine.blade.structure))[0], beam_mass(tower_beam(turbine.tower))[0]
     rotor = turbine.n_blades * blade + turbine.hub.mass
-    return {"blade": blade, "hub": turbine.hub.mass, "rotor": rotor, "nacelle": turbine.nacelle.mass, "tower": tower}
+    below = tower + turbine.tower.top_mass
+    return {"blade": blade, "hub": turbine.hub.mass, "rotor": rotor, "nacelle": turbine.nacelle.mass, "tower": below}
 
 
 def _attempt(problems: dict[str, str], what: str, compute: Callable[[], T]) -> T | None:

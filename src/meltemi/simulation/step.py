@@ -27,7 +27,7 @@ Reference: docs/theory/simulation.md (M-1 to M-9); Newmark (1959).
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import atan2, sin, sqrt
+from math import atan2, sqrt
 from typing import Any
 
 from numpy import float32, float64, int64
@@ -47,6 +47,7 @@ from meltemi.electrical.advance import GRID_POWER, ON, TRIP, electric_advance
 from meltemi.electrical.advance import TORQUE as ELECTRIC_TORQUE
 from meltemi.environment import conditions as cd
 from meltemi.environment.conditions import conditions_now
+from meltemi.maths.access import vec1
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
@@ -74,7 +75,7 @@ SUMMARY = table(
     "",
     """
     time             | s     | simulation time
-    hub_wind xyz     | m/s   | wind at the undeflected hub centre, inertial axes
+    hub_wind xyz     | m/s   | undisturbed wind at the hub centre, inertial axes
     generator_speed  | rad/s | of the generator's shaft
     generator_torque | N m   | on the generator's shaft
     power            | W     | electrical
@@ -133,9 +134,7 @@ LOCKED, CORE_MASS, CORE_FORCE, ARM_MASS, COUPLING, ARM_FORCE = (
 )
 
 (TOWER_DRAG,) = AERO_OPTIONS.slots("tower_drag")
-GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, YAW_STIFFNESS = STRUCTURE.slots(
-    "gear_ratio tower_base tower_length shaft_height overhang tilt yaw_stiffness"
-)
+GEAR_RATIO, YAW_STIFFNESS = STRUCTURE.slots("gear_ratio yaw_stiffness")
 
 
 @kernel
@@ -385,6 +384,7 @@ def sensible(demands: Float, limits: Float) -> bool:
 @kernel
 def whole_machine(
     t: float,
+    hub: Vec,
     v: Float,
     n_core: int,
     structure: Float,
@@ -397,11 +397,10 @@ def whole_machine(
     shaft_torque: float,
     summary: Float,
 ) -> None:
-    """Fill the summary; ``shaft_torque`` [N m] is that of the rotor on the shaft."""
+    """Fill the summary; ``hub`` [m] is the place of the hub, ``shaft_torque`` [N m] that of the rotor on the shaft."""
     n = n_core - N_SHAFT
     series_now(t, series, now)
-    height = structure[TOWER_BASE] + structure[TOWER_LENGTH] + structure[SHAFT_HEIGHT]
-    u = wind_velocity(Vec(0.0, 0.0, height + structure[OVERHANG] * sin(structure[TILT])), t, wind, now, box)
+    u = wind_velocity(hub, t, wind, now, box)
     speed = structure[GEAR_RATIO] * v[n + GENERATOR]
     summary[TIME] = t
     summary[HUB_WIND], summary[HUB_WIND + 1], summary[HUB_WIND + 2] = u.x, u.y, u.z
@@ -499,6 +498,7 @@ def observe(
     section_loads(everywhere, *loads_seen[:-1])
     whole_machine(
         t,
+        vec1(seen[P_MACHINE], ex.HUB_POSITION),
         seen[V],
         seen[COLUMNS].shape[1],
         seen[P_STRUCTURE],

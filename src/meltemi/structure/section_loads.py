@@ -66,7 +66,7 @@ from meltemi.turbine import exchange as ex
 
 Float = NDArray[float64]
 
-HUB_RADIUS, TIP, TOWER_LENGTH = STRUCTURE.slots("hub_radius tip tower_length")
+HUB_RADIUS, TIP, TOWER_LENGTH, TOP_MASS = STRUCTURE.slots("hub_radius tip tower_length top_mass")
 R_FORCE, R_MOMENT, R_PITCHED_FORCE, R_PITCHED_MOMENT, R_TIP, R_PITCHED_TIP, R_TIP_ROTATION, R_CLEARANCE = (
     ROOT_LOAD.slots("force moment pitched_force pitched_moment tip pitched_tip tip_rotation clearance")
 )
@@ -274,7 +274,11 @@ def tower_loads(
     gravity = Vec(0.0, 0.0, -p[GRAVITY])
     n_modes = shape.shape[0] // 6
     top = vec1(machine, ex.TOP_POSITION)
-    F_top, M_top = vec1(apex, 0), vec1(apex, 3)
+    # below the yaw bearing: with the mass that is fixed there
+    fall = gravity
+    for k in range(n_modes):
+        fall = add_scaled(fall, -a[k], vec2(shape, 6 * k, shape.shape[1] - 1))
+    F_top, M_top = add_scaled(vec1(apex, 0), p[TOP_MASS], fall), vec1(apex, 3)
     for i in range(out.shape[1]):
         cut = stations[i]
         # deflected place of the cut

@@ -14,6 +14,7 @@ STRUCTURE = table(
     gravity           | m/s^2      | gravitational acceleration
     tower_base        | m          | height of the tower base above ground
     tower_length      | m          | tower base to tower top
+    top_mass          | kg         | fixed to the tower top, below the yaw bearing
     shaft_height      | m          | tower top to the point where shaft and yaw axis meet
     overhang          | m          | from there to the rotor apex, upwind along the shaft
     tilt              | rad        | shaft tilt, upwind end up

@@ -54,7 +54,7 @@ def _positive(record: Record, names: str, *, zero: bool = False) -> None:
 def _angle(record: Record, names: str, limit: float) -> None:
     for name in names.split():
         value = getattr(record, name)
-        if np.any(np.abs(value) > limit):
+        if value is not None and np.any(np.abs(value) > limit):
             i = int(np.argmax(np.abs(value)))
             raise ValueError(
                 f"{name} is in radians and expected within +-{limit:.2f}, but entry {i + 1} is {value[i]:g}; "
@@ -172,13 +172,17 @@ class BladeAerodynamics(Record):
     """(S,) [m] aerodynamic centre from the pitch axis, downwind at zero pitch."""
     centre_y: Vector | None = None
     """(S,) [m] aerodynamic centre from the pitch axis, towards the trailing edge at zero pitch."""
+    cant: Vector | None = None
+    """(S,) [rad] by which the undeformed section leans from the normal of the pitch axis, its tip side downwind at zero
+    pitch (a blade prebent upwind has negative ones); without it the section stands normal to the beam's axis."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         _stations(self.position, "position")
-        _per_station(self, "chord twist airfoil centre_x centre_y", len(self.position))
+        _per_station(self, "chord twist airfoil centre_x centre_y cant", len(self.position))
         _positive(self, "chord")
         _angle(self, "twist", 1.6)
+        _angle(self, "cant", 0.8)
         return self
 
 
@@ -492,6 +496,8 @@ class Tower(Record):
     """(S,) [m] outer diameter."""
     drag_coefficient: float = Field(default=1.0, ge=0.0)
     """Of the tower as a cylinder [-]."""
+    top_mass: float = Field(default=0.0, ge=0.0)
+    """[kg] fixed to the tower top below the yaw bearing: it neither yaws nor loads the bearing."""
     base_height: float = 0.0
     """[m] of the tower base above the ground."""
     damping: Damping

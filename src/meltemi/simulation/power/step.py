@@ -246,6 +246,7 @@ def observe(t: float, efficiency: float, numbers: tuple[Any, ...], parts: tuple[
     seen = view_parts(numbers[1], parts)
     whole_machine(
         t,
+        Vec(0.0, 0.0, seen[P_STRUCTURE][TOWER_LENGTH]),
         seen[V],
         N_SHAFT,
         seen[P_STRUCTURE],

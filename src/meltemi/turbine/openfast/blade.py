@@ -185,7 +185,7 @@ def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[Note]) -> 
     Values(notes).read(file)
     entry = file.require(["NumBlNds"], "number of stations")
     wanted = {"position": "BlSpn", "chord": "BlChord", "twist": "BlTwist", "airfoil": "BlAFID"}
-    offsets = {"centre_x": "BlCrvAC", "centre_y": "BlSwpAC"}
+    offsets = {"centre_x": "BlCrvAC", "centre_y": "BlSwpAC", "cant": "BlCrvAng"}
     columns: dict[str, Any] = dict(file.table(entry, wanted | offsets, optional=tuple(offsets)))
     ids = columns["airfoil"]
     if np.any(ids != np.round(ids)) or np.any(ids < 1) or np.any(ids > len(names)):
@@ -196,13 +196,14 @@ def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[Note]) -> 
     for name in offsets:
         if name in columns and not np.any(columns[name]):
             del columns[name]
+    if "cant" in columns:
+        columns["cant"] = np.radians(columns["cant"])
     notes.append(
         Note(
             "used",
             f"{file.path.name}:{entry.line}",
-            f"chord, twist, airfoils at {len(ids)} stations",
+            f"chord, twist, airfoils, offsets, cant at {len(ids)} stations",
             "blade.aerodynamics",
         )
     )
-    notes.append(Note("ignored", file.path.name, "BlCrvAng", "sections stand normal to the blade's own bent axis"))
     return columns

@@ -301,13 +301,7 @@ def _structure(
 
 
 def _nacelle(data: dict[str, Any], v: Values) -> None:
-    bearing = v.given("yaw_bearing_mass", 0.0)
-    mass = v["nacelle_mass"] + bearing
-    share = v["nacelle_mass"] / mass if mass > 0.0 else 1.0
-    data["nacelle"] |= {
-        "mass": mass,
-        "mass_centre": tuple(share * v[f"nacelle_{axis}"] for axis in "xyz"),
-    }
+    data["nacelle"] |= {"mass": v["nacelle_mass"], "mass_centre": tuple(v[f"nacelle_{axis}"] for axis in "xyz")}
 
 
 def _drivetrain(data: dict[str, Any], v: Values) -> None:

@@ -20,7 +20,7 @@ class Top:
     """What a tower carries, as a rigid body.
 
     Attributes:
-      mass: [kg] of nacelle and rotor.
+      mass: [kg] of nacelle, rotor and what is fixed to the tower top.
       height: [m] of its centre above the tower top.
       inertia: [kg m^2] about the lateral axis through the centre.
     """
@@ -50,6 +50,7 @@ def scaled_tower(
     made = _tube(reference, stretch, diameter, factors.length)
     if frequency is not None:
         made = _tube(reference, stretch, _diameter(reference, stretch, top, frequency), factors.length)
+    made["top_mass"] = reference.top_mass * factors.moment
     if abs(stretch - factors.length) > 1e-9 * stretch or frequency is not None:
         made["mode_shapes"] = None  # those of another tower
     return made

@@ -121,7 +121,7 @@ def scale_turbine(
             f"{WHERE}: a hub height of {hub_above_ground:g} m leaves nothing for the tower: its base is at "
             f"{ground:g} m and the hub {above:.3g} m above its top"
         )
-    mass = now.rotor + nacelle.mass
+    mass = now.rotor + nacelle.mass + reference.tower.top_mass * factors.moment
     top = Top(mass, (now.rotor * above + nacelle.mass * nacelle.mass_centre[2]) / mass, 0.5 * now.shaft)
     inertias = [
         inertia.shaft + part["gear_ratio"] ** 2 * part["generator_inertia"]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from meltemi.core.units import rpm
 from meltemi.turbine.windio.tree import Tree
 
@@ -43,7 +41,7 @@ def read_hub(tree: Tree) -> dict[str, Any]:
 
 
 def read_nacelle(tree: Tree) -> dict[str, Any]:
-    """Content of ``Turbine.nacelle``: drivetrain (with generator) and yaw system as one body.
+    """Content of ``Turbine.nacelle``: the drivetrain with generator; the yaw system is a mass of the tower.
 
     The format counts tilt as positive, the overhang along the ground and the height of the rotor apex above the tower
     top; here the overhang runs along the shaft, and ``shaft_height`` is where shaft and yaw axis meet.
@@ -59,20 +57,14 @@ def read_nacelle(tree: Tree) -> dict[str, Any]:
     if mass is None or tree.get(f"{body}.location") is None or tree.get(f"{body}.inertia") is None:
         return content
     centre, J = tree.numbers(f"{body}.location", 3), tree.numbers(f"{body}.inertia")[:3]
-    yaw = tree.number("components.yaw.elastic_properties.mass") or 0.0  # at the tower top
-    total = mass + yaw
-    middle = centre * mass / total
-    spread = mass * yaw / total  # reduced mass of the two about their common centre
-    x, y, z = centre
-    J = J + spread * np.array([y * y + z * z, x * x + z * z, x * x + y * y])
-    tree.note("used", body, "nacelle", f"with the yaw system's {yaw:.6g} kg at the tower top")
+    tree.note("used", body, "nacelle", f"{mass:.6g} kg")
     tree.note("ignored", body, "products of inertia of the nacelle", "its axes count as principal axes")
     return content | {
-        "mass": total,
-        "mass_centre": tuple(float(c) for c in middle),
+        "mass": mass,
+        "mass_centre": tuple(float(c) for c in centre),
         "roll_inertia": float(J[0]),
         "nod_inertia": float(J[1]),
-        "yaw_inertia": float(J[2] + total * (middle[0] ** 2 + middle[1] ** 2)),
+        "yaw_inertia": float(J[2] + mass * (centre[0] ** 2 + centre[1] ** 2)),
     }
 
 

@@ -130,6 +130,10 @@ def read_tower(tree: Tree) -> dict[str, Any]:
         tree.note("used", f"{part}.structure.layers", "mass and stiffness of the tower", "sections of a tube")
     else:
         raise InputError(f"{tree.where}: {part}.structure needs elastic_properties or layers")
+    yaw = "components.yaw.elastic_properties.mass"
+    if mass := tree.number(yaw):
+        content["top_mass"] = mass
+        tree.note("used", yaw, "tower.top_mass", f"{mass:.6g} kg of the yaw system")
     content |= {"position": height - height[0], "base_height": float(height[0])}
     if tree.get(f"{part}.outer_shape.cd") is not None:
         content["drag_coefficient"] = float(np.mean(tree.curve(f"{part}.outer_shape.cd")[1]))
