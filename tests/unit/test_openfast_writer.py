@@ -141,6 +141,7 @@ def test_the_turbine_is_the_same_when_read_back(turbine: Turbine, tmp_path: Path
 
 
 LOST = {
+    "blade.aerodynamics.cant": "cant of the sections",
     "airfoils.*dynamic_stall": "static polars of",
     "airfoils.*": "polars of",
     "blade.structure.axis_*": "prebend and sweep",
@@ -239,12 +240,21 @@ def test_matrices_are_the_same_when_read_back(bent: Turbine, tmp_path: Path) -> 
     deck = read_deck(done.main, control_of=bent)
     assert deck.turbine.name == "bent_blade"
     assert differences(deck.turbine.content(), bent.content()) == [
+        ".blade.aerodynamics.cant",
         ".name",
         ".tower.axial_stiffness",
         ".tower.damping.torsion",
         ".tower.mode_shapes",
         ".tower.torsion_stiffness",
     ]
+
+
+def test_cant_and_the_mass_at_the_tower_top_are_written(turbine: Turbine, tmp_path: Path) -> None:
+    cant = np.linspace(0.0, -0.1, len(turbine.blade.aerodynamics.position)).tolist()
+    mine = turbine.replace(**{"blade.aerodynamics.cant": cant, "tower.top_mass": 28000.0})
+    read = read_deck(write(mine, tmp_path).main, control_of=turbine).turbine
+    np.testing.assert_allclose(read.blade.aerodynamics.cant, cant, atol=1e-12)
+    assert read.tower.top_mass == 28000.0 and read.nacelle.mass == turbine.nacelle.mass
 
 
 def test_elastodyn_says_what_it_does_not_have(bent: Turbine, tmp_path: Path) -> None:

@@ -261,6 +261,7 @@ class _Deck:
             "TowerHt": t.tower.base_height + t.tower.length,
             "TowerBsHt": t.tower.base_height,
             "HubMass": h.mass,
+            "YawBrMass": t.tower.top_mass,
             "HubIner": h.inertia,
             "GenIner": d.generator_inertia,
             "NacMass": n.mass,
@@ -378,6 +379,8 @@ class _Deck:
             files = {name: f"Airfoils/{i + 1:02d}.dat" for i, name in enumerate(names)}
         if unused := [name for name in t.airfoils if name not in files]:
             self.lost(f"airfoils {', '.join(unused)}", "no station of the blade uses them")
+        if t.blade.aerodynamics.cant is None and t.blade.structure.axis_x is not None:
+            self.changed("cant of the sections", "BlCrvAng is the slope of the beam's axis")
         if o.tower_influence == "lower_half":
             self.changed("tower_influence lower_half", "TwrPotent 1: everywhere below the tower top")
         if o.wake == "none" or o.inflow == "quasi_steady":
@@ -509,9 +512,11 @@ def _aerodyn_blade(blade: Blade, names: list[str], title: str) -> str:
     n = len(a.position)
     zero = np.zeros(n)
     x, y = (zero if value is None else value for value in (a.centre_x, a.centre_y))
-    slope = zero if s.axis_x is None else np.interp(a.position, s.position, np.gradient(s.axis_x, s.position))
+    cant = zero if a.cant is None else a.cant
+    if a.cant is None and s.axis_x is not None:  # sections stand normal to the beam's own axis
+        cant = np.arctan(np.interp(a.position, s.position, np.gradient(s.axis_x, s.position)))
     ids = [str(names.index(name) + 1) for name in a.airfoil]
-    numbers = (v.tolist() for v in (a.position, x, y, np.degrees(np.arctan(slope)), a.twist * DEGREES, a.chord))
+    numbers = (v.tolist() for v in (a.position, x, y, cant * DEGREES, a.twist * DEGREES, a.chord))
     head = _head(
         "BlSpn BlCrvAC BlSwpAC BlCrvAng BlTwist BlChord BlAFID t_c BlCb BlCenBn BlCenBt BlCpn BlCpt BlCan BlCat BlCam",
         "m m m deg deg m - - - m m - - - - -",
