@@ -89,5 +89,8 @@ def test_what_cannot_be_compared(command: Command, tmp_path: Path, pair: tuple[P
     refused(command("diff", ours, tmp_path / "missing.outb", "--out", out), out, "missing.outb: cannot be read")
     refused(command("diff", ours, theirs, "--begin", 100, "--out", out), out, "no time in common")
     refused(command("diff", ours, theirs, "--channels", "RotSped", "--out", out), out, "did you mean RotSpeed")
-    (tmp_path / "cut.outb").write_bytes(theirs.read_bytes()[:1000])
+    (tmp_path / "cut.outb").write_bytes(theirs.read_bytes()[:-1])
+    ran = command("diff", ours, tmp_path / "cut.outb", "--out", tmp_path / "warned")
+    assert ran.status == 0 and "warning: cut.outb is cut: " in ran.err
+    (tmp_path / "cut.outb").write_bytes(theirs.read_bytes()[:50])
     refused(command("diff", ours, tmp_path / "cut.outb", "--out", out), out, "cut.outb: cut or damaged")

@@ -21,6 +21,57 @@ def test_a_deck_is_written(command: Command, tmp_path: Path, turbine: Turbine) -
     assert deck.wind == {"kind": "steady", "speed": 9.0, "shear_exponent": 0.0} and deck.duration == 40.0
 
 
+def test_options_of_the_model(command: Command, tmp_path: Path, turbine: Turbine) -> None:
+    options = ("stall=static", "flap_modes=1", "locked=[yaw, drivetrain]", "time_step=0.004", "axial_drag=true")
+    asked = [word for option in options for word in ("--option", option)]
+    ran = command("export", "nrel5mw", *asked, "--out", tmp_path)
+    assert ran.status == 0, ran
+    found = read_deck(ran.files[0], control_of=turbine).options
+    assert (found["stall"], found["flap_modes"], found["axial_drag"]) == ("static", 1, True)
+    assert set(found["locked"]) == {"yaw", "drivetrain"}
+    assert " 0.004   DT " in ran.files[0].read_text()
+
+
+def test_a_case_is_written_with_all_that_a_deck_has(command: Command, tmp_path: Path, turbine: Turbine) -> None:
+    """Models, site, wind, duration and start."""
+    case = tmp_path / "case.yaml"
+    case.write_text(
+        "turbine: nrel5mw\nwind: {kind: steady, speed: 9.0, shear_exponent: 0.2}\nduration: 33.0\n"
+        "start: {rotor_speed: 1.1, pitch: 0.02, azimuth: 0.5}\nenvironment: {air_density: 1.1, gravity: 9.7}\n"
+        "options: {axial_drag: true, tangential_drag: true, stall: static, inflow: quasi_steady}\n"
+    )
+    ran = command("export", case, "--option", "edge_modes=0", "--out", tmp_path / "deck")
+    assert ran.status == 0, ran
+    deck = read_deck(ran.files[0], control_of=turbine)
+    wanted = {"axial_drag": True, "tangential_drag": True, "stall": "static", "inflow": "quasi_steady", "edge_modes": 0}
+    assert {name: deck.options[name] for name in wanted} == wanted
+    assert deck.wind is not None and deck.wind.pop("kind") == "steady" and deck.duration == 33.0
+    assert deck.wind == pytest.approx({"speed": 9.0, "shear_exponent": 0.2})
+    assert deck.start == pytest.approx({"rotor_speed": 1.1, "pitch": 0.02, "azimuth": 0.5})
+    assert deck.environment == pytest.approx({"air_density": 1.1, "gravity": 9.7})
+
+
+@pytest.mark.rosco
+@pytest.mark.parametrize(
+    "name", ["NREL_2p8_127/NREL-2p8-127", "IEA-15-240-RWT/IEA-15-240-RWT-Monopile/IEA-15-240-RWT-Monopile"]
+)
+def test_a_deck_is_written_anew(name: str, command: Command, rosco_cases: Path, tmp_path: Path) -> None:
+    """The same turbine and models when that is read; drag in the induction among them."""
+    source = rosco_cases / f"{name}.fst"
+    first = read_deck(source)
+    ran = command("export", source, "--out", tmp_path / "deck")
+    assert ran.status == 0, ran
+    second = read_deck(ran.files[0], control_of=first.turbine)
+    assert second.options["tangential_drag"] is first.options["tangential_drag"] is True
+    different = {
+        k
+        for k in first.options
+        if k not in ("stall_constants", "blade_nodes", "mode_shapes") and second.options.get(k) != first.options[k]
+    }
+    assert not different
+    assert second.start == pytest.approx(first.start) and second.environment == first.environment
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -29,6 +80,9 @@ def test_a_deck_is_written(command: Command, tmp_path: Path, turbine: Turbine) -
         (("nrel5mw", "--wind-speed", "9", "--wind-file", "a.bts"), "one of --wind-speed, --wind-file"),
         (("nrel5mw", "--wind-file", "a.wnd"), "TurbSim"),
         (("nrel5mw", "--duration", "0"), "--duration 0"),
+        (("nrel5mw", "--option", "stall"), "expected an option and its value, such as stall=static"),
+        (("nrel5mw", "--option", "stal=static"), "did you mean 'stall'"),
+        (("nrel5mw", "--option", "stall=hanson"), "did you mean 'hansen'"),
     ],
 )
 def test_bad_input_writes_nothing(arguments: tuple[str, ...], says: str, command: Command, tmp_path: Path) -> None:

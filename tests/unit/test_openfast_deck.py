@@ -189,6 +189,38 @@ def test_the_blade_of_beamdyn(master: Path) -> None:
     np.testing.assert_allclose(by_matrix, by_class.blade.modes.frequency_alone, rtol=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("mode", "settings", "lift"),
+    [
+        (1, (-10, 0, 10), -1.0),
+        (2, (-10, 0, 10), -1.0),
+        (3, (-10, 0, 10), 0.0),
+        (3, (10, -30, 20), -0.75),
+        (3, (5, 10, 20), -1.0),
+    ],
+)
+def test_of_several_polars_that_of_the_deck_counts(
+    deck: Deck, mode: int, settings: tuple[int, ...], lift: float
+) -> None:
+    """With AFTabMod 3 that at UserProp 0, between tables linearly; the lift of table i is the file's plus i - 1."""
+    path = deck("AeroDyn.dat", ("1   AFTabMod", f"{mode} AFTabMod"))
+    file = path.parent / "Airfoils" / "DU21_A17.dat"
+    before = meltemi.read_openfast(path).airfoils["DU21_A17"]
+    lines = file.read_text().splitlines()
+    first = next(i for i, line in enumerate(lines) if line.split()[1:2] == ["Re"])
+    rows = next(i for i, line in enumerate(lines) if " NumAlf " in line) + 3
+    tables = []
+    for i, setting in enumerate(settings):
+        moved = [line.split() for line in lines[rows : rows + 142]]
+        polar = [" ".join([a, repr(float(cl) + i - 1.0), *more]) for a, cl, *more in moved]
+        head = [f"{setting} UserProp" if " UserProp " in line else line for line in lines[first:rows]]
+        tables += [*head, *polar]
+    file.write_text("\n".join([*lines[:first], *tables]))
+    found = meltemi.read_deck(path)
+    np.testing.assert_allclose(found.turbine.airfoils["DU21_A17"].lift, np.array(before.lift) + lift, atol=1e-12)
+    assert any("3 polars" in note.what for note in found.notes)
+
+
 def test_every_line_of_the_deck_is_in_the_report(master: Path) -> None:
     deck = meltemi.read_deck(master / "5MW.fst")
     for name, module in (("5MW.fst", "main"), ("ElastoDyn.dat", "ElastoDyn"), ("AeroDyn.dat", "AeroDyn")):

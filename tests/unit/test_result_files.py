@@ -306,7 +306,8 @@ def test_formats_that_do_not_exist(tmp_path: Path) -> None:
         (b"\x04\x00\x00\x00" + bytes(40), "names of 0 characters"),
         (b"hello\nworld\n", "no line of names that begins with 'Time'"),
         (b"Time GenPwr\n(s)\n0 1\n", ":2: 2 channels are named, but 1 have a unit"),
-        (b"Time GenPwr\n(s) (kW)\n0 1\n1\n", ":4: expected 2 numbers, found 1; the file is cut"),
+        (b"Time GenPwr\n(s) (kW)\n0 1\n1\n2 1\n", ":4: expected 2 numbers, found 1"),
+        (b"Time GenPwr\n(s) (kW)\n0\n", ":3: expected 2 numbers, found 1"),
         (b"Time GenPwr\n(s) (kW)\n0 1\n1 x\n2 3\n", ":4: 'x' is no number"),
         (b"Time GenPwr\n(s) (kW)\n0 1\n0 1\n", "times in it do not increase"),
         (b"\x89HDF\r\n\x1a\n and nothing", "not a result of meltemi"),
@@ -318,6 +319,14 @@ def test_files_that_are_none(tmp_path: Path, content: bytes, message: str) -> No
     with pytest.raises(InputError, match=re.escape(message)) as caught:
         meltemi.read_result(path)
     assert str(path) in str(caught.value)
+
+
+def test_a_last_row_that_is_cut_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "a.out"
+    path.write_bytes(b"Time GenPwr\n(s) (kW)\n0 1\n1 2\n2")
+    found = meltemi.read_result(path)
+    assert found.time.tolist() == [0.0, 1.0] and found["GenPwr"].tolist() == [1e3, 2e3]
+    assert found.warnings == ("a.out is cut: its last row has 1 of 2 numbers",)
 
 
 def test_missing_files_and_folders(tmp_path: Path) -> None:
@@ -332,10 +341,18 @@ def test_a_file_that_is_cut_or_too_long_anywhere(tmp_path: Path, kind: int) -> N
         tmp_path / "a.outb", NAMES[:2], UNITS_OF_NAMES[:2], TIME[:4], DATA[:4, :2], kind=kind
     ).read_bytes()
     path = tmp_path / "b.outb"
+    row = 2 * (8 if kind == 3 else 2)
     for n in range(1, len(whole)):
         path.write_bytes(whole[:n])
-        with pytest.raises(InputError, match=r"b\.outb"):
-            meltemi.read_result(path)
+        if n < len(whole) - 3 * row:
+            with pytest.raises(InputError, match=r"b\.outb"):
+                meltemi.read_result(path)
+            continue
+        rows = 4 - -(-(len(whole) - n) // row)  # of a run that was ended, those that are whole
+        found = meltemi.read_result(path)
+        np.testing.assert_array_equal(found.data, meltemi.read_result(tmp_path / "a.outb").data[:rows])
+        np.testing.assert_allclose(found.time, TIME[:rows], atol=1e-6)
+        assert found.warnings == (f"b.outb is cut: {rows} of 4 rows are there",)
     path.write_bytes(whole + b"\0")
     with pytest.raises(InputError, match="1 bytes more than its header tells of"):
         meltemi.read_result(path)

@@ -87,5 +87,16 @@ def test_the_monopile_softens_the_tower(rosco_cases: Path) -> None:
     assert on_pile == pytest.approx(0.17, abs=0.02)  # NREL/TP-5000-75698: 0.17 Hz on its monopile
 
 
+def test_flaps_of_the_bar_stand_at_zero(rosco_cases: Path) -> None:
+    """Four of its airfoils have tables for UserProp -10, 0 and 10; the first are half a unit of lift lower."""
+    turbine = meltemi.read_openfast(main_file(rosco_cases, "BAR_10"))
+    lift = [
+        float(np.interp(0.05, polar.angle_of_attack, polar.lift))
+        for name, polar in turbine.airfoils.items()
+        if name[-2:] in ("20", "21", "22", "23")
+    ]
+    assert lift == pytest.approx([0.5526, 0.5718, 0.6008, 0.6286], abs=1e-3)
+
+
 def test_losses_of_the_gearbox_are_read(rosco_cases: Path) -> None:
     assert meltemi.read_openfast(main_file(rosco_cases, "BAR_10")).drivetrain.gearbox_efficiency == pytest.approx(0.95)

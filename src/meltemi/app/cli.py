@@ -5,7 +5,6 @@ Everything heavy is imported inside the commands, so that help and lists answer 
 
 from __future__ import annotations
 
-import re
 import shutil
 import sys
 from collections.abc import Iterator
@@ -35,6 +34,7 @@ from meltemi.app.options import (
     WindSpeedOption,
     controller_of_options,
     given_options,
+    is_case,
     wind_of_options,
     wind_options,
 )
@@ -153,7 +153,7 @@ def run(
         channels=channels,
     )
     path = Path(target)
-    written = path.suffix in (".yaml", ".yml") and (_is_case(path) or not (given or path.exists()))
+    written = path.suffix in (".yaml", ".yml") and (is_case(path) or not (given or path.exists()))
     if written:
         case, folder = _case_of_file(path, given), path.parent
     elif path.suffix.lower() == ".fst":
@@ -294,17 +294,6 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
         "duration": 60.0,
     }
     return validated(data | _run_of_options(given), LoadCase, "command line")
-
-
-def _is_case(path: Path) -> bool:
-    """A case file has the key ``turbine`` at its top level, a turbine file has not."""
-    from meltemi.core.files import text_of
-
-    try:
-        text = text_of(path)
-    except InputError:  # which the reader will say
-        return False
-    return re.search(r"""^(\{\s*)?(['"]?)(turbine|wind|duration)\2\s*:""", text, re.MULTILINE) is not None
 
 
 def _write(result: Result, out: Path, outb: bool) -> list[Path]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
 
 LISTED = 12
 """Names of channels that one side has not, as many as are printed."""
@@ -49,6 +49,8 @@ def diff(
         "mean, std, DEL: of the second, and by how many percent the first is more; a mean near 0: in percent of the std"
     )
     print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
+    for warning in (*first.warnings, *second.warnings):
+        say(f"warning: {warning}")
     for note in found.notes:
         print(note)
     for label, names in zip(labels, (found.only_first, found.only_second), strict=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
@@ -33,6 +34,17 @@ ControllerOption = Annotated[
 ControllerInputOption = Annotated[
     Path | None, typer.Option("--controller-input", help="Its input file, e.g. DISCON.IN.")
 ]
+
+
+def is_case(path: Path) -> bool:
+    """A case file has the key ``turbine`` at its top level, a turbine file has not."""
+    from meltemi.core.files import text_of
+
+    try:
+        text = text_of(path)
+    except InputError:  # which the reader will say
+        return False
+    return re.search(r"""^(\{\s*)?(['"]?)(turbine|wind|duration)\2\s*:""", text, re.MULTILINE) is not None
 
 
 def given_options(**options: Any) -> dict[str, Any]:

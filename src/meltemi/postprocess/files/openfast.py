@@ -80,6 +80,7 @@ class Columns:
       time: (T,) [s].
       data: (T, C) in those units, without the time.
       description: of the run.
+      warning: that the file is cut.
     """
 
     names: tuple[str, ...]
@@ -87,6 +88,7 @@ class Columns:
     time: Float
     data: Float
     description: str = ""
+    warning: str = ""
 
 
 def si_unit(text: str) -> tuple[str, float]:
@@ -125,8 +127,11 @@ def result_of(columns: Columns, path: Path) -> Result:
         if channel.name not in found:  # of two columns of one name the first counts, as for OpenFAST's tools
             found[channel.name] = (channel, columns.data[:, i] * (sign * factor))
     meta: dict[str, object] = {"file": path.name, "description": columns.description}
+    warnings = [columns.warning] if columns.warning else []
     if invalid:
-        meta["warnings"] = [f"left out, since OpenFAST could not compute them: {', '.join(invalid)}"]
+        warnings.append(f"left out, since OpenFAST could not compute them: {', '.join(invalid)}")
+    if warnings:
+        meta["warnings"] = warnings
     series = [x for _, x in found.values()]
     data = np.stack(series, axis=1) if series else np.zeros((len(time), 0))
     return Result(time, data, tuple(c for c, _ in found.values()), meta=meta)

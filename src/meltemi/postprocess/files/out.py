@@ -26,10 +26,11 @@ CLOSED = "This output file was closed"
 def read_out(path: str | Path) -> Result:
     """Read a text output of OpenFAST 2 to 5, in SI; see :func:`meltemi.postprocess.files.openfast.result_of`.
 
-    Numbers that Fortran could not write (``****``) become NaN.
+    Numbers that Fortran could not write (``****``) become NaN. A last row that is cut, as by a run that was ended, is
+    left out; the result's ``warnings`` say so.
 
     Raises:
-      InputError: the file is missing, damaged, cut or of another kind.
+      InputError: the file is missing, damaged or of another kind.
     """
     path = Path(path)
     lines = text_of(path, LARGEST).splitlines()
@@ -41,17 +42,21 @@ def read_out(path: str | Path) -> Result:
         raise InputError(
             f"{path}:{head + 2}: {len(names)} channels are named, but {len(units)} have a unit in parentheses"
         )
-    data = _numbers(lines, head + 2, len(names), path)
+    data, warning = _numbers(lines, head + 2, len(names), path)
     about = (line.partition(":")[2].strip() for line in lines[:head] if line.startswith("Description"))
-    return result_of(Columns(tuple(names[1:]), tuple(units[1:]), data[:, 0], data[:, 1:], next(about, "")), path)
+    return result_of(
+        Columns(tuple(names[1:]), tuple(units[1:]), data[:, 0], data[:, 1:], next(about, ""), warning), path
+    )
 
 
 def _begins(line: str) -> bool:
     return line.split()[0].strip('"').lower() == "time"
 
 
-def _numbers(lines: list[str], first: int, n: int, path: Path) -> NDArray[np.float64]:
-    rows = []
+def _numbers(lines: list[str], first: int, n: int, path: Path) -> tuple[NDArray[np.float64], str]:
+    """The rows, and a warning if the last one is cut."""
+    rows: list[NDArray[np.float64]] = []
+    warning = ""
     for i, line in enumerate(lines[first:], first + 1):
         words = STARS.sub("nan ", line).split()
         if not words:
@@ -59,13 +64,15 @@ def _numbers(lines: list[str], first: int, n: int, path: Path) -> NDArray[np.flo
         if line.startswith(CLOSED):
             break
         if len(words) != n:
-            cut = "; the file is cut" if i == len(lines) else ""
-            raise InputError(f"{path}:{i}: expected {n} numbers, found {len(words)}{cut}")
+            if i == len(lines) and rows and len(words) < n:
+                warning = f"{path.name} is cut: its last row has {len(words)} of {n} numbers"
+                break
+            raise InputError(f"{path}:{i}: expected {n} numbers, found {len(words)}")
         try:
             rows.append(np.array(words, dtype=float))
         except ValueError:
             raise InputError(f"{path}:{i}: {_first_bad(words)!r} is no number") from None
-    return np.stack(rows) if rows else np.zeros((0, n))
+    return np.stack(rows) if rows else np.zeros((0, n)), warning
 
 
 def _first_bad(words: list[str]) -> str:

@@ -47,8 +47,11 @@ LARGEST_OFFSET = 2.0**23
 def read_outb(path: str | Path) -> Result:
     """Read a binary output of OpenFAST 2 to 5, in SI; see :func:`meltemi.postprocess.files.openfast.result_of`.
 
+    Of a file that ends before its header says, as a run that was ended leaves it, the whole rows are read; the result's
+    ``warnings`` say so.
+
     Raises:
-      InputError: the file is missing, damaged, cut or of another kind.
+      InputError: the file is missing, damaged, of another kind, or cut before its first row ends.
     """
     path = Path(path)
     with reading(path) as (file, size):
@@ -84,14 +87,19 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     names, units = (
         [_text(row) for row in take("u1", (n + 1) * width, "names").reshape(n + 1, width)] for _ in range(2)
     )
+    told, warning = rows, ""
     ticks = take("<i4", rows, "times").astype(float) if kind == WITH_TIME else None
+    whole = (size - place) // (n * (8 if kind == UNPACKED else 2))
+    if 0 < whole < rows:
+        rows, warning = whole, f"{path.name} is cut: {whole} of {told} rows are there"
+        size, ticks = place + rows * n * (8 if kind == UNPACKED else 2), None if ticks is None else ticks[:rows]
     packed = take("<f8" if kind == UNPACKED else "<i2", rows * n, "data")
     if place != size:
         raise InputError(f"{path}: damaged: {size - place} bytes more than its header tells of")
     with np.errstate(all="ignore"):  # a channel of no numbers has no scale
         data = (packed.reshape(rows, n).astype(float) - offset) / scale
         time = first + second * np.arange(rows, dtype=float) if ticks is None else (ticks - second) / first
-    return Columns(tuple(names[1:]), tuple(u.strip("()") for u in units[1:]), time, data, description)
+    return Columns(tuple(names[1:]), tuple(u.strip("()") for u in units[1:]), time, data, description, warning)
 
 
 def _text(codes: NDArray[np.generic]) -> str:

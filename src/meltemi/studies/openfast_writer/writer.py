@@ -16,12 +16,14 @@ from meltemi.core.files import write_text
 from meltemi.core.series import TimeSeries
 from meltemi.environment.site import Environment
 from meltemi.simulation.model import Model, blade_modes, build, head_mass
+from meltemi.simulation.modes import highest_frequency
 from meltemi.simulation.options import BEDDOES, ModelOptions, StallConstants
 from meltemi.structure.members import Member, blade_member
 from meltemi.studies.openfast_writer.sections import classical, damping_ratios, damping_times, matrices
 from meltemi.studies.openfast_writer.shapes import Shape, blade_shapes, tower_shapes
 from meltemi.studies.openfast_writer.template import columns, fill
 from meltemi.turbine.definition import Airfoil, Blade, Turbine
+from meltemi.turbine.openfast.airfoils import has_lift
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.turbine.report import Note
 from meltemi.wind.fields import SteadyWind
@@ -31,8 +33,16 @@ ATTACHED = 0.7
 """Attachment at OpenFAST's alpha1 and alpha2."""
 LINEAR = (-0.06, 0.09)
 """[rad] about zero lift, between which the normal force is taken for straight."""
-STEP, BEAM_STEP = 0.01, 0.001
-"""[s] time steps of ElastoDyn's runs, and with BeamDyn."""
+STEPS = (0.01, 0.00625, 0.005, 0.0025, 0.002, 0.00125, 0.001, 0.0005, 0.00025, 0.0002, 0.0001)
+"""[s] time steps with few digits that divide ``OUTPUT_STEP``: between outputs OpenFAST wants a whole number of them."""
+OUTPUT_STEP, BEAM_STEP = 0.05, 0.001
+"""[s] between outputs, and the longest time step with BeamDyn."""
+FINENESS = 0.45
+"""Time step times the highest frequency of ElastoDyn's degrees of freedom, at most."""
+STALL_RADII = (0.25, 0.95)
+"""Share of the radius between which OpenFAST computes dynamic stall: its model fails at round roots and at tips."""
+NEAR = 1e-7
+"""[rad] at which two angles of a polar are one for OpenFAST, which stops if they do not increase."""
 OUTPUTS = {
     "ElastoDyn": (
         "RotSpeed GenSpeed BldPitch1 Azimuth OoPDefl1 IPDefl1 TTDspFA TTDspSS RootMxc1 RootMyc1 RootMxb1 RootMyb1 "
@@ -72,6 +82,7 @@ def write_openfast(
     time_step: float | None = None,
     rotor_speed: float | None = None,
     pitch: float | None = None,
+    azimuth: float = 0.0,
     beamdyn: bool = False,
     library: str | Path | None = None,
     settings: str | Path = "DISCON.IN",
@@ -88,9 +99,11 @@ def write_openfast(
       environment: air density and gravity.
       wind: a steady wind (12 m/s by default), or a TurbSim file (.bts).
       duration: [s].
-      time_step: [s]; by default 0.01 s, with BeamDyn 0.001 s.
+      time_step: [s]; by default that of the options, or what the highest frequency of ElastoDyn's degrees of freedom
+        needs, at most 0.01 s, with BeamDyn 0.001 s.
       rotor_speed: [rad/s] at the begin; by default rated.
       pitch: [rad] at the begin; by default the smallest.
+      azimuth: [rad] of blade 1 at the begin, 0 when it points up.
       beamdyn: BeamDyn computes the blades (CompElast 2) instead of ElastoDyn.
       library: Bladed-style controller library, with its input file ``settings``; without it the torque follows
         OpenFAST's simple law of region 2 and 2 1/2, and the pitch is held.
@@ -110,9 +123,9 @@ def write_openfast(
     rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
     start = (rated if rotor_speed is None else rotor_speed, turbine.control.pitch.minimum if pitch is None else pitch)
     texts: dict[str, str] = {}
-    step = time_step or (BEAM_STEP if beamdyn else STEP)
+    step = time_step or deck.options.time_step or min(deck.time_step(), BEAM_STEP if beamdyn else STEPS[0])
     deck.main(texts, duration, step, beamdyn)
-    deck.elastodyn(texts, *start, beamdyn=beamdyn)
+    deck.elastodyn(texts, *start, azimuth, beamdyn=beamdyn)
     if turbine.blade.structure.twists:
         deck.beamdyn(texts)
     deck.aerodyn(texts)
@@ -163,9 +176,21 @@ class _Deck:
                 "only yaw inertia",
             ),
             (t.blade.flaps, "trailing-edge flaps", "AeroDyn has them in tables of another kind"),
+            (
+                (t.cut_in, t.cut_out) != (3.0, 25.0),
+                "wind speeds of cut-in and cut-out",
+                "no file has them; they are 3 and 25 m/s when it is read back",
+            ),
+            (t.drivetrain.gearbox, "gearbox", "ElastoDyn has the ratio, the efficiency and one spring"),
+            (t.electrical, "electrical system", "ServoDyn has an efficiency"),
+            (
+                t.tower.torsion_stiffness is not None or t.tower.axial_stiffness is not None,
+                "torsion and stretching of the tower",
+                "ElastoDyn has none",
+            ),
+            (t.yaw.friction or t.yaw.brake_torque is not None, "friction and brake of the yaw bearing", "not written"),
             (self.environment.rain, "rain", "the drag of its drops is in no polar"),
             (weather, "weather that changes", "the density is that of the start"),
-            (o.tower_torsion_modes, "torsion of the tower", "ElastoDyn has none"),
             (
                 self.modes["flap"] > 2 or self.modes["edge"] > 1,
                 "further blade modes",
@@ -177,11 +202,23 @@ class _Deck:
             if there:
                 self.lost(what, why)
 
+    def time_step(self) -> float:
+        """[s] that resolves the degrees of freedom which ElastoDyn has of those asked for."""
+        o = self.options
+        modes = {
+            f"{name}_modes": min(self.modes[name], most) for name, most in (("flap", 2), ("edge", 1), ("torsion", 0))
+        }
+        modes |= {f"{name}_modes": min(getattr(o, f"{name}_modes"), 2) for name in ("fore_aft", "side_side")}
+        has = ModelOptions(locked=o.locked).replace(**modes)
+        frequency = highest_frequency(build(self.turbine, has, self.environment))
+        return next((step for step in STEPS if step * frequency <= FINENESS), STEPS[-1])
+
     def main(self, texts: dict[str, str], duration: float, step: float, beamdyn: bool) -> None:
         torsion = self.turbine.blade.structure.twists
         values: dict[str, object] = {
             "TMax": duration,
             "DT": step,
+            "DT_Out": step * max(1, round(OUTPUT_STEP / step)),
             "CompElast": 2 if beamdyn else 1,
             "Gravity": self.environment.gravity,
             "AirDens": self.environment.density,
@@ -193,7 +230,9 @@ class _Deck:
         }
         texts[f"{self.name}.fst"] = fill("main", self.title, values, {})
 
-    def elastodyn(self, texts: dict[str, str], rotor_speed: float, pitch: float, *, beamdyn: bool) -> None:
+    def elastodyn(
+        self, texts: dict[str, str], rotor_speed: float, pitch: float, azimuth: float, *, beamdyn: bool
+    ) -> None:
         t, o = self.turbine, self.options
         n, h, d = t.nacelle, t.hub, t.drivetrain
         free = {name: name not in o.locked for name in ("tower", "yaw", "generator", "drivetrain", "blades")}
@@ -209,6 +248,7 @@ class _Deck:
             "TwSSDOF1": o.side_side_modes > 0 and free["tower"],
             "TwSSDOF2": o.side_side_modes > 1 and free["tower"],
             "BlPitch": pitch * DEGREES,
+            "Azimuth": azimuth * DEGREES % 360.0,
             "RotSpeed": rotor_speed * RPM,
             "NumBl": t.n_blades,
             "TipRad": t.rotor_radius,
@@ -222,6 +262,7 @@ class _Deck:
             "TowerHt": t.tower.base_height + t.tower.length,
             "TowerBsHt": t.tower.base_height,
             "HubMass": h.mass,
+            "YawBrMass": t.tower.top_mass,
             "HubIner": h.inertia,
             "GenIner": d.generator_inertia,
             "NacMass": n.mass,
@@ -339,6 +380,8 @@ class _Deck:
             files = {name: f"Airfoils/{i + 1:02d}.dat" for i, name in enumerate(names)}
         if unused := [name for name in t.airfoils if name not in files]:
             self.lost(f"airfoils {', '.join(unused)}", "no station of the blade uses them")
+        if t.blade.aerodynamics.cant is None and t.blade.structure.axis_x is not None:
+            self.changed("cant of the sections", "BlCrvAng is the slope of the beam's axis")
         if o.tower_influence == "lower_half":
             self.changed("tower_influence lower_half", "TwrPotent 1: everywhere below the tower top")
         if o.wake == "none" or o.inflow == "quasi_steady":
@@ -358,6 +401,7 @@ class _Deck:
             "DBEMT_Mod": dynamic,
             "tau1_const": o.inflow_time,
             "UA_Mod": 4 if o.stall == "hansen" else 0,
+            **dict(zip(("UAStartRad", "UAEndRad"), STALL_RADII if o.stall == "hansen" else (0, 1), strict=True)),
             "NumAFfiles": len(names),
             "ADBlFile": "AeroDyn_blade.dat",
             "NumTwrNds": len(t.tower.position),
@@ -374,8 +418,24 @@ class _Deck:
         tables = {"airfoils": listed, "tower": [*head, *tower], "outputs": OUTPUTS["AeroDyn"].split()}
         texts["AeroDyn.dat"] = fill("AeroDyn", self.title, values, tables)
         texts["AeroDyn_blade.dat"] = _aerodyn_blade(t.blade, names, self.title)
+        if o.stall == "hansen":
+            self.changed("dynamic stall", "from {} to {} of the radius; static polars beyond".format(*STALL_RADII))
+            static = [
+                n for n in names if not (a := t.airfoils[n]).dynamic_stall and has_lift(a.angle_of_attack, a.lift)
+            ]
+            if static:
+                self.changed(
+                    f"static polars of {', '.join(static)}", "OpenFAST has dynamic stall wherever there is lift"
+                )
+        whole = {name: _closed(t.airfoils[name]) for name in names}
+        if changed := [name for name in names if len(whole[name].lift) < len(t.airfoils[name].lift)]:
+            self.changed(
+                f"polars of {', '.join(changed)}", "angles that are the same but for rounding are written once"
+            )
+        if changed := [name for name in names if abs(t.airfoils[name].lift[-1] - t.airfoils[name].lift[0]) > NEAR]:
+            self.changed(f"polars of {', '.join(changed)}", "the mean of both ends stands at -180 and 180 degrees")
         for name, file in files.items():
-            texts[file] = _airfoil(name, t.airfoils[name], o.stall_constants)
+            texts[file] = _airfoil(name, whole[name], o.stall_constants)
 
     def inflow(self, texts: dict[str, str], wind: SteadyWind | str | Path) -> None:
         hub = self.turbine.hub_height
@@ -394,7 +454,7 @@ class _Deck:
         elif isinstance(wind, str | Path) and Path(wind).suffix.lower() == ".bts":
             values |= {"WindType": 3, "FileName_BTS": Path(wind).absolute().as_posix()}
         else:
-            raise InputError(f"write_openfast: wind {wind!r}: expected a SteadyWind or a TurbSim file (.bts)")
+            raise InputError(f"write_openfast: wind {str(wind)[:60]!r}: expected a SteadyWind or a TurbSim file (.bts)")
         texts["InflowWind.dat"] = fill("InflowWind", self.title, values, {"outputs": OUTPUTS["InflowWind"].split()})
 
     def servo(self, texts: dict[str, str], library: str | Path | None, settings: str | Path) -> None:
@@ -453,15 +513,33 @@ def _aerodyn_blade(blade: Blade, names: list[str], title: str) -> str:
     n = len(a.position)
     zero = np.zeros(n)
     x, y = (zero if value is None else value for value in (a.centre_x, a.centre_y))
-    slope = zero if s.axis_x is None else np.interp(a.position, s.position, np.gradient(s.axis_x, s.position))
+    cant = zero if a.cant is None else a.cant
+    if a.cant is None and s.axis_x is not None:  # sections stand normal to the beam's own axis
+        cant = np.arctan(np.interp(a.position, s.position, np.gradient(s.axis_x, s.position)))
     ids = [str(names.index(name) + 1) for name in a.airfoil]
-    numbers = (v.tolist() for v in (a.position, x, y, np.degrees(np.arctan(slope)), a.twist * DEGREES, a.chord))
+    numbers = (v.tolist() for v in (a.position, x, y, cant * DEGREES, a.twist * DEGREES, a.chord))
     head = _head(
         "BlSpn BlCrvAC BlSwpAC BlCrvAng BlTwist BlChord BlAFID t_c BlCb BlCenBn BlCenBt BlCpn BlCpt BlCan BlCat BlCam",
         "m m m deg deg m - - - m m - - - - -",
     )
     lines = columns(*numbers, ids, *([0.0] * n for _ in range(9)))
     return fill("AeroDyn blade", title, {"NumBlNds": n}, {"stations": [*head, *lines]})
+
+
+def _closed(airfoil: Airfoil) -> Airfoil:
+    """A polar whose angles increase for OpenFAST, too, from exactly -pi to pi, with the same coefficients at both."""
+    alpha = airfoil.angle_of_attack.copy()
+    alpha[[0, -1]] = -np.pi, np.pi
+    keep = [0]
+    for i in range(1, len(alpha) - 1):
+        if alpha[keep[-1]] + NEAR < alpha[i] < np.pi - NEAR:
+            keep.append(i)
+    keep.append(len(alpha) - 1)
+    values = {"angle_of_attack": alpha[keep]}
+    for name in ("lift", "drag", "moment"):
+        values[name] = getattr(airfoil, name)[keep]
+        values[name][[0, -1]] = 0.5 * (values[name][0] + values[name][-1])
+    return airfoil.replace(**{name: value.tolist() for name, value in values.items()})
 
 
 def _airfoil(name: str, airfoil: Airfoil, constants: StallConstants) -> str:

@@ -272,7 +272,7 @@ def _polars(aero: InputFile, values: Values, notes: list[Note]) -> Polars:
             )
     if not paths:
         raise InputError(f"{aero.at(entry.line)}: NumAFfiles: at least one airfoil is needed")
-    return read_airfoils(paths, columns, notes)
+    return read_airfoils(paths, columns, values.given("table_mode", 1), notes)
 
 
 def _structure(
