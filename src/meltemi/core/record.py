@@ -23,6 +23,7 @@ from pydantic import (
     model_validator,
 )
 
+from meltemi.core.display import brief, html_table
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.units import angular_unit, from_text
 
@@ -141,6 +142,17 @@ class Record(BaseModel):
 
     def __hash__(self) -> int:
         return hash(self.content_hash())
+
+    def _facts(self) -> dict[str, str]:
+        return {name: brief(getattr(self, name)) for name, field in type(self).model_fields.items() if field.repr}
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in self._facts().items())})"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        return html_table(type(self).__name__, self._facts())
 
     def content(self) -> dict[str, Any]:
         """The record as nested dictionaries, lists, numbers and strings."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.simulation.channels import Channel
@@ -57,8 +58,8 @@ class ChannelDifference:
         return _over(self.load[0] - self.load[1], self.load[1])
 
 
-@dataclass(frozen=True)
-class Differences:
+@dataclass(frozen=True, repr=False)
+class Differences(Brief):
     """Two results on their common time.
 
     Attributes:

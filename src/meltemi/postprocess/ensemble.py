@@ -16,6 +16,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.postprocess.spectra import even_series
 from meltemi.simulation.result import Result
@@ -72,8 +73,8 @@ class EnsembleEntry:
     load_change: float | None = None
 
 
-@dataclass(frozen=True)
-class EnsembleTable:
+@dataclass(frozen=True, repr=False)
+class EnsembleTable(Brief):
     """Quantities of schemes over seeds.
 
     Attributes:

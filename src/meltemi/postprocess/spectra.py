@@ -16,6 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
@@ -32,8 +33,8 @@ UNEVEN = 1e-3
 """Largest deviation of a time step from their mean, over that mean; single precision in files makes some."""
 
 
-@dataclass(frozen=True)
-class PowerSpectrum:
+@dataclass(frozen=True, repr=False)
+class PowerSpectrum(Brief):
     """One-sided power spectral density of a series.
 
     Attributes:

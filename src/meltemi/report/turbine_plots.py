@@ -97,12 +97,9 @@ def turbine_figures(seen: Portrait) -> dict[str, Figure]:
 
 
 def _figure(size: tuple[float, float], layout: Literal["constrained"] | None = "constrained") -> Figure:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+    from meltemi.report.figure import ShownFigure
 
-    figure = Figure(figsize=size, layout=layout)
-    FigureCanvasAgg(figure)
-    return figure
+    return ShownFigure(figsize=size, layout=layout)
 
 
 def _label(ax: Axes, what: str, x: str, y: str) -> None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.maths.multiblade import blade_matrix
 from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise
@@ -31,8 +32,8 @@ LEAST = 0.8
 WHIRL = ("collective", "backward whirl", "forward whirl")
 
 
-@dataclass(frozen=True)
-class Campbell:
+@dataclass(frozen=True, repr=False)
+class Campbell(Brief):
     """Modes over operating points.
 
     Attributes:

@@ -25,6 +25,7 @@ from meltemi.aero.stall import model_weight
 from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, STALL
 from meltemi.control.actuators import FLAP_ACTUATOR
 from meltemi.control.signals import GENERATOR_TORQUE, REACTIVE_POWER
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.tables import Table, View
 from meltemi.core.threads import one_blas_thread
@@ -73,8 +74,8 @@ class Variable:
     value: float = 0.0
 
 
-@dataclass(frozen=True)
-class LinearModel:
+@dataclass(frozen=True, repr=False)
+class LinearModel(Brief):
     """A linear model, of deviations from steady operation in SI units.
 
     Attributes:

@@ -7,6 +7,7 @@ import json
 from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
+from meltemi.core.display import Brief, brief
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.tables import Table
 from meltemi.environment.site import Environment
@@ -48,11 +49,24 @@ class AnyModel(Protocol):
 Kind = TypeVar("Kind", bound=AnyModel)
 
 
-class Parameters:
+class Parameters(Brief):
     """Scalar parameters by name, of a model that says in ``parameter_tables`` what it has.
 
     ``parameter_tables``: table, array of the model, and those of the table's names that are parameters.
     """
+
+    def facts(self: AnyModel) -> dict[str, str]:
+        """Turbine, coordinates, and the options and conditions that are not the usual ones."""
+        told = {"turbine": self.turbine.name, "coordinates": ", ".join(self.coordinates)}
+        given = {"options": self.options, "environment": self.environment}
+        for name, record in given.items():
+            told[name] = (
+                ", ".join(f"{k}: {brief(v)}" for k, v in record if v != type(record)().__dict__[k]) or "default"
+            )
+        return told
+
+    def __repr__(self: AnyModel) -> str:
+        return f"{type(self).__name__}({self.turbine.name!r}, {len(self.coordinates)} coordinates)"
 
     @property
     def has_electrical(self: AnyModel) -> bool:

@@ -51,7 +51,7 @@ RING_CENTRE, RING_WIDTH = 0.7, 0.1
 """Relative radius and half-width of the annulus whose mean induction sets the time of the inflow."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Model(Parameters):
     """A turbine ready for the kernels.
 

@@ -29,6 +29,7 @@ from meltemi.aero.rotor import AIR_DENSITY
 from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.threads import one_blas_thread
@@ -83,8 +84,8 @@ CLOSE = 0.97
 """Of the reference speed, from which on it is sought where a first search promised the reference speed in vain."""
 
 
-@dataclass(frozen=True)
-class OperatingPoint:
+@dataclass(frozen=True, repr=False)
+class OperatingPoint(Brief):
     """Steady operation in a steady wind.
 
     Attributes:
@@ -117,6 +118,13 @@ class OperatingPoint:
     places: dict[str, int] = field(repr=False)
     warnings: tuple[str, ...] = ()
     azimuth: float = 0.0
+
+    def facts(self) -> dict[str, str]:
+        """The wind and what the turbine does in it, in units for people."""
+        wanted = ("rotor_speed", "pitch_1", "generator_power", "rotor_aero_thrust")
+        known = [self.channels[name] for name in wanted if name in self.channels]
+        told = {c.name: f"{self[c.name] * c.display_unit[1]:.5g} {c.display_unit[0]}" for c in known}
+        return {"wind_speed": f"{self.wind.speed:g} m/s", **told}
 
     def put(self, case: BaseCase, azimuth: float | None = None) -> None:
         """Write the state at an azimuth [rad] of blade 1, by default the point's own, into a case of the same model."""

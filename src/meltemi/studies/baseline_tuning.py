@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.actuators import ANGLE
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.tables import View
 from meltemi.core.units import rpm
@@ -58,8 +59,8 @@ RATIOS = 4.0, 14.0
 """Tip-speed ratios among which the best is sought."""
 
 
-@dataclass(frozen=True)
-class BaselineTuning:
+@dataclass(frozen=True, repr=False)
+class BaselineTuning(Brief):
     """Gains of the baseline law and what they were made from.
 
     Attributes:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.loadcases.batch import BatchCase, Outcome
 from meltemi.postprocess.bands import Ceiling, ceiling, harmonic_bands
@@ -197,8 +198,8 @@ WHOLE = "whole"
 """Name of the time after the transient."""
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Brief):
     """Schemes in the same winds.
 
     Attributes:

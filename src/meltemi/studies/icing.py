@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.display import Brief
 from meltemi.core.tables import View
 from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
 from meltemi.postprocess.ensemble import Estimate, mean_interval
@@ -46,8 +47,8 @@ LOADS = {
 STANDING = ("tower", "yaw", "drivetrain", "generator")
 
 
-@dataclass(frozen=True)
-class IcingEffects:
+@dataclass(frozen=True, repr=False)
+class IcingEffects(Brief):
     """A turbine with and without ice.
 
     Attributes:

@@ -24,6 +24,7 @@ from meltemi.aero.tables import MEMORY
 from meltemi.control.actuators import ACTUATOR, PITCH
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import Controller, StartPoint, dual_entry
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 from meltemi.core.tables import MAX_BLADES
 from meltemi.environment.grid import PowerGrid
@@ -75,8 +76,8 @@ class Direction:
     state: tuple[int, float] | None = None
 
 
-@dataclass(frozen=True)
-class Sensitivity:
+@dataclass(frozen=True, repr=False)
+class Sensitivity(Brief):
     """A run with the derivatives of its series.
 
     Attributes:

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.filters import check_harmonic, response
 from meltemi.control.load_control import HarmonicLoop, LoadSensor, SpeedNotch
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.simulation.engines import default_step
 from meltemi.simulation.linear import LinearModel, linearise
@@ -97,8 +98,8 @@ class TunedPoint:
     sensitivity: float
 
 
-@dataclass(frozen=True)
-class Tuning:
+@dataclass(frozen=True, repr=False)
+class Tuning(Brief):
     """A loop and how it was found.
 
     Attributes:

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.display import Brief
+
 Float = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Performance:
+@dataclass(frozen=True, repr=False)
+class Performance(Brief):
     """Coefficients of a rigid rotor in uniform wind, averaged over the azimuth.
 
     Attributes:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from meltemi.core.display import Brief
 from meltemi.turbine.definition import Turbine
 
 Kind = Literal["used", "approximated", "ignored"]
@@ -30,8 +31,8 @@ class Note:
     why: str = ""
 
 
-@dataclass(frozen=True)
-class Imported:
+@dataclass(frozen=True, repr=False)
+class Imported(Brief):
     """A turbine from somebody else's files, and what became of everything in them."""
 
     turbine: Turbine

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
+from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
 from meltemi.core.tables import View
@@ -127,8 +128,8 @@ FASTEST = 300.0
 """[m/s] air in a box; a tornado has half as much."""
 
 
-@dataclass(frozen=True)
-class WindBox:
+@dataclass(frozen=True, repr=False)
+class WindBox(Brief):
     """A turbulent field on a grid, carried past the turbine with its mean speed.
 
     At time 0 the first plane stands half the grid's width downwind of the tower, so that a yawed rotor is inside; of

@@ -32,7 +32,7 @@ GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 """[rad] from point to point of the disk."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class PowerModel(Parameters):
     """A turbine of a power coefficient, ready for the kernels.
 

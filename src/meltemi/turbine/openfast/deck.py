@@ -28,7 +28,7 @@ LEAST_YAW_FREQUENCY = 2.0 * math.pi * 2.0
 """[rad/s] of the nacelle on its bearing, where the deck has no spring."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Deck(Imported):
     """What an OpenFAST deck says.
 

@@ -1,0 +1,49 @@
+"""What a terminal and a notebook show of an object: no more than can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from html import escape
+from typing import Any
+
+import numpy as np
+
+LONGEST = 60
+"""Letters of a value; of one that needs more, its kind and size are shown."""
+
+
+def brief(value: Any) -> str:
+    """A value as ``repr`` shows it, or if that is long, what it is."""
+    if isinstance(value, np.ndarray) and value.size > 6:
+        return f"<{' x '.join(map(str, value.shape))} numbers>"
+    text = repr(value)
+    if len(text) <= LONGEST:
+        return text
+    if isinstance(value, str):
+        return f"{text[: LONGEST - 4]}...'"
+    if isinstance(value, (Mapping, Sequence)):
+        return f"<{len(value)} entries>"
+    return f"<{type(value).__name__}>"
+
+
+def html_table(title: str, facts: Mapping[str, str]) -> str:
+    """A title above names and values."""
+    rows = "".join(
+        f"<tr><th>{escape(name)}</th><td>{escape(text, quote=False)}</td></tr>" for name, text in facts.items()
+    )
+    return f'<table style="text-align: left"><caption><b>{escape(title)}</b></caption>{rows}</table>'
+
+
+class Brief:
+    """Base of dataclasses that hold arrays or other records; they are decorated with ``repr=False``."""
+
+    def facts(self) -> dict[str, str]:
+        """What is shown: names and values in words."""
+        return {f.name: brief(getattr(self, f.name)) for f in fields(self) if f.repr}  # type: ignore[arg-type]
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in self.facts().items())})"
+
+    def _repr_html_(self) -> str:
+        return html_table(type(self).__name__, self.facts())
