@@ -13,6 +13,7 @@ Names are imported when they are first used, so ``import meltemi`` is quick.
 from __future__ import annotations
 
 from importlib import import_module
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -357,7 +358,13 @@ __all__ = [*sorted(_MODULE_OF), "__version__"]
 
 def __getattr__(name: str) -> Any:
     if name in _MODULE_OF:
-        value = getattr(import_module(f"meltemi.{_MODULE_OF[name]}"), name)
+        from meltemi.core.calls import explained
+
+        module = import_module(f"meltemi.{_MODULE_OF[name]}")
+        value = getattr(module, name)
+        if isinstance(value, FunctionType) and not hasattr(value, "__wrapped__"):
+            value = explained(value)
+            setattr(module, name, value)  # under its own name, too: what is pickled is found there
         globals()[name] = value
         return value
     from meltemi.core.errors import did_you_mean

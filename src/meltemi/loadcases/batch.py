@@ -18,6 +18,7 @@ from types import FrameType
 from typing import Any
 
 from meltemi.control.controller import Controller
+from meltemi.core.calls import explained
 from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.threads import available_cores, one_blas_thread
@@ -54,7 +55,7 @@ class BatchCase:
     """
 
     model: AnyModel | Callable[[], AnyModel]
-    wind: AnyWind | Callable[[], AnyWind]
+    wind: float | AnyWind | Callable[[], AnyWind]
     duration: float
     controller: Controller | Callable[[Wind], Controller] | None = None
     channels: Sequence[str] = tuple(DEFAULT)
@@ -248,6 +249,7 @@ def completed(outcomes: Iterable[Outcome]) -> list[Any]:
     return values
 
 
+@explained
 def prepare(case: BatchCase) -> Simulation:
     """A case ready to march.
 
