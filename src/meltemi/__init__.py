@@ -81,6 +81,7 @@ if TYPE_CHECKING:
     from meltemi.postprocess.ensemble import mean_interval as mean_interval
     from meltemi.postprocess.ensemble import rayleigh_weights as rayleigh_weights
     from meltemi.postprocess.ensemble import travel as travel
+    from meltemi.postprocess.ensemble import weibull_weights as weibull_weights
     from meltemi.postprocess.fatigue import damage_equivalent_load as damage_equivalent_load
     from meltemi.postprocess.fatigue import equivalent_loads as equivalent_loads
     from meltemi.postprocess.fatigue import rainflow_cycles as rainflow_cycles
@@ -279,7 +280,7 @@ _HOME = {
     "postprocess.difference": "ChannelDifference Differences compare_results",
     "postprocess.ensemble": (
         "EnsembleEntry EnsembleTable Estimate ensemble_load ensemble_table lifetime_del mean_interval "
-        "rayleigh_weights travel"
+        "rayleigh_weights travel weibull_weights"
     ),
     "postprocess.fatigue": "damage_equivalent_load equivalent_loads rainflow_cycles",
     "postprocess.files": "read_netcdf read_result write_netcdf write_result",

@@ -88,7 +88,8 @@ def campbell(
       The diagram. Operating points that fail are NaN in it, and it says why.
 
     Raises:
-      InputError: all operating points fail, a turbine of a power coefficient, not one of wind speeds and rotor speeds, or rotor speeds with air.
+      InputError: all operating points fail, a turbine of a power coefficient, not one of wind speeds and rotor speeds,
+        or rotor speeds with air.
       UnsupportedError: a rotor without three blades.
     """
     model = with_blades(model, "campbell")
