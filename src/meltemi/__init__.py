@@ -13,6 +13,7 @@ Names are imported when they are first used, so ``import meltemi`` is quick.
 from __future__ import annotations
 
 from importlib import import_module
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -80,6 +81,7 @@ if TYPE_CHECKING:
     from meltemi.postprocess.ensemble import mean_interval as mean_interval
     from meltemi.postprocess.ensemble import rayleigh_weights as rayleigh_weights
     from meltemi.postprocess.ensemble import travel as travel
+    from meltemi.postprocess.ensemble import weibull_weights as weibull_weights
     from meltemi.postprocess.fatigue import damage_equivalent_load as damage_equivalent_load
     from meltemi.postprocess.fatigue import equivalent_loads as equivalent_loads
     from meltemi.postprocess.fatigue import rainflow_cycles as rainflow_cycles
@@ -281,7 +283,7 @@ _HOME = {
     "postprocess.difference": "ChannelDifference Differences compare_results",
     "postprocess.ensemble": (
         "EnsembleEntry EnsembleTable Estimate ensemble_load ensemble_table lifetime_del mean_interval "
-        "rayleigh_weights travel"
+        "rayleigh_weights travel weibull_weights"
     ),
     "postprocess.fatigue": "damage_equivalent_load equivalent_loads rainflow_cycles",
     "postprocess.files": "read_netcdf read_result write_netcdf write_result",
@@ -362,7 +364,13 @@ __all__ = [*sorted(_MODULE_OF), "__version__"]
 
 def __getattr__(name: str) -> Any:
     if name in _MODULE_OF:
-        value = getattr(import_module(f"meltemi.{_MODULE_OF[name]}"), name)
+        from meltemi.core.calls import explained
+
+        module = import_module(f"meltemi.{_MODULE_OF[name]}")
+        value = getattr(module, name)
+        if isinstance(value, FunctionType) and not hasattr(value, "__wrapped__"):
+            value = explained(value)
+            setattr(module, name, value)  # under its own name, too: what is pickled is found there
         globals()[name] = value
         return value
     from meltemi.core.errors import did_you_mean

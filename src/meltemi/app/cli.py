@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -25,6 +25,7 @@ from meltemi.app.options import (
     ClassOption,
     ControllerInputOption,
     ControllerOption,
+    DirectionOption,
     EditionOption,
     IecOption,
     NtmOption,
@@ -105,6 +106,7 @@ def run(
     turbulence: TurbulenceOption = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Seed of the turbulence [1].")] = None,
     shear: ShearOption = None,
+    direction: DirectionOption = None,
     spectrum: SpectrumOption = None,
     iec: IecOption = None,
     ntm: NtmOption = False,
@@ -141,6 +143,7 @@ def run(
         turbulence=turbulence,
         seed=seed,
         shear=shear,
+        direction=direction,
         spectrum=spectrum,
         iec="NTM" if ntm else iec,
         wind_class=wind_class,
@@ -382,7 +385,6 @@ def power_curve(
 
     described = load_turbine(turbine)
     wanted = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
-    out = folder_for(out)
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
     from meltemi.simulation.engines import build, operating_point
@@ -390,16 +392,37 @@ def power_curve(
 
     for words in plausibility(described):
         say(f"warning: {words}")
-    model = build(described)
-    points = []
-    with progress_bar("operating points") as progress:
-        for i, speed in enumerate(wanted):
-            points.append(operating_point(model, speed))
-            progress((i + 1) / len(wanted))
-    head, rows = power_curve_rows(points)
-    print_table(f"{described.name}: steady operation", head, rows)
-    print(f"wrote {write_csv(out / 'power_curve.csv', [h.replace(chr(10), ' ') for h in head], rows)}")
-    print(f"wrote {save(plot_power_curve(points), out / 'power_curve.png')}")
+    points, failures, interrupted = [], {}, False
+    with results_in(out):
+        model = build(described)
+        with progress_bar("operating points") as progress:
+            try:
+                for i, speed in enumerate(wanted):
+                    try:
+                        points.append(operating_point(model, speed))
+                    except MeltemiError as error:
+                        failures[speed] = str(error)
+                    progress((i + 1) / len(wanted))
+            except KeyboardInterrupt:
+                interrupted = True
+        if not points:
+            raise InputError("\n".join(failures.values()) or "interrupted before the first operating point was found")
+        head, rows = power_curve_rows(points, failures)
+        print_table(f"{described.name}: steady operation", head, rows)
+        print(f"wrote {write_csv(out / 'power_curve.csv', [h.replace(chr(10), ' ') for h in head], rows)}")
+        print(f"wrote {save(plot_power_curve(points), out / 'power_curve.png')}")
+    _finish(failures, interrupted)
+
+
+def _finish(failures: Mapping[float, str], interrupted: bool = False) -> None:
+    """Say what of a scan is missing, and end with a status that tells so."""
+    for value, why in failures.items():
+        say(f"failed at {value:g}: {why}")
+    if interrupted:
+        say("interrupted; what was computed until then is written")
+        raise typer.Exit(130)
+    if failures:
+        raise typer.Exit(1)
 
 
 def _default_speeds(low: float, high: float) -> list[float]:
@@ -454,34 +477,35 @@ def campbell(
     described = aeroelastic(load_turbine(turbine), "meltemi campbell")
     turns = [w * pi / 30.0 for w in _speeds(rotor_speeds, "--rotor-speeds", "rpm", zero=True)] if rotor_speeds else None
     winds = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
-    out = folder_for(out)
     from meltemi.report.plots import plot_campbell, save
     from meltemi.report.tables import campbell_rows, number, write_csv
     from meltemi.simulation.campbell import campbell as diagram_of
     from meltemi.simulation.model import build
 
-    with progress_bar("Campbell diagram") as progress:
-        diagram = diagram_of(
-            build(described),
-            wind_speeds=None if turns else winds,
-            rotor_speeds=turns,
-            air=not (vacuum or turns),
-            progress=progress,
+    with results_in(out):
+        with progress_bar("Campbell diagram") as progress:
+            diagram = diagram_of(
+                build(described),
+                wind_speeds=None if turns else winds,
+                rotor_speeds=turns,
+                air=not (vacuum or turns),
+                progress=progress,
+            )
+        last = len(diagram.rotor_speed) - 1
+        columns = [
+            (f"{what}\n{'at first' if i == 0 else 'at last'}", numbers[:, i])
+            for i in dict.fromkeys((0, last))
+            for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
+        ]
+        rows = [[label, *(number(float(v[j])) for _, v in columns)] for j, label in enumerate(diagram.labels)]
+        print_table(
+            f"{described.name}: modes {'with air' if diagram.air else 'in vacuum'}",
+            ["mode", *(n for n, _ in columns)],
+            rows,
         )
-    last = len(diagram.rotor_speed) - 1
-    columns = [
-        (f"{what}\n{'at first' if i == 0 else 'at last'}", numbers[:, i])
-        for i in dict.fromkeys((0, last))
-        for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
-    ]
-    rows = [[label, *(number(float(v[j])) for _, v in columns)] for j, label in enumerate(diagram.labels)]
-    print_table(
-        f"{described.name}: modes {'with air' if diagram.air else 'in vacuum'}",
-        ["mode", *(n for n, _ in columns)],
-        rows,
-    )
-    print(f"wrote {write_csv(out / 'campbell.csv', *campbell_rows(diagram))}")
-    print(f"wrote {save(plot_campbell(diagram), out / 'campbell.png')}")
+        print(f"wrote {write_csv(out / 'campbell.csv', *campbell_rows(diagram))}")
+        print(f"wrote {save(plot_campbell(diagram), out / 'campbell.png')}")
+    _finish(diagram.failures)
 
 
 @app.command()

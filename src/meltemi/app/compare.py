@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from meltemi.turbine.definition import Turbine
     from meltemi.wind.turbulent import TurbulentWind
 
+MOST_SEEDS, MOST_WORKERS = 1000, 1000
 ACTUATORS = ("second_order", "ideal")
 HELP = "\n".join(
     [
@@ -81,10 +82,12 @@ def compare(
     )
     names = [name.strip() for name in controllers.split(",") if name.strip()]
     check_schemes(names)
-    if seeds < 1:
-        raise InputError(f"--seeds {seeds}: at least one is needed")
-    if workers is not None and workers < 1:
-        raise InputError(f"--workers {workers}: at least one is needed")
+    if not 1 <= seeds <= MOST_SEEDS:
+        raise InputError(f"--seeds {seeds}: expected how many winds, from 1 to {MOST_SEEDS}")
+    if not 0 <= seed < 2**63 - seeds:
+        raise InputError(f"--seed {seed}: expected a number from 0 to {2**63 - seeds - 1}")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"--workers {workers}: expected how many runs at a time, from 1 to {MOST_WORKERS}")
     from meltemi.studies.schemes import design_controllers, equipped
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
@@ -168,14 +171,13 @@ def _winds(given: Mapping[str, Any], turbine: Turbine, duration: float, seeds: r
     found = case_wind(validated(data, LoadCase, "command line"), turbine, Path())
     if not isinstance(found, TurbulentWind):
         raise InputError(f"{found.label} has no seeds: give --ntm, --iec ETM or --turbulence")
-    if seeds[0] < 0:
-        raise InputError(f"--seed {seeds[0]}: expected a number from 0 on")
     return [found.replace(seed=each) for each in seeds]
 
 
 def _wind_label(given: Mapping[str, Any], wind: TurbulentWind) -> str:
     """What all winds have in common."""
-    model = [given["--iec"], *([f"class {given['--class']}"] if "--class" in given else [])] if "--iec" in given else []
+    model = [given["--iec"]] if "--iec" in given else []
+    model += [f"class {given['--wind-class']}"] if model and "--wind-class" in given else []
     return ", ".join([*([" ".join(model)] if model else []), wind.label.rpartition(", seed")[0]])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from math import radians
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,7 +26,12 @@ IecOption = Annotated[
     str | None, typer.Option("--iec", help="Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).")
 ]
 NtmOption = Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")]
-ClassOption = Annotated[str | None, typer.Option("--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")]
+ClassOption = Annotated[
+    str | None, typer.Option("--wind-class", "--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")
+]
+DirectionOption = Annotated[
+    float | None, typer.Option("--direction", help="Of the wind [deg], clockwise from above; 0 is along the shaft [0].")
+]
 EditionOption = Annotated[int | None, typer.Option("--edition", help="Of IEC 61400-1: 2, 3, 4 [3].")]
 
 ControllerOption = Annotated[
@@ -48,9 +54,8 @@ def is_case(path: Path) -> bool:
 
 
 def given_options(**options: Any) -> dict[str, Any]:
-    """Options that were given, as they are called on the command line; ``wind_class`` is ``--class``."""
-    names = {name: "--class" if name == "wind_class" else f"--{name.replace('_', '-')}" for name in options}
-    return {names[name]: value for name, value in options.items() if value is not None}
+    """Options that were given, as they are called on the command line."""
+    return {f"--{name.replace('_', '-')}": value for name, value in options.items() if value is not None}
 
 
 WIND = "--wind-speed --turbulence --seed --shear --spectrum --iec --class --edition --wind-file".split()
@@ -77,7 +82,7 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
         return dict(before) | {key: given[name] for name, key in names.items() if name in given}
 
     def only(*allowed: str, because: str) -> None:
-        for name in ("--turbulence", "--seed", "--shear", "--spectrum", "--class", "--edition"):
+        for name in ("--turbulence", "--seed", "--shear", "--spectrum", "--wind-class", "--edition", "--direction"):
             if name in given and name not in allowed:
                 raise InputError(f"{name}: {because}")
 
@@ -85,23 +90,28 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
         for name in ("--wind-speed", "--iec"):
             if name in given:
                 raise InputError(f"give one of {name}, --wind-file")
-        only(because="a wind file brings its own shear and turbulence")
+        only(because="a wind file brings its own shear, direction and turbulence")
         return {"kind": "file", "file": str(given["--wind-file"].absolute())}
     keys = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
     wind = {key: given[name] for name, key in keys.items() if name in given}
+    if "--direction" in given:
+        wind["direction"] = radians(given["--direction"])
     further = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
     more = {key: given[name] for name, key in further.items() if name in given}
     if "--iec" in given:
-        named = {"--class": "wind_class", "--edition": "edition"}
+        named = {"--wind-class": "wind_class", "--edition": "edition"}
         wind |= {key: given[name] for name, key in named.items() if name in given}
         return {"kind": "iec", "model": given["--iec"], **wind, "turbulence": more}
     if "--wind-speed" not in given:
         raise InputError("give one of --wind-speed, --iec (or --ntm), --wind-file")
     if "--turbulence" in given:
-        only("--turbulence", "--seed", "--shear", "--spectrum", "--edition", because="give --iec (or --ntm), too")
+        only(
+            *("--turbulence", "--seed", "--shear", "--spectrum", "--edition", "--direction"),
+            because="give --iec (or --ntm), too",
+        )
         edition = {"edition": given["--edition"]} if "--edition" in given else {}
         return {"kind": "turbulence", **wind, **more, **edition}
-    only("--shear", because="steady wind has none; give --turbulence or --ntm, too")
+    only("--shear", "--direction", because="steady wind has none; give --turbulence or --ntm, too")
     return {"kind": "steady", **wind, **more}
 
 

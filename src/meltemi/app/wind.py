@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import radians
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import ClassOption, EditionOption, SpectrumOption
+from meltemi.app.options import ClassOption, DirectionOption, EditionOption, SpectrumOption
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
 from meltemi.core.errors import InputError
 
@@ -32,7 +33,7 @@ def wind(
         Path | None, typer.Option("--from", help="Instead: look at a wind file, .bts, .wnd, .bin, .nc, .csv.")
     ] = None,
     wind_class: ClassOption = None,
-    speed: Annotated[float | None, typer.Option("--speed", help="Mean at hub height [m/s].")] = None,
+    speed: Annotated[float | None, typer.Option("--speed", "--wind-speed", help="Mean at hub height [m/s].")] = None,
     turbine: Annotated[str | None, typer.Option("--turbine", help="A turbine's name or YAML file [nrel5mw].")] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Of the turbulence [1].")] = None,
     duration: Annotated[float | None, typer.Option("--duration", help="Of the run it is for [s] [600].")] = None,
@@ -45,6 +46,7 @@ def wind(
         str | None, typer.Option("--coherent", help="Components coherent across the rotor: u, all [u].")
     ] = None,
     shear: Annotated[float | None, typer.Option("--shear", help="Power-law exponent [that of the model].")] = None,
+    direction: DirectionOption = None,
     points: Annotated[int | None, typer.Option("--points", help="Grid points across [25].")] = None,
     dt: Annotated[float | None, typer.Option("--dt", help="Between planes [s] [0.1].")] = None,
     width: Annotated[float | None, typer.Option("--width", help="Of the grid [m] [1.2 diameters].")] = None,
@@ -71,6 +73,7 @@ def wind(
         "spectrum": spectrum,
         "coherent": coherent,
         "shear_exponent": shear,
+        "direction": None if direction is None else radians(direction),
         "points": points,
         "dt": dt,
         "periodic": periodic or None,
@@ -129,13 +132,13 @@ def wind(
             _look(made, used, out, "uniform")
 
 
-UNREACHABLE = ("roughness", "direction", "veer")
+UNREACHABLE = ("roughness", "veer")
 """What only Python and case files set."""
 
 
 def _option(name: str) -> str:
     """How a setting is called on the command line."""
-    special = {"wind_class": "--class", "shear_exponent": "--shear", "scaled": "--unscaled"}
+    special = {"shear_exponent": "--shear", "scaled": "--unscaled"}
     return special.get(name, f"--{name.replace('_', '-')}")
 
 

@@ -12,17 +12,20 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 from meltemi.control.controller import Controller
+from meltemi.core.calls import explained
 from meltemi.core.errors import InputError, MeltemiError, RunError, Status
+from meltemi.core.fingerprint import fingerprint
 from meltemi.core.interrupts import on_interrupt
+from meltemi.core.kernel import source_hash
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.environment.grid import PowerGrid
-from meltemi.postprocess.files import write_netcdf
+from meltemi.postprocess.files import read_netcdf, write_netcdf
 from meltemi.simulation.case import Stations
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import Happening
@@ -36,6 +39,7 @@ from meltemi.simulation.trim import OperatingPoint
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulence.field import AnyWind, realised
 
+MOST_WORKERS = 1000
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
 
@@ -54,7 +58,7 @@ class BatchCase:
     """
 
     model: AnyModel | Callable[[], AnyModel]
-    wind: AnyWind | Callable[[], AnyWind]
+    wind: float | AnyWind | Callable[[], AnyWind]
     duration: float
     controller: Controller | Callable[[Wind], Controller] | None = None
     channels: Sequence[str] = tuple(DEFAULT)
@@ -77,6 +81,7 @@ class Outcome:
       message: why, in words; empty if all went well.
       value: the result, what ``reduce`` made of it, or the file it was written to; None if there is none.
       error: class of the exception that ended a failed case.
+      kept: it was found finished in the folder and not run again.
     """
 
     name: str
@@ -84,6 +89,7 @@ class Outcome:
     message: str = ""
     value: Any = None
     error: type[BaseException] | None = None
+    kept: bool = False
 
     @property
     def ok(self) -> bool:
@@ -98,6 +104,8 @@ def simulate_batch(
     out: str | Path | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
+    total: int | None = None,
+    redo: bool = False,
 ) -> list[Outcome]:
     """Simulate many cases on all cores.
 
@@ -107,10 +115,13 @@ def simulate_batch(
     Args:
       cases: any iterable; a generator is asked for a case when a worker is free.
       reduce: called with each result in its worker; only what it returns is kept.
-      out: folder in which each result is written as ``NAME.nc`` as soon as it is done, instead of being kept.
+      out: folder in which each result is written as ``NAME.nc`` as soon as it is done, instead of being kept. A case
+        that is found there finished, from the same inputs under the same version, is not run again.
       workers: threads; by default one for each core this process may use.
-      progress: called with the share that is done, from the calling thread; a generator of unknown length counts as
-        what has been asked of it.
+      progress: called with the share that is done, from the calling thread; 0 while nobody knows how many cases
+        there are.
+      total: how many cases a generator gives, for ``progress``.
+      redo: run all cases, also those that are finished.
 
     Returns:
       One outcome a case, in their order; after Ctrl-C those that were begun.
@@ -118,7 +129,9 @@ def simulate_batch(
     Raises:
       InputError: ``workers`` or ``out`` is not valid.
     """
-    return interruptible_batch(cases, reduce=reduce, out=out, workers=workers, progress=progress)[0]
+    return interruptible_batch(
+        cases, reduce=reduce, out=out, workers=workers, progress=progress, total=total, redo=redo
+    )[0]
 
 
 def interruptible_batch(
@@ -128,27 +141,36 @@ def interruptible_batch(
     out: str | Path | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
+    total: int | None = None,
+    redo: bool = False,
 ) -> tuple[list[Outcome], bool]:
     """As :func:`simulate_batch`, and whether Ctrl-C came, which may be too late to be seen in an outcome."""
-    if workers is not None and not (isinstance(workers, int) and workers >= 1):
-        raise InputError(f"workers must be a whole number of at least 1, found {workers!r}")
+    if workers is not None and not (isinstance(workers, int) and 1 <= workers <= MOST_WORKERS):
+        raise InputError(f"workers must be a whole number from at least 1 to {MOST_WORKERS}, found {workers!r}")
     folder = None if out is None else Path(out)
     if folder is not None:
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"{folder}: cannot be written ({error.strerror or error})") from None
-    batch = _Batch(cases, reduce, folder)
+    batch = _Batch(cases, reduce, folder, total, redo)
     return batch.run(workers or available_cores(), progress), batch.interrupted
 
 
 class _Batch:
     """A batch under way. Shared between threads: each list and dictionary entry is written by one of them."""
 
-    def __init__(self, cases: Iterable[BatchCase], reduce: Callable[[Result], Any] | None, folder: Path | None) -> None:
-        self.total = len(cases) if isinstance(cases, Sized) else 0
+    def __init__(
+        self,
+        cases: Iterable[BatchCase],
+        reduce: Callable[[Result], Any] | None,
+        folder: Path | None,
+        total: int | None,
+        redo: bool,
+    ) -> None:
+        self.total = len(cases) if isinstance(cases, Sized) else total
         self.waiting: Iterator[tuple[int, BatchCase]] = enumerate(cases)
-        self.reduce, self.folder = reduce, folder
+        self.reduce, self.folder, self.redo = reduce, folder, redo
         self.stop = threading.Event()
         self.next_lock, self.first_lock = threading.Lock(), threading.Lock()
         self.compiled = self.interrupted = False
@@ -182,6 +204,8 @@ class _Batch:
         self.stop.set()
 
     def _share(self) -> float:
+        if self.total is None:
+            return 0.0
         done = len(self.outcomes)
         running = [run.share for run in list(self.under_way.values())]
         return (done + sum(running)) / max(self.total, done + len(running), 1)
@@ -192,6 +216,7 @@ class _Batch:
             with self.next_lock:
                 following = next(self.waiting, None)
                 if following is None:
+                    self.total = len(self.names)
                     return
                 i, case = following
                 name = case.name or f"case_{i + 1:04d}"
@@ -212,6 +237,15 @@ class _Batch:
                 self.under_way.pop(i, None)
 
     def _one(self, i: int, name: str, case: BatchCase) -> Outcome:
+        case = replace(
+            case,
+            model=case.model() if callable(case.model) else case.model,
+            wind=case.wind() if callable(case.wind) else case.wind,
+        )
+        path = None if self.folder is None else self.folder / f"{name}.nc"
+        inputs = None if path is None else _inputs(case)
+        if path is not None and not self.redo and (found := _finished(path, inputs)):
+            return Outcome(name, found.status, value=path if self.reduce is None else self.reduce(found), kept=True)
         run = self._prepare(case)
         self.under_way[i] = run
         march(run, stop=self.stop.is_set)
@@ -220,8 +254,9 @@ class _Batch:
         result = run.result()
         result.meta["case"] = name
         value: Any = result
-        if self.folder is not None:
-            value = write_netcdf(result, self.folder / f"{name}.nc")
+        if path is not None:
+            result.meta["inputs"] = inputs
+            value = write_netcdf(result, path)
         if self.reduce is not None:
             value = self.reduce(result)
         return Outcome(name, result.status, result.message, value)
@@ -233,6 +268,24 @@ class _Batch:
                 self.compiled = True
                 return run
         return prepare(case)
+
+
+def _inputs(case: BatchCase) -> str | None:
+    """Hash of what a case's result depends on, this package included; None if nobody can tell."""
+    if isinstance(case.controller, Controller) and case.controller.fresh is not None:
+        return None  # a library or a process beside it
+    return fingerprint(source_hash(), replace(case, name=""))
+
+
+def _finished(path: Path, inputs: str | None) -> Result | None:
+    """The result of an earlier batch, if it is whole and from the same inputs."""
+    if inputs is None or not path.is_file():
+        return None
+    try:
+        found = read_netcdf(path)
+    except InputError:
+        return None
+    return found if found.status is Status.OK and found.meta.get("inputs") == inputs else None
 
 
 def completed(outcomes: Iterable[Outcome]) -> list[Any]:
@@ -249,6 +302,7 @@ def completed(outcomes: Iterable[Outcome]) -> list[Any]:
     return values
 
 
+@explained
 def prepare(case: BatchCase) -> Simulation:
     """A case ready to march.
 

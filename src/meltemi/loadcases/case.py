@@ -92,6 +92,8 @@ class IecCase(Record):
     """Of EWM: steady in place of turbulent."""
     seed: int | None = None
     """Of turbulence."""
+    direction: float | None = Field(default=None, ge=-3.2, le=3.2)
+    """[rad] clockwise from above."""
     turbulence: dict[str, Any] = Field(default_factory=dict)
     """Other settings of turbulence: spectrum, coherent, shear_exponent, points and so on."""
 

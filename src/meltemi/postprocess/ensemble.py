@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import exp, inf, nan, pi, sqrt
+from math import gamma, inf, nan, sqrt
 from typing import TypeVar
 
 import numpy as np
@@ -25,6 +25,8 @@ Float = NDArray[np.float64]
 Seed = TypeVar("Seed")
 
 CONFIDENCE = 0.95
+LEAST_SHAPE, MOST_SHAPE = 0.5, 20.0
+"""Of Weibull distributions; those of wind speeds lie between 1 and 4."""
 
 
 @dataclass(frozen=True)
@@ -221,13 +223,22 @@ def travel(source: Result | ArrayLike, channel: str | None = None, *, dt: float 
 
 
 def rayleigh_weights(speeds: ArrayLike, mean_speed: float, edges: Sequence[float] | None = None) -> Float:
-    """Shares of time of bins of wind speed in a Rayleigh distribution.
+    """Shares of time of bins of wind speed in a Rayleigh distribution: :func:`weibull_weights` with k = 2.
 
     Source: IEC 61400-1, eq. (8) of edition 3: P(V) = 1 - exp(-pi (V / (2 V_ave))^2).
+    """
+    return weibull_weights(speeds, mean_speed, 2.0, edges)
+
+
+def weibull_weights(speeds: ArrayLike, mean_speed: float, k: float, edges: Sequence[float] | None = None) -> Float:
+    """Shares of time of bins of wind speed in a Weibull distribution.
+
+    P(V) = 1 - exp(-(V / A)^k) with the scale A = V_ave / Gamma(1 + 1/k): IEC 61400-1, terms and definitions.
 
     Args:
       speeds: (n,) [m/s] ascending, one in each bin.
       mean_speed: [m/s] yearly mean at the hub, 0.2 V_ref for a standard class.
+      k: shape; 2 is the Rayleigh distribution.
       edges: (n + 1,) [m/s] of the bins; half-way between the speeds by default, the outer ones as wide outwards as
         inwards.
 
@@ -237,12 +248,14 @@ def rayleigh_weights(speeds: ArrayLike, mean_speed: float, edges: Sequence[float
     Raises:
       InputError: speeds or edges do not ascend, a speed lies outside its bin, or a single speed has no edges.
     """
-    where = "rayleigh_weights"
+    where = "wind speed weights"
     v = np.asarray(speeds, dtype=float)
     if v.ndim != 1 or not len(v) or not np.all(np.isfinite(v)) or not np.all(np.diff(v) > 0.0) or v[0] < 0.0:
         raise InputError(f"{where}: speeds must be a row of ascending numbers, none negative")
     if not 0.0 < mean_speed < inf:
         raise InputError(f"{where}: mean_speed must be positive, found {mean_speed!r}")
+    if not LEAST_SHAPE <= k <= MOST_SHAPE:
+        raise InputError(f"{where}: k must lie between {LEAST_SHAPE:g} and {MOST_SHAPE:g}, found {k!r}")
     if edges is None:
         if len(v) < 2:
             raise InputError(f"{where}: a single speed needs the edges of its bin")
@@ -254,7 +267,7 @@ def rayleigh_weights(speeds: ArrayLike, mean_speed: float, edges: Sequence[float
             raise InputError(f"{where}: {len(v)} speeds need {len(v) + 1} ascending edges, none negative")
         if np.any(v < e[:-1]) or np.any(v > e[1:]):
             raise InputError(f"{where}: each speed must lie between the edges of its bin")
-    beyond = np.array([exp(-pi * (x / (2.0 * mean_speed)) ** 2) for x in e])
+    beyond = np.exp(-((e / mean_speed * gamma(1.0 + 1.0 / k)) ** k))
     weights: Float = beyond[:-1] - beyond[1:]
     return weights
 
@@ -265,17 +278,19 @@ def lifetime_del(
     *,
     slope: float,
     mean_speed: float,
+    k: float = 2.0,
     edges: Sequence[float] | None = None,
     operating_time: bool = False,
 ) -> float:
-    """Damage-equivalent load over a lifetime in a Rayleigh distribution of the wind speed, (sum p_i DEL_i^m)^(1/m).
+    """Damage-equivalent load over a lifetime in a Weibull distribution of the wind speed, (sum p_i DEL_i^m)^(1/m).
 
     Args:
       speeds: (n,) [m/s] ascending.
       loads: (n,) equivalent loads at these speeds, all for the same f_eq; of several seeds see ``ensemble_load``.
       slope: m of the S-N curve.
       mean_speed: [m/s] yearly mean at the hub.
-      edges: (n + 1,) [m/s] of the bins, see ``rayleigh_weights``.
+      k: shape of the distribution; 2 is Rayleigh's.
+      edges: (n + 1,) [m/s] of the bins, see ``weibull_weights``.
       operating_time: N_eq counts the time within the edges only, so the p_i sum to one; otherwise it counts all time,
         and what lies outside does no damage.
 
@@ -283,10 +298,10 @@ def lifetime_del(
       in the unit of the loads, for the same f_eq. Transients between speeds and starts and stops are not in it.
 
     Raises:
-      InputError: as ``rayleigh_weights``; a load is missing or negative, or ``slope`` is not positive.
+      InputError: as ``weibull_weights``; a load is missing or negative, or ``slope`` is not positive.
     """
     x = _loads(loads, slope, "lifetime_del")
-    weights = rayleigh_weights(speeds, mean_speed, edges)
+    weights = weibull_weights(speeds, mean_speed, k, edges)
     if x.shape != weights.shape:
         raise InputError(f"lifetime_del: found {len(x)} loads for {len(weights)} speeds")
     if operating_time:

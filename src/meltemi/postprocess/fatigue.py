@@ -10,7 +10,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -109,15 +109,32 @@ def usual_slope(channel: Channel) -> float | None:
     return 10.0 if channel.name.lower().startswith(("root", "station", "spn")) else 4.0  # Spn: OpenFAST's stations
 
 
-def equivalent_loads(result: Result, names: Sequence[str] | None = None, f_eq: float = 1.0) -> dict[str, float]:
-    """Damage-equivalent loads of the load channels of a result after its transient with their usual slopes, in SI."""
+def equivalent_loads(
+    result: Result,
+    names: Sequence[str] | None = None,
+    f_eq: float = 1.0,
+    *,
+    slopes: Mapping[str, float] | None = None,
+) -> dict[str, float]:
+    """Damage-equivalent loads of the load channels of a result after its transient, in SI.
+
+    Args:
+      names: of the channels; by default all loads.
+      f_eq: [Hz] of the equivalent load.
+      slopes: m of the S-N curve by channel; for others 10 for blades, 4 for everything else. A channel that is no load
+        takes part if it has one.
+
+    Raises:
+      InputError: a name is unknown, or ``f_eq`` or a slope is not positive.
+    """
+    given = {result.channel(name).name: m for name, m in (slopes or {}).items()}
     found: dict[str, float] = {}
     result = result.judged
     if len(result.time) < 2:
         return found
     duration = float(result.time[-1] - result.time[0])
     for channel in result.channels if names is None else [result.channel(name) for name in names]:
-        slope = usual_slope(channel)
+        slope = given.get(channel.name, usual_slope(channel))
         if slope is not None:
             found[channel.name] = damage_equivalent_load(
                 result[channel.name], duration=duration, slope=slope, f_eq=f_eq

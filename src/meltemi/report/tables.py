@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -194,13 +194,16 @@ _SHORT = {
 }
 
 
-def power_curve_rows(points: Sequence[OperatingPoint]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of a power curve, in units for people."""
+def power_curve_rows(
+    points: Sequence[OperatingPoint], failures: Mapping[float, str] | None = None
+) -> tuple[list[str], list[list[str]]]:
+    """Head and rows of a power curve, in units for people; wind speeds [m/s] that failed say so in their row."""
     wanted = (*POWER_CURVE, *(DISK_CURVE if DISK_CURVE[-1] in points[0].channels else ()))
     channels = [points[0].channels[name] for name in wanted if name in points[0].channels]
     head = ["wind\nm/s", *(f"{_SHORT[c.name]}\n{c.display_unit[0]}" for c in channels)]
-    rows = [[number(p.wind.speed), *(number(p[c.name] * c.display_unit[1]) for c in channels)] for p in points]
-    return head, rows
+    rows = {p.wind.speed: [number(p[c.name] * c.display_unit[1]) for c in channels] for p in points}
+    rows |= {speed: ["failed", *[""] * (len(channels) - 1)] for speed in failures or {}}
+    return head, [[number(speed), *rows[speed]] for speed in sorted(rows)]
 
 
 def campbell_rows(diagram: Campbell) -> tuple[list[str], list[list[str]]]:

@@ -11,12 +11,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.display import Brief
-from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.core.errors import InputError, MeltemiError, UnsupportedError
 from meltemi.maths.multiblade import blade_matrix
 from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise
 from meltemi.simulation.machine import AnyModel
@@ -29,6 +30,8 @@ Float = NDArray[np.float64]
 
 LEAST = 0.8
 """Least score, of 3, that gives a mode a name."""
+STEADY_SHARE = 0.3
+"""Of the time that an operating point takes, for the bar of progress."""
 WHIRL = ("collective", "backward whirl", "forward whirl")
 
 
@@ -45,6 +48,7 @@ class Campbell(Brief):
       damping: (modes, n) ratio to critical.
       modes: for each mode and operating point what was found, or None.
       air: with the air; otherwise in vacuum.
+      failures: why there is nothing at an operating point, by its wind or rotor speed.
     """
 
     wind_speed: Float
@@ -55,6 +59,7 @@ class Campbell(Brief):
     damping: Float = field(repr=False)
     modes: tuple[tuple[Mode | None, ...], ...] = field(repr=False)
     air: bool
+    failures: dict[float, str] = field(default_factory=dict)
 
 
 def campbell(
@@ -80,8 +85,12 @@ def campbell(
       azimuths: see ``linearise``.
       progress: called with the share that is done.
 
+    Returns:
+      The diagram. Operating points that fail are NaN in it, and it says why.
+
     Raises:
-      InputError: a turbine of a power coefficient, not one of wind speeds and rotor speeds, or rotor speeds with air.
+      InputError: all operating points fail, a turbine of a power coefficient, not one of wind speeds and rotor speeds,
+        or rotor speeds with air.
       UnsupportedError: a rotor without three blades.
     """
     model = with_blades(model, "campbell")
@@ -106,24 +115,38 @@ def campbell(
     locked = model.locked.copy()
     if not free:
         locked[model.coordinates.index("generator")] = 1.0
-    found, operation = [], []
-    for i, value in enumerate(given):
-        if rotor_speeds is None:
-            point = operating_point(model, value)
-            wind, speed, pitch = value, point.rotor_speed, point.pitch
-        else:
-            wind, speed, pitch = np.nan, value, 0.0
-        operation.append((wind, speed, pitch))
-        if air:
-            found.append(linearise(replace(model, locked=locked), point, (), (), azimuths=azimuths).modes())
-        else:
-            modes = natural_modes(vacuum, speed, pitch=pitch, generator_free=free)
-            found.append([fixed_parts(mode) if speed == 0.0 else mode for mode in modes])
+
+    def done(i: int, share: float) -> None:
         if progress is not None:
-            progress((i + 1) / len(given))
+            progress((i + share) / len(given))
+
+    found: list[list[Mode]] = []
+    operation, failures = [], {}
+    for i, value in enumerate(given):
+        where_now, modes = (value, np.nan, np.nan) if rotor_speeds is None else (np.nan, value, 0.0), []
+        try:
+            if rotor_speeds is None:
+                point = operating_point(model, value)
+                where_now = (value, point.rotor_speed, point.pitch)
+                done(i, STEADY_SHARE)
+            if air:
+                turned = partial(_shifted, partial(done, i))
+                held = replace(model, locked=locked)
+                modes = linearise(held, point, (), (), azimuths=azimuths, progress=turned).modes()
+            else:
+                _, speed, pitch = where_now
+                modes = natural_modes(vacuum, speed, pitch=pitch, generator_free=free)
+                modes = [fixed_parts(mode) if speed == 0.0 else mode for mode in modes]
+        except MeltemiError as error:
+            failures[value] = str(error)
+        operation.append(where_now)
+        found.append(modes)
+        done(i, 1.0)
+    if len(failures) == len(set(given)):
+        raise InputError(f"campbell: no operating point was found; the last: {failures[given[-1]]}")
     where = np.array(operation)
     # begin where modes are told apart best: whirling fast in vacuum, little damped by slow wind
-    order = np.argsort(where[:, 0] if air else -where[:, 1], kind="stable")
+    order = [i for i in np.argsort(where[:, 0] if air else -where[:, 1], kind="stable") if found[i]]
     curves = follow(found, [int(i) for i in order], strain(model), bool(np.any(where[:, 1] > 0.0)))
     labels = sorted(curves, key=lambda n: float(np.mean([m.frequency for m in curves[n] if m is not None])))
     nan = (np.nan, np.nan)
@@ -138,7 +161,13 @@ def campbell(
         damping=numbers[:, :, 1],
         modes=tuple(tuple(curves[label]) for label in labels),
         air=air,
+        failures=failures,
     )
+
+
+def _shifted(done: Callable[[float], None], share: float) -> None:
+    """Tell of the share of a linearisation, before which steady operation was found."""
+    done(STEADY_SHARE + (1.0 - STEADY_SHARE) * share)
 
 
 def fixed_parts(mode: Mode) -> Mode:

@@ -29,6 +29,8 @@ from meltemi.core.yamlfile import validated
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
 
+NEVER = 1e18
+"""Steps that no run has."""
 Change = tuple[str, float, float]
 """Name in FAULTS, value from ``at`` on, value after ``until``."""
 
@@ -512,7 +514,7 @@ def refuse_dips(events: Sequence[Happening]) -> None:
 
 def _step(t: float, dt: float) -> int:
     """The first instant that is not before ``t``, rounding apart."""
-    return math.ceil(t / dt - 1e-6)
+    return math.ceil(min(t / dt, NEVER) - 1e-6)
 
 
 def _check_parts(event: Happening, where: str, turbine: AnyTurbine) -> None:

@@ -13,7 +13,7 @@ Reference: docs/theory/simulation.md (M-20 to M-26); Bir (2008), NREL/CP-500-425
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -186,6 +186,7 @@ def linearise(
     *,
     azimuth: float | None = None,
     azimuths: int = AZIMUTHS,
+    progress: Callable[[float], None] | None = None,
 ) -> LinearModel:
     """Linear model about steady operation.
 
@@ -200,6 +201,7 @@ def linearise(
       azimuth: [rad] of blade 1, for the model at this azimuth; by default the one in the fixed frame. There, a
         channel or input of one blade brings in those of the other two.
       azimuths: over how many rotor positions in a third of a revolution the matrices are averaged; a divisor of 12.
+      progress: called with the share that is done.
 
     Raises:
       InputError: a name is unknown.
@@ -222,7 +224,9 @@ def linearise(
     turns = np.array([float(s.name in ("v generator", "v drivetrain")) for s in x])
     total: Float = np.zeros((n + len(y), n + m))
     x0, y0 = np.zeros(n), np.zeros(len(y))
-    for psi in places:
+    for i, psi in enumerate(places):
+        if progress is not None:
+            progress(i / len(places))
         point.put(case, psi)
         case.begin_electric()
         state = np.array([case[s.moves[0][0][0]].flat[s.moves[0][0][1]] for s in x])

@@ -16,14 +16,20 @@ class StallConstants(Record):
     1.5 and 6 semi-chords (Hansen, Gaunaa & Madsen 2004).
     """
 
-    a1: float = 0.165
-    a2: float = 0.335
-    b1: float = 0.0455
-    b2: float = 0.3
+    a1: float = Field(default=0.165, ge=0.0, le=1.0)
+    a2: float = Field(default=0.335, ge=0.0, le=1.0)
+    b1: float = Field(default=0.0455, gt=0.0, le=10.0)
+    b2: float = Field(default=0.3, gt=0.0, le=10.0)
     pressure_lag: float = Field(default=1.5, gt=0.0)
     """[semi-chords]."""
     separation_lag: float = Field(default=6.0, gt=0.0)
     """[semi-chords]."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.a1 + self.a2 > 1.0 + 1e-9:
+            raise ValueError(f"a1 + a2 is the share of the lift that lags, at most 1, found {self.a1 + self.a2:g}")
+        return self
 
 
 BEDDOES = StallConstants(a1=0.3, a2=0.7, b1=0.14, b2=0.53, pressure_lag=1.7, separation_lag=3.0)

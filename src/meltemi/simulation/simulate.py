@@ -56,7 +56,7 @@ CHUNK_SECONDS = 0.1
 
 def simulate(
     model: AnyModel,
-    wind: AnyWind,
+    wind: float | AnyWind,
     *,
     duration: float,
     controller: Controller | None = None,
@@ -76,7 +76,8 @@ def simulate(
 
     Args:
       model: from ``build``.
-      wind: steady, a series, a turbulent wind, of which the field is made for the run, or such a field.
+      wind: speed [m/s] of steady wind, or a wind: steady, a series, a turbulent wind, of which the field is made for
+        the run, or such a field.
       duration: [s].
       controller: by default the baseline controller with the turbine's settings.
       channels: what to record, by our names or OpenFAST's; ``"all"`` among them records everything.
@@ -158,7 +159,7 @@ class Simulation:
     def __init__(
         self,
         model: AnyModel,
-        wind: AnyWind,
+        wind: float | AnyWind,
         *,
         duration: float,
         controller: Controller | None = None,

@@ -62,6 +62,8 @@ def power_point(
                         f"no steady operation at a wind speed of {steady.speed:g} m/s: at its largest pitch of "
                         f"{math.degrees(most):g} degrees {turbine.name} still drives more than rated power; "
                         "a larger control.pitch.maximum or a lower wind speed helps"
+                        + f" (its cut_out is {turbine.cut_out:g} m/s)"
+                        * (steady.speed > turbine.cut_out)
                     )
                 angle = float(brentq(lambda x: left_over(reference, x), angle, most, xtol=1e-13))
         elif falling:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
+from meltemi.core.units import from_text
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import WindSeries
 from meltemi.wind.iec.classes import (
@@ -33,6 +34,8 @@ from meltemi.wind.turbulence.spectra import scale_parameter
 Sign = Literal[1, -1]
 LATEST = 1e6
 """[s] begin: no run is longer."""
+MOST_TURNED = 3.2
+"""[rad] direction, as of other winds."""
 STEP = 0.05
 """[s] between rows while something changes."""
 EOG_TIME, EOG_TIME_50, EDC_TIME, RISE_TIME, EWS_TIME = 10.5, 14.0, 6.0, 10.0, 12.0
@@ -52,6 +55,7 @@ def eog(
     years: Literal[1, 50] | None = None,
     intensity: float | None = None,
     begin: float = 60.0,
+    direction: float = 0.0,
 ) -> WindSeries:
     """Extreme operating gust: V(z) - 0.37 V_gust sin(3 pi t / T) (1 - cos(2 pi t / T)).
 
@@ -63,6 +67,7 @@ def eog(
       years: recurrence period of the gust, 1 or 50: edition 2 alone, where it must be given.
       intensity: of turbulence [-], in place of the class's.
       begin: [s] of the gust.
+      direction: [rad] of the wind, clockwise seen from above.
 
     Returns:
       The series, with T = 10.5 s (50 years of edition 2: 14 s) and
@@ -88,7 +93,7 @@ def eog(
     duration = EOG_TIME_50 if years == 50 else EOG_TIME
     x = _course(duration)
     gust = -0.37 * v_gust * np.sin(3.0 * math.pi * x) * (1.0 - np.cos(2.0 * math.pi * x))
-    return _series(turbine, v_hub, f"EOG{years or ''}", duration, begin, k.label, gust=gust)
+    return _series(turbine, v_hub, f"EOG{years or ''}", duration, begin, direction, k.label, gust=gust)
 
 
 def edc(
@@ -101,6 +106,7 @@ def edc(
     years: Literal[1, 50] | None = None,
     intensity: float | None = None,
     begin: float = 60.0,
+    direction: float = 0.0,
 ) -> WindSeries:
     """Extreme direction change: the wind turns by theta_e within 6 s and stays there.
 
@@ -113,6 +119,7 @@ def edc(
       years: recurrence period, 1 or 50: edition 2 alone, where it must be given.
       intensity: of turbulence [-], in place of the class's.
       begin: [s] of the change.
+      direction: [rad] of the wind, clockwise seen from above.
 
     Returns:
       The series, with 0.5 theta_e (1 - cos(pi t / T)) and
@@ -129,8 +136,8 @@ def edc(
     beta = _beta("EDC", k, years)
     smoothed = sigma_ntm(v_hub, k, intensity=intensity) / _size(turbine, k)
     theta_e = min((4.0 if beta is None else beta) * math.atan(smoothed / v_hub), math.pi)
-    direction = _sign("EDC", sign) * theta_e * _rise(EDC_TIME)
-    return _series(turbine, v_hub, f"EDC{years or ''}", EDC_TIME, begin, k.label, sign, direction=direction)
+    turn = _sign("EDC", sign) * theta_e * _rise(EDC_TIME)
+    return _series(turbine, v_hub, f"EDC{years or ''}", EDC_TIME, begin, direction, k.label, sign, direction=turn)
 
 
 def ecd(
@@ -141,6 +148,7 @@ def ecd(
     gust: float = COHERENT_GUST,
     change: float | None = None,
     begin: float = 60.0,
+    direction: float = 0.0,
 ) -> WindSeries:
     """Extreme coherent gust with direction change: V_cg more and theta_cg within 10 s, both of which stay.
 
@@ -151,6 +159,7 @@ def ecd(
       gust: V_cg [m/s], 15 in the standard.
       change: theta_cg [rad], zero or more; by default that of the standard.
       begin: [s] of the change.
+      direction: [rad] of the wind, clockwise seen from above.
 
     Returns:
       The series, with 0.5 V_cg (1 - cos(pi t / T)) added at all heights, 0.5 theta_cg (1 - cos(pi t / T)), and
@@ -169,17 +178,18 @@ def ecd(
     theta_cg = math.pi if v_hub < 4.0 else math.radians(720.0 / v_hub)
     theta_cg = theta_cg if change is None else change
     rise = _rise(RISE_TIME)
-    direction = _sign("ECD", sign) * theta_cg * rise
-    return _series(turbine, v_hub, "ECD", RISE_TIME, begin, "", sign, gust=gust * rise, direction=direction)
+    turn = _sign("ECD", sign) * theta_cg * rise
+    return _series(turbine, v_hub, "ECD", RISE_TIME, begin, direction, "", sign, gust=gust * rise, direction=turn)
 
 
-def ecg(turbine: AnyTurbine, speed: float, *, begin: float = 60.0) -> WindSeries:
+def ecg(turbine: AnyTurbine, speed: float, *, begin: float = 60.0, direction: float = 0.0) -> WindSeries:
     """Extreme coherent gust of edition 2: 15 m/s more within 10 s, which stay.
 
     Args:
       turbine: whose hub height counts.
       speed: V_hub [m/s].
       begin: [s] of the gust.
+      direction: [rad] of the wind, clockwise seen from above.
 
     Returns:
       The series, with 0.5 V_cg (1 - cos(pi t / T)) added at all heights.
@@ -190,7 +200,9 @@ def ecg(turbine: AnyTurbine, speed: float, *, begin: float = 60.0) -> WindSeries
     Source: ed. 2, clause 6.3.2.4. Later editions have it no more; their ECD has the same gust. It depends on no class.
     """
     v_hub = positive_speed("ECG", speed)
-    return _series(turbine, v_hub, "ECG", RISE_TIME, begin, "edition 2", gust=COHERENT_GUST * _rise(RISE_TIME))
+    return _series(
+        turbine, v_hub, "ECG", RISE_TIME, begin, direction, "edition 2", gust=COHERENT_GUST * _rise(RISE_TIME)
+    )
 
 
 def ews_horizontal(
@@ -202,6 +214,7 @@ def ews_horizontal(
     edition: Edition | None = None,
     intensity: float | None = None,
     begin: float = 60.0,
+    direction: float = 0.0,
 ) -> WindSeries:
     """Extreme wind shear, horizontal: a shear across the rotor that comes and goes within 12 s.
 
@@ -213,6 +226,7 @@ def ews_horizontal(
       edition: of the name: 2, 3 or 4; 3 by default.
       intensity: of turbulence [-], in place of the class's.
       begin: [s] of the transient.
+      direction: [rad] of the wind, clockwise seen from above.
 
     Returns:
       The series, with the speed
@@ -225,7 +239,7 @@ def ews_horizontal(
     """
     k = as_class(wind_class, edition)
     shear = _sign("EWSH", sign) * _shear("EWSH", turbine, speed, k, intensity)
-    return _series(turbine, float(speed), "EWSH", EWS_TIME, begin, k.label, sign, horizontal_shear=shear)
+    return _series(turbine, float(speed), "EWSH", EWS_TIME, begin, direction, k.label, sign, horizontal_shear=shear)
 
 
 def ews_vertical(
@@ -237,6 +251,7 @@ def ews_vertical(
     edition: Edition | None = None,
     intensity: float | None = None,
     begin: float = 60.0,
+    direction: float = 0.0,
 ) -> WindSeries:
     """Extreme wind shear, vertical: a shear over the rotor, added to the normal profile, that comes and goes in 12 s.
 
@@ -248,6 +263,7 @@ def ews_vertical(
       edition: of the name: 2, 3 or 4; 3 by default.
       intensity: of turbulence [-], in place of the class's.
       begin: [s] of the transient.
+      direction: [rad] of the wind, clockwise seen from above.
 
     Returns:
       The series, with the speed
@@ -260,7 +276,7 @@ def ews_vertical(
     """
     k = as_class(wind_class, edition)
     shear = _sign("EWSV", sign) * _shear("EWSV", turbine, speed, k, intensity)
-    return _series(turbine, float(speed), "EWSV", EWS_TIME, begin, k.label, sign, vertical_shear=shear)
+    return _series(turbine, float(speed), "EWSV", EWS_TIME, begin, direction, k.label, sign, vertical_shear=shear)
 
 
 def _shear(model: str, turbine: AnyTurbine, speed: float, k: WindClass, intensity: float | None) -> NDArray[np.float64]:
@@ -311,6 +327,7 @@ def _series(
     model: str,
     duration: float,
     begin: float,
+    direction: float,
     label: str,
     sign: int | None = None,
     **columns: Any,
@@ -320,6 +337,10 @@ def _series(
         raise InputError(f"{model}: begin must be zero or a positive time in seconds, found {begin!r}")
     if begin > LATEST:
         raise InputError(f"{model}: begin: expected at most {LATEST:g} s, found {begin!r}")
+    direction = from_text(direction, "rad")
+    if not isinstance(direction, int | float) or not abs(direction) <= MOST_TURNED:
+        raise InputError(f"{model}: direction: expected an angle within +-{MOST_TURNED} rad, found {direction!r}")
+    columns["direction"] = direction + columns.get("direction", 0.0)
     parts = [f"IEC {model}{'' if sign is None else '+' if sign > 0 else '-'} {speed:g} m/s", label, f"at {begin:g} s"]
     return WindSeries(
         time=begin + duration * _course(duration),

@@ -132,8 +132,8 @@ def iec_wind(
       years: of EOG and EDC in edition 2: 1 or 50.
       intensity: of turbulence [-], in place of the class's: NTM, EOG, EDC, EWSH and EWSV.
       steady: of EWM1 and EWM50: the steady variant in place of the turbulent one.
-      turbulence: fields of a :class:`TurbulentWind` for turbulent models: ``seed``, ``direction`` and so on; of
-        steady ones the ``direction`` [rad].
+      turbulence: the ``direction`` [rad] of any model; of turbulent ones further fields of a :class:`TurbulentWind`,
+        such as ``seed``.
 
     Returns:
       The wind: turbulent, steady or a series, as the model is.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.turbine.power_turbine import AnyTurbine
-from meltemi.wind.fields import Wind, WindBox
+from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.turbulence import exponential, mann
 from meltemi.wind.turbulence.grid import Grid, grid_for
 from meltemi.wind.turbulence.measured import hub_amplitudes
@@ -156,6 +156,8 @@ AnyWind = Wind | TurbulentWind
 """What a run takes as wind."""
 
 
-def realised(wind: AnyWind, turbine: AnyTurbine, duration: float) -> Wind:
-    """The wind as kernels can take it: a turbulent one becomes the field for the turbine and the run."""
+def realised(wind: float | AnyWind, turbine: AnyTurbine, duration: float) -> Wind:
+    """The wind as kernels can take it: a speed [m/s] is steady wind, a turbulent one becomes a field for the run."""
+    if isinstance(wind, int | float):
+        return SteadyWind(speed=wind)
     return generate_field(wind, turbine, duration) if isinstance(wind, TurbulentWind) else wind

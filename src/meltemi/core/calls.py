@@ -1,0 +1,106 @@
+"""Calls that cannot work, told in words."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
+from functools import wraps
+from numbers import Real
+from types import UnionType
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from meltemi.core.errors import InputError, did_you_mean
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def explained(function: Callable[P, R]) -> Callable[P, R]:
+    """The function, which raises InputError where Python's own error comes from what it was given.
+
+    Arguments are looked at only after it has failed: calls that work are as fast as ever.
+    """
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return function(*args, **kwargs)
+        except (TypeError, AttributeError, ValueError) as error:
+            if words := _mistake(function, args, kwargs):
+                raise InputError(f"{function.__name__}: {words}") from error
+            raise
+        except OSError as error:
+            if error.filename is None:
+                raise
+            raise InputError(f"{error.filename}: {error.strerror}") from error
+
+    return call
+
+
+def _mistake(function: Callable[..., Any], args: Any, kwargs: Any) -> str:
+    """What is wrong with the arguments of a call, as far as it can be seen; empty if nothing is."""
+    signature = inspect.signature(function)
+    try:
+        given = signature.bind(*args, **kwargs).arguments
+    except TypeError as error:
+        unknown = [name for name in kwargs if name not in signature.parameters]
+        if unknown:
+            return f"there is no argument {unknown[0]!r}; {did_you_mean(unknown[0], signature.parameters)}"
+        return f"{error}; it takes {', '.join(signature.parameters)}"
+    catching = (p.name for p in signature.parameters.values() if p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD))
+    for name in catching:
+        given.pop(name, None)
+    return _unfit(given, function)
+
+
+def _unfit(values: dict[str, Any], of: Any, path: str = "") -> str:
+    """The first of the values that is not what ``of``, a function or a data class, has it to be."""
+    try:
+        hints = get_type_hints(of)
+    except NameError:  # of names for type checkers only
+        return ""
+    for name, value in values.items():
+        if not _fits(value, hints.get(name, Any)):
+            shown = repr(value)
+            return (
+                f"{path}{name}: expected {' or '.join(_names(hints[name]))}, "
+                f"found {shown if len(shown) <= 60 else type(value).__name__}"
+            )
+        if is_dataclass(value) and not isinstance(value, type):
+            inner = {f.name: getattr(value, f.name) for f in fields(value)}
+            if words := _unfit(inner, type(value), f"{path}{name}."):
+                return words
+    return ""
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Whether a value is of a kind, as far as its class says so."""
+    origin = get_origin(hint)
+    if origin in (Union, UnionType):
+        return any(_fits(value, each) for each in get_args(hint))
+    if origin is Annotated:
+        return _fits(value, get_args(hint)[0])
+    if origin is Literal:
+        return value in get_args(hint)
+    kind = origin or hint
+    if kind is float:
+        return isinstance(value, Real) and not isinstance(value, bool)
+    try:
+        return isinstance(value, kind)
+    except TypeError:  # a protocol, or no class at all
+        return all(hasattr(value, name) for name in getattr(kind, "__protocol_attrs__", ()))
+
+
+def _names(hint: Any) -> list[str]:
+    """Kinds of a hint as they are called."""
+    origin = get_origin(hint)
+    if origin in (Union, UnionType):
+        return list(dict.fromkeys(name for each in get_args(hint) for name in _names(each)))
+    if origin is Annotated:
+        return _names(get_args(hint)[0])
+    if origin is Literal:
+        return [repr(each) for each in get_args(hint)]
+    kind = origin or hint
+    special = {float: "a number", str: "a text", type(None): "None"}
+    return [special.get(kind, getattr(kind, "__name__", str(kind)))]
