@@ -79,6 +79,17 @@ def test_a_file_that_cannot_be_finished_leaves_the_one_before(tmp_path: Path) ->
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_aliases_do_not_fill_the_memory(tmp_path: Path) -> None:
+    lines = ["k0: &a0 [x, x, x, x, x, x, x, x, x]"]
+    lines += [f"k{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 12)]
+    for text in ("\n".join([*lines, "duration: *a11"]), "duration: &a [*a]"):
+        (tmp_path / "a.yaml").write_text(text)
+        with pytest.raises(InputError, match="a.yaml: not valid YAML: its aliases make more than 3000000 values"):
+            meltemi.read_case(tmp_path / "a.yaml")
+    (tmp_path / "a.yaml").write_text("k: &a [1.0, 2.0]\nl: *a")
+    assert read_mapping(tmp_path / "a.yaml") == {"k": [1.0, 2.0], "l": [1.0, 2.0]}
+
+
 # HDF5
 
 

@@ -26,4 +26,7 @@ def main(path: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    try:
+        main(sys.argv[1])
+    except Exception as error:  # HDF5 raises anything
+        sys.exit(f"{type(error).__name__}: {error}")

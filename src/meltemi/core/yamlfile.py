@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 import os
 import re
 from collections.abc import Sequence
@@ -22,6 +23,8 @@ LARGEST = 32_000_000
 """[bytes] of a file; the largest turbines known have 2 MB."""
 RANGES = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 """Kinds of pydantic's problems that have a limit."""
+MOST_ENTRIES = 3_000_000
+"""Values that a file may hold, aliases written out."""
 LINE_BREAKS = {"\x85", "\u2028", "\u2029"}
 """Beside the usual ones, in YAML 1.1."""
 
@@ -108,6 +111,8 @@ def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
 
     try:
         data = YAML(typ="safe").load(text)
+        if "*" in text and _entries(data, {}) > MOST_ENTRIES:
+            raise ValueError(f"its aliases make more than {MOST_ENTRIES} values of it")
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
@@ -120,6 +125,17 @@ def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
         described = f" ({what})" if what else ""
         raise InputError(f"{path}: expected keys and values{described}, found {type(data).__name__}")
     return data
+
+
+def _entries(data: Any, known: dict[int, float]) -> float:
+    """Values in nested lists and keys, each counted as often as aliases repeat it; no end if one holds itself."""
+    if not isinstance(data, dict | list):
+        return 1.0
+    if id(data) not in known:
+        known[id(data)] = math.inf
+        inside = data.values() if isinstance(data, dict) else data
+        known[id(data)] = 1.0 + sum(_entries(each, known) for each in inside)
+    return known[id(data)]
 
 
 def _similar_file(path: Path) -> str:
