@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,55 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
         assert said == (COLD + "\n" if cold else "")
     assert "Compiling" in COLD
     assert "once" in COLD
+
+
+class _Compiling:
+    """What Numba tells when it compiles."""
+
+    def __init__(self, module: str, *arguments: object) -> None:
+        def function() -> None: ...
+
+        function.__module__ = module
+        dispatcher = type("Dispatcher", (), {"py_func": staticmethod(function)})
+        self.data = {"dispatcher": dispatcher, "args": arguments}
+
+
+def test_each_feature_that_compiles_long_is_announced_once(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(kernel, "_FEATURES_TOLD", set())
+    heard = kernel.Announcer(patience=0.1)
+    supervisor, node = _Compiling("meltemi.control.supervisor.supervised"), _Compiling("meltemi.aero.bem")
+    dual = type("DualArrayType", (), {})()
+    steps = ((node, 0.02), (supervisor, 0.2), (supervisor, 0.2), (_Compiling("meltemi.simulation.step", dual), 0.2))
+    for what, seconds in steps:
+        heard.on_start(what)
+        heard.on_start(node)  # one within the other
+        heard.on_end(node)
+        time.sleep(seconds)
+        heard.on_end(what)
+    said = capsys.readouterr().err.splitlines()
+    assert said == [
+        f"Compiling {what} for this machine: this happens once ..." for what in ("the supervisor", "derivatives")
+    ]
+
+
+def test_a_function_that_compiles_long_says_so() -> None:
+    """In a process of its own, with an empty cache."""
+    code = """
+import numba, time
+from meltemi.core import kernel
+from numba.core import event
+heard = kernel.Announcer(patience=0.0)
+event.register("numba:compile", heard)
+@numba.njit
+def own(x):
+    return x + 1.0
+own(1.0)
+time.sleep(0.2)
+"""
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "Compiling __main__.own for this machine: this happens once ..." in ran.stderr
 
 
 def test_warmup_leaves_nothing_to_compile(command: Command) -> None:

@@ -19,6 +19,7 @@ import pickle
 import platform
 import shutil
 import sys
+import threading
 import time
 from collections.abc import Callable
 from functools import cache
@@ -119,7 +120,75 @@ def announce(package: str = "simulation") -> None:
     if package not in _LOOKED:
         _LOOKED.add(package)
         if is_cold(package):
+            _FEATURES_TOLD.update(("the simulation", "turbines of a power coefficient"))
             print(COLD, file=sys.stderr, flush=True)
+
+
+PATIENCE = 1.0
+"""[s] of compiling in silence."""
+FEATURES = {
+    "control.supervisor": "the supervisor",
+    "control.power_control": "power control",
+    "control.coordinated": "coordinated control",
+    "control.load_control": "load control",
+    "control.yaw": "the yaw control",
+    "simulation.power": "turbines of a power coefficient",
+    "wind.turbulence": "turbulent wind",
+    "electrical": "the electrical system",
+    "structure.section_loads": "section loads",
+    "studies": "the study",
+}
+"""What is compiled, by the beginning of a module's name in this package; all else is "the simulation"."""
+_FEATURES_TOLD: set[str] = set()
+
+
+class Announcer(event.Listener):  # type: ignore[misc]
+    """Says on stderr, once a feature, what is compiled when that takes longer than a moment.
+
+    Compiling returns with each feature that is used for the first time; without a word it looks like a hang.
+    """
+
+    def __init__(self, patience: float = PATIENCE) -> None:
+        self.patience, self.spent = patience, dict[str, float]()
+        self.depth, self.began, self.feature = 0, 0.0, ""
+        self.timer: threading.Timer | None = None
+
+    def on_start(self, event: Any) -> None:
+        """A function is about to be compiled, perhaps within another."""
+        self.depth += 1
+        if self.depth > 1:
+            return
+        self.feature, self.began = feature_of(event.data), time.perf_counter()
+        if self.feature not in _FEATURES_TOLD:
+            wait = self.patience - self.spent.get(self.feature, 0.0)
+            self.timer = threading.Timer(max(wait, 0.0), self._tell, [self.feature])
+            self.timer.daemon = True
+            self.timer.start()
+
+    def on_end(self, event: Any) -> None:
+        """It is compiled, or cannot be."""
+        self.depth -= 1
+        if self.depth == 0:
+            self.spent[self.feature] = self.spent.get(self.feature, 0.0) + time.perf_counter() - self.began
+            if self.timer is not None:
+                self.timer.cancel()
+                self.timer = None
+
+    def _tell(self, feature: str) -> None:
+        if feature not in _FEATURES_TOLD:
+            _FEATURES_TOLD.add(feature)
+            print(f"Compiling {feature} for this machine: this happens once ...", file=sys.stderr, flush=True)
+
+
+def feature_of(data: dict[str, Any]) -> str:
+    """What a function belongs to that is compiled, in words."""
+    if any("Dual" in type(argument).__name__ for argument in data["args"]):
+        return "derivatives"
+    module = data["dispatcher"].py_func.__module__
+    if not module.startswith("meltemi."):
+        return f"{module}.{data['dispatcher'].py_func.__name__}"
+    name = module.removeprefix("meltemi.")
+    return next((words for begin, words in FEATURES.items() if name.startswith(begin)), "the simulation")
 
 
 def kernel(function: F) -> F:
@@ -139,6 +208,7 @@ def kernel_for(signature: Any) -> Callable[[F], F]:
 _DISPATCHERS: list[Any] = []
 _TIMES = event.TimingListener()
 event.register("numba:compile", _TIMES)
+event.register("numba:compile", Announcer())
 
 
 def compile_seconds() -> float:
