@@ -38,7 +38,7 @@ def export(
 ) -> None:
     """Write a turbine, or a case with its models, site and wind, for OpenFAST 5."""
     from meltemi.core.yamlfile import validated
-    from meltemi.loadcases.case import FileCase, StateCase, case_turbine, case_wind
+    from meltemi.loadcases.case import FileCase, StartCase, case_turbine, case_wind
     from meltemi.simulation.options import ModelOptions
     from meltemi.turbine.power_turbine import aeroelastic
     from meltemi.wind.fields import SteadyWind
@@ -50,7 +50,7 @@ def export(
     case, folder = _case(turbine)
     described = aeroelastic(case_turbine(case, folder), "meltemi export")
     options = validated(case.options.model_dump() | _options(option or []), ModelOptions, "--option")
-    start = case.start if isinstance(case.start, StateCase) else None
+    start = case.start if isinstance(case.start, StartCase) else None
     if wind_speed is not None:
         wind: Any = validated({"speed": wind_speed}, SteadyWind, "--wind-speed")
     elif wind_file is not None or isinstance(case.wind, FileCase):
@@ -67,7 +67,7 @@ def export(
             environment=case.environment,
             wind=wind,
             duration=duration or case.duration,
-            rotor_speed=start.rotor_speed if start else None,
+            rotor_speed=None if start is None or start.rotor_speed == "idling" else start.rotor_speed,
             pitch=start.pitch if start else None,
             azimuth=start.azimuth if start else 0.0,
             beamdyn=beamdyn,
