@@ -89,7 +89,8 @@ def _fits(value: Any, hint: Any) -> bool:
     try:
         return isinstance(value, kind)
     except TypeError:  # a protocol, or no class at all
-        return all(hasattr(value, name) for name in getattr(kind, "__protocol_attrs__", ()))
+        wanted = vars(kind) if getattr(kind, "_is_protocol", False) else ()
+        return all(hasattr(value, name) for name in wanted if not name.startswith("_"))
 
 
 def _names(hint: Any) -> list[str]:

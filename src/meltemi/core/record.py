@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache, wraps
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
+from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 from pydantic import (
     AfterValidator,
@@ -79,10 +82,21 @@ def _angular(kind: type[BaseModel]) -> dict[str, str]:
     return {name: unit for name, unit in units.items() if unit}
 
 
-def _refused(error: ValidationError, kind: type[BaseModel], data: Any) -> InputError:
-    from meltemi.core.yamlfile import explain
+@contextmanager
+def refused(kind: type[BaseModel], data: Any, where: str, text: str | None = None) -> Iterator[None]:
+    """Whatever is wrong with the content of a record as an InputError."""
+    try:
+        yield
+    except ValidationError as error:
+        from meltemi.core.yamlfile import explain
 
-    return InputError(explain(error, kind, kind.__name__, data))
+        raise InputError(explain(error, kind, where, data, text)) from None
+    except InputError as error:  # of something that a record makes of its fields
+        raise InputError(f"{where}: {error}") from None
+    except (ArithmeticError, LinAlgError) as error:
+        raise InputError(f"{where}: a number is too small or too large to compute with ({error})") from None
+    except RecursionError:
+        raise InputError(f"{where}: nested too deeply") from None
 
 
 class Record(BaseModel):
@@ -110,17 +124,13 @@ class Record(BaseModel):
             if unnamed:
                 given = [f"{name}={value!r}" for name, value in zip(kind.model_fields, unnamed, strict=False)]
                 raise InputError(f"{kind.__name__}: fields are given by name: {kind.__name__}({', '.join(given)})")
-            try:
+            with refused(kind, data, kind.__name__):
                 super().__init__(**data)
-            except ValidationError as error:
-                raise _refused(error, kind, data) from None
 
         @classmethod
         def model_validate(cls, obj: Any, **settings: Any) -> Self:
-            try:
+            with refused(cls, obj, cls.__name__):
                 return super().model_validate(obj, **settings)
-            except ValidationError as error:
-                raise _refused(error, cls, obj) from None
 
         def __setattr__(self, name: str, value: Any) -> None:
             try:

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of, write_text
-from meltemi.core.record import COPY, Record
+from meltemi.core.record import COPY, Record, refused
 from meltemi.core.units import ANGULAR, in_degrees, unit_of
 
 R = TypeVar("R", bound=Record)
@@ -68,14 +68,8 @@ def read_text(path: Path) -> str:
 
 def validated(data: dict[str, Any], kind: type[R], where: str, text: str | None = None) -> R:
     """Make a record from plain data; problems are reported as in :func:`read_record`."""
-    try:
-        return super(Record, kind).model_validate(data)  # which tells of problems one by one
-    except ValidationError as error:
-        raise InputError(explain(error, kind, where, data, text)) from None
-    except InputError as error:  # of something that a record makes of its fields
-        raise InputError(f"{where}: {error}") from None
-    except RecursionError:
-        raise InputError(f"{where}: nested too deeply") from None
+    with refused(kind, data, where, text):
+        return super(Record, kind).model_validate(data)
 
 
 def write_record(record: Record, path: str | Path) -> None:

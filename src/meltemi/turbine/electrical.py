@@ -370,6 +370,10 @@ def nominal_frequency(system: ElectricalSystem | None) -> float:
     return 50.0 if system is None else system.frequency
 
 
+LEAST, MOST = 1e-6, 1e12
+"""Of the numbers that a system is sized by: beyond, its parts could not be computed."""
+
+
 def size_electrical(
     rated_power: float,
     rated_speed: float,
@@ -401,6 +405,8 @@ def size_electrical(
     for name, value in given.items():
         if not (isinstance(value, Real) and 0.0 < float(value) < math.inf):
             raise InputError(f"size_electrical: {name} must be positive, found {value!r}")
+        if not LEAST <= float(value) <= MOST:
+            raise InputError(f"size_electrical: {name} must lie between {LEAST:g} and {MOST:g}, found {value!r}")
     if voltage is None:
         voltage = 690.0 if rated_power <= 6e6 else 3300.0 if rated_power < 14e6 else 6600.0
     if pole_pairs is None:

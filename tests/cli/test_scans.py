@@ -1,0 +1,107 @@
+"""Scans keep what they have: a point that fails is a row that says so, and status 1."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+from terminal import Command
+
+import meltemi
+from meltemi import InputError
+from meltemi.simulation import engines
+
+
+def test_a_power_curve_has_a_row_for_a_speed_that_fails(command: Command, tmp_path: Path) -> None:
+    # beyond 18.7 m/s 25 degrees of pitch do not bring the formula of pmsg20mw down to rated power
+    ran = command("power-curve", "pmsg20mw", "--wind-speeds", "8:24:8", "--out", tmp_path)
+    assert ran.status == 1
+    assert "failed at 24: no steady operation at a wind speed of 24 m/s: at its largest pitch" in ran.err
+    assert "its cut_out is 18 m/s" in ran.err
+    rows = list(csv.reader((tmp_path / "power_curve.csv").open()))
+    assert [row[0] for row in rows[1:]] == ["8.000", "16.00", "24.00"]
+    assert rows[3][1] == "failed"
+    assert len({len(row) for row in rows}) == 1
+    assert (tmp_path / "power_curve.png").is_file()
+
+
+def test_a_power_curve_of_failures_alone_leaves_no_folder(command: Command, tmp_path: Path) -> None:
+    ran = command("power-curve", "pmsg20mw", "--wind-speeds", "0.1,24", "--out", tmp_path / "new")
+    assert ran.status == 2
+    assert "no steady operation at a wind speed of 24 m/s" in ran.err
+    assert not (tmp_path / "new").exists()
+
+
+def test_ctrl_c_leaves_the_points_before_it(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    original = engines.operating_point
+
+    def at(model: engines.AnyModel, speed: float) -> meltemi.OperatingPoint:
+        if speed > 9.0:
+            raise KeyboardInterrupt
+        return original(model, speed)
+
+    monkeypatch.setattr(engines, "operating_point", at)
+    ran = command("power-curve", "pmsg20mw", "--wind-speeds", "8,10", "--out", tmp_path)
+    assert ran.status == 130
+    assert "8.000" in (tmp_path / "power_curve.csv").read_text()
+
+
+def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path: Path) -> None:
+    ran = command("campbell", "nrel5mw", "--vacuum", "--wind-speeds", "0.5,9", "--out", tmp_path)
+    assert ran.status == 1
+    assert "failed at 0.5: no steady operation" in ran.err
+    rows = list(csv.DictReader((tmp_path / "campbell.csv").open()))
+    assert {row["frequency Hz"] for row in rows if row["wind m/s"] == "0.5000"} == {"nan"}
+    assert all(float(row["frequency Hz"]) > 0.0 for row in rows if row["wind m/s"] == "9.000")
+    model = meltemi.build(meltemi.load_turbine("nrel5mw"))
+    shares: list[float] = []
+    diagram = meltemi.campbell(model, wind_speeds=[9.0, 0.5], air=False, progress=shares.append)
+    assert list(diagram.failures) == [0.5]
+    assert shares == sorted(shares)
+    assert len(shares) > 2
+    with pytest.raises(InputError, match="no operating point was found"):
+        meltemi.campbell(model, wind_speeds=[0.5], air=False)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("compare", "nrel5mw", "--ntm", "--seeds", 10**23), "expected how many winds, from 1 to 1000"),
+        (("compare", "nrel5mw", "--ntm", "--seed", 10**23), "--seed 1000"),
+        (("compare", "nrel5mw", "--ntm", "--workers", 10**9), "expected how many runs at a time, from 1 to 1000"),
+        (("run", "a" * 300 + ".yaml"), "File name too long"),
+        (("power-curve", "a" * 300), "File name too long"),
+        (
+            ("run", "nrel5mw", "--wind-speed", 9, "--direction", 700),
+            "wind.direction: expected less than or equal to 3.2",
+        ),
+        (("run", "nrel5mw", "--wind-file", "x.bts", "--direction", 3), "a wind file brings its own"),
+    ],
+)
+def test_counts_have_limits_and_names_an_end(command: Command, arguments: tuple[object, ...], said: str) -> None:
+    ran = command(*arguments)
+    assert ran.status == 2
+    assert said in ran.err
+    assert "Traceback" not in ran.err
+
+
+def test_one_word_for_the_class_and_a_direction_for_every_wind(command: Command, tmp_path: Path) -> None:
+    for option in ("--wind-class", "--class"):
+        ran = command(
+            *("run", "pmsg20mw", "--iec", "EOG", option, "IIB", "--wind-speed", 9, "--direction", 8),
+            *("--duration", 1, "--channels", "wind_x,wind_y", "--out", tmp_path),
+        )
+        assert ran.status == 0
+    case = meltemi.read_case(tmp_path / "case.yaml")
+    assert case.wind.direction == pytest.approx(0.1396, rel=1e-3)  # type: ignore[union-attr]
+    path = tmp_path / "mine.yaml"
+    path.write_text("turbine: pmsg20mw\nwind: {kind: iec, model: NTM, class: IIB, speed: 9}\nduration: 1\n")
+    assert "wind.class: unknown key; did you mean 'wind_class'?" in command("run", path, "--out", tmp_path).err
+    path.write_text(
+        "turbine: pmsg20mw\nwind: {kind: iec, model: NWP, speed: 9, direction: 8 deg}\nduration: 1\n"
+        "channels: [wind_x, wind_y]\n"
+    )
+    assert command("run", path, "--out", tmp_path).status == 0
+    result = meltemi.read_netcdf(tmp_path / "result.nc")
+    assert -result["wind_y"][0] / result["wind_x"][0] == pytest.approx(0.14054, rel=1e-3)  # tan 8 deg
