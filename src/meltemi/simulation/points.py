@@ -27,7 +27,8 @@ State = OperatingPoint | Start
 def begin_in(model: AnyModel, wind: Wind, start: State | None = None) -> tuple[State, tuple[str, ...]]:
     """The state in which a run begins, and what to know of it.
 
-    Without a start it is steady operation; where none is found, that of a machine which does not deform. Initial
+    Without a start it is steady operation; where none is found, that of a machine which does not deform, or is held at
+    its reference speed if it has no blades. Initial
     conditions that name neither coordinates nor velocities become an equilibrium; where there is none they are taken as
     they are.
 
@@ -49,8 +50,12 @@ def begin_in(model: AnyModel, wind: Wind, start: State | None = None) -> tuple[S
         words = (f"the run begins undeflected and settles first: {error}",)
         if isinstance(start, Start):
             return _at_rest(start), words
-        assert isinstance(model, Model)
-        return _once(model, wind, ("rigid",), lambda: rigid_point(model, wind)), words
+        if isinstance(model, Model):
+            return _once(model, wind, ("rigid",), lambda: rigid_point(model, wind)), words
+        control = model.turbine.control
+        speed, most = control.pitch.reference_speed / model.turbine.drivetrain.gear_ratio, control.pitch.maximum
+        point = _once(model, wind, ("held",), lambda: operating_point(model, wind, rotor_speed=speed, pitch=most))
+        return point, (f"the run begins out of balance, at its reference speed and largest pitch: {error}",)
 
 
 def _at_rest(start: Start) -> Start:

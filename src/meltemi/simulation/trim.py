@@ -687,7 +687,7 @@ class _Orbit:
         self.azimuth = 0.0
         step = self.step
         means, made = np.zeros_like(case.signals.vector), 0.0
-        revolution = []
+        rows = []
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
             evaluate(0.0, step / self.speed, case.numbers, case.parts, False)
@@ -696,13 +696,13 @@ class _Orbit:
             made += float(case["drive"][ex.GENERATOR_TORQUE]) / (B * SAMPLES)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
-            revolution.append(np.concatenate([case["q"], case["v"], case.air()]))
-            revolution[-1][self.generator] -= (i + 1) * step
+            rows.append(np.concatenate([case["q"], case["v"], case.air()]))
+            rows[-1][self.generator] -= (i + 1) * step
         aero = case.air()
         self.prescribe(0.0)
         model = self.model
         channels = channels_of(model)
-        revolution = np.roll(revolution, 1, axis=0)
+        revolution = np.roll(rows, 1, axis=0)
         if self.speed < 0.0:  # at rising azimuths
             revolution[1:] = revolution[:0:-1].copy()
         return OperatingPoint(
