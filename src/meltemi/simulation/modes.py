@@ -28,8 +28,8 @@ STEP_LIMIT = 0.4
 """Largest product of angular frequency and default time step (docs/theory/simulation.md, M-5)."""
 OUTPUT_STEP = 0.05
 """[s] default time steps divide this."""
-GROWING = -2e-3
-"""Damping ratio from which on a mode is said to grow."""
+GROWING, SLOW = -2e-3, 5e-3
+"""Damping ratio, and rate [1/s], from which on a mode is said to grow."""
 ITERATIONS = 20
 """Of the momentum balance: enough for its derivatives to converge as well."""
 AZIMUTHS = 6
@@ -182,7 +182,7 @@ def growing(case: Case) -> str:
     K, D = (derivative_matrix(case, which)[np.ix_(free, free)] for which in ("q", "v"))
     n = len(free)
     if np.all(np.isfinite(K)) and np.all(np.isfinite(D)):
-        mild = all(mode.damping > GROWING for mode in eigenmodes(K, D, ("",) * n))
+        mild = np.all(_damping(np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [K, D]]))) > GROWING)
         options[AERO_OPTIONS.index("stall")] = kept[AERO_OPTIONS.index("stall")]
         A = np.zeros((0, 0)) if mild else _with_air(case, free)
     else:
@@ -194,16 +194,24 @@ def growing(case: Case) -> str:
     value, right = np.linalg.eig(A)
     factor = np.abs(np.linalg.pinv(right).T * right)
     own = factor[: 2 * n].sum(axis=0) > 0.5 * factor.sum(axis=0)
-    damping = np.where(own & (value.imag > 1e-6), -value.real / np.maximum(np.abs(value), 1e-9), np.inf)
+    damping = np.where(own & (value.imag >= 0.0), _damping(value), np.inf)
     i = int(np.argmin(damping))
     if damping[i] > GROWING:
         return ""
     shape = right[:n, i] / right[:n, i][np.argmax(np.abs(right[:n, i]))]
     mode = Mode(float(abs(value[i])), float(damping[i]), tuple(case.model.coordinates[j] for j in free), shape)
+    if value[i].imag < 1e-6:
+        return f"its deflection ({mode.participation()}) grows by a factor of e in {1.0 / value[i].real:.2g} s"
     return (
         f"its mode at {mode.frequency / (2.0 * np.pi):.3g} Hz ({mode.participation()}) grows with "
         f"{-100.0 * mode.damping:.2g} % of critical damping"
     )
+
+
+def _damping(value: NDArray[np.complex128]) -> Float:
+    """Damping ratios of eigenvalues; 1 of those that hardly grow, such as that of an azimuth."""
+    ratio: Float = np.where(value.real > SLOW, -value.real / np.maximum(np.abs(value), SLOW), 1.0)
+    return ratio
 
 
 def _with_air(case: Case, free: NDArray[np.intp], step: float = 1e-5) -> Float:
