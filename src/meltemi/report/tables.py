@@ -47,7 +47,7 @@ def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 EARLY = 10.0
-"""[s] of a run in which it may still come from its start; a fifth of a shorter run."""
+"""[s] of a run in which it may still come from its start; nothing is told of runs shorter than three times that."""
 EARLY_UNITS = ("N", "N m", "m", "W")
 """Of channels whose extremes are asked for."""
 EARLY_SHARE = 0.05
@@ -57,9 +57,9 @@ EARLY_SHARE = 0.05
 def early_extremes(result: Result) -> str:
     """A sentence about extremes in the statistics that fall into the first seconds of a run; empty without any."""
     judged = result.judged
-    if len(judged.time) < 2:
+    if len(judged.time) < 2 or judged.time[-1] < 3.0 * EARLY:
         return ""
-    first = judged.time <= min(EARLY, 0.2 * judged.time[-1])
+    first = judged.time <= EARLY
     told = []
     for i, channel in enumerate(judged.channels):
         if channel.unit not in EARLY_UNITS or not first.any():
