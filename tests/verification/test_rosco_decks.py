@@ -7,9 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 import meltemi
-from meltemi import ModelOptions, Status, TurbulentWind, UnsupportedError
+from meltemi import ModelOptions, Start, Status, SteadyWind, TurbulentWind, UnsupportedError
+from meltemi.aero.bem import loss_factor
+from meltemi.aero.tables import AERO_NODE, FLOW
+from meltemi.core.tables import View
+from meltemi.simulation.case import Case
 
 pytestmark = pytest.mark.rosco
 
@@ -100,3 +106,99 @@ def test_flaps_of_the_bar_stand_at_zero(rosco_cases: Path) -> None:
 
 def test_losses_of_the_gearbox_are_read(rosco_cases: Path) -> None:
     assert meltemi.read_openfast(main_file(rosco_cases, "BAR_10")).drivetrain.gearbox_efficiency == pytest.approx(0.95)
+
+
+# at fixed speed, against closed forms --------------------------------------------------------------------
+
+PREBENT = {"BAR_10": 1.0, "IEA-15-240-RWT-Monopile": 0.79, "NREL-2p8-127": 1.2}
+"""Decks of ElastoDyn's straight blades with prebent shapes and drag in the induction, and a rotor speed [rad/s]."""
+RIGID = {"flap_modes": 0, "edge_modes": 0, "torsion_modes": 0, "mode_shapes": "computed", "tower_influence": "none"}
+STATIC = {"inflow": "quasi_steady", "stall": "static", "skew": "none"}
+
+
+def shape_of(folder: Path, name: str) -> dict[str, NDArray[np.float64]]:
+    """Columns of the AeroDyn blade file, read without the package."""
+    named = {"NREL-2p8-127": "NREL_2p8_127", "IEA-15-240-RWT-Monopile": "IEA-15-240-RWT_AeroDyn15_blade"}
+    (path,) = (p for p in folder.rglob("*AeroDyn*blade*.dat") if named.get(name, name) in str(p))
+    lines = path.read_text(encoding="utf-8").splitlines()
+    start = next(i for i, line in enumerate(lines) if "BlSpn" in line)
+    rows = np.array([[float(x) for x in line.split()[:7]] for line in lines[start + 2 :] if line.split()])
+    return dict(zip(lines[start].split()[:7], rows.T, strict=True))
+
+
+def rigid_rotor(folder: Path, name: str, pitch: float) -> tuple[meltemi.Turbine, Case]:
+    deck = meltemi.read_deck(main_file(folder, name), fixed_base=True)
+    turbine = deck.turbine.replace(**{"nacelle.tilt": 0.0})
+    options = ModelOptions(**(deck.options | RIGID | STATIC))
+    assert options.axial_drag
+    assert options.tangential_drag
+    case = Case(meltemi.build(turbine, options), SteadyWind(speed=9.0))
+    for _ in range(3):
+        Start(rotor_speed=PREBENT[name], pitch=pitch).put(case)
+    case.evaluate(0.0)
+    return turbine, case
+
+
+@pytest.mark.parametrize("name", PREBENT)
+def test_lengths_and_angles_are_those_of_the_prebent_blade(rosco_cases: Path, name: str) -> None:
+    shape, pitch = shape_of(rosco_cases, name), 0.2
+    _, case = rigid_rotor(rosco_cases, name, pitch)
+    nodes, flow = View(AERO_NODE, case.model.aero_nodes), View(FLOW, case["flow"])
+    arc = np.sqrt(sum(np.diff(shape[c]) ** 2 for c in ("BlSpn", "BlCrvAC", "BlSwpAC")))
+    assert arc.sum() > 1.001 * shape["BlSpn"][-1]
+    np.testing.assert_allclose(nodes["length"][0, : len(arc) + 1].sum(), arc.sum(), rtol=1e-6)
+    np.testing.assert_allclose(nodes["length"][0, 1:-1], 0.5 * (arc[1:] + arc[:-1]), rtol=1e-6)
+    # the section's orientation in the coned frame, and from it cant and chord angle in AeroDyn's order
+    found = []
+    for cant, twist in np.radians(np.transpose([shape["BlCrvAng"], shape["BlTwist"]])):
+        turns = (("z", -pitch), ("y", cant), ("z", -twist))
+        section = Rotation.identity()
+        for axis, angle in turns:
+            section = section * Rotation.from_euler(axis, angle)
+        found.append(section.as_euler("XYZ")[1:])
+    cant, chord = np.transpose(found)
+    np.testing.assert_allclose(np.arctan2(flow["sin_bend"][0], flow["cos_bend"][0]), cant, atol=2e-4)
+    np.testing.assert_allclose(flow["theta"][0], -chord, atol=3e-4 * pitch)
+
+
+@pytest.mark.parametrize("name", PREBENT)
+def test_momentum_of_the_air_on_the_cone(rosco_cases: Path, name: str) -> None:
+    """Forces per length from the polars, the momentum of the air that they change, and their sums."""
+    shape = shape_of(rosco_cases, name)
+    turbine, case = rigid_rotor(rosco_cases, name, 0.0)
+    nodes, flow, rotor = View(AERO_NODE, case.model.aero_nodes), View(FLOW, case["flow"]), case.view("rotor")
+    inner = slice(1, -1)
+    vx, vy, a, ap, r, theta = (flow[n][0, inner] for n in ("vx", "vy", "axial", "tangential", "radius", "theta"))
+    un, ut = vx * (1.0 - a), vy * (1.0 + ap)
+    phi, speed2 = np.arctan2(un, ut), un**2 + ut**2
+    airfoils = [turbine.airfoils[turbine.blade.aerodynamics.airfoil[i]] for i in range(len(shape["BlSpn"]))][inner]
+    cl, cd = np.transpose(
+        [
+            [np.interp(x, p.angle_of_attack, c) for c in (p.lift, p.drag)]
+            for x, p in zip(phi - theta, airfoils, strict=True)
+        ]
+    )
+    rho, chord = case.model.environment.density, shape["BlChord"][inner]
+    pressure = 0.5 * rho * speed2 * chord
+    normal = pressure * (cl * np.cos(phi) + cd * np.sin(phi))
+    driving = pressure * (cl * np.sin(phi) - cd * np.cos(phi))
+    np.testing.assert_allclose(flow["normal_force"][0, inner], normal, rtol=2e-3, atol=2e-3 * np.abs(normal).max())
+    np.testing.assert_allclose(flow["driving_force"][0, inner], driving, rtol=2e-3, atol=2e-3 * np.abs(driving).max())
+    # an annulus of the cone, along whose normal vx stands, as long as the blade's arc
+    light = (a < 0.4) & (a > 0.0)
+    assert light.sum() > 15
+    numbers = zip(nodes["tip_number"][0, inner], nodes["hub_number"][0, inner], np.sin(phi), strict=True)
+    F = np.array([loss_factor(tip, hub, s) for tip, hub, s in numbers])
+    air = 2.0 * np.pi * r * rho * un * 2.0 * F / turbine.n_blades
+    np.testing.assert_allclose(flow["normal_force"][0, inner][light], (air * a * vx)[light], rtol=1e-5)
+    np.testing.assert_allclose(
+        flow["driving_force"][0, inner][light], (air * ap * vy)[light], rtol=1e-4, atol=1e-5 * driving.max()
+    )
+    # sums over the arc: forces normal to the leaning sections, and their pitching moments about a leaning span
+    lean, aside = np.radians(shape["BlCrvAng"]) - turbine.hub.precone, shape["BlSwpAC"]
+    normal, driving, pitching = (flow[n][0] for n in ("normal_force", "driving_force", "pitching_moment"))
+    along = np.sqrt(flow["radius"][0] ** 2 - aside**2)
+    share = turbine.n_blades * nodes["length"][0]
+    assert rotor["thrust"] == pytest.approx(np.sum(share * normal * np.cos(lean)), rel=1e-9)
+    torque = driving * along + (pitching - aside * normal) * np.sin(lean)
+    assert rotor["torque"] == pytest.approx(np.sum(share * torque), rel=1e-9)
