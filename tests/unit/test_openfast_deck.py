@@ -236,6 +236,90 @@ def test_every_line_of_the_deck_is_in_the_report(master: Path) -> None:
     assert all(note.why for note in deck.notes)
 
 
+FILES = {
+    "main": "5MW.fst",
+    "ElastoDyn": "ElastoDyn.dat",
+    "ElastoDyn blade": "ElastoDyn_blade.dat",
+    "ElastoDyn tower": "ElastoDyn_tower.dat",
+    "AeroDyn": "AeroDyn.dat",
+    "AeroDyn blade": "AeroDyn_blade.dat",
+    "ServoDyn": "ServoDyn.dat",
+    "InflowWind": "InflowWind.dat",
+    "DISCON": "DISCON.IN",
+}
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_what_is_used_changes_something(module: str, master: Path, tmp_path: Path) -> None:
+    """Each line that the report calls used: with another value something else is read, or it is refused; each that it
+    does not call used changes nothing, unless its other value would be used."""
+    folder = tmp_path / "copy"
+    shutil.copytree(master, folder)
+    main, file = folder / "5MW.fst", folder / FILES[module]
+
+    def all_of(deck: meltemi.Deck) -> tuple[object, ...]:
+        run = (deck.options, deck.environment, deck.wind, deck.duration, deck.output_step, deck.start, deck.library)
+        return deck.turbine, run
+
+    before = meltemi.read_deck(main)
+    kinds = {note.where: note.kind for note in before.notes}
+    lines = file.read_text().splitlines()
+    tried = 0
+    for entries in read_input(file, module).entries.values():
+        entry, row = entries[0], row_of(module, entries[0].name)
+        kind = kinds.get(f"{file.name}:{entry.line}")
+        if row is None or kind is None or (row.same and kind != "used"):
+            continue
+        old = entry.values[0]
+        value = number(old)
+        new = {"true": "False", "false": "True"}.get(old.lower(), '"other"')
+        if value is not None:
+            new = str(int(value) + 1) if "." not in old and "E" not in old.upper() else repr(value * 1.01 + 0.01)
+        changed = lines.copy()
+        changed[entry.line - 1] = lines[entry.line - 1].replace(old, new, 1)
+        file.write_text("\n".join(changed) + "\n")
+        try:
+            same = all_of(meltemi.read_deck(main)) == all_of(before)
+        except MeltemiError:
+            same = False
+        assert same == (kind in ("equivalent", "not needed", "ignored")) or kind == "approximated", (entry, kind, new)
+        tried += 1
+    file.write_text("\n".join(lines) + "\n")
+    assert (
+        tried >= (5 if "blade" in module or "tower" in module or module == "InflowWind" else 20)
+        or module == "AeroDyn blade"
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "kind"),
+    [
+        ("AeroDyn.dat", "0   DBEMT_Mod", "0 DBEMT_Mod", "used"),
+        ("AeroDyn.dat", "0   DBEMT_Mod", "-1 DBEMT_Mod", "approximated"),
+        ("AeroDyn.dat", "False   SectAvg ", "True SectAvg ", "ignored"),
+        ("AeroDyn.dat", "0   TwrShadow", "1 TwrShadow", "ignored"),
+        ("AeroDyn.dat", "0   TwrShadow", "0 TwrShadow", "equivalent"),
+        ("AeroDyn.dat", "1   AFTabMod", "2 AFTabMod", "approximated"),
+        ("AeroDyn.dat", "0   UAStartRad", "0.25 UAStartRad", "ignored"),
+        ("ServoDyn.dat", "9999.9   TPitManS(1)", "20 TPitManS(1)", "ignored"),
+        ("ServoDyn.dat", "9999.9   TPitManS(1)", "9999.9 TPitManS(1)", "equivalent"),
+        ("ElastoDyn.dat", "0   PBrIner(1)", "200 PBrIner(1)", "not needed"),
+        ("ElastoDyn.dat", "0   NacYaw", "10 NacYaw", "ignored"),
+    ],
+)
+def test_what_becomes_of_a_line(deck: Deck, name: str, old: str, new: str, kind: str) -> None:
+    keyword = old.split()[-1]
+    text = (deck().parent / name).read_text()
+    line = next(line for line in text.splitlines() if keyword in line.split()[:2])
+    notes = meltemi.read_deck(deck(name, (line, new))).notes
+    assert [note.kind for note in notes if f"{keyword} =" in note.what] == [kind]
+
+
+def test_a_wake_of_constant_time_in_continuous_form(deck: Deck) -> None:
+    assert meltemi.read_deck(deck("AeroDyn.dat", ("0   DBEMT_Mod", "3 DBEMT_Mod"))).options["inflow"] == "constant"
+    assert meltemi.read_deck(deck("AeroDyn.dat", ("0   DBEMT_Mod", "-1 DBEMT_Mod"))).options["inflow"] == "quasi_steady"
+
+
 def test_the_table_of_keywords_is_sound(turbine: meltemi.Turbine) -> None:
     for module, rows in ROWS.items():
         names = [key(name) for row in rows for name in row.names]

@@ -275,7 +275,8 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
     if "--controller" in given and deck.library.get("input"):
         given = {"--controller-input": Path(deck.library["input"])} | given
     controller = controller_of_options(given)
-    if controller["kind"] == "bladed" and deck.library.get("step"):
+    if controller["kind"] == "bladed" and deck.library:
+        controller |= {name: deck.library[name] for name in ("procedure", "individual_pitch")}
         controller["sample_time"] = deck.library["step"]
     changes = _run_of_options(given) | {"controller": controller}
     if wind := wind_options(given):

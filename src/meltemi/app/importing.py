@@ -11,7 +11,7 @@ from meltemi.app.terminal import OutOption, print_table, results_in
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
-    from meltemi.turbine.report import Imported
+    from meltemi.turbine.report import Imported, Kind
 
 HELP = "Turn an OpenFAST deck (.fst) or a windIO file (.yaml) into a turbine file, with a report."
 MOST_LINES = 20
@@ -88,13 +88,14 @@ def import_(
 
 
 def _show(imported: Imported) -> None:
-    """What was approximated, and how many notes there are."""
+    """What was approximated or is not there, and how many notes there are."""
     from meltemi.turbine.report import KINDS
 
-    notes = imported.noted("approximated")
-    if notes:
-        rows = [[note.where, note.what, note.why] for note in notes[:MOST_LINES]]
-        print_table("Approximated", ["where", "what", "how"], rows, text_columns=3)
+    heads: dict[Kind, str] = {"approximated": "how", "ignored": "why"}
+    for kind, head in heads.items():
+        if notes := imported.noted(kind):
+            rows = [[note.where, note.what, note.why] for note in notes[:MOST_LINES]]
+            print_table(kind.capitalize(), ["where", "what", head], rows, text_columns=3)
     print(", ".join(f"{len(imported.noted(kind))} {kind}" for kind in KINDS) + ": see the report")
 
 

@@ -9,8 +9,8 @@ from typing import Literal
 from meltemi.core.display import Brief
 from meltemi.turbine.definition import Turbine
 
-Kind = Literal["used", "approximated", "ignored"]
-KINDS: tuple[Kind, ...] = ("approximated", "ignored", "used")
+Kind = Literal["approximated", "ignored", "used", "equivalent", "not needed"]
+KINDS: tuple[Kind, ...] = ("approximated", "ignored", "used", "equivalent", "not needed")
 """In the order of a reader's interest."""
 
 
@@ -19,7 +19,8 @@ class Note:
     """What became of one thing in a file.
 
     Attributes:
-      kind: used as it is, approximated, or ignored.
+      kind: used as it is; approximated; ignored, although it asks for something; equivalent, since the model is like
+        that anyway; or not needed by any model.
       where: file and line, or key path.
       what: name and value.
       why: where it went, or the reason.

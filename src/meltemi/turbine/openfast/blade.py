@@ -33,8 +33,11 @@ def read_elastodyn_blade(file: InputFile, length: float, notes: list[Note]) -> d
     for name in ("flap_tuner", "flap_tuner_2"):
         if values.given(name, 1.0) != 1.0:
             values.note("ignored", name, "tuning of a mode: modes follow from the stiffness")
-    if values.given("flap_damping_2", values["flap_damping"]) != values["flap_damping"]:
-        values.note("approximated", "flap_damping_2", "all flap modes have the ratio of the first")
+    if "flap_damping_2" in values.source:
+        equal = values.given("flap_damping_2", values["flap_damping"]) == values["flap_damping"]
+        values.note(
+            "equivalent" if equal else "approximated", "flap_damping_2", "all flap modes have that of the first"
+        )
     return {
         "position": columns["position"] * length,
         "twist": np.radians(columns["twist"]),
@@ -94,7 +97,7 @@ def read_beamdyn(file: InputFile, length: float, notes: list[Note]) -> dict[str,
         )
     path = values.file(file, "blade_file")
     assert path is not None
-    eta, K, M, times = _sections(read_input(path, "BeamDyn blade"), notes)
+    eta, K, M, damping = _sections(read_input(path, "BeamDyn blade"), notes)
     x, y, twist = keys["x"], keys["y"], np.radians(keys["twist"])
     arc = np.concatenate([[0.0], np.cumsum(np.sqrt(np.diff(x) ** 2 + np.diff(y) ** 2 + np.diff(z) ** 2))])
     at = np.interp(eta, arc / arc[-1], z) * (length / z[-1])
@@ -106,15 +109,11 @@ def read_beamdyn(file: InputFile, length: float, notes: list[Note]) -> dict[str,
     }
     if np.any(x) or np.any(y):
         structure["axis_x"], structure["axis_y"] = np.interp(at, z, x), np.interp(at, z, y)
-    if times is None:
-        structure["damping"] = {}
-    else:
-        structure["damping_time"] = {"flap": times[4], "edge": times[3], "torsion": times[5]}
-    return structure
+    return structure | damping
 
 
-def _sections(file: InputFile, notes: list[Note]) -> tuple[Float, Float, Float, list[float] | None]:
-    """Shares of the length, stiffness (S, 6, 6), mass (S, 6, 6), and times of damping."""
+def _sections(file: InputFile, notes: list[Note]) -> tuple[Float, Float, Float, dict[str, Any]]:
+    """Shares of the length, stiffness (S, 6, 6), mass (S, 6, 6), and what a structure has of damping."""
     values = Values(notes)
     values.read(file)
     entry = file.require(["station_total"], "number of stations")
@@ -166,14 +165,21 @@ def _sections(file: InputFile, notes: list[Note]) -> tuple[Float, Float, Float, 
     notes.append(
         Note("used", f"{file.path.name}:{entry.line}", f"6 x 6 matrices at {count} stations", "blade.structure")
     )
-    if times is not None and values["damping"]:
-        notes.append(
-            Note(
-                "approximated", file.path.name, f"mu1 to mu6 = {times}", "bending and torsion; mu1 to mu3 have no mode"
-            )
+    damping: dict[str, Any] = {"damping": {}}
+    if values["damping"] == 1 and times is not None:
+        why = "bending and torsion; mu1 to mu3 have no mode"
+        notes.append(Note("approximated", file.path.name, f"mu1 to mu6 = {times}", why))
+        damping = {"damping_time": {"flap": times[4], "edge": times[3], "torsion": times[5]}}
+    ratios = values.given("modal_damping", [])
+    if values["damping"] == 2 and ratios:
+        flap, edge = ratios[0], ratios[min(1, len(ratios) - 1)]
+        values.note(
+            "approximated", "modal_damping", f"flap modes {flap:g}, edge modes {edge:g}, torsion {ratios[-1]:g}"
         )
-        return share, symmetric[0], symmetric[1], times
-    return share, symmetric[0], symmetric[1], None
+        damping = {"damping": {"flap": flap, "edge": edge, "torsion": ratios[-1]}}
+    elif "modal_damping" in values.source:
+        values.unneeded("of damp_type 2", "modal_damping")
+    return share, symmetric[0], symmetric[1], damping
 
 
 def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[Note]) -> dict[str, Any]:

@@ -40,8 +40,8 @@ class Deck(Imported):
       duration: [s].
       output_step: [s].
       start: rotor speed [rad/s], pitch [rad] and azimuth [rad] of blade 1 with which OpenFAST would begin.
-      library: the controller library as the deck names it, its input file, and the time [s] between its calls if
-        that is not the time step; empty without.
+      library: the controller library as the deck names it, its input file, procedure, whether it pitches blades one by
+        one, and the time [s] between its calls if that is not the time step; empty without.
     """
 
     options: dict[str, Any] = field(default_factory=dict)
@@ -128,6 +128,11 @@ def read_deck(
     if not fixed_base and v.given("comp_sub", 0) == 1:
         data["foundation"] = read_substructure(main, v, notes)
     servo = _control(main, data, v, None if discon is None else Path(discon), notes)
+    if not (v.given("pitch_free", False) and data.get("pitch_actuator", {}).get("kind") == "second_order"):
+        names = ("pitch_inertia", "bearing_inertia", "pitch_stiffness", "pitch_damping")
+        v.unneeded("of PitchDOF, with ROSCO", *names)
+        if v.given("pitch_free", False):
+            v.note("ignored", "pitch_free", "the pitch follows the actuator of the controller")
     _drivetrain(data, v)
     if control_of is not None:
         for name in ("control", "pitch_actuator", "rated_power"):
@@ -218,8 +223,11 @@ def _refuse_platform(path: Path, v: Values, fixed_base: bool) -> None:
     free = any(v.given(f"platform_{name}", False) for name in ("surge", "pitch"))
     for name in ("surge", "pitch"):
         if v[f"platform_{name}"] is not None:
-            why = "the foundation is a spring, or stands still"
-            v.note("ignored", f"platform_{name}", why)
+            v.note(
+                "ignored" if v[f"platform_{name}"] else "equivalent",
+                f"platform_{name}",
+                "the foundation is a spring, or stands still",
+            )
     if free and v.given("comp_sub", 0) == 0 and not fixed_base:
         raise UnsupportedError(
             f"{path.parent / v.source['platform_surge']} and PtfmPDOF: a platform that moves without SubDyn: {FIXED}"
@@ -241,6 +249,15 @@ def _refuse_wake(aero: InputFile, values: Values, momentum_wake: bool) -> None:
         values.note("approximated", "bem", "our own momentum theory, see docs/theory/aerodynamics.md")
     if values.given("tower_potential", 0) == 2:
         values.note("approximated", "tower_potential", "potential flow without Bak's correction")
+    if values.given("table_mode", 1) == 2:
+        values.note("approximated", "table_mode", "polars are taken at one Reynolds number, the first")
+    if values.given("dynamic_wake", 0) == -1:
+        values.note("approximated", "dynamic_wake", "a wake without dynamics: a frozen one is for linearisation")
+    if _dynamic(values, momentum_wake) not in (1, 3):
+        values.unneeded("of DBEMT_Mod 1 and 3", "wake_time")
+    if values.given("wake", 1) == 0:
+        names = ("tip_loss", "hub_loss", "axial_drag", "tangential_drag", "skew", "skew_redistribution", "dynamic_wake")
+        values.unneeded("of the wake: see Wake_Mod", *names, "wake_time")
     if values.given("unsteady", 0) not in (0, 4):
         values.note("approximated", "unsteady", "the model of Hansen, Gaunaa and Madsen (UA_Mod 4)")
 
@@ -331,14 +348,20 @@ def _control(
         if v.given("brake_torque", 0.0) > 0.0:
             set_keys(data, "drivetrain.brake_torque", v["brake_torque"])
         torque = simple_torque(v) if v.given("torque_mode", 0) == 1 else None
+        if v.given("torque_mode", 0) != 1:
+            v.unneeded("of VSContrl 1", "simple_speed", "simple_torque", "simple_gain", "simple_slip")
         if torque is not None:
             set_keys(data, "control.torque", torque)
         if 5 in (v["pitch_mode"], v["torque_mode"]):
             step = v["library_step"]
             every = step is None or v["time_step"] is None or step <= 1.001 * v["time_step"]
-            library = {"library": v["library"], "input": None, "step": None if every else step}
+            own = {"procedure": v.given("procedure", "DISCON"), "individual_pitch": v.given("individual", 1) == 1}
+            library = {"library": v["library"], "input": None, "step": None if every else step, **own}
             discon = discon or _named_settings(file, v)
             library["input"] = None if discon is None else str(discon)
+        else:
+            names = ("library", "library_input", "library_step", "procedure", "individual")
+            v.unneeded("of a controller library: see PCMode, VSContrl", *names)
     if discon is not None:
         _discon(discon, data, v, notes, must=given)
     yaw = data.setdefault("yaw", {})
@@ -381,7 +404,10 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[Note], *, m
     )
     if own["yaw_rate"]:
         data.setdefault("yaw", {})["rate"] = own["yaw_rate"]
-    stiffness, inertia = v.given("pitch_stiffness", 0.0), v.given("pitch_inertia", 0.0)
+    stiffness, inertia = (
+        v.given("pitch_stiffness", 0.0),
+        v.given("pitch_inertia", 0.0) + v.given("bearing_inertia", 0.0),
+    )
     if v.given("pitch_free", False) and stiffness > 0.0 and inertia > 0.0:
         w = math.sqrt(stiffness / inertia)
         actuator |= {
@@ -447,7 +473,7 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
         "axial_drag": aero.given("axial_drag", False),
         "tangential_drag": aero.given("tangential_drag", False),
         "skew": "glauert" if _skewed(aero) else "none",
-        "inflow": {0: "quasi_steady", 1: "constant"}.get(_dynamic(aero, momentum_wake), "variable"),
+        "inflow": {2: "variable", 1: "constant", 3: "constant"}.get(_dynamic(aero, momentum_wake), "quasi_steady"),
         "inflow_time": aero.given("wake_time", 4.0),
         "stall": "static" if aero.given("unsteady", 0) == 0 else "hansen",
         "chord_angle": "openfast",

@@ -1,9 +1,11 @@
 """Which keyword of an OpenFAST deck goes where: one table for all files, ``keywords.csv``.
 
 Its columns: file; names of the keyword (today's first, older ones after it); what is expected ("?" if the line may
-be missing or say "default"); unit in the file; target; remark. A target with a dot is a key path of ``Turbine``, a
-minus turns the sign (OpenFAST counts tilt, cone and overhang of an upwind rotor negative); one without a dot goes to
-what is put together in ``deck.py``; none means that the keyword is read by nobody here, for the reason beside it.
+be missing or say "default"); unit in the file; target; values with which the model does the same anyway; remark. A
+target with a dot is a key path of ``Turbine``, a minus turns the sign (OpenFAST counts tilt, cone and overhang of an
+upwind rotor negative); one without a dot goes to what is put together in ``deck.py``; none means that the keyword is
+read by nobody here, for the reason beside it. Of values with which the model does the same, ``blade 1`` is that of
+blade 1, and ``>TMax`` a time after the end of the run.
 """
 
 from __future__ import annotations
@@ -36,6 +38,7 @@ class Row:
       unit: in the file.
       target: key path, local name, or empty.
       turned: the sign is turned.
+      same: values with which the model does the same, whether it reads them or not; empty if there are none.
       remark: for people.
     """
 
@@ -45,6 +48,7 @@ class Row:
     unit: str
     target: str
     turned: bool
+    same: str
     remark: str
 
 
@@ -61,6 +65,7 @@ def _rows() -> dict[str, tuple[Row, ...]]:
                     row["unit"],
                     target.lstrip("-"),
                     target.startswith("-"),
+                    row["same"],
                     row["remark"],
                 )
             )

@@ -49,8 +49,11 @@ def read_tower(file: InputFile, values: Values, notes: list[Note]) -> dict[str, 
         if own.given(name, 1.0) != 1.0:
             own.note("ignored", name, f"tuning of {what} mode {target}: modes follow from the stiffness")
     for first, second in (("fore_aft_damping", "fore_aft_damping_2"), ("side_side_damping", "side_side_damping_2")):
-        if own.given(second, own[first]) != own[first]:
-            own.note("approximated", second, f"both modes have the ratio of the first, {own[first]:g}")
+        if second in own.source:
+            equal = own.given(second, own[first]) == own[first]
+            own.note(
+                "equivalent" if equal else "approximated", second, f"both modes have that of the first, {own[first]:g}"
+            )
     return {
         "position": position,
         "mass": columns["mass"] * own.given("mass_factor", 1.0),

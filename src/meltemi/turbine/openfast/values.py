@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 from typing import Any
 
 from meltemi.core.errors import InputError
 from meltemi.turbine.openfast.keywords import ROWS, UNITS, Row, row_of
 from meltemi.turbine.openfast.text import Entry, InputFile, number
-from meltemi.turbine.report import Note
+from meltemi.turbine.report import Kind, Note
 
 FLAGS = {"true": True, "t": True, ".true.": True, "1": True, "false": False, "f": False, ".false.": False, "0": False}
 EXPECTED = {
@@ -70,11 +72,12 @@ class Values:
             self._shown[row.target] = shown = " ".join(entry.values)[:60] + (f" {row.unit}" if row.unit else "")
             if value is None:
                 self.notes.append(
-                    Note("ignored", f"{file.path.name}:{entry.line}", f"{entry.name} = {shown}", "default")
+                    Note("equivalent", f"{file.path.name}:{entry.line}", f"{entry.name} = {shown}", "the default")
                 )
             else:
                 why = row.target if not row.remark else f"{row.target}: {row.remark}"
-                self.notes.append(Note("used", f"{file.path.name}:{entry.line}", f"{entry.name} = {shown}", why))
+                kind: Kind = "equivalent" if self._same(file, entry, row) else "used"
+                self.notes.append(Note(kind, f"{file.path.name}:{entry.line}", f"{entry.name} = {shown}", why))
         for entries in file.entries.values():
             for entry in entries:
                 if entry.line in taken:
@@ -83,8 +86,30 @@ class Values:
                 if found is None or found.target:
                     continue
                 what = f"{entry.name} = {' '.join(entry.values)[:60]}"
-                self.notes.append(Note("ignored", f"{file.path.name}:{entry.line}", what, found.remark))
+                kind = "not needed" if not found.same else "ignored"
+                if self._same(file, entry, found):
+                    kind = "equivalent"
+                self.notes.append(Note(kind, f"{file.path.name}:{entry.line}", what, found.remark))
         return file
+
+    def _same(self, file: InputFile, entry: Entry, row: Row) -> bool:
+        """Whether a value is one with which the model does the same anyway."""
+        value = entry.values[0].lower()
+        if row.same == "blade 1":
+            first = file.find(re.sub(r"\d", "1", entry.name))
+            return first is not None and first.values == entry.values
+        if row.same == ">TMax":
+            return (number(value) or 0.0) >= self.given("duration", math.inf)
+        places = [FLAGS.get(text, number(text)) for text in row.same.lower().split()]
+        return value in row.same.lower().split() or FLAGS.get(value, number(value)) in [
+            p for p in places if p is not None
+        ]
+
+    def unneeded(self, why: str, *targets: str) -> None:
+        """Say of values that nothing asks for them."""
+        for target in targets:
+            if target in self.source:
+                self.note("not needed", target, why)
 
     def file(self, file: InputFile, target: str) -> Path | None:
         """The file that a value names, or None for "unused".

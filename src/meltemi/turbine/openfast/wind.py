@@ -19,6 +19,10 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[Note]) -> dict[s
     """
     v = Values(notes)
     v.read(file)
+    steady = ("upflow", "speed", "reference_height", "shear_exponent")
+    files = {1: "", 2: "uniform_file", 3: "turbsim_file", 4: "bladed_file"}
+    unread = [name for name in files.values() if name and name != files.get(v["wind_type"])]
+    v.unneeded("of another WindType", *unread, *(() if v["wind_type"] == 1 else steady))
     if v["wind_type"] == 1:
         if v["speed"] is None:
             raise InputError(f"{file.path}: WindType is 1, but HWindSpeed is missing")
