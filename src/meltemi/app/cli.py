@@ -181,6 +181,7 @@ def run(
     print_table(f"{turbine.name}: {result.meta['wind']}", head, rows, text_columns=3)
     meta = result.meta
     print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
+    print("series in result.nc are in SI units: rad and rad/s, W, N, N m")
     if result.log:
         happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
         print_table("What happened", ["time s", "source", "what", "reason"], happened, text_columns=4)
@@ -419,8 +420,9 @@ def campbell(
             progress=progress,
         )
     last = len(diagram.rotor_speed) - 1
+    over = [f"{w * 30.0 / pi:.4g} rpm" for w in turns] if turns else [f"{w:g} m/s" for w in winds]
     columns = [
-        (f"{what}\n{'at first' if i == 0 else 'at last'}", numbers[:, i])
+        (f"{what}\nat {over[i]}", numbers[:, i])
         for i in dict.fromkeys((0, last))
         for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
     ]
