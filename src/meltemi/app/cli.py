@@ -350,7 +350,7 @@ def power_curve(
     head, rows = power_curve_rows(points)
     print_table(f"{described.name}: steady operation", head, rows)
     print(f"wrote {write_csv(out / 'power_curve.csv', [h.replace(chr(10), ' ') for h in head], rows)}")
-    print(f"wrote {save(plot_power_curve(points), out / 'power_curve.png')}")
+    print(f"wrote {save(plot_power_curve(points, model), out / 'power_curve.png')}")
 
 
 def _default_speeds(low: float, high: float) -> list[float]:

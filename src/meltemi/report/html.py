@@ -200,6 +200,7 @@ th { font-weight: 600; }
 thead th { vertical-align: bottom; white-space: pre-line; border-bottom: 1px solid var(--ink); }
 tbody th { font-weight: 400; white-space: pre; position: sticky; left: 0; background: #fff; }
 tr > :first-child { padding-left: 0; }
+td.text, tbody th { white-space: normal; }
 .text { text-align: left; }
 .groups th { text-align: center; border-bottom: 1px solid var(--soft); }
 .groups td { border: 0; }
