@@ -209,6 +209,8 @@ def test_diagrams_show_all_states() -> None:
         (axes,) = meltemi.plot_states(machine).axes
         text = " ".join(words.get_text() for words in axes.texts)
         assert all(state.name.replace("_", " ") in text for state in states)
+        # on a page of 750 pixels; they were 5 pixels high
+        assert min(t.get_fontsize() for t in axes.texts if t.get_text()) / 72 / axes.figure.get_figwidth() * 750 > 9.5
     with pytest.raises(InputError, match="did you mean 'yaw'"):
         meltemi.plot_states("yaww")
 

@@ -122,3 +122,13 @@ def test_pictures_may_be_files(tmp_path: Path) -> None:
         page("files", [Section("two", [Picture(tmp_path / "two.png")])])
     with pytest.raises(InputError, match=r"page\.html: cannot be written"):
         write_page(tmp_path / "no" / "page.html", "files", [])
+
+
+def test_long_cells_are_broken_and_numbers_are_not() -> None:
+    """Verdicts of wide tables lay outside a window of 1200 pixels."""
+    text = page(
+        "a", [Section("b", [Table(["what", "value"], [["a claim of more than a few words", "-34.0 ± 3.0 %"]])])]
+    )
+    assert '<th scope=row class="text long">a claim' in text
+    assert "<td>-34.0" in text
+    assert "td.long, tbody th.long { white-space: normal; }" in text

@@ -141,12 +141,26 @@ def points(model: Model) -> list[OperatingPoint]:
     return [operating_point(model, speed) for speed in (8.0, 14.0)]
 
 
-def test_a_power_curve_is_plotted(points: list[OperatingPoint]) -> None:
+def test_all_blades_are_shown_from_the_first_instant_on() -> None:
+    """One blade alone hides the one that is stuck; 3 s before the run there was nothing."""
+    names = [f"{name}_{b}" for name in ("pitch", "root_moment_out_of_plane") for b in (1, 2, 3)]
+    found = panels(plot(result("rotor_speed", *names, scale=1e7)))
+    assert list(found) == ["rotor speed", "pitch", "root moment out of plane"]
+    assert [len(ax.lines) for ax in found.values()] == [1, 3, 3]
+    assert all(ax.get_xlim() == (0.0, 20.0) for ax in found.values())
+    assert found["root moment out of plane"].get_ylabel() == "[MN m]"
+    assert [t.get_text() for t in found["pitch"].get_legend().get_texts()] == ["blade 1", "blade 2", "blade 3"]
+
+
+def test_a_power_curve_is_plotted(points: list[OperatingPoint], model: Model) -> None:
     figure = plot_power_curve(points)
     labelled(figure)
     assert {ax.get_xlabel() for ax in figure.axes} == {"", "wind speed [m/s]"}
     power = panels(figure)["generator power"]
     assert power.get_ylabel() == "[kW]"
+    assert "$C_p$" not in "".join(panels(figure)), "it needs the rotor's radius"
+    ratio = panels(plot_power_curve(points, model))["power coefficient $C_p$"].lines[0]
+    assert 0.45 < ratio.get_ydata()[0] < 0.593
     np.testing.assert_array_equal(power.lines[0].get_xdata(), [8.0, 14.0])
     assert power.lines[0].get_ydata()[1] == pytest.approx(5000.0, rel=0.01)
     tip = panels(figure)["tip deflection"]

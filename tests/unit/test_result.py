@@ -95,6 +95,7 @@ def test_labelled_arrays(result: Result) -> None:
     for channel in result.channels:
         attributes = data[channel.name].attrs
         assert attributes["units"] == channel.unit
+        assert (attributes["unit_in_tables"], attributes["factor_to_tables"]) == channel.display_unit
         assert attributes["frame"] == channel.frame
         assert attributes["positive_direction"] == channel.sign
         assert attributes["long_name"] == channel.description
@@ -162,7 +163,11 @@ def test_tables_survive_a_file(result: Result, tmp_path: Path) -> None:
     rows.append(['a, "b"', "é", "", "-", "1e9", "0", "", ""])
     path = write_csv(tmp_path / "a.csv", head, rows)
     with path.open(newline="", encoding="utf-8") as file:
-        assert list(csv.reader(file)) == [head, *rows]
+        found = list(csv.reader(file))
+    assert found[0] == head and found[-1] == rows[-1] and [r[:3] for r in found] == [r[:3] for r in (head, *rows)]
+    # the table shows 4 digits, the file has them all
+    assert float(found[3][4]) == pytest.approx(np.std(COLUMNS[2]) * 1e-3, rel=1e-14)
+    assert rows[2][4] != found[3][4]
 
 
 @pytest.mark.parametrize("name", ["nowhere/a.csv", "folder"])

@@ -220,6 +220,7 @@ def run(
     print_table(f"{turbine.name}: {result.meta['wind']}{after}", head, rows, text_columns=3)
     meta = result.meta
     print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
+    print("series in result.nc are in SI units: rad and rad/s, W, N, N m")
     if result.log:
         happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
         print_table("What happened", ["time s", "source", "what", "reason"], happened, text_columns=4)
@@ -420,7 +421,7 @@ def power_curve(
         head, rows = power_curve_rows(points, failures)
         print_table(f"{described.name}: steady operation", head, rows)
         print(f"wrote {write_csv(out / 'power_curve.csv', [h.replace(chr(10), ' ') for h in head], rows)}")
-        print(f"wrote {save(plot_power_curve(points), out / 'power_curve.png')}")
+        print(f"wrote {save(plot_power_curve(points, model), out / 'power_curve.png')}")
     _finish(failures, interrupted)
 
 
@@ -502,8 +503,10 @@ def campbell(
                 progress=progress,
             )
         last = len(diagram.rotor_speed) - 1
+        operation = zip(diagram.wind_speed, diagram.rotor_speed, strict=True)
+        over = [f"{w:g} m/s" if w == w else f"{turn * 30.0 / pi:.4g} rpm" for w, turn in operation]
         columns = [
-            (f"{what}\n{'at first' if i == 0 else 'at last'}", numbers[:, i])
+            (f"{what}\nat {over[i]}", numbers[:, i])
             for i in dict.fromkeys((0, last))
             for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
         ]

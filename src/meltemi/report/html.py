@@ -127,13 +127,19 @@ def _block(block: str | Table | Picture | Code) -> str:
     return _table(block) if isinstance(block, Table) else _picture(block)
 
 
+LONG = 16
+"""Letters of a cell; longer ones may be broken, so that tables fit the page."""
+
+
 def _table(table: Table) -> str:
     def cells(texts: Sequence[str], kind: str, first: str = "") -> str:
         found = []
         for i, text in enumerate(texts):
             tag = first if first and i == 0 else kind
             scope = {"th": " scope=row" if first else " scope=col", "td": ""}[tag]
-            found.append(f"<{tag}{scope}{' class=text' * (i < table.text_columns)}>{escape(text)}</{tag}>")
+            kinds = "text" * (i < table.text_columns) + " long" * (len(text) > LONG)
+            style = f' class="{kinds.strip()}"' if kinds else ""
+            found.append(f"<{tag}{scope}{style}>{escape(text)}</{tag}>")
         return "".join(found)
 
     head = f"<tr>{cells(table.head, 'th')}</tr>"
@@ -187,6 +193,7 @@ th { font-weight: 600; }
 thead th { vertical-align: bottom; white-space: pre-line; border-bottom: 1px solid var(--ink); }
 tbody th { font-weight: 400; white-space: pre; position: sticky; left: 0; background: #fff; }
 tr > :first-child { padding-left: 0; }
+td.long, tbody th.long { white-space: normal; }
 .text { text-align: left; }
 .groups th { text-align: center; border-bottom: 1px solid var(--soft); }
 .groups td { border: 0; }

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from meltemi.simulation.campbell import Campbell
+    from meltemi.simulation.machine import AnyModel
     from meltemi.simulation.result import Result
     from meltemi.simulation.trim import OperatingPoint
     from meltemi.turbine.performance import Performance
@@ -57,20 +59,33 @@ def panel(ax: Axes, title: str, unit: str) -> None:
     style(ax)
 
 
-def _name(channel: Channel, ax: Axes) -> None:
-    panel(ax, channel.name.replace("_", " "), channel.display_unit[0])
+MANY = 1e4
+"""Kilonewtons and the like from which on meganewtons are read more easily."""
+
+
+def readable_unit(channel: Channel, *series: NDArray[np.float64]) -> tuple[str, float]:
+    """Unit for people of one size with the values, and the factor to it."""
+    unit, factor = channel.display_unit
+    largest = max((float(np.max(np.abs(x[np.isfinite(x)]), initial=0.0)) for x in series), default=0.0)
+    return (f"M{unit[1:]}", 1e-3 * factor) if unit[0] == "k" and largest * factor >= MANY else (unit, factor)
 
 
 def plot_channel(
-    result: Result, name: str, ax: Axes | None = None, label: str | None = None, colour: str | None = None
+    result: Result,
+    name: str,
+    ax: Axes | None = None,
+    label: str | None = None,
+    colour: str | None = None,
+    unit: tuple[str, float] | None = None,
 ) -> Axes:
-    """A channel against time, in units for people."""
+    """A channel against time, in units for people, or in a unit and by its factor."""
     if ax is None:
         ax = new_figure(1, size=(9.0, 2.6))[1][0, 0]
     channel = result.channel(name)
-    _, factor = channel.display_unit
+    text, factor = unit or readable_unit(channel, result[name])
     ax.plot(result.time, result[name] * factor, linewidth=0.9, label=label, color=colour or COLOURS[0])
-    _name(channel, ax)
+    panel(ax, channel.name.replace("_", " "), text)
+    ax.set_xmargin(0.0)  # a run begins at its axis
     return ax
 
 
@@ -123,12 +138,22 @@ def mark_log(result: Result, axes: Sequence[Axes]) -> None:
     )
 
 
+ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "borderpad": 0.0}
+"""Place of a legend beside the title of its panel."""
+
+
+def _of_all_blades(result: Result, name: str) -> list[str]:
+    """The same channel of each blade that a result has, if there are several."""
+    found = [f"{name[:-1]}{b}" for b in range(1, 4) if name.endswith("_1") and f"{name[:-1]}{b}" in result]
+    return found if len(found) > 1 else []
+
+
 def plot(
     results: Result | Sequence[Result], channels: Sequence[str] | None = None, labels: Sequence[str] | None = None
 ) -> Figure:
     """Series of one result, or of several on top of each other; by default the channels everyone wants.
 
-    What a single result has in its log is marked and listed.
+    What a single result has in its log is marked and listed; by default all its blades are shown.
 
     Raises:
       InputError: nothing to plot.
@@ -142,23 +167,38 @@ def plot(
         raise InputError("plot: the result has no channels")
     figure, axes = new_figure(len(names), size=(9.0, 1.3 * len(names) + 0.8))
     for i, name in enumerate(names):
-        for j, result in enumerate(several):
-            text = labels[j] if labels else str(result.meta.get("turbine", j))
-            plot_channel(result, name, axes[i, 0], text, COLOURS[j % len(COLOURS)])
+        texts = labels or [str(result.meta.get("turbine", j)) for j, result in enumerate(several)]
+        series = [(result, name, text) for result, text in zip(several, texts, strict=True)]
+        if blades := [] if channels or len(several) > 1 else _of_all_blades(several[0], name):
+            series = [(several[0], each, f"blade {each[-1]}") for each in blades]
+        unit = readable_unit(several[0].channel(name), *(result[each] for result, each, _ in series))
+        for j, (result, each, text) in reversed(list(enumerate(series))):  # the first on top
+            plot_channel(result, each, axes[i, 0], text, COLOURS[j % len(COLOURS)], unit)
+        if blades:
+            axes[i, 0].set_title(name.removesuffix("_1").replace("_", " "), fontsize=9, loc="left", color=INK, pad=3)
+            handles = axes[i, 0].get_lines()[::-1]
+            axes[i, 0].legend(handles=handles, fontsize=7, ncols=len(blades), frameon=False, **ABOVE)
     axes[-1, 0].set_xlabel("time [s]")
     if len(several) == 1 and len(several[0].time):
         mark_log(several[0], axes[:, 0])
     if len(several) > 1:
-        above = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "frameon": False, "borderpad": 0.0}
-        axes[0, 0].legend(fontsize=8, ncols=len(several), **above)
+        handles = axes[0, 0].get_lines()[::-1]
+        axes[0, 0].legend(handles=handles, fontsize=8, ncols=len(several), frameon=False, **ABOVE)
     first = several[0]
     title = f"{first.meta.get('turbine', '')}: {first.meta.get('wind', '')}".strip(": ")
     figure.suptitle(title if len(title) <= 90 else title[:87] + "...", fontsize=10, color=INK)
     return figure
 
 
-def plot_power_curve(points: Sequence[OperatingPoint]) -> Figure:
-    """Steady operation against wind speed: power, speed, pitch, thrust, root moment, deflections."""
+def plot_power_curve(points: Sequence[OperatingPoint], model: AnyModel | None = None) -> Figure:
+    """Steady operation against wind speed: power, speed, pitch, thrust, root moment, deflections.
+
+    A dotted line marks the first of the points with the largest power.
+
+    Args:
+      points: by wind speed.
+      model: whose radius and air make C_p and C_t of aerodynamic power and thrust, shown if it is given.
+    """
     panels: tuple[tuple[str, ...], ...] = (
         ("generator_power",),
         ("rotor_speed",),
@@ -171,26 +211,38 @@ def plot_power_curve(points: Sequence[OperatingPoint]) -> Figure:
     )
     if DISK_CURVE[-1] in points[0].channels:  # a power coefficient in place of blades and tower
         panels = (*panels[:3], *((name,) for name in DISK_CURVE))
-    rows = len(panels) // 2
+    blades = model is not None and DISK_CURVE[-1] not in points[0].channels
+    rows = len(panels) // 2 + blades
     figure, axes = new_figure(rows, 2, size=(9.0, 2.25 * rows))
-    speeds = [p.wind.speed for p in points]
-    for ax, names in zip(axes.flat, panels, strict=True):
+    speeds = np.array([p.wind.speed for p in points])
+    look: dict[str, Any] = {"marker": "o", "markersize": 3}
+    for ax, names in zip(axes.flat, panels, strict=False):
         for i, name in enumerate(names):
-            channel = points[0].channels[name]
-            _, factor = channel.display_unit
-            ax.plot(
-                speeds,
-                [p[name] * factor for p in points],
-                marker="o",
-                markersize=3,
-                color=COLOURS[i],
-                label=name.replace("_", " "),
-            )
-            _name(channel, ax)
+            values = np.array([p[name] for p in points])
+            text, factor = readable_unit(points[0].channels[name], values)
+            ax.plot(speeds, values * factor, **look, color=COLOURS[i], label=name.replace("_", " "))
+            panel(ax, name.replace("_", " "), text)
         if len(names) > 1:
             ax.set_title("tip deflection", fontsize=9, loc="left", color=INK, pad=3)
             ax.legend(fontsize=7)
-        style(ax)
+    if model is not None and blades:
+        pressure = 0.5 * model.environment.density * speeds**2 * np.pi * model.turbine.rotor_radius**2
+        power = np.array([p["rotor_aero_torque"] * p["rotor_speed"] for p in points]) / (pressure * speeds)
+        thrust = np.array([p["rotor_aero_thrust"] for p in points]) / pressure
+        for ax, name, values in zip(
+            axes[-1], ("power coefficient $C_p$", "thrust coefficient $C_t$"), (power, thrust), strict=True
+        ):
+            ax.plot(speeds, values, **look, color=COLOURS[0])
+            panel(ax, name, "-")
+            ax.set_ylim(bottom=0.0)
+    made = np.array([p["generator_power"] for p in points])
+    rated = speeds[np.argmax(made > 0.995 * made.max())]
+    for ax in axes.flat:
+        ax.axvline(rated, color=FAINT, linewidth=0.9, linestyle=":", zorder=0.5)
+    if rated < speeds[-1]:
+        axes[0, 0].annotate(
+            f" rated from {rated:g} m/s", (rated, 0.02), xycoords=("data", "axes fraction"), fontsize=7, color=SOFT
+        )
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
     figure.suptitle("Steady operation in uniform wind, means over a revolution", fontsize=10, color=INK)

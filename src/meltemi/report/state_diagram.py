@@ -21,15 +21,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PLACES = {
-    "standby": (0.0, 0.0),
-    "start_up": (2.2, 0.0),
-    "connection": (4.4, 0.0),
-    "maximum_power": (6.6, 0.0),
-    "speed_limit": (8.8, 0.0),
-    "power_limit": (11.0, 0.0),
-    "normal_stop": (6.6, -2.6),
-    "emergency_stop": (6.6, -4.6),
-    "idling": (0.0, -2.6),
+    "idling": (0.0, 0.0),
+    "standby": (4.6, 0.0),
+    "start_up": (4.6, -2.4),
+    "connection": (4.6, -3.7),
+    "maximum_power": (4.6, -5.0),
+    "speed_limit": (4.6, -6.3),
+    "power_limit": (4.6, -7.6),
+    "normal_stop": (0.0, -4.4),
+    "emergency_stop": (0.0, -7.0),
 }
 _YAW_PLACES = {"normal": (0.0, 0.0), "derated": (5.0, 0.0), "shutdown": (2.5, -2.8)}
 _POWER_PLACES = {
@@ -39,6 +39,10 @@ _POWER_PLACES = {
     "hold": (11.5, -4.0),
     "recovery": (4.0, -4.0),
 }
+_BENDS = {("emergency_stop", "idling"): -0.5}
+"""Of arrows that pass a state by."""
+SMALL = 8.0
+"""Points of the conditions: read at the width of a page."""
 MACHINES = ("operation", "yaw", "power")
 
 
@@ -57,8 +61,8 @@ def plot_states(machine: str = "operation") -> Figure:
     if machine == "yaw":
         return _draw(_YAW_PLACES, [a.name for a in YAW_STATES], _merged(YAW_TRANSITIONS), (8.0, 4.6))
     if machine == "power":
-        return _draw(_POWER_PLACES, [a.name for a in power.STATES], _merged(power.TRANSITIONS), (11.0, 5.6))
-    return _draw(_PLACES, [a.name for a in STATES], _merged(TRANSITIONS), (15.0, 7.6))
+        return _draw(_POWER_PLACES, [a.name for a in power.STATES], _merged(power.TRANSITIONS), (8.6, 5.0))
+    return _draw(_PLACES, [a.name for a in STATES], _merged(TRANSITIONS), (8.2, 8.8))
 
 
 def _words(t: Transition | power.Transition) -> str:
@@ -85,8 +89,8 @@ def _draw(
     figure, grid = new_figure(1, size=size)
     axes = grid[0, 0]
     xs, ys = [x for x, _ in places.values()], [y for _, y in places.values()]
-    axes.set_xlim(min(xs) - 1.0, max(xs) + 1.5)
-    axes.set_ylim(min(ys) - 0.6, max(ys) + 1.5)
+    axes.set_xlim(min(xs) - 1.2, max(xs) + 1.5)
+    axes.set_ylim(min(ys) - 0.6, max(ys) + 0.9)
     axes.set_axis_off()
     face, edge = FACES["plant"]
     style: dict[str, Any] = {"boxstyle": "round,pad=0.5", "facecolor": face, "edgecolor": edge}
@@ -96,44 +100,47 @@ def _draw(
         text = axes.text(*places[name], words, ha="center", va="center", fontsize=9, bbox=style, zorder=3)
         boxes[name] = text.get_bbox_patch()
     if any(source == "running" for source, _ in arrows):
-        _frame(axes, *places["start_up"], *places["power_limit"])
+        _frame(axes, *places["start_up"], *places["power_limit"])  # from top to bottom
     for (source, target), lines in arrows.items():
         words = " or\n".join(line.replace(" and ", "\nand ") for line in lines)
         x1, y1 = places[target]
-        if source == "running":  # from the frame down to the state
+        if source == "running":  # from the frame across to the state
             bend = 0.0
-            x0, y0 = (x1, -0.6) if target == "normal_stop" else (x1 + 3.3, -0.6)
+            x0, y0 = places["start_up"][0] - 1.1, y1
             _arrow(axes, (x0, y0), (x1, y1), None, boxes[target], bend)
         else:
             x0, y0 = places[source]
-            bend = -0.18 if (target, source) in arrows else 0.0
+            bend = -0.18 if (target, source) in arrows else _BENDS.get((source, target), 0.0)
             _arrow(axes, (x0, y0), (x1, y1), boxes[source], boxes[target], bend)
-        level = y0 == y1 and source != "running"
-        if level and (source, target) not in {("normal_stop", "idling")}:
+        if x0 == x1:  # beside it: what goes down to the right, what goes up to the left
+            away = (0.2 if bend else 0.1) - 0.5 * bend * abs(y1 - y0)
+            up = y1 > y0
+            x = x0 - away if up and bend else x0 + away
+            at, side = (x, 0.5 * (y0 + y1)), "right" if up and bend else "left"
+            axes.text(*at, words, fontsize=SMALL, ha=side, va="center")
+        elif y0 == y1 and source != "running":
             away = 0.12 - 0.5 * bend * abs(x1 - x0)
             low = x1 < x0
             y = y0 - away if low else y0 + away
-            axes.text(0.5 * (x0 + x1), y, words, fontsize=7, ha="center", va="top" if low else "bottom")
+            axes.text(0.5 * (x0 + x1), y, words, fontsize=SMALL, ha="center", va="top" if low else "bottom")
         else:
-            side = 0.0 if (target, source) not in arrows else -0.09
-            x = x0 + 0.5 * (x1 - x0) + side * (y1 - y0)
-            y = y0 + 0.5 * (y1 - y0) - side * (x1 - x0)
+            shift = 0.0 if (target, source) not in arrows else -0.09
+            share = 0.4 if source == "start_up" else 0.45 if source == "running" else 0.5
+            x = x0 + share * (x1 - x0) + shift * (y1 - y0)
+            y = y0 + share * (y1 - y0) - shift * (x1 - x0)
             blank = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-            axes.text(x, y, words, fontsize=7, ha="center", va="center", bbox=blank)
+            axes.text(x, y, words, fontsize=SMALL, ha="center", va="center", bbox=blank)
     return figure
 
 
 def _frame(axes: Any, x0: float, y0: float, x1: float, y1: float) -> None:
-    """Around the states that run, which lie in a row."""
+    """Around the states that run, which lie in a column."""
     from matplotlib.patches import FancyBboxPatch
 
     style = "round,pad=0.02,rounding_size=0.15"
-    axes.add_patch(
-        FancyBboxPatch(
-            (x0 - 0.75, y0 - 0.6), x1 - x0 + 1.5, 1.4, boxstyle=style, facecolor="none", edgecolor=FAINT, ls="--"
-        )
-    )
-    axes.text(x1 + 0.7, y0 + 0.9, "running", fontsize=8, color=SOFT, ha="right")
+    corner, width, height = (x1 - 1.1, y1 - 0.5), x0 - x1 + 2.2, y0 - y1 + 1.15
+    axes.add_patch(FancyBboxPatch(corner, width, height, boxstyle=style, facecolor="none", edgecolor=FAINT, ls="--"))
+    axes.text(x0 + 1.0, y0 + 0.4, "running", fontsize=SMALL, color=SOFT, ha="right")
 
 
 def _arrow(

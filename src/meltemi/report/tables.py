@@ -19,8 +19,21 @@ if TYPE_CHECKING:
     from meltemi.wind.statistics import FieldStatistics, SeriesStatistics
 
 
+class Number(str):
+    """Words for a number that know it: tables show a few digits, files have them all."""
+
+    __slots__ = ("value",)
+    value: float
+
+
 def number(value: float) -> str:
     """Four or five significant digits, no exponent where it can be avoided."""
+    found = Number(_rounded(float(value)))
+    found.value = float(value)
+    return found
+
+
+def _rounded(value: float) -> str:
     if value != value:
         return "-"
     if value == 0.0:
@@ -145,7 +158,7 @@ def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], t
 
 
 def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Path:
-    """Write a table as comma-separated values.
+    """Write a table as comma-separated values; what :func:`number` made has all its digits.
 
     Raises:
       InputError: the file cannot be written.
@@ -156,7 +169,9 @@ def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str
     with replacing(path) as (partial,), partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(head)
-        writer.writerows(rows)
+        for row in rows:
+            known = (c.value if isinstance(c, Number) else math.nan for c in row)
+            writer.writerow([f"{v:.15g}" if v == v else c for c, v in zip(row, known, strict=True)])
     return path
 
 

@@ -132,6 +132,8 @@ class Result:
         for i, c in enumerate(self.channels):
             attributes = {
                 "units": c.unit,
+                "unit_in_tables": c.display_unit[0],
+                "factor_to_tables": c.display_unit[1],
                 "long_name": c.description,
                 "frame": c.frame,
                 "positive_direction": c.sign,
@@ -143,6 +145,7 @@ class Result:
             "status": int(self.status),
             "status_name": self.status.name,
             "message": self.message,
+            "units": "SI: angles in rad, speeds of rotation in rad/s; tables and plots show unit_in_tables",
             "meta": json.dumps(self.meta, default=str),
         }
         return xr.Dataset(variables, coordinates, about)

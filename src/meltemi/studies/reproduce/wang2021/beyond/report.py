@@ -195,11 +195,13 @@ def tables(found: Beyond) -> dict[str, tuple[str, list[Table]]]:
 
 
 def _heat(ax: Axes, x: Float, y: Float, values: Float, title: str, *, text: str, low: float, high: float) -> None:
-    ax.imshow(values, origin="lower", aspect="auto", cmap="RdYlBu_r", vmin=low, vmax=high)
+    drawn = ax.imshow(values, origin="lower", aspect="auto", cmap="RdYlBu_r", vmin=low, vmax=high)
     for i in range(len(y)):
         for j in range(len(x)):
             if np.isfinite(values[i, j]):
-                ax.text(j, i, format(values[i, j], text), ha="center", va="center", fontsize=7, color=INK)
+                light = drawn.cmap(drawn.norm(values[i, j]))[:3] @ np.array([0.2126, 0.7152, 0.0722]) > 0.4
+                colour = INK if light else "white"
+                ax.text(j, i, format(values[i, j], text), ha="center", va="center", fontsize=7.5, color=colour)
     ax.set_xticks(range(len(x)), [f"{v:g}" for v in x])
     ax.set_yticks(range(len(y)), [f"{v:g}" for v in y])
     ax.set_title(title, fontsize=9, loc="left", color=INK, pad=3)
