@@ -35,7 +35,7 @@ from meltemi import (
     simulate_batch,
 )
 from meltemi.control import signals as s
-from meltemi.loadcases.batch import interruptible_batch
+from meltemi.loadcases.batch import _Batch, interruptible_batch
 from meltemi.simulation import points
 
 
@@ -265,3 +265,49 @@ def test_interrupt_keeps_what_is_done() -> None:
     assert first == [Status.OK, 11]
     assert len(others) == 2  # the others were not begun
     assert all(status == Status.INTERRUPTED and 100 < rows < 100_000 for status, rows in others)
+
+
+def test_finished_cases_are_kept(tmp_path: Path) -> None:
+    model = meltemi.build(meltemi.load_turbine("pmsg20mw"))
+
+    def run(speeds: tuple[float, ...] = (8.0, 9.0), **options: Any) -> list[Outcome]:
+        cases = (BatchCase(lambda: model, u, 2.0, name=f"case {i}") for i, u in enumerate(speeds))
+        return simulate_batch(cases, out=tmp_path, workers=2, **options)
+
+    assert [o.kept for o in run()] == [False, False]
+    first = (tmp_path / "case 0.nc").read_bytes()
+    again = run()
+    assert [(o.kept, o.ok, o.value) for o in again] == [(True, True, tmp_path / f"case {i}.nc") for i in range(2)]
+    assert (tmp_path / "case 0.nc").read_bytes() == first
+    assert [o.kept for o in run((8.0, 9.5))] == [True, False]  # other inputs
+    assert [o.value for o in run((8.0, 9.5), reduce=lambda r: len(r.time))] == [41, 41]
+    assert [o.kept for o in run((8.0, 9.5), redo=True)] == [False, False]
+    (tmp_path / "case 0.nc").write_bytes(first[:-100])
+    assert [o.kept for o in run((8.0, 9.5))] == [False, True]  # damaged
+    law = meltemi.baseline(model.turbine.control)
+    told = BatchCase(model, 8.0, 2.0, controller=law, name="law")
+    other = replace(told, controller=meltemi.baseline(model.turbine.control, sample_time=0.1))
+    unknown = replace(told, controller=replace(law, fresh=lambda: law))
+    kept = [simulate_batch([case], out=tmp_path)[0].kept for case in (told, told, other, unknown, unknown)]
+    assert kept == [False, True, False, False, False]
+
+
+def test_progress_is_no_more_than_is_known() -> None:
+    model = meltemi.build(meltemi.load_turbine("pmsg20mw"))
+
+    def shares(**options: int) -> list[float]:
+        seen: list[float] = []
+        cases = (BatchCase(model, 8.0 + 0.1 * i, 400.0) for i in range(6))
+        simulate_batch(cases, workers=1, progress=seen.append, **options)  # type: ignore[arg-type]
+        return seen
+
+    for seen in (shares(), shares(total=6)):
+        assert seen == sorted(seen)
+        assert seen[-1] == 1.0
+    waiting = _Batch((BatchCase(model, 8.0, 400.0) for _ in range(6)), None, None, None, False)
+    waiting.outcomes[0] = Outcome("first", Status.OK)
+    assert waiting._share() == 0.0
+    waiting.total = 6
+    assert waiting._share() == pytest.approx(1.0 / 6.0)
+    with pytest.raises(InputError, match="at least 1 to 1000, found 1000000000"):
+        simulate_batch([], workers=10**9)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import exp, inf, isnan, pi, sqrt
+from math import exp, gamma, inf, isnan, nan, pi, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from meltemi.postprocess.ensemble import (
     mean_interval,
     rayleigh_weights,
     travel,
+    weibull_weights,
 )
 from meltemi.report.ensemble_tables import ensemble_rows
 from meltemi.report.spectra_plots import plot_spectra
@@ -258,3 +259,22 @@ def test_spectra_of_nothing() -> None:
     for results in ({}, {"none": []}):
         with pytest.raises(InputError, match="no results"):
             plot_spectra(results, "RootMyc1")
+
+
+def test_a_weibull_distribution_has_its_mean_and_rayleigh_s_is_that_of_k_2() -> None:
+    edges = np.linspace(0.0, 120.0, 24001)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    for k in (1.5, 2.0, 2.3):
+        share = weibull_weights(middle, 8.5, k, list(edges))
+        assert share.sum() == pytest.approx(1.0)
+        assert share @ middle == pytest.approx(8.5, rel=1e-5)
+        spread = gamma(1.0 + 2.0 / k) / gamma(1.0 + 1.0 / k) ** 2 - 1.0  # of the variance, over the mean squared
+        assert share @ (middle - 8.5) ** 2 == pytest.approx(spread * 8.5**2, rel=1e-4)
+    speeds = np.arange(4.0, 25.0, 2.0)
+    np.testing.assert_array_equal(rayleigh_weights(speeds, 8.5), weibull_weights(speeds, 8.5, 2.0))
+    loads = speeds**2
+    calm, windy = (lifetime_del(speeds, loads, slope=4.0, mean_speed=8.5, k=k) for k in (3.0, 1.5))
+    assert calm < lifetime_del(speeds, loads, slope=4.0, mean_speed=8.5) < windy
+    for k in (0.0, -1.0, nan, 1e9):
+        with pytest.raises(InputError, match="k must lie between"):
+            weibull_weights(speeds, 8.5, k)

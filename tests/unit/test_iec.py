@@ -600,3 +600,16 @@ def test_the_label_of_a_box_with_a_gust(turbine: Turbine) -> None:
 def test_what_cannot_be_added_is_refused(columns: dict[str, Any], expected: str) -> None:
     with pytest.raises(InputError, match=expected):
         with_gust(field(), WindSeries(time=[0.0, 1.0], speed=10.0, **columns))
+
+
+@pytest.mark.parametrize("model", sorted(MODELS))
+def test_every_model_has_a_direction(model: str) -> None:
+    turbine = meltemi.load_turbine("nrel5mw")
+    given: dict[str, Any] = {"turbine": turbine, "wind_class": "IIB", "speed": None if "EWM" in model else 12.0}
+    straight, turned = (iec_wind(model, **given, direction=x) for x in (0.0, "8 deg"))
+    difference = np.asarray(turned.direction) - np.asarray(straight.direction)
+    np.testing.assert_allclose(difference, np.radians(8.0), rtol=1e-12)
+    for wrong in (8.0, "8 dge", None):
+        if wrong is not None or MODELS[model].kind == "transient":
+            with pytest.raises(InputError, match="direction"):
+                iec_wind(model, **given, direction=wrong)

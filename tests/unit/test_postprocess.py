@@ -220,6 +220,18 @@ def test_equivalent_loads_of_a_result_have_the_usual_slopes() -> None:
         assert found["tower_base_moment_fore_aft"] == pytest.approx(2e3 * factor**0.25, rel=1e-9)
 
 
+def test_equivalent_loads_of_given_slopes() -> None:
+    t = np.linspace(0.0, 20.0, 401)
+    wave = 1e3 * np.cos(2.0 * pi * t)
+    some = result(t, root_moment_out_of_plane_1=wave, tower_base_moment_fore_aft=wave, pitch_1=wave)
+    found = equivalent_loads(some, f_eq=2.0, slopes={"RootMyc1": 12.0, "pitch_1": 3.0})
+    assert found["root_moment_out_of_plane_1"] == pytest.approx(2e3 * 0.5 ** (1.0 / 12.0), rel=1e-9)
+    assert found["tower_base_moment_fore_aft"] == pytest.approx(2e3 * 0.5**0.25, rel=1e-9)
+    assert found["pitch_1"] == pytest.approx(2e3 * 0.5 ** (1.0 / 3.0), rel=1e-9)
+    with pytest.raises(InputError, match="RootMyc1"):
+        equivalent_loads(some, slopes={"RootMyc11": 10.0})
+
+
 def test_equivalent_loads_of_chosen_channels() -> None:
     t = np.linspace(0.0, 20.0, 401)
     some = result(t, root_moment_out_of_plane_1=np.cos(t), tower_base_moment_fore_aft=np.cos(t), pitch_1=np.cos(t))

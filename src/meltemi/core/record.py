@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, wraps
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
@@ -28,6 +28,7 @@ from pydantic import (
 
 from meltemi.core.display import brief, html_table
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.problems import Keys, explain
 from meltemi.core.units import angular_unit, from_text
 
 
@@ -83,14 +84,14 @@ def _angular(kind: type[BaseModel]) -> dict[str, str]:
 
 
 @contextmanager
-def refused(kind: type[BaseModel], data: Any, where: str, text: str | None = None) -> Iterator[None]:
+def refused(
+    kind: type[BaseModel], data: Any, where: str, line_of: Callable[[Keys], int | None] | None = None
+) -> Iterator[None]:
     """Whatever is wrong with the content of a record as an InputError."""
     try:
         yield
     except ValidationError as error:
-        from meltemi.core.yamlfile import explain
-
-        raise InputError(explain(error, kind, where, data, text)) from None
+        raise InputError(explain(error, kind, where, data, line_of)) from None
     except InputError as error:  # of something that a record makes of its fields
         raise InputError(f"{where}: {error}") from None
     except (ArithmeticError, LinAlgError) as error:

@@ -5,24 +5,18 @@ from __future__ import annotations
 import io
 import math
 import os
-import re
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
-
-from pydantic import BaseModel, ValidationError
+from typing import Any, TypeVar
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of, write_text
 from meltemi.core.record import COPY, Record, refused
-from meltemi.core.units import ANGULAR, in_degrees, unit_of
 
 R = TypeVar("R", bound=Record)
 LARGEST = 32_000_000
 """[bytes] of a file; the largest turbines known have 2 MB."""
-RANGES = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
-"""Kinds of pydantic's problems that have a limit."""
 MOST_ENTRIES = 3_000_000
 """Values that a file may hold, aliases written out."""
 LINE_BREAKS = {"\x85", "\u2028", "\u2029"}
@@ -68,7 +62,7 @@ def read_text(path: Path) -> str:
 
 def validated(data: dict[str, Any], kind: type[R], where: str, text: str | None = None) -> R:
     """Make a record from plain data; problems are reported as in :func:`read_record`."""
-    with refused(kind, data, where, text):
+    with refused(kind, data, where, lambda keys: _line(_nodes(text), keys) if text is not None else None):
         return super(Record, kind).model_validate(data)
 
 
@@ -141,167 +135,7 @@ def _similar_file(path: Path) -> str:
     return f"; {hint}" if hint.startswith("did") else ""
 
 
-def explain(error: ValidationError, kind: type[BaseModel], where: str, data: Any, text: str | None = None) -> str:
-    """All problems of a failed validation, one a line: where, key path, what is wrong, what to do."""
-    root = _nodes(text) if text is not None else None
-    lines: list[str] = []
-    seen: set[tuple[tuple[int | str, ...], str]] = set()
-    for problem in error.errors(include_url=False):
-        message = _message(problem, kind)
-        location = _keys(problem, kind, data)
-        if (location, message) in seen:
-            continue
-        seen.add((location, message))
-        line = _line(root, location)
-        place = f"{where}:{line}" if line else where
-        key = ".".join(str(part) for part in location)
-        lines.append(f"{place}: {key}: {message}" if key else f"{place}: {message}")
-    return "\n".join(lines)
-
-
-def _keys(problem: Any, kind: type[BaseModel], data: Any) -> tuple[int | str, ...]:
-    """The key path of a problem as it stands in the file: pydantic adds names of alternatives that are no keys."""
-    keys: list[int | str] = []
-    for i, part in enumerate(problem["loc"]):
-        if _tagged(_annotations_at(kind, problem["loc"][:i]), part):
-            continue
-        holds = isinstance(data, dict) and part in data
-        if holds or (isinstance(data, list | tuple) and isinstance(part, int) and part < len(data)):
-            data = data[part]
-            keys.append(part)
-        elif problem["type"] == "missing" and part == problem["loc"][-1]:
-            keys.append(part)
-    if problem["type"].startswith("union_tag"):
-        keys.append(problem["ctx"]["discriminator"].strip("'"))
-    return tuple(keys)
-
-
-def _message(problem: Any, kind: type[BaseModel]) -> str:
-    location, what, value = problem["loc"], problem["type"], problem["input"]
-    if what == "extra_forbidden":
-        parent = _record_at(kind, location[:-1])
-        return f"unknown key; {did_you_mean(str(location[-1]), parent.model_fields if parent else [])}"
-    if what == "missing":
-        parent = _record_at(kind, location[:-1])
-        doc = parent.model_fields[str(location[-1])].description if parent else None
-        return f"missing{f' ({doc})' if doc else ''}"
-    if what in ("value_error", "assertion_error"):
-        return str(problem["ctx"]["error"])
-    if what == "union_tag_not_found":
-        by = problem["ctx"]["discriminator"].strip("'")
-        tags = [v for r in _alternatives_at(kind, location) for v in get_args(r.model_fields[by].annotation)]
-        return f"missing (one of {', '.join(repr(t) for t in tags)})"
-    if what == "union_tag_invalid":
-        tags = [tag.strip(" '") for tag in problem["ctx"]["expected_tags"].split(",")]
-        tag = problem["ctx"]["tag"]
-        return f"expected {', '.join(repr(t) for t in tags)}, found {tag!r}; {did_you_mean(tag, tags)}"
-    message = problem["msg"].replace("Input should be", "expected").replace("a valid i", "an i")
-    message = message.replace("a valid ", "a ").replace("a dictionary", "keys and values").replace("a tuple", "a list")
-    if what in ("model_type", "model_attributes_type"):
-        message = f"expected keys and values{_example(_asked(kind, problem), value)}"
-    shown = "nothing" if value is None else repr(value)
-    message = f"{message}, found {shown if len(shown) <= 60 else shown[:57] + '...'}"
-    unit = _unit_at(kind, location)
-    if what in RANGES and unit:
-        message += f" {unit}"
-    if unit in ANGULAR and what in RANGES:
-        limit, degrees = next(iter(problem["ctx"].values())), unit.replace("rad", "deg")
-        message += f"; {limit:g} {unit} is {in_degrees(limit, unit)}, and {value:g} {degrees} would be written so"
-    elif unit in ANGULAR and isinstance(value, str):
-        message += f"; a number is in {unit}, another unit is written behind it: 8 {unit.replace('rad', 'deg')}"
-    if what == "literal_error" and isinstance(value, str):
-        near = did_you_mean(value, re.findall(r"'([^']*)'", problem["ctx"]["expected"]))
-        message += f"; {near}" if near.startswith("did") else ""
-    return message
-
-
-def _asked(kind: type[BaseModel], problem: Any) -> list[type[BaseModel]]:
-    """The record classes of which a plain value stands in the place."""
-    found = _alternatives_at(kind, problem["loc"])
-    named = [record for record in found if record.__name__ == problem.get("ctx", {}).get("class_name")]
-    return named or found
-
-
-def _example(records: Sequence[type[BaseModel]], value: Any) -> str:
-    """The keys of a record as they may stand in a file: the one that takes ``value``, or those it cannot do without."""
-    if not records:
-        return ""
-    tagged = [record for record in records if value in _literals(record)] if isinstance(value, str) else []
-    record = (tagged or records)[0]
-    plain = isinstance(value, str | int | float) and not isinstance(value, bool)
-    for key in [*record.model_fields][:3] if plain and len(records) == 1 else []:
-        try:
-            made = record.model_validate({key: value})
-        except InputError:
-            continue
-        if not isinstance(getattr(made, key), bool):
-            return f", for instance {{{key}: {value}}}"
-    tags = {key: _tag(field.annotation) for key, field in record.model_fields.items()}
-    chosen = [key for key, field in record.model_fields.items() if field.is_required() or tags[key]]
-    if not chosen:
-        return f" ({', '.join([*record.model_fields][:6])}{', ...' if len(record.model_fields) > 6 else ''})"
-    shown = ", ".join(f"{key}: {tags[key] or '...'}" for key in chosen)
-    return f" such as {{{shown}}}"
-
-
-def _tag(annotation: Any) -> str:
-    """The value of a key that has only one: it tells alternatives apart."""
-    values = get_args(annotation) if get_origin(annotation) is Literal else ()
-    return str(values[0]) if len(values) == 1 else ""
-
-
-def _unit_at(kind: type[BaseModel], location: Sequence[int | str]) -> str:
-    """Unit of the field that a key path leads to, from its description; empty without one."""
-    parent = _record_at(kind, location[:-1]) if location else None
-    field = parent.model_fields.get(str(location[-1])) if parent else None
-    return unit_of(field.description) if field else ""
-
-
-def _record_at(kind: type[BaseModel], location: Sequence[int | str]) -> type[BaseModel] | None:
-    """The record class that a key path leads to, if it leads to one."""
-    records = _alternatives_at(kind, location)
-    return records[0] if records else None
-
-
-def _alternatives_at(kind: type[BaseModel], location: Sequence[int | str]) -> list[type[BaseModel]]:
-    """The record classes a key path may lead to."""
-    return [c for c in _annotations_at(kind, location) if isinstance(c, type) and issubclass(c, BaseModel)]
-
-
-def _annotations_at(kind: type[BaseModel], location: Sequence[int | str]) -> list[Any]:
-    found: list[Any] = [kind]
-    for part in location:
-        found = _tagged(found, part) or [inner for outer in found for inner in _inside(outer, part)]
-    return found
-
-
-def _tagged(found: list[Any], part: int | str) -> list[Any]:
-    """Of several alternatives the one with this tag or name, which pydantic puts into the path; nothing for a key."""
-    records = [c for c in found if isinstance(c, type) and issubclass(c, BaseModel)]
-    return [c for c in records if c.__name__ == part or (len(records) > 1 and part in _literals(c))]
-
-
-def _inside(outer: Any, part: int | str) -> list[Any]:
-    """The annotations one step down a key path."""
-    if isinstance(outer, type) and issubclass(outer, BaseModel):
-        return _alternatives(outer.model_fields[str(part)].annotation) if part in outer.model_fields else []
-    return _alternatives(get_args(outer)[-1 if isinstance(part, str) else 0]) if get_args(outer) else []
-
-
-def _alternatives(annotation: Any) -> list[Any]:
-    if get_origin(annotation) is Annotated:
-        return _alternatives(get_args(annotation)[0])
-    if get_origin(annotation) in (Union, UnionType):
-        return [inner for member in get_args(annotation) for inner in _alternatives(member)]
-    return [annotation]
-
-
-def _literals(record: type[BaseModel]) -> list[str]:
-    """The values by which alternatives tell each other apart."""
-    annotations = (field.annotation for field in record.model_fields.values())
-    return [value for a in annotations if get_origin(a) is Literal for value in get_args(a)]
-
-
+@lru_cache(maxsize=1)  # a text may have several problems
 def _nodes(text: str) -> Any:
     """The nodes of a YAML text, which know their lines; read without comments, which not every place may have."""
     from ruamel.yaml import YAML

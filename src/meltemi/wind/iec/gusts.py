@@ -327,7 +327,7 @@ def _series(
     model: str,
     duration: float,
     begin: float,
-    direction: float,
+    mean_direction: float,
     label: str,
     sign: int | None = None,
     **columns: Any,
@@ -337,10 +337,10 @@ def _series(
         raise InputError(f"{model}: begin must be zero or a positive time in seconds, found {begin!r}")
     if begin > LATEST:
         raise InputError(f"{model}: begin: expected at most {LATEST:g} s, found {begin!r}")
-    direction = from_text(direction, "rad")
-    if not isinstance(direction, int | float) or not abs(direction) <= MOST_TURNED:
-        raise InputError(f"{model}: direction: expected an angle within +-{MOST_TURNED} rad, found {direction!r}")
-    columns["direction"] = direction + columns.get("direction", 0.0)
+    toward = from_text(mean_direction, "rad")
+    if not isinstance(toward, int | float) or not abs(toward) <= MOST_TURNED:
+        raise InputError(f"{model}: direction: expected an angle within +-{MOST_TURNED} rad, found {mean_direction!r}")
+    columns["direction"] = toward + columns.get("direction", 0.0)
     parts = [f"IEC {model}{'' if sign is None else '+' if sign > 0 else '-'} {speed:g} m/s", label, f"at {begin:g} s"]
     return WindSeries(
         time=begin + duration * _course(duration),
