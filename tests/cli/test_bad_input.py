@@ -639,3 +639,28 @@ def test_ice_that_cannot_be(command: Command, tmp_path: Path, icing: str, words:
     path, out = tmp_path / "iced.yaml", tmp_path / "out"
     path.write_text(STEADY + f"icing: {icing}\n", encoding="utf-8")
     refused(command("run", path, "--out", out), out, *words)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (("power-curve", "nrel5mw", "--wind-speeds", "0.1"), "no steady operation"),
+        (("verify", "--reference", "/dev/null"), "no folder 'openfast' in it"),
+        (("campbell", "pmsg20mw", "--wind-speeds", "5"), "pmsg20mw"),
+    ],
+)
+def test_a_refused_command_leaves_no_folder(
+    command: Command, tmp_path: Path, arguments: tuple[Any, ...], reason: str
+) -> None:
+    out = tmp_path / "new" / "deep"
+    refused(command(*arguments, "--out", out), out, reason)
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "new").mkdir()
+    refused(command(*arguments, "--out", out), out, reason)
+    assert list(tmp_path.rglob("*")) == [tmp_path / "new"]  # which was there before
+
+
+def test_no_folder_has_a_name_with_control_characters(command: Command, tmp_path: Path) -> None:
+    out = tmp_path / "a\x1b[31mb"
+    refused(command("power-curve", "nrel5mw", "--wind-speeds", "12", "--out", out), out, "control characters")
+    assert list(tmp_path.iterdir()) == []

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -120,6 +122,30 @@ def test_damage_without_a_checksum_is_refused_in_words_or_harmless(tmp_path: Pat
         assert isinstance(meltemi.read_result(tmp_path / "a.nc"), Result)
     except InputError as error:
         assert "not a result of meltemi" in str(error)
+
+
+NO_ROOM = """
+import resource, sys, numpy as np, meltemi
+from meltemi.simulation.channels import standard
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+channels = tuple(standard()[name] for name in ("wind_x", "azimuth", "rotor_speed"))
+try:
+    meltemi.write_result(meltemi.Result(np.arange(2e4), np.zeros((20_000, 3)), channels), sys.argv[1])
+except meltemi.InputError as error:
+    print(error)
+"""
+"""A disk that is full after some of the file."""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="there are no limits of a process")
+@pytest.mark.parametrize("name", ["a.nc", "a.outb", "a.out"])
+def test_a_full_disk_is_said_and_leaves_nothing(tmp_path: Path, name: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", NO_ROOM, tmp_path / name], capture_output=True, text=True, check=False, timeout=120
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert f"{name}: cannot be written (File too large)" in done.stdout
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_file_changed_by_another_program_is_read(tmp_path: Path) -> None:

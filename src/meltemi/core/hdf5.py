@@ -7,6 +7,7 @@ first, which may crash or hang.
 
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
 import zlib
@@ -36,16 +37,20 @@ PROBE = Path(__file__).with_name("probe.py")
 def to_netcdf(data: xr.Dataset, path: Path, encoding: Any = None) -> None:
     """Write labelled arrays as netCDF4, with the checksum at the end.
 
+    The file is made in memory: where a disk has no room, HDF5 would crash the process.
+
     Raises:
       OSError: there is no room, or the file cannot be written otherwise.
     """
-    try:
-        data.to_netcdf(path, engine="h5netcdf", encoding=encoding)
-    except RuntimeError as error:  # of HDF5, when it closes a file for which there is no room
-        raise OSError(str(error)) from None
-    with path.open("r+b") as file:
-        total = _checksum(file, path.stat().st_size)
-        file.write(SEAL + b"%08x\n" % total)
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    memory = io.BytesIO()
+    with h5netcdf.File(memory, "w") as file:
+        data.dump_to_store(H5NetCDFStore(file), encoding=encoding)
+    with path.open("wb") as disk:
+        disk.write(memory.getbuffer())
+        disk.write(SEAL + b"%08x\n" % zlib.crc32(memory.getbuffer()))
 
 
 def read_hdf5(path: Path, take: Callable[[h5py.File], T], kind: str) -> T:

@@ -82,7 +82,8 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     if n < 1:
         raise InputError(f"{path}: damaged: it tells of {n} channels")
     first, second = (float(v) for v in take("<f8", 2, "times"))
-    scale, offset = (take("<f4", n, "scales").astype(float) for _ in range(2)) if kind != UNPACKED else (1.0, 0.0)
+    with np.errstate(invalid="ignore"):  # damaged ones may be no numbers
+        scale, offset = (take("<f4", n, "scales").astype(float) for _ in range(2)) if kind != UNPACKED else (1.0, 0.0)
     description = _text(take("u1", int(take("<i4", 1, "description")[0]), "description"))
     names, units = (
         [_text(row) for row in take("u1", (n + 1) * width, "names").reshape(n + 1, width)] for _ in range(2)
