@@ -305,7 +305,10 @@ class SizedCases:
 def _print(value: Any) -> str:
     """What tells an argument of a case from another: its content where that is known, or else nothing."""
     if isinstance(value, Controller):
-        state = b"" if value.fresh else value.initial_state(_ANY_START).tobytes()
+        ours = (
+            str(getattr(value.update, "__module__", "")).startswith("meltemi.") and not value.fresh
+        )  # others may count their calls
+        state = value.initial_state(_ANY_START).tobytes() if ours else b""
         return f"{value.name} {value.sample_time} {hashlib.sha256(state).hexdigest()}"
     if hasattr(value, "content_hash"):
         return str(value.content_hash())
