@@ -21,7 +21,10 @@ def main(name: str, out: Path, beyond: str = "") -> None:
     page = import_module(f"meltemi.studies.reproduce.{name}.page")
     parts = import_module(f"meltemi.studies.reproduce.{name}.beyond").PARTS if beyond == "all" else beyond.split(",")
     out.mkdir(parents=True, exist_ok=True)
-    text = page.reproduce(out, **({"parts": parts} if beyond else {})).page
+    found = page.reproduce(out, **({"parts": parts} if beyond else {}))
+    for cell, why in found.failed.items():
+        sys.exit(f"not for the documentation: {cell}: {why}")
+    text = found.page
     (DOCS / f"{name}.md").write_text(text, encoding="utf-8")
     for picture in re.findall(rf"\]\({name}/([^)]+)\)", text):
         shutil.copy(out / picture, DOCS / name)

@@ -130,15 +130,28 @@ def test_a_wind_that_one_scheme_does_not_survive_is_left_out_for_all(command: Co
         "compare", "nrel5mw", *SHORT, "--seeds", 2, "--workers", 1, "--controllers", f"cpc,{mine}", "--out", out
     )
     assert ran.status == 1
-    said = re.fullmatch(r"left out for all: scheme 'own' in wind 1: at t = (3\d\.\d+) s the controller .*\n", ran.err)
+    said = re.fullmatch(r"left out: scheme 'own' in wind 1: at t = (3\d\.\d+) s the controller .*\n", ran.err)
     assert said, ran.err
     assert {row["seed"] for row in rows(out / "seeds.csv")} == {"2"}
     assert "scheme &#x27;own&#x27; in wind 1" in (out / "comparison.html").read_text(encoding="utf-8")
 
 
+def test_a_scheme_that_fails_in_every_wind_is_left_out(command: Command, tmp_path: Path) -> None:
+    """The others are compared all the same, and a second try takes their runs over."""
+    mine, out = own(tmp_path, "demands[s.PITCH_DEMAND] = float('nan') if measured[s.TIME] > 1 else 0"), tmp_path / "out"
+    arguments = ("compare", "nrel5mw", *SHORT, "--seeds", 1, "--controllers", f"cpc,{mine}", "--out", out)
+    ran = command(*arguments)
+    assert ran.status == 1
+    assert ran.err.startswith("left out: scheme 'own' in wind 1: at t = 1.")
+    assert {row["scheme"] for row in rows(out / "seeds.csv")} == {"cpc"}
+    again = command(*arguments)
+    assert again.status == 1
+    assert again.err.startswith("taking over 1 finished runs")
+
+
 def test_no_wind_is_left(command: Command, tmp_path: Path) -> None:
     mine, out = own(tmp_path, "demands[s.PITCH_DEMAND] = float('nan') if measured[s.TIME] > 1 else 0"), tmp_path / "out"
-    ran = command("compare", "nrel5mw", *SHORT, "--seeds", 1, "--controllers", f"cpc,{mine}", "--out", out)
+    ran = command("compare", "nrel5mw", *SHORT, "--seeds", 1, "--controllers", f"{mine}", "--out", out)
     assert (ran.status, ran.out) == (2, "")
     assert re.match(
         r"error: compare: no wind was survived by all schemes; first of 1 failures: scheme 'own' in wind 1: "

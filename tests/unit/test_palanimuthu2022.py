@@ -203,7 +203,9 @@ def test_parts_beyond_the_paper_have_names(study: str, parts: str, said: str, tm
 def test_the_page_has_the_parts_that_lie_in_the_folder(tmp_path: Path) -> None:
     (tmp_path / "climate.md").write_text("## A year\n", encoding="utf-8")
     table = Table(["claim", "reason"], [["one", "pairs"], ["two", ""]])
-    text = markdown("All holds.", {"claims": ("Claims", [table])}, {"fig01": "the system"}, tmp_path)
+    text = markdown(
+        "All holds.", {"claims": ("Claims", [table])}, {"fig01": ("the system", Path("fig01.png"))}, tmp_path
+    )
     assert "## A year" in text
     assert text.count(f"*pairs:* {REASONS['pairs']}") == 1
     assert "![the system](fig01.png)" in text

@@ -89,7 +89,7 @@ def test_a_turbine_whose_data_are_not_installed_says_what_to_install(monkeypatch
         raise PackageNotFoundError(name)
 
     monkeypatch.setattr("meltemi.turbine.library.distribution", missing)
-    with pytest.raises(InputError, match=r"iea15mw.*windIO, which is missing: pip install 'meltemi\[windio\]'"):
+    with pytest.raises(InputError, match=r"iea15mw.*windIO, which is missing: pip install 'windIO>=2\.1,<3'"):
         windio_file("IEA-15-240-RWT.yaml", "iea15mw")
     monkeypatch.undo()
     with pytest.raises(InputError, match=r"has no windIO/examples/turbine/IEA-16\.yaml"):

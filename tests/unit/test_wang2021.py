@@ -9,14 +9,15 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from meltemi import InputError, YawProtection, load_turbine, yaw_threshold
+from meltemi import BatchCase, InputError, YawProtection, build, load_turbine, yaw_threshold
 from meltemi.app.cli import app
+from meltemi.studies.journal import Lost, LostError
 from meltemi.studies.reproduce.wang2021.beyond.grid import Found, Grid
-from meltemi.studies.reproduce.wang2021.beyond.limits import JUDGED, Limits
-from meltemi.studies.reproduce.wang2021.beyond.report import recheck_table, relative
+from meltemi.studies.reproduce.wang2021.beyond.limits import JUDGED, Limits, find_limits
+from meltemi.studies.reproduce.wang2021.beyond.report import limits_table, recheck_table, relative
 from meltemi.studies.reproduce.wang2021.beyond.year import PowerCurve, a_year
 from meltemi.studies.reproduce.wang2021.claims import CHECKS, unfiltered_trigger
-from meltemi.studies.reproduce.wang2021.table2 import Calibration
+from meltemi.studies.reproduce.wang2021.table2 import Calibration, Table2
 from meltemi.studies.reproduce.wang2021.winds import measured
 
 
@@ -48,6 +49,31 @@ def test_base_points_lie_where_a_load_reaches_its_limit() -> None:
     assert YawProtection(wind_speeds=speeds, thresholds=thresholds).thresholds[1] == pytest.approx(np.radians(45.0))
 
 
+def test_a_failed_run_limits_its_own_yaw_error_only(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not the load limit, which would become infinite and allow everything."""
+
+    def found(cases: list[BatchCase], **_: object) -> list[object]:
+        loads = dict.fromkeys(JUDGED, 1.0)
+        return [
+            Lost("no start") if c.name in ("etm 8 m/s 8 deg seed 1", "ntm 8 m/s 60 deg seed 1") else loads
+            for c in cases
+        ]
+
+    monkeypatch.setattr("meltemi.studies.reproduce.wang2021.beyond.limits.cells", found)
+    monkeypatch.setattr("meltemi.studies.reproduce.wang2021.beyond.limits.operating_point", lambda *_: None)
+    made = find_limits(build(load_turbine("nrel5mw")), [1], speeds=(8.0,), errors=tuple(np.radians((0.0, 30.0, 60.0))))
+    assert made.limit[JUDGED[0]] == pytest.approx(1.1)
+    assert made.use.tolist() == [[pytest.approx(1 / 1.1), pytest.approx(1 / 1.1), np.inf]]
+    assert limits_table(made).rows[0][3] == "failed"
+    assert np.degrees(made.allowed()) == pytest.approx([30.0])
+
+
+def test_a_bin_without_a_run_is_not_judged() -> None:
+    table = Table2(Calibration(), pd.DataFrame(), {5: "bin 5, seed 1: it diverged"})
+    with pytest.raises(LostError, match="bin 5, seed 1: it diverged"):
+        table.whole()
+
+
 def test_calibration_keeps_the_rated_power() -> None:
     turbine = load_turbine("nrel5mw")
     found = Calibration(efficiency=0.8).turbine(turbine)
@@ -70,7 +96,7 @@ def test_gains_and_rechecks_of_a_grid() -> None:
             (0.010, "S2", 90.0, 190.0, 0, 0),
         )
     ]
-    grid = Found(Grid(yaw_rates=(0.005, 0.010), rechecks=(30.0, 90.0)), pd.DataFrame(rows), {})
+    grid = Found(Grid(yaw_rates=(0.005, 0.010), rechecks=(30.0, 90.0)), pd.DataFrame(rows))
     gain = relative(grid.rows, "energy")
     assert gain[gain["strategy"] == "S2"]["gain"].tolist() == pytest.approx([-0.5, -0.1, -0.1, -0.05])
     assert gain["change"].unique().tolist() == [1.0]

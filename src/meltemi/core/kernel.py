@@ -111,7 +111,7 @@ def is_cold(package: str = "simulation") -> bool:
     return folder is None or not any(folder.rglob(f"{package}_*/step.advance-*.nbi"))
 
 
-COLD = "Compiling for this machine: this happens once and takes about half a minute ..."
+COLD = "Compiling for this machine: this happens once and takes about a minute ..."
 _LOOKED: set[str] = set()
 
 

@@ -172,7 +172,7 @@ class LinearModel(Brief):
         try:
             import control
         except ImportError:
-            raise InputError("to_control needs the package 'control': pip install 'meltemi[control]'") from None
+            raise InputError("to_control needs the package 'control': pip install 'control>=0.10,<0.12'") from None
         names = {key: list(getattr(self, key)) for key in ("states", "inputs", "outputs")}
         return control.ss(self.A, self.B, self.C, self.D, name="meltemi", **names)
 

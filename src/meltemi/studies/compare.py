@@ -33,7 +33,7 @@ from meltemi.postprocess.spectra import (
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
-from meltemi.studies.journal import SizedCases, resumed
+from meltemi.studies.journal import SizedCases, current, resumed
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulence.field import AnyWind, realised
 
@@ -339,6 +339,8 @@ def compare(
     outcomes = resumed(SizedCases(cases, len(names)), reduce=reduce, workers=workers, progress=progress)
     by_name = {outcome.name: outcome for outcome in outcomes}
     failures = tuple(outcome for outcome in outcomes if not outcome.ok)
+    for failure in failures:
+        current().enter(failure_line(failure), failure.message)
     # a scheme that fails in every wind takes no other with it
     schemes = [s for s in controllers if any(by_name[f"{k}:{s}"].ok for k in range(len(winds)))]
     whole = [k for k in range(len(winds)) if schemes and all(by_name[f"{k}:{s}"].ok for s in schemes)]

@@ -110,7 +110,7 @@ def windio_file(name: str, wanted_for: str) -> Path:
     Raises:
       InputError: the package is not installed, or has no such file.
     """
-    install = "pip install 'meltemi[windio]'"
+    install = "pip install 'windIO>=2.1,<3'"
     try:
         package = distribution("windIO")
     except PackageNotFoundError:

@@ -13,8 +13,8 @@ from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl,
 from meltemi.simulation.linear import LinearModel
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.options import ModelOptions
-from meltemi.studies.compare import WHOLE, Comparison, compare, failure_line
-from meltemi.studies.journal import Lost, attempt, current
+from meltemi.studies.compare import WHOLE, Comparison, compare
+from meltemi.studies.journal import Lost, attempt
 from meltemi.studies.preview import preview_of, steady_pitch
 from meltemi.studies.scheme_names import SCHEMES, Target
 from meltemi.studies.tuning import Tuning, linear_models, scaled, speed_notch, tune_loops
@@ -199,9 +199,6 @@ def run_all(
             progress=lambda share: progress((begin + share * size) / total, what),
         )
         done += size
-        if not isinstance(found, Lost):
-            for failure in found.failures:
-                current().failed[f"{what}: {failure_line(failure)}"] = failure.message
         return found
 
     found = attempt(
