@@ -256,6 +256,29 @@ def test_section_loads_of_a_hanging_blade(turbine: Turbine) -> None:
     assert result["YawBrFzp"][-1] == pytest.approx(-head, rel=1e-3)
 
 
+@pytest.mark.parametrize("pitch", [0.0, 0.3])
+def test_rotation_turns_sections_into_the_rotor_plane(turbine: Turbine, pitch: float) -> None:
+    """The propeller moment of the rotary inertia, which ElastoDyn's blades have not: it is all of RootMzc here."""
+    s = turbine.blade.structure
+    one = np.ones(len(s.position))
+    inertias = {"blade.structure.flap_inertia": 20.0 * one, "blade.structure.edge_inertia": 500.0 * one}
+    level = {"hub.precone": 0.0, "nacelle.tilt": 0.0}
+    rigid = ModelOptions(locked=("tower", "yaw", "drivetrain", "generator", "blades"), blade_nodes=60)
+    model = meltemi.build(turbine.replace(**inertias, **level), rigid, Environment(gravity=0.0))
+    start = Start(rotor_speed=1.2, pitch=pitch)
+    result = simulate(
+        model.with_parameters(**{"aerodynamics.air_density": 0.0}),
+        CALM,
+        duration=0.1,
+        controller=meltemi.fixed(),
+        start=start,
+        channels=["RootMzc1"],
+    )
+    angle = s.twist + pitch
+    expected = 1.2**2 * np.trapezoid(480.0 * np.sin(angle) * np.cos(angle), s.position)
+    assert result["RootMzc1"][-1] == pytest.approx(expected, rel=2e-3)
+
+
 def test_a_mass_below_the_yaw_bearing_loads_the_tower_only(turbine: Turbine) -> None:
     """Beside the same mass in the nacelle, on the yaw axis: equal motion, but other loads at the bearing."""
     mass, n = 3e4, turbine.nacelle

@@ -14,6 +14,7 @@ import meltemi
 from meltemi import ModelOptions, Start, Status, SteadyWind, TurbulentWind, UnsupportedError
 from meltemi.aero.bem import loss_factor
 from meltemi.aero.tables import AERO_NODE, FLOW
+from meltemi.control.bladed.rosco import edit_discon, rosco_example
 from meltemi.core.tables import View
 from meltemi.simulation.case import Case
 
@@ -202,3 +203,26 @@ def test_momentum_of_the_air_on_the_cone(rosco_cases: Path, name: str) -> None:
     assert rotor["thrust"] == pytest.approx(np.sum(share * normal * np.cos(lean)), rel=1e-9)
     torque = driving * along + (pitching - aside * normal) * np.sin(lean)
     assert rotor["torque"] == pytest.approx(np.sum(share * torque), rel=1e-9)
+
+
+@pytest.mark.parametrize("law", ["baseline", "rosco"])
+def test_no_node_is_caught_in_a_second_solution(rosco_cases: Path, tmp_path: Path, law: str) -> None:
+    """With drag in the induction single nodes were, here after 47 s under the baseline law, at a = -0.5 to the end."""
+    deck = meltemi.read_deck(main_file(rosco_cases, "NREL-2p8-127"))
+    assert deck.options["tangential_drag"]
+    model = meltemi.build(deck.turbine, ModelOptions(**(deck.options | {"inflow": "quasi_steady", "stall": "static"})))
+    controller = None
+    if law == "rosco":
+        settings = rosco_example("Test_Cases/NREL_2p8_127/NREL-2p8-127_DISCON.IN")
+        settings = edit_discon(settings, tmp_path / "DISCON.IN", LoggingLevel=0)
+        controller = meltemi.bladed_controller(deck.turbine, meltemi.find_rosco(), settings)
+    wind = TurbulentWind(speed=7.0, intensity=0.16, seed=1)
+    run = meltemi.Simulation(model, wind, duration=70.0, controller=controller, channels=["induction_residual"])
+    axial, lowest = View(FLOW, run.case["flow"])["axial"], 1.0
+    while not run.finished:
+        run.advance(20)
+        lowest = min(lowest, axial[:, 2:-1].min())
+    result = run.result()
+    assert result.status is Status.OK, result.message
+    assert lowest > -0.05
+    assert result["induction_residual"].max() < 1e-6

@@ -275,10 +275,10 @@ def tower_loads(
     n_modes = shape.shape[0] // 6
     top = vec1(machine, ex.TOP_POSITION)
     # below the yaw bearing: with the mass that is fixed there
-    fall = gravity
+    rising = no_vec(out)
     for k in range(n_modes):
-        fall = add_scaled(fall, -a[k], vec2(shape, 6 * k, shape.shape[1] - 1))
-    F_top, M_top = add_scaled(vec1(apex, 0), p[TOP_MASS], fall), vec1(apex, 3)
+        rising = add_scaled(rising, a[k], vec2(shape, 6 * k, shape.shape[1] - 1))
+    F_top, M_top = add_scaled(vec1(apex, 0), p[TOP_MASS], sub(gravity, rising)), vec1(apex, 3)
     for i in range(out.shape[1]):
         cut = stations[i]
         # deflected place of the cut
