@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import InputError, Model, ModelOptions, SteadyWind, operating_point, simulate
+from meltemi import InputError, Model, ModelOptions, SteadyWind, Turbine, operating_point, simulate
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation import engines, points, trim
 
@@ -143,6 +143,15 @@ def test_the_cause_is_named_where_there_is_no_steady_operation(model: Model) -> 
         operating_point(model, 12.0, rotor_speed=40.0 * math.pi / 30.0)
     with pytest.raises(InputError, match="less than or equal to 100"):
         operating_point(model, 120.0)
+
+
+def test_blades_that_twist_too_easily_are_unstable(turbine: Turbine) -> None:
+    """With a tenth of the stiffness lift twists them further than they can hold."""
+    stiffness = turbine.blade.structure.torsion_stiffness
+    assert stiffness is not None
+    soft = meltemi.build(turbine.replace(**{"blade.structure.torsion_stiffness": 0.1 * stiffness}))
+    with pytest.raises(InputError, match=r"the machine is aeroelastically unstable there, its .* 1st flap"):
+        operating_point(soft, 8.0, rotor_speed=1.0, pitch=0.0)
 
 
 def test_a_run_without_steady_operation_begins_all_the_same(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
