@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from meltemi.report.palette import COLOURS, curve
+from meltemi.report.palette import COLOURS, INK, curve
+from meltemi.report.plots import new_figure
+from meltemi.studies.reproduce.wang2021.beyond.report import _heat
 
 ROOT = Path(__file__).parents[2]
 SIGHT = {
@@ -53,3 +55,10 @@ def test_no_colour_stands_elsewhere() -> None:
     files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "tools").glob("*.py")]
     found = [f.name for f in files if re.search(r"#[0-9a-fA-F]{6}\b", f.read_text(encoding="utf-8"))]
     assert sorted(found) == ["html.py", "palette.py"], "html.py: of a page"
+
+
+def test_numbers_on_dark_fields_are_white() -> None:
+    """Numbers of a map are read on its darkest red and blue, too."""
+    ax = new_figure(1, size=(3.0, 2.0))[1][0, 0]
+    _heat(ax, np.arange(3.0), np.zeros(1), np.array([[-60.0, 0.0, 60.0]]), "a", text="+.0f", low=-60.0, high=60.0)
+    assert [words.get_color() for words in ax.texts] == ["white", INK, "white"]
