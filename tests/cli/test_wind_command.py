@@ -243,7 +243,7 @@ def test_no_picture_of_another_wind_is_left(command: Command, tmp_path: Path) ->
         (("NTM", "--from", "a.bts"), "give one of a model (like NTM) and --from FILE"),
         (("NTN", "--class", "IIB", "--speed", 20), "no model 'NTN'; did you mean 'NTM'?"),
         (("NTM", "--class", "IIB"), "NTM (normal turbulence model) needs --speed"),
-        (("EOG",), "EOG (extreme operating gust) needs --speed and --class"),
+        (("EOG",), "EOG (extreme operating gust) needs --speed and --wind-class"),
         (("NTM", "--speed", 20), "needs a wind_class (like 'IIB') or an intensity"),
         (("NTM", "--class", "IIX", "--speed", 20), "found 'IIX'; did you mean 'IIA'"),
         (("ECG", "--class", "IIX", "--speed", 20), "found 'IIX'; did you mean 'IIA'"),
@@ -341,7 +341,7 @@ def test_a_truncated_field(command: Command, tmp_path: Path, bts: Callable[..., 
 def test_a_file_is_looked_at_as_it_is(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     out = tmp_path / "out"
     ran = command("wind", "--from", bts(), "--class", "IIB", "--shear", 0, "--unscaled", "--width", 3, "--out", out)
-    refused(ran, out, "--shear, --unscaled, --class, --width: a wind file is looked at as it is; leave it out")
+    refused(ran, out, "--shear, --unscaled, --wind-class, --width: a wind file is looked at as it is; leave it out")
     refused(command("wind", "--from", bts(), "--steady", "--out", out), out, "--steady: a wind file")
     refused(command("wind", "--from", bts(), "--format", "uniform", "--out", out), out, "field.bts is a field")
 
