@@ -305,9 +305,8 @@ class SizedCases:
 def _print(value: Any) -> str:
     """What tells an argument of a case from another: its content where that is known, or else nothing."""
     if isinstance(value, Controller):
-        ours = (
-            str(getattr(value.update, "__module__", "")).startswith("meltemi.") and not value.fresh
-        )  # others may count their calls
+        # the user's own may count how often they are begun
+        ours = str(getattr(value.update, "__module__", "")).startswith("meltemi.") and not value.fresh
         state = value.initial_state(_ANY_START).tobytes() if ours else b""
         return f"{value.name} {value.sample_time} {hashlib.sha256(state).hexdigest()}"
     if hasattr(value, "content_hash"):
