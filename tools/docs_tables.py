@@ -148,8 +148,8 @@ def keywords(file: str) -> str:
         target = "" if not row.target else f"`{row.target}`" if "." in row.target else f"({row.target})"
         names = ", ".join(f"`{name}`" for name in row.names)
         kind = row.kind + (" or default" if row.optional else "") if row.target else ""
-        rows.append([names, kind, row.unit, ("-" if row.turned else "") + target, row.remark])
-    return _table(["keyword", "value", "unit", "to", "remark"], rows)
+        rows.append([names, kind, row.unit, ("-" if row.turned else "") + target, row.same, row.remark])
+    return _table(["keyword", "value", "unit", "to", "same", "remark"], rows)
 
 
 def array(path: str) -> str:

@@ -91,6 +91,12 @@ def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str,
         "kind": "ideal",
         "source": where,
     }
+    v.unneeded("as many as PC_GS_angles has", "schedule")
+    v.unneeded("region 3 begins at 0.99 of PC_RefSpd", "rated_speed")
+    if v.given("actuator", 0) != 2:
+        v.unneeded("of PA_Mode 2", "actuator_frequency", "actuator_damping")
+        if v.given("actuator", 0) == 1:
+            v.note("approximated", "actuator", "the pitch follows at once, instead of with a lag of first order")
     if v.given("actuator", 0) == 2 and v.given("actuator_frequency", 0.0) > 0.0:
         actuator |= {"kind": "second_order", "natural_frequency": v["actuator_frequency"]}
         if v.given("actuator_damping", 0.0) > 0.0:

@@ -125,9 +125,15 @@ def read_deck(
             set_keys(data, target, value)
     _nacelle(data, v)
     data["hub"]["source"] = data["nacelle"]["source"] = elastodyn.path.name
+    if v["air_density"] is not None:
+        aero_values.unneeded("that of the main file counts", "air_density")
+    if v.given("comp_sub", 0) != 1:
+        v.unneeded("of CompSub 1", "sub")
     if not fixed_base and v.given("comp_sub", 0) == 1:
         data["foundation"] = read_substructure(main, v, notes)
     servo = _control(main, data, v, None if discon is None else Path(discon), notes)
+    if not servo.get("step"):
+        v.unneeded("the time step follows from the highest frequency of the model", "time_step", "library_step")
     if not (v.given("pitch_free", False) and data.get("pitch_actuator", {}).get("kind") == "second_order"):
         names = ("pitch_inertia", "bearing_inertia", "pitch_stiffness", "pitch_damping")
         v.unneeded("of PitchDOF, with ROSCO", *names)
@@ -404,6 +410,7 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[Note], *, m
     )
     if own["yaw_rate"]:
         data.setdefault("yaw", {})["rate"] = own["yaw_rate"]
+        v.unneeded("that of ROSCO's settings counts", "yaw_rate")
     stiffness, inertia = (
         v.given("pitch_stiffness", 0.0),
         v.given("pitch_inertia", 0.0) + v.given("bearing_inertia", 0.0),

@@ -27,6 +27,8 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[Note]) -> dict[s
         if v["speed"] is None:
             raise InputError(f"{file.path}: WindType is 1, but HWindSpeed is missing")
         shear = v.given("shear_exponent", 0.0)
+        if not shear:
+            v.unneeded("of PLExp other than 0", "reference_height")
         height = v.given("reference_height", hub_height) or hub_height
         if not height > 0.0 or not v["speed"] >= 0.0:
             raise InputError(f"{file.path}: HWindSpeed must be zero or more, RefHt positive")
