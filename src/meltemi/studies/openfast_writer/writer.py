@@ -12,7 +12,7 @@ import numpy as np
 
 from meltemi.aero.stall_tables import zero_lift_angle
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi.core.files import write_text
+from meltemi.core.files import replacing
 from meltemi.core.series import TimeSeries
 from meltemi.environment.site import Environment
 from meltemi.simulation.model import Model, blade_modes, build, head_mass
@@ -137,11 +137,13 @@ def write_openfast(
 def _save(folder: Path, texts: Mapping[str, str]) -> list[Path]:
     files = [folder / name for name in texts]
     try:
-        for path, text in zip(files, texts.values(), strict=True):
+        for path in files:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_text(path, text)
     except OSError as error:
         raise InputError(f"{error.filename or folder}: cannot be written ({error.strerror or error})") from None
+    with replacing(*files) as partial:  # a deck without some of its files reads as another one
+        for path, text in zip(partial, texts.values(), strict=True):
+            path.write_text(text, encoding="utf-8")
     return files
 
 
