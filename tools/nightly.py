@@ -113,7 +113,8 @@ def _reproduction(*arguments: str, whole: tuple[str, ...] = ()) -> Callable[[Nig
 
 def _tests(night: Night) -> list[list[str]]:
     which = ["-k", "journal"] if night.quick else []
-    return [[night.tool("pytest"), "-m", "slow or long or rosco", "-p", "no:cacheprovider", *which]]
+    cores = ["-n", "auto", "--dist", "loadfile"]
+    return [[night.tool("pytest"), *cores, "-m", "slow or long or rosco", "-p", "no:cacheprovider", *which]]
 
 
 def _verify(night: Night) -> list[list[str]]:
