@@ -27,7 +27,7 @@ Reference: docs/theory/simulation.md (M-1 to M-9); Newmark (1959).
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import atan2, sqrt
+from math import atan2, sin, sqrt
 from typing import Any
 
 from numpy import float32, float64, int64
@@ -76,7 +76,8 @@ SUMMARY = table(
     "",
     """
     time             | s     | simulation time
-    hub_wind xyz     | m/s   | undisturbed wind at the hub centre, inertial axes
+    wind xyz         | m/s   | undisturbed wind on the tower's axis, at the height of the undeflected hub, inertial axes
+    hub_wind xyz     | m/s   | the same at the hub, where it has moved to
     generator_speed  | rad/s | of the generator's shaft
     generator_torque | N m   | on the generator's shaft
     power            | W     | electrical
@@ -85,8 +86,8 @@ SUMMARY = table(
 )
 """Quantities that belong to the whole machine."""
 
-TIME, HUB_WIND, GENERATOR_SPEED, TORQUE, POWER, ROTOR_POWER = SUMMARY.slots(
-    "time hub_wind generator_speed generator_torque power rotor_power"
+TIME, WIND, HUB_WIND, GENERATOR_SPEED, TORQUE, POWER, ROTOR_POWER = SUMMARY.slots(
+    "time wind hub_wind generator_speed generator_torque power rotor_power"
 )
 
 STEP, STATUS, ROW, NEXT_EVENT, EVERY_OUTPUT, EVERY_CONTROL, CORRECTIONS, WANT_LOADS = range(8)
@@ -139,7 +140,9 @@ P_NODES, P_MOTION, P_FRAME, P_ROTOR, P_TOWER = (
 )
 
 (TOWER_DRAG,) = AERO_OPTIONS.slots("tower_drag")
-GEAR_RATIO, YAW_STIFFNESS = STRUCTURE.slots("gear_ratio yaw_stiffness")
+GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, YAW_STIFFNESS = STRUCTURE.slots(
+    "gear_ratio tower_base tower_length shaft_height overhang tilt yaw_stiffness"
+)
 
 
 @kernel
@@ -405,10 +408,13 @@ def whole_machine(
     """Fill the summary; ``hub`` [m] is the place of the hub, ``shaft_torque`` [N m] that of the rotor on the shaft."""
     n = n_core - N_SHAFT
     series_now(t, series, now)
-    u = wind_velocity(hub, t, wind, now, box)
+    height = structure[TOWER_BASE] + structure[TOWER_LENGTH] + structure[SHAFT_HEIGHT]
+    u = wind_velocity(Vec(0.0, 0.0, height + structure[OVERHANG] * sin(structure[TILT])), t, wind, now, box)
+    seen = wind_velocity(hub, t, wind, now, box)
     speed = structure[GEAR_RATIO] * v[n + GENERATOR]
     summary[TIME] = t
-    summary[HUB_WIND], summary[HUB_WIND + 1], summary[HUB_WIND + 2] = u.x, u.y, u.z
+    summary[WIND], summary[WIND + 1], summary[WIND + 2] = u.x, u.y, u.z
+    summary[HUB_WIND], summary[HUB_WIND + 1], summary[HUB_WIND + 2] = seen.x, seen.y, seen.z
     summary[GENERATOR_SPEED] = speed
     summary[TORQUE] = drive[ex.GENERATOR_TORQUE]
     summary[POWER] = electrical_power(drive[ex.GENERATOR_TORQUE] * speed, efficiency)

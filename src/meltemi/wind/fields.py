@@ -284,13 +284,11 @@ def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArr
 def mean_speed(wind: Wind, hub_height: float) -> float:
     """[m/s] at hub height, to start a run with: of a series at its begin (without linear shear), of a box the mean.
 
-    The mean of a box is that of the vector: the mean of its size is larger, by the turbulence across.
+    The mean of a box is that of the horizontal speed, which drives the rotor.
     """
     if isinstance(wind, WindBox):
-        z = (hub_height - wind.bottom) / wind.dz
-        k = int(np.clip(round(z), 0, wind.velocity.shape[1] - 1))
-        middle = wind.velocity.shape[2] // 2
-        return float(np.linalg.norm(np.mean(wind.velocity[:, k, middle, :2], axis=0, dtype=np.float64)))
+        u = _at_hub(wind, hub_height)
+        return float(np.mean(np.hypot(u[:, 0], u[:, 1])))
     ratio = hub_height / (wind.reference_height or hub_height)
     if isinstance(wind, WindSeries):
         return float(wind.speed[0] * ratio ** wind.exponent[0] + wind.gust[0])
@@ -299,8 +297,20 @@ def mean_speed(wind: Wind, hub_height: float) -> float:
     return wind.speed * float(ratio**wind.shear_exponent)
 
 
+def _at_hub(box: WindBox, hub_height: float) -> NDArray[np.floating[Any]]:
+    """(T, 2) [m/s] horizontal velocities of a box in the point next to the hub."""
+    row = int(np.clip(round((hub_height - box.bottom) / box.dz), 0, box.velocity.shape[1] - 1))
+    return box.velocity[:, row, box.velocity.shape[2] // 2, :2]
+
+
 def mean_before(wind: Wind, hub_height: float) -> float:
-    """[m/s] at hub height, the mean to think of before a run: a series that fluctuates from its begin has its own."""
+    """[m/s] at hub height, the mean of the time before a run.
+
+    Of a box it is that of the vector, which is the mean wind speed of a case: the mean of the horizontal speed is
+    larger, by the turbulence across. A series that fluctuates from its begin has its own mean.
+    """
+    if isinstance(wind, WindBox):
+        return float(np.linalg.norm(np.mean(_at_hub(wind, hub_height), axis=0, dtype=np.float64)))
     if isinstance(wind, WindSeries) and len(wind.time) > 1:
         speed = wind.speed * (hub_height / (wind.reference_height or hub_height)) ** wind.exponent + wind.gust
         if speed[1] != speed[0]:  # a gust or change of the standard begins with a wind that stays for a while

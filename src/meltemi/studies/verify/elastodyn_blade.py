@@ -115,7 +115,7 @@ def discretisation() -> Comparison:
         SteadyWind(speed=0.0),
         duration=120.0,
         controller=fixed(),
-        start=Start(rotor_speed=speed),
+        start=Start(rotor_speed=speed, coordinates={}),
         channels=["azimuth", "OoPDefl1", "IPDefl1", "RootMyc1", "RootMxc1"],
     ).between(60.0, 120.0)
     for r in reference_table("spin"):

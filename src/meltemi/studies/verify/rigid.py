@@ -96,7 +96,7 @@ def fixed_rotor() -> Comparison:
             wind,
             duration=60.0,
             controller=fixed(),
-            start=Start(rotor_speed=SPEED, pitch=PITCH),
+            start=Start(rotor_speed=SPEED, pitch=PITCH, coordinates={}),
             channels=["azimuth", *names],
         ).between(30.0, 60.0)  # the window, and so the azimuths, of the reference
         for r, name in zip(table, names, strict=True):
@@ -133,7 +133,7 @@ def spin() -> Comparison:
         SteadyWind(speed=0.0),
         duration=120.0,
         controller=fixed(),
-        start=Start(rotor_speed=SPEED),
+        start=Start(rotor_speed=SPEED, coordinates={}),
         channels=["azimuth", *names],
     ).between(60.0, 120.0)
     rows: list[Row] = []
@@ -171,7 +171,7 @@ def pitch_steps() -> Comparison:
             SteadyWind(speed=10.0),
             duration=140.0,
             controller=Controller(update=step, name="pitch step", uses_loads=False),
-            start=Start(rotor_speed=speed),
+            start=Start(rotor_speed=speed, coordinates={}),
             channels=["RtFldFxh", "RtFldMxh"],
         )
         for r in reference_table("pitch_step"):
