@@ -59,8 +59,9 @@ def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
     return ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", "DEL 1 Hz"], rows
 
 
-EARLY = 10.0
-"""[s] of a run in which it may still come from its start; nothing is told of runs shorter than three times that."""
+EARLY, EARLY_PART = 10.0, 0.05
+"""[s] of a run in which it may still come from its start, and of a shorter run the part: in turbulence an extreme that
+comes from the wind then falls into it once in twenty times. Nothing is told of runs shorter than three times that."""
 EARLY_UNITS = ("N", "N m", "m", "W")
 """Of channels whose extremes are asked for."""
 EARLY_SHARE = 0.05
@@ -72,7 +73,7 @@ def early_extremes(result: Result) -> str:
     judged = result.judged
     if len(judged.time) < 2 or judged.time[-1] < 3.0 * EARLY:
         return ""
-    first = judged.time <= EARLY
+    first = judged.time <= min(EARLY, EARLY_PART * judged.time[-1])
     told = []
     for i, channel in enumerate(judged.channels):
         if channel.unit not in EARLY_UNITS or not first.any():
