@@ -201,7 +201,7 @@ def files(tmp_path: Path) -> Iterator[Path]:
         (("--transient", -1), ("transient -1 s",)),
         (("--transient", 40), ("5 s are left after the transient of 40 s", "20 s are needed")),
         (("--duration", 0), ("duration",)),
-        (("--seeds", 0), ("--seeds 0: at least one is needed",)),
+        (("--seeds", 0), ("--seeds 0: expected how many winds, from 1 to 1000",)),
         (("--seed", -2), ("--seed -2",)),
         (("--workers", 0), ("--workers 0",)),
         (("--spectrum", "vonkarmann"), ("spectrum: expected 'kaimal', 'vonkarman' or 'mann'",)),
