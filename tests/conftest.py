@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import shutil
+import signal
 import subprocess
+import threading
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 
@@ -15,6 +17,10 @@ from meltemi.core import kernel
 
 # what is still to be compiled, and said on stderr, depends on the order of the tests
 kernel._FEATURES_TOLD.update((*kernel.FEATURES.values(), "the simulation", "derivatives"))
+
+# background shells, nohup and cron switch Ctrl-C off, for processes that are started here, too
+if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 REFERENCE = Path(__file__).parents[2] / "shared" / "reference"
 

@@ -34,6 +34,15 @@ def test_import_gives_turbine_case_and_report(command: Command, deck: Path, tmp_
     assert meltemi.read_netcdf(tmp_path / "run" / "result.nc")["wind_x"].mean() == pytest.approx(9.0)
 
 
+def test_a_slip_of_a_unit_is_told(command: Command, deck: Path, tmp_path: Path) -> None:
+    (tmp_path / "extra.yaml").write_text("drivetrain: {stiffness: 8.7e5}\n")  # in kN m/rad
+    extra = ("--control-of", "nrel5mw", "--extra", tmp_path / "extra.yaml")
+    ran = command("import", deck, *extra, "--out", tmp_path / "mine")
+    assert ran.status == 0
+    assert ran.err.startswith("warning: drivetrain.stiffness: rated torque twists the shaft by ")
+    assert "; is its unit right?" in ran.err
+
+
 def test_extra_values_come_on_top(command: Command, deck: Path, tmp_path: Path) -> None:
     (tmp_path / "more.yaml").write_text("hub: {mass: 60000.0}\n")
     extra = ("--control-of", "nrel5mw", "--extra", tmp_path / "more.yaml")

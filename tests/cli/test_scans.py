@@ -20,7 +20,7 @@ def test_a_power_curve_has_a_row_for_a_speed_that_fails(command: Command, tmp_pa
     assert "failed at 24: no steady operation at a wind speed of 24 m/s: at its largest pitch" in ran.err
     assert "its cut_out is 18 m/s" in ran.err
     rows = list(csv.reader((tmp_path / "power_curve.csv").read_text().splitlines()))
-    assert [row[0] for row in rows[1:]] == ["8.000", "16.00", "24.00"]
+    assert [row[0] for row in rows[1:]] == ["8", "16", "24"]
     assert rows[3][1] == "failed"
     assert len({len(row) for row in rows}) == 1
     assert (tmp_path / "power_curve.png").is_file()
@@ -44,7 +44,8 @@ def test_ctrl_c_leaves_the_points_before_it(command: Command, tmp_path: Path, mo
     monkeypatch.setattr(engines, "operating_point", at)
     ran = command("power-curve", "pmsg20mw", "--wind-speeds", "8,10", "--out", tmp_path)
     assert ran.status == 130
-    assert "8.000" in (tmp_path / "power_curve.csv").read_text()
+    _, *rows = csv.reader((tmp_path / "power_curve.csv").read_text().splitlines())
+    assert [row[0] for row in rows] == ["8"]
 
 
 def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path: Path) -> None:
@@ -52,8 +53,8 @@ def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path
     assert ran.status == 1
     assert "failed at 0.5: no steady operation" in ran.err
     rows = list(csv.DictReader((tmp_path / "campbell.csv").read_text().splitlines()))
-    assert {row["frequency Hz"] for row in rows if row["wind m/s"] == "0.5000"} == {"-"}
-    assert all(float(row["frequency Hz"]) > 0.0 for row in rows if row["wind m/s"] == "9.000")
+    assert {row["frequency Hz"] for row in rows if row["wind m/s"] == "0.5"} == {"-"}
+    assert all(float(row["frequency Hz"]) > 0.0 for row in rows if row["wind m/s"] == "9")
     model = meltemi.build(meltemi.load_turbine("nrel5mw"))
     shares: list[float] = []
     diagram = meltemi.campbell(model, wind_speeds=[9.0, 0.5], air=False, progress=shares.append)

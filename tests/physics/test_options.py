@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import BEDDOES, Environment, ModelOptions, Result, SteadyWind, Turbine, operating_point, simulate
+from meltemi import BEDDOES, Air, Environment, ModelOptions, Result, SteadyWind, Turbine, operating_point, simulate
 
 STEADY: list[tuple[dict[str, Any], dict[str, Any], str, float]] = [
     # option, base, channel, sign of option minus base
@@ -153,6 +153,20 @@ def test_air_density_and_gravity(turbine: Turbine) -> None:
     floating = meltemi.build(turbine, environment=Environment(gravity=0.0))
     weight = operating_point(dense, 8.0)["tower_base_force_z"] - operating_point(floating, 8.0)["tower_base_force_z"]
     assert weight == pytest.approx(-9.80665 * (240000 + 56780 + 3 * 17740 + 347460), rel=2e-3)
+
+
+@pytest.mark.parametrize("name", ["nrel5mw", "pmsg20mw"])
+def test_points_know_what_surrounds_them(name: str) -> None:
+    air = Air(temperature={"time": [0.0, 100.0], "value": [30.0, 10.0]}, humidity=0.5)  # type: ignore[arg-type]
+    model = meltemi.build(meltemi.load_turbine(name), environment=Environment(air=air))
+    found = [operating_point(model, 8.0)]
+    if isinstance(model, meltemi.Model):
+        found.append(meltemi.parked_point(model, 8.0))
+    outside = [c.name for c in found[0].channels.values() if c.source[0] == "outside"]
+    begin = simulate(model, SteadyWind(speed=8.0), duration=0.5, channels=outside)
+    assert begin["air_density"][0] == pytest.approx(model.environment.density, rel=1e-12)
+    for point in found:
+        assert [point[c] for c in outside] == pytest.approx([begin[c][0] for c in outside], rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["drivetrain", "generator", "yaw", "flap", "edge", "torsion", "tower", "blades"])

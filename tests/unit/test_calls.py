@@ -29,7 +29,7 @@ MODEL = meltemi.build(TURBINE)
         (lambda: meltemi.simulate(MODEL, 12.0, duration="long"), "duration: expected a number, found 'long'"),
         (
             lambda: meltemi.simulate(MODEL, 12.0, duration=2.0, start=meltemi.Start("str")),  # type: ignore[arg-type]
-            "start.rotor_speed: expected a number, found 'str'",
+            "start.rotor_speed: expected a number or 'idling', found 'str'",
         ),
         (lambda: meltemi.load_turbine(3), "load_turbine: name: expected a text or Path, found 3"),
         (lambda: meltemi.load_turbine("a" * 300), "a: File name too long"),

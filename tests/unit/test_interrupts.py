@@ -67,6 +67,18 @@ def test_other_threads_and_other_handlers_are_left_alone() -> None:
     assert seen == [True]
 
 
+def test_what_is_switched_off_stays_so() -> None:
+    """As for a run in the background of a shell, or under nohup."""
+    heard: list[Any] = []
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with on_interrupt(heard.append):
+            ctrl_c()
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN and not heard
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 class Run:
     """Of a simulation what ``march`` needs; Ctrl-C comes in code of the module ``name``."""
 

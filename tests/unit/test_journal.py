@@ -94,9 +94,8 @@ def test_a_file_that_is_not_whole_and_ours_is_not_unpacked(tmp_path: Path, damag
 
 
 KILLED = """
-import signal, sys, time
+import sys, time
 from pathlib import Path
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have switched it off for its background
 sys.path.insert(0, sys.argv[2])
 from test_journal import cases
 from meltemi.studies.journal import cells, journal

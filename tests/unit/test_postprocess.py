@@ -404,6 +404,8 @@ def test_other_programs_find_labels_in_the_file(run: Result, run_file: Path) -> 
             "frame": "coned blade axes",
             "positive_direction": "about y: positive when thrust bends the blade downwind",
             "openfast_name": "RootMyc1",
+            "unit_in_tables": "kN m",
+            "factor_to_tables": 1e-3,
         }
         assert data["time"].attrs["units"] == "s"
         np.testing.assert_array_equal(moment.values, run["RootMyc1"])
@@ -418,11 +420,11 @@ def test_a_file_is_replaced_as_a_whole(tmp_path: Path, monkeypatch: pytest.Monke
     path = write_netcdf(small(), tmp_path / "a.nc")
     before = path.read_bytes()
 
-    def full(self: xr.Dataset, path: Path, **_: Any) -> None:
+    def full(data: xr.Dataset, path: Path) -> None:
         path.write_bytes(b"half of a file")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", full)
+    monkeypatch.setattr("meltemi.postprocess.files.netcdf.to_netcdf", full)
     with pytest.raises(InputError, match=r"a\.nc: cannot be written \(No space left on device\)"):
         write_netcdf(small(), path)
     assert list(tmp_path.iterdir()) == [path]

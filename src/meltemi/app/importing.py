@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from meltemi.app.terminal import OutOption, print_table, results_in
+from meltemi.app.terminal import OutOption, print_table, results_in, say
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -88,7 +88,8 @@ def import_(
 
 
 def _show(imported: Imported) -> None:
-    """What was approximated or is not there, and how many notes there are."""
+    """What was approximated or is not there, how many notes there are, and what is far from usual."""
+    from meltemi.turbine.plausibility import plausibility
     from meltemi.turbine.report import KINDS
 
     heads: dict[Kind, str] = {"approximated": "how", "ignored": "why"}
@@ -97,6 +98,8 @@ def _show(imported: Imported) -> None:
             rows = [[note.where, note.what, note.why] for note in notes[:MOST_LINES]]
             print_table(kind.capitalize(), ["where", "what", head], rows, text_columns=3)
     print(", ".join(f"{len(imported.noted(kind))} {kind}" for kind in KINDS) + ": see the report")
+    for words in plausibility(imported.turbine):
+        say(f"warning: {words}")
 
 
 def _write_report(imported: Imported, source: Path, out: Path) -> None:

@@ -214,7 +214,7 @@ class LoadCase(Record):
     start: Literal["operating", "standstill", "idling"] | StartCase = "operating"
     """Where the run begins: in steady operation; or feathered and let go, to start when the wind is right
     (``standstill``) or stay until the operator's word (``idling``), which need the supervised controller; or parked as
-    one likes, which needs the supervised, bladed or fixed one."""
+    one likes, which needs the supervised, bladed or fixed one; or as OpenFAST does (``undeflected``), under any."""
     duration: float = Field(gt=0.0, le=1e6)
     """[s]."""
     channels: tuple[str, ...] = tuple(DEFAULT)
@@ -262,7 +262,8 @@ class LoadCase(Record):
             if not isinstance(self.controller, LibraryCase | FixedCase):
                 raise ValueError(
                     f"start: a parked rotor would be turned by controller: {{kind: {self.controller.kind}}}; "
-                    "controller: {kind: fixed} leaves it alone, {kind: supervised} keeps it idling"
+                    "controller: {kind: fixed} leaves it alone, {kind: supervised} keeps it idling; "
+                    "a turning one begins under any controller with undeflected: true, as in OpenFAST"
                 )
         if self.grid.power_reference is not None and isinstance(self.controller, BaselineCase | SupervisedCase):
             raise ValueError(

@@ -293,9 +293,13 @@ class BaseCase:
         raise NotImplementedError
 
     def begin_electric(self, dt: float = 0.0) -> None:
-        """Bring the electrical system into steady operation at the present speed and torque; steps of ``dt`` follow."""
+        """Set weather and grid, and bring the electrical system into steady operation at the present speed and torque.
+
+        Args:
+          dt: [s] of the steps that follow.
+        """
+        surroundings(0.0, self["conditions"], float(self["aero"][AIR_DENSITY]), self["faults"], self["outside"])
         if self.model.has_electrical:
-            surroundings(0.0, self["conditions"], float(self["aero"][AIR_DENSITY]), self["faults"], self["outside"])
             begin_electric(dt, self._electric_numbers, self._electric_parts)
 
     def electric_rates(self) -> None:
