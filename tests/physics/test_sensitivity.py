@@ -1,8 +1,10 @@
 """Derivatives of runs against central differences of runs.
 
-What a difference is taken over: a step that moves the recorded channel which moves most by 1e-6 of its standard
-deviation (rms over the run). It is small, since polars and wind boxes are piecewise linear: the difference has an error
-of the first order wherever a kink falls into the step. With a smaller step rounding takes over.
+What a difference is taken over: steps that move the recorded channel which moves most by MOVES of its standard
+deviation (rms over the run). They are small, since polars and wind boxes are piecewise linear. Where a kink lies within
+a step h, at h0, the difference has an error e (1 - h0 / h), which is gone with a step of h0; in 4 of 12 winds a blade
+node passes a row of the box so closely that the first step reaches it. A derivative that is wrong is so with every
+step. With steps smaller than these rounding takes over.
 
 What errors are relative to: the derivative of the statistic, or a tenth of the rms of the series' derivative where that
 is more. The rms is the most that mean and standard deviation can change by. Where changes of both signs cancel, the
@@ -60,7 +62,7 @@ PARAMETERS = (
     "structure.hub_mass",
 )
 SLOPE = 4.0
-MOVE = 2e-7
+MOVES = (2e-7, 7e-8, 2.5e-8)
 
 
 def box(speed: float, seed: int) -> WindBox:
@@ -78,10 +80,16 @@ def gradients(found: Sensitivity, channel: str) -> list[tuple[float, Any]]:
 
 
 def errors(found: Sensitivity, number: int, **arguments: Any) -> Any:
-    """(channels, 3) relative errors of mean, standard deviation and equivalent load by a parameter."""
+    """(channels, 3) relative errors of mean, standard deviation and equivalent load by a parameter, each the least of
+    those with several steps."""
+    return np.min([mismatch(found, number, move, **arguments) for move in MOVES], axis=0)
+
+
+def mismatch(found: Sensitivity, number: int, move: float, **arguments: Any) -> Any:
+    """The errors with one step."""
     name = found.parameters[number]
     spread = {c: float(np.sqrt(np.mean(found.series(c)[1][:, number] ** 2))) for c in CHANNELS}
-    step = MOVE / max(spread[c] / found.std(c)[0] for c in CHANNELS)
+    step = move / max(spread[c] / found.std(c)[0] for c in CHANNELS)
     low, high, step = differences(parameter=name, step=step, duration=SECONDS, channels=CHANNELS, **arguments)
     low.raise_for_status()
     high.raise_for_status()
@@ -225,9 +233,14 @@ def test_matched_modes_move_the_machine_alike(model: Model) -> None:
     )
     other = matched(model, turned)
     assert not np.array_equal(other.shape, model.shape)
-    start = Start(rotor_speed=1.267, pitch=0.3, generator_torque=4e4)
-    ours, theirs = (simulate(m, box(20.0, 3), duration=5.0, start=start) for m in (model, other))
+    wind, start = box(20.0, 3), Start(rotor_speed=1.267, pitch=0.3, generator_torque=4e4)
+    undeflected = replace(start, coordinates={})
+    ours, theirs = (simulate(m, wind, duration=5.0, start=undeflected) for m in (model, other))
     assert np.all(np.abs(ours.data - theirs.data).max(axis=0) <= 1e-9 * np.abs(ours.data).max(axis=0))
+    # each begins in an equilibrium of its own
+    assert other.content_hash() != model.content_hash()
+    ours, theirs = (simulate(m, wind, duration=1.0, start=start) for m in (model, other))
+    assert ours["tower_top_fore_aft"] == pytest.approx(theirs["tower_top_fore_aft"], rel=1e-5)
 
 
 GAIN, REFERENCE, COUNT = range(3)

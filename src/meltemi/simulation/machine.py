@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any, Protocol, TypeVar
 
 from meltemi.core.display import Brief, brief
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.fingerprint import fingerprint
 from meltemi.core.tables import Table
 from meltemi.environment.site import Environment
 from meltemi.simulation.options import ModelOptions
@@ -105,8 +104,6 @@ class Parameters(Brief):
 
     def content_hash(self: AnyModel) -> str:
         """Hash of everything that determines results of this model."""
-        text = json.dumps(
-            [self.turbine.content_hash(), self.environment.content_hash(), self.options.content_hash()]
-            + [getattr(self, array).tolist() for _, array, _ in self.parameter_tables]
-        )
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+        found = fingerprint([getattr(self, field.name) for field in fields(self)])  # type: ignore[arg-type]
+        assert found is not None, "models have records and arrays only"
+        return found
