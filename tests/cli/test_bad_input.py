@@ -402,7 +402,10 @@ def test_speeds_that_no_wind_has(command: Command, tmp_path: Path, speeds: str) 
         (("channels", "--explain", "RootMyc9"), "no channel 'RootMyc9': did you mean RootMyc1"),
         (("channels", "--search", "flux"), "no channel has 'flux' in its name or description"),
         (("template", "cas"), "template 'cas': did you mean 'case'?"),
-        (("template", "case", "--out", "nowhere/case.yaml"), "nowhere/case.yaml: cannot be written (there is no folder nowhere)"),
+        (
+            ("template", "case", "--out", "nowhere/case.yaml"),
+            "nowhere/case.yaml: cannot be written (there is no folder",
+        ),
     ],
 )
 def test_arguments_of_other_commands(

@@ -37,11 +37,15 @@ def test_a_case_is_written_with_all_that_a_deck_has(command: Command, tmp_path: 
     case = tmp_path / "case.yaml"
     case.write_text(
         "turbine: nrel5mw\nwind: {kind: steady, speed: 9.0, shear_exponent: 0.2}\nduration: 33.0\n"
-        "start: {rotor_speed: 1.1, pitch: 0.02, azimuth: 0.5, undeflected: true}\nenvironment: {air_density: 1.1, gravity: 9.7}\n"
+        "start: {rotor_speed: 1.1, pitch: 0.02, azimuth: 0.5, undeflected: true}\n"
+        "environment: {air_density: 1.1, gravity: 9.7}\n"
         "options: {axial_drag: true, tangential_drag: true, stall: static, inflow: quasi_steady}\n"
     )
     ran = command("export", case, "--option", "edge_modes=0", "--out", tmp_path / "deck")
     assert ran.status == 0, ran
+    parked = tmp_path / "parked.yaml"
+    parked.write_text(case.read_text().replace(", undeflected: true", ""))
+    assert "any controller with undeflected: true, as in OpenFAST" in command("export", parked).err
     deck = read_deck(ran.files[0], control_of=turbine)
     wanted = {"axial_drag": True, "tangential_drag": True, "stall": "static", "inflow": "quasi_steady", "edge_modes": 0}
     assert {name: deck.options[name] for name in wanted} == wanted

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from importlib import import_module
 from pathlib import Path
 from pkgutil import resolve_name
 
@@ -24,6 +25,12 @@ def test_documented_arguments_are_those_of_the_signature(path: str) -> None:
             part = re.search(r"^Args:\n((?: +.*\n?|\n)*)", inspect.getdoc(each) or "", re.MULTILINE)
             named = re.findall(r"^ {2}(\S.*?):", part[1], re.MULTILINE) if part else []
             assert not named or set(named) <= set(inspect.signature(each).parameters), each
+
+
+@pytest.mark.parametrize("page", sorted(p.relative_to(ROOT).as_posix() for p in (ROOT / "docs").rglob("*.md")))
+def test_tables_of_pages_are_made(page: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "tools")
+    assert "{{ " not in import_module("docs_tables").on_page_markdown((ROOT / page).read_text(encoding="utf-8"))
 
 
 def test_pages_take_nothing_from_the_web() -> None:
