@@ -14,6 +14,7 @@ import csv
 import math
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from functools import lru_cache
 from pathlib import Path
 
 from meltemi.turbine.openfast.text import key
@@ -75,6 +76,7 @@ def _rows() -> dict[str, tuple[Row, ...]]:
 ROWS = _rows()
 
 
+@lru_cache(maxsize=4096)
 def row_of(module: str, name: str) -> Row | None:
     """The row that a keyword of a file belongs to, exact names before patterns."""
     wanted = key(name)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path, PureWindowsPath
 
 import numpy as np
@@ -27,6 +28,7 @@ LARGEST = 64_000_000
 """[bytes] no text file of a deck is larger."""
 
 
+@lru_cache(maxsize=4096)
 def key(name: str) -> str:
     """A keyword as it is compared: ``BldFile(1)``, ``BldFile1`` and ``bldfile[1]`` are one."""
     return re.sub(r"[()\[\]]", "", name).lower()
