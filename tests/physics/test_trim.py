@@ -156,7 +156,7 @@ def test_blades_that_twist_too_easily_are_unstable(turbine: Turbine) -> None:
 
 def test_a_run_without_steady_operation_begins_all_the_same(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(*arguments: Any) -> Any:
-        raise trim.Astray("no steady operation: because")
+        raise trim.NotConverged("no steady operation: because")
 
     wind = SteadyWind(speed=17.0)
     monkeypatch.setattr(points, "operating_point", fails)

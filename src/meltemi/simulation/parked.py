@@ -32,8 +32,8 @@ from meltemi.simulation.trim import (
     FARTHEST,
     FULL,
     SETTLED,
-    Astray,
     CarefulOrbit,
+    NotConverged,
     OperatingPoint,
     channels_of,
     in_steps,
@@ -193,7 +193,7 @@ def _stand(
         return moved < SETTLED * radius
 
     if in_steps(balanced, [q, case.aero_state.vector]) < 1.0:
-        raise Astray(
+        raise NotConverged(
             f"parked_point: no equilibrium at rest in a wind of {wind.speed:g} m/s at a pitch of "
             f"{np.degrees(pitch):.3g} deg: the wind bends blades or tower beyond what displacements of second order "
             "hold for; take less wind, another pitch, or fewer modes (options)"

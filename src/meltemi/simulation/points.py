@@ -13,7 +13,7 @@ from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model
 from meltemi.simulation.parked import parked_point
 from meltemi.simulation.start import Start
-from meltemi.simulation.trim import Astray, OperatingPoint, rigid_point, steady_wind
+from meltemi.simulation.trim import NotConverged, OperatingPoint, rigid_point, steady_wind
 from meltemi.wind.fields import Wind
 
 KEEP = 32
@@ -46,7 +46,7 @@ def begin_in(model: AnyModel, wind: Wind, start: State | None = None) -> tuple[S
         else:
             return _at_rest(start), ()
         return found, found.warnings
-    except Astray as error:
+    except NotConverged as error:
         words = (f"the run begins undeflected and settles first: {error}",)
         if isinstance(start, Start):
             return _at_rest(start), words

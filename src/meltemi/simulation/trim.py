@@ -172,7 +172,7 @@ def operating_point(
         enough = UNBALANCED * BALANCE * model.turbine.rated_power / point.rotor_speed
         if rotor_speed is not None or abs(point.imbalance) <= enough or model.has_electrical:
             return point
-    except Astray:
+    except NotConverged:
         pass
     orbit = CarefulOrbit(model, steady)
     point = _search(orbit, rotor_speed, pitch)
@@ -187,7 +187,7 @@ def rigid_point(model: Model, wind: AnyWind) -> OperatingPoint:
     return _search(orbit, None, None)
 
 
-class Astray(InputError):
+class NotConverged(InputError):
     """A search for steady operation that did not converge."""
 
 
@@ -318,12 +318,12 @@ def _balance_carefully(
     rain: str = "",
 ) -> tuple[float, float, bool]:
     """As :func:`_balance_speed`, but from feathered blades on, for at fine pitch there may be no steady motion."""
-    failed: list[Astray] = []
+    failed: list[NotConverged] = []
 
     def torque(speed: float, angle: float) -> float:
         try:
             return left_over(speed, angle)
-        except Astray as error:
+        except NotConverged as error:
             failed.append(error)
             return float("nan")
 
@@ -530,10 +530,10 @@ class _Orbit:
         """Add to the free coefficients.
 
         Raises:
-          Astray: the motion diverges.
+          NotConverged: the motion diverges.
         """
         if not np.all(np.abs(change) < ABSURD):
-            raise Astray("operating_point: the motion diverges")
+            raise NotConverged("operating_point: the motion diverges")
         core, blade = self.free_core, self.free_blade
         sizes = [2 * len(core), len(core), (BLADE_HARMONICS + 1) * len(blade)]
         parts = np.split(change, np.cumsum(sizes))
@@ -776,14 +776,14 @@ class CarefulOrbit(_Orbit):
         """Settle the motion; returns the mean torque left over [N m].
 
         Raises:
-          Astray: there is no way to it.
+          NotConverged: there is no way to it.
         """
         goal = np.array([speed, pitch, torque, self.air])
         if self.at is not None:
             try:
                 self.follow(goal)
                 return self.left
-            except Astray:
+            except NotConverged:
                 for part in (self.blade_c, self.blade_s, self.own, self.core_c, self.core_s):
                     part[:] = 0.0
         self.at = goal * [1.0, 1.0, 1.0, 0.0]
@@ -801,7 +801,7 @@ class CarefulOrbit(_Orbit):
         share = in_steps(lambda share: self.settle(begin + share * (goal - begin)), parts)
         self.at = begin + share * (goal - begin)
         if share < 1.0:
-            raise Astray(self.cause())
+            raise NotConverged(self.cause())
 
     def linearise(self) -> None:
         """Derivatives over the sector to come."""
@@ -823,7 +823,7 @@ class CarefulOrbit(_Orbit):
                     return False
                 if i >= self.B and self.moved < SETTLED * radius:
                     return True
-        except (Astray, np.linalg.LinAlgError):
+        except (NotConverged, np.linalg.LinAlgError):
             return False
         return self.moved < NEARLY * radius
 

@@ -5,7 +5,7 @@ same study, begun again after Ctrl-C, a crash or a kill, takes them over and goe
 hash of the package's files, of the study's inputs and of the case, so what has changed is computed anew.
 
 A cell that fails does not end the study: :class:`Lost` stands for its result, and tells whoever uses it why there is
-none. ``attempt`` makes cells of other computations, ``guarded`` ends the way of the bad news in a row of a table.
+none. ``attempt`` makes cells of other computations, ``guarded`` gives something in place of what depends on them.
 """
 
 from __future__ import annotations

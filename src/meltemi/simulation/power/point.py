@@ -13,7 +13,7 @@ from meltemi.simulation.power.case import PowerCase
 from meltemi.simulation.power.channels import power_channels
 from meltemi.simulation.power.model import PowerModel
 from meltemi.simulation.start import hold
-from meltemi.simulation.trim import Astray, OperatingPoint, no_balance, steady_wind
+from meltemi.simulation.trim import NotConverged, OperatingPoint, no_balance, steady_wind
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine import exchange as ex
 from meltemi.turbine.power_turbine import PowerTurbine
@@ -58,7 +58,7 @@ def power_point(
                     raise _unknown(turbine, steady.speed, "it would have to pitch")
                 most = control.pitch.maximum
                 if left_over(reference, most) > 0.0:
-                    raise Astray(
+                    raise NotConverged(
                         f"no steady operation at a wind speed of {steady.speed:g} m/s: at its largest pitch of "
                         f"{math.degrees(most):g} degrees {turbine.name} still drives more than rated power; "
                         "a larger control.pitch.maximum or a lower wind speed helps"
