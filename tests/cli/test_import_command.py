@@ -111,6 +111,7 @@ def case_of(command: Command, master: Path, out: Path, *arguments: object) -> me
         (("--channels", "RotSpeed,GenPwr"), {"channels": ("RotSpeed", "GenPwr")}),
         (("--wind-speed", 10), {"wind.speed": 10.0}),
         (("--shear", 0.1), {"wind.shear_exponent": 0.1}),
+        (("--direction", 10), {"wind.direction": math.radians(10.0)}),
         (("--start", "operating"), {}),
     ],
 )
@@ -133,6 +134,9 @@ def test_another_wind_replaces_the_wind_only(
     assert field.duration == 2.0
     gusty = case_of(command, master, tmp_path / "c", "--wind-speed", 9, "--turbulence", 0.1, "--duration", 1)
     assert gusty.wind.kind == "turbulence" and gusty.options == as_it_is.options
+    normal = "--ntm", "--wind-class", "IIB", "--wind-speed", 9, "--duration", 1
+    standard = case_of(command, master, tmp_path / "d", *normal)
+    assert standard.wind.wind_class == "IIB" and standard.options == as_it_is.options
 
 
 def test_a_start_as_openfast_makes_it(command: Command, master: Path, tmp_path: Path) -> None:

@@ -58,7 +58,10 @@ def given_options(**options: Any) -> dict[str, Any]:
     return {f"--{name.replace('_', '-')}": value for name, value in options.items() if value is not None}
 
 
-WIND = "--wind-speed --turbulence --seed --shear --spectrum --iec --class --edition --wind-file".split()
+WIND = tuple(
+    f"--{name}"
+    for name in "wind-speed turbulence seed shear direction spectrum iec wind-class edition wind-file".split()
+)
 """Options of a wind."""
 
 
@@ -72,14 +75,15 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
 
     Args:
       given: options.
-      before: a wind of which a steady one keeps what speed and shear do not name.
+      before: a wind of which a steady one keeps what speed, shear and direction do not name.
 
     Raises:
       InputError: options contradict each other, or do not suffice.
     """
-    if before is not None and before["kind"] == "steady" and wind_options(given).keys() <= {"--wind-speed", "--shear"}:
-        names = {"--wind-speed": "speed", "--shear": "shear_exponent"}
-        return dict(before) | {key: given[name] for name, key in names.items() if name in given}
+    steady = {"--wind-speed": "speed", "--shear": "shear_exponent", "--direction": "direction"}
+    if before is not None and before["kind"] == "steady" and wind_options(given).keys() <= steady.keys():
+        named = {key: given[name] for name, key in steady.items() if name in given}
+        return dict(before) | named | ({"direction": radians(named["direction"])} if "direction" in named else {})
 
     def only(*allowed: str, because: str) -> None:
         for name in ("--turbulence", "--seed", "--shear", "--spectrum", "--wind-class", "--edition", "--direction"):
@@ -99,8 +103,8 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
     further = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
     more = {key: given[name] for name, key in further.items() if name in given}
     if "--iec" in given:
-        named = {"--wind-class": "wind_class", "--edition": "edition"}
-        wind |= {key: given[name] for name, key in named.items() if name in given}
+        standard = {"--wind-class": "wind_class", "--edition": "edition"}
+        wind |= {key: given[name] for name, key in standard.items() if name in given}
         return {"kind": "iec", "model": given["--iec"], **wind, "turbulence": more}
     if "--wind-speed" not in given:
         raise InputError("give one of --wind-speed, --iec (or --ntm), --wind-file")
