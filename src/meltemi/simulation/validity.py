@@ -36,7 +36,7 @@ and state of the quantity."""
 WORDS = (
     ("rotor faster than 1.5 times its rated speed", "rad/s"),
     ("generator drives a rotor that turns backwards", "W"),
-    ("aerodynamic power above Betz's limit of the wind (10 s mean), by", "W"),
+    ("aerodynamic power above that of the wind through the rotor (10 s mean), by", "W"),
     ("pitch angle beyond half a turn", "rad"),
     ("deflection of the blade's tip beyond the model's range", "m"),
     ("blade within the tower's surface, by", "m"),
@@ -47,10 +47,11 @@ OVERSPEED = 1.5
 MOTORING = 0.01
 """Share of rated power that a generator may put into a rotor that turns backwards: a run may begin with it."""
 EXCESS = 0.1
-"""Share of rated power by which the mean may be above Betz's limit: induction takes seconds to follow the wind."""
+"""Share of rated power by which the mean may be above the wind's: turbulence has more than the mean over the disk."""
 MEAN_TIME = 10.0
 """[s] of this mean, exponential."""
-BETZ = 16.0 / 27.0
+WIND_POWER = 1.0
+"""Share of the wind's power that counts. Betz's limit, of a steady wake, is passed for seconds in strong turbulence."""
 BENDING = 0.3
 """Of the blade's length: kinematics of second order in the deflection are off by about 3 % in its slope there."""
 MOST_PITCH = np.pi
@@ -69,7 +70,7 @@ def new_watch(model: AnyModel) -> Float:
     bending = np.inf if blade is None else BENDING * blade.length
     watch[:, LIMIT] = OVERSPEED * rated, MOTORING * power, EXCESS * power, MOST_PITCH, bending, 0.0
     watch[:, WORST], watch[:, FIRST] = -np.inf, -1.0
-    watch[POWER, SCALE] = BETZ * 0.5 * np.pi * turbine.rotor_radius**2
+    watch[POWER, SCALE] = WIND_POWER * 0.5 * np.pi * turbine.rotor_radius**2
     return watch
 
 
