@@ -11,6 +11,8 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from PIL import Image
+
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = {"events": "events.png", "electrical": "dip.png", "yaw": "yaw.png", "power-control": "power_schemes.png"}
 """Pages, and the picture that their code saves and that they show."""
@@ -36,7 +38,8 @@ def run() -> None:
             assert command is not None, page
             subprocess.run([sys.executable, "-m", *shlex.split(command[0])], check=True)
             for name, picture in pictures.items():
-                shutil.copy(Path("out") / name, DOCS / "images" / picture)
+                seen = Image.open(Path("out") / name).convert("RGB")
+                seen.quantize(256).save(DOCS / "images" / picture, optimize=True)
 
 
 if __name__ == "__main__":

@@ -47,7 +47,7 @@ Float = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 TURBINE = "iea22mw"
-BASE_SPEED = 0.865
+BASE_SPEED = 0.864
 """Of rated speed: where the turbine's optimal torque meets rated power, and A0 holds it when 100 % are asked for."""
 FAST = ModelOptions(
     flap_modes=2, edge_modes=1, torsion_modes=1, fore_aft_modes=1, side_side_modes=1, locked=("drivetrain",)
