@@ -111,6 +111,11 @@ class WindSeries(Record):
         for name in SERIES.names:
             if getattr(self, name).shape != (n,):
                 raise ValueError(f"{name} must have {n} entries like time")
+            most = FASTEST if name in ("speed", "vertical", "gust") else MOST if name != "time" else np.inf
+            beyond = np.flatnonzero(np.abs(getattr(self, name)) > most)
+            if len(beyond):
+                found = getattr(self, name)[beyond[0]]
+                raise ValueError(f"{name} must be within {most:g}, but row {beyond[0] + 1} has {found:g}")
         if np.any(np.diff(self.time) <= 0.0):
             i = int(np.flatnonzero(np.diff(self.time) <= 0.0)[0])
             raise ValueError(f"time must increase, but row {i + 2} ({self.time[i + 1]:g} s) does not")
@@ -125,7 +130,9 @@ class WindSeries(Record):
 LARGEST = {"dt": 1e4, "dy": 1e4, "dz": 1e4, "bottom": 1e4, "speed": 100.0, "hub_height": 1e4}
 """Of the numbers of a box, in their units."""
 FASTEST = 300.0
-"""[m/s] air in a box; a tornado has half as much."""
+"""[m/s] air in a box or series; a tornado has half as much."""
+MOST = 1e3
+"""[rad or -] direction and shears of a series."""
 
 
 @dataclass(frozen=True, repr=False)

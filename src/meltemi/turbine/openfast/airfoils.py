@@ -96,7 +96,8 @@ def _airfoil(
 
     def column(which: str) -> Float:
         low, high = (np.interp(alpha, tables[i]["alpha"], tables[i][which]) for i in (below, above))
-        return (1.0 - share) * low + share * high
+        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite the turbine refuses by name
+            return (1.0 - share) * low + share * high
 
     lift = column("lift")
     lifts = has_lift(alpha, lift)
