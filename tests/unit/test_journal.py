@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from meltemi import BatchCase, InputError, SteadyWind, build, load_turbine
+from meltemi import BatchCase, InputError, Start, SteadyWind, build, load_turbine
 from meltemi.simulation.result import Result
 from meltemi.studies.journal import FOLDER, Lost, LostError, attempt, cells, current, guarded, journal, survivors
 from meltemi.studies.reproduce.claim import Claim, claim_group, claims_table, count_held
@@ -161,7 +161,7 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
         caption, file = drawn("fig", "Figure 1", lambda: start.figure, tmp_path)
         assert file is None and "cannot be drawn: start at 25 m/s" in caption
         ((_, (failed,)),) = failed_tables().values()
-        assert failed.rows[0] == ["powers: 9 m/s", "it cannot be"]
+        assert failed.rows[0] == ("powers: 9 m/s", "it cannot be")
     assert (tmp_path / FOLDER).is_dir()  # the next try computes only what failed
 
 
@@ -171,3 +171,18 @@ def test_an_error_of_the_program_is_no_failed_cell(tmp_path: Path) -> None:
             guarded(lambda: {}["x"], str)
         current().failed["a cell"] = "why"
         assert "cells failed" in guarded(lambda: {}["x"], str)
+
+
+def test_doubtful_runs_count_are_listed_and_are_taken_over(tmp_path: Path) -> None:
+    model = build(load_turbine("pmsg20mw"))
+    fast = Start(rotor_speed=1.6 * 0.75)
+    runaway = BatchCase(model, SteadyWind(speed=9.0), 1.0, start=fast, name="runaway")
+    ran: list[str] = []
+    end_early(tmp_path, lambda: cells([runaway], reduce=count(ran), workers=1))
+    with journal(tmp_path, "study") as book:
+        (value,) = cells([runaway], reduce=count(ran), workers=1)
+        assert book.taken == 1 and ran == ["runaway"] and np.isfinite(value)
+        assert "1.5 times its rated speed" in book.doubtful["runaway"] and not book.failed
+        (table,) = failed_tables()["doubtful"][1]
+        assert table.rows == [("runaway", book.doubtful["runaway"])]
+    assert not (tmp_path / FOLDER).exists()

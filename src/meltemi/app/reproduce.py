@@ -52,6 +52,8 @@ def reproduce(
     print(found.lead)
     for cell, why in found.failed.items():
         say(f"failed: {cell}: {why}")
+    for cell, why in found.doubtful.items():
+        say(f"DOUBTFUL: {cell}: {why}")
     for file in found.files:
         print(f"wrote {file}")
     if found.failed:

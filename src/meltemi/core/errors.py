@@ -47,6 +47,11 @@ class Status(IntEnum):
     __format__ = Enum.__format__  # of the name, as for other enumerations
 
     @property
+    def complete(self) -> bool:
+        """The run reached its end, within what the model is made for or beyond it."""
+        return self in (Status.OK, Status.DOUBTFUL)
+
+    @property
     def message(self) -> str:
         """One sentence for people, with a hint."""
         return _MESSAGES[self]

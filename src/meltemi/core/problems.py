@@ -83,7 +83,9 @@ def _message(problem: Any, kind: type[BaseModel]) -> str:
         message += f" {unit}"
     if unit in ANGULAR and what in RANGES:
         limit, degrees = next(iter(problem["ctx"].values())), unit.replace("rad", "deg")
-        message += f"; {limit:g} {unit} is {in_degrees(limit, unit)}, and {value:g} {degrees} would be written so"
+        message += (
+            f"; {limit:g} {unit} is {in_degrees(limit, unit)}, and {float(value):g} {degrees} would be written so"
+        )
     elif unit in ANGULAR and isinstance(value, str):
         message += f"; a number is in {unit}, another unit is written behind it: 8 {unit.replace('rad', 'deg')}"
     if what == "literal_error" and isinstance(value, str):

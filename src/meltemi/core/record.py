@@ -32,14 +32,19 @@ from meltemi.core.problems import Keys, explain
 from meltemi.core.units import angular_unit, from_text
 
 
+LARGEST = 1e50
+"""No physical quantity in SI units is larger; the product of a few still fits a number of 64 bits."""
+
+
 def _read_only(value: Any) -> NDArray[np.float64]:
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise ValueError("expected numbers in a regular (rectangular) list") from None
-    if not np.all(np.isfinite(array)):
-        where = ", ".join(str(i + 1) for i in np.flatnonzero(~np.isfinite(array.reshape(-1)))[:5])
-        raise ValueError(f"every entry must be a finite number; not so at entry {where}")
+    for bad, must in ((~np.isfinite(array), "a finite number"), (np.abs(array) > LARGEST, f"at most {LARGEST:g}")):
+        if bad.any():
+            where = ", ".join(str(i + 1) for i in np.flatnonzero(bad)[:5])
+            raise ValueError(f"every entry must be {must}; not so at entry {where}")
     array.setflags(write=False)
     return array
 
@@ -146,6 +151,9 @@ class Record(BaseModel):
     def _read_units(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
+        for name, value in data.items():
+            if isinstance(value, (int, float)) and LARGEST < abs(value) < float("inf"):
+                raise ValueError(f"{name}: expected a number of at most {LARGEST:g}")
         return data | {name: from_text(data[name], unit) for name, unit in _angular(cls).items() if name in data}
 
     def __eq__(self, other: object) -> bool:

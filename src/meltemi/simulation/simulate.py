@@ -491,7 +491,7 @@ def compiled_advance(advance: Any, *arguments: Any) -> Any:
 
 def explain(case: BaseCase, status: Status, t: float, dt: float) -> str:
     """Why a run ended, with time, state and a hint."""
-    if status in (Status.OK, Status.DOUBTFUL):
+    if status.complete:
         return ""
     name = case.controller.name
     if status is Status.DIVERGED:

@@ -326,14 +326,13 @@ def compare(
     done: dict[int, int] = {}
     lock = threading.Lock()
 
-    def reduce(result: Result) -> RunSummary | None:
+    def reduce(result: Result) -> RunSummary:
         # series are kept of the first wind in which no scheme fails, which may not be the first of all
         k = int(str(result.meta["case"]).partition(":")[0])
         keep = not any(j < k and done[j] == len(controllers) for j in list(done))
         summary = _summary(result, judged, keep)
-        if summary is not None:
-            with lock:
-                done[k] = done.get(k, 0) + 1
+        with lock:
+            done[k] = done.get(k, 0) + 1
         return summary
 
     outcomes = resumed(SizedCases(cases, len(names)), reduce=reduce, workers=workers, progress=progress)
@@ -410,9 +409,7 @@ def _limits(run: RunSummary, window: str) -> tuple[Ceiling, Ceiling]:
     return run.ceilings if window == WHOLE else run.ceilings_window[window]
 
 
-def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: bool) -> RunSummary | None:
-    if result.time[-1] < windows[WHOLE][1] - 1.0:
-        return None  # ended early: the outcome says why
+def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: bool) -> RunSummary:
     numbers = {name: {q.name: q.of(part) for q in QUANTITIES} for name, part in _parts(result, windows)}
     whole = result.between(*windows[WHOLE])
     resolution = max(RESOLUTION, 0.5 * (FEWEST_SEGMENTS + 1) / (windows[WHOLE][1] - windows[WHOLE][0]))

@@ -5,7 +5,8 @@ same study, begun again after Ctrl-C, a crash or a kill, takes them over and goe
 hash of the package's files, of the study's inputs and of the case, so what has changed is computed anew.
 
 A cell that fails does not end the study: :class:`Lost` stands for its result, and tells whoever uses it why there is
-none. ``attempt`` makes cells of other computations, ``guarded`` gives something in place of what depends on them.
+none. ``attempt`` makes cells of other computations, ``guarded`` gives something in place of what depends on them. A run
+that is doubtful counts and is listed: what a paper did is shown also where it leaves what our model is made for.
 """
 
 from __future__ import annotations
@@ -66,11 +67,13 @@ class Journal:
 
     Attributes:
       failed: reasons by cell, in the order in which they were found.
+      doubtful: findings by cell whose run left what the model is made for.
       taken: how many finished runs were taken over.
     """
 
     def __init__(self, folder: Path | None = None, inputs: str = "") -> None:
         self.failed: dict[str, str] = {}
+        self.doubtful: dict[str, str] = {}
         self.taken = 0
         self.path: tuple[str, ...] = ()
         self._seal = _seal() if folder is not None else b""
@@ -78,9 +81,9 @@ class Journal:
         self._study = hashlib.sha256(f"{package_hash()}|{inputs}".encode()).hexdigest()[:12] if self._seal else ""
         self._seen: set[Path] = set()
 
-    def enter(self, cell: str, why: str) -> None:
-        """Note that a cell has failed, under its name within the others that are under way."""
-        self.failed.setdefault(": ".join((*self.path, cell)), why)
+    def enter(self, cell: str, why: str, *, doubtful: bool = False) -> None:
+        """Note that a cell has failed or is doubtful, under its name within the others that are under way."""
+        (self.doubtful if doubtful else self.failed).setdefault(": ".join((*self.path, cell)), why)
 
     def waiting(self) -> int:
         """How many finished runs of this study are there."""
@@ -224,14 +227,17 @@ def cells(
 ) -> list[Any]:
     """Values of a batch's cases, :class:`Lost` for those that failed; arguments as of ``simulate_batch``.
 
+    Only runs that reached their end are reduced; of those, the open journal lists the doubtful ones.
+
     Raises:
       KeyboardInterrupt: Ctrl-C ended the runs.
     """
     book, values = current(), []
     for outcome in resumed(cases, reduce=reduce, workers=workers, progress=progress):
+        complete = outcome.status.complete
         if not outcome.ok:
-            book.enter(outcome.name, outcome.message)
-        values.append(outcome.value if outcome.ok else Lost(f"{outcome.name}: {outcome.message}"))
+            book.enter(outcome.name, outcome.message, doubtful=complete)
+        values.append(outcome.value if complete else Lost(f"{outcome.name}: {outcome.message}"))
     return values
 
 
@@ -259,7 +265,7 @@ def resumed(
             if missing is not None:
                 there[name] = Outcome(name, Status.FAILED, missing.why, error=LostError)
             elif kept := book.read(file):
-                there[name] = Outcome(name, Status.OK, "", kept[0])
+                there[name] = Outcome(name, *kept[0])
             else:
                 files[name] = file
                 yield replace(case, name=name)
@@ -267,9 +273,10 @@ def resumed(
             files[name] = None
 
     def entered(result: Result) -> Any:
+        if not result.status.complete:
+            return None
         value = result if reduce is None else reduce(result)
-        if result.status is Status.OK:
-            book.keep(files[str(result.meta["case"])], value)
+        book.keep(files[str(result.meta["case"])], (result.status, result.message, value))
         return value
 
     def told(share: float) -> None:

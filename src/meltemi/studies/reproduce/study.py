@@ -28,6 +28,7 @@ class Reproduction:
       lead: the result in a few sentences.
       files: that were written.
       failed: reasons by cell that failed.
+      doubtful: findings by cell whose run left what the model is made for.
       page: as Markdown for the documentation: linked to its other pages, its pictures in a folder of the study's name.
     """
 
@@ -36,6 +37,7 @@ class Reproduction:
     files: Sequence[Path]
     page: str
     failed: Mapping[str, str] = field(default_factory=dict)
+    doubtful: Mapping[str, str] = field(default_factory=dict)
 
 
 def write_tables(tables: Tables, out: Path) -> list[Path]:
@@ -72,8 +74,14 @@ def drawn(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> tup
 
 
 def failed_tables() -> dict[str, tuple[str, list[Table]]]:
-    """A table of the cells that failed, if there are any, as an entry of ``Tables``."""
-    failed = current().failed
-    rows = [[cell, why] for cell, why in failed.items()]
-    table = Table(["cell", "reason"], rows, "Cells that failed; what needs them is not judged", text_columns=2)
-    return {"failed": ("What failed", [table])} if failed else {}
+    """Tables of the cells that failed and of doubtful ones, if there are any, as entries of ``Tables``."""
+    book = current()
+    listed = {
+        "failed": ("What failed", book.failed, "Cells that failed; what needs them is not judged"),
+        "doubtful": ("Doubtful runs", book.doubtful, "Runs beyond what the model is made for; they count all the same"),
+    }
+    return {
+        name: (heading, [Table(["cell", "reason"], list(cells.items()), caption, text_columns=2)])
+        for name, (heading, cells, caption) in listed.items()
+        if cells
+    }

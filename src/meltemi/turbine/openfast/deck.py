@@ -58,6 +58,7 @@ def read_openfast(path: str | Path, **how: Any) -> Turbine:
     return read_deck(path, **how).turbine
 
 
+@np.errstate(all="ignore")  # the record names what is no finite number
 def read_deck(
     path: str | Path,
     *,

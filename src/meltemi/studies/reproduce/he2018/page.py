@@ -66,7 +66,9 @@ def reproduce(
             tabled("Conditions in every seed", lambda: acceptance_table(runs)),
             tabled("Ceilings", lambda: ceiling_table(runs)),
         ]
-        return Reproduction(shown, lead(runs), files, documented(text, "he2018"), dict(book.failed))
+        return Reproduction(
+            shown, lead(runs), files, documented(text, "he2018"), dict(book.failed), dict(book.doubtful)
+        )
 
 
 def _write(out: Path, runs: Runs, seconds: float) -> tuple[list[Path], str]:

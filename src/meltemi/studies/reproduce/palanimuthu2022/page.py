@@ -155,7 +155,9 @@ def reproduce(
             files += written
         written, text = write()
         shown = [brief(claims_table(found))]
-        return Reproduction(shown, summary, [*files, *written], documented(text, NAME), dict(book.failed))
+        return Reproduction(
+            shown, summary, [*files, *written], documented(text, NAME), dict(book.failed), dict(book.doubtful)
+        )
 
 
 def _told(progress: Progress, begin: float, length: float, done: float, what: str) -> None:

@@ -88,7 +88,9 @@ def reproduce(
         more = beyond.study(
             runs, workers=workers, progress=lambda share, what: progress(SHARE + (1.0 - SHARE) * share, what)
         )
-        return replace(_write(out, runs, more, time.perf_counter() - began), failed=dict(book.failed))
+        return replace(
+            _write(out, runs, more, time.perf_counter() - began), failed=dict(book.failed), doubtful=dict(book.doubtful)
+        )
 
 
 def _write(out: Path, runs: Runs, more: Beyond, seconds: float) -> Reproduction:

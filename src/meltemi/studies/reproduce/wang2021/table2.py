@@ -127,7 +127,6 @@ def simulate_bins(
     ]
 
     def statistics(result: Result) -> pd.DataFrame:
-        result.raise_for_status()
         return result_statistics(result, CHANNELS, begin=TRANSIENT)
 
     found = cells(cases, reduce=statistics, workers=workers, progress=progress)

@@ -127,7 +127,7 @@ def find_limits(
     ]
 
     def peaks(result: Result) -> dict[str, float]:
-        part = result.raise_for_status().between(LEAD, np.inf)
+        part = result.between(LEAD, np.inf)
         return {name: extreme(part, name) for name in JUDGED}
 
     found = cells(cases, reduce=peaks, workers=workers, progress=progress)
