@@ -31,7 +31,6 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.problems import Keys, explain
 from meltemi.core.units import angular_unit, from_text
 
-
 LARGEST = 1e50
 """No physical quantity in SI units is larger; the product of a few still fits a number of 64 bits."""
 

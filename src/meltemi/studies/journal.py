@@ -85,6 +85,10 @@ class Journal:
         """Note that a cell has failed or is doubtful, under its name within the others that are under way."""
         (self.doubtful if doubtful else self.failed).setdefault(": ".join((*self.path, cell)), why)
 
+    def problems(self) -> dict[str, dict[str, str]]:
+        """What has failed and what is doubtful so far."""
+        return {"failed": dict(self.failed), "doubtful": dict(self.doubtful)}
+
     def waiting(self) -> int:
         """How many finished runs of this study are there."""
         return 0 if self._folder is None else len(list(self._folder.glob(f"{self._study}-*")))
