@@ -97,6 +97,8 @@ def test_every_record_takes_angles_with_a_unit() -> None:
     np.testing.assert_allclose(changed.blade.aerodynamics.twist, turbine.blade.aerodynamics.twist, rtol=1e-12)
     with pytest.raises(InputError, match=r"precone: expected less than 0.6, found 2.5 rad; 0.6 rad is 34.4 deg"):
         turbine.replace(**{"hub.precone": 2.5})
+    with pytest.raises(InputError, match=r"precone: expected less than 0.6, found '2.5' rad; .* 2.5 deg would be"):
+        turbine.replace(**{"hub.precone": "2.5"})
     with pytest.raises(InputError, match="found '8 dge'; a number is in rad, another unit is written behind it: 8 deg"):
         TurbulentWind(speed=9.0, intensity=0.1, direction="8 dge")  # type: ignore[arg-type]
 

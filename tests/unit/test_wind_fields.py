@@ -179,7 +179,7 @@ def test_a_field_at_another_speed_has_the_same_eddies() -> None:
         at_speed(BOX, -1.0)
 
 
-@pytest.mark.parametrize(("name", "value"), [("speed", 301.0), ("gust", -1e200), ("direction", 2e3)])
+@pytest.mark.parametrize(("name", "value"), [("speed", 301.0), ("gust", -1e40), ("direction", 2e3)])
 def test_a_series_out_of_range_is_refused(name: str, value: float) -> None:
     columns = {"speed": [10.0, 10.0], name: [1.0, value]}
     with pytest.raises(InputError, match=f"{name} must be within .*, but row 2 has"):

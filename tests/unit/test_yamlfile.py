@@ -193,6 +193,12 @@ def test_what_is_not_a_mapping_of_valid_yaml(tmp_path: Path, text: str, expected
     assert found.startswith("FILE")
 
 
+@pytest.mark.filterwarnings("error")
+def test_an_anchor_may_be_set_twice(tmp_path: Path) -> None:
+    text = GOOD.replace("name: lathe", "name: &a lathe").replace("count: 2", "count: &a 0")
+    assert "count: expected greater than" in message(tmp_path, text)
+
+
 def test_missing_file_names_one_that_looks_like_it(tmp_path: Path) -> None:
     read(tmp_path, GOOD)
     with pytest.raises(InputError, match=r"machin\.yaml: no such file; did you mean 'machine\.yaml'"):

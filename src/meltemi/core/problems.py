@@ -82,10 +82,8 @@ def _message(problem: Any, kind: type[BaseModel]) -> str:
     if what in RANGES and unit:
         message += f" {unit}"
     if unit in ANGULAR and what in RANGES:
-        limit, degrees = next(iter(problem["ctx"].values())), unit.replace("rad", "deg")
-        message += (
-            f"; {limit:g} {unit} is {in_degrees(limit, unit)}, and {float(value):g} {degrees} would be written so"
-        )
+        limit, so = next(iter(problem["ctx"].values())), f"{float(value):g} {unit.replace('rad', 'deg')}"
+        message += f"; {limit:g} {unit} is {in_degrees(limit, unit)}, and {so} would be written so"
     elif unit in ANGULAR and isinstance(value, str):
         message += f"; a number is in {unit}, another unit is written behind it: 8 {unit.replace('rad', 'deg')}"
     if what == "literal_error" and isinstance(value, str):

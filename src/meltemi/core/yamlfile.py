@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
+from warnings import catch_warnings
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of, write_text
@@ -98,7 +99,8 @@ def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
     try:
-        data = YAML(typ="safe").load(text)
+        with catch_warnings(action="ignore"):  # of an anchor that is set twice, which YAML allows
+            data = YAML(typ="safe").load(text)
         if "*" in text and _entries(data, {}) > MOST_ENTRIES:
             raise ValueError(f"its aliases make more than {MOST_ENTRIES} values of it")
     except MarkedYAMLError as error:
@@ -142,7 +144,8 @@ def _nodes(text: str) -> Any:
     from ruamel.yaml.error import YAMLError
 
     try:
-        return YAML(typ="safe", pure=True).compose(text)
+        with catch_warnings(action="ignore"):
+            return YAML(typ="safe", pure=True).compose(text)
     except (YAMLError, ValueError):
         return None
 

@@ -85,7 +85,7 @@ class Journal:
         """Note that a cell has failed or is doubtful, under its name within the others that are under way."""
         (self.doubtful if doubtful else self.failed).setdefault(": ".join((*self.path, cell)), why)
 
-    def problems(self) -> dict[str, dict[str, str]]:
+    def problems(self) -> dict[str, Any]:
         """What has failed and what is doubtful so far."""
         return {"failed": dict(self.failed), "doubtful": dict(self.doubtful)}
 

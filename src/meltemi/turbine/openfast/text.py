@@ -6,8 +6,10 @@ OpenFAST reads by position; versions differ in order, spelling and number of lin
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path, PureWindowsPath
@@ -35,15 +37,12 @@ def key(name: str) -> str:
 
 
 def number(text: str) -> float | None:
-    """A number as Fortran reads it, or None."""
-    try:
-        return float(text)
-    except ValueError:
-        pass
-    try:
-        return float(re.sub(r"(?<=[\d.])[dDqQ](?=[+-]?\d)", "e", text))
-    except ValueError:
-        return None
+    """A finite number as Fortran reads it, or None."""
+    for spelled in (text, re.sub(r"(?<=[\d.])[dDqQ](?=[+-]?\d)", "e", text)):
+        with suppress(ValueError):
+            value = float(spelled)
+            return value if math.isfinite(value) else None
+    return None
 
 
 @dataclass(frozen=True)

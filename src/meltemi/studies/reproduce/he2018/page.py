@@ -66,9 +66,7 @@ def reproduce(
             tabled("Conditions in every seed", lambda: acceptance_table(runs)),
             tabled("Ceilings", lambda: ceiling_table(runs)),
         ]
-        return Reproduction(
-            shown, lead(runs), files, documented(text, "he2018"), dict(book.failed), dict(book.doubtful)
-        )
+        return Reproduction(shown, lead(runs), files, documented(text, "he2018"), **book.problems())
 
 
 def _write(out: Path, runs: Runs, seconds: float) -> tuple[list[Path], str]:

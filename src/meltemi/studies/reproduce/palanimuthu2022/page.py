@@ -155,9 +155,7 @@ def reproduce(
             files += written
         written, text = write()
         shown = [brief(claims_table(found))]
-        return Reproduction(
-            shown, summary, [*files, *written], documented(text, NAME), dict(book.failed), dict(book.doubtful)
-        )
+        return Reproduction(shown, summary, [*files, *written], documented(text, NAME), **book.problems())
 
 
 def _told(progress: Progress, begin: float, length: float, done: float, what: str) -> None:

@@ -88,9 +88,7 @@ def reproduce(
         more = beyond.study(
             runs, workers=workers, progress=lambda share, what: progress(SHARE + (1.0 - SHARE) * share, what)
         )
-        return replace(
-            _write(out, runs, more, time.perf_counter() - began), failed=dict(book.failed), doubtful=dict(book.doubtful)
-        )
+        return replace(_write(out, runs, more, time.perf_counter() - began), **book.problems())
 
 
 def _write(out: Path, runs: Runs, more: Beyond, seconds: float) -> Reproduction:
