@@ -12,8 +12,9 @@ import pytest
 from terminal import Command
 
 from meltemi import InputError, MeltemiError, Model, SteadyWind, simulate
+from meltemi.app import terminal
 from meltemi.app.cli import main
-from meltemi.core import kernel
+from meltemi.core import kernel, threads
 from meltemi.core.kernel import COLD
 from meltemi.studies import warmup
 
@@ -24,11 +25,14 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
     simulate(model, SteadyWind(speed=9.0), duration=0.1)
     capsys.readouterr()  # this one may have been cold itself
     arguments = ["meltemi", "run", "nrel5mw", "--wind-speed", "9", "--duration", "0.5", "--out", str(tmp_path)]
+    beside: list[list[str]] = []
     monkeypatch.setattr(sys, "argv", arguments)
     for cold in (True, False):
         kernel._LOOKED.clear()
         if cold:
             monkeypatch.setattr(kernel, "is_cold", lambda package: True)
+            monkeypatch.setattr(threads, "available_cores", lambda: 2)
+            monkeypatch.setattr(terminal, "Popen", lambda command, **how: beside.append(command))
         else:
             monkeypatch.undo()  # the real one: everything is compiled
             monkeypatch.setattr(sys, "argv", arguments)
@@ -37,6 +41,7 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
         assert not end.value.code
         said = capsys.readouterr().err
         assert said == (COLD + "\n" if cold else "")
+    assert [command[1:] for command in beside] == [["-m", "meltemi.studies.warmup", "section loads"]]
     assert "Compiling" in COLD
     assert "once" in COLD
 

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from subprocess import DEVNULL, Popen
 from typing import Annotated, Any
 
 import typer
@@ -16,14 +17,20 @@ from meltemi.core.files import check_name
 
 OutOption = Annotated[Path, typer.Option("--out", help="Folder for the results.")]
 
+_BESIDE: list[Popen[bytes]] = []
+"""Processes that compile for this one."""
+
 
 @contextmanager
 def progress_bar(what: str, *, compiles: bool = True) -> Iterator[Callable[[float], None]]:
     """A progress bar on a terminal; silence otherwise. What ``compiles`` says so the first time."""
     from meltemi.core.kernel import announce
+    from meltemi.core.threads import available_cores
 
-    if compiles:
-        announce()  # before the bar, which would wrap it
+    if compiles and announce() and available_cores() > 1:  # said before the bar, which would wrap it
+        # section loads, which a run needs last, are compiled by a second process meanwhile
+        command = [sys.executable, "-m", "meltemi.studies.warmup", "section loads"]
+        _BESIDE.append(Popen(command, stdout=DEVNULL, stderr=DEVNULL))
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 

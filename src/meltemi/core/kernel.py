@@ -115,13 +115,18 @@ COLD = "Compiling for this machine: this happens once and takes about a minute .
 _LOOKED: set[str] = set()
 
 
-def announce(package: str = "simulation") -> None:
-    """Say on stderr that a first run compiles, once in a process, so that nobody wonders what it waits for."""
-    if package not in _LOOKED:
-        _LOOKED.add(package)
-        if is_cold(package):
-            _FEATURES_TOLD.update(("the simulation", "turbines of a power coefficient"))
-            print(COLD, file=sys.stderr, flush=True)
+def announce(package: str = "simulation") -> bool:
+    """Say on stderr that a first run compiles, once in a process, so that nobody wonders what it waits for.
+
+    Returns:
+      Whether it was said.
+    """
+    told = package not in _LOOKED and is_cold(package)
+    _LOOKED.add(package)
+    if told:
+        _FEATURES_TOLD.update(("the simulation", "turbines of a power coefficient"))
+        print(COLD, file=sys.stderr, flush=True)
+    return told
 
 
 PATIENCE = 1.0
