@@ -57,9 +57,9 @@ from meltemi.aero.stall import SLOPE as STALL_SLOPE
 from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, MEMORY, ROTOR, STALL
 from meltemi.aero.tower_flow import tower_influence
 from meltemi.core.kernel import kernel
-from meltemi.maths.access import no_vec, put1, put3, rot2, vec1, vec2, vec3
+from meltemi.maths.access import put1, put3, rot2, vec1, vec2, vec3
 from meltemi.maths.generic import crossed, largest, total, where, whole, zero
-from meltemi.maths.vectors import Vec, add, add_scaled, cross, dot, norm, rotate, rotate_back, scale, sub, sum_lanes
+from meltemi.maths.vectors import Vec, cross, dot, norm
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import wind_velocity
 
@@ -126,13 +126,13 @@ def relative_wind(
             theta = vec3(motion, ex.ROTATION, b, n)
             spin = vec3(motion, ex.SPIN, b, n)
             offset = turned_centre(nodes, theta, b, n)
-            r = add(vec3(motion, ex.POSITION, b, n), offset)
-            p = add(hub, rotate(R, r))
+            r = vec3(motion, ex.POSITION, b, n) + offset
+            p = hub + R @ r
             u = wind_velocity(p, t, wind, now, box)
             if influenced:
-                u = add(u, tower_influence(tower, p))
+                u += tower_influence(tower, p)
             put3(flow, WIND, b, n, u)
-            w = sub(rotate_back(R, u), add(vec3(motion, ex.VELOCITY, b, n), cross(spin, offset)))
+            w = R.T @ u - (vec3(motion, ex.VELOCITY, b, n) + cross(spin, offset))
             # unpitched blade axes, then along the bent blade: elastic slopes in and out of plane, and those of prebend
             sweep, flap = cp * theta.x + sp * theta.y, cp * theta.y - sp * theta.x
             x, y = nodes[SLOPE_X, b, n], nodes[SLOPE_Y, b, n]
@@ -143,40 +143,40 @@ def relative_wind(
             flow[VY, b, n] = cp * w.y - sp * w.x
             flow[COS_BEND, b, n] = cb
             flow[SIN_BEND, b, n] = sb
-            elastic = sub(spin, root_spin)
+            elastic = spin - root_spin
             flow[TURN, b, n] = sb * (cp * spin.x + sp * spin.y) + cb * spin.z
             flow[PITCHING, b, n] = sb * (cp * elastic.x + sp * elastic.y) + cb * (elastic.z - pitch[1, b])
             # rotations about two axes turn the chord about the third (A-3)
             turned = theta.z + 0.5 * (sweep * lean - flap * side) - aero[SWEEP_FLAP] * (sweep + side) * bend
             flow[THETA, b, n] = pitch[0, b] + nodes[TWIST, b, n] - turned
-            flow[RADIUS, b, n] = norm(add_scaled(r, -dot(r, shaft), shaft))
+            flow[RADIUS, b, n] = norm(r - dot(r, shaft) * shaft)
 
 
 @kernel
 def turned_centre(nodes: Float, theta: Vec, b: int, n: int) -> Vec:
     """Aerodynamic centre from the node's reference point, turned with the section."""
     offset = vec3(nodes, CENTRE, b, n)
-    return add(offset, cross(theta, offset))
+    return offset + cross(theta, offset)
 
 
 @kernel
 def disk_averages(aero: Float, nodes: Float, machine: Float, flow: Float, rotor: Float) -> None:
     """Mean wind, skew, tip-speed ratio (A-16 to A-18)."""
-    mean, tip = no_vec(rotor), zero(rotor)
+    mean, tip = Vec(0.0, 0.0, 0.0), zero(rotor)
     for b in range(flow.shape[1]):
         for n in range(flow.shape[2]):
-            mean = add(mean, sum_lanes(scale(nodes[AREA, b, n], vec3(flow, WIND, b, n))))
+            mean += total(nodes[AREA, b, n] * vec3(flow, WIND, b, n))
             tip = max(tip, aero[TIP_FACTOR] * largest(flow[RADIUS, b, n]))
-    mean = sub(mean, vec1(machine, ex.HUB_VELOCITY))
+    mean -= vec1(machine, ex.HUB_VELOCITY)
     shaft = vec1(machine, ex.SHAFT)
     axial, speed = dot(mean, shaft), norm(mean)
-    aside = add_scaled(mean, -axial, shaft)
+    aside = mean - axial * shaft
     lateral = norm(aside)
     put1(rotor, R_WIND, mean)
     rotor[AXIAL_WIND] = axial
     rotor[TIP_RADIUS] = tip
     rotor[SKEW] = where(speed > STILL, acos(min(max(axial / max(speed, STILL), -1.0), 1.0)), 0.0)
-    put1(rotor, SKEW_AXIS, scale(where(lateral > 1e-9, 1.0 / max(lateral, 1e-9), 0.0), aside))
+    put1(rotor, SKEW_AXIS, where(lateral > 1e-9, 1.0 / max(lateral, 1e-9), 0.0) * aside)
     rotor[TIP_RATIO] = quotient(machine[ex.ROTOR_SPEED] * tip, axial)
     # against the whole wind: a rotor that idles across the wind has no wake either
     rotor[FADE] = ramp(quotient(abs(machine[ex.ROTOR_SPEED]) * tip, speed), aero[FADE_BEGIN], aero[FADE_END])
@@ -288,14 +288,14 @@ def loads(
 ) -> None:
     """Pass 3: states of inflow and stall over the step, coefficients and loads (A-19 to A-42, A-47)."""
     shaft, aside = vec1(machine, ex.SHAFT), vec1(rotor, SKEW_AXIS)
-    force, moment = no_vec(rotor), no_vec(rotor)
+    force, moment = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     for b in range(flow.shape[1]):
         R = rot2(frame, ex.ROOT_ORIENTATION, b)
         cp, sp = frame[ex.COS_PITCH, b], frame[ex.SIN_PITCH, b]
         radial = Vec(R.xz, R.yz, R.zz)
-        in_plane = add_scaled(radial, -dot(radial, shaft), shaft)
+        in_plane = radial - dot(radial, shaft) * shaft
         sin_skew = dot(in_plane, aside) / norm(in_plane)
-        F_b, M_b = no_vec(load), no_vec(load)
+        F_b, M_b = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
         for n in range(flow.shape[2]):
             induced_velocity(dt, aero, options, nodes, flow, rotor, memory, inflow, sin_skew, b, n)
             section_coefficients(
@@ -312,16 +312,16 @@ def loads(
             flow[DRIVING_FORCE, b, n] = driving
             flow[PITCHING_MOMENT, b, n] = pitching
             length = nodes[LENGTH, b, n]
-            F = scale(length, Vec(cp * cb * normal + sp * driving, sp * cb * normal - cp * driving, -sb * normal))
-            M = scale(length * pitching, Vec(cp * sb, sp * sb, cb))
+            F = length * Vec(cp * cb * normal + sp * driving, sp * cb * normal - cp * driving, -sb * normal)
+            M = length * pitching * Vec(cp * sb, sp * sb, cb)
             offset = turned_centre(nodes, vec3(motion, ex.ROTATION, b, n), b, n)
-            M = add(M, cross(offset, F))
+            M += cross(offset, F)
             put3(load, ex.FORCE, b, n, F)
             put3(load, ex.MOMENT, b, n, M)
-            F_b = add(F_b, F)
-            M_b = add(M_b, add(M, cross(vec3(motion, ex.POSITION, b, n), F)))
-        force = add(force, rotate(R, sum_lanes(F_b)))
-        moment = add(moment, rotate(R, sum_lanes(M_b)))
+            F_b += F
+            M_b += M + cross(vec3(motion, ex.POSITION, b, n), F)
+        force += R @ total(F_b)
+        moment += R @ total(M_b)
     put1(rotor, R_FORCE, force)
     put1(rotor, R_MOMENT, moment)
     rotor[THRUST] = dot(force, shaft)

@@ -6,16 +6,10 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import total, zero
+from meltemi.maths.generic import total
 from meltemi.maths.vectors import Rot, Sym, Vec
 
 Float = NDArray[float64]
-
-
-@kernel
-def no_vec(A: Float) -> Vec:
-    """Zero vector of the kind of number that ``A`` holds: where a sum begins."""
-    return Vec(zero(A), zero(A), zero(A))
 
 
 @kernel

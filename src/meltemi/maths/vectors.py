@@ -1,27 +1,46 @@
-"""Vectors and rotations in three dimensions, as small groups of numbers.
+"""Vectors, rotations and symmetric matrices in three dimensions, with the operators of the textbook.
 
-Frames are named by one letter: ``R_ab`` holds the axes of frame b as columns in frame a, so
-``rotate(R_ab, v_b)`` gives ``v_a`` and ``rotate_back(R_ab, v_a)`` gives ``v_b``.
+Frames are named by one letter: ``R_ab`` holds the axes of frame b as columns in frame a, so ``R_ab @ v_b`` is ``v_a``
+and ``R_ab.T @ v_a`` is ``v_b``. Kernels compute with them in every kind of number (``groups``).
 """
 
 from __future__ import annotations
 
+import operator
+from dataclasses import dataclass
 from math import cos, sin, sqrt
-from typing import NamedTuple
+from typing import overload
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import total
+from meltemi.maths.groups import group, operators
 
 
-class Vec(NamedTuple):
+@group
+@dataclass(frozen=True, slots=True)
+class Vec:
     """A vector by its components."""
 
     x: float
     y: float
     z: float
 
+    def __add__(self, b: Vec) -> Vec:
+        return Vec(self.x + b.x, self.y + b.y, self.z + b.z)
 
-class Rot(NamedTuple):
+    def __sub__(self, b: Vec) -> Vec:
+        return Vec(self.x - b.x, self.y - b.y, self.z - b.z)
+
+    def __neg__(self) -> Vec:
+        return Vec(-self.x, -self.y, -self.z)
+
+    def __rmul__(self, s: float) -> Vec:
+        return Vec(s * self.x, s * self.y, s * self.z)
+
+
+@group
+@dataclass(frozen=True, slots=True)
+class Rot:
     """A rotation matrix by its rows: ``xy`` is row x, column y."""
 
     xx: float
@@ -34,8 +53,44 @@ class Rot(NamedTuple):
     zy: float
     zz: float
 
+    @property
+    def T(self) -> Rot:
+        """The rotation back."""
+        return Rot(self.xx, self.yx, self.zx, self.xy, self.yy, self.zy, self.xz, self.yz, self.zz)
 
-class Sym(NamedTuple):
+    def rotated(self, v: Vec) -> Vec:
+        """R v: from the frame of R's columns to the frame of its rows."""
+        return Vec(
+            self.xx * v.x + self.xy * v.y + self.xz * v.z,
+            self.yx * v.x + self.yy * v.y + self.yz * v.z,
+            self.zx * v.x + self.zy * v.y + self.zz * v.z,
+        )
+
+    def composed(self, B: Rot) -> Rot:
+        """R B."""
+        return Rot(
+            self.xx * B.xx + self.xy * B.yx + self.xz * B.zx,
+            self.xx * B.xy + self.xy * B.yy + self.xz * B.zy,
+            self.xx * B.xz + self.xy * B.yz + self.xz * B.zz,
+            self.yx * B.xx + self.yy * B.yx + self.yz * B.zx,
+            self.yx * B.xy + self.yy * B.yy + self.yz * B.zy,
+            self.yx * B.xz + self.yy * B.yz + self.yz * B.zz,
+            self.zx * B.xx + self.zy * B.yx + self.zz * B.zx,
+            self.zx * B.xy + self.zy * B.yy + self.zz * B.zy,
+            self.zx * B.xz + self.zy * B.yz + self.zz * B.zz,
+        )
+
+    @overload
+    def __matmul__(self, b: Vec) -> Vec: ...
+    @overload
+    def __matmul__(self, b: Rot) -> Rot: ...
+    def __matmul__(self, b: Vec | Rot) -> Vec | Rot:
+        return self.composed(b) if isinstance(b, Rot) else self.rotated(b)
+
+
+@group
+@dataclass(frozen=True, slots=True)
+class Sym:
     """A symmetric 3 x 3 matrix, e.g. an inertia."""
 
     xx: float
@@ -45,29 +100,44 @@ class Sym(NamedTuple):
     xz: float
     yz: float
 
+    def __add__(self, B: Sym) -> Sym:
+        return Sym(
+            self.xx + B.xx, self.yy + B.yy, self.zz + B.zz, self.xy + B.xy, self.xz + B.xz, self.yz + B.yz
+        )
 
-@kernel
-def add(a: Vec, b: Vec) -> Vec:
-    """a + b."""
-    return Vec(a.x + b.x, a.y + b.y, a.z + b.z)
-
-
-@kernel
-def sub(a: Vec, b: Vec) -> Vec:
-    """a - b."""
-    return Vec(a.x - b.x, a.y - b.y, a.z - b.z)
-
-
-@kernel
-def scale(s: float, a: Vec) -> Vec:
-    """s a."""
-    return Vec(s * a.x, s * a.y, s * a.z)
+    def __matmul__(self, v: Vec) -> Vec:
+        return Vec(
+            self.xx * v.x + self.xy * v.y + self.xz * v.z,
+            self.xy * v.x + self.yy * v.y + self.yz * v.z,
+            self.xz * v.x + self.yz * v.y + self.zz * v.z,
+        )
 
 
-@kernel
-def add_scaled(a: Vec, s: float, b: Vec) -> Vec:
-    """a + s b."""
-    return Vec(a.x + s * b.x, a.y + s * b.y, a.z + s * b.z)
+def _times(s: float, v: Vec) -> Vec:
+    return Vec(s * v.x, s * v.y, s * v.z)
+
+
+def _sum_of_vectors(v: Vec) -> Vec:
+    return Vec(total(v.x), total(v.y), total(v.z))
+
+
+def _sum_of_matrices(A: Sym) -> Sym:
+    return Sym(total(A.xx), total(A.yy), total(A.zz), total(A.xy), total(A.xz), total(A.yz))
+
+
+_SUM = {(Vec, Vec): Vec.__add__, (Sym, Sym): Sym.__add__}
+operators(
+    {
+        operator.add: _SUM,
+        operator.iadd: _SUM,
+        operator.sub: {(Vec, Vec): Vec.__sub__},
+        operator.isub: {(Vec, Vec): Vec.__sub__},
+        operator.neg: {(Vec,): Vec.__neg__},
+        operator.mul: {(None, Vec): _times},
+        operator.matmul: {(Rot, Vec): Rot.rotated, (Rot, Rot): Rot.composed, (Sym, Vec): Sym.__matmul__},
+        total: {(Vec,): _sum_of_vectors, (Sym,): _sum_of_matrices},
+    }
+)
 
 
 @kernel
@@ -83,51 +153,9 @@ def cross(a: Vec, b: Vec) -> Vec:
 
 
 @kernel
-def sum_lanes(a: Vec) -> Vec:
-    """Sum of the vectors that stand in the lanes of one."""
-    return Vec(total(a.x), total(a.y), total(a.z))
-
-
-@kernel
 def norm(a: Vec) -> float:
     """|a|."""
     return sqrt(a.x * a.x + a.y * a.y + a.z * a.z)
-
-
-@kernel
-def rotate(R: Rot, v: Vec) -> Vec:
-    """R v: from the frame of R's columns to the frame of its rows."""
-    return Vec(
-        R.xx * v.x + R.xy * v.y + R.xz * v.z,
-        R.yx * v.x + R.yy * v.y + R.yz * v.z,
-        R.zx * v.x + R.zy * v.y + R.zz * v.z,
-    )
-
-
-@kernel
-def rotate_back(R: Rot, v: Vec) -> Vec:
-    """R' v: from the frame of R's rows to the frame of its columns."""
-    return Vec(
-        R.xx * v.x + R.yx * v.y + R.zx * v.z,
-        R.xy * v.x + R.yy * v.y + R.zy * v.z,
-        R.xz * v.x + R.yz * v.y + R.zz * v.z,
-    )
-
-
-@kernel
-def compose(A: Rot, B: Rot) -> Rot:
-    """A B."""
-    return Rot(
-        A.xx * B.xx + A.xy * B.yx + A.xz * B.zx,
-        A.xx * B.xy + A.xy * B.yy + A.xz * B.zy,
-        A.xx * B.xz + A.xy * B.yz + A.xz * B.zz,
-        A.yx * B.xx + A.yy * B.yx + A.yz * B.zx,
-        A.yx * B.xy + A.yy * B.yy + A.yz * B.zy,
-        A.yx * B.xz + A.yy * B.yz + A.yz * B.zz,
-        A.zx * B.xx + A.zy * B.yx + A.zz * B.zx,
-        A.zx * B.xy + A.zy * B.yy + A.zz * B.zy,
-        A.zx * B.xz + A.zy * B.yz + A.zz * B.zz,
-    )
 
 
 @kernel
@@ -176,21 +204,11 @@ def rotation_vector(t: Vec) -> Rot:
 
 
 @kernel
-def apply(A: Sym, v: Vec) -> Vec:
-    """A v."""
-    return Vec(
-        A.xx * v.x + A.xy * v.y + A.xz * v.z,
-        A.xy * v.x + A.yy * v.y + A.yz * v.z,
-        A.xz * v.x + A.yz * v.y + A.zz * v.z,
-    )
-
-
-@kernel
 def turn(R: Rot, A: Sym) -> Sym:
     """R A R': the symmetric matrix A of frame b in frame a, for R = R_ab."""
-    x = apply(A, Vec(R.xx, R.xy, R.xz))
-    y = apply(A, Vec(R.yx, R.yy, R.yz))
-    z = apply(A, Vec(R.zx, R.zy, R.zz))
+    x = A @ Vec(R.xx, R.xy, R.xz)
+    y = A @ Vec(R.yx, R.yy, R.yz)
+    z = A @ Vec(R.zx, R.zy, R.zz)
     return Sym(
         R.xx * x.x + R.xy * x.y + R.xz * x.z,
         R.yx * y.x + R.yy * y.y + R.yz * y.z,

@@ -19,7 +19,6 @@ from meltemi.aero.tables import ROTOR, TOWER_FLOW
 from meltemi.control.actuators import ANGLE
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import rot2, vec1, vec3
-from meltemi.maths.vectors import add, rotate
 from meltemi.structure.tables import BLADE_NODE
 from meltemi.turbine import exchange as ex
 
@@ -128,7 +127,7 @@ def watch_blades(
         note(watch, DEFLECTION, t, sqrt(x * x + y * y))
         R = rot2(frame, ex.ROOT_ORIENTATION, b)
         for n in range(tip, -1, -1):
-            p = add(hub, rotate(R, vec3(motion, ex.POSITION, b, n)))
+            p = hub + R @ vec3(motion, ex.POSITION, b, n)
             if p.z >= top:
                 break  # the rest of the blade is above, too
             place = max((p.z - tower[HEIGHT, 0]) / step, 0.0)

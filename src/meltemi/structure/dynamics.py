@@ -25,15 +25,8 @@ from meltemi.maths.solve import solve_arrow
 from meltemi.maths.vectors import (
     Sym,
     Vec,
-    add,
-    add_scaled,
-    apply,
     cross,
     dot,
-    rotate,
-    rotate_back,
-    scale,
-    sub,
     turn,
 )
 from meltemi.structure.gears import gear_equations
@@ -91,28 +84,28 @@ def collect_node(
     m, J = nodes[NODE_MASS, b, n], sym3(nodes, NODE_INERTIA, b, n)
     theta = vec3(motion, ex.ROTATION, b, n)
     s0 = vec3(nodes, NODE_MOMENT, b, n)
-    s = add(s0, cross(theta, s0))
+    s = s0 + cross(theta, s0)
     r, a = vec3(motion, ex.POSITION, b, n), vec3(motion, ex.ACCELERATION, b, n)
     w, known = vec3(motion, ex.SPIN, b, n), vec3(motion, ex.SPIN_RATE, b, n)
     # force and moment about the node: aerodynamic + gravity - inertia
-    fall = sub(gravity, a)
-    inertia_force = add(cross(known, s), cross(w, cross(w, s)))
-    G = add(vec3(load, ex.FORCE, b, n), sub(scale(m, fall), inertia_force))
-    inertia_moment = add(apply(J, known), cross(w, apply(J, w)))
-    N = add(vec3(load, ex.MOMENT, b, n), sub(cross(s, fall), inertia_moment))
+    fall = gravity - a
+    inertia_force = cross(known, s) + cross(w, cross(w, s))
+    G = vec3(load, ex.FORCE, b, n) + (m * fall - inertia_force)
+    inertia_moment = J @ known + cross(w, J @ w)
+    N = vec3(load, ex.MOMENT, b, n) + (cross(s, fall) - inertia_moment)
 
     body[B_MASS, b] += total(m)
-    add2(body, B_MOMENT, b, add_scaled(s, m, r))
+    add2(body, B_MOMENT, b, s + m * r)
     add_sym2(body, B_INERTIA, b, inertia_about(J, m, s, r))
     add2(body, B_FORCE, b, G)
-    add2(body, B_TORQUE, b, add(N, cross(r, G)))
+    add2(body, B_TORQUE, b, N + cross(r, G))
     for k in range(n_modes):
         t, psi = vec3(partial, 3 * k, b, n), vec3(shape, 6 * k + 3, b, n)
         # momentum of the node in this mode at unit speed: linear P, angular about the node H
-        P = add(scale(m, t), cross(psi, s))
-        H = add(apply(J, psi), cross(s, t))
+        P = m * t + cross(psi, s)
+        H = J @ psi + cross(s, t)
         add3(link, 0, b, k, P)
-        add3(link, 3, b, k, add(H, cross(r, P)))
+        add3(link, 3, b, k, H + cross(r, P))
         arm_force[b, k] += total(dot(t, G) + dot(psi, N))
         for j in range(k + 1):
             arm_mass[b, k, j] += total(dot(vec3(partial, 3 * j, b, n), P) + dot(vec3(shape, 6 * j + 3, b, n), H))
@@ -156,7 +149,7 @@ def collect_blades(
             for j in range(n_modes):
                 f -= modal[0, b, k, j] * q[first + j] + modal[1, b, k, j] * v[first + j]
             arm_force[b, k] = f
-        gravity = rotate_back(rot2(frame, ex.ROOT_ORIENTATION, b), Vec(0.0, 0.0, -p[GRAVITY]))
+        gravity = rot2(frame, ex.ROOT_ORIENTATION, b).T @ Vec(0.0, 0.0, -p[GRAVITY])
         for n in range(motion.shape[2]):
             collect_node(shape, nodes, partial, motion, load, gravity, body, link, arm_mass, arm_force, b, n)
 
@@ -172,8 +165,8 @@ def add_body(columns: Float, n: int, m: float, s: Vec, J: Sym, G: Vec, N: Vec, A
     for i in range(n):
         T, W = vec2(columns, 0, i), vec2(columns, 3, i)
         g[i] += dot(T, G) + dot(W, N)
-        P = add(scale(m, T), cross(W, s))
-        H = add(apply(J, W), cross(s, T))
+        P = m * T + cross(W, s)
+        H = J @ W + cross(s, T)
         for j in range(i + 1):
             A[i, j] += dot(vec2(columns, 0, j), P) + dot(vec2(columns, 3, j), H)
 
@@ -230,13 +223,13 @@ def assemble(
     shaft, w_n = vec1(machine, ex.SHAFT), vec1(machine, ex.NACELLE_SPIN)
     a_h, w_r, b_r = vec1(machine, ex.HUB_ACCELERATION), vec1(machine, ex.ROTOR_SPIN), vec1(machine, ex.ROTOR_SPIN_RATE)
     m, Jh = p[HUB_MASS], p[HUB_INERTIA]
-    c = scale(p[HUB_CENTRE], shaft)
-    s = scale(m, c)
+    c = p[HUB_CENTRE] * shaft
+    s = m * c
     # the hub spins about the shaft: dH/dt = J (b.s) s + J (w.s) (w_n x s), known part
-    spin_moment = add(scale(Jh * dot(b_r, shaft), shaft), scale(Jh * dot(w_r, shaft), cross(w_n, shaft)))
-    centre_turning = add(cross(b_r, c), cross(w_r, cross(w_r, c)))
-    G = scale(m, sub(gravity, add(a_h, centre_turning)))
-    N = sub(cross(c, G), spin_moment)
+    spin_moment = Jh * dot(b_r, shaft) * shaft + Jh * dot(w_r, shaft) * cross(w_n, shaft)
+    centre_turning = cross(b_r, c) + cross(w_r, cross(w_r, c))
+    G = m * (gravity - (a_h + centre_turning))
+    N = cross(c, G) - spin_moment
     disc = Sym(
         Jh * shaft.x * shaft.x,
         Jh * shaft.y * shaft.y,
@@ -249,14 +242,14 @@ def assemble(
     for b in range(frame.shape[1]):
         R = rot2(frame, ex.ROOT_ORIENTATION, b)
         m += body[B_MASS, b]
-        s = add(s, rotate(R, vec2(body, B_MOMENT, b)))
-        G = add(G, rotate(R, vec2(body, B_FORCE, b)))
-        N = add(N, rotate(R, vec2(body, B_TORQUE, b)))
+        s += R @ vec2(body, B_MOMENT, b)
+        G += R @ vec2(body, B_FORCE, b)
+        N += R @ vec2(body, B_TORQUE, b)
         J_b = turn(R, sym2(body, B_INERTIA, b))
-        J = Sym(J.xx + J_b.xx, J.yy + J_b.yy, J.zz + J_b.zz, J.xy + J_b.xy, J.xz + J_b.xz, J.yz + J_b.yz)
+        J += J_b
         for k in range(n_modes):
-            P = rotate(R, Vec(link[0, b, k], link[1, b, k], link[2, b, k]))
-            L = rotate(R, Vec(link[3, b, k], link[4, b, k], link[5, b, k]))
+            P = R @ Vec(link[0, b, k], link[1, b, k], link[2, b, k])
+            L = R @ Vec(link[3, b, k], link[4, b, k], link[5, b, k])
             for j in range(n_core):
                 coupling[b, k, j] = dot(vec2(columns, 0, j), P) + dot(vec2(columns, 3, j), L)
     add_body(columns, n_core, m, s, J, G, N, core_mass, core_force)
@@ -273,18 +266,18 @@ def nacelle(
 ) -> None:
     """Add the nacelle, whose columns are those of the rotor apex moved to the tower top (S-36)."""
     R = rot1(machine, ex.NACELLE)
-    d = sub(vec1(machine, ex.TOP_POSITION), vec1(machine, ex.HUB_POSITION))
-    m, c = p[NACELLE_MASS], rotate(R, vec1(p, NACELLE_CENTRE))
+    d = vec1(machine, ex.TOP_POSITION) - vec1(machine, ex.HUB_POSITION)
+    m, c = p[NACELLE_MASS], R @ vec1(p, NACELLE_CENTRE)
     J0 = turn(R, Sym(p[NACELLE_INERTIA], p[NACELLE_INERTIA + 1], p[NACELLE_INERTIA + 2], 0.0, 0.0, 0.0))
     w, known = vec1(machine, ex.NACELLE_SPIN), vec1(machine, ex.NACELLE_SPIN_RATE)
-    a = add(vec1(machine, ex.TOP_ACCELERATION), add(cross(known, c), cross(w, cross(w, c))))
-    G = scale(m, sub(gravity, a))
-    N = sub(cross(c, G), add(apply(J0, known), cross(w, apply(J0, w))))
+    a = vec1(machine, ex.TOP_ACCELERATION) + (cross(known, c) + cross(w, cross(w, c)))
+    G = m * (gravity - a)
+    N = cross(c, G) - (J0 @ known + cross(w, J0 @ w))
     # about the rotor apex, the point of the columns
-    r = add(d, c)
-    s = scale(m, r)
+    r = d + c
+    s = m * r
     J = inertia_about(J0, m, Vec(0.0, 0.0, 0.0), r)
-    add_body(columns, n_tower + 1, m, s, J, G, add(N, cross(d, G)), core_mass, core_force)
+    add_body(columns, n_tower + 1, m, s, J, G, N + cross(d, G), core_mass, core_force)
 
 
 @kernel
@@ -306,7 +299,7 @@ def drivetrain(
     shaft, w_n = vec1(machine, ex.SHAFT), vec1(machine, ex.NACELLE_SPIN)
     # the generator turns with the nacelle and, about the shaft, with the gear ratio times the low-speed end
     spin = dot(w_n, shaft) + turns * v[g]
-    known = add(scale(Jg * dot(vec1(machine, ex.NACELLE_SPIN_RATE), shaft), shaft), scale(Jg * spin, cross(w_n, shaft)))
+    known = Jg * dot(vec1(machine, ex.NACELLE_SPIN_RATE), shaft) * shaft + Jg * spin * cross(w_n, shaft)
     for i in range(n_tower + 1):
         W = vec2(columns, 3, i)
         along = dot(W, shaft)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import sym1, vec1, vec2
-from meltemi.maths.vectors import Sym, Vec, add_scaled, apply, cross, dot
+from meltemi.maths.vectors import Sym, Vec, cross, dot
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.structure.tables import GEAR_LOAD, GEAR_MODE, GEAR_ROW, GEARS, STRUCTURE
 from meltemi.turbine import exchange as ex
@@ -74,7 +74,7 @@ def gear_momentum(p: Float, gear_modes: Float, gears: Float, spins: Vec, spin_ra
       spins, spin_rates: of the nacelle along the shaft, the generator seen from the rotor, the torsion.
     """
     J = sym1(p, INERTIA)
-    momentum, turning = apply(J, spins).x, apply(J, spin_rates).x
+    momentum, turning = (J @ spins).x, (J @ spin_rates).x
     for k in range(gear_modes.shape[1]):
         momentum += gear_modes[COUPLING, k] * gears[RATE, k]
         turning += gear_modes[COUPLING, k] * gears[ACCELERATION, k]
@@ -105,13 +105,13 @@ def gear_equations(
     shaft, w_n = vec1(machine, ex.SHAFT), vec1(machine, ex.NACELLE_SPIN)
     J = sym1(p, INERTIA)
     known = Vec(dot(vec1(machine, ex.NACELLE_SPIN_RATE), shaft), 0.0 * v[g], 0.0 * v[g])
-    momentum = apply(J, Vec(dot(w_n, shaft), v[g], v[t])).x
+    momentum = (J @ Vec(dot(w_n, shaft), v[g], v[t])).x
     F = Vec(0.0 * v[g], 0.0 * v[g], 0.0 * v[g])
     for k in range(gear_modes.shape[1]):
         P, m = vec2(gear_modes, COUPLING, k), gear_modes[MODAL_INERTIA, k]
         share = 1.0 / mode_resistance(dt, gear_modes[FREQUENCY, k], gear_modes[DAMPING, k])
         momentum += P.x * gears[RATE, k]
-        F = add_scaled(F, -share * restoring(gear_modes, gears, k), P)
+        F -= share * restoring(gear_modes, gears, k) * P
         s = share / m
         J = Sym(
             J.xx - s * P.x * P.x,
@@ -121,7 +121,7 @@ def gear_equations(
             J.xz - s * P.x * P.z,
             J.yz - s * P.y * P.z,
         )
-    F = add_scaled(F, -1.0, apply(J, known))
+    F -= J @ known
     whirl = cross(w_n, shaft)
     for i in range(n_tower + 1):
         W = vec2(columns, 3, i)

@@ -18,21 +18,15 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.maths.access import no_vec, put1, put2, put3, put_rot1, put_rot2, rot1, vec1, vec2, vec3
+from meltemi.maths.access import put1, put2, put3, put_rot1, put_rot2, rot1, vec1, vec2, vec3
 from meltemi.maths.vectors import (
     Vec,
     about_x,
     about_y,
     about_z,
-    add,
-    add_scaled,
-    compose,
     cross,
     dot,
-    rotate,
-    rotate_back,
     rotation_vector,
-    scale,
 )
 from meltemi.structure.tables import BLADE_NODE, STRUCTURE
 from meltemi.turbine.exchange import (
@@ -90,7 +84,7 @@ def angular_velocity(theta: Vec, rate: Vec) -> Vec:
     c = 0.5 - a2 / 24.0
     d = 1.0 / 6.0 - a2 / 120.0
     once = cross(theta, rate)
-    return add_scaled(add_scaled(rate, c, once), d, cross(theta, once))
+    return rate + c * once + d * cross(theta, once)
 
 
 @kernel
@@ -104,31 +98,31 @@ def tower_top(
       top_second: (3, tower modes, tower modes) displacements of second order there.
     """
     n = top_shape.shape[1]
-    nothing = no_vec(machine)
+    nothing = Vec(0.0, 0.0, 0.0)
     u, du, bias, theta, rate = nothing, nothing, nothing, nothing, nothing
     for k in range(n):
         phi = Vec(top_shape[0, k], top_shape[1, k], top_shape[2, k])
         z, zd = nothing, nothing
         for m in range(n):
             Z = Vec(top_second[0, k, m], top_second[1, k, m], top_second[2, k, m])
-            z = add_scaled(z, q[m], Z)
-            zd = add_scaled(zd, v[m], Z)
-        T = add(phi, z)
+            z += q[m] * Z
+            zd += v[m] * Z
+        T = phi + z
         put2(columns, 0, k, T)
-        u = add_scaled(u, q[k], add_scaled(phi, 0.5, z))
-        du = add_scaled(du, v[k], T)
-        bias = add_scaled(bias, v[k], zd)
+        u += q[k] * (phi + 0.5 * z)
+        du += v[k] * T
+        bias += v[k] * zd
         w = Vec(top_shape[3, k], top_shape[4, k], top_shape[5, k])
-        theta = add_scaled(theta, q[k], w)
-        rate = add_scaled(rate, v[k], w)
+        theta += q[k] * w
+        rate += v[k] * w
     for k in range(n):
         w = Vec(top_shape[3, k], top_shape[4, k], top_shape[5, k])
         put2(columns, 3, k, angular_velocity(theta, w))
-    put1(machine, TOP_POSITION, add(u, Vec(0.0, 0.0, p[TOWER_BASE] + p[TOWER_LENGTH])))
+    put1(machine, TOP_POSITION, u + Vec(0.0, 0.0, p[TOWER_BASE] + p[TOWER_LENGTH]))
     put1(machine, TOP_VELOCITY, du)
     put1(machine, TOP_ACCELERATION, bias)
     put1(machine, TOP_SPIN, angular_velocity(theta, rate))
-    put1(machine, TOP_SPIN_RATE, scale(1.0 / 6.0, cross(rate, cross(theta, rate))))
+    put1(machine, TOP_SPIN_RATE, 1.0 / 6.0 * cross(rate, cross(theta, rate)))
     put_rot1(machine, TOP, rotation_vector(theta))
 
 
@@ -141,24 +135,24 @@ def nacelle_and_hub(q: Float, v: Float, p: Float, columns: Float, machine: Float
     # yaw: about the tower top's z axis
     yaw_axis = Vec(R_it.xz, R_it.yz, R_it.zz)
     yaw_rate = v[n + YAW]
-    R_in = compose(R_it, about_z(q[n + YAW]))
-    w_n = add_scaled(w_t, yaw_rate, yaw_axis)
-    b_n = add_scaled(b_t, yaw_rate, cross(w_t, yaw_axis))
+    R_in = R_it @ about_z(q[n + YAW])
+    w_n = w_t + yaw_rate * yaw_axis
+    b_n = b_t + yaw_rate * cross(w_t, yaw_axis)
     # shaft: its x axis points downwind; with positive tilt the upwind end is up
     c, s = cos(p[TILT]), sin(p[TILT])
-    shaft = rotate(R_in, Vec(c, 0.0, -s))
+    shaft = R_in @ Vec(c, 0.0, -s)
     speed = v[n + GENERATOR] + v[n + TORSION]
-    w_r = add_scaled(w_n, speed, shaft)
-    b_r = add_scaled(b_n, speed, cross(w_n, shaft))
+    w_r = w_n + speed * shaft
+    b_r = b_n + speed * cross(w_n, shaft)
     # rotor apex H, at d from the tower top
-    d = add_scaled(scale(p[SHAFT_HEIGHT], yaw_axis), -p[OVERHANG], shaft)
+    d = p[SHAFT_HEIGHT] * yaw_axis - p[OVERHANG] * shaft
     turning = cross(w_n, d)
-    put1(machine, HUB_POSITION, add(vec1(machine, TOP_POSITION), d))
-    put1(machine, HUB_VELOCITY, add(vec1(machine, TOP_VELOCITY), turning))
+    put1(machine, HUB_POSITION, vec1(machine, TOP_POSITION) + d)
+    put1(machine, HUB_VELOCITY, vec1(machine, TOP_VELOCITY) + turning)
     put1(
         machine,
         HUB_ACCELERATION,
-        add(vec1(machine, TOP_ACCELERATION), add(cross(b_n, d), cross(w_n, turning))),
+        vec1(machine, TOP_ACCELERATION) + (cross(b_n, d) + cross(w_n, turning)),
     )
     put_rot1(machine, NACELLE, R_in)
     put1(machine, NACELLE_SPIN, w_n)
@@ -169,11 +163,11 @@ def nacelle_and_hub(q: Float, v: Float, p: Float, columns: Float, machine: Float
     machine[AZIMUTH] = q[n + GENERATOR] + q[n + TORSION]
     machine[ROTOR_SPEED] = speed
     for k in range(n):
-        put2(columns, 0, k, add(vec2(columns, 0, k), cross(vec2(columns, 3, k), d)))
+        put2(columns, 0, k, vec2(columns, 0, k) + cross(vec2(columns, 3, k), d))
     put2(columns, 0, n + YAW, cross(yaw_axis, d))
     put2(columns, 3, n + YAW, yaw_axis)
     for k in range(n + GENERATOR, n + TORSION + 1):
-        put2(columns, 0, k, no_vec(columns))
+        put2(columns, 0, k, Vec(0.0, 0.0, 0.0))
         put2(columns, 3, k, shaft)
 
 
@@ -185,23 +179,23 @@ def blade_frames(p: Float, pitch: Float, machine: Float, frame: Float) -> None:
       pitch: (3, blades) pitch angle, its rate and acceleration.
     """
     n_blades = frame.shape[1]
-    R_is = compose(rot1(machine, NACELLE), about_y(p[TILT]))
+    R_is = rot1(machine, NACELLE) @ about_y(p[TILT])
     shaft = vec1(machine, SHAFT)
     v_h, a_h = vec1(machine, HUB_VELOCITY), vec1(machine, HUB_ACCELERATION)
     w_r, b_r = vec1(machine, ROTOR_SPIN), vec1(machine, ROTOR_SPIN_RATE)
     for b in range(n_blades):
         angle, rate, rate2 = pitch[0, b], pitch[1, b], pitch[2, b]
         azimuth = machine[AZIMUTH] + b * (2.0 * pi / n_blades)
-        R_ib = compose(compose(R_is, about_x(azimuth)), compose(about_y(-p[PRECONE]), about_z(-angle)))
-        w, known = rotate_back(R_ib, w_r), rotate_back(R_ib, b_r)
+        R_ib = R_is @ about_x(azimuth) @ (about_y(-p[PRECONE]) @ about_z(-angle))
+        w, known = R_ib.T @ w_r, R_ib.T @ b_r
         # pitching by +angle to feather is a turn by -angle about the blade's z axis
         axis = Vec(0.0, 0.0, -1.0)
         put_rot2(frame, ROOT_ORIENTATION, b, R_ib)
-        put2(frame, APEX_VELOCITY, b, rotate_back(R_ib, v_h))
-        put2(frame, APEX_ACCELERATION, b, rotate_back(R_ib, a_h))
-        put2(frame, ROOT_SPIN, b, add_scaled(w, rate, axis))
-        put2(frame, ROOT_SPIN_RATE, b, add(known, add_scaled(scale(rate2, axis), rate, cross(w, axis))))
-        put2(frame, ROOT_SHAFT, b, rotate_back(R_ib, shaft))
+        put2(frame, APEX_VELOCITY, b, R_ib.T @ v_h)
+        put2(frame, APEX_ACCELERATION, b, R_ib.T @ a_h)
+        put2(frame, ROOT_SPIN, b, w + rate * axis)
+        put2(frame, ROOT_SPIN_RATE, b, known + (rate2 * axis + rate * cross(w, axis)))
+        put2(frame, ROOT_SHAFT, b, R_ib.T @ shaft)
         frame[COS_PITCH, b] = cos(angle)
         frame[SIN_PITCH, b] = sin(angle)
         frame[BLADE_AZIMUTH, b] = azimuth
@@ -230,34 +224,34 @@ def node_motion(
       partial: (3 modes, blades, nodes) becomes the partial velocities of the nodes in the modes.
     """
     n_modes = shape.shape[0] // 6
-    nothing = no_vec(motion)
+    nothing = Vec(0.0, 0.0, 0.0)
     u, du, bias, theta, rate = nothing, nothing, nothing, nothing, nothing
     for k in range(n_modes):
         z, zd = nothing, nothing
         for m in range(n_modes):
             Z = vec3(second, 3 * (n_modes * k + m), b, n)
-            z = add_scaled(z, q[first + m], Z)
-            zd = add_scaled(zd, v[first + m], Z)
+            z += q[first + m] * Z
+            zd += v[first + m] * Z
         phi, psi = vec3(shape, 6 * k, b, n), vec3(shape, 6 * k + 3, b, n)
-        t = add(phi, z)
+        t = phi + z
         put3(partial, 3 * k, b, n, t)
-        u = add_scaled(u, q[first + k], add_scaled(phi, 0.5, z))
-        du = add_scaled(du, v[first + k], t)
-        bias = add_scaled(bias, v[first + k], zd)
-        theta = add_scaled(theta, q[first + k], psi)
-        rate = add_scaled(rate, v[first + k], psi)
-    r = add(vec3(nodes, NODE_POSITION, b, n), u)
+        u += q[first + k] * (phi + 0.5 * z)
+        du += v[first + k] * t
+        bias += v[first + k] * zd
+        theta += q[first + k] * psi
+        rate += v[first + k] * psi
+    r = vec3(nodes, NODE_POSITION, b, n) + u
     w, w_rate = vec2(frame, ROOT_SPIN, b), vec2(frame, ROOT_SPIN_RATE, b)
     turning = cross(w, r)
     put3(motion, POSITION, b, n, r)
-    put3(motion, VELOCITY, b, n, add(vec2(frame, APEX_VELOCITY, b), add(turning, du)))
+    put3(motion, VELOCITY, b, n, vec2(frame, APEX_VELOCITY, b) + (turning + du))
     # a = a_H + dw/dt x r + w x (w x r) + 2 w x du/dt + second-order part of d2u/dt2
-    spinning = cross(w, add_scaled(turning, 2.0, du))
-    a = add(vec2(frame, APEX_ACCELERATION, b), add(cross(w_rate, r), add(spinning, bias)))
+    spinning = cross(w, turning + 2.0 * du)
+    a = vec2(frame, APEX_ACCELERATION, b) + (cross(w_rate, r) + (spinning + bias))
     put3(motion, ACCELERATION, b, n, a)
     put3(motion, ROTATION, b, n, theta)
-    put3(motion, SPIN, b, n, add(w, rate))
-    put3(motion, SPIN_RATE, b, n, add(w_rate, cross(w, rate)))
+    put3(motion, SPIN, b, n, w + rate)
+    put3(motion, SPIN_RATE, b, n, w_rate + cross(w, rate))
 
 
 @kernel

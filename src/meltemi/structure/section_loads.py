@@ -14,22 +14,14 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.maths.access import no_vec, put1, put2, put3, rot1, rot2, sym2, sym3, vec1, vec2, vec3
+from meltemi.maths.access import put1, put2, put3, rot1, rot2, sym2, sym3, vec1, vec2, vec3
 from meltemi.maths.vectors import (
     Sym,
     Vec,
     about_x,
     about_y,
-    add,
-    add_scaled,
-    apply,
-    compose,
     cross,
     dot,
-    rotate,
-    rotate_back,
-    scale,
-    sub,
     turn,
 )
 from meltemi.structure.dynamics import (
@@ -85,9 +77,9 @@ T_HEIGHT, T_LENGTH, T_MASS, T_INERTIA = TOWER_NODE.slots("height length mass ine
 @kernel
 def from_core(columns: Float, a: Float, n: int, row: int) -> Vec:
     """Sum of the first ``n`` columns times the second derivatives: linear (row 0) or angular (row 3)."""
-    x = no_vec(columns)
+    x = Vec(0.0, 0.0, 0.0)
     for j in range(n):
-        x = add_scaled(x, a[j], vec2(columns, row, j))
+        x += a[j] * vec2(columns, row, j)
     return x
 
 
@@ -115,30 +107,30 @@ def blade_loads(
     n_core = columns.shape[1]
     n_modes = link.shape[2]
     a_h, b_r = from_core(columns, a, n_core, 0), from_core(columns, a, n_core, 3)
-    total_force, total_moment = no_vec(apex), no_vec(apex)
+    total_force, total_moment = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     R_in = rot1(machine, ex.NACELLE)
     top, hub = vec1(machine, ex.TOP_POSITION), vec1(machine, ex.HUB_POSITION)
     for b in range(frame.shape[1]):
         R = rot2(frame, ex.ROOT_ORIENTATION, b)
-        acceleration, spin_rate = rotate_back(R, a_h), rotate_back(R, b_r)
+        acceleration, spin_rate = R.T @ a_h, R.T @ b_r
         m, s, J = body[B_MASS, b], vec2(body, B_MOMENT, b), sym2(body, B_INERTIA, b)
-        F = sub(vec2(body, B_FORCE, b), add(scale(m, acceleration), cross(spin_rate, s)))
-        M = sub(vec2(body, B_TORQUE, b), add(cross(s, acceleration), apply(J, spin_rate)))
+        F = vec2(body, B_FORCE, b) - (m * acceleration + cross(spin_rate, s))
+        M = vec2(body, B_TORQUE, b) - (cross(s, acceleration) + J @ spin_rate)
         first = n_core + n_modes * b
-        u, theta = no_vec(root), no_vec(root)
+        u, theta = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
         for k in range(n_modes):
-            F = add_scaled(F, -a[first + k], Vec(link[0, b, k], link[1, b, k], link[2, b, k]))
-            M = add_scaled(M, -a[first + k], Vec(link[3, b, k], link[4, b, k], link[5, b, k]))
+            F -= a[first + k] * Vec(link[0, b, k], link[1, b, k], link[2, b, k])
+            M -= a[first + k] * Vec(link[3, b, k], link[4, b, k], link[5, b, k])
             t = Vec(tip_shape[0, k], tip_shape[1, k], tip_shape[2, k])
             for j in range(n_modes):
                 Z = Vec(tip_second[0, k, j], tip_second[1, k, j], tip_second[2, k, j])
-                t = add_scaled(t, 0.5 * q[first + j], Z)
-            u = add_scaled(u, q[first + k], t)
-            theta = add_scaled(theta, q[first + k], Vec(tip_shape[3, k], tip_shape[4, k], tip_shape[5, k]))
-        total_force = add(total_force, rotate(R, F))
-        total_moment = add(total_moment, rotate(R, M))
+                t += 0.5 * q[first + j] * Z
+            u += q[first + k] * t
+            theta += q[first + k] * Vec(tip_shape[3, k], tip_shape[4, k], tip_shape[5, k])
+        total_force += R @ F
+        total_moment += R @ M
         arm = Vec(0.0, 0.0, p[HUB_RADIUS])
-        M_root = sub(M, cross(arm, F))
+        M_root = M - cross(arm, F)
         cp, sp = frame[ex.COS_PITCH, b], frame[ex.SIN_PITCH, b]
         put2(root, R_PITCHED_FORCE, b, F)
         put2(root, R_PITCHED_MOMENT, b, M_root)
@@ -148,7 +140,7 @@ def blade_loads(
         put2(root, R_TIP, b, unpitched(cp, sp, u))
         put2(root, R_TIP_ROTATION, b, theta)
         # tip from the tower top, nacelle axes
-        place = rotate_back(R_in, add(sub(hub, top), rotate(R, add(vec1(p, TIP), u))))
+        place = R_in.T @ (hub - top + R @ (vec1(p, TIP) + u))
         flat = place.x * place.x + place.y * place.y
         root[R_CLEARANCE, b] = sqrt(flat + place.z * place.z) if place.z > 0.0 else sqrt(flat)
     put1(apex, 0, total_force)
@@ -191,57 +183,57 @@ def chain_loads(
     gravity = Vec(0.0, 0.0, -p[GRAVITY])
     shaft = vec1(machine, ex.SHAFT)
     w_n, w_r = vec1(machine, ex.NACELLE_SPIN), vec1(machine, ex.ROTOR_SPIN)
-    rotor_rate = add(vec1(machine, ex.ROTOR_SPIN_RATE), from_core(columns, a, n_core, 3))
-    hub_acceleration = add(vec1(machine, ex.HUB_ACCELERATION), from_core(columns, a, n_core, 0))
+    rotor_rate = vec1(machine, ex.ROTOR_SPIN_RATE) + from_core(columns, a, n_core, 3)
+    hub_acceleration = vec1(machine, ex.HUB_ACCELERATION) + from_core(columns, a, n_core, 0)
     # hub
-    c = scale(p[HUB_CENTRE], shaft)
-    centre = add(hub_acceleration, add(cross(rotor_rate, c), cross(w_r, cross(w_r, c))))
-    F_hub = scale(p[HUB_MASS], sub(gravity, centre))
-    spin = add(scale(dot(rotor_rate, shaft), shaft), scale(dot(w_r, shaft), cross(w_n, shaft)))
-    F = add(vec1(apex, 0), F_hub)
-    M = add(vec1(apex, 3), sub(cross(c, F_hub), scale(p[HUB_INERTIA], spin)))
-    R_is = compose(rot1(machine, ex.NACELLE), about_y(p[TILT]))
-    R_ia = compose(R_is, about_x(machine[ex.AZIMUTH]))
-    put1(out, APEX_FORCE, rotate_back(R_is, F))
-    put1(out, APEX_MOMENT, rotate_back(R_is, M))
-    put1(out, ROTATING_FORCE, rotate_back(R_ia, F))
-    put1(out, ROTATING_MOMENT, rotate_back(R_ia, M))
+    c = p[HUB_CENTRE] * shaft
+    centre = hub_acceleration + (cross(rotor_rate, c) + cross(w_r, cross(w_r, c)))
+    F_hub = p[HUB_MASS] * (gravity - centre)
+    spin = dot(rotor_rate, shaft) * shaft + dot(w_r, shaft) * cross(w_n, shaft)
+    F = vec1(apex, 0) + F_hub
+    M = vec1(apex, 3) + (cross(c, F_hub) - p[HUB_INERTIA] * spin)
+    R_is = rot1(machine, ex.NACELLE) @ about_y(p[TILT])
+    R_ia = R_is @ about_x(machine[ex.AZIMUTH])
+    put1(out, APEX_FORCE, R_is.T @ F)
+    put1(out, APEX_MOMENT, R_is.T @ M)
+    put1(out, ROTATING_FORCE, R_ia.T @ F)
+    put1(out, ROTATING_MOMENT, R_ia.T @ M)
     # generator and nacelle
-    nacelle_rate = add(vec1(machine, ex.NACELLE_SPIN_RATE), from_core(columns, a, n_tower + 1, 3))
-    arm = sub(vec1(machine, ex.HUB_POSITION), vec1(machine, ex.TOP_POSITION))
+    nacelle_rate = vec1(machine, ex.NACELLE_SPIN_RATE) + from_core(columns, a, n_tower + 1, 3)
+    arm = vec1(machine, ex.HUB_POSITION) - vec1(machine, ex.TOP_POSITION)
     top = vec1(machine, ex.TOP_ACCELERATION)
     for k in range(n_tower):
-        at_top = sub(vec2(columns, 0, k), cross(vec2(columns, 3, k), arm))
-        top = add_scaled(top, a[k], at_top)
+        at_top = vec2(columns, 0, k) - cross(vec2(columns, 3, k), arm)
+        top += a[k] * at_top
     R_in = rot1(machine, ex.NACELLE)
-    d = rotate(R_in, vec1(p, NACELLE_CENTRE))
+    d = R_in @ vec1(p, NACELLE_CENTRE)
     J = turn(R_in, Sym(p[NACELLE_INERTIA], p[NACELLE_INERTIA + 1], p[NACELLE_INERTIA + 2], 0.0, 0.0, 0.0))
-    centre = add(top, add(cross(nacelle_rate, d), cross(w_n, cross(w_n, d))))
-    F_n = scale(p[NACELLE_MASS], sub(gravity, centre))
-    M_n = sub(cross(d, F_n), add(apply(J, nacelle_rate), cross(w_n, apply(J, w_n))))
+    centre = top + (cross(nacelle_rate, d) + cross(w_n, cross(w_n, d)))
+    F_n = p[NACELLE_MASS] * (gravity - centre)
+    M_n = cross(d, F_n) - (J @ nacelle_rate + cross(w_n, J @ w_n))
     turns, Jg = p[SENSE] * p[GEAR_RATIO], p[GENERATOR_INERTIA]
     g, t = n_tower + GENERATOR, n_tower + TORSION
     spin_rates = Vec(dot(nacelle_rate, shaft), a[g], a[t])
     turning = spin_rates.x + turns * a[g]
     momentum = dot(w_n, shaft) + turns * v[g]
-    M_g = scale(-Jg, add(scale(turning, shaft), scale(momentum, cross(w_n, shaft))))
+    M_g = -Jg * (turning * shaft + momentum * cross(w_n, shaft))
     if gear_load.shape[1] > 0:
         spins = Vec(dot(w_n, shaft), v[g], v[t])
         momentum, turning = gear_momentum(p, gear_modes, gears, spins, spin_rates)
-        M_g = sub(M_g, add(scale(turning, shaft), scale(momentum, cross(w_n, shaft))))
+        M_g -= turning * shaft + momentum * cross(w_n, shaft)
         gear_loads(q[t], v[t], spin_rates, p, gear_modes, gears, gear_rows, gear_shape, gear_load)
-    F_o = add(F, F_n)
-    M_o = add(add(M, cross(arm, F)), add(M_n, M_g))
+    F_o = F + F_n
+    M_o = M + cross(arm, F) + (M_n + M_g)
     R_it = rot1(machine, ex.TOP)
-    put1(out, YAW_FORCE, rotate_back(R_it, F_o))
-    put1(out, YAW_MOMENT, rotate_back(R_it, M_o))
-    put1(out, NACELLE_FORCE, rotate_back(R_in, F_o))
-    put1(out, NACELLE_MOMENT, rotate_back(R_in, M_o))
-    put1(out, TOP_TOTAL_ACCELERATION, rotate_back(R_it, top))
-    put1(out, TOP_DEFLECTION, sub(vec1(machine, ex.TOP_POSITION), Vec(0.0, 0.0, p[TOWER_BASE] + p[TOWER_LENGTH])))
-    theta = no_vec(out)
+    put1(out, YAW_FORCE, R_it.T @ F_o)
+    put1(out, YAW_MOMENT, R_it.T @ M_o)
+    put1(out, NACELLE_FORCE, R_in.T @ F_o)
+    put1(out, NACELLE_MOMENT, R_in.T @ M_o)
+    put1(out, TOP_TOTAL_ACCELERATION, R_it.T @ top)
+    put1(out, TOP_DEFLECTION, vec1(machine, ex.TOP_POSITION) - Vec(0.0, 0.0, p[TOWER_BASE] + p[TOWER_LENGTH]))
+    theta = Vec(0.0, 0.0, 0.0)
     for k in range(n_tower):
-        theta = add_scaled(theta, q[k], Vec(top_shape[3, k], top_shape[4, k], top_shape[5, k]))
+        theta += q[k] * Vec(top_shape[3, k], top_shape[4, k], top_shape[5, k])
     put1(out, TOP_ROTATION, theta)
     out[ROTOR_ACCELERATION] = a[n_tower + GENERATOR] + a[n_tower + TORSION]
     put1(apex, 0, F_o)
@@ -275,14 +267,14 @@ def tower_loads(
     n_modes = shape.shape[0] // 6
     top = vec1(machine, ex.TOP_POSITION)
     # below the yaw bearing: with the mass that is fixed there
-    rising = no_vec(out)
+    rising = Vec(0.0, 0.0, 0.0)
     for k in range(n_modes):
-        rising = add_scaled(rising, a[k], vec2(shape, 6 * k, shape.shape[1] - 1))
-    F_top, M_top = add_scaled(vec1(apex, 0), p[TOP_MASS], sub(gravity, rising)), vec1(apex, 3)
+        rising += a[k] * vec2(shape, 6 * k, shape.shape[1] - 1)
+    F_top, M_top = vec1(apex, 0) + p[TOP_MASS] * (gravity - rising), vec1(apex, 3)
     for i in range(out.shape[1]):
         cut = stations[i]
         # deflected place of the cut
-        place = add(no_vec(out), Vec(0.0, 0.0, p[TOWER_BASE] + cut))
+        place = Vec(0.0, 0.0, p[TOWER_BASE] + cut)
         for n in range(nodes.shape[1] - 1):
             low, high = nodes[T_HEIGHT, n], nodes[T_HEIGHT, n + 1]
             if cut >= low and cut <= high:
@@ -290,10 +282,10 @@ def tower_loads(
                 for k in range(n_modes):
                     x = shape[6 * k, n] + w * (shape[6 * k, n + 1] - shape[6 * k, n])
                     y = shape[6 * k + 1, n] + w * (shape[6 * k + 1, n + 1] - shape[6 * k + 1, n])
-                    place = add_scaled(place, q[k], Vec(x, y, 0.0))
+                    place += q[k] * Vec(x, y, 0.0)
                 break
         F = F_top
-        M = add(M_top, cross(sub(top, place), F_top))
+        M = M_top + cross(top - place, F_top)
         edge = 0.0
         for n in range(nodes.shape[1]):
             length = nodes[T_LENGTH, n]
@@ -302,19 +294,19 @@ def tower_loads(
             share = min(max((high - cut) / length, 0.0), 1.0)
             if share <= 0.0:
                 continue
-            u, acceleration, turning = no_vec(out), no_vec(out), no_vec(out)
+            u, acceleration, turning = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
             for k in range(n_modes):
                 phi = vec2(shape, 6 * k, n)
-                u = add_scaled(u, q[k], phi)
-                acceleration = add_scaled(acceleration, a[k], phi)
-                turning = add_scaled(turning, a[k], vec2(shape, 6 * k + 3, n))
+                u += q[k] * phi
+                acceleration += a[k] * phi
+                turning += a[k] * vec2(shape, 6 * k + 3, n)
             middle = 0.5 * (max(low, cut) + high)
-            r = sub(add(u, Vec(0.0, 0.0, p[TOWER_BASE] + middle)), place)
-            f = add(scale(nodes[T_MASS, n], sub(gravity, acceleration)), vec2(drag, 0, n))
+            r = u + Vec(0.0, 0.0, p[TOWER_BASE] + middle) - place
+            f = nodes[T_MASS, n] * (gravity - acceleration) + vec2(drag, 0, n)
             J = vec2(nodes, T_INERTIA, n)
             inertial = Vec(J.x * turning.x, J.y * turning.y, J.z * turning.z)
-            F = add_scaled(F, share, f)
-            M = add_scaled(add_scaled(M, share, cross(r, f)), -share, inertial)
+            F += share * f
+            M = M + share * cross(r, f) - share * inertial
         put2(out, T_FORCE, i, F)
         put2(out, T_MOMENT, i, M)
 
@@ -349,8 +341,8 @@ def station_loads(
     a_h, b_r = from_core(columns, a, n_core, 0), from_core(columns, a, n_core, 3)
     for b in range(frame.shape[1]):
         R = rot2(frame, ex.ROOT_ORIENTATION, b)
-        gravity = rotate_back(R, Vec(0.0, 0.0, -p[GRAVITY]))
-        a_b, b_b = rotate_back(R, a_h), rotate_back(R, b_r)
+        gravity = R.T @ Vec(0.0, 0.0, -p[GRAVITY])
+        a_b, b_b = R.T @ a_h, R.T @ b_r
         first = n_core + n_modes * b
         for i in range(stations.shape[0]):
             put3(out, S_FORCE, b, i, Vec(0.0, 0.0, 0.0))
@@ -359,18 +351,18 @@ def station_loads(
             m, J = nodes[NODE_MASS, b, n], sym3(nodes, NODE_INERTIA, b, n)
             r = vec3(motion, ex.POSITION, b, n)
             theta, s0 = vec3(motion, ex.ROTATION, b, n), vec3(nodes, NODE_MOMENT, b, n)
-            s = add(s0, cross(theta, s0))
-            acceleration = add(vec3(motion, ex.ACCELERATION, b, n), add(a_b, cross(b_b, r)))
-            spin_rate = add(vec3(motion, ex.SPIN_RATE, b, n), b_b)
+            s = s0 + cross(theta, s0)
+            acceleration = vec3(motion, ex.ACCELERATION, b, n) + (a_b + cross(b_b, r))
+            spin_rate = vec3(motion, ex.SPIN_RATE, b, n) + b_b
             for k in range(n_modes):
-                acceleration = add_scaled(acceleration, a[first + k], vec3(partial, 3 * k, b, n))
-                spin_rate = add_scaled(spin_rate, a[first + k], vec3(shape, 6 * k + 3, b, n))
+                acceleration += a[first + k] * vec3(partial, 3 * k, b, n)
+                spin_rate += a[first + k] * vec3(shape, 6 * k + 3, b, n)
             w = vec3(motion, ex.SPIN, b, n)
-            fall = sub(gravity, acceleration)
-            F = sub(scale(m, fall), add(cross(spin_rate, s), cross(w, cross(w, s))))
-            F = add(F, vec3(load, ex.FORCE, b, n))
-            M = sub(cross(s, fall), add(apply(J, spin_rate), cross(w, apply(J, w))))
-            M = add(M, vec3(load, ex.MOMENT, b, n))
+            fall = gravity - acceleration
+            F = m * fall - (cross(spin_rate, s) + cross(w, cross(w, s)))
+            F += vec3(load, ex.FORCE, b, n)
+            M = cross(s, fall) - (J @ spin_rate + cross(w, J @ w))
+            M += vec3(load, ex.MOMENT, b, n)
             for i in range(stations.shape[0]):
                 share = min(max((edges[n + 1] - stations[i]) / (edges[n + 1] - edges[n]), 0.0), 1.0)
                 if share <= 0.0:
@@ -378,11 +370,9 @@ def station_loads(
                 # the outer part of a cut piece has its middle further out
                 shift = 0.5 * (1.0 - share) * (edges[n + 1] - edges[n])
                 root = p[HUB_RADIUS]
-                arm = sub(
-                    add(r, Vec(0.0, 0.0, shift)), station_place(nodes, motion, root, root + stations[i], b, n_nodes)
-                )
-                put3(out, S_FORCE, b, i, add_scaled(vec3(out, S_FORCE, b, i), share, F))
-                put3(out, S_MOMENT, b, i, add_scaled(vec3(out, S_MOMENT, b, i), share, add(M, cross(arm, F))))
+                arm = r + Vec(0.0, 0.0, shift) - station_place(nodes, motion, root, root + stations[i], b, n_nodes)
+                put3(out, S_FORCE, b, i, vec3(out, S_FORCE, b, i) + share * F)
+                put3(out, S_MOMENT, b, i, vec3(out, S_MOMENT, b, i) + share * (M + cross(arm, F)))
 
 
 @kernel
@@ -391,11 +381,11 @@ def station_place(nodes: Float, motion: Float, root: float, z: float, b: int, n_
     first = nodes[NODE_POSITION + 2, b, 0]
     if z < first:
         w = (z - root) / (first - root)
-        return add_scaled(Vec(0.0, 0.0, (1.0 - w) * root), w, vec3(motion, ex.POSITION, b, 0))
+        return Vec(0.0, 0.0, (1.0 - w) * root) + w * vec3(motion, ex.POSITION, b, 0)
     n = 0
     for i in range(1, n_nodes - 1):
         if z >= nodes[NODE_POSITION + 2, b, i]:
             n = i
     z0, z1 = nodes[NODE_POSITION + 2, b, n], nodes[NODE_POSITION + 2, b, n + 1]
     w = (z - z0) / (z1 - z0)
-    return add_scaled(scale(1.0 - w, vec3(motion, ex.POSITION, b, n)), w, vec3(motion, ex.POSITION, b, n + 1))
+    return (1.0 - w) * vec3(motion, ex.POSITION, b, n) + w * vec3(motion, ex.POSITION, b, n + 1)
