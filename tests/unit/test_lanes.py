@@ -17,9 +17,9 @@ import pytest
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import FAST_MATH
-from meltemi.maths.access import no_vec, put3, vec3
+from meltemi.maths.access import put3, vec3
 from meltemi.maths.generic import anywhere, floor, largest, split, total, two_to, where, whole, zero
-from meltemi.maths.vectors import add_scaled, cross, dot
+from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.numbers.lanes import WIDTH
 from meltemi.numbers.views import FLOATS, LANES, viewer
 
@@ -323,7 +323,7 @@ def test_shape_counts_groups() -> None:
 def nodes_kernel(A: Any, box: Any, out: Any) -> None:
     """A little of everything that kernels do to nodes, with arithmetic only: nothing that lanes may round otherwise."""
     for b in range(A.shape[1]):
-        running = no_vec(A)
+        running = Vec(0.0, 0.0, 0.0)
         for n in range(A.shape[2]):
             x, y = vec3(A, 0, b, n), vec3(A, 3, b, n)
             z = cross(x, y)
@@ -335,7 +335,7 @@ def nodes_kernel(A: Any, box: Any, out: Any) -> None:
             bounded = min(max(size / max(abs(looked), 0.01), -3.0), 3.0)
             if anywhere(bounded > 2.0):
                 bounded = where(bounded > 2.0, 2.0 + 0.1 * (bounded - 2.0), bounded)
-            running = add_scaled(running, bounded, z)
+            running += bounded * z
             put3(out, 0, b, n, running)
             out[3, b, n] = bounded
 

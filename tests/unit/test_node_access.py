@@ -58,6 +58,6 @@ def test_writing_sets_the_rows_and_nothing_else(write, A, value) -> None:  # typ
 )
 def test_adding_changes_the_rows_and_nothing_else(add, A, value) -> None:  # type: ignore[no-untyped-def]
     B, expected = A.copy(), A.copy()
-    column(expected, 4, len(value))[:] += value
+    column(expected, 4, len(value))[:] += tuple(value)
     add(B, 4, *PLACE[A.ndim], value)
     np.testing.assert_array_equal(B, expected)

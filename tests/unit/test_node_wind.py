@@ -59,7 +59,7 @@ def test_no_wind_below_the_roughness_length() -> None:
 @pytest.mark.parametrize("z", [0.0, -5.0])
 def test_points_in_the_ground_have_finite_wind(z: float) -> None:
     for wind in (SteadyWind(speed=9.0, shear_exponent=0.2), SteadyWind(speed=9.0, shear_exponent=-0.2)):
-        assert np.isfinite(velocity(wind, (0.0, 0.0, z))).all()
+        assert np.isfinite([*velocity(wind, (0.0, 0.0, z))]).all()
 
 
 @steady

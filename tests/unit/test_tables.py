@@ -154,6 +154,6 @@ def test_every_table_of_the_package_describes_every_field() -> None:
 def test_parts_are_what_the_vector_types_hold() -> None:
     from meltemi.maths.vectors import Rot, Sym, Vec
 
-    assert PARTS["xyz"] == Vec._fields
-    assert PARTS["rotation"] == Rot._fields
-    assert PARTS["symmetric"] == Sym._fields
+    assert PARTS["xyz"] == Vec.__slots__
+    assert PARTS["rotation"] == Rot.__slots__
+    assert PARTS["symmetric"] == Sym.__slots__

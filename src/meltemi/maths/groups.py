@@ -1,9 +1,9 @@
 """Groups of numbers in kernels: dataclasses with operators, for every kind of number.
 
-A class that is decorated with :func:`group` can be made, read and passed on in kernels; its components are of one kind,
-that of the numbers it is made of. Its operators are its own methods, compiled as they stand (:func:`operators`), so that
-one text serves Python and kernels. A group of floats becomes one of another kind where the two meet: sums begin with
-zeros whatever follows.
+A class decorated with :func:`group` can be made, read and passed on in kernels; its components are of one kind, that of
+the numbers it is made of. Its operators are its own methods, compiled as they stand (:func:`operators`), so that one
+text serves Python and kernels. A group of floats becomes one of another kind where the two meet: sums begin with zeros
+whatever follows.
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ and ``R_ab.T @ v_a`` is ``v_b``. Kernels compute with them in every kind of numb
 from __future__ import annotations
 
 import operator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import cos, sin, sqrt
 from typing import overload
@@ -16,9 +17,25 @@ from meltemi.maths.generic import total
 from meltemi.maths.groups import group, operators
 
 
+class _Components:
+    """In Python a group is also the sequence of its components."""
+
+    __slots__: tuple[str, ...] = ()
+    __array_ufunc__ = None  # NumPy's numbers leave s * v to the vector
+
+    def __iter__(self) -> Iterator[float]:
+        return iter([getattr(self, name) for name in self.__slots__])
+
+    def __len__(self) -> int:
+        return len(self.__slots__)
+
+    def __getitem__(self, i: int) -> float:
+        return [*self][i]
+
+
 @group
 @dataclass(frozen=True, slots=True)
-class Vec:
+class Vec(_Components):
     """A vector by its components."""
 
     x: float
@@ -40,7 +57,7 @@ class Vec:
 
 @group
 @dataclass(frozen=True, slots=True)
-class Rot:
+class Rot(_Components):
     """A rotation matrix by its rows: ``xy`` is row x, column y."""
 
     xx: float
@@ -90,7 +107,7 @@ class Rot:
 
 @group
 @dataclass(frozen=True, slots=True)
-class Sym:
+class Sym(_Components):
     """A symmetric 3 x 3 matrix, e.g. an inertia."""
 
     xx: float
@@ -101,9 +118,7 @@ class Sym:
     yz: float
 
     def __add__(self, B: Sym) -> Sym:
-        return Sym(
-            self.xx + B.xx, self.yy + B.yy, self.zz + B.zz, self.xy + B.xy, self.xz + B.xz, self.yz + B.yz
-        )
+        return Sym(self.xx + B.xx, self.yy + B.yy, self.zz + B.zz, self.xy + B.xy, self.xz + B.xz, self.yz + B.yz)
 
     def __matmul__(self, v: Vec) -> Vec:
         return Vec(
@@ -125,7 +140,7 @@ def _sum_of_matrices(A: Sym) -> Sym:
     return Sym(total(A.xx), total(A.yy), total(A.zz), total(A.xy), total(A.xz), total(A.yz))
 
 
-_SUM = {(Vec, Vec): Vec.__add__, (Sym, Sym): Sym.__add__}
+_SUM: dict[tuple[type | None, ...], Callable[..., object]] = {(Vec, Vec): Vec.__add__, (Sym, Sym): Sym.__add__}
 operators(
     {
         operator.add: _SUM,
