@@ -12,7 +12,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
-from meltemi.core.tables import Table
+from meltemi.maths.tables import Table
 
 PLACE = re.compile(r"^\{\{ (\w+)(?: ([\w.]+))? \}\}$", re.MULTILINE)
 
@@ -158,7 +158,7 @@ def array(path: str) -> str:
 
     module, name = path.rsplit(".", 1)
     found: Table = getattr(import_module(f"meltemi.{module}"), name)
-    rows = [[f"`{f.name}`", f.unit, f.doc] for f in found.fields]
+    rows = [[f"`{f.name}`", f.unit, f.doc] for f in found.rows]
     axes = f"Axes: field, {', '.join(found.axes)}.\n\n" if found.axes else ""
     return axes + _table(["field", "unit", "meaning"], rows)
 
@@ -236,7 +236,7 @@ def supervisor(what: str) -> str:
         return _table(["", "state", "what"], [[str(i), words(a.name), a.doc] for i, a in enumerate(states, 1)])
     if what == "conditions":
         head = ["condition", "quantity", "", "limit", "for", "latches", "quantity is"]
-        docs = {f.name: f"{f.doc} [{f.unit}]" for f in tables.QUANTITIES.fields}
+        docs = {f.name: f"{f.doc} [{f.unit}]" for f in tables.QUANTITIES.rows}
         rows = [
             [words(c.name), words(c.quantity), c.sense, f"`{c.limit}`", "" if c.hold == "0" else f"`{c.hold}`"]
             + ["yes" if c.latches else "", docs[c.quantity]]

@@ -13,7 +13,7 @@ from scipy.linalg import eigvals
 import meltemi
 from meltemi import Environment, Model, ModelOptions, Result, Start, SteadyWind, Turbine, simulate
 from meltemi.control import signals as s
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.modes import natural_modes, time_step

@@ -7,7 +7,7 @@ import pytest
 
 import meltemi
 from meltemi import Environment, Icing, ModelOptions, Start, SteadyWind, Turbine, with_ice
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.simulation.modes import natural_modes
 from meltemi.structure.tables import BLADE_NODE
 from meltemi.studies.icing import frequency_table, load_table, plot_icing, power_table

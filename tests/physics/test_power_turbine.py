@@ -29,8 +29,8 @@ from meltemi import (
     simulate,
 )
 from meltemi.control.signals import DEMANDS
-from meltemi.core.tables import View
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
+from meltemi.maths.tables import View
 from meltemi.simulation.engines import default_step, engine_of
 
 R, AREA = 138.0, np.pi * 138.0**2

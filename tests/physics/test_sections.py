@@ -13,7 +13,7 @@ import meltemi
 from meltemi import ModelOptions, Start, SteadyWind, Turbine
 from meltemi.aero.rotor import derivatives
 from meltemi.aero.tables import AERO_NODE, FLOW
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.simulation.case import AIR_PARTS, Case
 
 Float = NDArray[np.float64]

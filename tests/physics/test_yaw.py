@@ -13,7 +13,7 @@ from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawControl,
 from meltemi.control import signals as s
 from meltemi.control.actuators import ACTUATOR, yaw_advance
 from meltemi.control.faults import healthy
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.studies.sensitivity import differences

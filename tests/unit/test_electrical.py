@@ -12,11 +12,11 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import meltemi
-from meltemi.core.tables import View
 from meltemi.electrical import advance as ad
 from meltemi.electrical.circuit import Phasor, circuit, drive
 from meltemi.electrical.control import stator_reference
 from meltemi.electrical.tables import ELECTRIC, ELECTRICAL, N_STATES, TRIPS, electrical_array
+from meltemi.maths.tables import View
 from meltemi.turbine.electrical import LINE, ElectricalSystem, size_electrical
 
 SYSTEM: ElectricalSystem = meltemi.load_turbine("pmsg20mw").electrical

@@ -12,7 +12,7 @@ import pytest
 import meltemi
 from meltemi import Icing, InputError, Model, Turbine, UnsupportedError, with_ice
 from meltemi.aero.tables import AERO_NODE, POLAR, SECTION
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.structure.tables import BLADE_NODE
 from meltemi.turbine.icing import ice_mass, law_mass, leading_edge, penalty_factors
 

@@ -25,7 +25,7 @@ from meltemi.control.actuators import (
     yaw_advance,
 )
 from meltemi.control.faults import PITCH_STUCK, healthy
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.turbine import exchange as ex
 
 Float = NDArray[np.float64]

@@ -23,7 +23,7 @@ from meltemi.control import signals as s
 from meltemi.control.baseline import BASELINE, baseline, parameters, steady_torque
 from meltemi.control.controller import StartPoint
 from meltemi.core.errors import InputError
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.turbine.definition import BaselineControl, Turbine
 
 Float = NDArray[np.float64]

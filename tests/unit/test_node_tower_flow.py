@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.tables import TOWER_FLOW
 from meltemi.aero.tower_flow import tower_influence, tower_load, tower_wind
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind, wind_arrays
 from meltemi.wind.velocity import series_now

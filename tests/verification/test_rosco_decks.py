@@ -15,7 +15,7 @@ from meltemi import ModelOptions, Start, Status, SteadyWind, TurbulentWind, Unsu
 from meltemi.aero.bem import loss_factor
 from meltemi.aero.tables import AERO_NODE, FLOW
 from meltemi.control.bladed.rosco import edit_discon, rosco_example
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 
 pytestmark = pytest.mark.rosco

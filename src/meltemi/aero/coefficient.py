@@ -17,7 +17,7 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import View, table
+from meltemi.maths.tables import View, table
 from meltemi.turbine.power_turbine import CalibratedCoefficient, Coefficient, HeierCoefficient, TableCoefficient
 
 Float = NDArray[float64]

@@ -6,7 +6,7 @@ along the blade as it is coned, prebent and bent; pitch, twist and torsion are n
 
 from __future__ import annotations
 
-from meltemi.core.tables import table
+from meltemi.maths.tables import table
 
 AERO = table(
     "aerodynamics",

@@ -22,8 +22,8 @@ from meltemi.aero.flaps import SWITCHES as FLAP_SWITCHES
 from meltemi.control import faults as f
 from meltemi.control import signals as s
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import MAX_BLADES, table
 from meltemi.maths.generic import crossed
+from meltemi.maths.tables import MAX_BLADES, table
 from meltemi.turbine import exchange as ex
 
 Float = NDArray[float64]

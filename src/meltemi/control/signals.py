@@ -14,7 +14,7 @@ functions alike; quantities of the blades stand one behind the other::
 
 from __future__ import annotations
 
-from meltemi.core.tables import table
+from meltemi.maths.tables import table
 
 MEASUREMENTS = table(
     "measurements",

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.tables import View, table
+from meltemi.maths.tables import View, table
 from meltemi.turbine.electrical import RESERVE, Converter, ElectricalSystem
 
 Float = NDArray[np.float64]

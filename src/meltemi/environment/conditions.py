@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.series import on_times, union, values
-from meltemi.core.tables import table
 from meltemi.environment.air import R_DRY, Air
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
+from meltemi.maths.tables import table
 
 Float = NDArray[float64]
 

@@ -19,8 +19,8 @@ from pydantic import Field, field_validator, model_validator
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Particular
-from meltemi.core.tables import View, table
 from meltemi.environment import drops
+from meltemi.maths.tables import View, table
 
 Float = NDArray[np.float64]
 

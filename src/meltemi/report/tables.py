@@ -133,7 +133,7 @@ def series_rows(found: SeriesStatistics) -> tuple[list[str], list[list[str]]]:
     """Head and rows of the statistics of a uniform wind, directions in degrees."""
     from meltemi.wind.velocity import SERIES
 
-    units = {name: field.unit for name, field in zip(SERIES.names, SERIES.fields, strict=True)}
+    units = {name: field.unit for name, field in zip(SERIES.names, SERIES.rows, strict=True)}
     rows = []
     for i, name in enumerate(found.names):
         unit = units.get(name, "m/s")

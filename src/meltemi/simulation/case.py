@@ -35,10 +35,10 @@ from meltemi.control.signals import (
 )
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import announce, kernel
-from meltemi.core.tables import Table, View
 from meltemi.electrical.tables import ELECTRIC, TRIPS
 from meltemi.environment.conditions import CONDITIONS, conditions_array
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.lanes import WIDTH
 from meltemi.numbers.views import FLOATS, LANES, viewer
@@ -117,7 +117,7 @@ class Arena:
         return self.begin[name] + int(np.ravel_multi_index(index, self.views[name].shape))
 
 
-SIGNAL_TABLES: dict[str, Table] = {
+SIGNAL_TABLES: dict[str, type[Table]] = {
     "summary": SUMMARY,
     "machine": MACHINE,
     "rotor": ROTOR,
@@ -205,7 +205,7 @@ class BaseCase:
       controller, controller_state, entry: of the controller that was bound.
     """
 
-    tables: ClassVar[dict[str, Table]]
+    tables: ClassVar[dict[str, type[Table]]]
     time_loop: ClassVar[staticmethod[..., Any]]
     run_parts: ClassVar[tuple[str, ...]]
     model: AnyModel
@@ -387,7 +387,7 @@ class Case(BaseCase):
         one by one, "duals" with derivatives, which stand in ``slopes`` by the names of the arrays.
     """
 
-    tables: ClassVar[dict[str, Table]] = SIGNAL_TABLES
+    tables: ClassVar[dict[str, type[Table]]] = SIGNAL_TABLES
     time_loop: ClassVar[staticmethod[..., Any]] = staticmethod(step.advance)
     run_parts: ClassVar[tuple[str, ...]] = tuple(RUN_PARTS)
     model: Model

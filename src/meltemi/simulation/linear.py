@@ -27,11 +27,11 @@ from meltemi.control.actuators import FLAP_ACTUATOR
 from meltemi.control.signals import GENERATOR_TORQUE, REACTIVE_POWER
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
-from meltemi.core.tables import Table, View
 from meltemi.core.threads import one_blas_thread
 from meltemi.electrical.tables import ELECTRIC, N_STATES
 from meltemi.environment.conditions import GRID_FREQUENCY, GRID_VOLTAGE
 from meltemi.maths.multiblade import rotating_frame
+from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.case import SIGNAL_TABLES, BaseCase, Case, Stations
 from meltemi.simulation.channels import Channel
@@ -318,7 +318,7 @@ def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], ya
             own, grows = (_place(case, "gears", r, k) for r in (row, rate))
             x.append(Variable(f"{begins} gear mode {k + 1}", units, ((own, 1.0),), grows))
     for array, table, active in _air(case, point, azimuths):
-        for f, entry in enumerate(table.fields):
+        for f, entry in enumerate(table.rows):
             for b, n in np.argwhere(active):
                 place = int(np.ravel_multi_index((f, b, n), case[array].shape))
                 name = f"blade {b + 1} node {n + 1} {array} {entry.name}"
@@ -330,7 +330,7 @@ def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], ya
         ideal, w, z = _flap_actuator(case, j)
         x += [] if ideal else _actuator_states(case, f"flap {j + 1}", "flap", (j,), w, z)
     if model.has_electrical:
-        for i, entry in enumerate(ELECTRIC.fields[:N_STATES]):
+        for i, entry in enumerate(ELECTRIC.rows[:N_STATES]):
             x.append(Variable(entry.name, entry.unit, ((("electric", i), 1.0),), ("d_electric", i)))
     if yaw:
         x.append(Variable("yaw command", "rad", ((("drive", ex.YAW_COMMAND), 1.0),), ("drive", ex.YAW_COMMAND_RATE)))
@@ -339,7 +339,7 @@ def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], ya
 
 def _air(
     case: BaseCase, point: OperatingPoint, azimuths: Sequence[float]
-) -> tuple[tuple[str, Table, NDArray[np.bool_]], ...]:
+) -> tuple[tuple[str, type[Table], NDArray[np.bool_]], ...]:
     """States of inflow and stall, and where they act."""
     if not isinstance(case, Case):
         return ()
@@ -426,7 +426,7 @@ def _inputs(case: BaseCase, point: OperatingPoint, names: Sequence[str]) -> list
     }
     for name, (column, value) in columns.items():
         i = SERIES.index(column)
-        known[name] = Variable("", SERIES.fields[i].unit, ((("series", i), 1.0),), value=value)
+        known[name] = Variable("", SERIES.rows[i].unit, ((("series", i), 1.0),), value=value)
     found = []
     for name in names:
         if name not in known:

@@ -18,10 +18,10 @@ from meltemi.aero.flaps import STEP as INCREMENT_STEP
 from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, POLAR, SECTION, TOWER_FLOW
 from meltemi.control.actuators import ACTUATOR, FLAP_ACTUATOR
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
-from meltemi.core.tables import MAX_BLADES, Table, View
 from meltemi.core.threads import one_blas_thread
 from meltemi.electrical.tables import ELECTRICAL, electrical_array
 from meltemi.environment.site import Environment
+from meltemi.maths.tables import MAX_BLADES, Table, View
 from meltemi.simulation.ice import ice_pieces, iced_polars
 from meltemi.simulation.machine import AnyModel, Parameters
 from meltemi.simulation.options import ModelOptions
@@ -139,12 +139,12 @@ class Model(Parameters):
         return replace(self, gear_modes=modes, gear_rows=rows, gear_shape=shape)
 
     @property
-    def parameter_tables(self) -> tuple[tuple[Table, str, tuple[str, ...]], ...]:
+    def parameter_tables(self) -> tuple[tuple[type[Table], str, tuple[str, ...]], ...]:
         """Table, array and names of the scalar parameters."""
         return (*_PARAMETERS, (ELECTRICAL, "electrical", ELECTRICAL.names)) if self.has_electrical else _PARAMETERS
 
 
-_PARAMETERS: tuple[tuple[Table, str, tuple[str, ...]], ...] = (
+_PARAMETERS: tuple[tuple[type[Table], str, tuple[str, ...]], ...] = (
     (STRUCTURE, "structure", STRUCTURE.names),
     (AERO, "aero", AERO.names),
     (ACTUATOR, "actuators", ACTUATOR.names),
@@ -489,7 +489,7 @@ def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, option
 
 
 def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
-    array = np.zeros(len(AERO_OPTIONS.fields), dtype=np.int64)
+    array = np.zeros(len(AERO_OPTIONS), dtype=np.int64)
     chosen = {
         "wake": ("none", "momentum").index(options.wake),
         "high_induction": ("none", "buhl").index(options.high_induction),
@@ -593,7 +593,7 @@ def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tupl
 
 def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float, Float]:
     """Polar on the grid and its constants."""
-    polar = np.zeros((len(grid), len(POLAR.fields)))
+    polar = np.zeros((len(grid), len(POLAR)))
     for name in ("lift", "drag", "moment"):
         polar[:, POLAR.index(name)] = np.interp(grid, airfoil.angle_of_attack, getattr(airfoil, name))
     section = SECTION.zeros()

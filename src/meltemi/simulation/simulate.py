@@ -30,9 +30,9 @@ from meltemi.control.supervisor.tables import STATES
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds, kernel_for
-from meltemi.core.tables import View
 from meltemi.electrical.advance import TRIP
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.tables import View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Numbers, Stations

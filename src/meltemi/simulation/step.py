@@ -42,12 +42,12 @@ from meltemi.control import signals as sg
 from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import MAX_BLADES, table
 from meltemi.electrical.advance import GRID_POWER, ON, TRIP, electric_advance
 from meltemi.electrical.advance import TORQUE as ELECTRIC_TORQUE
 from meltemi.environment import conditions as cd
 from meltemi.environment.conditions import conditions_now
 from meltemi.maths.access import vec1
+from meltemi.maths.tables import MAX_BLADES, table
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
 from meltemi.simulation.validity import watch_blades, watch_shaft

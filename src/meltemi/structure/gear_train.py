@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.structure.tables import GEAR_MODE, GEAR_ROW
 from meltemi.turbine.definition import Drivetrain
 

@@ -5,7 +5,7 @@ What structure and aerodynamics exchange is in ``turbine.exchange``.
 
 from __future__ import annotations
 
-from meltemi.core.tables import table
+from meltemi.maths.tables import table
 
 STRUCTURE = table(
     "structure",

@@ -31,8 +31,8 @@ from numpy.typing import NDArray
 from meltemi.control.actuators import ANGLE
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
-from meltemi.core.tables import View
 from meltemi.core.units import rpm
+from meltemi.maths.tables import View
 from meltemi.simulation.engines import build, new_case, operating_point
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model

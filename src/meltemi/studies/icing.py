@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.display import Brief
-from meltemi.core.tables import View
 from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
+from meltemi.maths.tables import View
 from meltemi.postprocess.ensemble import Estimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.html import Table

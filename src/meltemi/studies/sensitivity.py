@@ -26,8 +26,8 @@ from meltemi.control.baseline import baseline
 from meltemi.control.controller import Controller, StartPoint, dual_entry
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
-from meltemi.core.tables import MAX_BLADES
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.case import BaseCase, Stations

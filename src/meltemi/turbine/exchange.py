@@ -9,7 +9,7 @@ derivatives of the generalised coordinates are zero.
 
 from __future__ import annotations
 
-from meltemi.core.tables import table
+from meltemi.maths.tables import table
 
 MACHINE = table(
     "machine",

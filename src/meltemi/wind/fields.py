@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.wind.velocity import SERIES, WIND
 
 

@@ -17,8 +17,8 @@ from numpy import float32, float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import table
 from meltemi.maths.generic import where, whole
+from meltemi.maths.tables import table
 from meltemi.maths.vectors import Vec
 
 Float = NDArray[float64]

@@ -14,7 +14,7 @@ from meltemi.control.bladed.records import CONSTANTS, RECORDS
 from meltemi.control.bladed.rosco import is_rosco
 from meltemi.control.controller import Controller, StartPoint, Vector
 from meltemi.core.errors import InputError, RunError, did_you_mean
-from meltemi.core.tables import MAX_BLADES
+from meltemi.maths.tables import MAX_BLADES
 from meltemi.turbine.power_turbine import AnyTurbine
 
 FIRST_CALL = 3.0

@@ -14,10 +14,10 @@ from meltemi.control.faults import healthy
 from meltemi.control.signals import DEMANDS
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import announce
-from meltemi.core.tables import Table
 from meltemi.electrical.tables import ELECTRIC
 from meltemi.environment.conditions import CONDITIONS, conditions_array
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.tables import Table
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.views import FLOATS
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Arena, BaseCase, Numbers, Stations
@@ -44,7 +44,7 @@ class PowerCase(BaseCase):
       numbers: "duals" computes with derivatives; there are no nodes to be computed in lanes.
     """
 
-    tables: ClassVar[dict[str, Table]] = {
+    tables: ClassVar[dict[str, type[Table]]] = {
         "summary": SUMMARY,
         "machine": MACHINE,
         "rotor": ROTOR,

@@ -11,10 +11,10 @@ from meltemi.aero.coefficient import COEFFICIENT, coefficient_arrays
 from meltemi.aero.tables import AERO
 from meltemi.control.actuators import ACTUATOR
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.tables import Table, View
 from meltemi.electrical.tables import ELECTRICAL
 from meltemi.environment.rain import rain_parameters
 from meltemi.environment.site import Environment
+from meltemi.maths.tables import Table, View
 from meltemi.simulation.machine import Parameters
 from meltemi.simulation.model import electrical_of
 from meltemi.simulation.options import ModelOptions
@@ -74,13 +74,13 @@ class PowerModel(Parameters):
         return 0
 
     @property
-    def parameter_tables(self) -> tuple[tuple[Table, str, tuple[str, ...]], ...]:
+    def parameter_tables(self) -> tuple[tuple[type[Table], str, tuple[str, ...]], ...]:
         """Table, array and names of the scalar parameters."""
         return (*_PARAMETERS, (ELECTRICAL, "electrical", ELECTRICAL.names)) if self.has_electrical else _PARAMETERS
 
 
 SHAFT = ("gear_ratio", "generator_inertia", "shaft_stiffness", "shaft_damping")
-_PARAMETERS: tuple[tuple[Table, str, tuple[str, ...]], ...] = (
+_PARAMETERS: tuple[tuple[type[Table], str, tuple[str, ...]], ...] = (
     (STRUCTURE, "structure", SHAFT),
     (AERO, "aero", ("air_density",)),
     (DISK, "disk", DISK.names),

@@ -23,11 +23,11 @@ from meltemi.control import signals as sg
 from meltemi.control.actuators import ANGLE, drive_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import table
 from meltemi.electrical.advance import GRID_POWER, ON, TRIP, electric_advance
 from meltemi.electrical.advance import TORQUE as ELECTRIC_TORQUE
 from meltemi.environment import conditions as cd
 from meltemi.environment.rain import DRAG_DENSITY, rain_power_loss
+from meltemi.maths.tables import table
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
 from meltemi.simulation.step import (
