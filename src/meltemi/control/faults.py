@@ -18,9 +18,9 @@ from meltemi.maths.tables import table
 
 Float = NDArray[float64]
 
-SENSORS = s.MEASUREMENTS.names[s.TIME + 1 : s.GRID]
+SENSORS = s.Measurements.names[s.TIME + 1 : s.GRID]
 """Measurements that come from a sensor, which may fail."""
-SENSOR_UNITS = {field.name: field.unit for field in s.MEASUREMENTS.rows if field.name in SENSORS}
+SENSOR_UNITS = {field.name: field.unit for field in s.Measurements.rows if field.name in SENSORS}
 
 _SENSOR_FAULTS = (
     ("offset", "", "added to the measurement"),
@@ -49,7 +49,7 @@ FAULTS = table(
     + "\n".join(
         f"{fault}_{sensor.name} | {unit if unit in ('s', '-') else sensor.unit + unit} | {doc}"
         for fault, unit, doc in _SENSOR_FAULTS
-        for sensor in s.MEASUREMENTS.rows
+        for sensor in s.Measurements.rows
         if sensor.name in SENSORS
     ),
 )

@@ -14,6 +14,7 @@ On an instance a field is its entries, ``motion.position[b, n]``, or without axe
 from __future__ import annotations
 
 import re
+import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
@@ -169,8 +170,8 @@ class Table(metaclass=TableType):
     rows: ClassVar[tuple[Row, ...]]
     names: ClassVar[tuple[str, ...]]
 
-    def __init_subclass__(cls, axes: str = "") -> None:
-        cls.title = re.sub(r"(?<=.)([A-Z])", r" \1", cls.__name__).lower()
+    def __init_subclass__(cls, axes: str = "", title: str = "") -> None:
+        cls.title = title or re.sub(r"(?<=.)([A-Z])", r" \1", cls.__name__).lower()
         cls.axes = tuple(axes.split())
         cls.fields = {name: field for name, field in vars(cls).items() if isinstance(field, Field)}
         rows: list[Row] = []
@@ -217,7 +218,7 @@ _MAKERS = {"": number, "xyz": xyz, "rotation": rotation, "symmetric": symmetric,
 
 def table(name: str, axes: str, text: str) -> type[Table]:
     """A table from lines ``name | unit | meaning`` or ``name kind | unit | meaning``."""
-    fields: dict[str, Any] = {}
+    fields: dict[str, Any] = {"__module__": sys._getframe(1).f_globals["__name__"]}  # as of a class declared there
     for line in text.splitlines():
         if line.strip():
             key, unit, doc = (part.strip() for part in line.split("|", 2))
@@ -225,7 +226,7 @@ def table(name: str, axes: str, text: str) -> type[Table]:
             if base in fields:
                 raise ValueError(f"table {name!r} has a field twice")
             fields[base] = _MAKERS[kind.strip()](unit, doc)
-    return TableType(name.title().replace(" ", ""), (Table,), fields, axes=axes)  # type: ignore[return-value]
+    return TableType(name.title().replace(" ", ""), (Table,), fields, axes=axes, title=name)  # type: ignore[return-value]
 
 
 class View:

@@ -119,7 +119,7 @@ class _Run:
         self.time = -math.inf
         self.n_flaps = len(turbine.flaps)
         self.individual = individual_pitch
-        names = s.MEASUREMENTS.names
+        names = s.Measurements.names
         measured = [(r.number - 1, names.index(r.source)) for r in RECORDS if r.way == "to" and r.source in names]
         self.places, self.rows = (np.array(column) for column in zip(*measured, strict=True))
 
