@@ -7,12 +7,11 @@ that name below returns.
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
-from meltemi.core.tables import Table
+from meltemi.maths.tables import Table, TableType
 
 PLACE = re.compile(r"^\{\{ (\w+)(?: ([\w.]+))? \}\}$", re.MULTILINE)
 
@@ -153,12 +152,12 @@ def keywords(file: str) -> str:
 
 
 def array(path: str) -> str:
-    """Fields of a table, e.g. ``control.signals.MEASUREMENTS``."""
+    """Fields of a table, e.g. ``control.signals.Measurements``."""
     from importlib import import_module
 
     module, name = path.rsplit(".", 1)
-    found: Table = getattr(import_module(f"meltemi.{module}"), name)
-    rows = [[f"`{f.name}`", f.unit, f.doc] for f in found.fields]
+    found: type[Table] = getattr(import_module(f"meltemi.{module}"), name)
+    rows = [[f"`{f.name}`", f.unit, f.doc] for f in found.rows]
     axes = f"Axes: field, {', '.join(found.axes)}.\n\n" if found.axes else ""
     return axes + _table(["field", "unit", "meaning"], rows)
 
@@ -195,11 +194,9 @@ def arrays() -> str:
         "simulation.power.step",
     ):
         home = import_module(f"meltemi.{module}")
-        own = {n: v for n, v in vars(home).items() if isinstance(v, Table)}
-        text = Path(home.__file__ or "").read_text(encoding="utf-8")
-        for name in own:
-            if f"{name} = table(" in text:
-                parts += [f"## {own[name].name}", f"`meltemi.{module}.{name}`. " + array(f"{module}.{name}")]
+        for name, found in vars(home).items():
+            if isinstance(found, TableType) and found.__module__ == home.__name__:
+                parts += [f"## {found.title}", f"`meltemi.{module}.{name}`. " + array(f"{module}.{name}")]
     return "\n\n".join(parts)
 
 
@@ -236,7 +233,7 @@ def supervisor(what: str) -> str:
         return _table(["", "state", "what"], [[str(i), words(a.name), a.doc] for i, a in enumerate(states, 1)])
     if what == "conditions":
         head = ["condition", "quantity", "", "limit", "for", "latches", "quantity is"]
-        docs = {f.name: f"{f.doc} [{f.unit}]" for f in tables.QUANTITIES.fields}
+        docs = {f.name: f"{f.doc} [{f.unit}]" for f in tables.QUANTITIES.rows}
         rows = [
             [words(c.name), words(c.quantity), c.sense, f"`{c.limit}`", "" if c.hold == "0" else f"`{c.hold}`"]
             + ["yes" if c.latches else "", docs[c.quantity]]

@@ -71,7 +71,7 @@ def test_records_are_what_the_turbine_measures(make: Any, model: Model, tmp_path
     got = dict(enumerate(rows[:-1].T, start=1))
     status = [0.0] + [1.0] * (len(seen) - 1) + [-1.0]
     np.testing.assert_array_equal(rows[:, 0], status)
-    names = s.MEASUREMENTS.names
+    names = s.Measurements.names
     measured = np.array([m for m, _ in seen])
     by_name = [r for r in RECORDS if r.way == "to" and r.source in names]
     assert len(by_name) > 20

@@ -80,7 +80,7 @@ class Driven:
         reference = turbine.control.pitch.reference_speed
         torque = turbine.control.torque.rated_power / reference
         self.state = self.controller.initial_state(StartPoint(18.0, reference, pitch, torque))
-        self.measured, self.demands = s.MEASUREMENTS.zeros(), s.DEMANDS.zeros()
+        self.measured, self.demands = s.Measurements.zeros(), s.Demands.zeros()
         self.measured[s.GENERATOR_SPEED], self.measured[s.ROTOR_SPEED] = reference, RATED
         self.measured[s.N_BLADES] = 3
 

@@ -41,7 +41,7 @@ class Script:
     def __init__(self, controller: Controller, start: StartPoint = RATED, dt: float = 0.1) -> None:
         self.controller, self.dt, self.calls = controller, dt, 0
         self.x = controller.initial_state(start)
-        self.measured, self.demands = s.MEASUREMENTS.zeros(), s.DEMANDS.zeros()
+        self.measured, self.demands = s.Measurements.zeros(), s.Demands.zeros()
         m = self.measured
         m[s.N_BLADES], m[s.GRID], m[s.POWER_LIMIT], m[s.WIND_SPEED] = 3, 1.0, np.inf, start.wind_speed
         self.speed(start.generator_speed)
@@ -59,7 +59,7 @@ class Script:
                 if name == "speed":
                     self.speed(value)
                 else:
-                    self.measured[s.MEASUREMENTS.index(name)] = value
+                    self.measured[s.Measurements.index(name)] = value
             self.controller.update(self.x, self.measured, self.demands, self.dt)
             self.calls += 1
         return self

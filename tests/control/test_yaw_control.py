@@ -25,7 +25,7 @@ QUICK = {"average_time": 0.0, "start_time": 0.0}
 
 def march(direction: Any, seconds: float, speed: float = 10.0, drive: Yaw = DRIVE, **settings: Any) -> tuple[Any, ...]:
     """Nacelle (ideal drive) [rad], states, and demanded rates under a wind direction [rad], a number or of the time."""
-    x, measured = yaw.yaw_settings(YawControl(**settings), drive), s.MEASUREMENTS.zeros()
+    x, measured = yaw.yaw_settings(YawControl(**settings), drive), s.Measurements.zeros()
     measured[s.WIND_SPEED] = speed
     nacelle, rates, states = [0.0], [], []
     for k in range(round(seconds / DT)):
@@ -45,7 +45,7 @@ def deg(value: float) -> float:
     ("direction", "nacelle", "error"), [(10, 0, 10), (0, 10, 10), (170, 20, -170), (-170, -20, 170), (180, 0, 180)]
 )
 def test_the_error_is_wind_minus_nacelle_clockwise(direction: float, nacelle: float, error: float) -> None:
-    measured = s.MEASUREMENTS.zeros()
+    measured = s.Measurements.zeros()
     measured[s.WIND_DIRECTION], measured[s.YAW] = deg(direction), deg(nacelle)
     assert yaw.yaw_error(measured) == pytest.approx(deg(error), abs=1e-12)
 
@@ -94,7 +94,7 @@ def test_the_filters_cross_the_back_without_a_turn() -> None:
 
 
 def test_it_starts_from_the_first_error_or_from_the_one_given() -> None:
-    x, measured = yaw.yaw_settings(YawControl(), DRIVE), s.MEASUREMENTS.zeros()
+    x, measured = yaw.yaw_settings(YawControl(), DRIVE), s.Measurements.zeros()
     measured[s.WIND_DIRECTION] = 0.3
     yaw.yaw_step(x, 0, measured, DT)
     assert (x[yaw.FILTERED], x[yaw.AVERAGED]) == pytest.approx((0.3, 0.3), abs=1e-12)

@@ -21,7 +21,7 @@ from meltemi import (
     with_flaps,
 )
 from meltemi.aero.flaps import ALPHAS, DELTAS, STEP, flap_increment
-from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS
+from meltemi.aero.tables import AeroNode, AeroOptions
 from meltemi.control import signals as s
 from meltemi.simulation.case import Case
 from meltemi.turbine.flaps import DEFLECTION, LIFT
@@ -112,7 +112,7 @@ def test_in_steady_flow_the_lift_is_that_of_the_polar_and_the_increment(flapped:
     angles = np.linspace(-np.pi, np.pi, model.polars.shape[1])
     for n in np.flatnonzero(model.flap_nodes[0, 0] > 0.0):
         added = flap_increment(model.flap_nodes, model.increments, flap, alpha[n], 0, n)
-        polar = model.polars[int(model.aero_nodes[AERO_NODE.index("polar"), 0, n])]
+        polar = model.polars[int(model.aero_nodes[AeroNode.index("polar"), 0, n])]
         # the curved flow of a coned blade turns it a little
         assert lift[n] == pytest.approx(np.interp(alpha[n], angles, polar[:, 0]) + added.lift, abs=0.02)
         assert added.moment < -0.02 * model.flap_nodes[0, 0, n]
@@ -216,7 +216,7 @@ def test_linear_models_have_the_flaps_of_all_blades(flapped: Turbine) -> None:
     assert found.B[j, 0] == pytest.approx(w * w)
     # the column of the deflection against differences of the evaluation
     case = Case(model, point.wind, numbers="floats")
-    case["aero_options"][AERO_OPTIONS.index("iterations")] = 30
+    case["aero_options"][AeroOptions.index("iterations")] = 30
     moved = []
     for step in (-1e-6, 1e-6):
         point.put(case, 0.4)

@@ -13,14 +13,14 @@ from scipy.linalg import eigvals
 import meltemi
 from meltemi import Environment, Model, ModelOptions, Result, Start, SteadyWind, Turbine, simulate
 from meltemi.control import signals as s
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.modes import natural_modes, time_step
 from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import begin
 from meltemi.structure.gear_train import gear_train, reduced
-from meltemi.structure.tables import GEAR_MODE, STRUCTURE
+from meltemi.structure.tables import GearModes, StructureParameters
 from meltemi.studies.verify.closed_form import NO_DAMPING
 
 Float = NDArray[np.float64]
@@ -74,7 +74,7 @@ def test_what_the_rotor_gives_passes_through_the_gearbox(geared: Turbine, kind: 
     columns, a = case["columns"], case["a"]
     turning = machine["nacelle_spin_rate"] @ machine["shaft"]
     turning += (a[: n + 1] @ columns[3:, : n + 1].T) @ machine["shaft"]
-    sense = p[STRUCTURE.index("generator_sense")]
+    sense = p[StructureParameters.index("generator_sense")]
     assert sense == -1.0
     inertia = d.generator_inertia * (d.gear_ratio * a[n + 1] + sense * turning)
     assert loads[-1] - 4e4 == pytest.approx(inertia, rel=1e-6)
@@ -174,7 +174,7 @@ def test_gears_move_the_first_mode_by_their_inertia_only(turbine: Turbine, geare
 
 def test_modes_of_the_gears_leave_the_time_step_alone(turbine: Turbine, multibody: Model) -> None:
     assert time_step(multibody) == time_step(meltemi.build(turbine)) == 0.01
-    frequency = View(GEAR_MODE, multibody.gear_modes)["frequency"]
+    frequency = View(GearModes, multibody.gear_modes)["frequency"]
     assert frequency.max() * 0.01 > 100.0
 
 
@@ -200,7 +200,7 @@ def energy(geared: Turbine, dt: float) -> tuple[Float, float]:
     start = Start(rotor_speed=1.267, coordinates={"drivetrain": 0.005, "yaw": 0.001})
     run = Simulation(model, calm, duration=10.0, controller=meltemi.fixed(), start=start, channels=["azimuth"])
     probe, whole, inside = Case(model, calm), [], []
-    modes = View(GEAR_MODE, model.gear_modes)
+    modes = View(GearModes, model.gear_modes)
     # strike the gears: one of them is fast
     run.case.view("gears")["rate"][:] = 0.02
     run.advance(1)
@@ -306,7 +306,7 @@ def test_a_run_begins_at_rest_in_the_gears(geared: Turbine, multibody: Model) ->
     case = Case(multibody, SteadyWind(speed=12.0))
     meltemi.operating_point(multibody, 12.0).put(case)
     begin(case)
-    gears, w = case.view("gears"), View(GEAR_MODE, multibody.gear_modes)["frequency"]
+    gears, w = case.view("gears"), View(GearModes, multibody.gear_modes)["frequency"]
     size = np.abs(w**2 * gears["angle"]).max()
     assert size > 0.0
     assert np.abs(gears["acceleration"]).max() < 1e-6 * size

@@ -7,9 +7,9 @@ import pytest
 
 import meltemi
 from meltemi import Environment, Icing, ModelOptions, Start, SteadyWind, Turbine, with_ice
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.simulation.modes import natural_modes
-from meltemi.structure.tables import BLADE_NODE
+from meltemi.structure.tables import BladeNode
 from meltemi.studies.icing import frequency_table, load_table, plot_icing, power_table
 from meltemi.turbine.icing import ice_mass, ice_stations, leading_edge
 
@@ -45,7 +45,7 @@ def test_imbalance_of_one_iced_blade(turbine: Turbine) -> None:
     assert radial == pytest.approx(first * speed**2 - mass * g * np.cos(psi), rel=1e-6, abs=10.0)
     # across, at the tower top: sine of the azimuth, a little late or early for the leading edge lies ahead of the axis
     ahead = sum(
-        (View(BLADE_NODE, m.blade_nodes)["moment"][1, 0]).sum() * sign
+        (View(BladeNode, m.blade_nodes)["moment"][1, 0]).sum() * sign
         for m, sign in zip(models, (-1.0, 1.0), strict=True)
     )
     across = iced["yaw_force_y"] - clean["yaw_force_y"]
@@ -63,7 +63,7 @@ def test_frequencies_of_an_iced_blade(turbine: Turbine) -> None:
     one, nowhere = ModelOptions(locked=STILL, flap_modes=1, edge_modes=0, torsion_modes=0), Environment(gravity=0.0)
     models = [meltemi.build(machine, one, nowhere) for machine in (turbine, with_ice(turbine, ONE))]
     before, after = (min(m.frequency for m in natural_modes(model)) for model in models)
-    nodes, clean = (View(BLADE_NODE, model.blade_nodes) for model in reversed(models))
+    nodes, clean = (View(BladeNode, model.blade_nodes) for model in reversed(models))
     mass, first, J = (nodes[name][..., 0, :] - clean[name][..., 0, :] for name in ("mass", "moment", "inertia"))
     u, turn = models[1].shape[:, 0].reshape(2, 3, -1)
     xx, yy, zz, xy, xz, yz = J

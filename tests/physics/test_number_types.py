@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import ModelOptions, Stations, SteadyWind, Turbine
-from meltemi.aero.tables import AERO_OPTIONS, FLOW, MEMORY
+from meltemi.aero.tables import AeroMemory, AeroOptions, BladeFlow
 from meltemi.simulation import linear
 from meltemi.simulation.case import Case, Numbers
 from meltemi.simulation.simulate import Simulation, model_channels
@@ -108,7 +108,7 @@ def test_lanes_with_ice_on_one_blade(turbine: Turbine) -> None:
         for machine, kind in ((turbine, "floats"), (iced, "floats"), (iced, "lanes"))
     )
     agree(floats, lanes)
-    drag = FLOW.index("drag")
+    drag = BladeFlow.index("drag")
     more = floats["flow"][drag] > 1.5 * clean["flow"][drag]
     assert more[1].any() and not more[[0, 2]].any()
 
@@ -116,7 +116,7 @@ def test_lanes_with_ice_on_one_blade(turbine: Turbine) -> None:
 def agree(floats: Case, lanes: Case) -> None:
     """All that was computed is the same but for rounding."""
     # differences of nearly equal numbers: the residual, and the solver's guess of its slope
-    noise = {"flow": FLOW.index("residual"), "memory": MEMORY.index("slope"), "rotor": -1}
+    noise = {"flow": BladeFlow.index("residual"), "memory": AeroMemory.index("slope"), "rotor": -1}
     assert np.abs(lanes["flow"] - floats["flow"])[noise["flow"]].max() < 1e-7
     for name in (*floats.signals.views, *floats.aero_state.views, "d_inflow", "d_stall", "body", "core_mass"):
         one, two = floats[name].copy(), lanes[name].copy()
@@ -215,7 +215,7 @@ class Difference:
 
     def __init__(self, model: meltemi.Model, point: meltemi.OperatingPoint, azimuth: float, rows: Any) -> None:
         self.case, self.rows = Case(model, point.wind, numbers="floats"), rows
-        self.case["aero_options"][AERO_OPTIONS.index("iterations")] = linear.ITERATIONS
+        self.case["aero_options"][AeroOptions.index("iterations")] = linear.ITERATIONS
         point.put(self.case, azimuth)
         self.begin = {name: array.copy() for name, array in self.case.arrays.items() if name != "box"}
 

@@ -28,9 +28,9 @@ from meltemi import (
     operating_point,
     simulate,
 )
-from meltemi.control.signals import DEMANDS
-from meltemi.core.tables import View
+from meltemi.control.signals import Demands
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
+from meltemi.maths.tables import View
 from meltemi.simulation.engines import default_step, engine_of
 
 R, AREA = 138.0, np.pi * 138.0**2
@@ -56,7 +56,7 @@ def run(model: PowerModel, wind: Any, duration: float, channels: Sequence[str], 
 
 def stepped(model: PowerModel, wind: Any, duration: float, demands: dict[str, float], **more: Any) -> Result:
     """A run under constant demands."""
-    view = View(DEMANDS, DEMANDS.zeros())
+    view = View(Demands, Demands.zeros())
     rows = [(view.rows(name), value) for name, value in demands.items()]
 
     def update(state: Any, measured: Any, wanted: Any, dt: float) -> None:

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 import meltemi
 from meltemi import ModelOptions, Start, SteadyWind, Turbine
 from meltemi.aero.rotor import derivatives
-from meltemi.aero.tables import AERO_NODE, FLOW
-from meltemi.core.tables import View
+from meltemi.aero.tables import AeroNode, BladeFlow
+from meltemi.maths.tables import View
 from meltemi.simulation.case import AIR_PARTS, Case
 
 Float = NDArray[np.float64]
@@ -33,13 +33,13 @@ def bent(turbine: Turbine, size: float, **options: Any) -> tuple[View, Float, Ca
     shape = {"blade 1 1st flap": 8.0 * size, "blade 1 1st edge": 6.0 * size, "blade 1 1st torsion": size}
     Start(rotor_speed=1.0, pitch=0.2, coordinates=shape).put(case)
     case.evaluate(0.0)
-    return View(FLOW, case["flow"]), case.view("motion")["rotation"][:, 0], case
+    return View(BladeFlow, case["flow"]), case.view("motion")["rotation"][:, 0], case
 
 
 def exact_angles(flow: View, theta: Float, case: Case, pitch: float) -> tuple[Float, Float]:
     """Angle of the chord towards feather from the rotation of the section: in its own plane, and as AeroDyn has it."""
     own, aerodyn = np.empty((2, theta.shape[1]))
-    nodes = View(AERO_NODE, case.model.aero_nodes)
+    nodes = View(AeroNode, case.model.aero_nodes)
     twist, slope_x, slope_y = (nodes[name][0] for name in ("twist", "slope_x", "slope_y"))
     unpitched = Rotation.from_euler("z", -pitch)
     for n in range(theta.shape[1]):
@@ -95,7 +95,7 @@ def test_a_blade_whose_sections_lean_alike_is_a_coned_one(turbine: Turbine, lean
             Start(rotor_speed=1.1).put(case)
         case.evaluate(0.0)
         rotor = case.view("rotor")
-        flow = View(FLOW, case["flow"])
+        flow = View(BladeFlow, case["flow"])
         found.append([rotor["thrust"], rotor["torque"], *flow["phi"][0], *flow["normal_force"][0]])
     np.testing.assert_allclose(*found, rtol=1e-9)
 
@@ -120,7 +120,7 @@ def test_momentum_balances_the_lift_in_curved_flow(turbine: Turbine, variant: An
     for _ in range(3):
         Start(rotor_speed=0.95).put(case)
     case.evaluate(0.0)
-    flow, nodes = View(FLOW, case["flow"]), View(AERO_NODE, model.aero_nodes)
+    flow, nodes = View(BladeFlow, case["flow"]), View(AeroNode, model.aero_nodes)
     middle = slice(8, 17)
     phi, a = flow["phi"][0, middle], flow["axial"][0, middle]
     sigma = (nodes["solid_length"] / flow["radius"])[0, middle]
@@ -146,7 +146,7 @@ def test_a_rotor_that_idles_across_the_wind_has_no_wake(turbine: Turbine) -> Non
     case = Case(model, SteadyWind(speed=40.0, direction=np.radians(89.0)))
     Start(rotor_speed=0.1, pitch=1.5).put(case)
     case.evaluate(0.0)
-    assert np.all(View(FLOW, case["flow"])["axial"] == 0.0)
+    assert np.all(View(BladeFlow, case["flow"])["axial"] == 0.0)
 
 
 def test_what_is_no_number_stays_inside_the_tables(turbine: Turbine) -> None:
@@ -155,7 +155,7 @@ def test_what_is_no_number_stays_inside_the_tables(turbine: Turbine) -> None:
     Start(rotor_speed=1.0).put(case)
     case["q"][:] = np.nan
     case.evaluate(0.0)  # would read outside its arrays
-    assert np.isnan(View(FLOW, case["flow"])["theta"]).all()
+    assert np.isnan(View(BladeFlow, case["flow"])["theta"]).all()
 
 
 def test_a_free_nacelle_starts_where_a_held_one_does(turbine: Turbine) -> None:

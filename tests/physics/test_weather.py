@@ -18,7 +18,7 @@ from meltemi import (
     Turbine,
     air_density,
 )
-from meltemi.aero.tables import AERO_NODE, POLAR
+from meltemi.aero.tables import AeroNode, PolarPoint
 from meltemi.environment import drops
 from meltemi.simulation.rain import drag_of_drops
 
@@ -61,11 +61,13 @@ def test_rain_is_in_the_polars_and_nowhere_else(turbine: Turbine, model: Model) 
     content = float(drops.water_content(rain.intensity, rain.water_density, 0.0, np.inf))
     grid = np.linspace(-np.pi, np.pi, model.polars.shape[1])
     more = wet.polars - model.polars
-    tip = int(model.aero_nodes[AERO_NODE.index("polar"), 0, -1])
-    assert more[tip, :, POLAR.index("drag")] == pytest.approx(drag_of_drops(content / 1.225, 0.18, grid), abs=1e-15)
-    others = [i for i in range(more.shape[2]) if i != POLAR.index("drag")]
+    tip = int(model.aero_nodes[AeroNode.index("polar"), 0, -1])
+    assert more[tip, :, PolarPoint.index("drag")] == pytest.approx(
+        drag_of_drops(content / 1.225, 0.18, grid), abs=1e-15
+    )
+    others = [i for i in range(more.shape[2]) if i != PolarPoint.index("drag")]
     assert not more[:, :, others].any()
-    assert np.all(more[:, :, POLAR.index("drag")] > 0.0)
+    assert np.all(more[:, :, PolarPoint.index("drag")] > 0.0)
 
 
 def test_rain_needs_a_thickness(turbine: Turbine) -> None:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawControl, simulate, yaw_control
 from meltemi.control import signals as s
-from meltemi.control.actuators import ACTUATOR, yaw_advance
+from meltemi.control.actuators import Actuators, yaw_advance
 from meltemi.control.faults import healthy
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.studies.sensitivity import differences
@@ -51,8 +51,8 @@ def yaw_inertia(model: Model) -> float:
 @pytest.mark.parametrize("dt", [0.01, 0.37])
 def test_the_drive_follows_the_trapezoid_exactly(dt: float) -> None:
     """0 to 5 mrad/s at 1 mrad/s^2 takes 5 s and 12.5 mrad; then at the rate; then back through zero."""
-    p, demands, drive = ACTUATOR.zeros(), s.DEMANDS.zeros(), ex.DRIVE.zeros()
-    view = View(ACTUATOR, p)
+    p, demands, drive = Actuators.zeros(), s.Demands.zeros(), ex.Drive.zeros()
+    view = View(Actuators, p)
     view["yaw_rate"], view["yaw_acceleration"], view["yaw_hold"] = 0.005, 0.001, -1.0
     t = 0.0
     for demand, until in ((1.0, 10.0), (-0.002, 20.0)):

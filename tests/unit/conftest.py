@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from meltemi.aero.stall_tables import hansen
-from meltemi.aero.tables import AERO, POLAR, SECTION
-from meltemi.core.tables import View
+from meltemi.aero.tables import AeroParameters, PolarPoint, SectionConstants
+from meltemi.maths.tables import View
 from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
@@ -23,7 +23,7 @@ def polar_of() -> Callable[..., tuple[Float, Float]]:
     """Polar and section constants, as kernels take them, from coefficients on the grid."""
 
     def make(lift: Float, drag: Float, moment: Float | None = None) -> tuple[Float, Float]:
-        polar, section = np.zeros((1, len(GRID), len(POLAR))), np.zeros((1, len(SECTION)))
+        polar, section = np.zeros((1, len(GRID), len(PolarPoint))), np.zeros((1, len(SectionConstants)))
         table = hansen(GRID, lift, drag)
         columns = {
             "lift": lift,
@@ -34,10 +34,10 @@ def polar_of() -> Callable[..., tuple[Float, Float]]:
             "separated_lift": table.separated_lift,
         }
         for name, values in columns.items():
-            polar[0, :, POLAR.index(name)] = values
+            polar[0, :, PolarPoint.index(name)] = values
         constants = {"slope": table.slope, "zero_lift": table.zero_lift, "drag_floor": table.drag_floor, "dynamic": 1.0}
         for name, value in constants.items():
-            section[0, SECTION.index(name)] = value
+            section[0, SectionConstants.index(name)] = value
         return polar, section
 
     return make
@@ -58,8 +58,8 @@ def polars(turbine: Turbine, polar_of: Callable[..., tuple[Float, Float]]) -> tu
 @pytest.fixture
 def aero() -> Float:
     """Parameters of the aerodynamics with the constants of the stall model's authors."""
-    array = AERO.zeros()
-    view = View(AERO, array)
+    array = AeroParameters.zeros()
+    view = View(AeroParameters, array)
     view["stall_a1"], view["stall_a2"], view["stall_b1"], view["stall_b2"] = 0.165, 0.335, 0.0455, 0.3
     view["stall_pressure"], view["stall_separation"] = 1.5, 6.0
     return array

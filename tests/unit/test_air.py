@@ -15,9 +15,9 @@ from meltemi.environment.climate import MONTH_HOURS
 from meltemi.environment.conditions import (
     AIR_DENSITY,
     AIR_TEMPERATURE,
-    CONDITIONS,
     GRID_FREQUENCY,
     TIME,
+    Conditions,
     conditions_array,
     conditions_now,
 )
@@ -200,7 +200,7 @@ def test_density_between_times_is_that_of_the_weather(weather: dict[str, Any]) -
         conditions_now(time, array, 9.0, now)
         found[:, i] = now
     assert found[AIR_DENSITY] == pytest.approx(exact[3], rel=1e-4)
-    for row, values in ((AIR_TEMPERATURE, exact[0]), (CONDITIONS.index("humidity"), exact[1])):
+    for row, values in ((AIR_TEMPERATURE, exact[0]), (Conditions.index("humidity"), exact[1])):
         assert found[row] == pytest.approx(values, rel=1e-12, abs=1e-12)
     assert np.all(np.diff(array[TIME]) >= 0.0)
     assert not np.any(array[TIME][2:] == array[TIME][:-2])

@@ -147,7 +147,7 @@ def test_units_are_those_of_the_signals() -> None:
         array, row = channel.source
         if array in SIGNAL_TABLES:
             table = SIGNAL_TABLES[array]
-            assert channel.unit == table.fields[table.index(row)].unit, channel.name
+            assert channel.unit == table.rows[table.index(row)].unit, channel.name
 
 
 @pytest.mark.parametrize(

@@ -12,11 +12,11 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import meltemi
-from meltemi.core.tables import View
 from meltemi.electrical import advance as ad
 from meltemi.electrical.circuit import Phasor, circuit, drive
 from meltemi.electrical.control import stator_reference
-from meltemi.electrical.tables import ELECTRIC, ELECTRICAL, N_STATES, TRIPS, electrical_array
+from meltemi.electrical.tables import N_STATES, TRIPS, ElectricalParameters, ElectricState, electrical_array
+from meltemi.maths.tables import View
 from meltemi.turbine.electrical import LINE, ElectricalSystem, size_electrical
 
 SYSTEM: ElectricalSystem = meltemi.load_turbine("pmsg20mw").electrical
@@ -28,8 +28,8 @@ class Bench:
     """An electrical system that is marched by hand."""
 
     def __init__(self, system: ElectricalSystem = SYSTEM, dt: float = 0.01, torque: float = TORQUE) -> None:
-        self.p, self.x, self.dt = electrical_array(system), ELECTRIC.zeros(), dt
-        self.now = View(ELECTRIC, self.x)
+        self.p, self.x, self.dt = electrical_array(system), ElectricState.zeros(), dt
+        self.now = View(ElectricState, self.x)
         self.arguments = [torque, 0.0, SPEED, 1.0, 50.0]
         ad.electric_begin(self.p, *self.arguments, self.x, dt)
         self.time = 0.0
@@ -51,7 +51,7 @@ class Bench:
 
 
 def column(rows: list[np.ndarray], name: str) -> np.ndarray:
-    return np.array(rows)[:, ELECTRIC.index(name)]
+    return np.array(rows)[:, ElectricState.index(name)]
 
 
 # records --------------------------------------------------------------------------------------------
@@ -414,7 +414,7 @@ def test_substeps_converge_with_first_order() -> None:
         system = SYSTEM.replace(**{"control.substep": 4e-4 / n * (1.0 + 1e-9)})
         bench = Bench(system, dt=4e-3)
         bench.march(0.02, torque=0.7 * TORQUE, voltage=0.95, frequency=50.3)
-        ends.append(bench.x[[ELECTRIC.index("dc_energy"), ELECTRIC.index("grid_angle")]])
+        ends.append(bench.x[[ElectricState.index("dc_energy"), ElectricState.index("grid_angle")]])
     errors = np.abs(np.array(ends[:-1]) - ends[-1]) / np.abs(ends[-1])
     assert (errors[0] < [2e-3, 5e-2]).all()
     order = np.log2(errors[:-1] / errors[1:])
@@ -424,7 +424,7 @@ def test_substeps_converge_with_first_order() -> None:
 def test_short_steps_tend_to_the_rates() -> None:
     bench = Bench(dt=1e-5)
     bench.march(1e-3, torque=0.9 * TORQUE, voltage=0.95, reactive=1e6, frequency=50.2)
-    begin, rates = bench.x.copy(), ELECTRIC.zeros()
+    begin, rates = bench.x.copy(), ElectricState.zeros()
     now = begin.copy()
     ad.electric_rates(bench.p, *bench.arguments, now, rates)
     found = []
@@ -449,7 +449,10 @@ def slowest(system: ElectricalSystem, torque: float, voltage: float) -> float:
     ad.electric_begin(bench.p, *bench.arguments, bench.x, h)
     begin, columns = bench.x.copy(), []
     for j in range(N_STATES):
-        step, ends = 1e-6 * max(abs(begin[j]), 0.01 if ELECTRIC.names[j] in ("grid_angle", "lock_hold") else 1.0), []
+        step, ends = (
+            1e-6 * max(abs(begin[j]), 0.01 if ElectricState.names[j] in ("grid_angle", "lock_hold") else 1.0),
+            [],
+        )
         for sign in (1.0, -1.0):
             x = begin.copy()
             x[j] += sign * step
@@ -499,9 +502,9 @@ def test_a_step_that_is_accepted_follows_the_chopper() -> None:
 
 def test_axes_turn_with_the_phase_locked_loop() -> None:
     """Current in its axes, and its control, see the speed of the loop itself, with its proportional part."""
-    bench, f, rates = Bench(), SYSTEM.filter, ELECTRIC.zeros()
+    bench, f, rates = Bench(), SYSTEM.filter, ElectricState.zeros()
     bench.march(0.02, frequency=50.3, voltage=0.95)
-    x, r = bench.now, View(ELECTRIC, rates)
+    x, r = bench.now, View(ElectricState, rates)
     ad.electric_rates(bench.p, *bench.arguments, bench.x, rates)
     w, rate = 2.0 * math.pi * 50.3 - float(r["grid_angle"]), 2.0 * math.pi * 100.0
     assert abs(w - 2.0 * math.pi * 50.0 - float(x["lock_hold"])) > 0.1
@@ -516,4 +519,4 @@ def test_axes_turn_with_the_phase_locked_loop() -> None:
 
 def test_a_turbine_without_one_has_none() -> None:
     assert not electrical_array(None).any()
-    assert ELECTRICAL.index("on") == 0
+    assert ElectricalParameters.index("on") == 0

@@ -43,14 +43,14 @@ def test_each_acts_in_its_span(events: list[dict[str, Any]], seed: Any) -> None:
     faults, following = f.healthy(), 0
     for k in range(N_STEPS):
         following = f.happen(k, following, rows, faults)
-        measured, t = s.MEASUREMENTS.zeros(), k * DT
+        measured, t = s.Measurements.zeros(), k * DT
         f.report(t, faults, measured)
-        expected = s.MEASUREMENTS.zeros()
+        expected = s.Measurements.zeros()
         expected[s.GRID], expected[s.POWER_LIMIT] = 1.0, np.inf
         for event in events:
             near = 1e-6 * DT
             if event["at"] <= t + near and t + near < event.get("until", np.inf):
-                expected[s.MEASUREMENTS.index(event["sensor"])] = event["offset"]
+                expected[s.Measurements.index(event["sensor"])] = event["offset"]
         assert np.array_equal(measured, expected)
 
 
@@ -67,12 +67,12 @@ def test_a_case_with_events_is_written_and_read(events: list[dict[str, Any]], tm
 
 def test_what_a_lost_sensor_gives() -> None:
     """It keeps what it gave when it was lost, offset and drift included; zero is zero."""
-    faults, place = f.healthy(), s.MEASUREMENTS.index("wind_speed")
+    faults, place = f.healthy(), s.Measurements.index("wind_speed")
     i = place - f.FIRST
     faults[f.OFFSET + i], faults[f.DRIFT + i], faults[f.DRIFT_BEGIN + i] = 2.0, 0.5, 1.0
     seen = []
     for t, lost in ((3.0, None), (4.0, f.KEEP_NEXT), (5.0, None), (6.0, f.ZERO), (7.0, 0.0)):
-        measured = s.MEASUREMENTS.zeros()
+        measured = s.Measurements.zeros()
         measured[place] = 10.0 * t
         if lost is not None:
             faults[f.LOST + i] = lost

@@ -11,13 +11,13 @@ import pytest
 
 import meltemi
 from meltemi import Icing, InputError, Model, Turbine, UnsupportedError, with_ice
-from meltemi.aero.tables import AERO_NODE, POLAR, SECTION
-from meltemi.core.tables import View
-from meltemi.structure.tables import BLADE_NODE
+from meltemi.aero.tables import AeroNode, PolarPoint, SectionConstants
+from meltemi.maths.tables import View
+from meltemi.structure.tables import BladeNode
 from meltemi.turbine.icing import ice_mass, law_mass, leading_edge, penalty_factors
 
 LIFT, DRAG, ATTACHMENT, ATTACHED, SEPARATED = (
-    POLAR.index(name) for name in ("lift", "drag", "attachment", "attached_lift", "separated_lift")
+    PolarPoint.index(name) for name in ("lift", "drag", "attachment", "attached_lift", "separated_lift")
 )
 
 
@@ -51,7 +51,7 @@ def test_law_of_iec(turbine: Turbine) -> None:
 
 def test_mass_and_moment_of_the_nodes_in_closed_form(turbine: Turbine, clean: Model) -> None:
     iced = meltemi.build(with_ice(turbine, Icing(blades=(2,), mass=50.0)))
-    before, after = View(BLADE_NODE, clean.blade_nodes), View(BLADE_NODE, iced.blade_nodes)
+    before, after = View(BladeNode, clean.blade_nodes), View(BladeNode, iced.blade_nodes)
     assert np.array_equal(before.array[:, [0, 2]], after.array[:, [0, 2]])
     mass = after["mass"][1] - before["mass"][1]
     z = after["position"][2, 1]
@@ -82,8 +82,8 @@ def test_leading_edge_turns_with_the_twist(turbine: Turbine) -> None:
 def test_polars_under_ice(turbine: Turbine, clean: Model) -> None:
     icing = Icing(blades=(1,), lift_penalty=0.3, drag_penalty=1.5)
     iced = meltemi.build(with_ice(turbine, icing))
-    index = View(AERO_NODE, iced.aero_nodes)["polar"].astype(int)
-    assert np.array_equal(index[1:], View(AERO_NODE, clean.aero_nodes)["polar"][1:])
+    index = View(AeroNode, iced.aero_nodes)["polar"].astype(int)
+    assert np.array_equal(index[1:], View(AeroNode, clean.aero_nodes)["polar"][1:])
     before, after = clean.polars[index[1]], iced.polars[index[0]]
     grid = np.linspace(-np.pi, np.pi, before.shape[1])
     outer = np.linspace(0.0, 1.0, 20) > 0.7
@@ -95,12 +95,12 @@ def test_polars_under_ice(turbine: Turbine, clean: Model) -> None:
     # cylinders at the root stay as they are
     assert np.array_equal(after[0], before[0])
     # the parts of the dynamic stall make the static lift that the section has now
-    dynamic = iced.section[index[0], SECTION.index("dynamic")] > 0.0
+    dynamic = iced.section[index[0], SectionConstants.index("dynamic")] > 0.0
     f = after[..., ATTACHMENT]
     static = f * after[..., ATTACHED] + (1.0 - f) * after[..., SEPARATED]
     inside = np.abs(grid) < np.radians(45.0)
     assert static[dynamic][:, inside] == pytest.approx(after[dynamic][:, inside][..., LIFT], abs=2e-3)
-    slope = SECTION.index("slope")
+    slope = SectionConstants.index("slope")
     assert iced.section[index[0], slope][outer] == pytest.approx(0.7 * iced.section[index[1], slope][outer])
 
 
@@ -113,7 +113,7 @@ def test_factors_fade_out() -> None:
 def test_ice_of_nothing_changes_nothing(turbine: Turbine, clean: Model) -> None:
     nothing = meltemi.build(with_ice(turbine, Icing(amount=0.0, lift_penalty=0.0, drag_penalty=0.0)))
     assert np.array_equal(nothing.blade_nodes, clean.blade_nodes)
-    index, was = (View(AERO_NODE, model.aero_nodes)["polar"].astype(int) for model in (nothing, clean))
+    index, was = (View(AeroNode, model.aero_nodes)["polar"].astype(int) for model in (nothing, clean))
     assert np.array_equal(nothing.polars[index], clean.polars[was])
     back = meltemi.build(with_ice(with_ice(turbine, Icing()), None))
     assert all(np.array_equal(getattr(back, name), getattr(clean, name)) for name in ("blade_nodes", "aero_nodes"))

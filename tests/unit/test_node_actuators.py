@@ -15,17 +15,17 @@ from scipy.linalg import expm
 from meltemi.control import signals as s
 from meltemi.control.actuators import (
     ACCELERATION,
-    ACTUATOR,
     ANGLE,
-    PITCH,
     RATE,
+    Actuators,
+    PitchMotion,
     drive_advance,
     pitch_advance,
     second_order_step,
     yaw_advance,
 )
 from meltemi.control.faults import PITCH_STUCK, healthy
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.turbine import exchange as ex
 
 Float = NDArray[np.float64]
@@ -34,7 +34,7 @@ steady = settings(derandomize=True, deadline=None, max_examples=100)
 
 def parameters(**changes: float) -> Float:
     """Actuators without limits that matter, unless they are given."""
-    array = ACTUATOR.zeros()
+    array = Actuators.zeros()
     values = {
         "pitch_frequency": 11.11,
         "pitch_damping": 0.6,
@@ -46,15 +46,15 @@ def parameters(**changes: float) -> Float:
         "yaw_hold": -1.0,
     } | changes
     for name, value in values.items():
-        View(ACTUATOR, array)[name] = value
+        View(Actuators, array)[name] = value
     return array
 
 
 def demand(pitch: Any = 0.0, **others: float) -> Float:
-    array = s.DEMANDS.zeros()
-    View(s.DEMANDS, array)["pitch"] = pitch
+    array = s.Demands.zeros()
+    View(s.Demands, array)["pitch"] = pitch
     for name, value in others.items():
-        View(s.DEMANDS, array)[name] = value
+        View(s.Demands, array)[name] = value
     return array
 
 
@@ -93,7 +93,7 @@ def test_two_half_steps_are_a_whole_one() -> None:
 @pytest.mark.parametrize("damping", [0.2, 0.6, 1.0, 1.7])
 def test_the_answer_to_a_step_is_that_of_the_differential_equation(damping: float) -> None:
     w, dt, n = 11.11, 0.01, 100
-    p, pitch = parameters(pitch_damping=damping), PITCH.zeros(blade=3)
+    p, pitch = parameters(pitch_damping=damping), PitchMotion.zeros(blade=3)
     demands = demand([0.1, -0.2, 0.0])
     found = []
     for _ in range(n):
@@ -114,13 +114,13 @@ def test_the_answer_to_a_step_is_that_of_the_differential_equation(damping: floa
 
 
 def test_the_acceleration_is_the_change_of_rate_over_the_step() -> None:
-    pitch = PITCH.zeros(blade=2)
+    pitch = PitchMotion.zeros(blade=2)
     pitch_advance(parameters(), demand(0.1), healthy(), pitch, 0.01)
     np.testing.assert_allclose(pitch[ACCELERATION], pitch[RATE] / 0.01, rtol=1e-14)
 
 
 def test_the_rate_limit_holds_and_the_angle_follows_it() -> None:
-    p, pitch, limit, dt = parameters(pitch_rate=0.14), PITCH.zeros(blade=1), 0.14, 0.0125
+    p, pitch, limit, dt = parameters(pitch_rate=0.14), PitchMotion.zeros(blade=1), 0.14, 0.0125
     angles, rates = [0.0], [0.0]
     for _ in range(400):
         pitch_advance(p, demand(0.5), healthy(), pitch, dt)
@@ -136,7 +136,7 @@ def test_the_rate_limit_holds_and_the_angle_follows_it() -> None:
 
 
 def test_the_rate_limit_holds_in_both_directions() -> None:
-    p, pitch = parameters(pitch_rate=0.14), PITCH.zeros(blade=1)
+    p, pitch = parameters(pitch_rate=0.14), PitchMotion.zeros(blade=1)
     pitch[ANGLE] = 0.5
     for _ in range(100):
         pitch_advance(p, demand(0.0), healthy(), pitch, 0.0125)
@@ -147,7 +147,7 @@ def test_the_rate_limit_holds_in_both_directions() -> None:
 @steady
 @given(demands=st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=30), dt=st.floats(1e-3, 0.1))
 def test_angles_stay_within_their_limits_whatever_is_demanded(demands: list[float], dt: float) -> None:
-    p, pitch = parameters(pitch_minimum=-0.1, pitch_maximum=0.4, pitch_damping=0.1), PITCH.zeros(blade=2)
+    p, pitch = parameters(pitch_minimum=-0.1, pitch_maximum=0.4, pitch_damping=0.1), PitchMotion.zeros(blade=2)
     for value in demands:
         pitch_advance(p, demand(value), healthy(), pitch, dt)
         assert np.all(pitch[ANGLE] >= -0.1)
@@ -157,14 +157,14 @@ def test_angles_stay_within_their_limits_whatever_is_demanded(demands: list[floa
 
 
 def test_a_demand_beyond_the_limit_ends_at_the_limit() -> None:
-    p, pitch = parameters(pitch_minimum=0.0, pitch_maximum=0.4), PITCH.zeros(blade=1)
+    p, pitch = parameters(pitch_minimum=0.0, pitch_maximum=0.4), PitchMotion.zeros(blade=1)
     for _ in range(400):
         pitch_advance(p, demand(2.0), healthy(), pitch, 0.01)
     assert pitch[ANGLE, 0] == pytest.approx(0.4, abs=1e-12)
 
 
 def test_nothing_moves_in_no_time() -> None:
-    pitch = PITCH.zeros(blade=3)
+    pitch = PitchMotion.zeros(blade=3)
     pitch[ANGLE], pitch[RATE], pitch[ACCELERATION] = 0.1, 0.2, 0.3
     before = pitch.copy()
     pitch_advance(parameters(), demand(1.0), healthy(), pitch, 0.0)
@@ -173,7 +173,7 @@ def test_nothing_moves_in_no_time() -> None:
 
 @pytest.mark.parametrize("dt", [0.0, 0.0125])
 def test_the_ideal_actuator_has_the_demand_at_once_and_no_rate(dt: float) -> None:
-    p, pitch = parameters(pitch_ideal=1.0, pitch_maximum=0.5), PITCH.zeros(blade=3)
+    p, pitch = parameters(pitch_ideal=1.0, pitch_maximum=0.5), PitchMotion.zeros(blade=3)
     pitch_advance(p, demand([0.1, 0.2, 3.0]), healthy(), pitch, dt)
     np.testing.assert_array_equal(pitch[ANGLE], [0.1, 0.2, 0.5])
     np.testing.assert_array_equal(pitch[RATE], 0.0)
@@ -181,20 +181,20 @@ def test_the_ideal_actuator_has_the_demand_at_once_and_no_rate(dt: float) -> Non
 
 
 def test_the_generator_has_the_torque_that_is_asked_for() -> None:
-    drive = ex.DRIVE.zeros()
+    drive = ex.Drive.zeros()
     drive_advance(parameters(), demand(generator_torque=4.2e4), healthy(), drive)
     assert drive[ex.GENERATOR_TORQUE] == 4.2e4
 
 
 @pytest.mark.parametrize(("share", "torque"), [(-1.0, 0.0), (0.0, 0.0), (0.25, 7000.0), (1.0, 28000.0), (3.0, 28000.0)])
 def test_the_brake_has_a_share_of_its_torque(share: float, torque: float) -> None:
-    drive = ex.DRIVE.zeros()
+    drive = ex.Drive.zeros()
     drive_advance(parameters(), demand(brake=share), healthy(), drive)
     assert drive[ex.BRAKE_TORQUE] == torque
 
 
 def test_the_yaw_drive_turns_with_its_rate_at_most() -> None:
-    drive = ex.DRIVE.zeros()
+    drive = ex.Drive.zeros()
     for _ in range(10):
         yaw_advance(parameters(), 1e9, demand(yaw_rate=0.002), healthy(), drive, 0.0, 0.0, 0.5)
     assert drive[ex.YAW_COMMAND] == pytest.approx(0.01, rel=1e-14)
@@ -206,7 +206,7 @@ def test_the_yaw_drive_turns_with_its_rate_at_most() -> None:
 
 def test_a_blade_that_sticks_stops_within_a_step_and_passes_its_momentum_on() -> None:
     """The acceleration of that one step is what takes the rate away; when it comes free it starts from rest."""
-    p, pitch, faults, dt = parameters(), PITCH.zeros(blade=3), healthy(), 0.01
+    p, pitch, faults, dt = parameters(), PitchMotion.zeros(blade=3), healthy(), 0.01
     for _ in range(10):
         pitch_advance(p, demand(0.5), faults, pitch, dt)
     angle, rate = pitch[ANGLE, 1], pitch[RATE, 1]

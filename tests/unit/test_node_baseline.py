@@ -23,7 +23,7 @@ from meltemi.control import signals as s
 from meltemi.control.baseline import BASELINE, baseline, parameters, steady_torque
 from meltemi.control.controller import StartPoint
 from meltemi.core.errors import InputError
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.turbine.definition import BaselineControl, Turbine
 
 Float = NDArray[np.float64]
@@ -95,7 +95,7 @@ class Ours:
         controller = baseline(control)
         self.state = controller.initial_state(start)
         self.update: Callable[..., None] = controller.update
-        self.measured, self.demands = s.MEASUREMENTS.zeros(), s.DEMANDS.zeros()
+        self.measured, self.demands = s.Measurements.zeros(), s.Demands.zeros()
         self.measured[s.N_BLADES] = n_blades
         self.demands[:] = -99.0
 
@@ -309,7 +309,7 @@ def test_the_integral_is_held_at_the_upper_limit(control: BaselineControl) -> No
 def test_all_blades_get_the_same_pitch_and_nothing_else_is_demanded(control: BaselineControl, blades: int) -> None:
     ours = Ours(control, start_point(130.0, 0.2), n_blades=blades)
     ours.step(130.0, 0.0125)
-    expected = np.full(len(s.DEMANDS), -99.0)
+    expected = np.full(len(s.Demands), -99.0)
     expected[s.GENERATOR_TORQUE] = ours.torque
     expected[s.PITCH_DEMAND : s.PITCH_DEMAND + blades] = ours.pitch
     np.testing.assert_array_equal(ours.demands, expected)

@@ -48,7 +48,14 @@ from meltemi.aero.stall import (
     static_coefficients,
     wrap,
 )
-from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, FLOW, MEMORY, STALL
+from meltemi.aero.tables import (
+    AeroMemory,
+    AeroNode,
+    AeroOptions,
+    AeroParameters,
+    BladeFlow,
+    StallState,
+)
 
 Float = NDArray[np.float64]
 steady = settings(derandomize=True, deadline=None, max_examples=200)
@@ -61,7 +68,7 @@ RATE = 2.0 * 60.0 / 3.0
 @pytest.fixture(scope="module")
 def aero() -> Float:
     """The constants of the model's authors; for the whole module, as Hypothesis wants it."""
-    array = AERO.zeros()
+    array = AeroParameters.zeros()
     array[[A1, A2, B1, B2, T_PRESSURE, T_SEPARATION]] = 0.165, 0.335, 0.0455, 0.3, 1.5, 6.0
     return array
 
@@ -467,15 +474,15 @@ def test_with_a_step_of_zero_the_state_stays(aero: Float, polars: tuple[Float, F
 
 def node(model: int, alpha: float, speed: float = 60.0, turn: float = 0.0) -> dict[str, Float]:
     """Arrays of one node in a flow, for ``section_coefficients``."""
-    options = np.zeros(len(AERO_OPTIONS), dtype=np.int64)
-    options[AERO_OPTIONS.index("stall")] = model
-    options[AERO_OPTIONS.index("stall_rotation")] = CAMBER
-    nodes, flow = AERO_NODE.zeros(blade=1, node=1), FLOW.zeros(blade=1, node=1)
-    nodes[AERO_NODE.index("chord")] = 3.0
+    options = np.zeros(len(AeroOptions), dtype=np.int64)
+    options[AeroOptions.index("stall")] = model
+    options[AeroOptions.index("stall_rotation")] = CAMBER
+    nodes, flow = AeroNode.zeros(blade=1, node=1), BladeFlow.zeros(blade=1, node=1)
+    nodes[AeroNode.index("chord")] = 3.0
     for name, value in {"alpha": alpha, "speed": speed, "rotation": turn, "pitching": turn}.items():
-        flow[FLOW.index(name)] = value
-    memory, stall = MEMORY.zeros(blade=1, node=1), STALL.zeros(blade=1, node=1)
-    stall[STALL.index("wake_1")], stall[STALL.index("attachment")] = 0.02, 0.6
+        flow[BladeFlow.index(name)] = value
+    memory, stall = AeroMemory.zeros(blade=1, node=1), StallState.zeros(blade=1, node=1)
+    stall[StallState.index("wake_1")], stall[StallState.index("attachment")] = 0.02, 0.6
     return {"options": options, "nodes": nodes, "flow": flow, "memory": memory, "stall": stall}
 
 
@@ -483,7 +490,7 @@ def evaluated(aero: Float, foil: tuple[Float, Float], at: dict[str, Float], dt: 
     none = np.zeros((0, 1, 1)), np.zeros((0, 1, 3)), np.zeros((4, 0, 1))  # flaps
     arrays = *foil, *none, at["flow"], at["memory"], at["stall"]
     section_coefficients(dt, aero, at["options"], at["nodes"], *arrays, 0, 0)
-    return Coefficients(*(float(at["flow"][FLOW.index(name), 0, 0]) for name in ("lift", "drag", "moment")))
+    return Coefficients(*(float(at["flow"][BladeFlow.index(name), 0, 0]) for name in ("lift", "drag", "moment")))
 
 
 @pytest.mark.parametrize("degrees", [-170.0, -20.0, 0.0, 8.0, 42.0, 90.0])

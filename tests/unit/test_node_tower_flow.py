@@ -11,9 +11,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import TOWER_FLOW
+from meltemi.aero.tables import TowerFlow
 from meltemi.aero.tower_flow import tower_influence, tower_load, tower_wind
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind, wind_arrays
 from meltemi.wind.velocity import series_now
@@ -27,8 +27,8 @@ angles = st.floats(-pi, pi)
 
 def cylinder(wind: Any = (10.0, 0.0), **rows: Any) -> Float:
     """A tower of constant diameter in uniform wind or one for each node, with some rows changed."""
-    array = TOWER_FLOW.zeros(node=N)
-    view = View(TOWER_FLOW, array)
+    array = TowerFlow.zeros(node=N)
+    view = View(TowerFlow, array)
     view["height"] = np.linspace(0.0, TOP, N)
     view["diameter"], view["drag"], view["length"] = 2.0 * RADIUS, 1.0, TOP / N
     for row, values in zip(("wind_x", "wind_y", "wind_z"), wind, strict=False):
@@ -164,7 +164,7 @@ def test_the_wind_on_the_tower_is_relative_to_its_motion() -> None:
     series_now(0.0, wind.series, now)
     q, v = np.array([0.5, -0.3, 9.0]), np.array([1.5, 0.4, 9.0])  # what follows the tower's modes is not looked at
     tower_wind(0.0, q, v, SHAPE, wind.wind, now, wind.box, tower)
-    view, h = View(TOWER_FLOW, tower), np.linspace(0.0, TOP, N)
+    view, h = View(TowerFlow, tower), np.linspace(0.0, TOP, N)
     np.testing.assert_allclose(view["x"], 0.5 * SHAPE[0], rtol=1e-14)
     np.testing.assert_allclose(view["y"], 0.5 * SHAPE[1] - 0.3 * SHAPE[7], rtol=1e-14, atol=1e-16)
     speed = 11.0 * (h / 90.0) ** 0.2
@@ -183,7 +183,7 @@ def test_drag_on_the_tower(W: float, direction: float, density: float, drag: flo
     tower, load = cylinder((u, v), drag=drag), np.full(2, 99.0)
     tower_load(density, tower, SHAPE, load)
     force = 0.5 * density * drag * 2.0 * RADIUS * TOP / N * W * np.array([u, v, 0.0])
-    found = View(TOWER_FLOW, tower)["force"]
+    found = View(TowerFlow, tower)["force"]
     np.testing.assert_allclose(found, force[:, None] * np.ones(N), rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(load[0], (SHAPE[0] * found[0] + SHAPE[1] * found[1]).sum(), rtol=1e-12, atol=1e-9)
     np.testing.assert_allclose(load[1], (SHAPE[7] * found[1]).sum(), rtol=1e-12, atol=1e-9)
@@ -192,11 +192,11 @@ def test_drag_on_the_tower(W: float, direction: float, density: float, drag: flo
 def test_drag_takes_no_part_of_the_vertical_wind() -> None:
     tower = cylinder((3.0, 4.0, 50.0))
     tower_load(1.2, tower, SHAPE, np.zeros(2))
-    force = View(TOWER_FLOW, tower)["force"][:, 0]
+    force = View(TowerFlow, tower)["force"][:, 0]
     assert force == pytest.approx(0.5 * 1.2 * 2.0 * RADIUS * TOP / N * 5.0 * np.array([3.0, 4.0, 0.0]), rel=1e-13)
 
 
 def test_a_tower_without_modes_bears_its_drag() -> None:
     tower = cylinder()
     tower_load(1.2, tower, np.zeros((0, N)), np.zeros(0))
-    assert np.all(View(TOWER_FLOW, tower)["force"][0] > 0.0)
+    assert np.all(View(TowerFlow, tower)["force"][0] > 0.0)

@@ -126,7 +126,7 @@ def test_the_integral_moves_the_pitch_by_the_change(turbine: Turbine) -> None:
     )
     controller = load_control(turbine, LoadControl(preview=settings))
     x = controller.initial_state(meltemi.StartPoint(12.0, reference, 0.1, 4e4))
-    measured, demands = s.MEASUREMENTS.zeros(), s.DEMANDS.zeros()
+    measured, demands = s.Measurements.zeros(), s.Demands.zeros()
     measured[s.GENERATOR_SPEED], measured[s.N_BLADES] = reference, 3
     found = []
     for k in range(3000):

@@ -6,7 +6,22 @@ import numpy as np
 import pytest
 
 from meltemi.core.errors import InputError
-from meltemi.core.tables import PARTS, Field, View, table
+from meltemi.maths.algebra import Rot, Sym, Vec
+from meltemi.maths.tables import (
+    Numbers,
+    Row,
+    Symmetrics,
+    Table,
+    Vectors,
+    View,
+    blades,
+    flaps,
+    number,
+    rotation,
+    symmetric,
+    table,
+    xyz,
+)
 
 EXAMPLE = table(
     "example",
@@ -34,11 +49,11 @@ def test_rows_stand_in_the_order_of_the_text_with_parts_expanded() -> None:
 
 
 def test_every_part_keeps_unit_and_meaning() -> None:
-    fields = {f.name: f for f in EXAMPLE.fields}
-    assert fields["chord"] == Field("chord", "m", "length of the section")
+    fields = {f.name: f for f in EXAMPLE.rows}
+    assert fields["chord"] == Row("chord", "m", "length of the section")
     for part in "xyz":
         # only the first two bars separate columns
-        assert fields[f"force_{part}"] == Field(f"force_{part}", "N", "on the node | with a bar in its text")
+        assert fields[f"force_{part}"] == Row(f"force_{part}", "N", "on the node | with a bar in its text")
 
 
 def test_index_of_a_vector_or_matrix_is_its_first_row() -> None:
@@ -124,18 +139,22 @@ def test_view_names_its_fields() -> None:
     assert text.startswith("<example: chord, force_x, ")
 
 
-def all_tables() -> list[object]:
+def all_tables() -> list[type[Table]]:
     """Every table of the package."""
     from meltemi.aero import tables as aero
     from meltemi.control import actuators, baseline, signals
-    from meltemi.core.tables import Table
     from meltemi.simulation import step
     from meltemi.structure import tables as structure
     from meltemi.turbine import exchange
     from meltemi.wind import velocity
 
     modules = (aero, actuators, baseline, signals, step, structure, exchange, velocity)
-    found = {id(v): v for m in modules for v in vars(m).values() if isinstance(v, Table)}
+    found = {
+        id(v): v
+        for m in modules
+        for v in vars(m).values()
+        if isinstance(v, type) and issubclass(v, Table) and v is not Table
+    }
     return list(found.values())
 
 
@@ -144,16 +163,72 @@ def test_every_table_of_the_package_describes_every_field() -> None:
     assert len(tables) > 20
     allowed = {"blade", "node", "mode", "station", "flap", "part"}
     for t in tables:
-        assert set(t.axes) <= allowed, t.name
-        for field in t.fields:
-            assert field.name.isidentifier(), (t.name, field.name)
-            assert field.unit, (t.name, field.name)
-            assert field.doc, (t.name, field.name)
+        assert set(t.axes) <= allowed, t.title
+        for field in t.rows:
+            assert field.name.isidentifier(), (t.title, field.name)
+            assert field.unit, (t.title, field.name)
+            assert field.doc, (t.title, field.name)
 
 
-def test_parts_are_what_the_vector_types_hold() -> None:
-    from meltemi.maths.vectors import Rot, Sym, Vec
+class Motion(Table, axes="blade node"):
+    """A table as it is declared."""
 
-    assert PARTS["xyz"] == Vec.__slots__
-    assert PARTS["rotation"] == Rot.__slots__
-    assert PARTS["symmetric"] == Sym.__slots__
+    chord: Numbers = number("m", "length of the section")
+    force: Vectors = xyz("N", "on the node")
+    inertia: Symmetrics = symmetric("kg m^2", "about the node")
+
+
+class Demands(Table):
+    """Without axes."""
+
+    pitch: Numbers = blades("rad", "of each blade")
+    flap: Numbers = flaps("rad", "of each flap")
+    yaw: float = number("rad", "of the nacelle")
+    place: Vec = xyz("m", "of the hub")
+    top: Rot = rotation("-", "of the tower")
+
+
+def test_entries_of_fields_are_read_and_written_by_name() -> None:
+    array = np.arange(10.0 * 2 * 3).reshape(10, 2, 3)
+    motion = Motion(array)
+    assert motion.chord[1, 2] == array[0, 1, 2]
+    assert motion.force[1, 2] == Vec(*array[1:4, 1, 2])
+    assert motion.inertia[0, 1] == Sym(*array[4:10, 0, 1])
+    expected = array.copy()
+    expected[0, 1, 2], expected[1:4, 0, 0], expected[4:10, 1, 1] = 5.0, [1.0, 2.0, 3.0], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+    motion.chord[1, 2] = 5.0
+    motion.force[0, 0] = Vec(1.0, 2.0, 3.0)
+    motion.inertia[1, 1] = Sym(1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    np.testing.assert_array_equal(array, expected)
+    motion.force[0, 0] += 2.0 * Vec(1.0, 0.0, 0.0)
+    assert motion.force[0, 0] == Vec(3.0, 2.0, 3.0)
+
+
+def test_fields_without_axes_are_numbers_vectors_and_rotations() -> None:
+    array = Demands.zeros()
+    demands = Demands(array)
+    demands.yaw, demands.place = 0.5, Vec(1.0, 2.0, 3.0)
+    demands.top = Rot(*np.arange(9.0))
+    demands.pitch[1], demands.flap[2, 1] = 0.1, 0.2
+    rows = dict(zip(Demands.names, array, strict=True))
+    assert rows == dict.fromkeys(Demands.names, 0.0) | {
+        "yaw": 0.5, "place_x": 1.0, "place_y": 2.0, "place_z": 3.0, "pitch_2": 0.1, "flap_3_2": 0.2,
+        **{f"top_{a}{b}": 3.0 * i + j for i, a in enumerate("xyz") for j, b in enumerate("xyz")},
+    }  # fmt: skip
+    assert (demands.yaw, demands.place, demands.pitch[1], demands.flap[2, 1]) == (0.5, Vec(1.0, 2.0, 3.0), 0.1, 0.2)
+    assert demands.top @ Vec(1.0, 0.0, 0.0) == Vec(0.0, 3.0, 6.0)
+
+
+def test_a_declared_table_knows_its_layout() -> None:
+    assert (Motion.title, Motion.axes, len(Motion)) == ("motion", ("blade", "node"), 10)
+    assert Motion.index("inertia") == 4 and Motion.rows[1] == Row("force_x", "N", "on the node")
+    assert Demands.index("flap_1_3") == 5
+
+
+def test_a_field_may_not_hide_what_a_table_has() -> None:
+    with pytest.raises(ValueError, match="has a field twice, or one with a name of its own attributes"):
+
+        class Wrong(Table):
+            """A field called as a method."""
+
+            shape: float = number("-", "of the tower")

@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 import meltemi
 from meltemi import ModelOptions, Start, Status, SteadyWind, TurbulentWind, UnsupportedError
 from meltemi.aero.bem import loss_factor
-from meltemi.aero.tables import AERO_NODE, FLOW
+from meltemi.aero.tables import AeroNode, BladeFlow
 from meltemi.control.bladed.rosco import edit_discon, rosco_example
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 
 pytestmark = pytest.mark.rosco
@@ -144,7 +144,7 @@ def rigid_rotor(folder: Path, name: str, pitch: float) -> tuple[meltemi.Turbine,
 def test_lengths_and_angles_are_those_of_the_prebent_blade(rosco_cases: Path, name: str) -> None:
     shape, pitch = shape_of(rosco_cases, name), 0.2
     _, case = rigid_rotor(rosco_cases, name, pitch)
-    nodes, flow = View(AERO_NODE, case.model.aero_nodes), View(FLOW, case["flow"])
+    nodes, flow = View(AeroNode, case.model.aero_nodes), View(BladeFlow, case["flow"])
     arc = np.sqrt(sum(np.diff(shape[c]) ** 2 for c in ("BlSpn", "BlCrvAC", "BlSwpAC")))
     assert arc.sum() > 1.001 * shape["BlSpn"][-1]
     np.testing.assert_allclose(nodes["length"][0, : len(arc) + 1].sum(), arc.sum(), rtol=1e-6)
@@ -167,7 +167,7 @@ def test_momentum_of_the_air_on_the_cone(rosco_cases: Path, name: str) -> None:
     """Forces per length from the polars, the momentum of the air that they change, and their sums."""
     shape = shape_of(rosco_cases, name)
     turbine, case = rigid_rotor(rosco_cases, name, 0.0)
-    nodes, flow, rotor = View(AERO_NODE, case.model.aero_nodes), View(FLOW, case["flow"]), case.view("rotor")
+    nodes, flow, rotor = View(AeroNode, case.model.aero_nodes), View(BladeFlow, case["flow"]), case.view("rotor")
     inner = slice(1, -1)
     vx, vy, a, ap, r, theta = (flow[n][0, inner] for n in ("vx", "vy", "axial", "tangential", "radius", "theta"))
     un, ut = vx * (1.0 - a), vy * (1.0 + ap)
@@ -218,7 +218,7 @@ def test_no_node_is_caught_in_a_second_solution(rosco_cases: Path, tmp_path: Pat
         controller = meltemi.bladed_controller(deck.turbine, meltemi.find_rosco(), settings)
     wind = TurbulentWind(speed=7.0, intensity=0.16, seed=1)
     run = meltemi.Simulation(model, wind, duration=70.0, controller=controller, channels=["induction_residual"])
-    axial, lowest = View(FLOW, run.case["flow"])["axial"], 1.0
+    axial, lowest = View(BladeFlow, run.case["flow"])["axial"], 1.0
     while not run.finished:
         run.advance(20)
         lowest = min(lowest, axial[:, 2:-1].min())

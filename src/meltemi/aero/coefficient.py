@@ -17,34 +17,32 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import View, table
+from meltemi.maths.tables import Table, View, number
 from meltemi.turbine.power_turbine import CalibratedCoefficient, Coefficient, HeierCoefficient, TableCoefficient
 
 Float = NDArray[float64]
 
-COEFFICIENT = table(
-    "coefficient",
-    "",
-    """
-    formula       | - | 1: the formula, 0: the table
-    scale         | - | of the formula's coefficient
-    ratio_scale   | - | of its tip-speed ratio
-    c1            | - | constant
-    c2            | - | constant
-    c3            | - | constant
-    c4            | - | constant
-    c5            | - | constant
-    c6            | - | constant
-    least_ratio   | - | tip-speed ratio from which on it is known
-    most_ratio    | - | up to which
-    most_pitch    | rad | up to which
-    floor         | - | smallest coefficient beyond the table
-    """,
-)
-"""Parameters of a power coefficient."""
 
-FORMULA, SCALE, RATIO_SCALE, C1, C2, C3, C4, C5, C6, LEAST_RATIO, MOST_RATIO, MOST_PITCH, FLOOR = COEFFICIENT.slots(
-    "formula scale ratio_scale c1 c2 c3 c4 c5 c6 least_ratio most_ratio most_pitch floor"
+class RotorCoefficient(Table, title="coefficient"):
+    """Parameters of a power coefficient."""
+
+    formula: float = number("-", "1: the formula, 0: the table")
+    scale: float = number("-", "of the formula's coefficient")
+    ratio_scale: float = number("-", "of its tip-speed ratio")
+    c1: float = number("-", "constant")
+    c2: float = number("-", "constant")
+    c3: float = number("-", "constant")
+    c4: float = number("-", "constant")
+    c5: float = number("-", "constant")
+    c6: float = number("-", "constant")
+    least_ratio: float = number("-", "tip-speed ratio from which on it is known")
+    most_ratio: float = number("-", "up to which")
+    most_pitch: float = number("rad", "up to which")
+    floor: float = number("-", "smallest coefficient beyond the table")
+
+
+FORMULA, SCALE, RATIO_SCALE, C1, C2, C3, C4, C5, C6, LEAST_RATIO, MOST_RATIO, MOST_PITCH, FLOOR = (
+    RotorCoefficient.slots("formula scale ratio_scale c1 c2 c3 c4 c5 c6 least_ratio most_ratio most_pitch floor")
 )
 DEGREES = 57.29577951308232
 """In a radian."""
@@ -142,8 +140,8 @@ def known(p: Float, ratio: float, pitch: float) -> bool:
 
 def coefficient_arrays(coefficient: Coefficient) -> CoefficientArrays:
     """Arrays of a described coefficient."""
-    p = COEFFICIENT.zeros()
-    view = View(COEFFICIENT, p)
+    p = RotorCoefficient.zeros()
+    view = View(RotorCoefficient, p)
     view["formula"] = view["scale"] = view["ratio_scale"] = 1.0
     view["most_ratio"] = view["most_pitch"] = EVERYWHERE
     ratios, pitches, values = np.arange(2.0), np.arange(2.0), np.zeros((2, 4, 2, 2))

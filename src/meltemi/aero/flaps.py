@@ -22,24 +22,22 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import table
 from meltemi.maths.generic import where, whole
+from meltemi.maths.tables import Numbers, Table, number
 
 Float = NDArray[float64]
 
-FLAP = table(
-    "flap",
-    "flap blade",
-    """
-    angle        | rad     | deflection, trailing edge towards the pressure side when positive
-    rate         | rad/s   | its rate
-    acceleration | rad/s^2 | its acceleration over the last step
-    switches     | -       | limits that a difference step would have reached or left, in derivative runs
-    """,
-)
-"""State of the flaps' actuators."""
 
-ANGLE, RATE, ACCELERATION, SWITCHES = FLAP.slots("angle rate acceleration switches")
+class FlapParameters(Table, axes="flap blade", title="flap"):
+    """State of the flaps' actuators."""
+
+    angle: Numbers = number("rad", "deflection, trailing edge towards the pressure side when positive")
+    rate: Numbers = number("rad/s", "its rate")
+    acceleration: Numbers = number("rad/s^2", "its acceleration over the last step")
+    switches: Numbers = number("-", "limits that a difference step would have reached or left, in derivative runs")
+
+
+ANGLE, RATE, ACCELERATION, SWITCHES = FlapParameters.slots("angle rate acceleration switches")
 
 STEP = pi / 180.0
 """[rad] of the increments' grid, in both angles."""

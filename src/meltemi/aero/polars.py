@@ -8,13 +8,13 @@ from typing import NamedTuple
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import POLAR
+from meltemi.aero.tables import PolarPoint
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
 
 Float = NDArray[float64]
 
-LIFT, DRAG, MOMENT, ATTACHMENT, ATTACHED, SEPARATED = POLAR.slots(
+LIFT, DRAG, MOMENT, ATTACHMENT, ATTACHED, SEPARATED = PolarPoint.slots(
     "lift drag moment attachment attached_lift separated_lift"
 )
 

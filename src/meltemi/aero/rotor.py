@@ -54,7 +54,16 @@ from meltemi.aero.stall import (
     wrap,
 )
 from meltemi.aero.stall import SLOPE as STALL_SLOPE
-from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, MEMORY, ROTOR, STALL
+from meltemi.aero.tables import (
+    AeroMemory,
+    AeroNode,
+    AeroOptions,
+    AeroParameters,
+    BladeFlow,
+    InflowState,
+    RotorFlow,
+    StallState,
+)
 from meltemi.aero.tower_flow import tower_influence
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import put1, put3, rot2, vec1, vec2, vec3
@@ -66,34 +75,36 @@ from meltemi.wind.velocity import wind_velocity
 Float = NDArray[float64]
 Int = NDArray[int64]
 
-AIR_DENSITY, INFLOW_LEAD, INFLOW_TIME, SKEW_FACTOR, AXIAL_DRAG, TANGENTIAL_DRAG, FADE_BEGIN, FADE_END = AERO.slots(
-    "air_density inflow_lead inflow_time skew_factor axial_drag tangential_drag fade_begin fade_end"
+AIR_DENSITY, INFLOW_LEAD, INFLOW_TIME, SKEW_FACTOR, AXIAL_DRAG, TANGENTIAL_DRAG, FADE_BEGIN, FADE_END = (
+    AeroParameters.slots(
+        "air_density inflow_lead inflow_time skew_factor axial_drag tangential_drag fade_begin fade_end"
+    )
 )
-TIP_FACTOR, SWEEP_FLAP, TOWER_CUT = AERO.slots("tip_factor sweep_flap tower_cut")
+TIP_FACTOR, SWEEP_FLAP, TOWER_CUT = AeroParameters.slots("tip_factor sweep_flap tower_cut")
 WAKE, HIGH_INDUCTION, SKEW_MODEL, INFLOW_MODEL, STALL_MODEL, STALL_ROTATION, TOWER_MODEL, ITERATIONS = (
-    AERO_OPTIONS.slots("wake high_induction skew inflow stall stall_rotation tower iterations")
+    AeroOptions.slots("wake high_induction skew inflow stall stall_rotation tower iterations")
 )
-CHORD, TWIST, CENTRE, SLOPE_X, SLOPE_Y, LENGTH, SOLID_LENGTH = AERO_NODE.slots(
+CHORD, TWIST, CENTRE, SLOPE_X, SLOPE_Y, LENGTH, SOLID_LENGTH = AeroNode.slots(
     "chord twist centre slope_x slope_y length solid_length"
 )
-TIP_NUMBER, HUB_NUMBER, END, POLAR_INDEX, AREA, RING = AERO_NODE.slots("tip_number hub_number end polar area ring")
-WIND, VX, VY, RADIUS, THETA, COS_BEND, SIN_BEND, TURN, PITCHING = FLOW.slots(
+TIP_NUMBER, HUB_NUMBER, END, POLAR_INDEX, AREA, RING = AeroNode.slots("tip_number hub_number end polar area ring")
+WIND, VX, VY, RADIUS, THETA, COS_BEND, SIN_BEND, TURN, PITCHING = BladeFlow.slots(
     "wind vx vy radius theta cos_bend sin_bend rotation pitching"
 )
-STEADY_AXIAL, STEADY_TANGENTIAL, RESIDUAL, AXIAL, TANGENTIAL, PHI, ALPHA, SPEED = FLOW.slots(
+STEADY_AXIAL, STEADY_TANGENTIAL, RESIDUAL, AXIAL, TANGENTIAL, PHI, ALPHA, SPEED = BladeFlow.slots(
     "steady_axial steady_tangential residual axial tangential phi alpha speed"
 )
-LIFT, DRAG, MOMENT, NORMAL_FORCE, DRIVING_FORCE, PITCHING_MOMENT = FLOW.slots(
+LIFT, DRAG, MOMENT, NORMAL_FORCE, DRIVING_FORCE, PITCHING_MOMENT = BladeFlow.slots(
     "lift drag moment normal_force driving_force pitching_moment"
 )
-R_WIND, AXIAL_WIND, SKEW, SKEW_AXIS, TIP_RATIO, FADE, INDUCTION, TIME, TIP_RADIUS = ROTOR.slots(
+R_WIND, AXIAL_WIND, SKEW, SKEW_AXIS, TIP_RATIO, FADE, INDUCTION, TIME, TIP_RADIUS = RotorFlow.slots(
     "wind axial_wind skew skew_axis tip_ratio fade induction inflow_time tip_radius"
 )
-R_FORCE, R_MOMENT, THRUST, TORQUE, R_RESIDUAL = ROTOR.slots("force moment thrust torque residual")
-I_REDUCED_X, I_X, I_REDUCED_Y, I_Y = INFLOW.slots("reduced_x x reduced_y y")
-S_WAKE_1, S_WAKE_2, S_PRESSURE, S_ATTACHMENT = STALL.slots("wake_1 wake_2 pressure attachment")
-OLD_PHI, OLD_SLOPE, OLD_X, OLD_Y, OLD_TIME, OLD_ALPHA, OLD_RATE, OLD_PRESSURE, OLD_ATTACHMENT, SWITCHES = MEMORY.slots(
-    "phi slope induced_x induced_y time alpha rate pressure attachment switches"
+R_FORCE, R_MOMENT, THRUST, TORQUE, R_RESIDUAL = RotorFlow.slots("force moment thrust torque residual")
+I_REDUCED_X, I_X, I_REDUCED_Y, I_Y = InflowState.slots("reduced_x x reduced_y y")
+S_WAKE_1, S_WAKE_2, S_PRESSURE, S_ATTACHMENT = StallState.slots("wake_1 wake_2 pressure attachment")
+OLD_PHI, OLD_SLOPE, OLD_X, OLD_Y, OLD_TIME, OLD_ALPHA, OLD_RATE, OLD_PRESSURE, OLD_ATTACHMENT, SWITCHES = (
+    AeroMemory.slots("phi slope induced_x induced_y time alpha rate pressure attachment switches")
 )
 SLOW, MOST_CAMBER = 1.0, 0.1
 """[m/s], [rad] limits of the curved flow's angle in the momentum balance, for rotors at rest."""

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.lag import lag, lagged
 from meltemi.aero.polars import ATTACHED, ATTACHMENT, DRAG, LIFT, MOMENT, SEPARATED, coefficient, locate
-from meltemi.aero.tables import AERO, SECTION
+from meltemi.aero.tables import AeroParameters, SectionConstants
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import anywhere, where
 
@@ -37,10 +37,10 @@ Float = NDArray[float64]
 
 STATIC, HANSEN = 0, 1
 NO_ROTATION, CAMBER, OPENFAST = 0, 1, 2
-A1, A2, B1, B2, T_PRESSURE, T_SEPARATION = AERO.slots(
+A1, A2, B1, B2, T_PRESSURE, T_SEPARATION = AeroParameters.slots(
     "stall_a1 stall_a2 stall_b1 stall_b2 stall_pressure stall_separation"
 )
-SLOPE, ZERO_LIFT, DRAG_FLOOR, DYNAMIC = SECTION.slots("slope zero_lift drag_floor dynamic")
+SLOPE, ZERO_LIFT, DRAG_FLOOR, DYNAMIC = SectionConstants.slots("slope zero_lift drag_floor dynamic")
 
 FADE_FROM, FADE_TO = 40.0 * pi / 180.0, 45.0 * pi / 180.0
 """[rad] angles of attack between which the model gives way to the static polar."""

@@ -17,7 +17,7 @@ from math import cos, pi, sqrt
 from numpy import float32, float64
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import TOWER_FLOW
+from meltemi.aero.tables import TowerFlow
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import put2, vec2
 from meltemi.maths.generic import total, whole, zero
@@ -26,7 +26,7 @@ from meltemi.wind.velocity import wind_velocity
 
 Float = NDArray[float64]
 
-HEIGHT, DIAMETER, TOWER_DRAG_COEFFICIENT, TOWER_PIECE, AXIS_X, AXIS_Y, TOWER_WIND, TOWER_FORCE = TOWER_FLOW.slots(
+HEIGHT, DIAMETER, TOWER_DRAG_COEFFICIENT, TOWER_PIECE, AXIS_X, AXIS_Y, TOWER_WIND, TOWER_FORCE = TowerFlow.slots(
     "height diameter drag length x y wind force"
 )
 

@@ -22,52 +22,48 @@ from meltemi.aero.flaps import SWITCHES as FLAP_SWITCHES
 from meltemi.control import faults as f
 from meltemi.control import signals as s
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import MAX_BLADES, table
 from meltemi.maths.generic import crossed
+from meltemi.maths.tables import MAX_BLADES, Numbers, Table, blades, number
 from meltemi.turbine import exchange as ex
 
 Float = NDArray[float64]
 
-ACTUATOR = table(
-    "actuators",
-    "",
-    """
-    pitch_ideal       | -     | 1: pitch follows the demand at once
-    pitch_frequency   | rad/s | natural frequency
-    pitch_damping     | -     | damping ratio
-    pitch_rate        | rad/s | limit
-    pitch_minimum     | rad   | limit
-    pitch_maximum     | rad   | limit
-    brake_torque      | N m   | of the full brake, on the generator's shaft
-    yaw_rate          | rad/s | limit of the yaw drive
-    yaw_acceleration  | rad/s^2 | of the yaw drive; 0: its rate is there at once
-    yaw_friction      | N m   | of the bearing while it turns
-    yaw_hold          | N m   | at which the standing drive slips; negative: never
-    pitch_offset blades | rad | by which each blade stands beyond what its actuator believes
-    """,
-)
-"""Parameters."""
 
-PITCH_IDEAL, PITCH_FREQUENCY, PITCH_DAMPING, PITCH_RATE, PITCH_MINIMUM, PITCH_MAXIMUM = ACTUATOR.slots(
+class Actuators(Table):
+    """Parameters."""
+
+    pitch_ideal: float = number("-", "1: pitch follows the demand at once")
+    pitch_frequency: float = number("rad/s", "natural frequency")
+    pitch_damping: float = number("-", "damping ratio")
+    pitch_rate: float = number("rad/s", "limit")
+    pitch_minimum: float = number("rad", "limit")
+    pitch_maximum: float = number("rad", "limit")
+    brake_torque: float = number("N m", "of the full brake, on the generator's shaft")
+    yaw_rate: float = number("rad/s", "limit of the yaw drive")
+    yaw_acceleration: float = number("rad/s^2", "of the yaw drive; 0: its rate is there at once")
+    yaw_friction: float = number("N m", "of the bearing while it turns")
+    yaw_hold: float = number("N m", "at which the standing drive slips; negative: never")
+    pitch_offset: Numbers = blades("rad", "by which each blade stands beyond what its actuator believes")
+
+
+PITCH_IDEAL, PITCH_FREQUENCY, PITCH_DAMPING, PITCH_RATE, PITCH_MINIMUM, PITCH_MAXIMUM = Actuators.slots(
     "pitch_ideal pitch_frequency pitch_damping pitch_rate pitch_minimum pitch_maximum"
 )
-BRAKE_TORQUE, YAW_RATE, YAW_ACCELERATION, YAW_FRICTION, YAW_HOLD, OFFSET = ACTUATOR.slots(
+BRAKE_TORQUE, YAW_RATE, YAW_ACCELERATION, YAW_FRICTION, YAW_HOLD, OFFSET = Actuators.slots(
     "brake_torque yaw_rate yaw_acceleration yaw_friction yaw_hold pitch_offset"
 )
 
-PITCH = table(
-    "pitch",
-    "blade",
-    """
-    angle        | rad     | pitch angle
-    rate         | rad/s   | its rate
-    acceleration | rad/s^2 | its acceleration over the last step
-    switches     | -       | limits that a difference step would have reached or left, in derivative runs
-    """,
-)
-"""State of the pitch actuators."""
 
-ANGLE, RATE, ACCELERATION, SWITCHES = PITCH.slots("angle rate acceleration switches")
+class PitchMotion(Table, axes="blade", title="pitch"):
+    """State of the pitch actuators."""
+
+    angle: Numbers = number("rad", "pitch angle")
+    rate: Numbers = number("rad/s", "its rate")
+    acceleration: Numbers = number("rad/s^2", "its acceleration over the last step")
+    switches: Numbers = number("-", "limits that a difference step would have reached or left, in derivative runs")
+
+
+ANGLE, RATE, ACCELERATION, SWITCHES = PitchMotion.slots("angle rate acceleration switches")
 
 
 @kernel
@@ -151,21 +147,18 @@ def pitch_advance(p: Float, demands: Float, faults: Float, pitch: Float, dt: flo
         pitch[ACCELERATION, b] = (new_rate - rate) / dt
 
 
-FLAP_ACTUATOR = table(
-    "flap actuators",
-    "flap",
-    """
-    ideal     | -     | 1: the flap follows the demand at once
-    frequency | rad/s | natural frequency
-    damping   | -     | damping ratio
-    rate      | rad/s | limit
-    minimum   | rad   | limit
-    maximum   | rad   | limit
-    """,
-)
-"""Parameters of the flaps' actuators."""
+class FlapActuators(Table, axes="flap"):
+    """Parameters of the flaps' actuators."""
 
-F_IDEAL, F_FREQUENCY, F_DAMPING, F_RATE, F_MINIMUM, F_MAXIMUM = FLAP_ACTUATOR.slots(
+    ideal: Numbers = number("-", "1: the flap follows the demand at once")
+    frequency: Numbers = number("rad/s", "natural frequency")
+    damping: Numbers = number("-", "damping ratio")
+    rate: Numbers = number("rad/s", "limit")
+    minimum: Numbers = number("rad", "limit")
+    maximum: Numbers = number("rad", "limit")
+
+
+F_IDEAL, F_FREQUENCY, F_DAMPING, F_RATE, F_MINIMUM, F_MAXIMUM = FlapActuators.slots(
     "ideal frequency damping rate minimum maximum"
 )
 

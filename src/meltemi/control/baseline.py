@@ -21,8 +21,8 @@ from meltemi.control import signals as s
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import View, table
 from meltemi.maths.generic import crossed, whole
+from meltemi.maths.tables import View, table
 from meltemi.turbine.definition import BaselineControl
 
 Float = NDArray[float64]

@@ -22,7 +22,7 @@ from numba.core.caching import NullCache
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from meltemi.control.signals import CALLBACK, DEMANDS, MEASUREMENTS
+from meltemi.control.signals import CALLBACK, Demands, Measurements
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel_for
 from meltemi.numbers.duals import DualArrayType
@@ -243,4 +243,4 @@ def call_python() -> Any:
 
 def new_vectors() -> tuple[Vector, Vector]:
     """Measurement and demand vectors."""
-    return MEASUREMENTS.zeros(), DEMANDS.zeros()
+    return Measurements.zeros(), Demands.zeros()

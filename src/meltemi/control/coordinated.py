@@ -41,8 +41,8 @@ from meltemi.control.yaw import SWITCHES as YAW_SWITCHES
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
-from meltemi.core.tables import View, table
 from meltemi.maths.generic import crossed, whole
+from meltemi.maths.tables import View, table
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.performance import Performance
 from meltemi.turbine.power_turbine import PowerTurbine

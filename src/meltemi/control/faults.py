@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from meltemi.control import signals as s
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import table
+from meltemi.maths.tables import table
 
 Float = NDArray[float64]
 
-SENSORS = s.MEASUREMENTS.names[s.TIME + 1 : s.GRID]
+SENSORS = s.Measurements.names[s.TIME + 1 : s.GRID]
 """Measurements that come from a sensor, which may fail."""
-SENSOR_UNITS = {field.name: field.unit for field in s.MEASUREMENTS.fields if field.name in SENSORS}
+SENSOR_UNITS = {field.name: field.unit for field in s.Measurements.rows if field.name in SENSORS}
 
 _SENSOR_FAULTS = (
     ("offset", "", "added to the measurement"),
@@ -49,7 +49,7 @@ FAULTS = table(
     + "\n".join(
         f"{fault}_{sensor.name} | {unit if unit in ('s', '-') else sensor.unit + unit} | {doc}"
         for fault, unit, doc in _SENSOR_FAULTS
-        for sensor in s.MEASUREMENTS.fields
+        for sensor in s.Measurements.rows
         if sensor.name in SENSORS
     ),
 )

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from meltemi.control.multiblade import blade_angle
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import View, table
 from meltemi.maths.generic import zero
+from meltemi.maths.tables import View, table
 
 Float = NDArray[float64]
 

@@ -22,8 +22,8 @@ from meltemi.control.filters import SECOND_ORDER_STATES, band_pass
 from meltemi.control.integrator import INTEGRATOR, give_back, integrator
 from meltemi.control.multiblade import add_to_blades, to_fixed
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import MAX_BLADES, table
 from meltemi.maths.generic import whole
+from meltemi.maths.tables import MAX_BLADES, table
 
 Float = NDArray[float64]
 

@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import View, table
 from meltemi.maths.generic import crossed
+from meltemi.maths.tables import View, table
 
 Float = NDArray[float64]
 

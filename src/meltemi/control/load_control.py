@@ -45,8 +45,8 @@ from meltemi.control.sensors import NOISE_STATES, delay, delay_states, noise, no
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Record, Vector
-from meltemi.core.tables import MAX_BLADES, MAX_FLAPS, View, table
 from meltemi.maths.generic import crossed, whole
+from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, View, table
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
 Float = NDArray[float64]

@@ -16,8 +16,8 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import table
 from meltemi.maths.generic import whole
+from meltemi.maths.tables import table
 
 Float = NDArray[float64]
 

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from meltemi.control.filters import low_pass
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import View, table
 from meltemi.maths.generic import whole
+from meltemi.maths.tables import View, table
 
 Float = NDArray[float64]
 

@@ -14,90 +14,91 @@ functions alike; quantities of the blades stand one behind the other::
 
 from __future__ import annotations
 
-from meltemi.core.tables import table
+from meltemi.maths.algebra import Vec
+from meltemi.maths.tables import Numbers, Table, blades, flaps, number, xyz
 
-MEASUREMENTS = table(
-    "measurements",
-    "",
-    """
-    time                       | s       | simulation time
-    generator_speed            | rad/s   | of the generator's shaft
-    rotor_speed                | rad/s   | of the rotor end of the shaft
-    azimuth                    | rad     | of blade 1, 0 when it points up, clockwise looking downwind
-    torque                     | N m     | generator torque at present
-    power                      | W       | electrical power at present
-    pitch blades               | rad     | pitch angle of each blade
-    out_of_plane_moment blades | N m     | root bending moment of each blade, out of the rotor plane (RootMyc)
-    in_plane_moment blades     | N m     | root bending moment of each blade, in the rotor plane (RootMxc)
-    yaw                        | rad     | nacelle direction, counter-clockwise from above
-    yaw_rate                   | rad/s   | its rate
-    wind_speed                 | m/s     | horizontal, undisturbed, at the hub
-    wind_direction             | rad     | there, clockwise from above
-    fore_aft_acceleration      | m/s^2   | of the tower top, downwind
-    side_side_acceleration     | m/s^2   | of the tower top, to the left looking downwind
-    flap flaps                 | rad     | deflection of flap i of each blade, one flap behind the other
-    rotor_power                | W       | mechanical, of the low-speed shaft
-    hub_moment xyz             | N m     | of the rotor on the shaft at its apex, shaft axes (not rotating)
-    yaw_bearing_moment xyz     | N m     | of the nacelle on the tower, tower-top axes (not yawing)
-    air_temperature            | K       | of the air
-    humidity                   | -       | relative humidity of the air
-    air_pressure               | Pa      | of the air
-    grid_voltage               | -       | at the terminals, share of the nominal voltage
-    grid_frequency             | Hz      | of the grid
-    grid                       | -       | 1 while there is a grid that takes power, 0 while there is none
-    request                    | -       | last word of the operator, a number of REQUESTS
-    power_limit                | W       | electrical, that the operator sets; infinite without one
-    power_reference            | W       | electrical, that the operator asks for; rated power without a request
-    n_blades                   | -       | number of blades
-    callback                   | -       | internal: address of a controller in plain Python
-    """,
-)
-"""What the turbine's sensors give. Loads and accelerations are those of the previous time step."""
 
-TIME, GENERATOR_SPEED, ROTOR_SPEED, AZIMUTH, TORQUE, POWER, PITCH = MEASUREMENTS.slots(
+class Measurements(Table):
+    """What the turbine's sensors give. Loads and accelerations are those of the previous time step."""
+
+    time: float = number("s", "simulation time")
+    generator_speed: float = number("rad/s", "of the generator's shaft")
+    rotor_speed: float = number("rad/s", "of the rotor end of the shaft")
+    azimuth: float = number("rad", "of blade 1, 0 when it points up, clockwise looking downwind")
+    torque: float = number("N m", "generator torque at present")
+    power: float = number("W", "electrical power at present")
+    pitch: Numbers = blades("rad", "pitch angle of each blade")
+    out_of_plane_moment: Numbers = blades("N m", "root bending moment of each blade, out of the rotor plane (RootMyc)")
+    in_plane_moment: Numbers = blades("N m", "root bending moment of each blade, in the rotor plane (RootMxc)")
+    yaw: float = number("rad", "nacelle direction, counter-clockwise from above")
+    yaw_rate: float = number("rad/s", "its rate")
+    wind_speed: float = number("m/s", "horizontal, undisturbed, at the hub")
+    wind_direction: float = number("rad", "there, clockwise from above")
+    fore_aft_acceleration: float = number("m/s^2", "of the tower top, downwind")
+    side_side_acceleration: float = number("m/s^2", "of the tower top, to the left looking downwind")
+    flap: Numbers = flaps("rad", "deflection of flap i of each blade, one flap behind the other")
+    rotor_power: float = number("W", "mechanical, of the low-speed shaft")
+    hub_moment: Vec = xyz("N m", "of the rotor on the shaft at its apex, shaft axes (not rotating)")
+    yaw_bearing_moment: Vec = xyz("N m", "of the nacelle on the tower, tower-top axes (not yawing)")
+    air_temperature: float = number("K", "of the air")
+    humidity: float = number("-", "relative humidity of the air")
+    air_pressure: float = number("Pa", "of the air")
+    grid_voltage: float = number("-", "at the terminals, share of the nominal voltage")
+    grid_frequency: float = number("Hz", "of the grid")
+    grid: float = number("-", "1 while there is a grid that takes power, 0 while there is none")
+    request: float = number("-", "last word of the operator, a number of REQUESTS")
+    power_limit: float = number("W", "electrical, that the operator sets; infinite without one")
+    power_reference: float = number("W", "electrical, that the operator asks for; rated power without a request")
+    n_blades: float = number("-", "number of blades")
+    callback: float = number("-", "internal: address of a controller in plain Python")
+
+
+TIME, GENERATOR_SPEED, ROTOR_SPEED, AZIMUTH, TORQUE, POWER, PITCH = Measurements.slots(
     "time generator_speed rotor_speed azimuth torque power pitch"
 )
-OUT_OF_PLANE_MOMENT, IN_PLANE_MOMENT, YAW, YAW_RATE = MEASUREMENTS.slots(
+OUT_OF_PLANE_MOMENT, IN_PLANE_MOMENT, YAW, YAW_RATE = Measurements.slots(
     "out_of_plane_moment in_plane_moment yaw yaw_rate"
 )
-WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION = MEASUREMENTS.slots(
+WIND_SPEED, WIND_DIRECTION, FORE_AFT_ACCELERATION, SIDE_SIDE_ACCELERATION = Measurements.slots(
     "wind_speed wind_direction fore_aft_acceleration side_side_acceleration"
 )
-FLAP, ROTOR_POWER, HUB_MOMENT, YAW_BEARING_MOMENT = MEASUREMENTS.slots("flap rotor_power hub_moment yaw_bearing_moment")
-AIR_TEMPERATURE, HUMIDITY, AIR_PRESSURE, GRID_VOLTAGE, GRID_FREQUENCY = MEASUREMENTS.slots(
+FLAP, ROTOR_POWER, HUB_MOMENT, YAW_BEARING_MOMENT = Measurements.slots("flap rotor_power hub_moment yaw_bearing_moment")
+AIR_TEMPERATURE, HUMIDITY, AIR_PRESSURE, GRID_VOLTAGE, GRID_FREQUENCY = Measurements.slots(
     "air_temperature humidity air_pressure grid_voltage grid_frequency"
 )
-GRID, REQUEST, POWER_LIMIT, POWER_REFERENCE = MEASUREMENTS.slots("grid request power_limit power_reference")
-N_BLADES, CALLBACK = MEASUREMENTS.slots("n_blades callback")
+GRID, REQUEST, POWER_LIMIT, POWER_REFERENCE = Measurements.slots("grid request power_limit power_reference")
+N_BLADES, CALLBACK = Measurements.slots("n_blades callback")
 
 REQUESTS = ("none", "start", "normal_stop", "emergency_stop")
 """Words of the operator; their numbers are their places."""
 
-DEMANDS = table(
-    "demands",
-    "",
-    """
-    generator_torque | N m   | on the generator's shaft
-    pitch blades     | rad   | pitch angle of each blade
-    brake            | -     | share of the full brake torque
-    yaw_rate         | rad/s | of the yaw drive, counter-clockwise from above
-    flap flaps       | rad   | deflection of flap i of each blade, trailing edge towards the pressure side
-    reactive_power   | var   | delivered to the grid, by turbines with converters
-    operating_state  | -     | report: number of the supervisor's state
-    power_setpoint   | W     | report: electrical power that is not to be exceeded
-    yaw_error        | rad   | report: as the yaw control sees it, wind direction minus nacelle direction, clockwise
-    yaw_threshold    | rad   | report: its limit at present
-    power_state      | -     | report: number of the power control's state
-    wind_estimate    | m/s   | report: wind speed that a controller estimates from power, speed and pitch
-    """,
-)
-"""What a controller can ask for; the last six are what it reports, which is recorded and has no effect. Demands keep
-their values until they are changed."""
 
-GENERATOR_TORQUE, PITCH_DEMAND, BRAKE, YAW_RATE_DEMAND, FLAP_DEMAND, REACTIVE_POWER = DEMANDS.slots(
+class Demands(Table):
+    """What a controller can ask for; demands keep their values until they are changed.
+
+    The last six are what it reports, which is recorded and has no effect.
+    """
+
+    generator_torque: float = number("N m", "on the generator's shaft")
+    pitch: Numbers = blades("rad", "pitch angle of each blade")
+    brake: float = number("-", "share of the full brake torque")
+    yaw_rate: float = number("rad/s", "of the yaw drive, counter-clockwise from above")
+    flap: Numbers = flaps("rad", "deflection of flap i of each blade, trailing edge towards the pressure side")
+    reactive_power: float = number("var", "delivered to the grid, by turbines with converters")
+    operating_state: float = number("-", "report: number of the supervisor's state")
+    power_setpoint: float = number("W", "report: electrical power that is not to be exceeded")
+    yaw_error: float = number(
+        "rad", "report: as the yaw control sees it, wind direction minus nacelle direction, clockwise"
+    )
+    yaw_threshold: float = number("rad", "report: its limit at present")
+    power_state: float = number("-", "report: number of the power control's state")
+    wind_estimate: float = number("m/s", "report: wind speed that a controller estimates from power, speed and pitch")
+
+
+GENERATOR_TORQUE, PITCH_DEMAND, BRAKE, YAW_RATE_DEMAND, FLAP_DEMAND, REACTIVE_POWER = Demands.slots(
     "generator_torque pitch brake yaw_rate flap reactive_power"
 )
-OPERATING_STATE, POWER_SETPOINT, YAW_ERROR, YAW_THRESHOLD, POWER_STATE, WIND_ESTIMATE = DEMANDS.slots(
+OPERATING_STATE, POWER_SETPOINT, YAW_ERROR, YAW_THRESHOLD, POWER_STATE, WIND_ESTIMATE = Demands.slots(
     "operating_state power_setpoint yaw_error yaw_threshold power_state wind_estimate"
 )
 REPORTS = ("operating_state", "power_setpoint", "yaw_error", "yaw_threshold", "power_state", "wind_estimate")

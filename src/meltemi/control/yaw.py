@@ -35,8 +35,8 @@ from meltemi.control.sensors import noise, noise_start
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
-from meltemi.core.tables import View, table
 from meltemi.maths.generic import crossed, floor
+from meltemi.maths.tables import View, table
 from meltemi.turbine.definition import YawDrive
 from meltemi.turbine.power_turbine import AnyTurbine
 

@@ -40,28 +40,28 @@ from meltemi.electrical.control import (
     protection,
     stator_reference,
 )
-from meltemi.electrical.tables import ELECTRIC, ELECTRICAL
+from meltemi.electrical.tables import ElectricalParameters, ElectricState
 from meltemi.maths.generic import whole, zero
 
 Float = NDArray[float64]
 
-ON, IRON, FILTER_R, FILTER_L, NOMINAL, DC_VOLTAGE, CAPACITANCE = ELECTRICAL.slots(
+ON, IRON, FILTER_R, FILTER_L, NOMINAL, DC_VOLTAGE, CAPACITANCE = ElectricalParameters.slots(
     "on iron_drag filter_resistance filter_inductance nominal_frequency dc_voltage capacitance"
 )
-CONDUCTANCE, BEGIN, FULL, COOLING, CURRENT_RATE, VOLTAGE_RATE, LOCK_RATE, SUBSTEP = ELECTRICAL.slots(
+CONDUCTANCE, BEGIN, FULL, COOLING, CURRENT_RATE, VOLTAGE_RATE, LOCK_RATE, SUBSTEP = ElectricalParameters.slots(
     "chopper_conductance chopper_begin chopper_full chopper_cooling current_rate voltage_rate lock_rate substep"
 )
-MACHINE, GRID = ELECTRICAL.slots("machine_standing grid_standing")
-STATOR, STATOR_HOLD, GRID_I, GRID_HOLD, ENERGY, DC_HOLD, ANGLE, LOCK_HOLD = ELECTRIC.slots(
+MACHINE, GRID = ElectricalParameters.slots("machine_standing grid_standing")
+STATOR, STATOR_HOLD, GRID_I, GRID_HOLD, ENERGY, DC_HOLD, ANGLE, LOCK_HOLD = ElectricState.slots(
     "stator_d stator_hold_d grid_d grid_hold_d dc_energy dc_hold grid_angle lock_hold"
 )
 HEAT, LOW_TIME, TRIP, OFF_TIME, TORQUE, MECHANICAL, COPPER, IRON_LOSS, CONVERTER, FILTER, CHOPPER, STORED = (
-    ELECTRIC.slots(
+    ElectricState.slots(
         "heat low_time trip off_time torque mechanical_power copper_loss iron_loss converter_loss filter_loss "
         "chopper_power stored_power"
     )
 )
-GRID_POWER, REACTIVE, DC_LINK, STATOR_VOLTAGE, CONVERTER_VOLTAGE = ELECTRIC.slots(
+GRID_POWER, REACTIVE, DC_LINK, STATOR_VOLTAGE, CONVERTER_VOLTAGE = ElectricState.slots(
     "grid_power reactive_power dc_link_voltage stator_voltage converter_voltage"
 )
 SQRT_2, SQRT_3 = sqrt(2.0), sqrt(3.0)

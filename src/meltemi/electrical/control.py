@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
 from meltemi.electrical.circuit import Phasor
-from meltemi.electrical.tables import ELECTRICAL
+from meltemi.electrical.tables import ElectricalParameters
 
 Float = NDArray[float64]
 
-POLE_PAIRS, FLUX, STATOR_R, STATOR_L, MACHINE_LIMIT, GRID_LIMIT, RESERVE, SUBSTEP = ELECTRICAL.slots(
+POLE_PAIRS, FLUX, STATOR_R, STATOR_L, MACHINE_LIMIT, GRID_LIMIT, RESERVE, SUBSTEP = ElectricalParameters.slots(
     "pole_pairs flux stator_resistance stator_inductance machine_limit grid_limit reserve substep"
 )
-GRID_PEAK, GRID_CURRENT, GAIN, BAND, ZERO_TIME, RECOVERY_TIME = ELECTRICAL.slots(
+GRID_PEAK, GRID_CURRENT, GAIN, BAND, ZERO_TIME, RECOVERY_TIME = ElectricalParameters.slots(
     "grid_peak grid_current support_gain dead_band zero_time recovery_time"
 )
-DC_HIGHEST, DC_LOWEST, HEAT_LIMIT, HIGHEST_VOLTAGE, LOWEST_FREQUENCY, HIGHEST_FREQUENCY = ELECTRICAL.slots(
+DC_HIGHEST, DC_LOWEST, HEAT_LIMIT, HIGHEST_VOLTAGE, LOWEST_FREQUENCY, HIGHEST_FREQUENCY = ElectricalParameters.slots(
     "dc_highest dc_lowest chopper_heat highest_voltage lowest_frequency highest_frequency"
 )
 LEAST_CURRENT = 1e-9

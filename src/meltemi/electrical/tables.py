@@ -10,95 +10,90 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.tables import View, table
+from meltemi.maths.tables import Table, View, number
 from meltemi.turbine.electrical import RESERVE, Converter, ElectricalSystem
 
 Float = NDArray[np.float64]
 
-ELECTRICAL = table(
-    "electrical",
-    "",
-    """
-    on                   | -     | 1: there is an electrical system, 0: none is modelled
-    pole_pairs           | -     | electrical over mechanical speed
-    flux                 | Wb    | linkage of a phase with the magnets
-    stator_resistance    | Ohm   | of a phase
-    stator_inductance    | H     | of a phase
-    iron_drag            | N m s | iron and stray losses over the square of the speed
-    machine_limit        | A     | largest current of the machine's converter
-    machine_standing     | W     | its loss without current, at the nominal voltage of the DC link
-    machine_drop         | V     | its loss for each ampere
-    machine_ohms         | Ohm   | its loss for the square of the current
-    grid_limit           | A     | largest current of the grid's converter
-    grid_standing        | W     | as above
-    grid_drop            | V     | as above
-    grid_ohms            | Ohm   | as above
-    filter_resistance    | Ohm   | of a phase
-    filter_inductance    | H     | of a phase
-    grid_peak            | V     | peak of a phase of the grid at nominal voltage
-    grid_current         | A     | rated current of the grid side
-    nominal_frequency    | rad/s | of the grid
-    dc_voltage           | V     | nominal
-    capacitance          | F     | of the DC link
-    dc_highest           | V     | above which the turbine trips
-    dc_lowest            | V     | below which the turbine trips
-    reserve              | -     | share of the voltage limit that steady operation uses
-    chopper_conductance  | S     | 0 without chopper
-    chopper_begin        | V     | from which it acts
-    chopper_full         | V     | at which it is on all the time
-    chopper_heat         | J     | that trips the turbine
-    chopper_cooling      | 1/s   | rate at which it cools
-    current_rate         | rad/s | bandwidth of the current controls
-    voltage_rate         | rad/s | natural frequency of the control of the DC link's voltage
-    lock_rate            | rad/s | natural frequency of the phase-locked loop
-    substep              | s     | longest step of the controls
-    support_gain         | -     | reactive current over rated current, for the voltage's distance from 1
-    dead_band            | -     | distance of the voltage from 1 beyond which the grid is supported
-    zero_time            | s     | for which no voltage is ridden through
-    recovery_time        | s     | at which the voltage must be back
-    highest_voltage      | -     | above which the turbine trips
-    lowest_frequency     | Hz    | below which the turbine trips
-    highest_frequency    | Hz    | above which the turbine trips
-    """,
-)
-"""Parameters."""
 
-ELECTRIC = table(
-    "electric",
-    "",
-    """
-    stator_d         | A     | state: current along the magnets' flux
-    stator_q         | A     | state: current ahead of it, which makes the torque
-    stator_hold_d    | V     | state: integral part of its control
-    stator_hold_q    | V     | state: the same
-    grid_d           | A     | state: current in phase with the voltage that the converter sees
-    grid_q           | A     | state: current ahead of it by a quarter of a period
-    grid_hold_d      | V     | state: integral part of its control
-    grid_hold_q      | V     | state: the same
-    dc_energy        | J     | state: of the DC link
-    dc_hold          | W     | state: integral part of the control of its voltage
-    grid_angle       | rad   | state: of the grid's voltage, ahead of what the phase-locked loop believes
-    lock_hold        | rad/s | state: integral part of the phase-locked loop
-    heat             | J     | state: in the chopper
-    low_time         | s     | state: since when the grid's voltage is low
-    trip             | -     | state: number of the protection that has tripped, 0 for none
-    off_time         | s     | state: since when
-    torque           | N m   | on the generator's shaft, against its rotation
-    mechanical_power | W     | taken from the shaft
-    copper_loss      | W     | of the stator
-    iron_loss        | W     | of the machine, with stray losses
-    converter_loss   | W     | of both converters
-    filter_loss      | W     | of the filter
-    chopper_power    | W     | burnt in the brake resistor
-    stored_power     | W     | rate of the energy in DC link and inductors
-    grid_power       | W     | active power into the grid
-    reactive_power   | var   | delivered to the grid
-    dc_link_voltage  | V     | of the DC link
-    stator_voltage   | V     | at the machine's terminals
-    converter_voltage | V    | of the grid's converter
-    """,
-)
-"""States, and what is recorded: powers and torque are means over a time step, the rest stands at its end."""
+class ElectricalParameters(Table, title="electrical"):
+    """Parameters."""
+
+    on: float = number("-", "1: there is an electrical system, 0: none is modelled")
+    pole_pairs: float = number("-", "electrical over mechanical speed")
+    flux: float = number("Wb", "linkage of a phase with the magnets")
+    stator_resistance: float = number("Ohm", "of a phase")
+    stator_inductance: float = number("H", "of a phase")
+    iron_drag: float = number("N m s", "iron and stray losses over the square of the speed")
+    machine_limit: float = number("A", "largest current of the machine's converter")
+    machine_standing: float = number("W", "its loss without current, at the nominal voltage of the DC link")
+    machine_drop: float = number("V", "its loss for each ampere")
+    machine_ohms: float = number("Ohm", "its loss for the square of the current")
+    grid_limit: float = number("A", "largest current of the grid's converter")
+    grid_standing: float = number("W", "as above")
+    grid_drop: float = number("V", "as above")
+    grid_ohms: float = number("Ohm", "as above")
+    filter_resistance: float = number("Ohm", "of a phase")
+    filter_inductance: float = number("H", "of a phase")
+    grid_peak: float = number("V", "peak of a phase of the grid at nominal voltage")
+    grid_current: float = number("A", "rated current of the grid side")
+    nominal_frequency: float = number("rad/s", "of the grid")
+    dc_voltage: float = number("V", "nominal")
+    capacitance: float = number("F", "of the DC link")
+    dc_highest: float = number("V", "above which the turbine trips")
+    dc_lowest: float = number("V", "below which the turbine trips")
+    reserve: float = number("-", "share of the voltage limit that steady operation uses")
+    chopper_conductance: float = number("S", "0 without chopper")
+    chopper_begin: float = number("V", "from which it acts")
+    chopper_full: float = number("V", "at which it is on all the time")
+    chopper_heat: float = number("J", "that trips the turbine")
+    chopper_cooling: float = number("1/s", "rate at which it cools")
+    current_rate: float = number("rad/s", "bandwidth of the current controls")
+    voltage_rate: float = number("rad/s", "natural frequency of the control of the DC link's voltage")
+    lock_rate: float = number("rad/s", "natural frequency of the phase-locked loop")
+    substep: float = number("s", "longest step of the controls")
+    support_gain: float = number("-", "reactive current over rated current, for the voltage's distance from 1")
+    dead_band: float = number("-", "distance of the voltage from 1 beyond which the grid is supported")
+    zero_time: float = number("s", "for which no voltage is ridden through")
+    recovery_time: float = number("s", "at which the voltage must be back")
+    highest_voltage: float = number("-", "above which the turbine trips")
+    lowest_frequency: float = number("Hz", "below which the turbine trips")
+    highest_frequency: float = number("Hz", "above which the turbine trips")
+
+
+class ElectricState(Table, title="electric"):
+    """States, and what is recorded: powers and torque are means over a time step, the rest stands at its end."""
+
+    stator_d: float = number("A", "state: current along the magnets' flux")
+    stator_q: float = number("A", "state: current ahead of it, which makes the torque")
+    stator_hold_d: float = number("V", "state: integral part of its control")
+    stator_hold_q: float = number("V", "state: the same")
+    grid_d: float = number("A", "state: current in phase with the voltage that the converter sees")
+    grid_q: float = number("A", "state: current ahead of it by a quarter of a period")
+    grid_hold_d: float = number("V", "state: integral part of its control")
+    grid_hold_q: float = number("V", "state: the same")
+    dc_energy: float = number("J", "state: of the DC link")
+    dc_hold: float = number("W", "state: integral part of the control of its voltage")
+    grid_angle: float = number("rad", "state: of the grid's voltage, ahead of what the phase-locked loop believes")
+    lock_hold: float = number("rad/s", "state: integral part of the phase-locked loop")
+    heat: float = number("J", "state: in the chopper")
+    low_time: float = number("s", "state: since when the grid's voltage is low")
+    trip: float = number("-", "state: number of the protection that has tripped, 0 for none")
+    off_time: float = number("s", "state: since when")
+    torque: float = number("N m", "on the generator's shaft, against its rotation")
+    mechanical_power: float = number("W", "taken from the shaft")
+    copper_loss: float = number("W", "of the stator")
+    iron_loss: float = number("W", "of the machine, with stray losses")
+    converter_loss: float = number("W", "of both converters")
+    filter_loss: float = number("W", "of the filter")
+    chopper_power: float = number("W", "burnt in the brake resistor")
+    stored_power: float = number("W", "rate of the energy in DC link and inductors")
+    grid_power: float = number("W", "active power into the grid")
+    reactive_power: float = number("var", "delivered to the grid")
+    dc_link_voltage: float = number("V", "of the DC link")
+    stator_voltage: float = number("V", "at the machine's terminals")
+    converter_voltage: float = number("V", "of the grid's converter")
+
 
 TRIPS = (
     "none",
@@ -111,16 +106,16 @@ TRIPS = (
 )
 """Protections by their numbers."""
 
-N_STATES = ELECTRIC.index("heat")
+N_STATES = ElectricState.index("heat")
 """States of the linear model: all but the protection's."""
 
 
 def electrical_array(system: ElectricalSystem | None) -> Float:
     """Parameters for the kernels; without a system all zero, which switches it off."""
-    array = ELECTRICAL.zeros()
+    array = ElectricalParameters.zeros()
     if system is None:
         return array
-    v = View(ELECTRICAL, array)
+    v = View(ElectricalParameters, array)
     m, dc, ride, control = system.machine, system.dc_link, system.ride_through, system.control
     v["on"], v["pole_pairs"], v["flux"] = 1.0, m.pole_pairs, m.flux
     v["stator_resistance"], v["stator_inductance"] = m.resistance, m.inductance

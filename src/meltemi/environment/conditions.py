@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.series import on_times, union, values
-from meltemi.core.tables import table
 from meltemi.environment.air import R_DRY, Air
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
+from meltemi.maths.tables import Table, number
 
 Float = NDArray[float64]
 
@@ -21,29 +21,29 @@ DENSITY_ERROR = 5e-5
 HALVINGS = 8
 """At most, of an interval in which the air changes."""
 
-CONDITIONS = table(
-    "conditions",
-    "",
-    """
-    time            | s      | not decreasing
-    air_density     | kg/m^3 | of the air
-    air_temperature | K      | of the air
-    humidity        | -      | relative humidity
-    air_pressure    | Pa     | of the air
-    grid_voltage    | -      | at the terminals, share of the nominal voltage
-    grid_frequency  | Hz     | of the grid
-    power_reference | W      | active electrical power that the operator asks for; rated power without a request
-    reactive_power  | var    | delivered to the grid, that the operator asks for
-    """,
-)
-"""Rows of conditions in time, and of the present ones."""
+
+class Conditions(Table):
+    """Rows of conditions in time, and of the present ones."""
+
+    time: float = number("s", "not decreasing")
+    air_density: float = number("kg/m^3", "of the air")
+    air_temperature: float = number("K", "of the air")
+    humidity: float = number("-", "relative humidity")
+    air_pressure: float = number("Pa", "of the air")
+    grid_voltage: float = number("-", "at the terminals, share of the nominal voltage")
+    grid_frequency: float = number("Hz", "of the grid")
+    power_reference: float = number(
+        "W", "active electrical power that the operator asks for; rated power without a request"
+    )
+    reactive_power: float = number("var", "delivered to the grid, that the operator asks for")
+
 
 TIME, AIR_DENSITY, AIR_TEMPERATURE, HUMIDITY, AIR_PRESSURE, GRID_VOLTAGE, GRID_FREQUENCY, POWER_REFERENCE = (
-    CONDITIONS.slots(
+    Conditions.slots(
         "time air_density air_temperature humidity air_pressure grid_voltage grid_frequency power_reference"
     )
 )
-REACTIVE_POWER = CONDITIONS.index("reactive_power")
+REACTIVE_POWER = Conditions.index("reactive_power")
 
 
 @kernel

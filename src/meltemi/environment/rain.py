@@ -19,8 +19,8 @@ from pydantic import Field, field_validator, model_validator
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Particular
-from meltemi.core.tables import View, table
 from meltemi.environment import drops
+from meltemi.maths.tables import Table, View, number
 
 Float = NDArray[np.float64]
 
@@ -36,22 +36,22 @@ RAIN_CLASSES = {
 }
 """[mm/h] rain rates of the classes in the review's Table 2."""
 
-RAIN = table(
-    "rain",
-    "",
-    """
-    drag_density   | kg/m^3 | of rain: its pressure on the wetted area over the speed of drops squared; 0 without rain
-    drop_speed     | m/s    | at which drops meet the rotor; 0 stands for the wind speed
-    radius         | m      | of the rotor
-    half_thickness | m      | of the ellipsoid that the rotor sweeps
-    tail_wind      | m/s    | at which drops move with the wind
-    cross_wind     | m/s    | at which they move across it
-    fall_speed     | m/s    | at which they fall
-    """,
-)
-"""Rows of the parameters of :func:`rain_power_loss`."""
 
-DRAG_DENSITY, DROP_SPEED, RADIUS, HALF_THICKNESS, TAIL_WIND, CROSS_WIND, FALL_SPEED = RAIN.slots(
+class RainParameters(Table, title="rain"):
+    """Rows of the parameters of :func:`rain_power_loss`."""
+
+    drag_density: float = number(
+        "kg/m^3", "of rain: its pressure on the wetted area over the speed of drops squared; 0 without rain"
+    )
+    drop_speed: float = number("m/s", "at which drops meet the rotor; 0 stands for the wind speed")
+    radius: float = number("m", "of the rotor")
+    half_thickness: float = number("m", "of the ellipsoid that the rotor sweeps")
+    tail_wind: float = number("m/s", "at which drops move with the wind")
+    cross_wind: float = number("m/s", "at which they move across it")
+    fall_speed: float = number("m/s", "at which they fall")
+
+
+DRAG_DENSITY, DROP_SPEED, RADIUS, HALF_THICKNESS, TAIL_WIND, CROSS_WIND, FALL_SPEED = RainParameters.slots(
     "drag_density drop_speed radius half_thickness tail_wind cross_wind fall_speed"
 )
 
@@ -141,7 +141,7 @@ class Rain(Particular):
 
 def rain_parameters(rain: Rain | None, rotor_radius: float) -> Float:
     """(rows of RAIN,) what :func:`rain_power_loss` takes, for a rotor [m]; all zero without rain."""
-    row = View(RAIN, RAIN.zeros())
+    row = View(RainParameters, RainParameters.zeros())
     if rain is not None:
         row["drag_density"] = rain.drag_density
         row["drop_speed"] = rain.drop_speed or 0.0

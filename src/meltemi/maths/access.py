@@ -1,4 +1,4 @@
-"""Vectors and matrices in the rows of table arrays (see ``core.tables``)."""
+"""Vectors and matrices in the rows of table arrays (see ``maths.tables``)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Groups of numbers in kernels: dataclasses with operators, for every kind of number.
 
-A class decorated with :func:`group` can be made, read and passed on in kernels; its components are of one kind, that of
-the numbers it is made of. Its operators are its own methods, compiled as they stand (:func:`operators`), so that one
+A class given to :func:`group` can be made, read and passed on in kernels; its components are of one kind, that of the
+numbers it is made of. Its operators are its own methods, compiled as they stand (:func:`operators`), so that one
 text serves Python and kernels. A group of floats becomes one of another kind where the two meet: sums begin with zeros
 whatever follows.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from typing import Any, TypeVar
+from typing import Any
 
 from llvmlite import ir
 from numba.core import types
@@ -18,8 +18,6 @@ from numba.core.imputils import lower_builtin, lower_cast, lower_getattr_generic
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
 from numba.extending import NativeValue, box, models, overload, register_model, typeof_impl, unbox
-
-C = TypeVar("C", bound=type)
 
 
 class GroupType(types.Type):
@@ -72,7 +70,7 @@ def _convert(context: Any, builder: Any, old: Any, new: Any, value: Any) -> Any:
 # the class itself -----------------------------------------------------------------------------------
 
 
-def group(cls: C) -> C:
+def group(cls: type) -> None:
     """Make a frozen dataclass of numbers known to kernels.
 
     Its properties may only rearrange its components.
@@ -95,7 +93,6 @@ def group(cls: C) -> C:
         return _join(context, builder, sig.return_type, parts)
 
     typeof_impl.register(cls)(lambda value, context: GroupType(cls, types.float64))
-    return cls
 
 
 @infer_getattr

@@ -131,9 +131,9 @@ def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
 
 def series_rows(found: SeriesStatistics) -> tuple[list[str], list[list[str]]]:
     """Head and rows of the statistics of a uniform wind, directions in degrees."""
-    from meltemi.wind.velocity import SERIES
+    from meltemi.wind.velocity import WindNow
 
-    units = {name: field.unit for name, field in zip(SERIES.names, SERIES.fields, strict=True)}
+    units = {name: field.unit for name, field in zip(WindNow.names, WindNow.rows, strict=True)}
     rows = []
     for i, name in enumerate(found.names):
         unit = units.get(name, "m/s")

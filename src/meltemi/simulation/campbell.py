@@ -24,7 +24,7 @@ from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model, with_blades
 from meltemi.simulation.modes import Mode, natural_modes
 from meltemi.simulation.trim import operating_point
-from meltemi.structure.tables import STRUCTURE
+from meltemi.structure.tables import StructureParameters
 
 Float = NDArray[np.float64]
 
@@ -185,8 +185,8 @@ def strain(model: Model) -> dict[str, float]:
     """Stiffness of each coordinate in the fixed frame: twice the mean strain energy of a unit amplitude."""
     structure = model.structure
     found = {f"tower {n}": k for n, k in zip(model.tower.names, np.diag(model.tower_matrix[1]), strict=True)}
-    found["yaw"] = structure[STRUCTURE.index("yaw_stiffness")]
-    found["drivetrain"] = structure[STRUCTURE.index("shaft_stiffness")]
+    found["yaw"] = structure[StructureParameters.index("yaw_stiffness")]
+    found["drivetrain"] = structure[StructureParameters.index("shaft_stiffness")]
     for name, k in zip(model.blade.names, np.diag(model.modal[0, 0]), strict=True):
         # of three blades together: cosine and sine are 1/2 in the mean
         found.update({f"{name} {part}": k * share for part, share in zip(PARTS, (3.0, 1.5, 1.5), strict=True)})

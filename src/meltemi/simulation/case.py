@@ -15,16 +15,22 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.flaps import FLAP
+from meltemi.aero.flaps import FlapParameters
 from meltemi.aero.rotor import AIR_DENSITY, derivatives, settle
-from meltemi.aero.tables import AERO_NODE, FLOW, INFLOW, MEMORY, ROTOR, STALL, TOWER_FLOW
-from meltemi.control.actuators import PITCH
+from meltemi.aero.tables import (
+    AeroMemory,
+    AeroNode,
+    BladeFlow,
+    InflowState,
+    RotorFlow,
+    StallState,
+    TowerFlow,
+)
+from meltemi.control.actuators import PitchMotion
 from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.faults import healthy
 from meltemi.control.signals import (
-    DEMANDS,
     GRID,
-    MEASUREMENTS,
     MOST_FLAP,
     MOST_PITCH,
     MOST_REACTIVE,
@@ -32,13 +38,15 @@ from meltemi.control.signals import (
     N_BLADES,
     POWER_LIMIT,
     REPORTS,
+    Demands,
+    Measurements,
 )
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import announce, kernel
-from meltemi.core.tables import Table, View
-from meltemi.electrical.tables import ELECTRIC, TRIPS
-from meltemi.environment.conditions import CONDITIONS, conditions_array
+from meltemi.electrical.tables import TRIPS, ElectricState
+from meltemi.environment.conditions import Conditions, conditions_array
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.lanes import WIDTH
 from meltemi.numbers.views import FLOATS, LANES, viewer
@@ -56,25 +64,25 @@ from meltemi.simulation.step import (
     NODES,
     PARTS,
     RUN_PARTS,
-    SUMMARY,
     WANT_LOADS,
+    Summary,
     evaluate,
     observe,
     surroundings,
 )
 from meltemi.simulation.validity import new_watch
 from meltemi.structure.tables import (
-    BLADE_NODE,
-    BODY,
-    GEAR_LOAD,
-    GEARS,
-    MACHINE_LOAD,
-    ROOT_LOAD,
-    STATION_LOAD,
-    TOWER_STATION_LOAD,
+    BladeBody,
+    BladeNode,
+    BladeRootLoad,
+    BladeStationLoad,
+    GearLoads,
+    Gears,
+    MachineLoad,
+    TowerStationLoad,
 )
 from meltemi.turbine.electrical import nominal_frequency
-from meltemi.turbine.exchange import DRIVE, FRAME, LOAD, MACHINE, MOTION
+from meltemi.turbine.exchange import BladeFrame, BladeLoad, BladeMotion, Drive, Machine
 from meltemi.wind.fields import Wind, wind_arrays
 
 Float = NDArray[np.float64]
@@ -117,24 +125,24 @@ class Arena:
         return self.begin[name] + int(np.ravel_multi_index(index, self.views[name].shape))
 
 
-SIGNAL_TABLES: dict[str, Table] = {
-    "summary": SUMMARY,
-    "machine": MACHINE,
-    "rotor": ROTOR,
-    "chain": MACHINE_LOAD,
-    "root": ROOT_LOAD,
-    "pitch": PITCH,
-    "flap": FLAP,
-    "drive": DRIVE,
-    "gears": GEARS,
-    "gear_loads": GEAR_LOAD,
-    "demands": DEMANDS,
-    "outside": CONDITIONS,
-    "electric": ELECTRIC,
-    "flow": FLOW,
-    "motion": MOTION,
-    "station": STATION_LOAD,
-    "tower_station": TOWER_STATION_LOAD,
+SIGNAL_TABLES: dict[str, type[Table]] = {
+    "summary": Summary,
+    "machine": Machine,
+    "rotor": RotorFlow,
+    "chain": MachineLoad,
+    "root": BladeRootLoad,
+    "pitch": PitchMotion,
+    "flap": FlapParameters,
+    "drive": Drive,
+    "gears": Gears,
+    "gear_loads": GearLoads,
+    "demands": Demands,
+    "outside": Conditions,
+    "electric": ElectricState,
+    "flow": BladeFlow,
+    "motion": BladeMotion,
+    "station": BladeStationLoad,
+    "tower_station": TowerStationLoad,
 }
 """Arrays a channel may ask for, by the table that describes them; q, v and a come on top."""
 
@@ -147,9 +155,9 @@ AIR_PARTS = (
 ).split()
 """Arrays of ``aero.rotor.derivatives``; ``settle`` takes all but the last two."""
 WEIGHTS = {
-    "tower_flow": [TOWER_FLOW.index("length")],
-    "blade_nodes": [row for row, name in enumerate(BLADE_NODE.names) if not name.startswith("position")],
-    "aero_nodes": [AERO_NODE.index(name) for name in ("length", "area", "ring")],
+    "tower_flow": [TowerFlow.index("length")],
+    "blade_nodes": [row for row, name in enumerate(BladeNode.names) if not name.startswith("position")],
+    "aero_nodes": [AeroNode.index(name) for name in ("length", "area", "ring")],
 }
 """Rows by which a node counts in sums: zero for the nodes that only fill up the last lanes."""
 
@@ -205,7 +213,7 @@ class BaseCase:
       controller, controller_state, entry: of the controller that was bound.
     """
 
-    tables: ClassVar[dict[str, Table]]
+    tables: ClassVar[dict[str, type[Table]]]
     time_loop: ClassVar[staticmethod[..., Any]]
     run_parts: ClassVar[tuple[str, ...]]
     model: AnyModel
@@ -225,9 +233,9 @@ class BaseCase:
     def _prepare(self, model: AnyModel) -> None:
         """Vectors between machine and controller, and those of a run."""
         nq = len(model.coordinates)
-        self.measured, self.limits = MEASUREMENTS.zeros(), DEMANDS.zeros()
+        self.measured, self.limits = Measurements.zeros(), Demands.zeros()
         self.measured[N_BLADES] = model.n_blades
-        most, actuator = View(DEMANDS, self.limits), model.turbine.pitch_actuator
+        most, actuator = View(Demands, self.limits), model.turbine.pitch_actuator
         most["generator_torque"] = MOST_TORQUE * model.turbine.control.torque.maximum_torque
         most["pitch"] = MOST_PITCH + max(abs(actuator.minimum), abs(actuator.maximum))
         most["brake"] = most["yaw_rate"] = 1.0
@@ -387,7 +395,7 @@ class Case(BaseCase):
         one by one, "duals" with derivatives, which stand in ``slopes`` by the names of the arrays.
     """
 
-    tables: ClassVar[dict[str, Table]] = SIGNAL_TABLES
+    tables: ClassVar[dict[str, type[Table]]] = SIGNAL_TABLES
     time_loop: ClassVar[staticmethod[..., Any]] = staticmethod(step.advance)
     run_parts: ClassVar[tuple[str, ...]] = tuple(RUN_PARTS)
     model: Model
@@ -435,7 +443,11 @@ class Case(BaseCase):
             duals=duals,
         )
         self.aero_state = Arena(
-            {"inflow": INFLOW.shape(**sizes), "stall": STALL.shape(**sizes), "memory": MEMORY.shape(**sizes)},
+            {
+                "inflow": InflowState.shape(**sizes),
+                "stall": StallState.shape(**sizes),
+                "memory": AeroMemory.shape(**sizes),
+            },
             duals=duals,
         )
         described = wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter)
@@ -481,14 +493,14 @@ class Case(BaseCase):
             "now": np.zeros(described.series.shape[1]),
             "box": described.box,
             "electrical": model.electrical,
-            "d_electric": ELECTRIC.zeros(),
+            "d_electric": ElectricState.zeros(),
             "columns": np.zeros((6, nc)),
-            "frame": FRAME.zeros(**sizes),
+            "frame": BladeFrame.zeros(**sizes),
             "partial": aligned((3 * K, B, fill)),
-            "load": aligned(LOAD.shape(**sizes)),
-            "d_inflow": aligned(INFLOW.shape(**sizes)),
-            "d_stall": aligned(STALL.shape(**sizes)),
-            "body": BODY.zeros(blade=B),
+            "load": aligned(BladeLoad.shape(**sizes)),
+            "d_inflow": aligned(InflowState.shape(**sizes)),
+            "d_stall": aligned(StallState.shape(**sizes)),
+            "body": BladeBody.zeros(blade=B),
             "link": np.zeros((6, B, K)),
             "arm_mass": np.zeros((B, K, K)),
             "arm_force": np.zeros((B, K)),
@@ -509,10 +521,10 @@ class Case(BaseCase):
         self.clock[CORRECTIONS] = model.options.corrections
         ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in NODES}}
         self.arrays = {name: array[..., : ends[name]] if name in ends else array for name, array in arrays.items()}
-        self.arrays["drive"][DRIVE.index("brake_speed")] = LEAST_BRAKE_SPEED
-        self.arrays["drive"][DRIVE.index("yaw_held")] = float(model.options.yaw != "free")
-        arrays["memory"][MEMORY.index("phi")] = 0.1
-        arrays["memory"][MEMORY.index("slope")] = 1.0
+        self.arrays["drive"][Drive.index("brake_speed")] = LEAST_BRAKE_SPEED
+        self.arrays["drive"][Drive.index("yaw_held")] = float(model.options.yaw != "free")
+        arrays["memory"][AeroMemory.index("phi")] = 0.1
+        arrays["memory"][AeroMemory.index("slope")] = 1.0
         self.slopes = {**self.signals.slope_views, **self.aero_state.slope_views}
         if duals:
             for name, array in arrays.items():
@@ -549,7 +561,7 @@ class Case(BaseCase):
             array[..., shown.shape[-1] :] = shown[..., -1:]
             at += shown.size
         # between azimuths a Fourier series overshoots: the attachment must not leave its range
-        attachment = self.aero_state.views["stall"][STALL.index("attachment")]
+        attachment = self.aero_state.views["stall"][StallState.index("attachment")]
         np.clip(attachment, 0.0, 1.0, out=attachment)
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:

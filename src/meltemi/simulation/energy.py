@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from meltemi.core.tables import View
+from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.step import evaluate
 from meltemi.structure.dynamics import STIFFNESS, WEIGHT
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
-from meltemi.structure.tables import BLADE_NODE, GEAR_MODE, STRUCTURE
-from meltemi.turbine.exchange import FRAME, MACHINE, MOTION, YAW_COMMAND, YAW_HELD, YAW_REST, YAW_RUBS
+from meltemi.structure.tables import BladeNode, GearModes, StructureParameters
+from meltemi.turbine.exchange import YAW_COMMAND, YAW_HELD, YAW_REST, YAW_RUBS, BladeFrame, BladeMotion, Machine
 
 
 def mechanical_energy(case: Case) -> tuple[float, float, float]:
@@ -27,7 +27,7 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
     kinetic += np.einsum("bk,bkj,j->", v_blade, case["coupling"], v_core)
     kinetic += 0.5 * np.einsum("bk,bkl,bl->", v_blade, D, v_blade)
 
-    p = View(STRUCTURE, model.structure)
+    p = View(StructureParameters, model.structure)
     tower = q[: n - N_SHAFT]
     drive = case["drive"]
     twist, yaw = q[len(tower) + TORSION], drive[YAW_HELD] * (q[len(tower) + YAW] - drive[YAW_COMMAND])
@@ -38,13 +38,13 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
     elastic += 0.5 * (float(p["shaft_stiffness"]) * twist**2 + float(p["yaw_stiffness"]) * (yaw**2 + rubbed**2))
     elastic += 0.5 * np.einsum("bk,bkl,bl->", q_blade, model.modal[0], q_blade)
 
-    machine = View(MACHINE, case["machine"])
+    machine = View(Machine, case["machine"])
     shaft, top, hub = machine["shaft"], machine["top_position"], machine["hub_position"]
     lift = float(p["nacelle_mass"]) * (top + machine["nacelle"].reshape(3, 3) @ p["nacelle_centre"])[2]
     lift += float(p["hub_mass"]) * (hub + float(p["hub_centre"]) * shaft)[2]
-    nodes, motion = View(BLADE_NODE, model.blade_nodes), View(MOTION, case["motion"])
+    nodes, motion = View(BladeNode, model.blade_nodes), View(BladeMotion, case["motion"])
     for b in range(model.n_blades):
-        R = View(FRAME, case["frame"])["orientation"][:, b].reshape(3, 3)
+        R = View(BladeFrame, case["frame"])["orientation"][:, b].reshape(3, 3)
         moment = nodes["moment"][:, b] + np.cross(motion["rotation"][:, b], nodes["moment"][:, b], axis=0)
         total = nodes["mass"][b].sum()
         lift += total * hub[2] + (R @ (nodes["mass"][b] * motion["position"][:, b] + moment).sum(axis=1))[2]
@@ -56,9 +56,9 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
 
 def _gear_energy(case: Case) -> tuple[float, float]:
     """Kinetic and elastic energy of a gearbox's modes; the mass matrix has what is left when they are free (S-58)."""
-    modes, gears = View(GEAR_MODE, case["gear_modes"]), case.view("gears")
+    modes, gears = View(GearModes, case["gear_modes"]), case.view("gears")
     n = case.model.n_core - N_SHAFT
-    machine, v = View(MACHINE, case["machine"]), case["v"]
+    machine, v = View(Machine, case["machine"]), case["v"]
     spins = np.array([machine["nacelle_spin"] @ machine["shaft"], v[n + GENERATOR], v[n + TORSION]])
     speed = gears["rate"] + spins @ modes["coupling"] / modes["inertia"]
     strain = modes["frequency"] * gears["angle"]

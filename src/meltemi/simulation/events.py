@@ -23,8 +23,8 @@ from meltemi.control.signals import REQUESTS
 from meltemi.control.supervisor.tables import PRODUCING
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
-from meltemi.core.tables import MAX_BLADES, MAX_FLAPS
 from meltemi.core.yamlfile import validated
+from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS
 
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine

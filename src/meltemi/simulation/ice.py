@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import POLAR, SECTION
+from meltemi.aero.tables import PolarPoint, SectionConstants
 from meltemi.structure.beam import Beam, section_mass
 from meltemi.structure.members import NodeLayout
 from meltemi.turbine.definition import Turbine
@@ -18,9 +18,9 @@ from meltemi.turbine.icing import Icing, ice_mass, ice_stations, leading_edge, p
 Float = NDArray[np.float64]
 Polars = tuple[Float, Float, NDArray[np.int64]]
 
-LIFTS = [POLAR.index(name) for name in ("lift", "attached_lift", "separated_lift")]
-DRAG = POLAR.index("drag")
-SLOPE, DRAG_FLOOR, ZERO_LIFT = SECTION.slots("slope drag_floor zero_lift")
+LIFTS = [PolarPoint.index(name) for name in ("lift", "attached_lift", "separated_lift")]
+DRAG = PolarPoint.index("drag")
+SLOPE, DRAG_FLOOR, ZERO_LIFT = SectionConstants.slots("slope drag_floor zero_lift")
 
 
 def ice_pieces(turbine: Turbine, icing: Icing, beam: Beam, layout: NodeLayout) -> Float:

@@ -22,16 +22,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.aero.stall import model_weight
-from meltemi.aero.tables import AERO_NODE, AERO_OPTIONS, FLOW, INFLOW, STALL
-from meltemi.control.actuators import FLAP_ACTUATOR
+from meltemi.aero.tables import AeroNode, AeroOptions, BladeFlow, InflowState, StallState
+from meltemi.control.actuators import FlapActuators
 from meltemi.control.signals import GENERATOR_TORQUE, REACTIVE_POWER
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
-from meltemi.core.tables import Table, View
 from meltemi.core.threads import one_blas_thread
-from meltemi.electrical.tables import ELECTRIC, N_STATES
+from meltemi.electrical.tables import N_STATES, ElectricState
 from meltemi.environment.conditions import GRID_FREQUENCY, GRID_VOLTAGE
 from meltemi.maths.multiblade import rotating_frame
+from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.case import SIGNAL_TABLES, BaseCase, Case, Stations
 from meltemi.simulation.channels import Channel
@@ -41,7 +41,7 @@ from meltemi.simulation.modes import Mode
 from meltemi.simulation.trim import SAMPLES, OperatingPoint
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.turbine import exchange as ex
-from meltemi.wind.velocity import SERIES
+from meltemi.wind.velocity import WindNow
 
 Float = NDArray[np.float64]
 Place = tuple[str, int]
@@ -259,7 +259,7 @@ def linear_case(model: AnyModel, point: OperatingPoint) -> BaseCase:
     """A case that computes with derivatives, its momentum balance converged to rounding."""
     case = new_case(model, point.wind, numbers="duals")
     if isinstance(case, Case):
-        case["aero_options"][AERO_OPTIONS.index("iterations")] = ITERATIONS
+        case["aero_options"][AeroOptions.index("iterations")] = ITERATIONS
     return case
 
 
@@ -318,7 +318,7 @@ def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], ya
             own, grows = (_place(case, "gears", r, k) for r in (row, rate))
             x.append(Variable(f"{begins} gear mode {k + 1}", units, ((own, 1.0),), grows))
     for array, table, active in _air(case, point, azimuths):
-        for f, entry in enumerate(table.fields):
+        for f, entry in enumerate(table.rows):
             for b, n in np.argwhere(active):
                 place = int(np.ravel_multi_index((f, b, n), case[array].shape))
                 name = f"blade {b + 1} node {n + 1} {array} {entry.name}"
@@ -330,7 +330,7 @@ def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], ya
         ideal, w, z = _flap_actuator(case, j)
         x += [] if ideal else _actuator_states(case, f"flap {j + 1}", "flap", (j,), w, z)
     if model.has_electrical:
-        for i, entry in enumerate(ELECTRIC.fields[:N_STATES]):
+        for i, entry in enumerate(ElectricState.rows[:N_STATES]):
             x.append(Variable(entry.name, entry.unit, ((("electric", i), 1.0),), ("d_electric", i)))
     if yaw:
         x.append(Variable("yaw command", "rad", ((("drive", ex.YAW_COMMAND), 1.0),), ("drive", ex.YAW_COMMAND_RATE)))
@@ -339,16 +339,16 @@ def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], ya
 
 def _air(
     case: BaseCase, point: OperatingPoint, azimuths: Sequence[float]
-) -> tuple[tuple[str, Table, NDArray[np.bool_]], ...]:
+) -> tuple[tuple[str, type[Table], NDArray[np.bool_]], ...]:
     """States of inflow and stall, and where they act."""
     if not isinstance(case, Case):
         return ()
-    return ("inflow", INFLOW, _lagging(case)), ("stall", STALL, _stalling(case, point, azimuths))
+    return ("inflow", InflowState, _lagging(case)), ("stall", StallState, _stalling(case, point, azimuths))
 
 
 def _flap_actuator(case: BaseCase, j: int) -> tuple[bool, float, float]:
     """Whether flap j follows at once; natural frequency [rad/s] and damping ratio of its actuator."""
-    v = View(FLAP_ACTUATOR, case["flap_actuators"])
+    v = View(FlapActuators, case["flap_actuators"])
     return bool(v["ideal"][j]), float(v["frequency"][j]), float(v["damping"][j])
 
 
@@ -375,20 +375,20 @@ def _actuator_states(
 def _lagging(case: Case) -> NDArray[np.bool_]:
     """(blades, nodes) where the induced velocity has states of its own."""
     options = case["aero_options"]
-    none = options[AERO_OPTIONS.index("inflow")] == 0 or options[AERO_OPTIONS.index("wake")] == 0
-    return (case["aero_nodes"][AERO_NODE.index("end")] == 0.0) & (not none)
+    none = options[AeroOptions.index("inflow")] == 0 or options[AeroOptions.index("wake")] == 0
+    return (case["aero_nodes"][AeroNode.index("end")] == 0.0) & (not none)
 
 
 def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> NDArray[np.bool_]:
     """(blades, nodes) where dynamic stall acts, all around the revolution."""
     nodes, flow = case["aero_nodes"], case["flow"]
-    weight = np.full(nodes.shape[1:], float(case["aero_options"][AERO_OPTIONS.index("stall")] != 0))
+    weight = np.full(nodes.shape[1:], float(case["aero_options"][AeroOptions.index("stall")] != 0))
     for psi in azimuths:
         point.put(case, psi)
         case.evaluate(0.0)
         for (b, n), now in np.ndenumerate(weight):
-            alpha, speed = flow[FLOW.index("alpha"), b, n], flow[FLOW.index("speed"), b, n]
-            polar = int(nodes[AERO_NODE.index("polar"), b, n])
+            alpha, speed = flow[BladeFlow.index("alpha"), b, n], flow[BladeFlow.index("speed"), b, n]
+            polar = int(nodes[AeroNode.index("polar"), b, n])
             weight[b, n] = min(now, model_weight(case["section"], polar, alpha, speed))
     # all blades come by everywhere
     active: NDArray[np.bool_] = np.broadcast_to(weight.min(axis=0) > 0.0, weight.shape)
@@ -425,8 +425,8 @@ def _inputs(case: BaseCase, point: OperatingPoint, names: Sequence[str]) -> list
         "shear_exponent": ("exponent", wind.shear_exponent),
     }
     for name, (column, value) in columns.items():
-        i = SERIES.index(column)
-        known[name] = Variable("", SERIES.fields[i].unit, ((("series", i), 1.0),), value=value)
+        i = WindNow.index(column)
+        known[name] = Variable("", WindNow.rows[i].unit, ((("series", i), 1.0),), value=value)
     found = []
     for name in names:
         if name not in known:

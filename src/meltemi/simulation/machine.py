@@ -8,8 +8,8 @@ from typing import Any, Protocol, TypeVar
 from meltemi.core.display import Brief, brief
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
-from meltemi.core.tables import Table
 from meltemi.environment.site import Environment
+from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
 from meltemi.turbine.power_turbine import AnyTurbine
 
@@ -38,7 +38,7 @@ class AnyModel(Protocol):
     @property
     def has_electrical(self) -> bool: ...
     @property
-    def parameter_tables(self) -> tuple[tuple[Table, str, tuple[str, ...]], ...]: ...
+    def parameter_tables(self) -> tuple[tuple[type[Table], str, tuple[str, ...]], ...]: ...
     def parameter_names(self) -> list[str]: ...
     def parameter(self, name: str) -> float: ...
     def find_parameter(self, name: str) -> tuple[str, int]: ...
@@ -74,7 +74,7 @@ class Parameters(Brief):
 
     def parameter_names(self: AnyModel) -> list[str]:
         """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
-        return [f"{table.name}.{name}" for table, _, names in self.parameter_tables for name in names]
+        return [f"{table.title}.{name}" for table, _, names in self.parameter_tables for name in names]
 
     def parameter(self: AnyModel, name: str) -> float:
         """Value of a scalar parameter by its name, e.g. ``"structure.generator_inertia"``.
@@ -97,7 +97,7 @@ class Parameters(Brief):
     def find_parameter(self: AnyModel, name: str) -> tuple[str, int]:
         """Array of the model and row in it that hold a scalar parameter; InputError as :meth:`parameter`."""
         for table, array, names in self.parameter_tables:
-            prefix = f"{table.name}."
+            prefix = f"{table.title}."
             if name.startswith(prefix) and name[len(prefix) :] in names:
                 return array, table.names.index(name[len(prefix) :])
         raise InputError(f"no parameter {name!r}: {did_you_mean(name, self.parameter_names())}")

@@ -15,13 +15,20 @@ from numpy.typing import NDArray
 from meltemi.aero import stall_tables
 from meltemi.aero.flaps import ALPHAS, DELTAS
 from meltemi.aero.flaps import STEP as INCREMENT_STEP
-from meltemi.aero.tables import AERO, AERO_NODE, AERO_OPTIONS, POLAR, SECTION, TOWER_FLOW
-from meltemi.control.actuators import ACTUATOR, FLAP_ACTUATOR
+from meltemi.aero.tables import (
+    AeroNode,
+    AeroOptions,
+    AeroParameters,
+    PolarPoint,
+    SectionConstants,
+    TowerFlow,
+)
+from meltemi.control.actuators import Actuators, FlapActuators
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
-from meltemi.core.tables import MAX_BLADES, Table, View
 from meltemi.core.threads import one_blas_thread
-from meltemi.electrical.tables import ELECTRICAL, electrical_array
+from meltemi.electrical.tables import ElectricalParameters, electrical_array
 from meltemi.environment.site import Environment
+from meltemi.maths.tables import MAX_BLADES, Table, View
 from meltemi.simulation.ice import ice_pieces, iced_polars
 from meltemi.simulation.machine import AnyModel, Parameters
 from meltemi.simulation.options import ModelOptions
@@ -30,7 +37,7 @@ from meltemi.structure.beam import Beam
 from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.structure.members import Member, NodeLayout, blade_member, cells, points, rigid_body, tower_member
-from meltemi.structure.tables import BLADE_NODE, STRUCTURE, TOWER_NODE
+from meltemi.structure.tables import BladeNode, StructureParameters, TowerNode
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.gearbox import LEAST_RATIO
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
@@ -139,15 +146,19 @@ class Model(Parameters):
         return replace(self, gear_modes=modes, gear_rows=rows, gear_shape=shape)
 
     @property
-    def parameter_tables(self) -> tuple[tuple[Table, str, tuple[str, ...]], ...]:
+    def parameter_tables(self) -> tuple[tuple[type[Table], str, tuple[str, ...]], ...]:
         """Table, array and names of the scalar parameters."""
-        return (*_PARAMETERS, (ELECTRICAL, "electrical", ELECTRICAL.names)) if self.has_electrical else _PARAMETERS
+        return (
+            (*_PARAMETERS, (ElectricalParameters, "electrical", ElectricalParameters.names))
+            if self.has_electrical
+            else _PARAMETERS
+        )
 
 
-_PARAMETERS: tuple[tuple[Table, str, tuple[str, ...]], ...] = (
-    (STRUCTURE, "structure", STRUCTURE.names),
-    (AERO, "aero", AERO.names),
-    (ACTUATOR, "actuators", ACTUATOR.names),
+_PARAMETERS: tuple[tuple[type[Table], str, tuple[str, ...]], ...] = (
+    (StructureParameters, "structure", StructureParameters.names),
+    (AeroParameters, "aero", AeroParameters.names),
+    (Actuators, "actuators", Actuators.names),
 )
 
 
@@ -385,8 +396,8 @@ def electrical_of(turbine: AnyTurbine, options: ModelOptions) -> Float:
 
 
 def _structure(turbine: Turbine, environment: Environment, options: ModelOptions, gears: Float) -> Float:
-    array = STRUCTURE.zeros()
-    v = View(STRUCTURE, array)
+    array = StructureParameters.zeros()
+    v = View(StructureParameters, array)
     n, h, d = turbine.nacelle, turbine.hub, turbine.drivetrain
     axis_x, axis_y = turbine.blade.structure.axis_x, turbine.blade.structure.axis_y
     v["gravity"] = environment.gravity
@@ -423,8 +434,8 @@ def _blade_nodes(turbine: Turbine, beam: Beam, layout: NodeLayout, pieces: Float
 
 def _node_rows(turbine: Turbine, pieces: Float, axis: Float) -> Float:
     """(rows, nodes) of the pieces of one blade."""
-    rows = BLADE_NODE.zeros(blade=1, node=len(pieces))[:, 0, :]
-    v = View(BLADE_NODE, rows)
+    rows = BladeNode.zeros(blade=1, node=len(pieces))[:, 0, :]
+    v = View(BladeNode, rows)
     v["position"] = (axis + np.array([0.0, 0.0, turbine.hub.radius])).T
     v["mass"] = pieces[:, 0, 0]
     # the lower left block of a mass matrix is skew(first moment)
@@ -461,8 +472,8 @@ def _lumps(member: Member, top_mass: float) -> Float:
 
 
 def _tower_nodes(tower: Member, layout: NodeLayout) -> Float:
-    array = TOWER_NODE.zeros(node=len(layout.position))
-    v = View(TOWER_NODE, array)
+    array = TowerNode.zeros(node=len(layout.position))
+    v = View(TowerNode, array)
     # the pieces' inertia is taken about the middle of each piece, where section_loads puts their weight
     middle = 0.5 * (layout.edges[1:] + layout.edges[:-1])
     pieces = tower.beam.rigid_pieces(layout.edges, tower.beam.at(middle, "axis"))
@@ -473,8 +484,8 @@ def _tower_nodes(tower: Member, layout: NodeLayout) -> Float:
 
 
 def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, options: ModelOptions) -> Float:
-    array = AERO.zeros()
-    v = View(AERO, array)
+    array = AeroParameters.zeros()
+    v = View(AeroParameters, array)
     c = options.stall_constants
     v["air_density"] = environment.density
     v["tip_factor"] = turbine.rotor_radius / (turbine.hub.radius + layout.position[-1])
@@ -489,7 +500,7 @@ def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, option
 
 
 def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
-    array = np.zeros(len(AERO_OPTIONS.fields), dtype=np.int64)
+    array = np.zeros(len(AeroOptions), dtype=np.int64)
     chosen = {
         "wake": ("none", "momentum").index(options.wake),
         "high_induction": ("none", "buhl").index(options.high_induction),
@@ -502,15 +513,15 @@ def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
         "iterations": options.induction_iterations,
     }
     for name, value in chosen.items():
-        array[AERO_OPTIONS.index(name)] = value
+        array[AeroOptions.index(name)] = value
     return array
 
 
 def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, polar_index: NDArray[np.int64]) -> Float:
     a, B = turbine.blade.aerodynamics, turbine.n_blades
     s = layout.position
-    rows = AERO_NODE.zeros(blade=1, node=len(s))[:, 0, :]
-    v = View(AERO_NODE, rows)
+    rows = AeroNode.zeros(blade=1, node=len(s))[:, 0, :]
+    v = View(AeroNode, rows)
 
     def at(values: Float | None) -> Float:
         return np.zeros(len(s)) if values is None else np.interp(s, a.position, values)
@@ -551,7 +562,7 @@ def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pol
         ring = np.where(np.abs(radius / tip - RING_CENTRE) == np.min(np.abs(radius / tip - RING_CENTRE)), 1.0, 0.0)
     v["ring"] = ring / ring.sum() / B
     array = _per_blade(turbine, rows)
-    View(AERO_NODE, array)["polar"] = polar_index
+    View(AeroNode, array)["polar"] = polar_index
     return array
 
 
@@ -580,9 +591,9 @@ def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tupl
             if w > 0.0:
                 other, constants = tables[outer]
                 polar = (1.0 - w) * polar + w * other
-                dynamic = min(section[SECTION.index("dynamic")], constants[SECTION.index("dynamic")])
+                dynamic = min(section[SectionConstants.index("dynamic")], constants[SectionConstants.index("dynamic")])
                 section = (1.0 - w) * section + w * constants
-                section[SECTION.index("dynamic")] = dynamic
+                section[SectionConstants.index("dynamic")] = dynamic
                 if dynamic > 0.0 and options.stall_fit == "hansen":  # made for the blend, which then is recovered
                     polar, section = _stall_columns(grid, polar, section)
             polars.append(polar)
@@ -593,13 +604,13 @@ def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tupl
 
 def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float, Float]:
     """Polar on the grid and its constants."""
-    polar = np.zeros((len(grid), len(POLAR.fields)))
+    polar = np.zeros((len(grid), len(PolarPoint)))
     for name in ("lift", "drag", "moment"):
-        polar[:, POLAR.index(name)] = np.interp(grid, airfoil.angle_of_attack, getattr(airfoil, name))
-    section = SECTION.zeros()
+        polar[:, PolarPoint.index(name)] = np.interp(grid, airfoil.angle_of_attack, getattr(airfoil, name))
+    section = SectionConstants.zeros()
     if not airfoil.dynamic_stall or np.ptp(airfoil.lift) < 0.01:
         return polar, section
-    section[SECTION.index("dynamic")] = 1.0
+    section[SectionConstants.index("dynamic")] = 1.0
     if options.stall_fit == "hansen":
         return _stall_columns(grid, polar, section)
     if airfoil.zero_lift_angle is None or airfoil.zero_lift_drag is None:
@@ -611,27 +622,27 @@ def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float,
     )
     columns = {"attachment": t.attachment, "attached_lift": t.attached_lift, "separated_lift": t.separated_lift}
     for name, values in columns.items():
-        polar[:, POLAR.index(name)] = np.interp(grid, airfoil.angle_of_attack, values)
-    view = View(SECTION, section)
+        polar[:, PolarPoint.index(name)] = np.interp(grid, airfoil.angle_of_attack, values)
+    view = View(SectionConstants, section)
     view["slope"], view["zero_lift"], view["drag_floor"] = t.slope, t.zero_lift, t.drag_floor
     return polar, section
 
 
 def _stall_columns(grid: Float, polar: Float, section: Float) -> tuple[Float, Float]:
     """Columns and constants of the dynamic stall for a polar on the grid."""
-    t = stall_tables.hansen(grid, polar[:, POLAR.index("lift")], polar[:, POLAR.index("drag")])
+    t = stall_tables.hansen(grid, polar[:, PolarPoint.index("lift")], polar[:, PolarPoint.index("drag")])
     polar, section = polar.copy(), section.copy()
-    polar[:, POLAR.index("attachment")] = t.attachment
-    polar[:, POLAR.index("attached_lift")] = t.attached_lift
-    polar[:, POLAR.index("separated_lift")] = t.separated_lift
-    view = View(SECTION, section)
+    polar[:, PolarPoint.index("attachment")] = t.attachment
+    polar[:, PolarPoint.index("attached_lift")] = t.attached_lift
+    polar[:, PolarPoint.index("separated_lift")] = t.separated_lift
+    view = View(SectionConstants, section)
     view["slope"], view["zero_lift"], view["drag_floor"] = t.slope, t.zero_lift, t.drag_floor
     return polar, section
 
 
 def _tower_flow(turbine: Turbine, layout: NodeLayout) -> Float:
-    array = TOWER_FLOW.zeros(node=len(layout.position))
-    v = View(TOWER_FLOW, array)
+    array = TowerFlow.zeros(node=len(layout.position))
+    v = View(TowerFlow, array)
     t = turbine.tower
     v["height"] = t.base_height + layout.position
     v["diameter"] = np.interp(layout.position, t.position, t.diameter)
@@ -672,8 +683,8 @@ def _increments(turbine: Turbine) -> Float:
 
 def _flap_actuators(turbine: Turbine) -> Float:
     flaps = turbine.blade.flaps
-    array = FLAP_ACTUATOR.zeros(flap=len(flaps))
-    v = View(FLAP_ACTUATOR, array)
+    array = FlapActuators.zeros(flap=len(flaps))
+    v = View(FlapActuators, array)
     v["ideal"] = [float(f.frequency is None) for f in flaps]
     v["frequency"] = [f.frequency or 1.0 for f in flaps]
     for name in ("damping", "rate", "minimum", "maximum"):
@@ -682,8 +693,8 @@ def _flap_actuators(turbine: Turbine) -> Float:
 
 
 def _actuators(turbine: Turbine, options: ModelOptions) -> Float:
-    array = ACTUATOR.zeros()
-    v = View(ACTUATOR, array)
+    array = Actuators.zeros()
+    v = View(Actuators, array)
     a = turbine.pitch_actuator
     v["pitch_ideal"] = float(a.kind == "ideal")
     v["pitch_frequency"], v["pitch_damping"], v["pitch_rate"] = a.natural_frequency, a.damping_ratio, a.rate_limit

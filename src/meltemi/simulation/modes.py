@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import AERO_OPTIONS
+from meltemi.aero.tables import AeroOptions
 from meltemi.control.actuators import ANGLE
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.threads import one_blas_thread
@@ -177,13 +177,13 @@ def growing(case: Case) -> str:
     generator = len(case.model.tower.names) + GENERATOR
     free = np.flatnonzero((case["locked"] == 0.0) & (np.arange(len(case["q"])) != generator))
     options, kept = case["aero_options"], case["aero_options"].copy()
-    options[AERO_OPTIONS.index("stall")], options[AERO_OPTIONS.index("iterations")] = 0, ITERATIONS
+    options[AeroOptions.index("stall")], options[AeroOptions.index("iterations")] = 0, ITERATIONS
     case.evaluate(0.0)
     K, D = (derivative_matrix(case, which)[np.ix_(free, free)] for which in ("q", "v"))
     n = len(free)
     if np.all(np.isfinite(K)) and np.all(np.isfinite(D)):
         mild = np.all(_damping(np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [K, D]]))) > GROWING)
-        options[AERO_OPTIONS.index("stall")] = kept[AERO_OPTIONS.index("stall")]
+        options[AeroOptions.index("stall")] = kept[AeroOptions.index("stall")]
         A = np.zeros((0, 0)) if mild else _with_air(case, free)
     else:
         A = np.zeros((0, 0))

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import POLAR, SECTION
+from meltemi.aero.tables import PolarPoint, SectionConstants
 from meltemi.core.errors import InputError
 from meltemi.environment.drops import water_content
 from meltemi.environment.site import Environment
@@ -22,8 +22,8 @@ from meltemi.turbine.thickness import relative_thickness
 
 Float = NDArray[np.float64]
 
-DRAG = POLAR.index("drag")
-DRAG_FLOOR, ZERO_LIFT = SECTION.slots("drag_floor zero_lift")
+DRAG = PolarPoint.index("drag")
+DRAG_FLOOR, ZERO_LIFT = SectionConstants.slots("drag_floor zero_lift")
 
 
 def drag_of_drops(water_over_air: float, thickness: float, angle_of_attack: Float) -> Float:

@@ -25,14 +25,14 @@ from meltemi.control import fixed
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, Entry, LogEntry, StartPoint
 from meltemi.control.faults import happen, report
-from meltemi.control.signals import DEMANDS, GRID, MEASUREMENTS
+from meltemi.control.signals import GRID, Demands, Measurements
 from meltemi.control.supervisor.tables import STATES
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds, kernel_for
-from meltemi.core.tables import View
 from meltemi.electrical.advance import TRIP
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.tables import View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Numbers, Stations
@@ -319,7 +319,7 @@ class Simulation:
 
         Args:
           demands: by name (``"pitch"`` stands for all blades; those left out keep their values) or all of
-            ``control.signals.DEMANDS`` as a vector, in SI. Demands need ``controller=meltemi.fixed()``.
+            ``control.signals.Demands`` as a vector, in SI. Demands need ``controller=meltemi.fixed()``.
 
         Returns:
           Measurements at that instant, a copy: ``measurements["generator_speed"]``, or all as ``measurements.array``.
@@ -350,7 +350,7 @@ class Simulation:
                 now[_demand_rows(name)] = value
             return
         if len(demands) != len(now):
-            raise InputError(f"step: expected {len(now)} demands ({', '.join(DEMANDS.names)}), found {len(demands)}")
+            raise InputError(f"step: expected {len(now)} demands ({', '.join(Demands.names)}), found {len(demands)}")
         now[:] = demands
 
     def _measure(self) -> View:
@@ -365,7 +365,7 @@ class Simulation:
             report(now * self.dt, case["faults"], case.measured)
         if case["electric"][TRIP] > 0.0:
             case.measured[GRID] = 0.0
-        return View(MEASUREMENTS, case.measured.copy())  # of its own, so it stays as it is
+        return View(Measurements, case.measured.copy())  # of its own, so it stays as it is
 
     def motion(self) -> tuple[Any, Any]:
         """Coordinates and velocities at the last instant that was computed."""
@@ -426,7 +426,7 @@ def first_point(model: AnyModel, wind: Wind, start: OperatingPoint | Start) -> S
 
 @cache
 def _demand_rows(name: str) -> int | slice:
-    return View(DEMANDS, DEMANDS.zeros()).rows(name)
+    return View(Demands, Demands.zeros()).rows(name)
 
 
 def _multiple(value: float, dt: float, name: str) -> int:

@@ -35,20 +35,20 @@ from numpy.typing import NDArray
 
 from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
 from meltemi.aero.rotor import AIR_DENSITY, disk_averages, loads, quasi_steady, relative_wind
-from meltemi.aero.tables import AERO_OPTIONS
+from meltemi.aero.tables import AeroOptions
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control import faults as ft
 from meltemi.control import signals as sg
 from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import MAX_BLADES, table
 from meltemi.electrical.advance import GRID_POWER, ON, TRIP, electric_advance
 from meltemi.electrical.advance import TORQUE as ELECTRIC_TORQUE
 from meltemi.environment import conditions as cd
 from meltemi.environment.conditions import conditions_now
 from meltemi.maths.access import vec1
-from meltemi.maths.vectors import Vec
+from meltemi.maths.algebra import Vec
+from meltemi.maths.tables import MAX_BLADES, Table, number, xyz
 from meltemi.numbers.views import viewer
 from meltemi.simulation.validity import watch_blades, watch_shaft
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
@@ -64,29 +64,27 @@ from meltemi.structure.section_loads import (
     station_loads,
     tower_loads,
 )
-from meltemi.structure.tables import STRUCTURE
+from meltemi.structure.tables import StructureParameters
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import series_now, wind_velocity
 
 Float = NDArray[float64]
 Int = NDArray[int64]
 
-SUMMARY = table(
-    "summary",
-    "",
-    """
-    time             | s     | simulation time
-    wind xyz         | m/s   | undisturbed wind on the tower's axis, at the height of the undeflected hub, inertial axes
-    hub_wind xyz     | m/s   | the same at the hub, where it has moved to
-    generator_speed  | rad/s | of the generator's shaft
-    generator_torque | N m   | on the generator's shaft
-    power            | W     | electrical
-    rotor_power      | W     | mechanical, of the low-speed shaft
-    """,
-)
-"""Quantities that belong to the whole machine."""
 
-TIME, WIND, HUB_WIND, GENERATOR_SPEED, TORQUE, POWER, ROTOR_POWER = SUMMARY.slots(
+class Summary(Table):
+    """Quantities that belong to the whole machine."""
+
+    time: float = number("s", "simulation time")
+    wind: Vec = xyz("m/s", "undisturbed wind on the tower's axis, at the height of the undeflected hub, inertial axes")
+    hub_wind: Vec = xyz("m/s", "the same at the hub, where it has moved to")
+    generator_speed: float = number("rad/s", "of the generator's shaft")
+    generator_torque: float = number("N m", "on the generator's shaft")
+    power: float = number("W", "electrical")
+    rotor_power: float = number("W", "mechanical, of the low-speed shaft")
+
+
+TIME, WIND, HUB_WIND, GENERATOR_SPEED, TORQUE, POWER, ROTOR_POWER = Summary.slots(
     "time wind hub_wind generator_speed generator_torque power rotor_power"
 )
 
@@ -139,8 +137,8 @@ P_NODES, P_MOTION, P_FRAME, P_ROTOR, P_TOWER = (
     PARTS.index(name) for name in ("blade_nodes", "motion", "frame", "rotor", "tower_flow")
 )
 
-(TOWER_DRAG,) = AERO_OPTIONS.slots("tower_drag")
-GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, YAW_STIFFNESS = STRUCTURE.slots(
+(TOWER_DRAG,) = AeroOptions.slots("tower_drag")
+GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, YAW_STIFFNESS = StructureParameters.slots(
     "gear_ratio tower_base tower_length shaft_height overhang tilt yaw_stiffness"
 )
 

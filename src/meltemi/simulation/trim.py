@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.rotor import AIR_DENSITY
-from meltemi.aero.tables import AERO_OPTIONS, FLOW, INFLOW
+from meltemi.aero.tables import AeroOptions, BladeFlow, InflowState
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
 from meltemi.core.display import Brief
@@ -384,8 +384,8 @@ def root(f: Callable[[float], float], low: float, high: float, step: float) -> f
 
 KEPT = tuple(PARTS.index(name) for name in ("core_mass", "arm_mass", "coupling", "core_force", "arm_force"))
 P_FLOW, P_INFLOW = PARTS.index("flow"), PARTS.index("inflow")
-STEADY_AXIAL, STEADY_TANGENTIAL, VX, VY = FLOW.slots("steady_axial steady_tangential vx vy")
-I_X, I_Y = INFLOW.slots("x y")
+STEADY_AXIAL, STEADY_TANGENTIAL, VX, VY = BladeFlow.slots("steady_axial steady_tangential vx vy")
+I_X, I_Y = InflowState.slots("x y")
 
 
 @kernel
@@ -570,7 +570,7 @@ class _Orbit:
 
     def linearise(self) -> None:
         """Derivatives of what is missing with respect to the coefficients, with inflow held and static polars."""
-        options, stall = self.case["aero_options"], AERO_OPTIONS.index("stall")
+        options, stall = self.case["aero_options"], AeroOptions.index("stall")
         kept, options[stall] = options[stall], 0
         self.differentiate(2.0 * np.pi / self.B / JACOBIAN_SAMPLES * np.arange(JACOBIAN_SAMPLES, dtype=float), 0.0)
         options[stall] = kept
@@ -663,8 +663,8 @@ class _Orbit:
                 self.own[:, self.free_blade] -= residuals[:, self.free_blade] @ self.mean_correction().T
                 self.deviations.clear()
         for i, (reduced, velocity) in enumerate((("reduced_x", "x"), ("reduced_y", "y"))):
-            inflow[INFLOW.index(velocity)] += lack[i]
-            inflow[INFLOW.index(reduced)] += (1.0 - k) * lack[i]
+            inflow[InflowState.index(velocity)] += lack[i]
+            inflow[InflowState.index(reduced)] += (1.0 - k) * lack[i]
         self.lefts.append(left)
 
     # result -------------------------------------------------------------------------------------

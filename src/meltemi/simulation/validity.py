@@ -15,11 +15,11 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import ROTOR, TOWER_FLOW
+from meltemi.aero.tables import RotorFlow, TowerFlow
 from meltemi.control.actuators import ANGLE
 from meltemi.core.kernel import kernel
 from meltemi.maths.access import rot2, vec1, vec3
-from meltemi.structure.tables import BLADE_NODE
+from meltemi.structure.tables import BladeNode
 from meltemi.turbine import exchange as ex
 
 if TYPE_CHECKING:
@@ -55,9 +55,9 @@ BENDING = 0.3
 """Of the blade's length: kinematics of second order in the deflection are off by about 3 % in its slope there."""
 MOST_PITCH = np.pi
 
-WIND, AERO_TORQUE = ROTOR.slots("wind torque")
-HEIGHT, DIAMETER, AXIS_X, AXIS_Y = TOWER_FLOW.slots("height diameter x y")
-(NODE,) = BLADE_NODE.slots("position")
+WIND, AERO_TORQUE = RotorFlow.slots("wind torque")
+HEIGHT, DIAMETER, AXIS_X, AXIS_Y = TowerFlow.slots("height diameter x y")
+(NODE,) = BladeNode.slots("position")
 
 
 def new_watch(model: AnyModel) -> Float:

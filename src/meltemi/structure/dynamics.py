@@ -31,21 +31,21 @@ from meltemi.maths.vectors import (
 )
 from meltemi.structure.gears import gear_equations
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
-from meltemi.structure.tables import BLADE_NODE, BODY, STRUCTURE
+from meltemi.structure.tables import BladeBody, BladeNode, StructureParameters
 from meltemi.turbine import exchange as ex
 
 Float = NDArray[float64]
 
-GRAVITY, HUB_MASS, HUB_CENTRE, HUB_INERTIA = STRUCTURE.slots("gravity hub_mass hub_centre hub_inertia")
-NACELLE_MASS, NACELLE_CENTRE, NACELLE_INERTIA = STRUCTURE.slots("nacelle_mass nacelle_centre nacelle_inertia")
-GEAR_RATIO, SENSE, GENERATOR_INERTIA, GEARBOX = STRUCTURE.slots(
+GRAVITY, HUB_MASS, HUB_CENTRE, HUB_INERTIA = StructureParameters.slots("gravity hub_mass hub_centre hub_inertia")
+NACELLE_MASS, NACELLE_CENTRE, NACELLE_INERTIA = StructureParameters.slots("nacelle_mass nacelle_centre nacelle_inertia")
+GEAR_RATIO, SENSE, GENERATOR_INERTIA, GEARBOX = StructureParameters.slots(
     "gear_ratio generator_sense generator_inertia gearbox_efficiency"
 )
-SHAFT_STIFFNESS, SHAFT_DAMPING, YAW_STIFFNESS, YAW_DAMPING = STRUCTURE.slots(
+SHAFT_STIFFNESS, SHAFT_DAMPING, YAW_STIFFNESS, YAW_DAMPING = StructureParameters.slots(
     "shaft_stiffness shaft_damping yaw_stiffness yaw_damping"
 )
-NODE_MASS, NODE_MOMENT, NODE_INERTIA = BLADE_NODE.slots("mass moment inertia")
-B_MASS, B_MOMENT, B_INERTIA, B_FORCE, B_TORQUE = BODY.slots("mass moment inertia force torque")
+NODE_MASS, NODE_MOMENT, NODE_INERTIA = BladeNode.slots("mass moment inertia")
+B_MASS, B_MOMENT, B_INERTIA, B_FORCE, B_TORQUE = BladeBody.slots("mass moment inertia force torque")
 MASS, STIFFNESS, DAMPING, WEIGHT = 0, 1, 2, 3
 """Layers of ``tower_matrix``; WEIGHT is the gravity stiffness for unit gravity."""
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.tables import View
-from meltemi.structure.tables import GEAR_MODE, GEAR_ROW
+from meltemi.maths.tables import View
+from meltemi.structure.tables import GearModes, GearRows
 from meltemi.turbine.definition import Drivetrain
 
 Float = NDArray[np.float64]
@@ -166,14 +166,14 @@ def gear_arrays(drivetrain: Drivetrain, kind: str) -> tuple[Float, Float, Float,
       kind: "two_mass" (nothing), "quasi_static" (no modes) or "multibody".
     """
     if kind == "two_mass":
-        return np.zeros(6), GEAR_MODE.zeros(mode=0), GEAR_ROW.zeros(part=0), np.zeros((0, 0))
+        return np.zeros(6), GearModes.zeros(mode=0), GearRows.zeros(part=0), np.zeros((0, 0))
     assert drivetrain.gearbox is not None
     train = gear_train(drivetrain)
     r = reduced(train)
     n = len(r.frequency) if kind == "multibody" else 0
     shown = [not name.endswith(HOUSING) for name in train.springs]
-    modes, rows = GEAR_MODE.zeros(mode=n), GEAR_ROW.zeros(part=sum(shown))
-    m, e = View(GEAR_MODE, modes), View(GEAR_ROW, rows)
+    modes, rows = GearModes.zeros(mode=n), GearRows.zeros(part=sum(shown))
+    m, e = View(GearModes, modes), View(GearRows, rows)
     m["frequency"], m["damping"] = r.frequency[:n], drivetrain.gearbox.damping_ratio
     m["inertia"], m["coupling"] = r.modal_inertia, r.coupling[:, :n]
     e["factor"] = r.factor[shown]

@@ -18,17 +18,17 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.access import sym1, vec1, vec2
 from meltemi.maths.vectors import Sym, Vec, cross, dot
 from meltemi.structure.kinematics import GENERATOR, TORSION
-from meltemi.structure.tables import GEAR_LOAD, GEAR_MODE, GEAR_ROW, GEARS, STRUCTURE
+from meltemi.structure.tables import GearLoads, GearModes, GearRows, Gears, StructureParameters
 from meltemi.turbine import exchange as ex
 
 Float = NDArray[float64]
 
-(INERTIA,) = STRUCTURE.slots("gears")
-SHAFT_STIFFNESS, SHAFT_DAMPING = STRUCTURE.slots("shaft_stiffness shaft_damping")
-FREQUENCY, DAMPING, MODAL_INERTIA, COUPLING = GEAR_MODE.slots("frequency damping inertia coupling")
-ANGLE, RATE, ACCELERATION = GEARS.slots("angle rate acceleration")
-FACTOR, ROW_INERTIA = GEAR_ROW.slots("factor inertia")
-(LOAD,) = GEAR_LOAD.slots("load")
+(INERTIA,) = StructureParameters.slots("gears")
+SHAFT_STIFFNESS, SHAFT_DAMPING = StructureParameters.slots("shaft_stiffness shaft_damping")
+FREQUENCY, DAMPING, MODAL_INERTIA, COUPLING = GearModes.slots("frequency damping inertia coupling")
+ANGLE, RATE, ACCELERATION = Gears.slots("angle rate acceleration")
+FACTOR, ROW_INERTIA = GearRows.slots("factor inertia")
+(LOAD,) = GearLoads.slots("load")
 
 
 @kernel

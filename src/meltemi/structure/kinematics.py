@@ -28,7 +28,7 @@ from meltemi.maths.vectors import (
     dot,
     rotation_vector,
 )
-from meltemi.structure.tables import BLADE_NODE, STRUCTURE
+from meltemi.structure.tables import BladeNode, StructureParameters
 from meltemi.turbine.exchange import (
     ACCELERATION,
     APEX_ACCELERATION,
@@ -71,10 +71,10 @@ YAW, GENERATOR, TORSION = 0, 1, 2
 N_SHAFT = 3
 """How many they are."""
 
-TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, PRECONE = STRUCTURE.slots(
+TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, PRECONE = StructureParameters.slots(
     "tower_base tower_length shaft_height overhang tilt precone"
 )
-(NODE_POSITION,) = BLADE_NODE.slots("position")
+(NODE_POSITION,) = BladeNode.slots("position")
 
 
 @kernel

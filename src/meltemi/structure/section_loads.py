@@ -47,31 +47,31 @@ from meltemi.structure.dynamics import (
 from meltemi.structure.gears import gear_loads, gear_momentum
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, NODE_POSITION, TILT, TORSION, TOWER_BASE
 from meltemi.structure.tables import (
-    MACHINE_LOAD,
-    ROOT_LOAD,
-    STATION_LOAD,
-    STRUCTURE,
-    TOWER_NODE,
-    TOWER_STATION_LOAD,
+    BladeRootLoad,
+    BladeStationLoad,
+    MachineLoad,
+    StructureParameters,
+    TowerNode,
+    TowerStationLoad,
 )
 from meltemi.turbine import exchange as ex
 
 Float = NDArray[float64]
 
-HUB_RADIUS, TIP, TOWER_LENGTH, TOP_MASS = STRUCTURE.slots("hub_radius tip tower_length top_mass")
+HUB_RADIUS, TIP, TOWER_LENGTH, TOP_MASS = StructureParameters.slots("hub_radius tip tower_length top_mass")
 R_FORCE, R_MOMENT, R_PITCHED_FORCE, R_PITCHED_MOMENT, R_TIP, R_PITCHED_TIP, R_TIP_ROTATION, R_CLEARANCE = (
-    ROOT_LOAD.slots("force moment pitched_force pitched_moment tip pitched_tip tip_rotation clearance")
+    BladeRootLoad.slots("force moment pitched_force pitched_moment tip pitched_tip tip_rotation clearance")
 )
-APEX_FORCE, APEX_MOMENT, ROTATING_FORCE, ROTATING_MOMENT, YAW_FORCE, YAW_MOMENT = MACHINE_LOAD.slots(
+APEX_FORCE, APEX_MOMENT, ROTATING_FORCE, ROTATING_MOMENT, YAW_FORCE, YAW_MOMENT = MachineLoad.slots(
     "apex_force apex_moment rotating_force rotating_moment yaw_force yaw_moment"
 )
-NACELLE_FORCE, NACELLE_MOMENT = MACHINE_LOAD.slots("nacelle_force nacelle_moment")
-TOP_DEFLECTION, TOP_ROTATION, TOP_TOTAL_ACCELERATION, ROTOR_ACCELERATION = MACHINE_LOAD.slots(
+NACELLE_FORCE, NACELLE_MOMENT = MachineLoad.slots("nacelle_force nacelle_moment")
+TOP_DEFLECTION, TOP_ROTATION, TOP_TOTAL_ACCELERATION, ROTOR_ACCELERATION = MachineLoad.slots(
     "top_deflection top_rotation top_acceleration rotor_acceleration"
 )
-S_FORCE, S_MOMENT = STATION_LOAD.slots("force moment")
-T_FORCE, T_MOMENT = TOWER_STATION_LOAD.slots("force moment")
-T_HEIGHT, T_LENGTH, T_MASS, T_INERTIA = TOWER_NODE.slots("height length mass inertia")
+S_FORCE, S_MOMENT = BladeStationLoad.slots("force moment")
+T_FORCE, T_MOMENT = TowerStationLoad.slots("force moment")
+T_HEIGHT, T_LENGTH, T_MASS, T_INERTIA = TowerNode.slots("height length mass inertia")
 
 
 @kernel

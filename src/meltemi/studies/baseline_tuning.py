@@ -31,14 +31,14 @@ from numpy.typing import NDArray
 from meltemi.control.actuators import ANGLE
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
-from meltemi.core.tables import View
 from meltemi.core.units import rpm
+from meltemi.maths.tables import View
 from meltemi.simulation.engines import build, new_case, operating_point
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.structure.tables import BLADE_NODE
+from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import BaselineControl
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
@@ -217,7 +217,7 @@ def _inertia(model: AnyModel) -> float:
 def rotor_inertia(model: Model) -> float:
     """[kg m^2] of blades and hub about the shaft."""
     turbine = model.turbine
-    nodes = View(BLADE_NODE, model.blade_nodes)
+    nodes = View(BladeNode, model.blade_nodes)
     x, y, z = nodes["position"]
     across = x * math.sin(turbine.hub.precone) + z * math.cos(turbine.hub.precone)
     return float(np.sum(nodes["mass"] * (across**2 + y**2))) + turbine.hub.inertia

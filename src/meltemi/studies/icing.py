@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.display import Brief
-from meltemi.core.tables import View
 from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
+from meltemi.maths.tables import View
 from meltemi.postprocess.ensemble import Estimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.html import Table
@@ -22,7 +22,7 @@ from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
-from meltemi.structure.tables import BLADE_NODE
+from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.wind.iec.winds import ntm
@@ -154,7 +154,7 @@ def _reduced(result: Result) -> Float:
 
 
 def _masses(clean: Model, iced: Model) -> tuple[float, float]:
-    before, after = (float(View(BLADE_NODE, model.blade_nodes)["mass"][0].sum()) for model in (clean, iced))
+    before, after = (float(View(BladeNode, model.blade_nodes)["mass"][0].sum()) for model in (clean, iced))
     return after - before, before
 
 

@@ -20,14 +20,14 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import MEMORY
-from meltemi.control.actuators import ACTUATOR, PITCH
+from meltemi.aero.tables import AeroMemory
+from meltemi.control.actuators import Actuators, PitchMotion
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import Controller, StartPoint, dual_entry
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
-from meltemi.core.tables import MAX_BLADES
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.case import BaseCase, Stations
@@ -41,7 +41,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, first_point, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.turbine.exchange import DRIVE
+from meltemi.turbine.exchange import Drive
 from meltemi.wind.turbulence.field import AnyWind, realised
 
 Float = NDArray[np.float64]
@@ -303,7 +303,7 @@ def direction(model: AnyModel, name: str, controller: Controller, start: StartPo
     """
     if name == "pitch_offset":
         change = np.zeros_like(model.actuators)
-        first = ACTUATOR.index("pitch_offset")
+        first = Actuators.index("pitch_offset")
         change[first : first + MAX_BLADES] = 1.0
         return Direction(name, 0.0, OFFSET_STEP, {"actuators": change})
     kind, _, rest = name.partition(".")
@@ -409,7 +409,7 @@ def count_switches(case: BaseCase, controller: Controller) -> dict[str, int | No
     names = controller.state_names
     return {
         "controller": int(case.controller_state[names.index("switches")]) if "switches" in names else None,
-        "pitch limits": int(case["pitch"][PITCH.index("switches")].sum()),
-        "yaw brake": int(case["drive"][DRIVE.index("yaw_switches")]),
-        "stall": int(case["memory"][MEMORY.index("switches")].sum()) if "memory" in case.arrays else 0,
+        "pitch limits": int(case["pitch"][PitchMotion.index("switches")].sum()),
+        "yaw brake": int(case["drive"][Drive.index("yaw_switches")]),
+        "stall": int(case["memory"][AeroMemory.index("switches")].sum()) if "memory" in case.arrays else 0,
     }

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from meltemi.core.record import Array, Record, Vector
-from meltemi.core.tables import MAX_FLAPS
+from meltemi.maths.tables import MAX_FLAPS
 from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.gearbox import Gearbox
 from meltemi.turbine.icing import Icing

@@ -9,116 +9,107 @@ derivatives of the generalised coordinates are zero.
 
 from __future__ import annotations
 
-from meltemi.core.tables import table
+from meltemi.maths.algebra import Rot, Vec
+from meltemi.maths.tables import Numbers, Rotations, Table, Vectors, number, rotation, xyz
 
-MACHINE = table(
-    "machine",
-    "",
-    """
-    top_position xyz      | m       | tower top, inertial axes
-    top_velocity xyz      | m/s     | the same
-    top_acceleration xyz  | m/s^2   | the same, known part
-    top_spin xyz          | rad/s   | angular velocity of the tower top
-    top_spin_rate xyz     | rad/s^2 | its derivative, known part
-    top rotation          | -       | orientation R_it of the tower top
-    nacelle rotation      | -       | orientation R_in of the nacelle
-    nacelle_spin xyz      | rad/s   | angular velocity of the nacelle
-    nacelle_spin_rate xyz | rad/s^2 | its derivative, known part
-    shaft xyz             | -       | direction of the shaft, downwind
-    hub_position xyz      | m       | rotor apex
-    hub_velocity xyz      | m/s     | the same
-    hub_acceleration xyz  | m/s^2   | the same, known part
-    rotor_spin xyz        | rad/s   | angular velocity of the rotor
-    rotor_spin_rate xyz   | rad/s^2 | its derivative, known part
-    azimuth               | rad     | of blade 1 at the rotor end of the shaft, 0 when it points up
-    rotor_speed           | rad/s   | of the rotor end of the shaft, relative to the nacelle
-    """,
-)
-"""Motion of tower top, nacelle and hub, inertial axes."""
 
-TOP_POSITION, TOP_VELOCITY, TOP_ACCELERATION, TOP_SPIN, TOP_SPIN_RATE, TOP = MACHINE.slots(
+class Machine(Table):
+    """Motion of tower top, nacelle and hub, inertial axes."""
+
+    top_position: Vec = xyz("m", "tower top, inertial axes")
+    top_velocity: Vec = xyz("m/s", "the same")
+    top_acceleration: Vec = xyz("m/s^2", "the same, known part")
+    top_spin: Vec = xyz("rad/s", "angular velocity of the tower top")
+    top_spin_rate: Vec = xyz("rad/s^2", "its derivative, known part")
+    top: Rot = rotation("-", "orientation R_it of the tower top")
+    nacelle: Rot = rotation("-", "orientation R_in of the nacelle")
+    nacelle_spin: Vec = xyz("rad/s", "angular velocity of the nacelle")
+    nacelle_spin_rate: Vec = xyz("rad/s^2", "its derivative, known part")
+    shaft: Vec = xyz("-", "direction of the shaft, downwind")
+    hub_position: Vec = xyz("m", "rotor apex")
+    hub_velocity: Vec = xyz("m/s", "the same")
+    hub_acceleration: Vec = xyz("m/s^2", "the same, known part")
+    rotor_spin: Vec = xyz("rad/s", "angular velocity of the rotor")
+    rotor_spin_rate: Vec = xyz("rad/s^2", "its derivative, known part")
+    azimuth: float = number("rad", "of blade 1 at the rotor end of the shaft, 0 when it points up")
+    rotor_speed: float = number("rad/s", "of the rotor end of the shaft, relative to the nacelle")
+
+
+TOP_POSITION, TOP_VELOCITY, TOP_ACCELERATION, TOP_SPIN, TOP_SPIN_RATE, TOP = Machine.slots(
     "top_position top_velocity top_acceleration top_spin top_spin_rate top"
 )
-NACELLE, NACELLE_SPIN, NACELLE_SPIN_RATE, SHAFT = MACHINE.slots("nacelle nacelle_spin nacelle_spin_rate shaft")
-HUB_POSITION, HUB_VELOCITY, HUB_ACCELERATION = MACHINE.slots("hub_position hub_velocity hub_acceleration")
-ROTOR_SPIN, ROTOR_SPIN_RATE, AZIMUTH, ROTOR_SPEED = MACHINE.slots("rotor_spin rotor_spin_rate azimuth rotor_speed")
+NACELLE, NACELLE_SPIN, NACELLE_SPIN_RATE, SHAFT = Machine.slots("nacelle nacelle_spin nacelle_spin_rate shaft")
+HUB_POSITION, HUB_VELOCITY, HUB_ACCELERATION = Machine.slots("hub_position hub_velocity hub_acceleration")
+ROTOR_SPIN, ROTOR_SPIN_RATE, AZIMUTH, ROTOR_SPEED = Machine.slots("rotor_spin rotor_spin_rate azimuth rotor_speed")
 
-FRAME = table(
-    "blade frame",
-    "blade",
-    """
-    orientation rotation | -       | R_ib
-    velocity xyz         | m/s     | of the rotor apex, blade axes
-    acceleration xyz     | m/s^2   | of the rotor apex, known part, blade axes
-    spin xyz             | rad/s   | angular velocity of the blade root, blade axes
-    spin_rate xyz        | rad/s^2 | its derivative, known part
-    shaft xyz            | -       | direction of the shaft, downwind, blade axes
-    cos_pitch            | -       | cosine of the pitch angle
-    sin_pitch            | -       | sine of the pitch angle
-    azimuth              | rad     | of the blade, 0 when it points up
-    """,
-)
-"""Motion of the blade roots."""
 
-ROOT_ORIENTATION, APEX_VELOCITY, APEX_ACCELERATION, ROOT_SPIN, ROOT_SPIN_RATE, ROOT_SHAFT = FRAME.slots(
+class BladeFrame(Table, axes="blade"):
+    """Motion of the blade roots."""
+
+    orientation: Rotations = rotation("-", "R_ib")
+    velocity: Vectors = xyz("m/s", "of the rotor apex, blade axes")
+    acceleration: Vectors = xyz("m/s^2", "of the rotor apex, known part, blade axes")
+    spin: Vectors = xyz("rad/s", "angular velocity of the blade root, blade axes")
+    spin_rate: Vectors = xyz("rad/s^2", "its derivative, known part")
+    shaft: Vectors = xyz("-", "direction of the shaft, downwind, blade axes")
+    cos_pitch: Numbers = number("-", "cosine of the pitch angle")
+    sin_pitch: Numbers = number("-", "sine of the pitch angle")
+    azimuth: Numbers = number("rad", "of the blade, 0 when it points up")
+
+
+ROOT_ORIENTATION, APEX_VELOCITY, APEX_ACCELERATION, ROOT_SPIN, ROOT_SPIN_RATE, ROOT_SHAFT = BladeFrame.slots(
     "orientation velocity acceleration spin spin_rate shaft"
 )
-COS_PITCH, SIN_PITCH, BLADE_AZIMUTH = FRAME.slots("cos_pitch sin_pitch azimuth")
+COS_PITCH, SIN_PITCH, BLADE_AZIMUTH = BladeFrame.slots("cos_pitch sin_pitch azimuth")
 
-MOTION = table(
-    "blade motion",
-    "blade node",
-    """
-    position xyz     | m       | node from the rotor apex, blade axes
-    velocity xyz     | m/s     | in the inertial frame, blade axes
-    acceleration xyz | m/s^2   | known part
-    rotation xyz     | rad     | elastic rotation of the section
-    spin xyz         | rad/s   | angular velocity of the section
-    spin_rate xyz    | rad/s^2 | its derivative, known part
-    """,
-)
-"""Motion of the blade nodes."""
 
-POSITION, VELOCITY, ACCELERATION, ROTATION, SPIN, SPIN_RATE = MOTION.slots(
+class BladeMotion(Table, axes="blade node"):
+    """Motion of the blade nodes."""
+
+    position: Vectors = xyz("m", "node from the rotor apex, blade axes")
+    velocity: Vectors = xyz("m/s", "in the inertial frame, blade axes")
+    acceleration: Vectors = xyz("m/s^2", "known part")
+    rotation: Vectors = xyz("rad", "elastic rotation of the section")
+    spin: Vectors = xyz("rad/s", "angular velocity of the section")
+    spin_rate: Vectors = xyz("rad/s^2", "its derivative, known part")
+
+
+POSITION, VELOCITY, ACCELERATION, ROTATION, SPIN, SPIN_RATE = BladeMotion.slots(
     "position velocity acceleration rotation spin spin_rate"
 )
 
-LOAD = table(
-    "blade load",
-    "blade node",
-    """
-    force xyz  | N   | aerodynamic force on the node, blade axes
-    moment xyz | N m | aerodynamic moment about the node, blade axes
-    """,
-)
-"""External loads on the blade nodes, gravity apart."""
 
-FORCE, MOMENT = LOAD.slots("force moment")
+class BladeLoad(Table, axes="blade node"):
+    """External loads on the blade nodes, gravity apart."""
 
-DRIVE = table(
-    "drive",
-    "",
-    """
-    generator_torque | N m   | on the generator's shaft, against the rotor's rotation when positive
-    brake_torque     | N m   | of the brake on the generator's shaft, against its rotation
-    brake_speed      | rad/s | generator speed within which the brake's dry friction is smoothed
-    yaw_command      | rad   | yaw angle that the yaw drive holds
-    yaw_command_rate | rad/s | rate at which it turns
-    yaw_held         | -     | 1 when the drive holds the bearing through its spring and damper, 0 when it lets go
-    yaw_drive_rate   | rad/s | at which the drive turns; the command's, unless the brake slips
-    yaw_rubs         | -     | 1 while the bearing's friction acts beside the drive: it turns or has let go
-    yaw_rest         | rad   | yaw angle at which the friction's spring is free
-    yaw_rest_rate    | rad/s | of the same: the nacelle's while it slides, 0 while it sticks
-    yaw_drive_torque | N m   | of the drive and its brake on the nacelle, counter-clockwise from above
-    yaw_friction_torque | N m | of the friction beside it on the nacelle
-    yaw_switches     | -     | limits that a difference step would have reached, in derivative runs
-    """,
-)
-"""What the control side does to the structure."""
+    force: Vectors = xyz("N", "aerodynamic force on the node, blade axes")
+    moment: Vectors = xyz("N m", "aerodynamic moment about the node, blade axes")
 
-GENERATOR_TORQUE, BRAKE_TORQUE, BRAKE_SPEED, YAW_COMMAND, YAW_COMMAND_RATE, YAW_HELD = DRIVE.slots(
+
+FORCE, MOMENT = BladeLoad.slots("force moment")
+
+
+class Drive(Table):
+    """What the control side does to the structure."""
+
+    generator_torque: float = number("N m", "on the generator's shaft, against the rotor's rotation when positive")
+    brake_torque: float = number("N m", "of the brake on the generator's shaft, against its rotation")
+    brake_speed: float = number("rad/s", "generator speed within which the brake's dry friction is smoothed")
+    yaw_command: float = number("rad", "yaw angle that the yaw drive holds")
+    yaw_command_rate: float = number("rad/s", "rate at which it turns")
+    yaw_held: float = number("-", "1 when the drive holds the bearing through its spring and damper, 0 when it lets go")
+    yaw_drive_rate: float = number("rad/s", "at which the drive turns; the command's, unless the brake slips")
+    yaw_rubs: float = number("-", "1 while the bearing's friction acts beside the drive: it turns or has let go")
+    yaw_rest: float = number("rad", "yaw angle at which the friction's spring is free")
+    yaw_rest_rate: float = number("rad/s", "of the same: the nacelle's while it slides, 0 while it sticks")
+    yaw_drive_torque: float = number("N m", "of the drive and its brake on the nacelle, counter-clockwise from above")
+    yaw_friction_torque: float = number("N m", "of the friction beside it on the nacelle")
+    yaw_switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
+
+
+GENERATOR_TORQUE, BRAKE_TORQUE, BRAKE_SPEED, YAW_COMMAND, YAW_COMMAND_RATE, YAW_HELD = Drive.slots(
     "generator_torque brake_torque brake_speed yaw_command yaw_command_rate yaw_held"
 )
-YAW_DRIVE_RATE, YAW_RUBS, YAW_REST, YAW_REST_RATE, YAW_DRIVE_TORQUE, YAW_FRICTION_TORQUE, YAW_SWITCHES = DRIVE.slots(
+YAW_DRIVE_RATE, YAW_RUBS, YAW_REST, YAW_REST_RATE, YAW_DRIVE_TORQUE, YAW_FRICTION_TORQUE, YAW_SWITCHES = Drive.slots(
     "yaw_drive_rate yaw_rubs yaw_rest yaw_rest_rate yaw_drive_torque yaw_friction_torque yaw_switches"
 )

@@ -14,8 +14,8 @@ from pydantic import Field, model_validator
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
-from meltemi.core.tables import View
-from meltemi.wind.velocity import SERIES, WIND
+from meltemi.maths.tables import View
+from meltemi.wind.velocity import WindNow, WindParameters
 
 
 class SteadyWind(Record):
@@ -102,13 +102,13 @@ class WindSeries(Record):
         if not isinstance(data, dict) or "time" not in data:
             return data
         n = np.size(data["time"])
-        columns = {name: data.get(name, 0.0) for name in SERIES.names if name in data or name != "speed"}
+        columns = {name: data.get(name, 0.0) for name in WindNow.names if name in data or name != "speed"}
         return data | {name: np.full(n, v) if isinstance(v, int | float) else v for name, v in columns.items()}
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         n = len(self.time)
-        for name in SERIES.names:
+        for name in WindNow.names:
             if getattr(self, name).shape != (n,):
                 raise ValueError(f"{name} must have {n} entries like time")
             most = FASTEST if name in ("speed", "vertical", "gust") else MOST if name != "time" else np.inf
@@ -260,13 +260,13 @@ class WindArrays:
 
 
 NO_BOX = np.zeros((2, 2, 2, 3), dtype=np.float32)
-NO_SERIES = np.zeros((1, len(SERIES.fields)))
+NO_SERIES = np.zeros((1, len(WindNow.fields)))
 
 
 def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArrays:
     """Arrays of a described wind for a turbine."""
-    array = WIND.zeros()
-    view = View(WIND, array)
+    array = WindParameters.zeros()
+    view = View(WindParameters, array)
     view["reference_height"], view["reference_length"] = hub_height, rotor_diameter
     view["box_speed"] = view["box_dt"] = view["box_dy"] = view["box_dz"] = view["box_z"] = 1.0
     if isinstance(wind, WindBox):
@@ -279,12 +279,12 @@ def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArr
         view["reference_height"] = wind.reference_height
     if isinstance(wind, SteadyWind):
         view["roughness"], view["veer"], view["upflow"] = wind.roughness, wind.veer, wind.upflow
-        row = View(SERIES, SERIES.zeros())
+        row = View(WindNow, WindNow.zeros())
         row["speed"], row["direction"], row["exponent"] = wind.speed, wind.direction, wind.shear_exponent
         return WindArrays(array, row.array.reshape(1, -1).copy(), NO_BOX)
     if wind.reference_length is not None:
         view["reference_length"] = wind.reference_length
-    series = np.stack([getattr(wind, name) for name in SERIES.names], axis=1)
+    series = np.stack([getattr(wind, name) for name in WindNow.names], axis=1)
     return WindArrays(array, np.ascontiguousarray(series), NO_BOX)
 
 

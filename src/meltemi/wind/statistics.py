@@ -21,7 +21,7 @@ from scipy import fft
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
-from meltemi.wind.velocity import SERIES
+from meltemi.wind.velocity import WindNow
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -262,7 +262,7 @@ def series_statistics(wind: WindSeries | SteadyWind) -> SeriesStatistics:
         vertical = wind.speed * math.tan(wind.upflow)
         row = {"speed": wind.speed, "direction": wind.direction, "vertical": vertical, "exponent": wind.shear_exponent}
         wind = WindSeries(time=[0.0], **row)  # type: ignore[arg-type]
-    names = tuple(name for name in SERIES.names if name != "time")
+    names = tuple(name for name in WindNow.names if name != "time")
     x = np.stack([wind.speed + wind.gust, *(getattr(wind, name) for name in names)])
     step = np.diff(wind.time)
     duration = float(step.sum())

@@ -17,58 +17,55 @@ from numpy import float32, float64
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import table
 from meltemi.maths.generic import where, whole
+from meltemi.maths.tables import Table, number
 from meltemi.maths.vectors import Vec
 
 Float = NDArray[float64]
 
-WIND = table(
-    "wind",
-    "",
-    """
-    kind             | -     | 0: series, 1: box
-    reference_height | m     | height at which the speed of a series is given
-    reference_length | m     | over which linear shears of a series act
-    roughness        | m     | roughness length of the logarithmic profile; 0 for the power law
-    veer             | rad/m | turning of the direction with height
-    upflow           | rad   | inclination of the flow
-    box_speed        | m/s   | at which a box is carried
-    box_dt           | s     | between planes of a box
-    box_dy           | m     | between its points, lateral
-    box_dz           | m     | between its points, vertical
-    box_y            | m     | of its first column
-    box_z            | m     | of its lowest row
-    box_x            | m     | where its first plane stands at time 0
-    box_direction    | rad   | direction from which a box is turned
-    periodic         | -     | 1: a box begins again after its last plane
-    """,
-)
-"""Parameters of the wind."""
 
-SERIES = table(
-    "wind series",
-    "",
-    """
-    time             | s   | increasing
-    speed            | m/s | horizontal, at the reference height
-    direction        | rad | towards which -y: clockwise from above
-    vertical         | m/s | vertical speed
-    horizontal_shear | -   | difference of speed across the reference length, to the left, over the speed
-    exponent         | -   | of the power law
-    vertical_shear   | -   | linear vertical shear over the reference length
-    gust             | m/s | added to the speed everywhere
-    """,
-)
-"""Columns of a series."""
+class WindParameters(Table, title="wind"):
+    """Parameters of the wind."""
 
-KIND, REFERENCE_HEIGHT, REFERENCE_LENGTH, ROUGHNESS, VEER, UPFLOW = WIND.slots(
+    kind: float = number("-", "0: series, 1: box")
+    reference_height: float = number("m", "height at which the speed of a series is given")
+    reference_length: float = number("m", "over which linear shears of a series act")
+    roughness: float = number("m", "roughness length of the logarithmic profile; 0 for the power law")
+    veer: float = number("rad/m", "turning of the direction with height")
+    upflow: float = number("rad", "inclination of the flow")
+    box_speed: float = number("m/s", "at which a box is carried")
+    box_dt: float = number("s", "between planes of a box")
+    box_dy: float = number("m", "between its points, lateral")
+    box_dz: float = number("m", "between its points, vertical")
+    box_y: float = number("m", "of its first column")
+    box_z: float = number("m", "of its lowest row")
+    box_x: float = number("m", "where its first plane stands at time 0")
+    box_direction: float = number("rad", "direction from which a box is turned")
+    periodic: float = number("-", "1: a box begins again after its last plane")
+
+
+class WindNow(Table, title="wind series"):
+    """Columns of a series."""
+
+    time: float = number("s", "increasing")
+    speed: float = number("m/s", "horizontal, at the reference height")
+    direction: float = number("rad", "towards which -y: clockwise from above")
+    vertical: float = number("m/s", "vertical speed")
+    horizontal_shear: float = number(
+        "-", "difference of speed across the reference length, to the left, over the speed"
+    )
+    exponent: float = number("-", "of the power law")
+    vertical_shear: float = number("-", "linear vertical shear over the reference length")
+    gust: float = number("m/s", "added to the speed everywhere")
+
+
+KIND, REFERENCE_HEIGHT, REFERENCE_LENGTH, ROUGHNESS, VEER, UPFLOW = WindParameters.slots(
     "kind reference_height reference_length roughness veer upflow"
 )
-BOX_SPEED, BOX_DT, BOX_DY, BOX_DZ, BOX_Y, BOX_Z, BOX_X, BOX_DIRECTION, PERIODIC = WIND.slots(
+BOX_SPEED, BOX_DT, BOX_DY, BOX_DZ, BOX_Y, BOX_Z, BOX_X, BOX_DIRECTION, PERIODIC = WindParameters.slots(
     "box_speed box_dt box_dy box_dz box_y box_z box_x box_direction periodic"
 )
-TIME, SPEED, DIRECTION, VERTICAL, H_SHEAR, EXPONENT, V_SHEAR, GUST = SERIES.slots(
+TIME, SPEED, DIRECTION, VERTICAL, H_SHEAR, EXPONENT, V_SHEAR, GUST = WindNow.slots(
     "time speed direction vertical horizontal_shear exponent vertical_shear gust"
 )
 

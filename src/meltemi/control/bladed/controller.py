@@ -14,7 +14,7 @@ from meltemi.control.bladed.records import CONSTANTS, RECORDS
 from meltemi.control.bladed.rosco import is_rosco
 from meltemi.control.controller import Controller, StartPoint, Vector
 from meltemi.core.errors import InputError, RunError, did_you_mean
-from meltemi.core.tables import MAX_BLADES
+from meltemi.maths.tables import MAX_BLADES
 from meltemi.turbine.power_turbine import AnyTurbine
 
 FIRST_CALL = 3.0
@@ -119,7 +119,7 @@ class _Run:
         self.time = -math.inf
         self.n_flaps = len(turbine.flaps)
         self.individual = individual_pitch
-        names = s.MEASUREMENTS.names
+        names = s.Measurements.names
         measured = [(r.number - 1, names.index(r.source)) for r in RECORDS if r.way == "to" and r.source in names]
         self.places, self.rows = (np.array(column) for column in zip(*measured, strict=True))
 

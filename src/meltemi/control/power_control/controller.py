@@ -17,9 +17,9 @@ from meltemi.control.power_control.settings import SCHEMES, PowerControl
 from meltemi.control.power_control.tables import CONDITIONS, NUMBER
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import View
 from meltemi.core.units import rpm
 from meltemi.environment.site import STANDARD
+from meltemi.maths.tables import View
 from meltemi.turbine.electrical import nominal_frequency
 from meltemi.turbine.performance import Performance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from meltemi.control.integrator import INTEGRATOR
 from meltemi.control.power_control.tables import CONDITIONS
-from meltemi.core.tables import table
+from meltemi.maths.tables import table
 
 POWER = table(
     "power control",

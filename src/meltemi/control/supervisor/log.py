@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from meltemi.control.controller import LogEntry
 from meltemi.control.supervisor.tables import CONDITIONS, DEGREES, KILOWATT, STATES, YAW_NUMBER, YAW_STATES
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import table
 from meltemi.maths.generic import whole
+from meltemi.maths.tables import table
 
 Float = NDArray[float64]
 

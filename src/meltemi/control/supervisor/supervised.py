@@ -37,8 +37,8 @@ from meltemi.control.supervisor.threshold import STRATEGIES, YawProtection, thre
 from meltemi.control.yaw import YawControl, yaw_settings, yaw_step
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import MAX_BLADES, View, table
 from meltemi.maths.generic import crossed, whole
+from meltemi.maths.tables import MAX_BLADES, View, table
 from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[float64]

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.tables import table
+from meltemi.maths.tables import table
 
 Int = NDArray[np.int64]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.core.tables import MAX_FLAPS
+from meltemi.maths.tables import MAX_FLAPS
 from meltemi.simulation.channels import Channel, catalogue
 from meltemi.simulation.result import Result
 

@@ -7,28 +7,28 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.flaps import FLAP
-from meltemi.aero.tables import ROTOR
-from meltemi.control.actuators import PITCH
+from meltemi.aero.flaps import FlapParameters
+from meltemi.aero.tables import RotorFlow
+from meltemi.control.actuators import PitchMotion
 from meltemi.control.faults import healthy
-from meltemi.control.signals import DEMANDS
+from meltemi.control.signals import Demands
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import announce
-from meltemi.core.tables import Table
-from meltemi.electrical.tables import ELECTRIC
-from meltemi.environment.conditions import CONDITIONS, conditions_array
+from meltemi.electrical.tables import ElectricState
+from meltemi.environment.conditions import Conditions, conditions_array
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.tables import Table
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.views import FLOATS
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Arena, BaseCase, Numbers, Stations
 from meltemi.simulation.electric import ELECTRIC_PARTS, deliver
 from meltemi.simulation.power import step
 from meltemi.simulation.power.model import PowerModel
-from meltemi.simulation.step import SUMMARY
+from meltemi.simulation.step import Summary
 from meltemi.simulation.validity import new_watch
-from meltemi.structure.tables import GEARS, MACHINE_LOAD, ROOT_LOAD
+from meltemi.structure.tables import BladeRootLoad, Gears, MachineLoad
 from meltemi.turbine.electrical import nominal_frequency
-from meltemi.turbine.exchange import DRIVE, MACHINE
+from meltemi.turbine.exchange import Drive, Machine
 from meltemi.wind.fields import Wind, WindBox, wind_arrays
 
 Float = NDArray[np.float64]
@@ -44,20 +44,20 @@ class PowerCase(BaseCase):
       numbers: "duals" computes with derivatives; there are no nodes to be computed in lanes.
     """
 
-    tables: ClassVar[dict[str, Table]] = {
-        "summary": SUMMARY,
-        "machine": MACHINE,
-        "rotor": ROTOR,
-        "disk_flow": step.DISK_FLOW,
-        "chain": MACHINE_LOAD,
-        "root": ROOT_LOAD,
-        "pitch": PITCH,
-        "flap": FLAP,
-        "drive": DRIVE,
-        "gears": GEARS,
-        "demands": DEMANDS,
-        "outside": CONDITIONS,
-        "electric": ELECTRIC,
+    tables: ClassVar[dict[str, type[Table]]] = {
+        "summary": Summary,
+        "machine": Machine,
+        "rotor": RotorFlow,
+        "disk_flow": step.DiskFlow,
+        "chain": MachineLoad,
+        "root": BladeRootLoad,
+        "pitch": PitchMotion,
+        "flap": FlapParameters,
+        "drive": Drive,
+        "gears": Gears,
+        "demands": Demands,
+        "outside": Conditions,
+        "electric": ElectricState,
     }
     time_loop: ClassVar[staticmethod[..., Any]] = staticmethod(step.advance)
     run_parts: ClassVar[tuple[str, ...]] = tuple(step.RUN_PARTS)
@@ -109,12 +109,12 @@ class PowerCase(BaseCase):
             "now": np.zeros(described.series.shape[1]),
             "box": described.box,
             "electrical": model.electrical,
-            "d_electric": ELECTRIC.zeros(),
+            "d_electric": ElectricState.zeros(),
             "columns": np.zeros((6, n)),
         }
         self._prepare(model)
-        self.arrays["drive"][DRIVE.index("brake_speed")] = LEAST_BRAKE_SPEED
-        self.arrays["drive"][DRIVE.index("yaw_held")] = 1.0
+        self.arrays["drive"][Drive.index("brake_speed")] = LEAST_BRAKE_SPEED
+        self.arrays["drive"][Drive.index("yaw_held")] = 1.0
         self.parts = tuple(self.arrays[name] for name in step.PARTS)
         self._electric_parts = tuple(self.arrays[name] for name in ELECTRIC_PARTS)
         self.numbers, self._electric_numbers = (FLOATS, FLOATS), FLOATS

@@ -7,20 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.coefficient import COEFFICIENT, coefficient_arrays
-from meltemi.aero.tables import AERO
-from meltemi.control.actuators import ACTUATOR
+from meltemi.aero.coefficient import RotorCoefficient, coefficient_arrays
+from meltemi.aero.tables import AeroParameters
+from meltemi.control.actuators import Actuators
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.tables import Table, View
-from meltemi.electrical.tables import ELECTRICAL
+from meltemi.electrical.tables import ElectricalParameters
 from meltemi.environment.rain import rain_parameters
 from meltemi.environment.site import Environment
+from meltemi.maths.tables import Table, View
 from meltemi.simulation.machine import Parameters
 from meltemi.simulation.model import electrical_of
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.power.step import DISK
+from meltemi.simulation.power.step import Disk
 from meltemi.structure.kinematics import N_SHAFT
-from meltemi.structure.tables import STRUCTURE
+from meltemi.structure.tables import StructureParameters
 from meltemi.turbine.power_turbine import PowerTurbine
 
 Float = NDArray[np.float64]
@@ -74,18 +74,22 @@ class PowerModel(Parameters):
         return 0
 
     @property
-    def parameter_tables(self) -> tuple[tuple[Table, str, tuple[str, ...]], ...]:
+    def parameter_tables(self) -> tuple[tuple[type[Table], str, tuple[str, ...]], ...]:
         """Table, array and names of the scalar parameters."""
-        return (*_PARAMETERS, (ELECTRICAL, "electrical", ELECTRICAL.names)) if self.has_electrical else _PARAMETERS
+        return (
+            (*_PARAMETERS, (ElectricalParameters, "electrical", ElectricalParameters.names))
+            if self.has_electrical
+            else _PARAMETERS
+        )
 
 
 SHAFT = ("gear_ratio", "generator_inertia", "shaft_stiffness", "shaft_damping")
-_PARAMETERS: tuple[tuple[Table, str, tuple[str, ...]], ...] = (
-    (STRUCTURE, "structure", SHAFT),
-    (AERO, "aero", ("air_density",)),
-    (DISK, "disk", DISK.names),
-    (COEFFICIENT, "coefficient", ("scale", "ratio_scale")),
-    (ACTUATOR, "actuators", ACTUATOR.names),
+_PARAMETERS: tuple[tuple[type[Table], str, tuple[str, ...]], ...] = (
+    (StructureParameters, "structure", SHAFT),
+    (AeroParameters, "aero", ("air_density",)),
+    (Disk, "disk", Disk.names),
+    (RotorCoefficient, "coefficient", ("scale", "ratio_scale")),
+    (Actuators, "actuators", Actuators.names),
 )
 
 
@@ -108,7 +112,11 @@ def build_power(
     locked[COORDINATES.index("yaw")] = 1.0  # it stands where its drive has turned it
     if shaft.stiffness is None:
         locked[COORDINATES.index("drivetrain")] = 1.0
-    structure, aero, disk = View(STRUCTURE, STRUCTURE.zeros()), View(AERO, AERO.zeros()), View(DISK, DISK.zeros())
+    structure, aero, disk = (
+        View(StructureParameters, StructureParameters.zeros()),
+        View(AeroParameters, AeroParameters.zeros()),
+        View(Disk, Disk.zeros()),
+    )
     structure["gravity"], structure["tower_length"] = environment.gravity, turbine.hub_height
     structure["gear_ratio"], structure["generator_inertia"] = shaft.gear_ratio, shaft.generator_inertia
     structure["shaft_stiffness"], structure["shaft_damping"] = shaft.stiffness or 0.0, shaft.damping
@@ -158,7 +166,7 @@ def disk_points(radius: float, n: int) -> Float:
 
 
 def _actuators(turbine: PowerTurbine, options: ModelOptions) -> Float:
-    v = View(ACTUATOR, ACTUATOR.zeros())
+    v = View(Actuators, Actuators.zeros())
     a = turbine.pitch_actuator
     v["pitch_ideal"] = float(a.kind == "ideal")
     v["pitch_frequency"], v["pitch_damping"], v["pitch_rate"] = a.natural_frequency, a.damping_ratio, a.rate_limit

@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 
 from meltemi.aero.coefficient import known, power_coefficient, thrust_coefficient
 from meltemi.aero.rotor import AIR_DENSITY
-from meltemi.aero.tables import ROTOR
+from meltemi.aero.tables import RotorFlow
 from meltemi.control import signals as sg
 from meltemi.control.actuators import ANGLE, drive_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
-from meltemi.core.tables import table
 from meltemi.electrical.advance import GRID_POWER, ON, TRIP, electric_advance
 from meltemi.electrical.advance import TORQUE as ELECTRIC_TORQUE
 from meltemi.environment import conditions as cd
 from meltemi.environment.rain import DRAG_DENSITY, rain_power_loss
+from meltemi.maths.tables import Table, number
 from meltemi.maths.vectors import Vec
 from meltemi.numbers.views import viewer
 from meltemi.simulation.step import (
@@ -51,7 +51,7 @@ from meltemi.simulation.step import (
 )
 from meltemi.simulation.validity import watch_shaft
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
-from meltemi.structure.tables import MACHINE_LOAD, STRUCTURE
+from meltemi.structure.tables import MachineLoad, StructureParameters
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import series_now, wind_velocity
 
@@ -61,36 +61,32 @@ Int = NDArray[int64]
 UNKNOWN = 6
 """Value of ``clock[STATUS]``: the rotor has left where its coefficient is known."""
 
-DISK = table(
-    "disk",
-    "",
-    """
-    radius          | m         | to which the coefficients refer
-    inertia         | kg m^2    | of the rotor about the shaft
-    friction        | N m s/rad | of the bearings
-    power_exponent  | -         | of the cosine between wind and shaft in the power
-    thrust_exponent | -         | in the thrust
-    """,
-)
-"""Parameters of the rotor beside its coefficients."""
 
-RADIUS, INERTIA, FRICTION, POWER_EXPONENT, THRUST_EXPONENT = DISK.slots(
+class Disk(Table):
+    """Parameters of the rotor beside its coefficients."""
+
+    radius: float = number("m", "to which the coefficients refer")
+    inertia: float = number("kg m^2", "of the rotor about the shaft")
+    friction: float = number("N m s/rad", "of the bearings")
+    power_exponent: float = number("-", "of the cosine between wind and shaft in the power")
+    thrust_exponent: float = number("-", "in the thrust")
+
+
+RADIUS, INERTIA, FRICTION, POWER_EXPONENT, THRUST_EXPONENT = Disk.slots(
     "radius inertia friction power_exponent thrust_exponent"
 )
 
-DISK_FLOW = table(
-    "disk flow",
-    "",
-    """
-    wind_speed         | m/s | horizontal, mean over the disk
-    power_coefficient  | -   | at this tip-speed ratio and the pitch of the blades, without yaw
-    aerodynamic_power  | W   | of the air on the rotor, rain's loss taken off
-    rain_loss          | W   | of power, to rain
-    """,
-)
-"""What the rotor does."""
 
-WIND_SPEED, COEFFICIENT, AERODYNAMIC_POWER, RAIN_LOSS = DISK_FLOW.slots(
+class DiskFlow(Table):
+    """What the rotor does."""
+
+    wind_speed: float = number("m/s", "horizontal, mean over the disk")
+    power_coefficient: float = number("-", "at this tip-speed ratio and the pitch of the blades, without yaw")
+    aerodynamic_power: float = number("W", "of the air on the rotor, rain's loss taken off")
+    rain_loss: float = number("W", "of power, to rain")
+
+
+WIND_SPEED, COEFFICIENT, AERODYNAMIC_POWER, RAIN_LOSS = DiskFlow.slots(
     "wind_speed power_coefficient aerodynamic_power rain_loss"
 )
 
@@ -110,11 +106,11 @@ Q, V, A, P_STRUCTURE, P_AERO, P_DISK, P_COEFFICIENT, P_RATIOS = (
 P_WIND, P_SERIES, P_NOW, P_BOX, P_PITCH, P_DRIVE, P_ROTOR, P_CHAIN, P_SUMMARY = (
     PARTS.index(name) for name in "wind series now box pitch drive rotor chain summary".split()
 )
-GEAR_RATIO, GENERATOR_INERTIA, STIFFNESS, DAMPING, TOWER_LENGTH, YAW_STIFFNESS = STRUCTURE.slots(
+GEAR_RATIO, GENERATOR_INERTIA, STIFFNESS, DAMPING, TOWER_LENGTH, YAW_STIFFNESS = StructureParameters.slots(
     "gear_ratio generator_inertia shaft_stiffness shaft_damping tower_length yaw_stiffness"
 )
-TIP_RATIO, AXIAL_WIND, SKEW, THRUST, TORQUE, MEAN_WIND = ROTOR.slots("tip_ratio axial_wind skew thrust torque wind")
-SHAFT_TORQUE, ROTOR_ACCELERATION = MACHINE_LOAD.slots("apex_moment rotor_acceleration")
+TIP_RATIO, AXIAL_WIND, SKEW, THRUST, TORQUE, MEAN_WIND = RotorFlow.slots("tip_ratio axial_wind skew thrust torque wind")
+SHAFT_TORQUE, ROTOR_ACCELERATION = MachineLoad.slots("apex_moment rotor_acceleration")
 LEAST_WIND = 0.1
 """[m/s] below which the tip-speed ratio is that of this wind."""
 LEAST_RATIO = 0.01

@@ -20,7 +20,7 @@ from meltemi.simulation.modes import equilibrium, natural_modes, vacuum_case
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.simulate import Simulation, simulate
 from meltemi.simulation.start import Start
-from meltemi.structure.tables import BLADE_NODE
+from meltemi.structure.tables import BladeNode
 from meltemi.studies.verify.table import Comparison, Row, relative
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
@@ -216,8 +216,8 @@ def _one_blade(turbine: Turbine) -> tuple[Model, float, float]:
     model = build(straight, options).with_parameters(**{"aerodynamics.air_density": 0.0})
     nodes = model.blade_nodes.copy()
     for name in ("mass", "moment_x", "moment_y", "moment_z"):
-        nodes[BLADE_NODE.index(name), 1:] = 0.0
-    nodes[BLADE_NODE.index("inertia_xx") :, 1:] = 0.0
+        nodes[BladeNode.index(name), 1:] = 0.0
+    nodes[BladeNode.index("inertia_xx") :, 1:] = 0.0
     s, h = turbine.blade.structure, turbine.hub
     assert s.mass is not None
     x = np.linspace(0.0, s.position[-1], 200001)

@@ -19,7 +19,7 @@ from meltemi.simulation.model import Model, build
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
-from meltemi.structure.tables import BLADE_NODE
+from meltemi.structure.tables import BladeNode
 from meltemi.studies.openfast_deck import BLADE_SHAPES, ELASTODYN_MOMENTS, deck_options, deck_turbine
 from meltemi.studies.verify.measure import harmonic
 from meltemi.studies.verify.table import Comparison, Row, reference_table, relative, source_of
@@ -62,8 +62,8 @@ def elastodyn_model(gravity: float, locked: tuple[str, ...]) -> Model:
     model = build(turbine, options, Environment(gravity=gravity))
     B = model.n_blades
     nodes = np.zeros_like(model.blade_nodes)
-    nodes[BLADE_NODE.index("position_z")] = turbine.hub.radius + r
-    nodes[BLADE_NODE.index("mass")] = mass
+    nodes[BladeNode.index("position_z")] = turbine.hub.radius + r
+    nodes[BladeNode.index("mass")] = mass
     shape = np.zeros((3, 6, ELEMENTS))
     shape[:, 0], shape[:, 1], shape[:, 3], shape[:, 4] = shift[:, 0], shift[:, 1], -slope[:, 1], slope[:, 0]
     second = np.zeros((3, 3, 3, ELEMENTS))

@@ -265,7 +265,7 @@ def a_year(
             2.0 / 3.0 * curve.rated,
             paper.recheck_time,
             yaw_settings(YawControl(), turbine.yaw),
-            s.MEASUREMENTS.zeros(),
+            s.Measurements.zeros(),
             values,
         )
         return values
