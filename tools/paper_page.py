@@ -18,8 +18,8 @@ DOCS = Path(__file__).parents[1] / "docs" / "papers"
 
 def main(name: str, out: Path, beyond: str = "") -> None:
     """Run the study and copy what its page shows."""
-    page = import_module(f"meltemi.studies.reproduce.{name}.page")
-    parts = import_module(f"meltemi.studies.reproduce.{name}.beyond").PARTS if beyond == "all" else beyond.split(",")
+    page = import_module(f"meltemi_papers.{name}.page")
+    parts = import_module(f"meltemi_papers.{name}.beyond").PARTS if beyond == "all" else beyond.split(",")
     out.mkdir(parents=True, exist_ok=True)
     found = page.reproduce(out, **({"parts": parts} if beyond else {}))
     for cell, why in found.failed.items():

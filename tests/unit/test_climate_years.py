@@ -12,8 +12,8 @@ import pytest
 from meltemi import Turbine
 from meltemi.environment.climate import MONTH_HOURS, load_climate
 from meltemi.environment.drops import water_content
-from meltemi.studies.reproduce.palanimuthu2022.beyond import climate as part
-from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import (
+from meltemi_papers.palanimuthu2022.beyond import climate as part
+from meltemi_papers.palanimuthu2022.beyond.climate.response import (
     ICED,
     QUICK,
     SHED,
@@ -23,7 +23,7 @@ from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import (
     Setup,
     State,
 )
-from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.year import (
+from meltemi_papers.palanimuthu2022.beyond.climate.year import (
     EDGES,
     SHED_SHARE,
     Curves,

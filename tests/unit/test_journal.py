@@ -14,9 +14,20 @@ import pytest
 
 from meltemi import BatchCase, InputError, Start, SteadyWind, build, load_turbine
 from meltemi.simulation.result import Result
-from meltemi.studies.journal import FOLDER, Lost, LostError, attempt, cells, current, guarded, journal, survivors
-from meltemi.studies.reproduce.claim import Claim, claim_group, claims_table, count_held
-from meltemi.studies.reproduce.study import drawn, failed_tables, tabled
+from meltemi.studies.journal import (
+    FOLDER,
+    Lost,
+    LostError,
+    attempt,
+    cells,
+    current,
+    guarded,
+    journal,
+    package_hash,
+    survivors,
+)
+from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
+from meltemi_papers.study import drawn, failed_tables, tabled
 
 
 def cases(speeds: tuple[float, ...] = (8.0, 9.0, 10.0)) -> list[BatchCase]:
@@ -79,6 +90,28 @@ def test_what_has_changed_is_computed_anew(tmp_path: Path, change: str) -> None:
     with journal(tmp_path, "another" if change == "inputs" else "study") as book:
         attempt("elsewhere" if change == "place" else "part", cells, other.get(change, cases()), workers=1)
         assert book.taken == 0
+
+
+def test_a_guests_study_is_computed_anew_when_the_guest_has_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "guest_study" / "__init__.py"
+    file.parent.mkdir()
+    monkeypatch.syspath_prepend(tmp_path)
+    taken: list[int] = []
+
+    def study() -> None:
+        with journal(tmp_path, "study", "guest_study") as book:
+            cells(cases((8.0,)), workers=1)
+            taken.append(book.taken)
+            raise RuntimeError
+
+    for content in ("", "", "change = 1"):
+        file.write_text(content, encoding="utf-8")
+        package_hash.cache_clear()
+        with pytest.raises(RuntimeError):
+            study()
+    assert taken == [0, 1, 0]
 
 
 @pytest.mark.parametrize("damage", ["cut", "foreign", "empty"])

@@ -13,26 +13,28 @@ from meltemi import InputError
 from meltemi.app.cli import app
 from meltemi.control.power_control.rotor import rotor_tables
 from meltemi.postprocess.ensemble import ensemble_table
-from meltemi.report.block_diagram import Block, Wire, plot_blocks
 from meltemi.report.html import Table
 from meltemi.report.plots import new_figure
 from meltemi.simulation.channels import standard
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
-from meltemi.studies.reproduce.claim import Claim
-from meltemi.studies.reproduce.markdown import alone, documented
-from meltemi.studies.reproduce.palanimuthu2022 import diagrams, page, paper
-from meltemi.studies.reproduce.palanimuthu2022.beyond import coordination, power
-from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims, shadow
-from meltemi.studies.reproduce.palanimuthu2022.figure6 import kinetic_gains, mean_gains, within
-from meltemi.studies.reproduce.palanimuthu2022.figures.look import label
-from meltemi.studies.reproduce.palanimuthu2022.figures.rain_power import STORM
-from meltemi.studies.reproduce.palanimuthu2022.machine import BLADES, FORMULA, rotor
-from meltemi.studies.reproduce.palanimuthu2022.page import FIGURES, markdown
-from meltemi.studies.reproduce.palanimuthu2022.rain_claims import rain_claims
-from meltemi.studies.reproduce.palanimuthu2022.readings import printed_density, readings, time_constant
-from meltemi.studies.reproduce.palanimuthu2022.run_claims import limiting, range_of_speed, schemes_table
-from meltemi.studies.reproduce.palanimuthu2022.runs import (
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
+from meltemi_papers.block_diagram import Block, Wire, plot_blocks
+from meltemi_papers.claim import Claim
+from meltemi_papers.markdown import alone, documented
+from meltemi_papers.palanimuthu2022 import diagrams, page, paper
+from meltemi_papers.palanimuthu2022.beyond import coordination, power
+from meltemi_papers.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims, shadow
+from meltemi_papers.palanimuthu2022.figure6 import kinetic_gains, mean_gains, within
+from meltemi_papers.palanimuthu2022.figures.look import label
+from meltemi_papers.palanimuthu2022.figures.rain_power import STORM
+from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, rotor
+from meltemi_papers.palanimuthu2022.page import FIGURES, markdown
+from meltemi_papers.palanimuthu2022.rain_claims import rain_claims
+from meltemi_papers.palanimuthu2022.readings import printed_density, readings, time_constant
+from meltemi_papers.palanimuthu2022.run_claims import limiting, range_of_speed, schemes_table
+from meltemi_papers.palanimuthu2022.runs import (
     INTERVAL,
     PHYSICAL,
     SMALL,
@@ -42,8 +44,6 @@ from meltemi.studies.reproduce.palanimuthu2022.runs import (
     Steps,
     staircase,
 )
-from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import aeroelastic
 
 WRONG_IN_THE_PAPER = {"pairs", "over"}
 """Reasons of the lines that cannot hold: what the text says of its own, right numbers."""

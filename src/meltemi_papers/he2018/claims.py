@@ -1,0 +1,387 @@
+"""The paper's results, line by line, beside ours: over all seeds, and in the window that it shows.
+
+Nothing is tuned to the paper. A verdict compares a number with the paper's within a tolerance, or a direction with its
+sign; ``reasons`` says why a number differs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.postprocess.ensemble import Estimate, mean_interval
+from meltemi.postprocess.spectra import decibels, peak
+from meltemi.simulation.result import Result
+from meltemi.studies.compare import WHOLE, Comparison
+from meltemi.studies.journal import guarded
+from meltemi_papers.claim import UNJUDGED
+from meltemi_papers.he2018.runs import PAPER, Runs
+
+Float = NDArray[np.float64]
+
+PEAK_WIDTH = 0.04
+"""[Hz] half-width in which a peak is sought: twice the resolution of the spectra."""
+
+_REASONS = {
+    "means": "Integral action on the tilt and yaw part of the blades' moments takes their means to zero.",
+    "hub": (
+        "The paper gives no sensor for Mtilt and Myaw; ours are the sums of the blades' root moments on the hub. The "
+        "turbulence that is left is the part of 0P and 3P in fixed coordinates, which 2P flaps reach and 1P does not."
+    ),
+    "gravity": "In the plane of the rotor gravity makes most of the load; pitch cannot change it.",
+    "2P": (
+        "Removal 'completely' is what a picture shows; an integrator removes the tone at 2P and the eddies within its "
+        "bandwidth. With the length scale of edition 2 (half that of edition 3) more of the energy at 2P lies outside."
+    ),
+    "extremes": (
+        "At a slope of 10 the largest cycles make the DEL; they are single gusts, which act at all frequencies. It "
+        "scatters more than the deviation, from seed to seed and most of all in a minute."
+    ),
+    "duty": (
+        "The feed-forward asks for 3.4 deg of 1P, almost twice what the load from shear needs; the feedback takes the "
+        "rest back. The amplitude is the mean over the time; turbulence adds to it from moment to moment."
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """A claim of the paper and ours.
+
+    Attributes:
+      quantity: what it is about.
+      scheme: of control.
+      paper: what the paper says.
+      ours: by reading of the wind, over all seeds and in the paper's window.
+      verdict: by reading of the wind.
+      reason: key of ``reasons``; empty if there is nothing to explain.
+      where: in the paper.
+    """
+
+    quantity: str
+    scheme: str
+    paper: str
+    ours: tuple[tuple[str, str], ...]
+    verdict: tuple[str, ...]
+    reason: str
+    where: str
+
+
+@dataclass(frozen=True)
+class Acceptance:
+    """A condition that must hold in every seed.
+
+    Attributes:
+      condition: in words.
+      held: by reading, in how many seeds of how many.
+      numbers: by reading, of the seed that comes nearest to breaking it.
+    """
+
+    condition: str
+    held: tuple[tuple[int, int], ...]
+    numbers: tuple[str, ...]
+
+    @property
+    def everywhere(self) -> bool:
+        """It holds in every seed of every reading."""
+        return all(held == of > 0 for held, of in self.held)
+
+
+def change(c: Comparison, quantity: str, scheme: str, window: str = WHOLE, base: str = "cpc") -> Float:
+    """(seeds,) change [%] of the size of a quantity against another scheme."""
+    a, b = (np.abs(c.values(quantity, name, window)) for name in (scheme, base))
+    return np.asarray(100.0 * (a / b - 1.0))
+
+
+def percent(values: Float) -> str:
+    """Mean of changes and the half-width of its 95 % interval."""
+    e = mean_interval(values)
+    return f"{e.mean:+.1f}" + (f" ± {e.half_width:.1f}" if e.n > 1 else "") + " %"
+
+
+def peak_change(c: Comparison, scheme: str, harmonic: int, seed: int | None = None) -> float:
+    """[dB] by which the peak of RootMyc1 at a multiple of the rotor frequency rises against CPC."""
+    f = harmonic * c.rotor_frequency()
+    both = [
+        c.spectrum("RootMyc1", name) if seed is None else c.runs[name][seed].spectra["RootMyc1"]
+        for name in (scheme, "cpc")
+    ]
+    ours, base = (peak(spectrum, f, PEAK_WIDTH) for spectrum in both)
+    return decibels(ours.density, base.density)
+
+
+def harmonic_amplitude(result: Result, channel: str, harmonic: int) -> float:
+    """Half the mean peak-to-peak of a channel's part at a multiple of the rotor's azimuth, in its unit."""
+    psi = harmonic * result["azimuth"]
+    x = result[channel] - result[channel].mean()
+    return float(np.hypot(2.0 * np.mean(x * np.cos(psi)), 2.0 * np.mean(x * np.sin(psi))))
+
+
+Measure = Callable[[Comparison, str], str]
+"""Words for a comparison and the name of a window."""
+Judge = Callable[[Comparison], str]
+
+
+def claims(runs: Runs) -> list[Row]:
+    """Every line of the paper's results."""
+    rows: list[Row] = []
+
+    def add(quantity: str, scheme: str, paper: str, of: Measure, judge: Judge, reason: str, where: str) -> None:
+        def one(c: Comparison) -> tuple[tuple[str, str], str]:
+            return (of(c, WHOLE), of(c, PAPER)), judge(c)
+
+        found = [guarded(partial(one, c), lambda why: (("", ""), UNJUDGED + why)) for c in runs.readings.values()]
+        ours, verdicts = zip(*found, strict=True)
+        rows.append(Row(quantity, scheme.upper(), paper, ours, verdicts, reason, where))
+
+    def figure(name: str, scheme: str, value: float, tolerance: float, reason: str, where: str) -> None:
+        judge = _near(name, scheme, value, tolerance)
+        add(f"{name}, change", scheme, f"{value:+.1f} %", _changes(name, scheme), judge, reason, where)
+
+    def direction(name: str, scheme: str, words: str, reason: str, where: str) -> None:
+        add(f"{name}, change", scheme, words, _changes(name, scheme), _falls(name, scheme), reason, where)
+
+    figure("RootMyc1 std", "ipc", -47.9, 10.0, "ceiling", "Fig. 6a, Table 2")
+    figure("RootMyc1 std", "cpfc", -55.3, 10.0, "ceiling", "Fig. 6a, Table 2")
+    direction("RootMxc1 std", "ipc", "slight decrease", "gravity", "Fig. 6b, Table 2")
+    direction("RootMxc1 std", "cpfc", "slight decrease", "gravity", "Fig. 6b, Table 2")
+    for name, paper in (("Myaw mean", "-99.7 %"), ("Mtilt mean", "-94.8 %")):
+        add(f"|{name}|, change", "ipc", paper, _changes(name, "ipc"), _by_90(name, "ipc"), "means", "Fig. 7, Table 3")
+        add(f"|{name}|, change", "cpfc", "not stated", _changes(name, "cpfc"), _by_90(name, "cpfc"), "means", "Table 3")
+    figure("Myaw std", "cpfc", -29.9, 12.0, "hub", "Table 3")
+    figure("Mtilt std", "cpfc", -22.1, 12.0, "hub", "Table 3")
+    direction("Myaw std", "ipc", "not stated", "hub", "Table 3")
+    direction("Mtilt std", "ipc", "not stated", "hub", "Table 3")
+    figure("OoPDefl1 std", "ipc", -44.6, 10.0, "ceiling", "Fig. 8a, Table 4")
+    figure("OoPDefl1 std", "cpfc", -50.2, 10.0, "ceiling", "Fig. 8a, Table 4")
+    direction("IPDefl1 std", "ipc", "decreased significantly", "", "Fig. 8b, Table 4")
+    direction("IPDefl1 std", "cpfc", "decreased significantly", "", "Fig. 8b, Table 4")
+    gone = "removed completely"
+    for scheme, n, paper, limit in (("ipc", 1, gone, -10.0), ("ipc", 2, "unchanged", 3.0)):
+        add(f"RootMyc1 PSD, {n}P peak", scheme, paper, _peaks(scheme, n), _peak_within(scheme, n, limit), "", "Fig. 9")
+    for n, limit in ((1, -10.0), (2, -6.0)):
+        judge = _peak_within("cpfc", n, limit)
+        add(f"RootMyc1 PSD, {n}P peak", "cpfc", gone, _peaks("cpfc", n), judge, "2P" if n == 2 else "", "Fig. 9")
+    same = "no noticeable difference"
+    for scheme in ("ipc", "cpfc"):
+        for name, most in (("power mean", 0.5), ("power std", 20.0)):
+            add(f"{name}, change", scheme, same, _changes(name, scheme), _within(name, scheme, most), "", "Fig. 10")
+    about = "at 1P about CPC's angle; flaps have no effect on it"
+    for scheme in ("ipc", "cpfc"):
+        add("pitch 1, 1P amplitude", scheme, about, _pitching(scheme), _two_to_four(scheme), "duty", "Fig. 11a")
+    add("flap angles", "cpfc", "oscillate at 2P, within 15 deg", _flapping, _mostly_2p, "", "Fig. 11b")
+    figure("RootMyc1 DEL", "ipc", -42.2, 12.0, "ceiling", "Fig. 12, Table 5")
+    figure("RootMyc1 DEL", "cpfc", -53.7, 12.0, "ceiling", "Fig. 12, Table 5")
+    for name in ("RootMxc1 DEL", "Myaw DEL", "Mtilt DEL"):
+        for scheme in ("ipc", "cpfc"):
+            direction(name, scheme, "reduced", "extremes", "Table 5")
+    for name, value in (("RootMyc1 std", -14.2), ("RootMyc1 DEL", -19.9), ("OoPDefl1 std", -10.1)):
+        over = _changes(name, "cpfc", "ipc")
+        judge = _near(name, "cpfc", value, 10.0, "ipc")
+        add(f"{name}, CPFC over IPC", "cpfc", f"{value:+.1f} %", over, judge, "ceiling", "from its figures")
+    return rows
+
+
+def _changes(name: str, scheme: str, base: str = "cpc") -> Measure:
+    def words(c: Comparison, window: str) -> str:
+        values = change(c, name, scheme, window, base)
+        return f"{float(values.mean()):+.3f} %" if np.abs(values).max() < 0.1 else percent(values)
+
+    return words
+
+
+def _near(name: str, scheme: str, paper: float, tolerance: float, base: str = "cpc") -> Judge:
+    def judge(c: Comparison) -> str:
+        mean = float(change(c, name, scheme, base=base).mean())
+        if abs(mean - paper) <= tolerance:
+            return "holds"
+        return "smaller effect" if mean > paper else "larger effect"
+
+    return judge
+
+
+def _falls(name: str, scheme: str) -> Judge:
+    def judge(c: Comparison) -> str:
+        e = mean_interval(change(c, name, scheme))
+        high = e.high if e.n > 1 else e.mean
+        return "holds" if high < 0.0 else ("in the mean" if e.mean < 0.0 else "does not hold")
+
+    return judge
+
+
+def _by_90(name: str, scheme: str) -> Judge:
+    return lambda c: "holds" if change(c, name, scheme).max() <= -90.0 else "smaller effect"
+
+
+def _within(name: str, scheme: str, most: float) -> Judge:
+    return lambda c: "holds" if abs(float(change(c, name, scheme).mean())) <= most else "differs"
+
+
+def _peaks(scheme: str, harmonic: int) -> Measure:
+    # a minute is too short for a spectrum of 0.02 Hz
+    return lambda c, window: f"{peak_change(c, scheme, harmonic):+.1f} dB" if window == WHOLE else ""
+
+
+def _peak_within(scheme: str, harmonic: int, limit: float) -> Judge:
+    """A peak must fall to the limit [dB] if that is negative, else stay within it."""
+
+    def judge(c: Comparison) -> str:
+        value = peak_change(c, scheme, harmonic)
+        if limit > 0.0:
+            return "holds" if abs(value) <= limit else "differs"
+        return "holds" if value <= limit else "smaller effect"
+
+    return judge
+
+
+def _pitching(scheme: str) -> Measure:
+    def words(c: Comparison, window: str) -> str:
+        part = c.results(scheme).between(*c.windows[window])
+        rate = np.degrees(np.abs(np.gradient(part["pitch_1"], part.time)).max())
+        return f"{np.degrees(harmonic_amplitude(part, 'pitch_1', 1)):.2f} deg, at most {rate:.1f} deg/s"
+
+    return words
+
+
+def _two_to_four(scheme: str) -> Judge:
+    def judge(c: Comparison) -> str:
+        part = c.results(scheme).between(*c.windows[WHOLE])
+        return "holds" if 2.0 <= np.degrees(harmonic_amplitude(part, "pitch_1", 1)) <= 4.0 else "differs"
+
+    return judge
+
+
+def _flapping(c: Comparison, window: str) -> str:
+    part = c.results("cpfc").between(*c.windows[window])
+    x = np.degrees(part["flap_1_angle_1"])
+    rate = float(np.abs(np.gradient(x, part.time)).max())
+    return f"{100 * _share_of_2p(c, window):.0f} % at 2P, {x.min():.1f} to {x.max():.1f} deg, at most {rate:.0f} deg/s"
+
+
+def _mostly_2p(c: Comparison) -> str:
+    return "holds" if _share_of_2p(c, WHOLE) > 0.5 else "differs"
+
+
+def _share_of_2p(c: Comparison, window: str) -> float:
+    """Share of the flaps' variance within half a rotor frequency of 2P."""
+    part = c.results("cpfc").between(*c.windows[window])
+    x = part["flap_1_angle_1"] - part["flap_1_angle_1"].mean()
+    power = np.abs(np.fft.rfft(x)) ** 2
+    frequency = np.fft.rfftfreq(len(x), float(part.time[1] - part.time[0])) / c.rotor_frequency()
+    return float(power[(frequency > 1.5) & (frequency < 2.5)].sum() / max(power.sum(), 1e-300))
+
+
+def acceptances(runs: Runs) -> list[Acceptance]:
+    """What must hold in every seed."""
+    found = []
+
+    def each(condition: str, unit: str, margin: Callable[[Comparison], Float]) -> None:
+        """``margin`` is positive where the condition holds."""
+
+        def judge(c: Comparison) -> tuple[tuple[int, int], str]:
+            m = margin(c)
+            return (int((m > 0.0).sum()), len(m)), f"{float(m.min()):+.1f} {unit}"
+
+        all_ = [guarded(partial(judge, c), lambda why: ((0, 0), UNJUDGED + why)) for c in runs.readings.values()]
+        held, numbers = zip(*all_, strict=True)
+        found.append(Acceptance(condition, held, numbers))
+
+    for name in ("RootMyc1 std", "RootMyc1 DEL", "OoPDefl1 std"):
+        each(f"{name}: IPC < CPC", "%", _below(name, "ipc", "cpc"))
+        each(f"{name}: CPFC < IPC", "%", _below(name, "cpfc", "ipc"))
+    for name in ("Mtilt mean", "Myaw mean"):
+        each(f"|{name}| falls by 90 % with IPC", "points", _below(name, "ipc", "cpc", 90.0))
+    for scheme, n, decibels_down in (("ipc", 1, 10.0), ("cpfc", 2, 6.0)):
+        condition = f"{n}P peak of RootMyc1 falls by {decibels_down:g} dB with {scheme.upper()}"
+        each(condition, "dB", _peak_below(scheme, n, decibels_down))
+    return found
+
+
+def _below(name: str, scheme: str, base: str, by: float = 0.0) -> Callable[[Comparison], Float]:
+    return lambda c: -by - change(c, name, scheme, base=base)
+
+
+def _peak_below(scheme: str, harmonic: int, by: float) -> Callable[[Comparison], Float]:
+    return lambda c: np.array([-by - peak_change(c, scheme, harmonic, k) for k in range(len(c.winds))])
+
+
+@dataclass(frozen=True)
+class CeilingRow:
+    """What ideal removal of harmonics would give, and what share of it a scheme reaches; means over seeds.
+
+    Attributes:
+      reading: of the wind.
+      scheme: whose share it is.
+      removed: harmonics.
+      std, load: change [%] of std and DEL of RootMyc1 after ideal removal.
+      std_share, load_share: change of the scheme over that, formed for each seed.
+      window_std, window_load: ceilings in the paper's window.
+    """
+
+    reading: str
+    scheme: str
+    removed: str
+    std: float
+    load: float
+    std_share: Estimate
+    load_share: Estimate
+    window_std: float
+    window_load: float
+
+
+def ceilings(runs: Runs) -> list[CeilingRow]:
+    """For each reading and scheme, the ceiling of the harmonics that it works on."""
+    rows = []
+    for reading, c in runs.readings.items():
+        for scheme, which, removed in (("ipc", 0, "1P"), ("cpfc", 1, "1P and 2P")):
+            limits = [run.ceilings[which] for run in c.runs["cpc"]]
+            window = [run.ceilings_window[PAPER][which] for run in c.runs["cpc"]]
+            std, load = np.array([x.std_change for x in limits]), np.array([x.load_change for x in limits])
+            rows.append(
+                CeilingRow(
+                    reading=reading,
+                    scheme=scheme,
+                    removed=removed,
+                    std=100.0 * float(std.mean()),
+                    load=100.0 * float(load.mean()),
+                    std_share=mean_interval(change(c, "RootMyc1 std", scheme) / (100.0 * std)),
+                    load_share=mean_interval(change(c, "RootMyc1 DEL", scheme) / (100.0 * load)),
+                    window_std=100.0 * float(np.mean([x.std_change for x in window])),
+                    window_load=100.0 * float(np.mean([x.load_change for x in window])),
+                )
+            )
+    return rows
+
+
+def reasons(runs: Runs) -> dict[str, str]:
+    """Why numbers differ, or agree, by key."""
+    held = {}
+    for reading, c in runs.readings.items():
+        left = np.array([1.0 + run.ceilings[1].std_change for run in c.runs["cpc"]])
+        held[reading] = 100.0 * (1.0 - float(np.mean(left**2)))
+    shares = " and ".join(f"{share:.0f} % ({reading})" for reading, share in held.items())
+    asked = 100.0 * (1.0 - (1.0 - 0.553) ** 2)
+    ceiling = (
+        "Below the paper's figure because of the ceiling: what is not at 1P or 2P no such controller can reach. A "
+        f"change of the standard deviation by -55.3 % means that {asked:.0f} % of the variance is gone; the bands of "
+        f"1P and 2P hold {shares} of it. The paper's figures need a wind with less turbulence, see the study of winds, "
+        "or a lucky minute, see the minutes."
+    )
+    return {"ceiling": ceiling, **_REASONS}
+
+
+def minutes(runs: Runs, scheme: str, length: float = 60.0, every: float = 10.0) -> Float:
+    """Change [%] of std of RootMyc1 in all minutes of all seeds and readings: how much a single one may tell."""
+    found = []
+    for c in runs.readings.values():
+        result = c.results("cpc")
+        dt = float(result.time[1] - result.time[0])
+        n, stride = round(length / dt), round(every / dt)
+        for ours, base in zip(c.runs[scheme], c.runs["cpc"], strict=True):
+            for i in range(0, len(base.moment) - n, stride):
+                found.append(100.0 * (ours.moment[i : i + n].std() / base.moment[i : i + n].std() - 1.0))
+    return np.array(found)
