@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from meltemi.report.html import Table
@@ -68,3 +68,8 @@ def brief(table: Table) -> Table:
     """The same for a terminal: without reason and place."""
     n = len(table.head) - 2
     return Table(table.head[:n], [row[:n] for row in table.rows], table.caption, text_columns=n)
+
+
+def reason_lines(reasons: Mapping[str, str]) -> list[str]:
+    """Reasons by their keys, as they stand below the claims."""
+    return [f"*{key}:* {words}" for key, words in reasons.items()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -40,12 +40,19 @@ def reproduce(
             raise InputError(f"--rosco belongs to he2018; {study} has no such part")
         _duel(quick, workers, out)
         return
-    more: dict[str, Any] = {"parts": _parts(study, beyond)} if beyond else {}
+    parts = _parts(study, beyond) if beyond else ()
     with results_in(out):
+        from meltemi_papers import study as skeleton
+
         page = import_module(f"meltemi_papers.{study}.page")
-        with progress_bar(f"{study}") as progress:
-            found = page.reproduce(
-                out, quick=quick, workers=workers, progress=lambda share, what: progress(share), **more
+        with progress_bar(study) as progress:
+            found = skeleton.reproduce(
+                page.STUDY,
+                out,
+                quick=quick,
+                workers=workers,
+                progress=lambda share, what: progress(share),
+                parts=parts,
             )
     for table in found.tables:
         print_table(table.caption, table.head, table.rows, text_columns=len(table.head))

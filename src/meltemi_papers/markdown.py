@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 from meltemi.report.html import Table
 
@@ -19,11 +18,6 @@ def alone(text: str) -> str:
 def documented(text: str, name: str) -> str:
     """The same page for the documentation, where its pictures lie in a folder of its name."""
     return PICTURE.sub(rf"\g<1>{name}/\g<2>", text)
-
-
-def picture_line(caption: str, file: Path | None) -> str:
-    """A figure, or why it could not be drawn."""
-    return f"![{caption}]({file.name})" if file else f"*{caption}*"
 
 
 def table_lines(table: Table) -> list[str]:

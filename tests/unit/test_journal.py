@@ -27,7 +27,7 @@ from meltemi.studies.journal import (
     survivors,
 )
 from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
-from meltemi_papers.study import drawn, failed_tables, tabled
+from meltemi_papers.study import drawn, failed_chapters, tabled
 
 
 def cases(speeds: tuple[float, ...] = (8.0, 9.0, 10.0)) -> list[BatchCase]:
@@ -193,7 +193,7 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
         assert table.rows == [["cannot be made: start at 25 m/s: no steady operation"]]
         caption, file = drawn("fig", "Figure 1", lambda: start.figure, tmp_path)
         assert file is None and "cannot be drawn: start at 25 m/s" in caption
-        ((_, (failed,)),) = failed_tables().values()
+        ((failed,),) = (chapter.content for chapter in failed_chapters().values())
         assert failed.rows[0] == ("powers: 9 m/s", "it cannot be")
     assert (tmp_path / FOLDER).is_dir()  # the next try computes only what failed
 
@@ -216,6 +216,6 @@ def test_doubtful_runs_count_are_listed_and_are_taken_over(tmp_path: Path) -> No
         (value,) = cells([runaway], reduce=count(ran), workers=1)
         assert book.taken == 1 and ran == ["runaway"] and np.isfinite(value)
         assert "1.5 times its rated speed" in book.doubtful["runaway"] and not book.failed
-        (table,) = failed_tables()["doubtful"][1]
+        (table,) = failed_chapters()["doubtful"].content
         assert table.rows == [("runaway", book.doubtful["runaway"])]
     assert not (tmp_path / FOLDER).exists()

@@ -21,7 +21,7 @@ from meltemi.simulation.result import Result
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi_papers.block_diagram import Block, Wire, plot_blocks
-from meltemi_papers.claim import Claim
+from meltemi_papers.claim import Claim, reason_lines
 from meltemi_papers.markdown import alone, documented
 from meltemi_papers.palanimuthu2022 import diagrams, page, paper
 from meltemi_papers.palanimuthu2022.beyond import coordination, power
@@ -30,7 +30,7 @@ from meltemi_papers.palanimuthu2022.figure6 import kinetic_gains, mean_gains, wi
 from meltemi_papers.palanimuthu2022.figures.look import label
 from meltemi_papers.palanimuthu2022.figures.rain_power import STORM
 from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, rotor
-from meltemi_papers.palanimuthu2022.page import FIGURES, markdown
+from meltemi_papers.palanimuthu2022.page import FIGURES
 from meltemi_papers.palanimuthu2022.rain_claims import rain_claims
 from meltemi_papers.palanimuthu2022.readings import printed_density, readings, time_constant
 from meltemi_papers.palanimuthu2022.run_claims import limiting, range_of_speed, schemes_table
@@ -44,6 +44,7 @@ from meltemi_papers.palanimuthu2022.runs import (
     Steps,
     staircase,
 )
+from meltemi_papers.study import Chapter, Drawing
 
 WRONG_IN_THE_PAPER = {"pairs", "over"}
 """Reasons of the lines that cannot hold: what the text says of its own, right numbers."""
@@ -203,10 +204,10 @@ def test_parts_beyond_the_paper_have_names(study: str, parts: str, said: str, tm
 def test_the_page_has_the_parts_that_lie_in_the_folder(tmp_path: Path) -> None:
     (tmp_path / "climate.md").write_text("## A year\n", encoding="utf-8")
     table = Table(["claim", "reason"], [["one", "pairs"], ["two", ""]])
-    text = markdown(
-        "All holds.", {"claims": ("Claims", [table])}, {"fig01": ("the system", Path("fig01.png"))}, tmp_path
-    )
-    assert "## A year" in text
+    claims = Chapter("Claims", [table, *reason_lines({"pairs": REASONS["pairs"]})])
+    figures = Chapter("Figures", [Drawing("the system", Path("fig01.png"))])
+    text = page.STUDY.markdown("All holds.", {"claims": claims, "climate": Chapter("Twice", [])}, figures, tmp_path)
+    assert "## A year" in text and "## Twice" not in text
     assert text.count(f"*pairs:* {REASONS['pairs']}") == 1
     assert "![the system](fig01.png)" in text
 

@@ -28,13 +28,13 @@ from meltemi_papers.he2018.runs import (
     READINGS,
     SPEED,
     Bench,
-    Progress,
     Setup,
     bench,
     paper_turbine,
     wind_of,
 )
 from meltemi_papers.markdown import table_lines
+from meltemi_papers.study import Progress
 
 DISCON = "Test_Cases/NREL-5MW/DISCON.IN"
 OURS = ("cpc", "ipc", "ipc2", "cpfc")

@@ -157,7 +157,7 @@ def loads(runs: Runs) -> Figure:
     return figure
 
 
-def speeds(runs: Runs) -> Figure:
+def over_speeds(runs: Runs) -> Figure:
     """Change of loads over wind speed, beyond the paper."""
     every = sorted({*runs.speeds, SPEED})
     figure, axes = new_figure(1, 3, size=(12.0, 3.8))
@@ -182,6 +182,5 @@ FIGURES: Mapping[str, tuple[str, Callable[[Runs], Figure]]] = {
     "fig10_power": ("Electrical power, first seed", power),
     "fig11_actuators": ("Pitch and flaps, first seed", actuators),
     "fig12_loads": ("Damage-equivalent loads: change against CPC, 95 % intervals over seeds", loads),
-    "beyond_speeds": ("Beyond the paper: changes over wind speed", speeds),
 }
 """By file name: caption and what draws it."""

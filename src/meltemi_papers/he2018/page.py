@@ -1,8 +1,7 @@
-"""Everything on one page and in files: claims, conditions, ceilings, checks, figures, what lies beyond."""
+"""What the page says: claims, conditions, ceilings, checks, gains, and what lies beyond."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -10,77 +9,18 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.postprocess.ensemble import Estimate
-from meltemi.report.html import Picture, Section, Table, write_page
-from meltemi.report.plots import save
+from meltemi.report.html import Table
 from meltemi.report.tables import number
 from meltemi.report.tuning_plots import plot_tuning
-from meltemi.studies.journal import guarded, journal
+from meltemi.studies.journal import guarded
 from meltemi.studies.scheme_names import SCHEMES
-from meltemi_papers.claim import UNJUDGED
+from meltemi_papers.claim import UNJUDGED, reason_lines
 from meltemi_papers.he2018 import beyond
 from meltemi_papers.he2018.checks import checks
-from meltemi_papers.he2018.claims import (
-    Row,
-    acceptances,
-    ceilings,
-    change,
-    claims,
-    minutes,
-    percent,
-    reasons,
-)
-from meltemi_papers.he2018.figures import FIGURES
-from meltemi_papers.he2018.runs import CLASS_B, QUICK, Progress, Runs, Setup, run_all
-from meltemi_papers.markdown import alone, documented, picture_line, table_lines
-from meltemi_papers.study import Drawn, Reproduction, drawn, failed_tables, picture, tabled, write_tables
-
-HERE = Path(__file__).parent
-TITLE = "He et al. (2018): combined individual pitch and flap control, reproduced"
-SOURCE = (
-    "He, K., Qi, L., Zheng, L., Chen, Y. (2018): Combined pitch and trailing edge flap control for load mitigation of "
-    "wind turbines. Energies 11, 2519."
-)
-
-
-def reproduce(
-    out: Path, *, quick: bool = False, workers: int | None = None, progress: Progress = lambda share, what: None
-) -> Reproduction:
-    """Run everything and write it.
-
-    Args:
-      out: folder for page, tables and figures; it must exist.
-      quick: two short seeds and few wind speeds: a look, nothing to judge by.
-      workers: threads.
-      progress: called with the share that is done and what is under way.
-    """
-    began = time.perf_counter()
-    with journal(out, f"he2018, quick {quick}", "meltemi_papers") as book:
-
-        def write(runs: Runs) -> tuple[list[Path], str]:
-            return _write(out, runs, time.perf_counter() - began)
-
-        runs = run_all(QUICK if quick else Setup(), workers=workers, progress=progress, partly=write)
-        files, text = write(runs)
-        shown = [
-            tabled("Claims of the paper", lambda: brief_claims(runs)),
-            tabled("Conditions in every seed", lambda: acceptance_table(runs)),
-            tabled("Ceilings", lambda: ceiling_table(runs)),
-        ]
-        return Reproduction(shown, lead(runs), files, documented(text, "he2018"), **book.problems())
-
-
-def _write(out: Path, runs: Runs, seconds: float) -> tuple[list[Path], str]:
-    """Page, tables and figures of what was run so far; the files and the page's text."""
-    pictures = {name: drawn(name, text, partial(draw, runs), out) for name, (text, draw) in FIGURES.items()}
-    cpfc = zip(SCHEMES["cpfc"].loops, runs.bench.tunings[SCHEMES["cpfc"].loops], strict=True)
-    loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in cpfc}
-    files = [file for _, file in pictures.values() if file] + [save(plot_tuning(loops), out / "bode.png")]
-    tables = all_tables(runs)
-    files += write_tables(tables, out)
-    text = markdown(runs, tables, pictures)
-    path = out / "he2018.md"
-    path.write_text(alone(text), encoding="utf-8")
-    return [*files, path, write_html(out / "he2018.html", runs, tables, pictures, out, seconds)], text
+from meltemi_papers.he2018.claims import Row, acceptances, ceilings, change, claims, minutes, percent, reasons
+from meltemi_papers.he2018.figures import FIGURES, over_speeds
+from meltemi_papers.he2018.runs import CLASS_B, Runs, run_all
+from meltemi_papers.study import Chapter, Content, Contents, Draw, Study, tabled, worded
 
 
 def row_cells(row: Row) -> list[str]:
@@ -192,39 +132,6 @@ def gains_table(runs: Runs) -> Table:
     return Table(head, rows, "Gains by the rule, from the turbine's own linear model", text_columns=2)
 
 
-Tables = dict[str, tuple[str, list[Table]]]
-
-
-def all_tables(runs: Runs) -> Tables:
-    """By file name: heading and tables."""
-
-    def in_minutes(runs: Runs) -> Table:
-        return beyond.minutes_table([("ipc", minutes(runs, "ipc"), -47.9), ("cpfc", minutes(runs, "cpfc"), -55.3)])
-
-    wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
-        "claims": ("Claim by claim", [claims_table]),
-        "conditions": ("In every seed", [acceptance_table]),
-        "ceilings": ("How much was there to gain", [ceiling_table]),
-        "winds": ("In which wind the paper's figures hold", [beyond.winds, in_minutes]),
-        "equations": ("The equations", [checks_table]),
-        "gains": ("Gains", [gains_table]),
-        "rivals": ("Rivals, parts and preview", [beyond.rivals]),
-        "travel": ("Flap loops at equal travel", [beyond.equal_travel]),
-        "below_rated": ("Below rated", [beyond.below_rated]),
-        "lifetime": ("A lifetime, and what the actuators pay", [beyond.lifetime]),
-    }
-    found = {
-        name: (heading, [tabled(heading, partial(of, runs)) for of in several])
-        for name, (heading, several) in wanted.items()
-    }
-    return found | failed_tables()
-
-
-def lead(runs: Runs) -> str:
-    """The result in a few sentences."""
-    return guarded(partial(_lead, runs), lambda why: f"What came of it {UNJUDGED}{why}.")
-
-
 def _lead(runs: Runs) -> str:
     found = {(r.reading, r.scheme): r for r in ceilings(runs)}
     ipc, cpfc = found[CLASS_B, "ipc"], found[CLASS_B, "cpfc"]
@@ -243,56 +150,64 @@ def _lead(runs: Runs) -> str:
     )
 
 
-def write_html(path: Path, runs: Runs, tables: Tables, pictures: Drawn, folder: Path, seconds: float) -> Path:
-    """The page with all tables and figures inside."""
-    sections = []
-    for name, (heading, made) in tables.items():
-        content: list[str | Table | Picture] = list(made)
-        if name == "claims":
-            content += [f"{key}: {text}" for key, text in _reasons(runs).items()]
-        if name == "gains":
-            content.append(Picture(folder / "bode.png", "Loops of CPFC at all operating points"))
-        if name == "lifetime":
-            content += [picture(*pictures["beyond_speeds"]), _verdict(runs)]
-        sections.append(Section(heading, content))
-    figures = [picture(*pair) for name, pair in pictures.items() if name.startswith("fig")]
-    sections.append(Section("The paper's figures", figures))
-    turbine = runs.bench.model.turbine
-    facts = [
-        ("turbine", f"{turbine.name}, flaps 66 to 96 % of the span, pitch actuator 11.11 rad/s"),
-        ("wind", "20 m/s, von Karman, shear exponent 0.2; " + "; ".join(runs.readings)),
-        ("seeds", ", ".join(str(seed) for seed in runs.setup.seeds)),
-        ("runs", f"{runs.setup.duration:g} s, the first {runs.setup.transient:g} s not judged"),
-        ("computed in", f"{seconds:.0f} s"),
-    ]
-    return write_page(path, TITLE, sections, facts=facts, lead=lead(runs), footer=SOURCE)
+def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
+    """Chapters, and what stands at the top."""
+
+    def in_minutes(runs: Runs) -> Table:
+        return beyond.minutes_table([("ipc", minutes(runs, "ipc"), -47.9), ("cpfc", minutes(runs, "cpfc"), -55.3)])
+
+    wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
+        "claims": ("Claim by claim", [claims_table]),
+        "conditions": ("In every seed", [acceptance_table]),
+        "ceilings": ("How much was there to gain", [ceiling_table]),
+        "winds": ("In which wind the paper's figures hold", [beyond.winds, in_minutes]),
+        "equations": ("The equations", [checks_table]),
+        "gains": ("Gains", [gains_table]),
+        "rivals": ("Rivals, parts and preview", [beyond.rivals]),
+        "travel": ("Flap loops at equal travel", [beyond.equal_travel]),
+        "below_rated": ("Below rated", [beyond.below_rated]),
+        "lifetime": ("A lifetime, and what the actuators pay", [beyond.lifetime]),
+    }
+    cpfc = SCHEMES["cpfc"].loops
+    tunings = zip(cpfc, runs.bench.tunings[cpfc], strict=True)
+    loops = {f"{harmonic}P {actuator}": tuning for (actuator, harmonic), tuning in tunings}
+    below: dict[str, list[Content]] = {
+        "claims": [*reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why}))],
+        "gains": [draw("bode", "Loops of CPFC", lambda: plot_tuning(loops))],
+        "lifetime": [
+            draw("beyond_speeds", "Beyond the paper: changes over wind speed", lambda: over_speeds(runs)),
+            "### Which scheme we would build",
+            worded(partial(beyond.verdict, runs), "Which scheme to build"),
+        ],
+    }
+    turbine, setup = runs.bench.model.turbine, runs.setup
+    return Contents(
+        lead=worded(partial(_lead, runs), "What came of it"),
+        chapters={
+            name: Chapter(heading, [*(tabled(heading, partial(of, runs)) for of in several), *below.get(name, [])])
+            for name, (heading, several) in wanted.items()
+        },
+        facts=[
+            ("turbine", f"{turbine.name}, flaps 66 to 96 % of the span, pitch actuator 11.11 rad/s"),
+            ("wind", "20 m/s, von Karman, shear exponent 0.2; " + "; ".join(runs.readings)),
+            ("seeds", ", ".join(str(seed) for seed in setup.seeds)),
+            ("runs", f"{setup.duration:g} s, the first {setup.transient:g} s not judged"),
+        ],
+        shown=[
+            tabled("Claims of the paper", lambda: brief_claims(runs)),
+            tabled("Conditions in every seed", lambda: acceptance_table(runs)),
+            tabled("Ceilings", lambda: ceiling_table(runs)),
+        ],
+    )
 
 
-def _verdict(runs: Runs) -> str:
-    return guarded(partial(beyond.verdict, runs), lambda why: UNJUDGED + why)
-
-
-def _reasons(runs: Runs) -> dict[str, str]:
-    return guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why})
-
-
-def markdown(runs: Runs, tables: Tables, pictures: Drawn) -> str:
-    """The tables and figures for the documentation."""
-    parts = [(HERE / "before.md").read_text(encoding="utf-8"), lead(runs), ""]
-    for name, (heading, made) in tables.items():
-        parts += [f"## {heading}", ""]
-        for table in made:
-            parts += [*table_lines(table), ""]
-        if name == "claims":
-            parts += [f"*{key}:* {text}\n" for key, text in _reasons(runs).items()]
-        if name == "gains":
-            parts += ["![Loops of CPFC](bode.png)", ""]
-        if name == "lifetime":
-            parts += [picture_line(*pictures["beyond_speeds"]), ""]
-            parts += ["### Which scheme we would build", "", _verdict(runs), ""]
-    parts += ["## The paper's figures", ""]
-    for name, pair in pictures.items():
-        if name.startswith("fig"):
-            parts += [picture_line(*pair), ""]
-    parts += [(HERE / name).read_text(encoding="utf-8") for name in ("duel.md", "after.md")]
-    return "\n".join(parts)
+STUDY = Study(
+    name="he2018",
+    title="He et al. (2018): combined individual pitch and flap control, reproduced",
+    source="He, K., Qi, L., Zheng, L., Chen, Y. (2018): Combined pitch and trailing edge flap control for load "
+    "mitigation of wind turbines. Energies 11, 2519.",
+    run=run_all,
+    figures=FIGURES,
+    contents=contents,
+    texts=("duel.md", "after.md"),
+)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -24,8 +24,8 @@ from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind, Wind
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import AnyWind
+from meltemi_papers.study import Progress
 
-Progress = Callable[[float, str], None]
 Made = Controller | Callable[[Wind], Controller]
 
 SPEED, SHEAR = 20.0, 0.2
@@ -158,20 +158,10 @@ class Runs:
 
 
 def run_all(
-    setup: Setup,
-    *,
-    workers: int | None = None,
-    progress: Progress = lambda share, what: None,
-    partly: Callable[[Runs], object] = lambda runs: None,
+    *, quick: bool, workers: int | None, progress: Progress, partly: Callable[[Runs], object], parts: Sequence[str]
 ) -> Runs:
-    """Simulate everything.
-
-    Args:
-      setup: how much.
-      workers: threads.
-      progress: called with the share that is done and what is under way.
-      partly: called when the paper's own runs are done, with the others as cells that are lost.
-    """
+    """Simulate everything; ``partly`` sees the paper's own runs when they are done, with the others lost."""
+    setup = QUICK if quick else Setup()
     n, few = len(setup.seeds), len(setup.study_seeds)
     candidates = len(SHARES_1P) * len(SHARES_2P) + 1
     sizes = [candidates * min(n, len(TUNING_SEEDS)), len(PARTS) * n, (len(PARTS) + len(RIVALS) + 3) * n]

@@ -33,9 +33,9 @@ from meltemi_papers.palanimuthu2022.machine import (
     rotor,
     turbine,
 )
+from meltemi_papers.study import Progress, told
 
 Float = NDArray[np.float64]
-Progress = Callable[[float, str], None]
 
 INTERVAL = 100.0
 """[s] of a step in Figures 6 and 7."""
@@ -227,7 +227,7 @@ def humidity_cases() -> list[BatchCase]:
     ]
 
 
-def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Runs:
+def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     """Simulate everything but what lies beyond the paper."""
     variants: dict[str, tuple[str, float, float, ModelOptions | None]] = {
         PLAIN: (FORMULA, 0.0, PHYSICAL, None),
@@ -267,7 +267,7 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
         for scheme in SCHEMES
     }
     cases = [*steps, *moist, *climate.values(), *limited.values()]
-    found = cells(cases, workers=workers, progress=lambda share: progress(share, "simulations"))
+    found = cells(cases, workers=workers, progress=told(progress, "simulations"))
     at = iter(found)
     temperature = {
         name: Steps(model, humidity, inertia, {"i": next(at), "ii": next(at)}, paper.TEMPERATURES, INTERVAL)

@@ -1,40 +1,41 @@
-"""Everything on one page and in files: claims, figures, diagrams, what lies beyond."""
+"""What the page says: claims, Table 2, figures, diagrams, and what lies beyond."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from meltemi.report.html import Picture, Section, Table, write_page
+from meltemi.report.html import Table
 from meltemi.report.state_diagram import plot_states
-from meltemi.studies.journal import Lost, guarded, journal
-from meltemi_papers.claim import Claim, brief, claims_table, count_held
-from meltemi_papers.markdown import alone, documented, picture_line, table_lines
-from meltemi_papers.study import Drawn, Reproduction, drawn, failed_tables, picture, tabled, write_tables
+from meltemi.studies.journal import Lost, guarded
+from meltemi_papers.claim import brief, claims_table, count_held, reason_lines
+from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, span, tabled
 from meltemi_papers.wang2021 import figures
 from meltemi_papers.wang2021.beyond import report as beyond
 from meltemi_papers.wang2021.beyond.report import Beyond
 from meltemi_papers.wang2021.claims import REASONS, claims
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, SHORT, STOP, peaks
-from meltemi_papers.wang2021.runs import QUICK, Progress, Runs, Setup, run_all
+from meltemi_papers.wang2021.runs import QUICK, Runs, Setup, run_all
 from meltemi_papers.wang2021.table2 import MOMENT, POWER
 from meltemi_papers.wang2021.winds import measured
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-HERE = Path(__file__).parent
-TITLE = "Wang et al. (2021): derate and look again instead of shutting down, reproduced"
-SOURCE = (
-    "Wang, Y., Cai, Y., Xu, Z., Li, J. (2021): yaw error strategy of a wind turbine by multibody dynamics. "
-    "Frontiers in Energy Research 9, 711927."
-)
 SHARE = 0.6
 """Of the time that the paper's part takes."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """The paper's runs, and those beyond it."""
+
+    runs: Runs
+    more: Beyond
+
 
 FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
     "table2": (
@@ -65,72 +66,14 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
 }
 
 
-def reproduce(
-    out: Path, *, quick: bool = False, workers: int | None = None, progress: Progress = lambda share, what: None
-) -> Reproduction:
-    """Run everything and write it.
-
-    Args:
-      out: folder for page, tables and figures; it must exist.
-      quick: few and short runs: a look, nothing to judge by.
-      workers: threads.
-      progress: called with the share that is done and what is under way.
-    """
-    began = time.perf_counter()
-    with journal(out, f"wang2021, quick {quick}", "meltemi_papers") as book:
-        runs = run_all(
-            QUICK if quick else Setup(),
-            workers=workers,
-            progress=lambda share, what: progress(SHARE * share, what),
-        )
-        later: Any = Lost("not run yet")
-        _write(out, runs, Beyond(later, later, later), time.perf_counter() - began)
-        more = beyond.study(
-            runs, workers=workers, progress=lambda share, what: progress(SHARE + (1.0 - SHARE) * share, what)
-        )
-        return replace(_write(out, runs, more, time.perf_counter() - began), **book.problems())
-
-
-def _write(out: Path, runs: Runs, more: Beyond, seconds: float) -> Reproduction:
-    """Page, tables and figures of what was run so far."""
-    pictures = {name: drawn(name, text, partial(draw, runs), out) for name, (text, draw) in FIGURES.items()}
-    pictures["beyond"] = drawn("beyond", "Derate or stop: one page to act on", lambda: beyond.page(more), out)
-    files = [file for _, file in pictures.values() if file]
-    found = claims(runs)
-    loads = tabled("Loads of the strategies", lambda: loads_table(runs))
-    tables = {
-        "claims": ("Claim by claim", [claims_table(found)]),
-        "table2": ("Table 2", [tabled("Table 2 of the paper and ours", lambda: bins_table(runs))]),
-        "strategies": ("Loads of the strategies", [loads, tabled("The log", lambda: log_table(runs))]),
-        **beyond.tables(more),
-        **failed_tables(),
-    }
-    files += write_tables(tables, out)
-    if not isinstance(more.grid, Lost):
-        more.grid.rows.to_csv(out / "grid.csv", index=False, float_format="%.6g")
-        files.append(out / "grid.csv")
-    text = markdown(found, tables, pictures, beyond.verdict(more))
-    path = out / "wang2021.md"
-    path.write_text(alone(text), encoding="utf-8")
-    files.append(path)
-    sections = []
-    for name, (heading, made) in tables.items():
-        content: list[str | Table | Picture] = list(made)
-        if name == "claims":
-            content += [f"{key}: {words}" for key, words in REASONS.items()]
-        if name == "beyond":
-            content += [picture(*pictures["beyond"]), beyond.verdict(more)]
-        sections.append(Section(heading, content))
-    own = [picture(*pair) for name, pair in pictures.items() if name != "beyond"]
-    sections.append(Section("The paper's figures", own))
-    facts = [
-        ("turbines", ", ".join(turbine.name for turbine in runs.turbines)),
-        ("calibration", guarded(partial(calibration_words, runs), str)),
-        ("seeds", ", ".join(str(seed) for seed in runs.setup.seeds)),
-        ("computed in", f"{seconds:.0f} s"),
-    ]
-    files.append(write_page(out / "wang2021.html", TITLE, sections, facts=facts, lead=lead(found), footer=SOURCE))
-    return Reproduction([brief(claims_table(found)), loads], lead(found), files, documented(text, "wang2021"))
+def run(
+    *, quick: bool, workers: int | None, progress: Progress, partly: Callable[[Found], object], parts: Sequence[str]
+) -> Found:
+    """Simulate everything; ``partly`` sees the paper's own runs when they are done, with the others lost."""
+    runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, SHARE))
+    later: Any = Lost("not run yet")
+    partly(Found(runs, Beyond(later, later, later)))
+    return Found(runs, beyond.study(runs, workers=workers, progress=span(progress, SHARE, 1.0 - SHARE)))
 
 
 def calibration_words(runs: Runs) -> str:
@@ -182,23 +125,41 @@ def log_table(runs: Runs) -> Table:
     return Table(["strategy", "time [s]", "transition", "reason"], rows, "The supervisor's log", text_columns=4)
 
 
-def lead(found: list[Claim]) -> str:
-    """The result in a sentence."""
-    return f"{count_held(found)} " + (HERE / "lead.md").read_text(encoding="utf-8").strip()
+def contents(found: Found, out: Path, draw: Draw) -> Contents:
+    """Chapters, and what stands at the top."""
+    runs, more = found.runs, found.more
+    lines = claims(runs)
+    table = claims_table(lines)
+    loads = tabled("Loads of the strategies", lambda: loads_table(runs))
+    files = []
+    if not isinstance(more.grid, Lost):
+        files.append(out / "grid.csv")
+        more.grid.rows.to_csv(files[0], index=False, float_format="%.6g")
+    return Contents(
+        lead=f"{count_held(lines)} {STUDY.text('lead.md').strip()}",
+        chapters={
+            "claims": Chapter("Claim by claim", [table, *reason_lines(REASONS)]),
+            "table2": Chapter("Table 2", [tabled("Table 2 of the paper and ours", lambda: bins_table(runs))]),
+            "strategies": Chapter("Loads of the strategies", [loads, tabled("The log", lambda: log_table(runs))]),
+            "beyond": beyond.chapter(more, draw),
+        },
+        facts=[
+            ("turbines", ", ".join(turbine.name for turbine in runs.turbines)),
+            ("calibration", guarded(partial(calibration_words, runs), str)),
+            ("seeds", ", ".join(str(seed) for seed in runs.setup.seeds)),
+        ],
+        shown=[brief(table), loads],
+        files=files,
+    )
 
 
-def markdown(found: list[Claim], tables: dict[str, tuple[str, list[Table]]], pictures: Drawn, verdict: str) -> str:
-    """Tables and figures for the documentation."""
-    parts = [(HERE / "before.md").read_text(encoding="utf-8"), lead(found), ""]
-    for name, (heading, made) in tables.items():
-        parts += [f"## {heading}", ""]
-        if name == "beyond":
-            parts += [verdict, "", picture_line(*pictures["beyond"]), ""]
-        for table in made:
-            parts += [*table_lines(table), ""]
-        if name == "claims":
-            parts += [f"*{key}:* {words}\n" for key, words in REASONS.items()]
-    parts += ["## The paper's figures", ""]
-    parts += [f"{picture_line(*pair)}\n" for name, pair in pictures.items() if name != "beyond"]
-    parts.append((HERE / "after.md").read_text(encoding="utf-8"))
-    return "\n".join(parts)
+STUDY = Study(
+    name="wang2021",
+    title="Wang et al. (2021): derate and look again instead of shutting down, reproduced",
+    source="Wang, Y., Cai, Y., Xu, Z., Li, J. (2021): yaw error strategy of a wind turbine by multibody dynamics. "
+    "Frontiers in Energy Research 9, 711927.",
+    run=run,
+    runs=lambda found: found.runs,
+    figures=FIGURES,
+    contents=contents,
+)

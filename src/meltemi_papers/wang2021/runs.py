@@ -19,6 +19,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.start import Start
 from meltemi.studies.journal import Lost, attempt, cells
 from meltemi.turbine.definition import Turbine
+from meltemi_papers.study import Progress, span, told
 from meltemi_papers.wang2021 import winds
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, SHORT, STOP, Gust
 from meltemi_papers.wang2021.loads import CHANNELS
@@ -30,8 +31,6 @@ from meltemi_papers.wang2021.machines import (
     studied_turbine,
 )
 from meltemi_papers.wang2021.table2 import Calibration, Table2, calibrate, simulate_bins
-
-Progress = Callable[[float, str], None]
 
 AS_SCALED, CALIBRATED = "as scaled", "calibrated"
 YAW_RATE = float(np.radians(0.5))
@@ -90,12 +89,9 @@ class Runs:
     gust: Gust
 
 
-def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Runs:
+def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     """Simulate everything but what lies beyond the paper."""
     turbine, studied = measured_turbine(), studied_turbine(YAW_RATE)
-
-    def told(begin: float, end: float, what: str) -> Callable[[float], None]:
-        return lambda share: progress(begin + (end - begin) * share, what)
 
     calibration = attempt(
         "calibration",
@@ -104,7 +100,7 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
         setup.seeds,
         period=setup.period,
         workers=workers,
-        progress=told(0.0, 0.25, "calibration"),
+        progress=told(span(progress, 0.0, 0.25), "calibration"),
     )
     tables = {}
     for i, (name, each) in enumerate(((AS_SCALED, Calibration()), (CALIBRATED, calibration))):
@@ -117,11 +113,12 @@ def run_all(setup: Setup, *, workers: int | None = None, progress: Progress = la
             setup.seeds,
             period=setup.period,
             workers=workers,
-            progress=told(0.25 + 0.3 * i, 0.55 + 0.3 * i, f"Table 2, {name}"),
+            progress=told(span(progress, 0.25 + 0.3 * i, 0.3), f"Table 2, {name}"),
         )
-    both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, told(0.85, 0.97, "V1 and V2"))
+    tell = told(span(progress, 0.85, 0.12), "V1 and V2")
+    both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, tell)
     one, two = (both, both) if isinstance(both, Lost) else both
-    gust = attempt("gust", run_gust, studied, workers, told(0.97, 1.0, "gust with direction change"))
+    gust = attempt("gust", run_gust, studied, workers, told(span(progress, 0.97, 0.03), "gust with direction change"))
     return Runs(setup, (turbine, studied), calibration, tables, one, two, gust)
 
 

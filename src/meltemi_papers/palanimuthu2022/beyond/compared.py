@@ -9,8 +9,8 @@ from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
 from meltemi.simulation.result import Result
 from meltemi.studies.journal import Lost, LostError, cells
+from meltemi_papers.study import Progress
 
-Progress = Callable[[float, str], None]
 Question = TypeVar("Question")
 
 

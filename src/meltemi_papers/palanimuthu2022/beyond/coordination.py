@@ -9,7 +9,7 @@ three hours.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -44,13 +44,13 @@ from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.field import generate_field
 from meltemi_papers.palanimuthu2022.beyond.compared import compared
 from meltemi_papers.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER, TURBINE, slow_base
+from meltemi_papers.study import Chapter, Draw, Progress, answered
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
-Progress = Callable[[float, str], None]
 
 MEANDER, MEANDER_TIME = 0.6, 1200.0
 """[m/s], [s]."""
@@ -257,7 +257,15 @@ def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda 
     return run_candidates(turbine, QUICK if runs.setup.quick else Setup(), workers=workers, progress=progress)
 
 
-def tables(found: Tables) -> dict[str, tuple[str, list[Table]]]:
+def chapter(found: Tables, draw: Draw) -> Chapter:
+    """Which coordination wins."""
+    words = "Coordination on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; bars: 95 % intervals"
+    figure = draw("coordination_changes", words, lambda: coordination_figure(found))
+    heading = "Beyond the paper: which coordination wins"
+    return answered(heading, lambda: verdict(found), [figure], lambda: tables(found))
+
+
+def tables(found: Tables) -> list[Table]:
     """One table for each level."""
     made = []
     for level, ensemble in found.items():
@@ -265,13 +273,7 @@ def tables(found: Tables) -> dict[str, tuple[str, list[Table]]]:
         base, *others = ensemble.schemes
         caption = f"{100.0 * level:.0f} % of rated power asked for; changes in percent with 95 % intervals."
         made.append(Table(["quantity", "unit", base, *others], rows, caption=caption, text_columns=2))
-    return {"coordination": ("Beyond the paper: which coordination wins", made)}
-
-
-def figures(found: Tables) -> dict[str, tuple[str, Figure]]:
-    """By file name: caption and figure."""
-    words = "Coordination on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; bars: 95 % intervals"
-    return {"coordination_changes": (words, coordination_figure(found))}
+    return made
 
 
 def _pitch_of_each_blade(table: EnsembleTable) -> str:

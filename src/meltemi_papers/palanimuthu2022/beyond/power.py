@@ -10,7 +10,7 @@ tenth of rated power either way; a turbine that is to give full power can only f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -39,12 +39,12 @@ from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
 from meltemi_papers.palanimuthu2022.beyond.compared import compared
+from meltemi_papers.study import Chapter, Draw, Progress, answered
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
-Progress = Callable[[float, str], None]
 
 TURBINE = "iea22mw"
 BASE_SPEED = 0.864
@@ -221,7 +221,15 @@ def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda 
     return run_schemes(turbine, QUICK if runs.setup.quick else Setup(), workers=workers, progress=progress)
 
 
-def tables(found: Tables) -> dict[str, tuple[str, list[Table]]]:
+def chapter(found: Tables, draw: Draw) -> Chapter:
+    """What the schemes cost."""
+    words = "Cost of the schemes on an aeroelastic 22 MW turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
+    figure = draw("power_costs", words, lambda: costs_figure(found))
+    heading = "Beyond the paper: what each scheme of limited power costs"
+    return answered(heading, lambda: verdict(found), [figure], lambda: tables(found))
+
+
+def tables(found: Tables) -> list[Table]:
     """One table for a steady and one for a moving reference."""
     made = []
     for signal, words in ((STEADY, "A steady reference"), (FOLLOWING, "A reference that follows a regulation signal")):
@@ -233,13 +241,7 @@ def tables(found: Tables) -> dict[str, tuple[str, list[Table]]]:
         names = next(iter(found.values())).schemes
         head = ["asked for", "quantity", "unit", names[0], *(f"{name} against {names[0]}, %" for name in names[1:])]
         made.append(Table(head, rows, caption=f"{words}; changes seed by seed with 95 % intervals.", text_columns=3))
-    return {"power": ("Beyond the paper: what each scheme of limited power costs", made)}
-
-
-def figures(found: Tables) -> dict[str, tuple[str, Figure]]:
-    """By file name: caption and figure."""
-    words = "Cost of the schemes on an aeroelastic 22 MW turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
-    return {"power_costs": (words, costs_figure(found))}
+    return made
 
 
 def span(found: Tables, quantity: str, scheme: str) -> str:

@@ -13,14 +13,13 @@ from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.model import build
-from meltemi.studies.journal import Lost, attempt, guarded
-from meltemi_papers.claim import UNJUDGED
-from meltemi_papers.study import tabled
+from meltemi.studies.journal import Lost, attempt
+from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
 from meltemi_papers.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid
 from meltemi_papers.wang2021.beyond.limits import JUDGED, Limits, find_limits
 from meltemi_papers.wang2021.beyond.year import Year, a_year, power_curve
 from meltemi_papers.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
-from meltemi_papers.wang2021.runs import Progress, Runs
+from meltemi_papers.wang2021.runs import Runs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,7 +58,7 @@ def study(runs: Runs, *, workers: int | None, progress: Progress) -> Beyond:
         fixed,
         runs.setup.limit_seeds,
         workers=workers,
-        progress=lambda share: progress(0.15 * share, "loads at yaw errors"),
+        progress=told(span(progress, 0.0, 0.15), "loads at yaw errors"),
         **few,
     )
     ours = attempt("base points", lambda: limits.base_points)
@@ -70,7 +69,7 @@ def study(runs: Runs, *, workers: int | None, progress: Progress) -> Beyond:
         QUICK if quick else Grid(),
         None if isinstance(ours, Lost) else ours,
         workers=workers,
-        progress=lambda share: progress(0.15 + 0.8 * share, "gusts"),
+        progress=told(span(progress, 0.15, 0.8), "gusts"),
     )
     progress(0.95, "a year of wind")
     curve = attempt("power curve", power_curve, fixed)
@@ -178,20 +177,20 @@ def year_table(years: tuple[Year, ...]) -> Table:
     return Table(head, rows, "A year of wind", text_columns=2, note=note)
 
 
-def tables(found: Beyond) -> dict[str, tuple[str, list[Table]]]:
-    """By file name: heading and tables."""
-    return {
-        "beyond": (
-            "Beyond the paper: what an owner would do",
-            [
-                tabled("What the strategies cost", lambda: costs_table(found.grid)),
-                tabled("Extremes of derating over those of stopping", lambda: better(found.grid)),
-                tabled("Derated, and stopped all the same", lambda: recheck_table(found.grid)),
-                tabled("Base points", lambda: limits_table(found.limits)),
-                tabled("A year of wind", lambda: year_table(found.years)),
-            ],
-        )
-    }
+def chapter(found: Beyond, draw: Draw) -> Chapter:
+    """Verdict, the page to act on, tables."""
+    return Chapter(
+        "Beyond the paper: what an owner would do",
+        [
+            worded(partial(verdict, found), "What to do"),
+            draw("beyond", "Derate or stop: one page to act on", lambda: page(found)),
+            tabled("What the strategies cost", lambda: costs_table(found.grid)),
+            tabled("Extremes of derating over those of stopping", lambda: better(found.grid)),
+            tabled("Derated, and stopped all the same", lambda: recheck_table(found.grid)),
+            tabled("Base points", lambda: limits_table(found.limits)),
+            tabled("A year of wind", lambda: year_table(found.years)),
+        ],
+    )
 
 
 def _heat(ax: Axes, x: Float, y: Float, values: Float, title: str, *, text: str, low: float, high: float) -> None:
@@ -311,10 +310,6 @@ def better(grid: Found) -> Table:
 
 def verdict(found: Beyond) -> str:
     """What to do, in words, from the numbers."""
-    return guarded(partial(_verdict, found), lambda why: f"What to do {UNJUDGED}{why}.")
-
-
-def _verdict(found: Beyond) -> str:
     some = longest(found.grid)
     share = 100.0 * some.groupby("strategy")["stops"].mean()
     gains = mean_gains(some, f"{YAW_BENDING}, extreme")

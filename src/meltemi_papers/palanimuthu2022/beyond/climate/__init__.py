@@ -6,7 +6,5 @@ of a climate; ``report`` and ``review`` say it in tables, a figure and words.
 
 from __future__ import annotations
 
-from meltemi_papers.palanimuthu2022.beyond.climate.report import figures as figures
-from meltemi_papers.palanimuthu2022.beyond.climate.report import tables as tables
-from meltemi_papers.palanimuthu2022.beyond.climate.review import verdict as verdict
+from meltemi_papers.palanimuthu2022.beyond.climate.report import chapter as chapter
 from meltemi_papers.palanimuthu2022.beyond.climate.year import study as study

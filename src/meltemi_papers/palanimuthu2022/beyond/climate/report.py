@@ -27,9 +27,11 @@ from meltemi_papers.palanimuthu2022.beyond.climate.review import (
     review_table,
     said,
     share,
+    verdict,
     words,
 )
 from meltemi_papers.palanimuthu2022.beyond.climate.year import SHED_SHARE, STEPS, Found
+from meltemi_papers.study import Chapter, Draw, answered
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -122,14 +124,23 @@ def scenario_table(found: Found) -> Table:
     return Table(head, rows, "Scenarios", note=note)
 
 
-def tables(found: Found) -> dict[str, tuple[str, list[Table]]]:
-    """By file name: heading and tables."""
-    made = [energy_table(found), review_table(found), load_table(found), scenario_table(found)]
-    return {"climate": ("Beyond the paper: a year in three climates", made)}
+def chapter(found: Found, draw: Draw) -> Chapter:
+    """A year in three climates."""
+    caption = (
+        "A year in three climates: what the turbine does, the air, and what weather adds; bars with 95 % intervals"
+    )
+    figure = draw("climate", caption, lambda: years_figure(found))
+    heading = "Beyond the paper: a year in three climates"
+    return answered(heading, lambda: verdict(found), [figure], lambda: tables(found))
 
 
-def figures(found: Found) -> dict[str, tuple[str, Figure]]:
-    """By file name: caption and figure."""
+def tables(found: Found) -> list[Table]:
+    """Energy, the review beside it, loads, scenarios."""
+    return [energy_table(found), review_table(found), load_table(found), scenario_table(found)]
+
+
+def years_figure(found: Found) -> Figure:
+    """What the turbine does, the air, and what weather adds."""
     figure, axes = new_figure(2, 3, size=(15.0, 8.2), share=False)
     response = found.response
     _over_speed(axes[0, 0], found, response.power, {name: response.states[name].power for name in (ICED, SHED)}, 1e6)
@@ -155,10 +166,7 @@ def figures(found: Found) -> dict[str, tuple[str, Figure]]:
     }
     _bars(axes[1, 2], loads)
     panel(axes[1, 2], "what air, rain and ice do to the year's equivalent loads", "%")
-    caption = (
-        "A year in three climates: what the turbine does, the air, and what weather adds; bars with 95 % intervals"
-    )
-    return {"climate": (caption, figure)}
+    return figure
 
 
 def _over_speed(ax: Axes, found: Found, clean: Float, iced: dict[str, Float], unit: float) -> None:

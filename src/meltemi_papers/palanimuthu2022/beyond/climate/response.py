@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,9 +21,9 @@ from meltemi.turbine.icing import Icing, with_ice
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
 from meltemi_papers.palanimuthu2022.beyond.power import FAST
+from meltemi_papers.study import Progress
 
 Float = NDArray[np.float64]
-Progress = Callable[[float, str], None]
 
 ROOT, IN_PLANE = "root_moment_out_of_plane_1", "root_moment_in_plane_1"
 TOWER, SIDE = "tower_base_moment_fore_aft", "tower_base_moment_side_side"

@@ -30,12 +30,12 @@ from meltemi_papers.palanimuthu2022.beyond.climate.response import (
     SHED,
     SLOPES,
     WET,
-    Progress,
     Response,
     Setup,
     respond,
 )
 from meltemi_papers.palanimuthu2022.rain_drops import rain_loads
+from meltemi_papers.study import Progress
 
 Float = NDArray[np.float64]
 
