@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import csv
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from meltemi.report.html import Table
 from meltemi.studies.journal import guarded
@@ -32,11 +35,43 @@ class Claim:
     tolerance: str = ""
 
 
+def listed(values: Iterable[float], form: str = "g") -> str:
+    """Numbers with commas."""
+    return ", ".join(format(x, form) for x in values)
+
+
 def holds(ok: bool, otherwise: str = "differs") -> str:
     """The verdict."""
     return "holds" if ok else otherwise
 
 
+def claims_of(study: str) -> Callable[..., Claim]:
+    """The paper's claims, as ``claims.csv`` in the folder of a study states them.
+
+    They are called with a key, ours, the verdict and words. A verdict is whether it holds, or in words how it differs;
+    words stand for what is in braces in the file.
+    """
+    stated = rows_of(study, "claims.csv")
+
+    def claim(key: str, ours: str, verdict: object, **words: object) -> Claim:
+        found = verdict if isinstance(verdict, str) else holds(bool(verdict))
+        return Claim(ours=ours, verdict=found, **{name: text.format(**words) for name, text in stated[key].items()})
+
+    return claim
+
+
+def rows_of(study: str, name: str) -> dict[str, dict[str, str]]:
+    """Rows of a table in the folder of a study, by their column ``key``."""
+    with (HERE / study / name).open(newline="", encoding="utf-8") as file:
+        return {row.pop("key"): row for row in csv.DictReader(file)}
+
+
+def reasons_of(study: str) -> dict[str, str]:
+    """Why numbers differ, by key: the paragraphs of ``reasons.md`` in the folder of a study."""
+    return dict(re.findall(r"^\*(.+?):\* (.+)$", (HERE / study / "reasons.md").read_text(encoding="utf-8"), re.M))
+
+
+HERE = Path(__file__).parent
 UNJUDGED = "cannot be judged: "
 """How a verdict begins that depends on a cell that failed."""
 

@@ -47,12 +47,7 @@ def reproduce(
         page = import_module(f"meltemi_papers.{study}.page")
         with progress_bar(study) as progress:
             found = skeleton.reproduce(
-                page.STUDY,
-                out,
-                quick=quick,
-                workers=workers,
-                progress=lambda share, what: progress(share),
-                parts=parts,
+                page.STUDY, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
             )
     for table in found.tables:
         print_table(table.caption, table.head, table.rows, text_columns=len(table.head))

@@ -261,8 +261,7 @@ def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: fl
         }
     )
     start = Start(
-        rotor_speed=SPEED,
-        coordinates={"tower 1st fore-aft": 0.3, "blade 1 1st flap": 1.0, "blade 2 1st edge": 0.3},
+        rotor_speed=SPEED, coordinates={"tower 1st fore-aft": 0.3, "blade 1 1st flap": 1.0, "blade 2 1st edge": 0.3}
     )
     model = build(free, options).with_parameters(**{"aerodynamics.air_density": 0.0})
     duration = round(100 * TURN / SPEED)

@@ -18,34 +18,13 @@ from meltemi.postprocess.spectra import decibels, peak
 from meltemi.simulation.result import Result
 from meltemi.studies.compare import WHOLE, Comparison
 from meltemi.studies.journal import guarded
-from meltemi_papers.claim import UNJUDGED
+from meltemi_papers.claim import UNJUDGED, reasons_of
 from meltemi_papers.he2018.runs import PAPER, Runs
 
 Float = NDArray[np.float64]
 
 PEAK_WIDTH = 0.04
 """[Hz] half-width in which a peak is sought: twice the resolution of the spectra."""
-
-_REASONS = {
-    "means": "Integral action on the tilt and yaw part of the blades' moments takes their means to zero.",
-    "hub": (
-        "The paper gives no sensor for Mtilt and Myaw; ours are the sums of the blades' root moments on the hub. The "
-        "turbulence that is left is the part of 0P and 3P in fixed coordinates, which 2P flaps reach and 1P does not."
-    ),
-    "gravity": "In the plane of the rotor gravity makes most of the load; pitch cannot change it.",
-    "2P": (
-        "Removal 'completely' is what a picture shows; an integrator removes the tone at 2P and the eddies within its "
-        "bandwidth. With the length scale of edition 2 (half that of edition 3) more of the energy at 2P lies outside."
-    ),
-    "extremes": (
-        "At a slope of 10 the largest cycles make the DEL; they are single gusts, which act at all frequencies. It "
-        "scatters more than the deviation, from seed to seed and most of all in a minute."
-    ),
-    "duty": (
-        "The feed-forward asks for 3.4 deg of 1P, almost twice what the load from shear needs; the feedback takes the "
-        "rest back. The amplitude is the mean over the time; turbulence adds to it from moment to moment."
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -365,13 +344,7 @@ def reasons(runs: Runs) -> dict[str, str]:
         held[reading] = 100.0 * (1.0 - float(np.mean(left**2)))
     shares = " and ".join(f"{share:.0f} % ({reading})" for reading, share in held.items())
     asked = 100.0 * (1.0 - (1.0 - 0.553) ** 2)
-    ceiling = (
-        "Below the paper's figure because of the ceiling: what is not at 1P or 2P no such controller can reach. A "
-        f"change of the standard deviation by -55.3 % means that {asked:.0f} % of the variance is gone; the bands of "
-        f"1P and 2P hold {shares} of it. The paper's figures need a wind with less turbulence, see the study of winds, "
-        "or a lucky minute, see the minutes."
-    )
-    return {"ceiling": ceiling, **_REASONS}
+    return {key: words.format(asked=asked, shares=shares) for key, words in reasons_of("he2018").items()}
 
 
 def minutes(runs: Runs, scheme: str, length: float = 60.0, every: float = 10.0) -> Float:

@@ -22,17 +22,7 @@ from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.he2018.claims import change, percent
-from meltemi_papers.he2018.runs import (
-    CLASS_B,
-    PAPER,
-    READINGS,
-    SPEED,
-    Bench,
-    Setup,
-    bench,
-    paper_turbine,
-    wind_of,
-)
+from meltemi_papers.he2018.runs import CLASS_B, PAPER, READINGS, SPEED, Bench, Setup, bench, paper_turbine, wind_of
 from meltemi_papers.markdown import table_lines
 from meltemi_papers.study import Progress
 

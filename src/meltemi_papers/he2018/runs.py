@@ -32,10 +32,7 @@ SPEED, SHEAR = 20.0, 0.2
 PAPER = "100-160 s"
 """Name of the window in which the paper discusses its figures."""
 EDITION_2, CLASS_B = "ed. 2, TI 14 %", "NTM class B, 14.4 %"
-READINGS: Mapping[str, dict[str, Any]] = {
-    EDITION_2: {"edition": 2, "intensity": 0.14},
-    CLASS_B: {"wind_class": "IIB"},
-}
+READINGS: Mapping[str, dict[str, Any]] = {EDITION_2: {"edition": 2, "intensity": 0.14}, CLASS_B: {"wind_class": "IIB"}}
 """Two ways to read the paper's wind: an intensity of 0.14, or the class whose I_ref is 0.14."""
 PARTS = ("cpc", "ipc", "cpfc", "feedforward", "feedback", "flaps")
 RIVALS = ("ipc2", "flaps12", "cpfc12")

@@ -143,13 +143,7 @@ def coordination_parts() -> tuple[dict[str, Block], list[Wire]]:
         Wire("wind.left", "yaw.left", "vane", via=((-0.25, 3.1), (-0.25, 0.3)), place=0.3),
         Wire("actuator.top", "rotor.bottom", "$\\beta$"),
         Wire("yaw.top", "drive.bottom", "rate", place=0.7),
-        Wire(
-            "rotor.bottom-0.5",
-            "ipc.left",
-            "root\nmoments",
-            via=((2.9, 2.65), (1.85, 2.65), (1.85, 0.3)),
-            place=0.45,
-        ),
+        Wire("rotor.bottom-0.5", "ipc.left", "root\nmoments", via=((2.9, 2.65), (1.85, 2.65), (1.85, 0.3)), place=0.45),
         Wire("ipc.top", "actuator.bottom-0.4", via=((2.75, 0.95), (3.0, 0.95))),
         Wire("pitch.top", "actuator.bottom+0.4", "$\\beta^*$", via=((4.5, 0.95), (3.8, 0.95)), place=0.5),
         Wire("scheme.left", "pitch.right", "$\\omega_u$"),
@@ -162,12 +156,7 @@ def coordination_parts() -> tuple[dict[str, Block], list[Wire]]:
         Wire((6.9, 1.0), "torque.top-0.6", via=((8.7, 1.0),)),
         Wire("grid.bottom", "order.right", "$P_{ref}$, $f_g$", via=((13.75, 0.3),), place=0.35),
         Wire("order.bottom", "scheme.bottom", via=((11.9, -0.3), (6.9, -0.3))),
-        Wire(
-            "scheme.bottom-0.4",
-            "yaw.bottom",
-            "power to spare widens the dead band",
-            via=((6.5, -0.3), (0.8, -0.3)),
-        ),
+        Wire("scheme.bottom-0.4", "yaw.bottom", "power to spare widens the dead band", via=((6.5, -0.3), (0.8, -0.3))),
     ]
     return blocks, wires
 

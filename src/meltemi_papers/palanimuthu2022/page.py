@@ -55,15 +55,9 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
         "Figure 6: optimal torque while the temperature falls in steps",
         run_figures.temperature_steps,
     ),
-    "fig07_humidity_steps": (
-        "Figure 7: optimal torque while the humidity rises in steps",
-        run_figures.humidity_steps,
-    ),
+    "fig07_humidity_steps": ("Figure 7: optimal torque while the humidity rises in steps", run_figures.humidity_steps),
     "fig08_drops": ("Figure 8: drops of the eight classes of rain", lambda runs: rain.drops()),
-    "fig09_wetted_area": (
-        "Figure 9: wetted area over speed; dots: smallest, by (13)",
-        lambda runs: rain.wetted(),
-    ),
+    "fig09_wetted_area": ("Figure 9: wetted area over speed; dots: smallest, by (13)", lambda runs: rain.wetted()),
     "fig10_rain_wind": ("Figure 10: power over wind at constant rotor speeds", lambda runs: rain_power.over_wind()),
     "fig11_rain_speed": (
         "Figure 11: power over rotor speed by wind, and the loci of the best points",
@@ -82,10 +76,7 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
     ),
     "fig17_rated_speed": ("Figure 17: pitch from rated speed on (A1)", plane.rated_speed),
     "fig18_hold": ("Figure 18: pitch held between the speeds (A2)", plane.hold),
-    "fig19_wide_hold": (
-        "Figure 19: pitch held down to the speed that suits it (A3)",
-        plane.wide_hold,
-    ),
+    "fig19_wide_hold": ("Figure 19: pitch held down to the speed that suits it (A3)", plane.wide_hold),
     "fig20_climates": ("Figure 20: two climates", run_figures.climates),
     "fig21_limited_power": ("Figure 21: 15 MW under four schemes", run_figures.limited),
 }

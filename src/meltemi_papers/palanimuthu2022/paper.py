@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from meltemi_papers.claim import claims_of
+
+claim = claims_of("palanimuthu2022")
 RADIUS = 138.0
 """[m] Table 1."""
 TIP_SPEED_RATIO, POWER_COEFFICIENT = 9.5085, 0.48

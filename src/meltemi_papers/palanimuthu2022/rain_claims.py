@@ -12,9 +12,10 @@ from meltemi.environment.rain import Rain
 from meltemi.environment.site import Environment
 from meltemi.simulation.engines import build
 from meltemi.simulation.power.point import power_point
-from meltemi_papers.claim import Claim, holds
+from meltemi_papers.claim import Claim
 from meltemi_papers.palanimuthu2022.figures.rain_power import STORM
 from meltemi_papers.palanimuthu2022.machine import BLADES, turbine
+from meltemi_papers.palanimuthu2022.paper import claim
 
 WINDS, SPEEDS, PITCHES = (8.0, 10.0, 12.0), (0.45, 0.6, 0.75), (0.0, 4.0, 8.0)
 """[m/s], [rad/s], [deg]."""
@@ -48,29 +49,7 @@ def rain_claims() -> list[Claim]:
     sizes = np.array([rain_gaps(STORM.replace(diameter=d), [at])[at][1] / d**3 for d in SIZES])
     odd = [float(np.ptp(x) / x.mean()) for x in (cubes, sizes)]
     return [
-        Claim(
-            "with rain below without, at all winds, speeds and pitch angles",
-            "everywhere",
-            f"{'everywhere' if below else 'not everywhere'} ({len(storm)} points of operation)",
-            holds(below),
-            "Figs 10 to 13",
-        ),
-        Claim(
-            "gap over wind and drop size",
-            "in proportion to V³, d³ (of its equations)",
-            f"off by {100 * odd[0]:.2g} and {100 * odd[1]:.1g} %",
-            holds(max(odd) <= 0.01),
-            "Figs 10 to 13",
-            "itself",
-            "1 %",
-        ),
-        Claim(
-            "gap over rotor speed and pitch",
-            "independent of them (of its equations)",
-            f"{len(whole)} points: off by {100 * same:.1g} %",
-            holds(same <= 0.01),
-            "Figs 10 to 13",
-            "itself",
-            "1 %",
-        ),
+        claim("rain below", f"{'everywhere' if below else 'not everywhere'} ({len(storm)} points of operation)", below),
+        claim("gap over wind", f"off by {100 * odd[0]:.2g} and {100 * odd[1]:.1g} %", max(odd) <= 0.01),
+        claim("gap over speed", f"{len(whole)} points: off by {100 * same:.1g} %", same <= 0.01),
     ]

@@ -10,10 +10,11 @@ from meltemi.environment.site import STANDARD
 from meltemi.postprocess.ensemble import Estimate, mean_interval, travel
 from meltemi.report.html import Table
 from meltemi.simulation.result import Result
-from meltemi_papers.claim import Claim, claim_group, holds
+from meltemi_papers.claim import Claim, claim_group, listed
 from meltemi_papers.palanimuthu2022 import paper
 from meltemi_papers.palanimuthu2022.figure6 import kilo, temperature_claims
 from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
+from meltemi_papers.palanimuthu2022.paper import claim
 from meltemi_papers.palanimuthu2022.rain_claims import rain_claims
 from meltemi_papers.palanimuthu2022.runs import (
     COLD,
@@ -65,37 +66,19 @@ def _humidity(runs: Runs) -> list[Claim]:
     apart = max(float(np.abs(x - 1e3 * e).max()) for x, e in wins)
     wet, warm = (100.0 * float(a / b - 1.0) for a, b in ((air[-1], air[0]), (density(40.0), density(-10.0))))
     return [
-        Claim(
-            "power: case iii over ii over i, 0 to 100 %",
-            "case iii greater than i and ii; "
-            + "; ".join(
-                f"iii - {case} " + ", ".join(f"{x:g}" for x in e) for case, e in (("i", OVER_FIXED), ("ii", OVER_DRY))
-            )
-            + " kW (of its equations)",
+        claim(
+            "moist power",
             f"iii - i {kilo(three - one)} kW; iii - ii {kilo(three - two, 2)} kW",
-            holds(
-                bool(np.all(three - one > 0.0) and np.all(three[1:] > two[1:]) and np.all(two > one)) and apart <= 1e3
-            ),
-            "Fig. 7",
-            tolerance="1 kW; order strict",
+            bool(np.all(three - one > 0.0) and np.all(three[1:] > two[1:]) and np.all(two > one)) and apart <= 1e3,
+            fixed=listed(OVER_FIXED),
+            dry=listed(OVER_DRY),
         ),
-        Claim(
-            "power of the three cases against their closed forms",
-            "C_p/λ³ law (of its equations)",
-            f"largest difference {off * 1e-3:.3f} kW",
-            holds(off <= 1e3),
-            "Fig. 7",
-            tolerance="1 kW",
-        ),
-        Claim(
-            "humidity, 0 to 100 % at 35 °C",
-            "enormously impacts the density",
+        claim("moist closed form", f"largest difference {off * 1e-3:.3f} kW", off <= 1e3),
+        claim(
+            "moist impact",
             f"density {wet:+.1f} %, power {100 * (three[-1] / three[0] - 1):+.1f} %; -10 to 40 °C makes {warm:+.1f} %; "
             f"to know the humidity in the torque law wins {100 * (three[-1] / two[-1] - 1):.3f} %",
-            holds(abs(wet) >= abs(warm), "overstated"),
-            "Fig. 7",
-            "small",
-            "as much as temperature",
+            abs(wet) >= abs(warm) or "overstated",
         ),
     ]
 
@@ -118,36 +101,20 @@ def _climates(runs: Runs) -> list[Claim]:
     pitch = [float(np.degrees(r["pitch_1"][(r.time > 270.0) & (r.time < 300.0)].mean())) for r in (one, two)]
     begins = [float(r.time[np.argmax(np.degrees(r["pitch_1"]) > 0.5)]) for r in (one, two)]
     return [
-        Claim(
-            "P and T below rated, case ii against i",
-            f"{100 * (expected - 1):+.2f} % (of the density)",
+        claim(
+            "climate power",
             f"{power:+.2f}, {torque:+.2f} %",
-            holds(abs(power + 7.08) <= 0.3 and abs(torque + 7.08) <= 0.3),
-            "Fig. 20",
-            tolerance="0.3 points",
+            abs(power + 7.08) <= 0.3 and abs(torque + 7.08) <= 0.3,
+            change=100 * (expected - 1),
         ),
-        Claim(
-            "ω, λ, C_p below rated, case ii against i",
-            "equal",
-            f"{abs(speed):.3f}, {same[0]:.3f}, {same[1]:.3f} % apart",
-            holds(max(abs(speed), *same) <= 1.0),
-            "Fig. 20",
-            tolerance="1 %",
+        claim(
+            "climate ratios", f"{abs(speed):.3f}, {same[0]:.3f}, {same[1]:.3f} % apart", max(abs(speed), *same) <= 1.0
         ),
-        Claim(
-            "wind that would give 21.2 MW, of the runs' power at 9 m/s: cases i, ii",
-            "10.64, 10.91 m/s: x 1.0248 (of the density)",
-            f"{cold:.2f}, {hot:.2f} m/s: x {hot / cold:.4f}",
-            holds(abs(hot / cold / 1.0248 - 1.0) <= 0.01),
-            "Fig. 20",
-            tolerance="1 %",
-        ),
-        Claim(
-            "pitch in case ii: begins later and is lower (ramps, 12 m/s)",
-            "later, lower (expected of the density)",
+        claim("climate wind", f"{cold:.2f}, {hot:.2f} m/s: x {hot / cold:.4f}", abs(hot / cold / 1.0248 - 1.0) <= 0.01),
+        claim(
+            "climate pitch",
             f"at {begins[0]:.1f} and {begins[1]:.1f} s; {pitch[0]:.2f} and {pitch[1]:.2f}°",
-            holds(begins[1] > begins[0] and pitch[1] < pitch[0]),
-            "Fig. 20",
+            begins[1] > begins[0] and pitch[1] < pitch[0],
         ),
     ]
 
@@ -186,15 +153,13 @@ def range_of_speed(part: Result) -> Claim:
     low, high = rotor(BLADES).speed_for(paper.REFERENCE), paper.SPEED
     under, over = speeds.min() / low - 1.0, speeds.max() / high - 1.0
     beyond = float(np.sum(speeds > 1.01 * high) * (part.time[1] - part.time[0]))
-    return Claim(
-        "speed of A2 (case ii) while it limits, ramps",
-        f"between the optimum and rated: ω_l = {low:.3f} (of M3) and ω_r = {high:g} rad/s",
+    return claim(
+        "range of A2",
         f"{speeds.min():.3f} to {speeds.max():.3f} rad/s ({100 * under:+.1f}, {100 * over:+.1f} %); "
         f"{beyond:.1f} s more than 1 % above ω_r",
-        holds(bool(under >= -0.01 and over <= 0.01)),
-        "Fig. 21",
-        "overshoot",
-        "1 %",
+        under >= -0.01 and over <= 0.01,
+        low=low,
+        high=high,
     )
 
 
@@ -207,28 +172,26 @@ def _limited(runs: Runs) -> list[Claim]:
                 part = judged(result)
                 powers.append(float(part["generator_power"][part["wind_x"] > 9.6].mean()) / paper.REFERENCE - 1.0)
         found.append(
-            Claim(
-                f"power of {scheme} (case {case}) where the wind is above 9.6 m/s",
-                "15 MW",
+            claim(
+                "limited power",
                 f"{100 * min(powers):+.2f} to {100 * max(powers):+.2f} % ({len(powers)} winds)",
-                holds(max(abs(x) for x in powers) <= 0.01),
-                "Fig. 21",
-                "recovery",
-                "1 %",
+                max(abs(x) for x in powers) <= 0.01,
+                scheme=scheme,
+                case=case,
             )
         )
     for model in (FORMULA, BLADES):
         low = rotor(model).speed_for(paper.REFERENCE)
         speed = mean_speed(runs, model, "A0")
         found.append(
-            Claim(
-                f"mean speed of A0 (case i) while it limits, {model}",
-                f"the optimum speed: ω_l = {low:.4f} rad/s (of {'Table 1' if model == FORMULA else model})",
+            claim(
+                "limited speed",
                 f"{speed:.4f} rad/s ({100 * (speed / low - 1):+.2f} %)",
-                holds(abs(speed / low - 1.0) <= 0.01),
-                "Fig. 21",
-                "" if model == FORMULA else "M3",
-                "1 %",
+                abs(speed / low - 1.0) <= 0.01,
+                model=model,
+                low=low,
+                source="Table 1" if model == FORMULA else model,
+                reason="" if model == FORMULA else "M3",
             )
         )
     found.append(range_of_speed(judged(runs.limited[BLADES, PHYSICAL, RAMPS, "A2"])))
@@ -236,14 +199,11 @@ def _limited(runs: Runs) -> list[Claim]:
         saved = travel_ratio(runs, inertia, "A2")
         change, width = 100.0 * (saved.mean - 1.0), 100.0 * saved.half_width
         found.append(
-            Claim(
-                f"pitch travel of A2 against A0 in turbulence, J {inertia:.4g} kg m²",
-                "less pitch action",
+            claim(
+                "limited travel",
                 f"{change:+.0f} %" + (f" ± {width:.0f}" if saved.n > 1 else ""),
-                holds(change <= -20.0),
-                "Fig. 21",
-                "buffer",
-                "at least 20 %",
+                change <= -20.0,
+                inertia=inertia,
             )
         )
     return found

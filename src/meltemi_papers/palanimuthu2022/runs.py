@@ -25,14 +25,7 @@ from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi_papers.palanimuthu2022 import paper, winds
-from meltemi_papers.palanimuthu2022.machine import (
-    BLADES,
-    CALIBRATED,
-    FORMULA,
-    density,
-    rotor,
-    turbine,
-)
+from meltemi_papers.palanimuthu2022.machine import BLADES, CALIBRATED, FORMULA, density, rotor, turbine
 from meltemi_papers.study import Progress, told
 
 Float = NDArray[np.float64]
@@ -274,10 +267,4 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
         for name, (model, humidity, inertia, _) in variants.items()
     }
     seven = Steps(FORMULA, 0.0, PHYSICAL, {k: next(at) for k in ("i", "ii", "iii")}, paper.HUMIDITIES, 0.0)
-    return Runs(
-        setup,
-        temperature,
-        seven,
-        {key: next(at) for key in climate},
-        {key: next(at) for key in limited},
-    )
+    return Runs(setup, temperature, seven, {key: next(at) for key in climate}, {key: next(at) for key in limited})

@@ -52,10 +52,7 @@ LOADS: Mapping[str, Load] = {
     YAW_TORSION: Load("MN m", 1e-6, _size("yaw_moment_z"), "yaw_moment_z"),
     TOP_SHEAR: Load("MN", 1e-6, _size("yaw_force_x", "yaw_force_y"), "yaw_force_x"),
     TOWER_BASE: Load(
-        "MN m",
-        1e-6,
-        _size("tower_base_moment_fore_aft", "tower_base_moment_side_side"),
-        "tower_base_moment_fore_aft",
+        "MN m", 1e-6, _size("tower_base_moment_fore_aft", "tower_base_moment_side_side"), "tower_base_moment_fore_aft"
     ),
     BLADE_ROOT: Load("MN m", 1e-6, _size("root_moment_flap_1"), "root_moment_flap_1", GLASS),
 }

@@ -23,13 +23,7 @@ from meltemi_papers.study import Progress, span, told
 from meltemi_papers.wang2021 import winds
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, SHORT, STOP, Gust
 from meltemi_papers.wang2021.loads import CHANNELS
-from meltemi_papers.wang2021.machines import (
-    LIMITED,
-    measured_turbine,
-    prompt_yaw,
-    strategy,
-    studied_turbine,
-)
+from meltemi_papers.wang2021.machines import LIMITED, measured_turbine, prompt_yaw, strategy, studied_turbine
 from meltemi_papers.wang2021.table2 import Calibration, Table2, calibrate, simulate_bins
 
 AS_SCALED, CALIBRATED = "as scaled", "calibrated"

@@ -120,11 +120,7 @@ class _Cases:
     """The cases, made one after another: those of one wind follow each other."""
 
     def __init__(
-        self,
-        turbine: Turbine,
-        grid: Grid,
-        base_points: BasePoints | None,
-        keys: dict[str, dict[str, Any]],
+        self, turbine: Turbine, grid: Grid, base_points: BasePoints | None, keys: dict[str, dict[str, Any]]
     ) -> None:
         self.turbine, self.grid, self.keys = turbine, grid, keys
         longest = grid.rechecks[-1]

@@ -12,24 +12,8 @@ from meltemi.postprocess.ensemble import Estimate, mean_interval
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
-from meltemi_papers.palanimuthu2022.beyond.climate.response import (
-    ICED,
-    IN_PLANE,
-    ROOT,
-    SHED,
-    SIDE,
-    SLOPES,
-    TOWER,
-    WET,
-)
-from meltemi_papers.palanimuthu2022.beyond.climate.review import (
-    of_standard,
-    review_table,
-    said,
-    share,
-    verdict,
-    words,
-)
+from meltemi_papers.palanimuthu2022.beyond.climate.response import ICED, IN_PLANE, ROOT, SHED, SIDE, SLOPES, TOWER, WET
+from meltemi_papers.palanimuthu2022.beyond.climate.review import of_standard, review_table, said, share, verdict, words
 from meltemi_papers.palanimuthu2022.beyond.climate.year import SHED_SHARE, STEPS, Found
 from meltemi_papers.study import Chapter, Draw, answered
 
