@@ -61,8 +61,6 @@ OPENFAST = (
     ("quasi-steady wake and static polars, DT 0.01 s", 8.2),
 )
 """OpenFAST 5.0.0, the same turbine and controller: settings and times real time, by CPU time on one core."""
-
-
 FIELDS: dict[str, tuple[int, dict[str, Any]]] = {
     "31 x 31, Kaimal, u coherent": (31, {}),
     "31 x 31, Kaimal, u, v, w coherent": (31, {"coherent": "all"}),
@@ -166,22 +164,26 @@ def _environment(folder: str | None) -> dict[str, str]:
     return {**os.environ, **one, **({"MELTEMI_CACHE_DIR": folder} if folder else {})}
 
 
-def _seconds(code: str, folder: str | None = None) -> float:
-    """Time of a whole process."""
-    began = time.perf_counter()
+def _run(code: str, folder: str | None) -> str:
+    """What a new process prints."""
     done = subprocess.run([sys.executable, "-c", code], env=_environment(folder), capture_output=True, text=True)
     if done.returncode:
         raise MeltemiError(f"bench: {done.stderr.strip().splitlines()[-1] if done.stderr else 'a process failed'}")
+    return done.stdout
+
+
+def _seconds(code: str, folder: str | None = None) -> float:
+    """Time of a whole process."""
+    began = time.perf_counter()
+    _run(code, folder)
     return time.perf_counter() - began
 
 
 def _child(call: str, folder: str) -> dict[str, Any]:
     """Result of a call of this module in a new process."""
-    code = f"import json, meltemi_verification.bench as b; print(json.dumps(b.{call}))"
-    done = subprocess.run([sys.executable, "-c", code], env=_environment(folder), capture_output=True, text=True)
-    if done.returncode:
-        raise MeltemiError(f"bench: {done.stderr.strip().splitlines()[-1] if done.stderr else 'a process failed'}")
-    result: dict[str, Any] = json.loads(done.stdout)
+    result: dict[str, Any] = json.loads(
+        _run(f"import json, meltemi_verification.bench as b; print(json.dumps(b.{call}))", folder)
+    )
     return result
 
 
@@ -428,13 +430,11 @@ def timed_batch(duration: float) -> dict[str, Any]:
     """Time a batch on all cores against one core: making the winds and preparing the cases count, too."""
     from meltemi.core.threads import available_cores
     from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
-    from meltemi.simulation.model import build
     from meltemi.simulation.simulate import simulate
-    from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
     from meltemi.wind.turbulent import TurbulentWind
 
-    model = build(load_turbine("nrel5mw"))
+    model = _model()
 
     def cases(seeds: range) -> list[BatchCase]:
         winds = [TurbulentWind(speed=12.0, intensity=0.14, seed=seed) for seed in seeds]
@@ -508,8 +508,9 @@ def report_lines(figures: dict[str, Any]) -> list[str]:
 
 def page(figures: dict[str, Any]) -> str:
     """The benchmark page of the documentation."""
-    f, m = figures, figures["machine"]
-    rows = {
+    f = figures
+    one, eight = (f[name]["us_per_step"] for name in ("floats", "derivatives"))
+    shown = {
         "runs": [
             f"| {name} | {run['time_step_s']:g} | {run['us_per_step']:.1f} | **{run['real_time_factor']:.0f}** |"
             for name, run in f["runs"].items()
@@ -522,36 +523,15 @@ def page(figures: dict[str, Any]) -> str:
         "stages": [f"| {name} | {seconds:.1f} | {n} |" for name, (seconds, n) in f["stages"].items()],
         "beyond": [f"| {name} | {seconds:.1f} |" for name, seconds in f["beyond"].items()],
     }
-    c, one = f["controllers"], f["floats"]["us_per_step"]
-    eight = f["derivatives"]["us_per_step"]
-    fast = f["runs"]["one torsion mode a blade"]["us_per_step"]
-    text = (Path(__file__).parent / "bench_page.md").read_text(encoding="utf-8")
-    values = {
-        **{key: "\n".join(lines) for key, lines in rows.items()},
-        "case": f["case"],
-        "turbsim": TURBSIM,
-        "field": f"{FIELD_SECONDS:g} s at {1.0 / FIELD_STEP:g} Hz, 12 m/s",
-        "machine": f"{m['processor']} ({m['cores']} cores), {m['system']}, {m['versions']}, {m['date']}",
-        "import": f"{f['import_s']:.3f}",
-        "cold": f"{f['cold_compile_s']:.1f}",
-        "signatures": str(f["signatures"]),
-        "start": f"{f['cached_start_s']:.2f}",
-        "memory": str(f["peak_memory_mb"]),
-        "floats": f"{one:.1f}",
-        "faster": f"{one / fast:.1f}",
-        "duals": f"{eight:.1f}",
-        "duals_ratio": f"{eight / one:.2f}",
-        "loads": f"{c['section loads at every step']:.1f}",
-        "compiled": f"{c['compiled']:.1f}",
-        "python": f"{c['empty, in plain Python']:.1f}",
-        "individual": f"{c['individual pitch in plain Python at 80 Hz, real-time factor']:.0f}",
-        "step": f"{c['step() from Python']:.0f}",
-        "cores": str(f["cores"]),
-        "batch_cases": str(f["batch_cases"]),
-        "batch": f"{f['batch_real_time_factor']:.0f}",
-        "batch_loss": f"{100.0 * f['batch_loss']:.0f}",
-        "batch_memory": str(f["batch_peak_memory_mb"]),
-    }
-    for key, value in values.items():
-        text = text.replace("{" + key + "}", value)
-    return text
+    return (
+        (Path(__file__).parent / "bench_page.md")
+        .read_text(encoding="utf-8")
+        .format(
+            **f | {key: "\n".join(lines) for key, lines in shown.items()},
+            turbsim=TURBSIM,
+            field=f"{FIELD_SECONDS:g} s at {1.0 / FIELD_STEP:g} Hz, 12 m/s",
+            faster=one / f["runs"]["one torsion mode a blade"]["us_per_step"],
+            duals_ratio=eight / one,
+            lost=100.0 * f["batch_loss"],
+        )
+    )

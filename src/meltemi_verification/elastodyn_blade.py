@@ -13,17 +13,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.fixed import fixed
 from meltemi.environment.site import Environment
 from meltemi.simulation.model import Model, build
 from meltemi.simulation.modes import natural_modes
-from meltemi.simulation.simulate import simulate
-from meltemi.simulation.start import Start
 from meltemi.structure.tables import BLADE_NODE
 from meltemi.turbine.library import load_turbine
-from meltemi.wind.fields import SteadyWind
-from meltemi_verification.measure import harmonic
 from meltemi_verification.openfast_deck import BLADE_SHAPES, ELASTODYN_MOMENTS, deck_options, deck_turbine
+from meltemi_verification.rigid import spinning
 from meltemi_verification.table import Comparison, Row, reference_table, relative, source_of
 
 Float = NDArray[np.float64]
@@ -103,31 +99,13 @@ def discretisation() -> Comparison:
     """Modes and spinning in vacuum with ElastoDyn's discretisation of the blade."""
     rows: list[Row] = []
     modes = natural_modes(elastodyn_model(0.0, ("yaw",)))
-    table = [r for r in reference_table("modes") if r["case"] == "lin_0rpm_g0_genfix"]
+    table = reference_table("modes", case="lin_0rpm_g0_genfix")
     for mode, r in zip(modes, table, strict=False):
         where = f"{r['mode']} {r['participation'].split(' 1.00')[0]}"
         rows.append(
             relative("frequency at rest", where, "Hz", float(r["frequency_hz"]), mode.frequency / (2 * np.pi), 0.5)
         )
-    speed = 12.1 * np.pi / 30.0
-    result = simulate(
-        elastodyn_model(9.80665, ("yaw", "generator")),
-        SteadyWind(speed=0.0),
-        duration=120.0,
-        controller=fixed(),
-        start=Start(rotor_speed=speed, coordinates={}),
-        channels=["azimuth", "OoPDefl1", "IPDefl1", "RootMyc1", "RootMxc1"],
-    ).between(60.0, 120.0)
-    for r in reference_table("spin"):
-        if r["channel"] in result:
-            mean, amplitude, _ = harmonic(result["azimuth"], result[r["channel"]])
-            unit = result.channel(r["channel"]).unit
-            floor = max(abs(float(r["mean"])), float(r["amplitude"]))
-            rows.append(relative("spin, mean", r["channel"], unit, float(r["mean"]), mean, 0.5, floor=floor))
-            rows.append(
-                relative(
-                    "spin, amplitude", r["channel"], unit, float(r["amplitude"]), amplitude, 0.5, floor=0.1 * floor
-                )
-            )
+    model = elastodyn_model(9.80665, ("yaw", "generator"))
+    rows += spinning(model, ("OoPDefl1", "IPDefl1", "RootMyc1", "RootMxc1"), 0.5, "spin, ")
     title = "ElastoDyn's discretisation of the blade in our equations (explains deflections and flap frequencies)"
     return Comparison("discretisation", title, source_of("modes"), rows)

@@ -10,7 +10,7 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.trim import OperatingPoint, operating_point
 from meltemi.structure.members import blade_member, cells, points, tower_member
 from meltemi.turbine.library import library_entries, load_turbine, windio_file
-from meltemi_verification.table import Comparison, Row, difference, reference_table, relative, source_of
+from meltemi_verification.table import Comparison, Row, angle, reference_table, relative, source_of
 
 MODES = ModelOptions()
 """Three flap, two edge and two torsion modes, the default for 6 x 6 sections: these blades twist by 5 deg."""
@@ -60,9 +60,7 @@ def _loads(point: OperatingPoint, r: dict[str, str], case: str, what: str, judge
 
 def _pitch(point: OperatingPoint, r: dict[str, str], case: str, band: float | None) -> Row:
     reference = float(np.radians(float(r["pitch"])))
-    return difference(
-        "pitch, own control", case, "rad", reference, point.pitch, band, measure="deg", factor=180.0 / np.pi
-    )
+    return angle("pitch, own control", case, reference, point.pitch, band)
 
 
 def steady_22mw() -> Comparison:

@@ -41,7 +41,7 @@ def linearised() -> Comparison:
     """Modes at rest and at 12.1 rpm."""
     rows = []
     for case, (name, speed, gravity, free) in CASES.items():
-        table = [r for r in reference_table("modes") if r["case"] == case]
+        table = reference_table("modes", case=case)
         modes = natural_modes(_model(gravity), speed, generator_free=free)
         for mode, r in zip(modes, table, strict=False):
             where = f"{name}: {r['mode']} {r['participation'].split(' 1.00')[0]}"

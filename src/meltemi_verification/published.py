@@ -10,7 +10,7 @@ from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
-from meltemi_verification.table import Comparison, Row, difference, reference_table, relative, source_of
+from meltemi_verification.table import Comparison, Row, angle, reference_table, relative, source_of
 
 TURN = 2.0 * np.pi
 COLUMNS = (
@@ -28,9 +28,7 @@ def report_steady() -> Comparison:
     # the report's turbine with ElastoDyn's degrees of freedom, quasi-steady wake, static polars
     options = ModelOptions(torsion_modes=0, inflow="quasi_steady", stall="static", tower_drag=False, locked=("yaw",))
     model = build(load_turbine("nrel5mw"), options)
-    openfast = {
-        (float(r["wind"]), r["channel"]): float(r["value"]) for r in reference_table("steady") if r["set"] == "A"
-    }
+    openfast = {(float(r["wind"]), r["channel"]): float(r["value"]) for r in reference_table("steady", set="A")}
     rows: list[Row] = []
     for r in reference_table("tp38060_steady"):
         wind = float(r["wind"])
@@ -42,11 +40,7 @@ def report_steady() -> Comparison:
             case = f"{wind:g} m/s"
             if unit == "rad":
                 beside = None if other is None else np.degrees(other - reference)
-                rows.append(
-                    difference(
-                        what, case, unit, reference, ours, band, measure="deg", factor=180.0 / np.pi, beside=beside
-                    )
-                )
+                rows.append(angle(what, case, reference, ours, band, beside=beside))
             else:
                 beside = None if other is None else 100.0 * (other / reference - 1.0)
                 rows.append(relative(what, case, unit, reference, ours, band, beside=beside))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,7 +14,7 @@ from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, style
 from meltemi.simulation.channels import find, standard
-from meltemi.simulation.model import build
+from meltemi.simulation.model import Model, build
 from meltemi.simulation.performance import RIGID, rotor_performance
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
@@ -21,11 +23,11 @@ from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi_verification.measure import harmonic, undershoot
 from meltemi_verification.openfast_deck import deck_options, deck_turbine
-from meltemi_verification.table import Comparison, Row, difference, reference_table, relative, source_of
+from meltemi_verification.steady import NODE_FIELDS, NODES, deck_model
+from meltemi_verification.table import Comparison, Row, phase, reference_table, relative, source_of
 
 Float = NDArray[np.float64]
 SPEED, PITCH = 12.1 * np.pi / 30.0, np.radians(3.83)
-CENTRES = np.radians(5.0 + 10.0 * np.arange(36.0))
 
 
 def straight(turbine: Turbine) -> Turbine:
@@ -88,7 +90,7 @@ def fixed_rotor() -> Comparison:
     for case, (plain, changes, wind) in FIXED.items():
         described = straight(turbine) if plain else turbine
         model = build(described, deck_options(described, "A", locked=RIGID, time_step=0.0125, **changes))
-        table = [r for r in reference_table("fixed") if r["case"] == case]
+        table = reference_table("fixed", case=case)
         names = [_ours(r["channel"]) for r in table]
         thrust_moment = next(float(r["mean"]) for r in table if r["channel"] == "RootMyc1")
         result = simulate(
@@ -114,44 +116,40 @@ def fixed_rotor() -> Comparison:
 
 
 def _ours(channel: str) -> str:
-    """Our name of an OpenFAST channel; its output nodes 1 to 6 are nodes 6, 9, 12, 15, 17, 18."""
+    """Our name of an OpenFAST channel."""
     if channel.startswith("B1N"):
-        node = (6, 9, 12, 15, 17, 18)[int(channel[3]) - 1]
-        fields = {"Alpha": "alpha", "AxInd": "axial_induction", "Fx": "normal_force", "Fy": "driving_force"}
-        return f"node_{node}_{fields[channel[4:]]}_1"
+        return f"node_{NODES[int(channel[3]) - 1]}_{NODE_FIELDS[channel[4:]][0]}_1"
     return find(channel, standard()).name
 
 
 def spin() -> Comparison:
     """Turning in vacuum under gravity, flexible: mean and first harmonic."""
-    turbine = deck_turbine(load_turbine("nrel5mw"))
-    model = build(turbine, deck_options(turbine, "A", locked=("yaw", "generator")))
-    model = model.with_parameters(**{"aerodynamics.air_density": 0.0})
-    names = [r["channel"] for r in reference_table("spin")]
+    model = deck_model("A", locked=("yaw", "generator")).with_parameters(**{"aerodynamics.air_density": 0.0})
+    rows = spinning(model, [r["channel"] for r in reference_table("spin")], 1.5)
+    return Comparison("spin", "Spinning in vacuum against OpenFAST", source_of("spin"), rows)
+
+
+def spinning(model: Model, channels: Sequence[str], band: float, prefix: str = "") -> list[Row]:
+    """Mean, amplitude and phase over the azimuth of a machine that turns in vacuum."""
     result = simulate(
         model,
         SteadyWind(speed=0.0),
         duration=120.0,
         controller=fixed(),
         start=Start(rotor_speed=SPEED, coordinates={}),
-        channels=["azimuth", *names],
+        channels=["azimuth", *channels],
     ).between(60.0, 120.0)
     rows: list[Row] = []
     for r in reference_table("spin"):
-        mean, amplitude, phase = harmonic(result["azimuth"], result[r["channel"]])
-        unit = result.channel(r["channel"]).unit
-        floor = max(abs(float(r["mean"])), float(r["amplitude"]))
-        rows.append(relative("mean", r["channel"], unit, float(r["mean"]), mean, 1.5, floor=floor))
-        rows.append(relative("amplitude", r["channel"], unit, float(r["amplitude"]), amplitude, 1.5, floor=0.1 * floor))
-        if float(r["amplitude"]) > 0.05 * floor:
-            turn = (phase - float(r["phase"]) + np.pi) % (2.0 * np.pi) - np.pi
-            reference = float(r["phase"])
-            rows.append(
-                difference(
-                    "phase", r["channel"], "rad", reference, reference + turn, 10.0, measure="deg", factor=180.0 / np.pi
-                )
-            )
-    return Comparison("spin", "Spinning in vacuum against OpenFAST", source_of("spin"), rows)
+        if (name := r["channel"]) in channels:
+            mean, amplitude, lag = harmonic(result["azimuth"], result[name])
+            unit, theirs = result.channel(name).unit, (float(r["mean"]), float(r["amplitude"]))
+            floor = max(abs(theirs[0]), theirs[1])
+            rows.append(relative(f"{prefix}mean", name, unit, theirs[0], mean, band, floor=floor))
+            rows.append(relative(f"{prefix}amplitude", name, unit, theirs[1], amplitude, band, floor=0.1 * floor))
+            if theirs[1] > 0.05 * floor and not prefix:
+                rows.append(phase("phase", name, float(r["phase"]), lag, 10.0))
+    return rows
 
 
 def pitch_steps() -> Comparison:
@@ -174,9 +172,7 @@ def pitch_steps() -> Comparison:
             start=Start(rotor_speed=speed, coordinates={}),
             channels=["RtFldFxh", "RtFldMxh"],
         )
-        for r in reference_table("pitch_step"):
-            if r["set"] != aero:
-                continue
+        for r in reference_table("pitch_step", set=aero):
             channel = r["channel"]
             before, lowest, final, recovery = undershoot(result.time, result[channel], 80.0)
             unit, where = result.channel(channel).unit, f"set {aero}"
@@ -190,9 +186,7 @@ def pitch_steps() -> Comparison:
         axes[0, 0].plot(
             result.time[shown], result["RtFldFxh"][shown] * 1e-3, color=COLOURS[i], label=f"options of set {aero}"
         )
-        low = next(
-            float(r["lowest"]) for r in reference_table("pitch_step") if (r["set"], r["channel"]) == (aero, "RtFldFxh")
-        )
+        low = float(reference_table("pitch_step", set=aero, channel="RtFldFxh")[0]["lowest"])
         at = result.time[result["RtFldFxh"].argmin()]
         axes[0, 0].plot([at], [low * 1e-3], "o", mfc="none", color=COLOURS[i])
     axes[0, 0].set_xlabel("time [s]")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi_verification.measure import harmonic
 from meltemi_verification.openfast_deck import deck_options, deck_turbine
-from meltemi_verification.table import Comparison, Row, difference, reference_table, relative, source_of
+from meltemi_verification.table import Comparison, Row, angle, phase, reference_table, relative, source_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,18 +47,16 @@ FLOOR = 0.2
 
 
 @cache
-def deck_model(aero: str, torsion: bool = False) -> Model:
-    """The turbine of the reference runs with the options of a set."""
+def deck_model(aero: str, **changes: Any) -> Model:
+    """The turbine of the reference runs with the options of a set, some of them changed."""
     turbine = deck_turbine(load_turbine("nrel5mw"))
-    extra = {"torsion_modes": 1, "mode_shapes": "computed"} if torsion else {}
-    return build(turbine, deck_options(turbine, aero, **extra))
+    return build(turbine, deck_options(turbine, aero, **changes))
 
 
 def _steady_table(aero: str) -> dict[float, dict[str, float]]:
     table: dict[float, dict[str, float]] = {}
-    for r in reference_table("steady"):
-        if r["set"] == aero:
-            table.setdefault(float(r["wind"]), {})[r["channel"]] = float(r["value"])
+    for r in reference_table("steady", set=aero):
+        table.setdefault(float(r["wind"]), {})[r["channel"]] = float(r["value"])
     return table
 
 
@@ -66,8 +64,9 @@ def steady(aero: str) -> Comparison:
     """Means at twelve wind speeds, and how much blade torsion (which ElastoDyn lacks) changes them."""
     table = _steady_table(aero)
     points = {wind: operating_point(deck_model(aero), wind) for wind in table}
-    twisted = {wind: operating_point(deck_model(aero, True), wind) for wind in table}
-    untwisted = {wind: operating_point(_computed(aero), wind) for wind in table}
+    # computed modes are the base for the effect of torsion
+    stiff, soft = (deck_model(aero, mode_shapes="computed", torsion_modes=n) for n in (0, 1))
+    untwisted, twisted = ({wind: operating_point(model, wind) for wind in table} for model in (stiff, soft))
     rows: list[Row] = []
     for name in ("BldPitch1", *BANDS):
         floor = FLOOR * max(abs(values[name]) for values in table.values())
@@ -77,25 +76,13 @@ def steady(aero: str) -> Comparison:
             change = twisted[wind][name] - untwisted[wind][name]
             where = f"{wind:g} m/s"
             if unit == "rad":
-                rows.append(
-                    difference(
-                        name, where, unit, reference, ours, 0.2,
-                        measure="deg", factor=180.0 / np.pi, beside=float(np.degrees(change)),
-                    )
-                )  # fmt: skip
+                rows.append(angle(name, where, reference, ours, 0.2, beside=float(np.degrees(change))))
             else:
                 beside = 100.0 * change / max(abs(reference), floor)
                 rows.append(relative(name, where, unit, reference, ours, BANDS[name], floor=floor, beside=beside))
     title = f"Steady operation in uniform wind against OpenFAST set {aero}"
     figures = {f"steady_{aero}": _plot_steady(table, points, f"set {aero}")}
     return Comparison(f"steady {aero}", title, source_of("steady"), rows, "with torsion", figures)
-
-
-@cache
-def _computed(aero: str) -> Model:
-    """The same with computed modes but without torsion: the base for the effect of torsion."""
-    turbine = deck_turbine(load_turbine("nrel5mw"))
-    return build(turbine, deck_options(turbine, aero, mode_shapes="computed"))
 
 
 def _plot_steady(table: dict[float, dict[str, float]], points: dict[float, OperatingPoint], label: str) -> Figure:
@@ -127,11 +114,9 @@ def spanwise(aero: str) -> Comparison:
     figures = {}
     for wind in (8.0, 12.0, 20.0):
         point = operating_point(deck_model(aero), wind)
-        case = f"{aero}_steady_{wind:g}"
         table: dict[str, dict[int, float]] = {}
-        for r in reference_table("nodes"):
-            if r["case"] == case:
-                table.setdefault(r["quantity"], {})[int(r["node"])] = float(r["value"])
+        for r in reference_table("nodes", case=f"{aero}_steady_{wind:g}"):
+            table.setdefault(r["quantity"], {})[int(r["node"])] = float(r["value"])
         for quantity, band in NODE_BANDS.items():
             field, unit = NODE_FIELDS[quantity]
             floor = FLOOR * max(abs(table[quantity][n]) for n in NODES)
@@ -167,6 +152,8 @@ def _plot_nodes(table: dict[str, dict[int, float]], point: OperatingPoint) -> Fi
     return figure
 
 
+PSI = np.radians(5.0 + 10.0 * np.arange(36.0))
+"""Azimuths of the reference runs."""
 PERIODIC = {
     "shear_8": SteadyWind(speed=8.0, shear_exponent=0.2),
     "shear_12": SteadyWind(speed=12.0, shear_exponent=0.2),
@@ -177,7 +164,6 @@ PERIODIC = {
 
 def periodic(aero: str, cases: Sequence[str]) -> Comparison:
     """First harmonic over the azimuth of root moments and tip deflection in shear and in yaw."""
-    psi = np.radians(5.0 + 10.0 * np.arange(36.0))
     rows: list[Row] = []
     figure, axes = new_figure(len(cases), 2, size=(9.0, 2.2 * len(cases) + 0.5))
     for i, name in enumerate(cases):
@@ -185,30 +171,20 @@ def periodic(aero: str, cases: Sequence[str]) -> Comparison:
             deck_model(aero), PERIODIC[name], duration=90.0, channels=["azimuth", "RootMyc1", "RootMxc1", "OoPDefl1"]
         ).between(30.0, 90.0)
         for channel in ("RootMyc1", "RootMxc1", "OoPDefl1"):
-            theirs = np.array(
-                [
-                    float(r["value"])
-                    for r in reference_table("azimuth")
-                    if r["case"] == f"{aero}_{name}" and r["channel"] == channel
-                ]
-            )
+            table = reference_table("azimuth", case=f"{aero}_{name}", channel=channel)
+            theirs = np.array([float(r["value"]) for r in table])
             ours = azimuth_bins(result, channel)
-            mean, amplitude, phase = harmonic(psi, theirs)
-            mean_ours, amplitude_ours, phase_ours = harmonic(psi, ours)
+            mean, amplitude, lag = harmonic(PSI, theirs)
+            mean_ours, amplitude_ours, lag_ours = harmonic(PSI, ours)
             unit = result.channel(channel).unit
             rows.append(relative(f"{channel} mean", name, unit, mean, mean_ours, 3.0 if "Defl" in channel else 2.0))
             rows.append(relative(f"{channel} amplitude", name, unit, amplitude, amplitude_ours, 5.0))
-            turn = (phase_ours - phase + np.pi) % (2.0 * np.pi) - np.pi
-            rows.append(
-                difference(
-                    f"{channel} phase", name, "rad", phase, phase + turn, 10.0, measure="deg", factor=180.0 / np.pi
-                )
-            )
+            rows.append(phase(f"{channel} phase", name, lag, lag_ours, 10.0))
             if "Mxc" not in channel:
                 ax = axes[i, 0 if channel == "RootMyc1" else 1]
                 label, factor = result.channel(channel).display_unit
-                ax.plot(np.degrees(psi), ours * factor, color=COLOURS[0], label="meltemi")
-                ax.plot(np.degrees(psi), theirs * factor, "o", ms=3, mfc="none", color=COLOURS[1], label="OpenFAST")
+                ax.plot(np.degrees(PSI), ours * factor, color=COLOURS[0], label="meltemi")
+                ax.plot(np.degrees(PSI), theirs * factor, "o", ms=3, mfc="none", color=COLOURS[1], label="OpenFAST")
                 ax.set_ylabel(f"{channel} [{label}]", fontsize=8)
                 ax.set_title(name, fontsize=8, loc="left", pad=2)
                 style(ax)

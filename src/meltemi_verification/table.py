@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -119,6 +120,19 @@ def difference(
     return Row(what, case, unit, reference, ours, factor * (ours - reference), measure, band, beside)
 
 
+def angle(
+    what: str, case: str, reference: float, ours: float, band: float | None, *, beside: float | None = None
+) -> Row:
+    """A row of an angle [rad] whose deviation is in degrees."""
+    return difference(what, case, "rad", reference, ours, band, measure="deg", factor=180.0 / math.pi, beside=beside)
+
+
+def phase(what: str, case: str, reference: float, ours: float, band: float) -> Row:
+    """The same where whole turns count for nothing."""
+    turn = (ours - reference + math.pi) % (2.0 * math.pi) - math.pi
+    return angle(what, case, reference, reference + turn, band)
+
+
 def at_least(what: str, case: str, unit: str, bound: float, ours: float) -> Row:
     """A row that passes when the value reaches the bound; the deviation is what is missing, in percent."""
     missing = max(0.0, 100.0 * (bound - ours) / abs(bound))
@@ -226,10 +240,11 @@ def _cell(value: object) -> str:
 
 
 @cache
-def reference_table(name: str) -> list[dict[str, str]]:
-    """Rows of one of the small reference tables in ``data``."""
+def reference_table(name: str, **where: str) -> list[dict[str, str]]:
+    """Rows of one of the small reference tables in ``data``, those with certain values in some columns."""
     text = (files("meltemi_verification") / "data" / f"{name}.csv").read_text(encoding="utf-8")
-    return list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    return [row for row in rows if all(row[column] == value for column, value in where.items())]
 
 
 def source_of(name: str) -> str:

@@ -41,9 +41,7 @@ def gust() -> Comparison:
     for aero in "AB":
         result = simulate(deck_model(aero), gust_wind(), duration=140.0, channels=CHANNELS).between(80.0, 120.0)
         results.append(result)
-        for r in reference_table("gust"):
-            if r["set"] != aero:
-                continue
+        for r in reference_table("gust", set=aero):
             channel, span = r["channel"], float(r["peak_to_peak"])
             low, at_low, high, at_high = extremes(result.time, result[channel])
             unit, where = result.channel(channel).unit, f"set {aero}"
@@ -68,9 +66,7 @@ def step() -> Comparison:
     for aero in "AB":
         result = simulate(deck_model(aero), step_wind(), duration=200.0, channels=CHANNELS)
         t = result.time
-        for r in reference_table("step"):
-            if r["set"] != aero:
-                continue
+        for r in reference_table("step", set=aero):
             channel = r["channel"]
             unit, where = result.channel(channel).unit, f"set {aero}"
             before = result[channel][(t >= 110.0) & (t < 120.0)].mean()

@@ -121,13 +121,8 @@ def _plot(ours: Result, theirs: dict[str, Float], aero: str) -> Figure:
     inside = (theirs["Time"] >= 300.0) & (theirs["Time"] <= 360.0)
     for ax, name in zip(axes[:, 0], names, strict=True):
         unit, factor = find(name, standard()).display_unit
-        ax.plot(
-            theirs["Time"][inside],
-            theirs[name][inside] * factor,
-            color=COLOURS[1],
-            lw=1.6,
-            label=f"OpenFAST, set {aero}",
-        )
+        label, time, series = f"OpenFAST, set {aero}", theirs["Time"][inside], theirs[name][inside]
+        ax.plot(time, series * factor, color=COLOURS[1], lw=1.6, label=label)
         ax.plot(shown.time, shown[name] * factor, color=COLOURS[0], lw=0.8, label="meltemi")
         ax.set_ylabel(f"{name} [{unit}]", fontsize=8)
         style(ax)

@@ -11,11 +11,10 @@ from meltemi.report.plots import new_figure, style
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.wind.fields import SteadyWind
-from meltemi_verification.steady import deck_model
+from meltemi_verification.steady import PSI, deck_model
 from meltemi_verification.table import Comparison, Row, reference_table, relative, source_of
 
 Float = NDArray[np.float64]
-PSI = np.radians(5.0 + 10.0 * np.arange(36.0))
 YAW = 20.0
 """[deg] of the reference runs."""
 ANGLES = (-40.0, -30.0, -20.0, -10.0, 10.0, 20.0, 30.0, 40.0)
@@ -30,7 +29,7 @@ spills into it, so this amplitude is only reported."""
 
 def yawed(aero: str) -> Comparison:
     """Power, all loads of the yaw bearing, tower base and blade root at 10 m/s and 20 deg."""
-    table = {r["channel"]: r for r in reference_table("yaw") if r["set"] == aero}
+    table = {r["channel"]: r for r in reference_table("yaw", set=aero)}
     wind = SteadyWind(speed=10.0, direction=float(np.radians(YAW)))
     result = simulate(deck_model(aero), wind, duration=160.0, channels=["azimuth", *table]).between(100.0, 160.0)
     rows: list[Row] = []
@@ -47,12 +46,10 @@ def yawed(aero: str) -> Comparison:
         ours = 2.0 * float(abs(np.mean(x * np.exp(1j * n * PSI))))
         within = None if name in SWINGING else 5.0
         rows.append(relative(f"amplitude at {n}P", name, unit, float(r[column]), ours, within, floor=floor))
-    straight = {
-        r["channel"]: float(r["value"]) for r in reference_table("steady") if (r["set"], r["wind"]) == (aero, "10")
-    }
+    (straight,) = reference_table("steady", set=aero, wind="10", channel="GenPwr")
     aligned = operating_point(deck_model(aero), 10.0)
     ours = float(result["GenPwr"].mean()) / aligned["GenPwr"]
-    theirs = float(table["GenPwr"]["mean"]) / straight["GenPwr"]
+    theirs = float(table["GenPwr"]["mean"]) / float(straight["value"])
     rows.append(relative("power over that without yaw", "10 m/s", "-", theirs, ours, 0.2))
     title = f"At 10 m/s with {YAW:g} deg of yaw error, against OpenFAST set {aero}"
     return Comparison(f"yaw {aero}", title, source_of("yaw"), rows)
@@ -86,6 +83,5 @@ def power_in_yaw() -> Comparison:
     axes[0, 0].legend(fontsize=8)
     style(axes[0, 0])
     source = "cube of the cosine: the power of the wind across the disk, with an unchanged power coefficient"
-    return Comparison(
-        "power in yaw", "Power against the yaw error at 8 m/s", source, rows, figures={"power_in_yaw": figure}
-    )
+    title, figures = "Power against the yaw error at 8 m/s", {"power_in_yaw": figure}
+    return Comparison("power in yaw", title, source, rows, figures=figures)
