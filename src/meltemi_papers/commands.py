@@ -81,12 +81,12 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
 
     find_rosco()
     with results_in(out), journal(out, f"duel, quick {quick}", "meltemi_papers"):
-        from meltemi_papers.he2018.duel import brief, duel, duel_tables, findings, write_duel
+        from meltemi_papers.he2018.duel import brief, chapter, duel, duel_tables, findings
         from meltemi_papers.he2018.runs import QUICK, Setup
 
         with progress_bar("he2018 beside ROSCO") as progress:
             found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
-        files = write_duel(found, out)
+        files = chapter(found).write("duel", out)
     for table in map(brief, duel_tables(found)):
         print_table(table.caption, table.head, table.rows)
     for line in findings(found):

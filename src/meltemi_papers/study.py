@@ -70,6 +70,10 @@ class Chapter:
 
         return Section(self.heading, [block(each) for each in self.content])
 
+    def write(self, name: str, out: Path) -> list[Path]:
+        """Its tables, and its lines as a file of their own."""
+        return [*self.write_tables(name, out), write_text(out / f"{name}.md", "\n".join(self.markdown()))]
+
     def write_tables(self, name: str, out: Path) -> list[Path]:
         """Each table as a CSV file of a name; several are numbered."""
         tables = [each for each in self.content if isinstance(each, Table)]
@@ -200,9 +204,7 @@ def reproduce(
         chapters = {**own, **failed_chapters(), **said.chapters}
         files = [drawing.file for drawing in drawings.values() if drawing.file]
         for name, chapter in chapters.items():
-            files += chapter.write_tables(name, out)
-            if name in study.parts:
-                files.append(write_text(out / f"{name}.md", "\n".join(chapter.markdown())))
+            files += (chapter.write if name in study.parts else chapter.write_tables)(name, out)
         text = study.markdown(said.lead, chapters, figures, out)
         files.append(write_text(out / f"{study.name}.md", alone(text)))
         sections = [chapter.section() for chapter in (*chapters.values(), figures)]

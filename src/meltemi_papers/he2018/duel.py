@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -16,15 +16,13 @@ from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
 from meltemi.report.html import Table
-from meltemi.report.tables import write_csv
 from meltemi.simulation.model import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.he2018.claims import change, percent
 from meltemi_papers.he2018.runs import CLASS_B, PAPER, READINGS, SPEED, Bench, Setup, bench, paper_turbine, wind_of
-from meltemi_papers.markdown import table_lines
-from meltemi_papers.study import Progress
+from meltemi_papers.study import Chapter, Progress
 
 DISCON = "Test_Cases/NREL-5MW/DISCON.IN"
 OURS = ("cpc", "ipc", "ipc2", "cpfc")
@@ -141,19 +139,6 @@ def brief(table: Table) -> Table:
     return Table([table.head[i] for i in kept], [[row[i] for i in kept] for row in table.rows], table.caption)
 
 
-def write_duel(found: Duel, out: Path) -> list[Path]:
-    """Write the tables as CSV, and the section of the page.
-
-    Returns:
-      The files.
-    """
-    tables = duel_tables(found)
-    files = [write_csv(out / f"duel_{i}.csv", t.head, t.rows) for i, t in enumerate(tables, start=1)]
-    path = out / "duel.md"
-    path.write_text("\n".join(_section(found, tables)), encoding="utf-8")
-    return [*files, path]
-
-
 def findings(found: Duel) -> list[str]:
     """What the tables say of DEL of RootMyc1, a sentence a plant."""
     lines = []
@@ -179,12 +164,10 @@ def findings(found: Duel) -> list[str]:
     return lines
 
 
-def _section(found: Duel, tables: Sequence[Table]) -> list[str]:
-    lines = [(Path(__file__).parent / "duel_head.md").read_text(encoding="utf-8")]
-    for table in tables:
-        lines += [*table_lines(table), ""]
-    lines += [f"{line}\n" for line in findings(found)]
+def chapter(found: Duel) -> Chapter:
+    """The section of the page."""
+    head = (Path(__file__).parent / "duel_head.md").read_text(encoding="utf-8")
     made = f"rosco {version('rosco')}, meltemi {version('meltemi')}, {datetime.now(UTC):%Y-%m-%d}"
     s = found.setup
-    lines.append(f"*Made with {made}; {s.transient:g} to {s.duration:g} s of seeds {', '.join(map(str, s.seeds))}.*\n")
-    return lines
+    last = f"*Made with {made}; {s.transient:g} to {s.duration:g} s of seeds {', '.join(map(str, s.seeds))}.*"
+    return Chapter("Beside ROSCO", [head.strip(), *duel_tables(found), *findings(found), last])

@@ -13,8 +13,9 @@ from meltemi.environment.rain import Rain
 from meltemi.report.html import Table
 from meltemi.studies.journal import attempt
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
-from meltemi_papers.palanimuthu2022 import beyond, diagrams
+from meltemi_papers.palanimuthu2022 import beyond
 from meltemi_papers.palanimuthu2022.claims import REASONS, formula_claims
+from meltemi_papers.palanimuthu2022.diagrams import diagram
 from meltemi_papers.palanimuthu2022.figure6 import gains, gains_table, mean_gains
 from meltemi_papers.palanimuthu2022.figures import climate, plane, rain, rain_power
 from meltemi_papers.palanimuthu2022.figures import runs as run_figures
@@ -43,7 +44,7 @@ class Found:
 
 
 FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
-    "fig01_system": ("Figure 1: the system, from its environment to the grid", lambda runs: diagrams.system()),
+    "fig01_system": ("Figure 1: the system, from its environment to the grid", lambda runs: diagram("system")),
     "fig02_humidity": ("Figure 2: density over temperature and humidity", lambda runs: climate.humidity()),
     "fig03_altitude": ("Figure 3: density over temperature and altitude", lambda runs: climate.altitude()),
     "fig04_temperature": (
@@ -69,10 +70,10 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
         "Figure 14: power over rotor speed by number and density of drops",
         lambda runs: rain_power.by_number(),
     ),
-    "fig15_climate": ("Figure 15: from weather to power", lambda runs: diagrams.climate()),
+    "fig15_climate": ("Figure 15: from weather to power", lambda runs: diagram("climate")),
     "fig16_coordination": (
         "Figure 16: pitch, torque and yaw under one controller",
-        lambda runs: diagrams.coordination(),
+        lambda runs: diagram("coordination"),
     ),
     "fig17_rated_speed": ("Figure 17: pitch from rated speed on (A1)", plane.rated_speed),
     "fig18_hold": ("Figure 18: pitch held between the speeds (A2)", plane.hold),
