@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,13 +12,13 @@ from meltemi.postprocess.ensemble import mean_interval
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.report.spectra_plots import plot_spectra
-from meltemi.simulation.result import Result
 from meltemi.studies.compare import hub_moments
 from meltemi.turbine.flaps import DEFLECTION
 from meltemi.turbine.flaps import LIFT as LIFT_TABLE
 from meltemi_papers.he2018.beyond import at_speed
 from meltemi_papers.he2018.claims import change
 from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, Runs
+from meltemi_papers.panels import Panel, channel, series
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,8 +27,6 @@ Float = NDArray[np.float64]
 THREE = ("cpc", "ipc", "cpfc")
 HIGHEST = 0.9
 """[Hz] to which spectra are drawn: a little beyond 4P."""
-Series = tuple[str, str, Callable[[Result], Float]]
-"""Title, unit, and what is drawn of a result."""
 
 
 def polars(runs: Runs) -> Figure:
@@ -56,49 +54,15 @@ def hub_wind(runs: Runs) -> Figure:
     return figure
 
 
-def series(runs: Runs, figures: Sequence[Series], schemes: Sequence[str] = THREE) -> Figure:
-    """Panels of series in the window, one curve a scheme."""
-    c = runs.readings[CLASS_B]
-    figure, axes = new_figure(len(figures), size=(9.0, 2.1 * len(figures) + 0.7))
-    for ax, (title, unit, of) in zip(axes[:, 0], figures, strict=True):
-        for i, scheme in enumerate(schemes):
-            part = c.results(scheme).between(*c.windows[PAPER])
-            ax.plot(part.time, of(part), linewidth=1.0, color=COLOURS[i], label=scheme.upper())
-        panel(ax, title, unit)
-    axes[0, 0].legend(fontsize=8, ncols=len(schemes), loc="upper right")
-    axes[-1, 0].set_xlabel("time [s]")
-    return figure
+def shown(*panels: Panel) -> Callable[[Runs], Figure]:
+    """Draws panels of the paper's window, one curve a scheme."""
 
+    def draw(runs: Runs) -> Figure:
+        c = runs.readings[CLASS_B]
+        results = {scheme.upper(): c.results(scheme).between(*c.windows[PAPER]) for scheme in THREE}
+        return series(panels, results, height=2.1, rest=0.7, loc="upper right")
 
-def _of(channel: str, factor: float) -> Callable[[Result], Float]:
-    return lambda result: result[channel] * factor
-
-
-def moments(runs: Runs) -> Figure:
-    """Fig. 6: root moments."""
-    of = [
-        ("Fig. 6a: RootMyc1, out of plane", "kN m", _of("RootMyc1", 1e-3)),
-        ("Fig. 6b: RootMxc1, in plane", "kN m", _of("RootMxc1", 1e-3)),
-    ]
-    return series(runs, of)
-
-
-def hub(runs: Runs) -> Figure:
-    """Fig. 7: moments on the hub."""
-    of: list[Series] = [
-        ("Fig. 7a: Myaw, of the blades on the hub", "kN m", lambda r: hub_moments(r)[1] * 1e-3),
-        ("Fig. 7b: Mtilt, of the blades on the hub", "kN m", lambda r: hub_moments(r)[0] * 1e-3),
-    ]
-    return series(runs, of)
-
-
-def deflections(runs: Runs) -> Figure:
-    """Fig. 8: tip deflections."""
-    of = [
-        ("Fig. 8a: OoPDefl1, out of plane", "m", _of("OoPDefl1", 1.0)),
-        ("Fig. 8b: IPDefl1, in plane", "m", _of("IPDefl1", 1.0)),
-    ]
-    return series(runs, of)
+    return draw
 
 
 def spectra(runs: Runs) -> Figure:
@@ -109,11 +73,6 @@ def spectra(runs: Runs) -> Figure:
         plot_spectra(found, "RootMyc1", rotor=c.rotor_frequency(), harmonics=(1, 2, 3, 4), highest=HIGHEST, ax=ax)
         ax.set_title(f"Fig. 9: PSD of RootMyc1, {reading}", fontsize=9, loc="left", color=INK, pad=3)
     return figure
-
-
-def power(runs: Runs) -> Figure:
-    """Fig. 10: power."""
-    return series(runs, [("Fig. 10: electrical power", "kW", _of("generator_power", 1e-3))])
 
 
 def actuators(runs: Runs) -> Figure:
@@ -175,11 +134,32 @@ def over_speeds(runs: Runs) -> Figure:
 FIGURES: Mapping[str, tuple[str, Callable[[Runs], Figure]]] = {
     "fig04_polars": ("Lift of the flapped section: the increments that the flap adds", polars),
     "fig05_wind": ("Wind at the hub, first seed", hub_wind),
-    "fig06_root_moments": ("Root moments of blade 1, first seed", moments),
-    "fig07_hub_moments": ("Moments of the blades on the hub, first seed", hub),
-    "fig08_deflections": ("Tip deflections of blade 1, first seed", deflections),
+    "fig06_root_moments": (
+        "Root moments of blade 1, first seed",
+        shown(
+            ("Fig. 6a: RootMyc1, out of plane", "kN m", channel("RootMyc1", 1e-3)),
+            ("Fig. 6b: RootMxc1, in plane", "kN m", channel("RootMxc1", 1e-3)),
+        ),
+    ),
+    "fig07_hub_moments": (
+        "Moments of the blades on the hub, first seed",
+        shown(
+            ("Fig. 7a: Myaw, of the blades on the hub", "kN m", lambda r: hub_moments(r)[1] * 1e-3),
+            ("Fig. 7b: Mtilt, of the blades on the hub", "kN m", lambda r: hub_moments(r)[0] * 1e-3),
+        ),
+    ),
+    "fig08_deflections": (
+        "Tip deflections of blade 1, first seed",
+        shown(
+            ("Fig. 8a: OoPDefl1, out of plane", "m", channel("OoPDefl1")),
+            ("Fig. 8b: IPDefl1, in plane", "m", channel("IPDefl1")),
+        ),
+    ),
     "fig09_spectra": ("Power spectral densities, mean over seeds", spectra),
-    "fig10_power": ("Electrical power, first seed", power),
+    "fig10_power": (
+        "Electrical power, first seed",
+        shown(("Fig. 10: electrical power", "kW", channel("generator_power", 1e-3))),
+    ),
     "fig11_actuators": ("Pitch and flaps, first seed", actuators),
     "fig12_loads": ("Damage-equivalent loads: change against CPC, 95 % intervals over seeds", loads),
 }

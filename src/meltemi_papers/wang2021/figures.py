@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,7 @@ from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.result import Result
 from meltemi.studies.journal import survivors
+from meltemi_papers.panels import Panel, channel, series
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, STOP, Gust
 from meltemi_papers.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi_papers.wang2021.table2 import MOMENT, POWER, Table2
@@ -52,15 +52,15 @@ def table2(tables: dict[str, Table2]) -> Figure:
     return figure
 
 
-SHOWN = (
-    ("wind at the hub", "m/s", "wind_x", 1.0),
-    ("A: rotor speed", "rpm", "rotor_speed", 30.0 / np.pi),
-    ("B: electrical power", "kW", "generator_power", 1e-3),
-    ("pitch", "deg", "pitch_1", 180.0 / np.pi),
-    ("yaw", "deg", "nacelle_yaw", 180.0 / np.pi),
-    ("flapwise moment, blade 1", "kN m", "root_moment_flap_1", 1e-3),
-    ("yaw bearing, nodding", "kN m", "yaw_moment_y", 1e-3),
-    ("tower base, fore-aft", "MN m", "tower_base_moment_fore_aft", 1e-6),
+SHOWN: tuple[Panel, ...] = (
+    ("wind at the hub", "m/s", channel("wind_x")),
+    ("A: rotor speed", "rpm", channel("rotor_speed", 30.0 / np.pi)),
+    ("B: electrical power", "kW", channel("generator_power", 1e-3)),
+    ("pitch", "deg", channel("pitch_1", 180.0 / np.pi)),
+    ("yaw", "deg", channel("nacelle_yaw", 180.0 / np.pi)),
+    ("flapwise moment, blade 1", "kN m", channel("root_moment_flap_1", 1e-3)),
+    ("yaw bearing, nodding", "kN m", channel("yaw_moment_y", 1e-3)),
+    ("tower base, fore-aft", "MN m", channel("tower_base_moment_fore_aft", 1e-6)),
 )
 
 
@@ -71,11 +71,11 @@ def validation(results: Sequence[Result], title: str, spans: Sequence[tuple[floa
       spans: begin and end [s], words, and power [kW] of what the paper states.
     """
     figure, axes = new_figure(len(SHOWN), size=(9.0, 1.45 * len(SHOWN) + 0.8))
-    for ax, (name, unit, channel, factor) in zip(axes[:, 0], SHOWN, strict=True):
+    for ax, (name, unit, of) in zip(axes[:, 0], SHOWN, strict=True):
         for i, result in reversed(list(enumerate(survivors(results)))):
             look = {"color": COLOURS[0], "linewidth": 0.9} if i == 0 else {"color": FAINT, "linewidth": 0.5}
-            ax.plot(result.time, result[channel] * factor, **look)
-        if channel == "generator_power":
+            ax.plot(result.time, of(result), **look)
+        if name == "B: electrical power":
             for (begin, end, words, value), colour in zip(spans, COLOURS[1:], strict=False):
                 ax.plot([begin, end], [value, value], color=colour, linewidth=2.0, label=f"{words}: {value:g} kW")
             ax.legend(fontsize=7, loc="lower right")
@@ -120,27 +120,14 @@ def gust_wind(gust: Gust) -> Figure:
     return figure
 
 
-def _sized(name: str, result: Result) -> Float:
-    return LOADS[name].size(result) * LOADS[name].factor
-
-
 def gust_runs(gust: Gust) -> Figure:
     """Figure 10: pitch, power, yaw bearing, tower top under the three strategies."""
-    shown: tuple[tuple[str, str, Callable[[Result], Float]], ...] = (
+    panels: list[Panel] = [
         ("Fig. 10A: pitch", "deg", lambda r: np.degrees(r["pitch_1"])),
-        ("Fig. 10B: electrical power", "kW", lambda r: r["generator_power"] * 1e-3),
+        ("Fig. 10B: electrical power", "kW", channel("generator_power", 1e-3)),
         ("rotor speed", "rpm", lambda r: r["rotor_speed"] * 30.0 / np.pi),
-        *(
-            (f"Fig. 10{letter}: {name}", LOADS[name].unit, partial(_sized, name))
-            for letter, name in (("C", YAW_BENDING), ("C", YAW_TORSION), ("D", TOP_SHEAR))
-        ),
-    )
-    figure, axes = new_figure(len(shown), size=(9.0, 1.8 * len(shown) + 0.6))
-    for ax, (title, unit, of) in zip(axes[:, 0], shown, strict=True):
-        for colour, strategy in zip(COLOURS, (STOP, DERATE, IGNORE), strict=False):
-            result = gust.results[strategy]
-            ax.plot(result.time, of(result), color=colour, linewidth=1.0, label=strategy)
-        panel(ax, title, unit)
-    axes[0, 0].legend(fontsize=8, ncols=3)
-    axes[-1, 0].set_xlabel("time [s]")
-    return figure
+    ]
+    for letter, name in (("C", YAW_BENDING), ("C", YAW_TORSION), ("D", TOP_SHEAR)):
+        load = LOADS[name]
+        panels.append((f"Fig. 10{letter}: {name}", load.unit, lambda r, load=load: load.size(r) * load.factor))  # type: ignore[misc]
+    return series(panels, {name: gust.results[name] for name in (STOP, DERATE, IGNORE)}, height=1.8, rest=0.6)

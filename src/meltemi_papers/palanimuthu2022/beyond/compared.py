@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TypeVar
 
 from meltemi.loadcases.batch import BatchCase
@@ -12,6 +13,26 @@ from meltemi.studies.journal import Lost, LostError, cells
 from meltemi_papers.study import Progress
 
 Question = TypeVar("Question")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is run.
+
+    Attributes:
+      speed: [m/s] mean wind; IEC normal turbulence of class IB.
+      levels: shares of rated power that are asked for.
+      length, begin: [s] that count, and before them.
+      points: of the field, either way.
+      seeds: of the wind and of what changes with it.
+    """
+
+    speed: float
+    levels: tuple[float, ...]
+    length: float
+    begin: float
+    points: int
+    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
 
 
 def compared(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -42,7 +42,7 @@ from meltemi.wind.fields import WindBox, WindSeries
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.field import generate_field
-from meltemi_papers.palanimuthu2022.beyond.compared import compared
+from meltemi_papers.palanimuthu2022.beyond.compared import Setup, compared
 from meltemi_papers.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER, TURBINE, slow_base
 from meltemi_papers.study import Chapter, Draw, Progress, answered
 
@@ -102,27 +102,8 @@ CANDIDATES: dict[str, Candidate] = {
 """The first is the base: pitch at the optimal speed, and a yaw control that knows nothing of power."""
 
 
-@dataclass(frozen=True)
-class Setup:
-    """What is run: hours of wind.
-
-    Attributes:
-      speed: [m/s] mean wind; IEC normal turbulence of class IB.
-      seeds: of the turbulence and of the slow changes.
-      levels: shares of rated power that are asked for.
-      length, begin: [s] that count, and before them.
-      points: of the field, either way.
-    """
-
-    speed: float = 13.0
-    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
-    levels: tuple[float, ...] = (0.6, 1.0)
-    length: float = 3600.0
-    begin: float = 200.0
-    points: int = 15
-
-
-QUICK = Setup(seeds=(1, 2), levels=(0.6,), length=200.0, begin=100.0, points=11)
+HOURS = Setup(speed=13.0, levels=(0.6, 1.0), length=3600.0, begin=200.0, points=15)
+QUICK = replace(HOURS, seeds=(1, 2), levels=(0.6,), length=200.0, begin=100.0, points=11)
 Tables = Mapping[float, EnsembleTable]
 """By share of rated power."""
 
@@ -185,15 +166,10 @@ def quantities(result: Result) -> dict[str, float]:
     }
 
 
-def run_candidates(
-    turbine: Turbine,
-    setup: Setup | None = None,
-    *,
-    workers: int | None = None,
-    progress: Progress = lambda share, what: None,
-) -> Tables:
-    """All candidates at all levels in all winds."""
-    setup = setup or Setup()
+def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
+    """All candidates at all levels in all winds, on the aeroelastic turbine."""
+    turbine = aeroelastic(load_turbine(TURBINE), "loads in turbulence")
+    setup = QUICK if runs.setup.quick else HOURS
     model = build(turbine, FAST.replace(yaw="driven"))
     start, laws = operating_point(model, setup.speed), controllers(model, performance_of(turbine))
     duration = setup.begin + setup.length
@@ -249,12 +225,6 @@ def _bars(ax: Axes, table: EnsembleTable, shown: Sequence[str]) -> None:
         )
     ax.set_xticks(np.arange(len(shown)), shown)
     ax.tick_params(labelsize=8)
-
-
-def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Tables:
-    """The candidates on the aeroelastic turbine; a look with ``runs.setup.quick``."""
-    turbine = aeroelastic(load_turbine(TURBINE), "loads in turbulence")
-    return run_candidates(turbine, QUICK if runs.setup.quick else Setup(), workers=workers, progress=progress)
 
 
 def chapter(found: Tables, draw: Draw) -> Chapter:

@@ -11,7 +11,7 @@ tenth of rated power either way; a turbine that is to give full power can only f
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,12 +33,11 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
-from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
-from meltemi_papers.palanimuthu2022.beyond.compared import compared
+from meltemi_papers.palanimuthu2022.beyond.compared import Setup, compared
 from meltemi_papers.study import Chapter, Draw, Progress, answered
 
 if TYPE_CHECKING:
@@ -81,31 +80,12 @@ UNITS = {
 }
 SHOWN = (PITCH, TRACKING, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
 STEADY, FOLLOWING = "steady", "following"
+SCHEMES = ("A0", "A1", "A2", "A3")
+"""Of the power control; the first is the base of changes."""
 
 
-@dataclass(frozen=True)
-class Setup:
-    """What is run.
-
-    Attributes:
-      speed: [m/s] mean wind; IEC normal turbulence of class IB.
-      seeds: of the turbulence and of the signal.
-      levels: shares of rated power.
-      schemes: of the power control; the first is the base of changes.
-      length, begin: [s] that count, and before them.
-      points: of the field, either way.
-    """
-
-    speed: float = 12.0
-    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
-    levels: tuple[float, ...] = (0.4, 0.6, 0.8, 1.0)
-    schemes: tuple[str, ...] = ("A0", "A1", "A2", "A3")
-    length: float = 600.0
-    begin: float = 100.0
-    points: int = 21
-
-
-QUICK = Setup(seeds=(1, 2), levels=(0.6, 1.0), schemes=("A0", "A2"), length=60.0, begin=40.0, points=11)
+FULL = Setup(speed=12.0, levels=(0.4, 0.6, 0.8, 1.0), length=600.0, begin=100.0, points=21)
+QUICK = replace(FULL, seeds=(1, 2), levels=(0.6, 1.0), length=60.0, begin=40.0, points=11)
 
 Tables = Mapping[tuple[str, float], EnsembleTable]
 """By what is asked for (steady or following) and level."""
@@ -146,15 +126,10 @@ def quantities(result: Result, rated_power: float, rated_speed: float) -> dict[s
     }
 
 
-def run_schemes(
-    turbine: Turbine,
-    setup: Setup | None = None,
-    *,
-    workers: int | None = None,
-    progress: Progress = lambda share, what: None,
-) -> Tables:
-    """All schemes at all levels in all winds."""
-    setup = setup or Setup()
+def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
+    """The schemes at all levels in all winds, on the aeroelastic turbine."""
+    turbine = aeroelastic(load_turbine(TURBINE), "loads in turbulence")
+    setup, schemes = (QUICK, ("A0", "A2")) if runs.setup.quick else (FULL, SCHEMES)
     model, performance = build(turbine, FAST), performance_of(turbine)
     start = operating_point(model, setup.speed)
     rated_speed = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
@@ -168,7 +143,7 @@ def run_schemes(
         wind = generate_field(ntm(setup.speed, "IB", seed=seed, points=setup.points), turbine, duration)
         for signal, level in asked:
             grid = PowerGrid(power_reference=reference(setup, turbine.rated_power, level, signal, seed))
-            for scheme in setup.schemes:
+            for scheme in schemes:
                 law = power_control(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
                 given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
                 yield BatchCase(model, wind, duration, law, name=f"{signal} {level:g} {scheme}", **given)
@@ -176,7 +151,7 @@ def run_schemes(
     return compared(
         setup.seeds,
         asked,
-        setup.schemes,
+        schemes,
         cases,
         reduced,
         SLOPES,
@@ -213,12 +188,6 @@ def costs_figure(tables: Tables) -> Figure:
                 ax.set_xlabel("asked for [% of rated power]", fontsize=8)
     axes[0, 0].legend(fontsize=8, frameon=False)
     return figure
-
-
-def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Tables:
-    """The schemes on the aeroelastic turbine; a look with ``runs.setup.quick``."""
-    turbine = aeroelastic(load_turbine(TURBINE), "loads in turbulence")
-    return run_schemes(turbine, QUICK if runs.setup.quick else Setup(), workers=workers, progress=progress)
 
 
 def chapter(found: Tables, draw: Draw) -> Chapter:

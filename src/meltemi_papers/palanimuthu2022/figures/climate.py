@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
@@ -17,22 +18,26 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Float = NDArray[np.float64]
+WARMTH = np.linspace(-10.0, 40.0, 201)
+TEMPERATURES = (-10.0, 0.0, 10.0, 20.0, 30.0, 40.0)
 SHOWN_TEMPERATURES = (-10.0, 0.0, 10.0, 15.0, 20.0, 30.0, 40.0)
+
+
+def _curves(ax: Axes, x: Float, curves: Mapping[str, Float]) -> None:
+    for colour, (name, y) in zip(shades(len(curves)), curves.items(), strict=True):
+        ax.plot(x, y, color=colour, label=name)
 
 
 def humidity() -> Figure:
     """Figure 2: density over temperature and humidity at sea level."""
     figure, axes = new_figure(1, 2, size=(11.0, 3.8), share=False)
-    t = np.linspace(-10.0, 40.0, 201)
-    for colour, h in zip(shades(6), paper.HUMIDITIES, strict=True):
-        axes[0, 0].plot(t, density(t, h), color=colour, label=f"{100 * h:g} %")
+    _curves(axes[0, 0], WARMTH, {f"{100 * h:g} %": density(WARMTH, h) for h in paper.HUMIDITIES})
     label(axes[0, 0], "temperature [°C]", "density [kg/m³]", "over temperature")
     beside(axes[0, 0], "humidity")
     moist = np.linspace(0.0, 1.0, 101)
-    for colour, t0 in zip(shades(6), (-10.0, 0.0, 10.0, 20.0, 30.0, 40.0), strict=True):
-        axes[0, 1].plot(
-            100.0 * moist, 100.0 * (density(t0, moist) / density(t0) - 1.0), color=colour, label=f"{t0:g} °C"
-        )
+    changes = {f"{t:g} °C": 100.0 * (density(t, moist) / density(t) - 1.0) for t in TEMPERATURES}
+    _curves(axes[0, 1], 100.0 * moist, changes)
     label(axes[0, 1], "relative humidity [%]", "change of the density [%]", "change from dry air")
     beside(axes[0, 1], "temperature")
     return figure
@@ -41,17 +46,14 @@ def humidity() -> Figure:
 def altitude() -> Figure:
     """Figure 3: density over temperature and altitude at a humidity of 40 %."""
     figure, axes = new_figure(1, 2, size=(11.0, 3.8), share=False)
-    t = np.linspace(-10.0, 40.0, 201)
-    for colour, h in zip(shades(5), paper.ALTITUDES, strict=True):
-        axes[0, 0].plot(t, density(t, 0.4, h), color=colour, label=f"{h:g} m")
-    for i, ((t0, _), printed) in enumerate(paper.DENSITIES.items()):
+    _curves(axes[0, 0], WARMTH, {f"{h:g} m": density(WARMTH, 0.4, h) for h in paper.ALTITUDES})
+    for i, ((t, _), printed) in enumerate(paper.DENSITIES.items()):
         name = "printed in the paper" if i == 0 else None
-        axes[0, 0].plot(t0, printed, "o", color=COLOURS[1], markersize=6, fillstyle="none", label=name, clip_on=False)
+        axes[0, 0].plot(t, printed, "o", color=COLOURS[1], markersize=6, fillstyle="none", label=name, clip_on=False)
     label(axes[0, 0], "temperature [°C]", "density [kg/m³]", "over temperature, humidity 40 %")
     beside(axes[0, 0], "altitude")
     high = np.linspace(0.0, 2000.0, 101)
-    for colour, t0 in zip(shades(6), (-10.0, 0.0, 10.0, 20.0, 30.0, 40.0), strict=True):
-        axes[0, 1].plot(high, density(t0, 0.4, high), color=colour, label=f"{t0:g} °C")
+    _curves(axes[0, 1], high, {f"{t:g} °C": density(t, 0.4, high) for t in TEMPERATURES})
     label(axes[0, 1], "altitude [m]", "density [kg/m³]", "over altitude, humidity 40 %")
     beside(axes[0, 1], "temperature")
     return figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -42,61 +43,55 @@ def rainy_gain(made: Rotor, rain: Rain) -> float:
     return made.gain() - per_cube * (made.radius / made.best()[0]) ** 3
 
 
-def _key(ax: Axes) -> None:
+Curve = tuple[str, Float, ArrayLike]
+"""Its name, power without rain [W], and what rain takes of it."""
+
+
+def _both(height: float, x: Float, curves: Sequence[Curve]) -> tuple[Figure, Axes]:
+    """Curves without rain, and dashed with it."""
+    figure, axes = new_figure(1, size=(7.5, height))
+    ax: Axes = axes[0, 0]
+    for colour, (name, power, lost) in zip(shades(len(curves)), curves, strict=True):
+        ax.plot(x, np.maximum(power, 0.0) * MEGA, color=colour, label=name)
+        ax.plot(x, left(power, lost) * MEGA, color=colour, linestyle="--")
+    return figure, ax
+
+
+def _named(ax: Axes, x: str, title: str, legend: str = "", top: float | None = None) -> None:
     ax.plot([], [], color=INK, label="no rain")
     ax.plot([], [], color=INK, linestyle="--", label="rain")
+    ax.set_ylim(0.0, top)
+    label(ax, x, "power [MW]", title)
+    beside(ax, legend)
 
 
 def over_wind() -> Figure:
     """Figure 10: power over wind at constant rotor speeds."""
-    figure, axes = new_figure(1, size=(7.5, 4.2))
-    ax, made = axes[0, 0], rotor(BLADES)
-    v = np.linspace(5.0, 14.0, 181)
-    speeds = (0.45, 0.55, 0.65, 0.75, 0.85)
-    for colour, speed in zip(shades(len(speeds)), speeds, strict=True):
-        power = made.power(speed, v)
-        ax.plot(v, np.maximum(power, 0.0) * MEGA, color=colour, label=f"{speed:g} rad/s")
-        ax.plot(v, left(power, loss(STORM, v)) * MEGA, color=colour, linestyle="--")
-    _key(ax)
-    ax.set_ylim(bottom=0.0)
-    label(ax, "wind speed [m/s]", "power [MW]", "32 mm/h, drops of 3 mm, M3")
-    beside(ax)
+    made, v = rotor(BLADES), np.linspace(5.0, 14.0, 181)
+    lost = loss(STORM, v)
+    figure, ax = _both(4.2, v, [(f"{w:g} rad/s", made.power(w, v), lost) for w in (0.45, 0.55, 0.65, 0.75, 0.85)])
+    _named(ax, "wind speed [m/s]", "32 mm/h, drops of 3 mm, M3")
     return figure
 
 
 def over_speed() -> Figure:
     """Figure 11: power over rotor speed by wind, with the loci of the best points."""
-    figure, axes = new_figure(1, size=(7.5, 4.6))
-    ax, made = axes[0, 0], rotor(BLADES)
-    winds = (7.0, 8.0, 9.0, 10.0, 10.715, 11.5)
-    for colour, v in zip(shades(len(winds)), winds, strict=True):
-        power = made.power(SPEED, v)
-        ax.plot(SPEED, np.maximum(power, 0.0) * MEGA, color=colour, label=f"{v:g} m/s")
-        ax.plot(SPEED, left(power, loss(STORM, v)) * MEGA, color=colour, linestyle="--")
+    made, winds = rotor(BLADES), (7.0, 8.0, 9.0, 10.0, 10.715, 11.5)
+    figure, ax = _both(4.6, SPEED, [(f"{v:g} m/s", made.power(SPEED, v), loss(STORM, v)) for v in winds])
     w = np.linspace(0.3, 0.86, 100)
     ax.plot(w, made.gain() * w**3 * MEGA, color=COLOURS[1], linewidth=1.8, label="best points")
     ax.plot(w, rainy_gain(made, STORM) * w**3 * MEGA, color=COLOURS[1], linewidth=1.8, linestyle="--", label="in rain")
-    _key(ax)
-    ax.set_ylim(0.0, 32.0)
-    label(ax, "rotor speed [rad/s]", "power [MW]", "32 mm/h, drops of 3 mm, M3")
-    beside(ax)
+    _named(ax, "rotor speed [rad/s]", "32 mm/h, drops of 3 mm, M3", top=32.0)
     return figure
 
 
 def by_pitch() -> Figure:
     """Figure 12: power over rotor speed at rated wind by pitch."""
-    figure, axes = new_figure(1, size=(7.5, 4.2))
-    ax, made = axes[0, 0], rotor(BLADES)
-    lost = loss(STORM, paper.WIND)
+    made, lost = rotor(BLADES), loss(STORM, paper.WIND)
     angles = (0.0, 2.0, 4.0, 6.0, 8.0, 10.0)
-    for colour, angle in zip(shades(len(angles)), angles, strict=True):
-        power = made.power(SPEED, paper.WIND, np.radians(angle))
-        ax.plot(SPEED, np.maximum(power, 0.0) * MEGA, color=colour, label=f"{angle:g}°")
-        ax.plot(SPEED, left(power, lost) * MEGA, color=colour, linestyle="--")
-    _key(ax)
-    ax.set_ylim(bottom=0.0)
-    label(ax, "rotor speed [rad/s]", "power [MW]", "10.715 m/s, 32 mm/h, drops of 3 mm, M3")
-    beside(ax, "pitch")
+    powers = [made.power(SPEED, paper.WIND, np.radians(angle)) for angle in angles]
+    figure, ax = _both(4.2, SPEED, [(f"{a:g}°", power, lost) for a, power in zip(angles, powers, strict=True)])
+    _named(ax, "rotor speed [rad/s]", "10.715 m/s, 32 mm/h, drops of 3 mm, M3", "pitch")
     return figure
 
 
@@ -114,7 +109,7 @@ def by_drop() -> Figure:
     """Figure 13: power over rotor speed at rated wind by drop size; and with the spectrum of drops."""
     figure, axes = new_figure(1, size=(7.8, 4.2))
     rains: list[tuple[str, Rain | None]] = [("no rain", None), ("all sizes (integrated)", Rain(rate=paper.RATE))]
-    rains += [(f"{d:g} mm", Rain(rate=paper.RATE, mode="seed", diameter=d)) for d in (0.3, 1.0, 2.0, 3.0, 4.0, 5.0)]
+    rains += [(f"{d:g} mm", STORM.replace(diameter=d)) for d in (0.3, 1.0, 2.0, 3.0, 4.0, 5.0)]
     _at_rated(axes[0, 0], rains, "10.715 m/s, 32 mm/h, M3")
     beside(axes[0, 0], "diameter of all drops")
     return figure
@@ -124,14 +119,11 @@ def by_number() -> Figure:
     """Figure 14: the same for drops of 3 mm by their number, and by the density of their water."""
     figure, axes = new_figure(1, 2, size=(13.0, 4.2), share=False)
     rains: list[tuple[str, Rain | None]] = [("no rain", None)]
-    for rate in RAIN_CLASSES.values():
-        rains.append((f"{rate:g} mm/h", Rain(rate=rate, mode="seed", diameter=paper.DROP)))
+    rains += [(f"{rate:g} mm/h", STORM.replace(rate=rate)) for rate in RAIN_CLASSES.values()]
     _at_rated(axes[0, 0], rains, "number N of drops, through the rain rate; 3 mm, 10.715 m/s, M3")
     beside(axes[0, 0])
     rains = [("no rain", None)]
-    for sigma in (250.0, 500.0, 750.0, 1000.0):
-        rain = Rain(rate=paper.RATE, mode="seed", diameter=paper.DROP, water_density=sigma)
-        rains.append((f"{sigma:g} kg/m³", rain))
+    rains += [(f"{x:g} kg/m³", STORM.replace(water_density=x)) for x in (250.0, 500.0, 750.0, 1000.0)]
     _at_rated(axes[0, 1], rains, "density $\\sigma$ of the drops; 3 mm, 32 mm/h, 10.715 m/s, M3")
     beside(axes[0, 1])
     return figure

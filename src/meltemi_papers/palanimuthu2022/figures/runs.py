@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,28 +26,22 @@ from meltemi_papers.palanimuthu2022.runs import (
     power_ratio,
     ratio,
 )
+from meltemi_papers.panels import Panel, channel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
-Panel = tuple[str, str, Callable[[Result], Float]]
-
-
-def _channel(name: str, factor: float = 1.0) -> Callable[[Result], Float]:
-    return lambda result: result[name] * factor
-
-
 TEMPERATURE: Panel = ("temperature", "°C", lambda r: r["air_temperature"] - 273.15)
 RATIO: Panel = ("tip-speed ratio", "-", ratio)
 COEFFICIENT: Panel = ("power coefficient", "-", power_ratio)
-SPEED: Panel = ("rotor speed", "rad/s", _channel("rotor_speed"))
+SPEED: Panel = ("rotor speed", "rad/s", channel("rotor_speed"))
 AERO: Panel = ("power of the air $P_a$", "MW", lambda r: aero_power(r) * MEGA)
-GENERATED: Panel = ("power of the generator", "MW", _channel("generator_power", MEGA))
-GRID: Panel = ("power into the grid, with machine and converters", "MW", _channel("generator_power", MEGA))
-WIND: Panel = ("wind", "m/s", _channel("wind_x"))
-TORQUE: Panel = ("torque of the generator $T_{em}$", "MN m", _channel("generator_torque", MEGA))
-PITCH: Panel = ("pitch", "deg", _channel("pitch_1", 180.0 / np.pi))
+GENERATED: Panel = ("power of the generator", "MW", channel("generator_power", MEGA))
+GRID: Panel = ("power into the grid, with machine and converters", "MW", channel("generator_power", MEGA))
+WIND: Panel = ("wind", "m/s", channel("wind_x"))
+TORQUE: Panel = ("torque of the generator $T_{em}$", "MN m", channel("generator_torque", MEGA))
+PITCH: Panel = ("pitch", "deg", channel("pitch_1", 180.0 / np.pi))
 
 
 def _lettered(panels: Sequence[Panel]) -> list[Panel]:
@@ -101,7 +95,7 @@ def humidity_steps(runs: Runs) -> Figure:
         "ii": "case ii: of temperature",
         "iii": "case iii: of temperature and humidity",
     }
-    moist: Panel = ("relative humidity", "%", _channel("humidity", 100.0))
+    moist: Panel = ("relative humidity", "%", channel("humidity", 100.0))
     panels = (moist, RATIO, COEFFICIENT, SPEED, AERO, GENERATED)
     return _steps(runs.humidity.results, names, panels, "10 m/s, 35 °C, M1, J = 2.93e9 kg m²")
 
