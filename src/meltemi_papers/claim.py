@@ -40,11 +40,6 @@ def listed(values: Iterable[float], form: str = "g") -> str:
     return ", ".join(format(x, form) for x in values)
 
 
-def holds(ok: bool, otherwise: str = "differs") -> str:
-    """The verdict."""
-    return "holds" if ok else otherwise
-
-
 def claims_of(study: str) -> Callable[..., Claim]:
     """The paper's claims, as ``claims.csv`` in the folder of a study states them.
 
@@ -54,7 +49,7 @@ def claims_of(study: str) -> Callable[..., Claim]:
     stated = rows_of(study, "claims.csv")
 
     def claim(key: str, ours: str, verdict: object, **words: object) -> Claim:
-        found = verdict if isinstance(verdict, str) else holds(bool(verdict))
+        found = verdict if isinstance(verdict, str) else "holds" if verdict else "differs"
         return Claim(ours=ours, verdict=found, **{name: text.format(**words) for name, text in stated[key].items()})
 
     return claim

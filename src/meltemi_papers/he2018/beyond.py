@@ -14,7 +14,7 @@ from meltemi.report.tables import number
 from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, Comparison
 from meltemi.studies.journal import Lost, guarded
 from meltemi_papers.he2018.claims import change, percent
-from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, SPEED, TRAVEL, Runs, Study
+from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, SPEED, TRAVEL, Runs, Variant
 
 Float = NDArray[np.float64]
 
@@ -158,7 +158,7 @@ def winds(runs: Runs) -> Table:
     """In which wind the paper's figures hold: changes and ceilings in other winds, and with a stiffer blade."""
     rows = []
 
-    def row(study: Study) -> list[str]:
+    def row(study: Variant) -> list[str]:
         c = study.comparison
         std = [f"{float(change(c, 'RootMyc1 std', s).mean()):+.1f} %" for s in ("ipc", "cpfc")]
         load = [f"{float(change(c, 'RootMyc1 DEL', s).mean()):+.1f} %" for s in ("ipc", "cpfc")]

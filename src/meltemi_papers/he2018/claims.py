@@ -6,7 +6,7 @@ sign; ``reasons`` says why a number differs.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,7 +18,7 @@ from meltemi.postprocess.spectra import decibels, peak
 from meltemi.simulation.result import Result
 from meltemi.studies.compare import WHOLE, Comparison
 from meltemi.studies.journal import guarded
-from meltemi_papers.claim import UNJUDGED, reasons_of
+from meltemi_papers.claim import UNJUDGED, reasons_of, rows_of
 from meltemi_papers.he2018.runs import PAPER, Runs
 
 Float = NDArray[np.float64]
@@ -106,62 +106,18 @@ Judge = Callable[[Comparison], str]
 
 
 def claims(runs: Runs) -> list[Row]:
-    """Every line of the paper's results."""
+    """Every line of the paper's results, as ``claims.csv`` states them; ``limit`` is a tolerance or what is allowed."""
     rows: list[Row] = []
+    for stated in rows_of("he2018", "claims.csv").values():
+        of, judge = KINDS[stated["kind"]](stated["quantity"], stated["scheme"], stated["paper"], stated["limit"])
 
-    def add(quantity: str, scheme: str, paper: str, of: Measure, judge: Judge, reason: str, where: str) -> None:
-        def one(c: Comparison) -> tuple[tuple[str, str], str]:
+        def one(c: Comparison, of: Measure = of, judge: Judge = judge) -> tuple[tuple[str, str], str]:
             return (of(c, WHOLE), of(c, PAPER)), judge(c)
 
         found = [guarded(partial(one, c), lambda why: (("", ""), UNJUDGED + why)) for c in runs.readings.values()]
         ours, verdicts = zip(*found, strict=True)
-        rows.append(Row(quantity, scheme.upper(), paper, ours, verdicts, reason, where))
-
-    def figure(name: str, scheme: str, value: float, tolerance: float, reason: str, where: str) -> None:
-        judge = _near(name, scheme, value, tolerance)
-        add(f"{name}, change", scheme, f"{value:+.1f} %", _changes(name, scheme), judge, reason, where)
-
-    def direction(name: str, scheme: str, words: str, reason: str, where: str) -> None:
-        add(f"{name}, change", scheme, words, _changes(name, scheme), _falls(name, scheme), reason, where)
-
-    figure("RootMyc1 std", "ipc", -47.9, 10.0, "ceiling", "Fig. 6a, Table 2")
-    figure("RootMyc1 std", "cpfc", -55.3, 10.0, "ceiling", "Fig. 6a, Table 2")
-    direction("RootMxc1 std", "ipc", "slight decrease", "gravity", "Fig. 6b, Table 2")
-    direction("RootMxc1 std", "cpfc", "slight decrease", "gravity", "Fig. 6b, Table 2")
-    for name, paper in (("Myaw mean", "-99.7 %"), ("Mtilt mean", "-94.8 %")):
-        add(f"|{name}|, change", "ipc", paper, _changes(name, "ipc"), _by_90(name, "ipc"), "means", "Fig. 7, Table 3")
-        add(f"|{name}|, change", "cpfc", "not stated", _changes(name, "cpfc"), _by_90(name, "cpfc"), "means", "Table 3")
-    figure("Myaw std", "cpfc", -29.9, 12.0, "hub", "Table 3")
-    figure("Mtilt std", "cpfc", -22.1, 12.0, "hub", "Table 3")
-    direction("Myaw std", "ipc", "not stated", "hub", "Table 3")
-    direction("Mtilt std", "ipc", "not stated", "hub", "Table 3")
-    figure("OoPDefl1 std", "ipc", -44.6, 10.0, "ceiling", "Fig. 8a, Table 4")
-    figure("OoPDefl1 std", "cpfc", -50.2, 10.0, "ceiling", "Fig. 8a, Table 4")
-    direction("IPDefl1 std", "ipc", "decreased significantly", "", "Fig. 8b, Table 4")
-    direction("IPDefl1 std", "cpfc", "decreased significantly", "", "Fig. 8b, Table 4")
-    gone = "removed completely"
-    for scheme, n, paper, limit in (("ipc", 1, gone, -10.0), ("ipc", 2, "unchanged", 3.0)):
-        add(f"RootMyc1 PSD, {n}P peak", scheme, paper, _peaks(scheme, n), _peak_within(scheme, n, limit), "", "Fig. 9")
-    for n, limit in ((1, -10.0), (2, -6.0)):
-        judge = _peak_within("cpfc", n, limit)
-        add(f"RootMyc1 PSD, {n}P peak", "cpfc", gone, _peaks("cpfc", n), judge, "2P" if n == 2 else "", "Fig. 9")
-    same = "no noticeable difference"
-    for scheme in ("ipc", "cpfc"):
-        for name, most in (("power mean", 0.5), ("power std", 20.0)):
-            add(f"{name}, change", scheme, same, _changes(name, scheme), _within(name, scheme, most), "", "Fig. 10")
-    about = "at 1P about CPC's angle; flaps have no effect on it"
-    for scheme in ("ipc", "cpfc"):
-        add("pitch 1, 1P amplitude", scheme, about, _pitching(scheme), _two_to_four(scheme), "duty", "Fig. 11a")
-    add("flap angles", "cpfc", "oscillate at 2P, within 15 deg", _flapping, _mostly_2p, "", "Fig. 11b")
-    figure("RootMyc1 DEL", "ipc", -42.2, 12.0, "ceiling", "Fig. 12, Table 5")
-    figure("RootMyc1 DEL", "cpfc", -53.7, 12.0, "ceiling", "Fig. 12, Table 5")
-    for name in ("RootMxc1 DEL", "Myaw DEL", "Mtilt DEL"):
-        for scheme in ("ipc", "cpfc"):
-            direction(name, scheme, "reduced", "extremes", "Table 5")
-    for name, value in (("RootMyc1 std", -14.2), ("RootMyc1 DEL", -19.9), ("OoPDefl1 std", -10.1)):
-        over = _changes(name, "cpfc", "ipc")
-        judge = _near(name, "cpfc", value, 10.0, "ipc")
-        add(f"{name}, CPFC over IPC", "cpfc", f"{value:+.1f} %", over, judge, "ceiling", "from its figures")
+        words = [stated[name] for name in ("reason", "where")]
+        rows.append(Row(stated["item"], stated["scheme"].upper(), stated["paper"], ours, verdicts, *words))
     return rows
 
 
@@ -252,6 +208,27 @@ def _share_of_2p(c: Comparison, window: str) -> float:
     power = np.abs(np.fft.rfft(x)) ** 2
     frequency = np.fft.rfftfreq(len(x), float(part.time[1] - part.time[0])) / c.rotor_frequency()
     return float(power[(frequency > 1.5) & (frequency < 2.5)].sum() / max(power.sum(), 1e-300))
+
+
+def _number(paper: str) -> float:
+    return float(paper.removesuffix(" %"))
+
+
+KINDS: Mapping[str, Callable[[str, str, str, str], tuple[Measure, Judge]]] = {
+    "near": lambda name, s, paper, limit: (_changes(name, s), _near(name, s, _number(paper), float(limit))),
+    "near, over IPC": lambda name, s, paper, limit: (
+        _changes(name, s, "ipc"),
+        _near(name, s, _number(paper), float(limit), "ipc"),
+    ),
+    "falls": lambda name, s, *_: (_changes(name, s), _falls(name, s)),
+    "by 90 %": lambda name, s, *_: (_changes(name, s), _by_90(name, s)),
+    "within": lambda name, s, _, limit: (_changes(name, s), _within(name, s, float(limit))),
+    "1P peak": lambda _, s, __, limit: (_peaks(s, 1), _peak_within(s, 1, float(limit))),
+    "2P peak": lambda _, s, __, limit: (_peaks(s, 2), _peak_within(s, 2, float(limit))),
+    "pitch": lambda _, s, *__: (_pitching(s), _two_to_four(s)),
+    "flaps": lambda *_: (_flapping, _mostly_2p),
+}
+"""What a claim is measured and judged by."""
 
 
 def acceptances(runs: Runs) -> list[Acceptance]:

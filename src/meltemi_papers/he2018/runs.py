@@ -119,7 +119,7 @@ def bench(model: Model, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
 
 
 @dataclass(frozen=True)
-class Study:
+class Variant:
     """A wind or a model in which the schemes differ.
 
     Attributes:
@@ -149,7 +149,7 @@ class Runs:
     bench: Bench = field(repr=False)
     readings: Mapping[str, Comparison] = field(repr=False)
     speeds: Mapping[float, Comparison] = field(repr=False)
-    studies: tuple[Study, ...] = field(repr=False)
+    studies: tuple[Variant, ...] = field(repr=False)
     shares: tuple[float, float]
     travel: Mapping[str, tuple[float, float]] = field(repr=False)
 
@@ -216,13 +216,13 @@ def run_all(
             other = attempt(name, bench, build(b.model.turbine, FAST_MODEL), ("cpc", "ipc", "cpfc"))
             if isinstance(other, Lost):
                 missing: Any = other
-                studies.append(Study(name, missing))
+                studies.append(Variant(name, missing))
                 continue
             model, controllers = other.model, {s: other.controller(s) for s in three}
         winds = [make(seed) for seed in setup.study_seeds]
         if isinstance(winds[0], SteadyWind):
             winds = winds[:1]
-        studies.append(Study(name, run(name, 3 * few, controllers, winds, model)))
+        studies.append(Variant(name, run(name, 3 * few, controllers, winds, model)))
     progress(1.0, "done")
     return Runs(setup, b, readings, speeds, tuple(studies), shares, travel)
 

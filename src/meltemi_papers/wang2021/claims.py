@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.studies.journal import survivors
-from meltemi_papers.claim import UNJUDGED, Claim, claim_group, claims_of, holds, listed, reasons_of
+from meltemi_papers.claim import UNJUDGED, Claim, claim_group, claims_of, listed, reasons_of
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, SHORT, STOP, Gust, transitions
 from meltemi_papers.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
 from meltemi_papers.wang2021.runs import AS_SCALED, Runs
@@ -54,7 +54,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
     for words, low, high, band in (("4 to 8 m/s", 3, 7, 0.10), ("near rated", 8, 9, 0.07), ("plateau", 10, 18, 0.02)):
         inside = (bins >= low) & (bins <= high) & judged
         change = power[inside] / target[inside] - 1.0
-        verdict = holds(bool(np.abs(change).max() <= band))
+        verdict: object = np.abs(change).max() <= band
         if np.isnan(change).any():
             verdict = f"{UNJUDGED}no wind of bin {', '.join(str(k) for k in bins[inside][np.isnan(change)])}"
         seen = f"{bins[inside][0]} to {bins[inside][-1]}"
@@ -79,7 +79,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
         claim(
             "plateau std",
             f"{spread[above].min():.1f} to {spread[above].max():.1f} kW",
-            f"{UNJUDGED}bins without wind" if np.isnan(factor).any() else holds(bool(factor.max() <= 2.0)),
+            f"{UNJUDGED}bins without wind" if np.isnan(factor).any() else factor.max() <= 2.0,
             name=name,
         )
     )
