@@ -463,19 +463,18 @@ def _only_begin_what_is_long() -> None:
     from meltemi.postprocess import difference
     from meltemi.report import wind_plots
     from meltemi.simulation import campbell, engines, simulate
-    from meltemi.studies import bench, compare, inspection, schemes, verify, warmup
-    from meltemi.studies.reproduce.he2018 import duel
-    from meltemi.studies.reproduce.he2018 import page as he2018
-    from meltemi.studies.reproduce.palanimuthu2022 import page as palanimuthu2022
-    from meltemi.studies.reproduce.wang2021 import page as wang2021
+    from meltemi.studies import compare, inspection, schemes, warmup
+    from meltemi_papers import study
+    from meltemi_papers.he2018 import duel
+    from meltemi_verification import bench, verification
 
     def begun(*_: Any, **__: Any) -> None:
         raise RunError(ACCEPTED)
 
     long: list[tuple[Any, str]] = [
         (campbell, "campbell"), (bench, "benchmark"), (compare, "compare"), (schemes, "design_controllers"),
-        (inspection, "inspect_turbine"), (verify, "verification"), (warmup, "warmup"), (duel, "duel"),
-        (he2018, "reproduce"), (palanimuthu2022, "reproduce"), (wang2021, "reproduce"),
+        (inspection, "inspect_turbine"), (verification, "verification"), (warmup, "warmup"), (duel, "duel"),
+        (study, "reproduce"),
     ]  # fmt: skip
     for module, name in long:
         setattr(module, name, begun)

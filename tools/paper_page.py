@@ -13,15 +13,17 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+from meltemi_papers.study import reproduce
+
 DOCS = Path(__file__).parents[1] / "docs" / "papers"
 
 
 def main(name: str, out: Path, beyond: str = "") -> None:
     """Run the study and copy what its page shows."""
-    page = import_module(f"meltemi.studies.reproduce.{name}.page")
-    parts = import_module(f"meltemi.studies.reproduce.{name}.beyond").PARTS if beyond == "all" else beyond.split(",")
+    study = import_module(f"meltemi_papers.{name}.page").STUDY
+    parts = study.parts if beyond == "all" else [part for part in beyond.split(",") if part]
     out.mkdir(parents=True, exist_ok=True)
-    found = page.reproduce(out, **({"parts": parts} if beyond else {}))
+    found = reproduce(study, out, parts=parts)
     for cell, why in found.failed.items():
         sys.exit(f"not for the documentation: {cell}: {why}")
     text = found.page

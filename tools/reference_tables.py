@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.postprocess.statistics import means_over_revolutions
-from meltemi.studies.verify.measure import decay, extremes, harmonic, undershoot
+from meltemi_verification.measure import decay, extremes, harmonic, undershoot
 
 SOURCE = (
     "OpenFAST v5.0.0, NREL 5 MW land-based, deck of the ROSCO test cases (Apache-2.0) with the baseline controller "
     "of NREL/TP-500-38060"
 )
-DATA = Path(__file__).parents[1] / "src/meltemi/studies/verify/data"
+DATA = Path(__file__).parents[1] / "src/meltemi_verification/data"
 WINDS = ("4", "6", "8", "10", "11.4", "12", "13", "15", "18", "20", "22", "24")
 STEADY = (
     "GenPwr RotSpeed BldPitch1 RotThrust RotTorq RotPwr RtFldFxh RootMyc1 RootMxc1 OoPDefl1 IPDefl1 TTDspFA TwrBsMyt "

@@ -160,7 +160,6 @@ if TYPE_CHECKING:
     from meltemi.studies.power_twin import power_turbine_of as power_turbine_of
     from meltemi.studies.preview import preview_of as preview_of
     from meltemi.studies.preview import steady_pitch as steady_pitch
-    from meltemi.studies.scaled_turbines import scaled_turbine as scaled_turbine
     from meltemi.studies.schemes import Design as Design
     from meltemi.studies.schemes import design_controllers as design_controllers
     from meltemi.studies.sensitivity import Sensitivity as Sensitivity
@@ -326,7 +325,6 @@ _HOME = {
     "studies.openfast_writer": "write_openfast",
     "studies.power_twin": "power_turbine_of",
     "studies.preview": "preview_of steady_pitch",
-    "studies.scaled_turbines": "scaled_turbine",
     "studies.schemes": "Design design_controllers",
     "studies.sensitivity": "Sensitivity differences sensitivity",
     "studies.tuning": "Tuning tune_ipc tune_loops",

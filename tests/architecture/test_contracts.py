@@ -18,7 +18,7 @@ import meltemi
 from meltemi import Model, ModelOptions, Stations, SteadyWind, Turbine, simulate
 from meltemi.core.kernel import statistics
 from meltemi.simulation.modes import natural_modes
-from meltemi.studies.verify.transient import step_wind
+from meltemi_verification.transient import step_wind
 
 ROOT = Path(__file__).parents[2]
 WIND = SteadyWind(speed=11.0)

@@ -463,6 +463,29 @@ def test_the_installed_script_is_this_command_line() -> None:
     assert script.load() is main
 
 
+def registered(folder: Path, **commands: str) -> None:
+    """A package that registers commands, as pip would leave it there."""
+    info = folder / "guest-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: guest\nVersion: 1.0\n", encoding="utf-8")
+    lines = [f"{name} = {where}" for name, where in commands.items()]
+    (info / "entry_points.txt").write_text("\n".join(["[meltemi.commands]", *lines]), encoding="utf-8")
+    code = 'def greet(name: str) -> None:\n    """Say hello."""\n    print("hello", name)\n'
+    (folder / "guest_commands.py").write_text(code, encoding="utf-8")
+
+
+def test_another_package_registers_a_command(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    registered(tmp_path, greet="guest_commands:greet", lost="guest_commands:nothing", run="guest_commands:greet")
+    monkeypatch.syspath_prepend(tmp_path)
+    ran = command("greet", "wind")
+    assert (ran.status, ran.out) == (0, "hello wind\n")
+    listed = dict(re.findall(r"^  ([a-z-]+) +([A-Z].*)", command("--help").out, re.MULTILINE))
+    assert listed["greet"] == "Say hello." and listed["lost"] == "Cannot be loaded."
+    assert listed["run"].startswith("Simulate")  # ours stay ours
+    ran = command("lost")
+    assert ran.status == 2 and "guest_commands:nothing" in ran.err
+
+
 def test_python_m_meltemi_is_the_same() -> None:
     ran = subprocess.run([sys.executable, "-m", "meltemi", "--version"], capture_output=True, text=True)
     assert (ran.returncode, ran.stdout, ran.stderr) == (0, f"meltemi {meltemi.__version__}\n", "")

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 
 import meltemi
+import meltemi_papers
+import meltemi_verification
 
 HEAVY = ("numba", "llvmlite", "scipy", "xarray", "pandas", "matplotlib", "h5netcdf", "h5py", "rainflow")
 
@@ -48,6 +50,7 @@ def test_importing_the_package_imports_nothing_heavy() -> None:
         "run --help",
         "power-curve --help",
         "compare --help",
+        "reproduce --help",
         "inspect --help",
         "export --help",
         "verify --help",
@@ -72,11 +75,12 @@ def test_reading_a_turbine_compiles_nothing() -> None:
     assert imported_by("import meltemi; meltemi.load_turbine('nrel5mw').replace(name='mine')") == set()
 
 
-MODULES = sorted(module.name for module in pkgutil.walk_packages(meltemi.__path__, "meltemi."))
+PACKAGES = (meltemi, meltemi_papers, meltemi_verification)
+MODULES = sorted(m.name for p in PACKAGES for m in pkgutil.walk_packages(p.__path__, f"{p.__name__}."))
 ONE_BY_ONE = """
 import importlib, sys
 for name in sys.argv[1:]:
-    for other in [m for m in sys.modules if m.partition(".")[0] == "meltemi"]:
+    for other in [m for m in sys.modules if m.partition("_")[0].partition(".")[0] == "meltemi"]:
         del sys.modules[other]
     try:
         importlib.import_module(name)
@@ -86,8 +90,8 @@ for name in sys.argv[1:]:
 
 
 def test_every_module_is_found() -> None:
-    root = Path(meltemi.__file__).parent
-    assert len(MODULES) == len(list(root.rglob("*.py"))) - 1  # the package itself
+    files = [file for package in PACKAGES for file in Path(package.__path__[0]).rglob("*.py")]
+    assert len(MODULES) == len(files) - len(PACKAGES)  # themselves
     assert "meltemi.simulation.step" in MODULES
 
 
@@ -106,3 +110,10 @@ def test_every_public_name_is_there() -> None:
 def test_a_misspelt_public_name_gets_the_closest() -> None:
     with pytest.raises(AttributeError, match="has no attribute 'load_turbin': did you mean 'load_turbine'"):
         meltemi.load_turbin  # noqa: B018
+
+
+def test_nothing_in_meltemi_imports_its_guests() -> None:
+    code = "import importlib, sys\nfor name in sys.argv[1:]: importlib.import_module(name)\n"
+    ours = [name for name in MODULES if name.startswith("meltemi.")]
+    there = python(f"{code}print([m for m in sys.modules if m.startswith('meltemi_')])", *ours)
+    assert there == "[]\n"

@@ -16,8 +16,8 @@ from meltemi.app.cli import app
 from meltemi.core.errors import Status
 from meltemi.simulation.channels import catalogue
 from meltemi.simulation.result import Result
-from meltemi.studies.reproduce.he2018 import checks
-from meltemi.studies.reproduce.he2018.claims import harmonic_amplitude, percent
+from meltemi_papers.he2018 import checks
+from meltemi_papers.he2018.claims import harmonic_amplitude, percent
 
 
 def test_an_unknown_study_is_refused_with_the_closest_name(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 import meltemi
 from meltemi import Campbell, InputError, Model, campbell
-from meltemi.studies.verify.table import reference_table
+from meltemi_verification.table import reference_table
 
 RPM = np.pi / 30.0
 

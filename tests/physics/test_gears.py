@@ -21,7 +21,7 @@ from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import begin
 from meltemi.structure.gear_train import gear_train, reduced
 from meltemi.structure.tables import GearModes, StructureParameters
-from meltemi.studies.verify.closed_form import NO_DAMPING
+from meltemi_verification.closed_form import NO_DAMPING
 
 Float = NDArray[np.float64]
 GEAR_LOADS = [

@@ -40,7 +40,7 @@ STEADY: list[tuple[dict[str, Any], dict[str, Any], str, float]] = [
 
 
 def deck(turbine: Turbine) -> Turbine:
-    from meltemi.studies.openfast_deck import deck_turbine
+    from meltemi_verification.openfast_deck import deck_turbine
 
     return deck_turbine(turbine)
 

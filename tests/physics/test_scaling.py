@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Environment, InputError, Turbine, scale_turbine, scaled_turbine, typical_masses
+from meltemi import Environment, InputError, Turbine, scale_turbine, typical_masses
 from meltemi.core.record import Record
 from meltemi.core.units import rpm
 from meltemi.simulation.portrait import masses
 from meltemi.structure.members import blade_member, cells
-from meltemi.studies.scaled_turbines import BOTH, NUMBERS
 from meltemi.turbine.gearbox import size_gearbox
 from meltemi.turbine.scaling.factors import design_ratio
 from meltemi.turbine.scaling.machine import Inertia, inertia_of
+from meltemi_papers.wang2021.turbines import BOTH, NUMBERS, scaled_turbine
 
 S = 1.4
 FREE = Environment(gravity=0.0)

@@ -13,8 +13,8 @@ from meltemi.control import signals as s
 from meltemi.simulation.modes import equilibrium, natural_modes, vacuum_case
 from meltemi.structure.beam import assemble
 from meltemi.structure.members import blade_beam
-from meltemi.studies.verify.closed_form import NO_DAMPING, uniform_blade
 from meltemi.turbine.pile import pile_foundation
+from meltemi_verification.closed_form import NO_DAMPING, uniform_blade
 
 CALM = SteadyWind(speed=0.0)
 LENGTH, EI, GJ, COUPLING, MASS = 60.0, 3.0e9, 1.0e9, 0.6e9, 250.0

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from meltemi.studies import bench
+from meltemi_verification import bench
 
 ROOT = Path(__file__).parents[2]
 RUN = {"us_per_step": 12.3, "real_time_factor": 777, "time_step_s": 0.01}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -12,8 +13,9 @@ import pytest
 from meltemi import Turbine
 from meltemi.environment.climate import MONTH_HOURS, load_climate
 from meltemi.environment.drops import water_content
-from meltemi.studies.reproduce.palanimuthu2022.beyond import climate as part
-from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import (
+from meltemi.report.html import Table
+from meltemi_papers.palanimuthu2022.beyond import climate as part
+from meltemi_papers.palanimuthu2022.beyond.climate.response import (
     ICED,
     QUICK,
     SHED,
@@ -23,7 +25,7 @@ from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.response import (
     Setup,
     State,
 )
-from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.year import (
+from meltemi_papers.palanimuthu2022.beyond.climate.year import (
     EDGES,
     SHED_SHARE,
     Curves,
@@ -32,6 +34,7 @@ from meltemi.studies.reproduce.palanimuthu2022.beyond.climate.year import (
     of_turbine,
     years,
 )
+from meltemi_papers.study import Drawing
 
 SETUP = Setup(seeds=(1, 2))
 SPEEDS, DENSITIES = np.array(SETUP.speeds), np.array(SETUP.densities)
@@ -144,13 +147,21 @@ def test_scenarios_shift_the_year(response: Response) -> None:
 
 def test_tables_figure_and_words(response: Response) -> None:
     found = years(response)
-    ((_, made),) = part.tables(found).values()
+    drawn: list[str] = []
+
+    def draw(name: str, caption: str, figure: Callable[[], Any]) -> Drawing:
+        figure()
+        drawn.append(name)
+        return Drawing(caption, None)
+
+    content = part.chapter(found, draw).content
+    made = [each for each in content if isinstance(each, Table)]
     assert [len(table.rows) for table in made] == [13, 4, 28, 5]
     assert all(len(row) == len(table.head) for table in made for row in table.rows)
-    (name,) = part.figures(found)
-    assert name == "climate"
-    assert "north sea" in part.verdict(found)
-    assert "nan" not in part.verdict(found)
+    assert drawn == ["climate"]
+    words = " ".join(each for each in content if isinstance(each, str))
+    assert "north sea" in words
+    assert "nan" not in words
 
 
 @pytest.mark.long

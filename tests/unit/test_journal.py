@@ -14,9 +14,20 @@ import pytest
 
 from meltemi import BatchCase, InputError, Start, SteadyWind, build, load_turbine
 from meltemi.simulation.result import Result
-from meltemi.studies.journal import FOLDER, Lost, LostError, attempt, cells, current, guarded, journal, survivors
-from meltemi.studies.reproduce.claim import Claim, claim_group, claims_table, count_held
-from meltemi.studies.reproduce.study import drawn, failed_tables, tabled
+from meltemi.studies.journal import (
+    FOLDER,
+    Lost,
+    LostError,
+    attempt,
+    cells,
+    current,
+    guarded,
+    journal,
+    package_hash,
+    survivors,
+)
+from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
+from meltemi_papers.study import drawn, failed_chapters, tabled
 
 
 def cases(speeds: tuple[float, ...] = (8.0, 9.0, 10.0)) -> list[BatchCase]:
@@ -79,6 +90,28 @@ def test_what_has_changed_is_computed_anew(tmp_path: Path, change: str) -> None:
     with journal(tmp_path, "another" if change == "inputs" else "study") as book:
         attempt("elsewhere" if change == "place" else "part", cells, other.get(change, cases()), workers=1)
         assert book.taken == 0
+
+
+def test_a_guests_study_is_computed_anew_when_the_guest_has_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "guest_study" / "__init__.py"
+    file.parent.mkdir()
+    monkeypatch.syspath_prepend(tmp_path)
+    taken: list[int] = []
+
+    def study() -> None:
+        with journal(tmp_path, "study", "guest_study") as book:
+            cells(cases((8.0,)), workers=1)
+            taken.append(book.taken)
+            raise RuntimeError
+
+    for content in ("", "", "change = 1"):
+        file.write_text(content, encoding="utf-8")
+        package_hash.cache_clear()
+        with pytest.raises(RuntimeError):
+            study()
+    assert taken == [0, 1, 0]
 
 
 @pytest.mark.parametrize("damage", ["cut", "foreign", "empty"])
@@ -160,7 +193,7 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
         assert table.rows == [["cannot be made: start at 25 m/s: no steady operation"]]
         caption, file = drawn("fig", "Figure 1", lambda: start.figure, tmp_path)
         assert file is None and "cannot be drawn: start at 25 m/s" in caption
-        ((_, (failed,)),) = failed_tables().values()
+        ((failed,),) = (chapter.content for chapter in failed_chapters().values())
         assert failed.rows[0] == ("powers: 9 m/s", "it cannot be")
     assert (tmp_path / FOLDER).is_dir()  # the next try computes only what failed
 
@@ -183,6 +216,6 @@ def test_doubtful_runs_count_are_listed_and_are_taken_over(tmp_path: Path) -> No
         (value,) = cells([runaway], reduce=count(ran), workers=1)
         assert book.taken == 1 and ran == ["runaway"] and np.isfinite(value)
         assert "1.5 times its rated speed" in book.doubtful["runaway"] and not book.failed
-        (table,) = failed_tables()["doubtful"][1]
+        (table,) = failed_chapters()["doubtful"].content
         assert table.rows == [("runaway", book.doubtful["runaway"])]
     assert not (tmp_path / FOLDER).exists()

@@ -13,26 +13,28 @@ from meltemi import InputError
 from meltemi.app.cli import app
 from meltemi.control.power_control.rotor import rotor_tables
 from meltemi.postprocess.ensemble import ensemble_table
-from meltemi.report.block_diagram import Block, Wire, plot_blocks
 from meltemi.report.html import Table
 from meltemi.report.plots import new_figure
 from meltemi.simulation.channels import standard
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
-from meltemi.studies.reproduce.claim import Claim
-from meltemi.studies.reproduce.markdown import alone, documented
-from meltemi.studies.reproduce.palanimuthu2022 import diagrams, page, paper
-from meltemi.studies.reproduce.palanimuthu2022.beyond import coordination, power
-from meltemi.studies.reproduce.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims, shadow
-from meltemi.studies.reproduce.palanimuthu2022.figure6 import kinetic_gains, mean_gains, within
-from meltemi.studies.reproduce.palanimuthu2022.figures.look import label
-from meltemi.studies.reproduce.palanimuthu2022.figures.rain_power import STORM
-from meltemi.studies.reproduce.palanimuthu2022.machine import BLADES, FORMULA, rotor
-from meltemi.studies.reproduce.palanimuthu2022.page import FIGURES, markdown
-from meltemi.studies.reproduce.palanimuthu2022.rain_claims import rain_claims
-from meltemi.studies.reproduce.palanimuthu2022.readings import printed_density, readings, time_constant
-from meltemi.studies.reproduce.palanimuthu2022.run_claims import limiting, range_of_speed, schemes_table
-from meltemi.studies.reproduce.palanimuthu2022.runs import (
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
+from meltemi_papers.block_diagram import Block, Wire, plot_blocks
+from meltemi_papers.claim import Claim, reason_lines
+from meltemi_papers.markdown import alone, documented
+from meltemi_papers.palanimuthu2022 import diagrams, page, paper
+from meltemi_papers.palanimuthu2022.beyond import coordination, power
+from meltemi_papers.palanimuthu2022.claims import REASONS, counted_pressure, formula_claims, shadow
+from meltemi_papers.palanimuthu2022.figure6 import kinetic_gains, mean_gains, within
+from meltemi_papers.palanimuthu2022.figures.look import label
+from meltemi_papers.palanimuthu2022.figures.rain_power import STORM
+from meltemi_papers.palanimuthu2022.machine import BLADES, FORMULA, rotor
+from meltemi_papers.palanimuthu2022.page import FIGURES
+from meltemi_papers.palanimuthu2022.rain_claims import rain_claims
+from meltemi_papers.palanimuthu2022.readings import printed_density, readings, time_constant
+from meltemi_papers.palanimuthu2022.run_claims import limiting, range_of_speed, schemes_table
+from meltemi_papers.palanimuthu2022.runs import (
     INTERVAL,
     PHYSICAL,
     SMALL,
@@ -42,8 +44,7 @@ from meltemi.studies.reproduce.palanimuthu2022.runs import (
     Steps,
     staircase,
 )
-from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import aeroelastic
+from meltemi_papers.study import Chapter, Drawing
 
 WRONG_IN_THE_PAPER = {"pairs", "over"}
 """Reasons of the lines that cannot hold: what the text says of its own, right numbers."""
@@ -167,12 +168,12 @@ def test_wires_join_blocks() -> None:
     for wrong, said in (("c.left", "no block 'c'"), ("b.lift", "did you mean 'left'?")):
         with pytest.raises(InputError, match=re.escape(said)):
             plot_blocks(blocks, [Wire("a.right", wrong)])
-    for draw in (diagrams.system, diagrams.climate, diagrams.coordination):
-        draw()
+    for name in ("system", "climate", "coordination"):
+        diagrams.diagram(name)
 
 
 def test_every_block_of_the_coordination_has_an_input() -> None:
-    blocks, wires = diagrams.coordination_parts()
+    blocks, wires, _ = diagrams.parts("coordination")
     ends = {w.end.partition(".")[0] for w in wires if isinstance(w.end, str)}
     assert {name for name, block in blocks.items() if block.kind != "outside"} <= ends
     (turned,) = (w for w in wires if w.begin == "drive.top")
@@ -203,10 +204,10 @@ def test_parts_beyond_the_paper_have_names(study: str, parts: str, said: str, tm
 def test_the_page_has_the_parts_that_lie_in_the_folder(tmp_path: Path) -> None:
     (tmp_path / "climate.md").write_text("## A year\n", encoding="utf-8")
     table = Table(["claim", "reason"], [["one", "pairs"], ["two", ""]])
-    text = markdown(
-        "All holds.", {"claims": ("Claims", [table])}, {"fig01": ("the system", Path("fig01.png"))}, tmp_path
-    )
-    assert "## A year" in text
+    claims = Chapter("Claims", [table, *reason_lines({"pairs": REASONS["pairs"]})])
+    figures = Chapter("Figures", [Drawing("the system", Path("fig01.png"))])
+    text = page.STUDY.markdown("All holds.", {"claims": claims, "climate": Chapter("Twice", [])}, figures, tmp_path)
+    assert "## A year" in text and "## Twice" not in text
     assert text.count(f"*pairs:* {REASONS['pairs']}") == 1
     assert "![the system](fig01.png)" in text
 

@@ -12,13 +12,13 @@ from typer.testing import CliRunner
 from meltemi import BatchCase, InputError, YawProtection, build, load_turbine, yaw_threshold
 from meltemi.app.cli import app
 from meltemi.studies.journal import Lost, LostError
-from meltemi.studies.reproduce.wang2021.beyond.grid import Found, Grid
-from meltemi.studies.reproduce.wang2021.beyond.limits import JUDGED, Limits, find_limits
-from meltemi.studies.reproduce.wang2021.beyond.report import limits_table, recheck_table, relative
-from meltemi.studies.reproduce.wang2021.beyond.year import PowerCurve, a_year
-from meltemi.studies.reproduce.wang2021.claims import CHECKS, unfiltered_trigger
-from meltemi.studies.reproduce.wang2021.table2 import Calibration, Table2
-from meltemi.studies.reproduce.wang2021.winds import measured
+from meltemi_papers.wang2021.beyond.grid import Found, Grid
+from meltemi_papers.wang2021.beyond.limits import JUDGED, Limits, find_limits
+from meltemi_papers.wang2021.beyond.report import limits_table, recheck_table, relative
+from meltemi_papers.wang2021.beyond.year import PowerCurve, a_year
+from meltemi_papers.wang2021.claims import CHECKS, unfiltered_trigger
+from meltemi_papers.wang2021.table2 import Calibration, Table2
+from meltemi_papers.wang2021.winds import measured
 
 
 def test_the_gust_passes_the_thresholds_when_the_paper_says() -> None:
@@ -59,8 +59,8 @@ def test_a_failed_run_limits_its_own_yaw_error_only(monkeypatch: pytest.MonkeyPa
             for c in cases
         ]
 
-    monkeypatch.setattr("meltemi.studies.reproduce.wang2021.beyond.limits.cells", found)
-    monkeypatch.setattr("meltemi.studies.reproduce.wang2021.beyond.limits.operating_point", lambda *_: None)
+    monkeypatch.setattr("meltemi_papers.wang2021.beyond.limits.cells", found)
+    monkeypatch.setattr("meltemi_papers.wang2021.beyond.limits.operating_point", lambda *_: None)
     made = find_limits(build(load_turbine("nrel5mw")), [1], speeds=(8.0,), errors=tuple(np.radians((0.0, 30.0, 60.0))))
     assert made.limit[JUDGED[0]] == pytest.approx(1.1)
     assert made.use.tolist() == [[pytest.approx(1 / 1.1), pytest.approx(1 / 1.1), np.inf]]

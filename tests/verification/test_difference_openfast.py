@@ -8,7 +8,7 @@ import numpy as np
 
 import meltemi
 from meltemi.postprocess.files.openfast import Columns, result_of
-from meltemi.studies.verify.steady import deck_model
+from meltemi_verification.steady import deck_model
 
 UNCERTAIN = {"rotor_power", "skew_angle", "tip_speed_ratio"}
 """Whose definitions differ: mean wind and speed of the shaft."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import ModelOptions, Turbine, TurbulentWind, operating_point
-from meltemi.studies.verify.iea import MODES
+from meltemi_verification.iea import MODES
 
 Float = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from meltemi.app.cli import main
-from meltemi.studies.verify import FULL, QUICK, Comparison, Known, Report, Row, Verdict, verification
-from meltemi.studies.verify.known import KNOWN
-from meltemi.studies.verify.table import relative
+from meltemi_verification.known import KNOWN
+from meltemi_verification.table import Comparison, Known, Report, Row, Verdict, relative
+from meltemi_verification.verification import FULL, QUICK, verification
 
 
 def complaints(comparison: Comparison) -> list[str]:
@@ -37,7 +37,7 @@ def test_full_study(study: int) -> None:
 @pytest.mark.slow
 @pytest.mark.reference
 def test_turbulence_against_openfast(reference: Path) -> None:
-    from meltemi.studies.verify.turbulent import turbulence
+    from meltemi_verification.turbulent import turbulence
 
     for comparison in turbulence(reference):
         assert complaints(comparison) == []
@@ -91,7 +91,7 @@ def test_only_a_failure_ends_with_status_one(
 ) -> None:
     row = relative("thing", "here", "N", 1.0, 1.0 + deviation / 100.0, 0.5)
     study = (1.0, lambda: Comparison("example", "Example", "nobody", [row]))
-    monkeypatch.setattr("meltemi.studies.verify.FULL", (study,))
+    monkeypatch.setattr("meltemi_verification.verification.FULL", (study,))
     monkeypatch.setattr("sys.argv", ["meltemi", "verify", "--out", str(tmp_path)])
     with pytest.raises(SystemExit) as end:
         main()

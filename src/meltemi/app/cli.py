@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from meltemi.app.commands import Commands
 from meltemi.app.compare import HELP as COMPARE_HELP
 from meltemi.app.compare import compare
 from meltemi.app.diff import diff
@@ -40,8 +41,7 @@ from meltemi.app.options import (
     wind_of_options,
     wind_options,
 )
-from meltemi.app.reproduce import reproduce
-from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, remove_empty_folders, results_in, say
+from meltemi.app.terminal import OutOption, print_table, progress_bar, remove_empty_folders, results_in, say
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
 
@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.result import Result
 
 app = typer.Typer(
+    cls=Commands,
     help="Flexible wind turbines in turbulent wind, under control, and their loads.",
     no_args_is_help=True,
     add_completion=False,
@@ -459,7 +460,6 @@ def _speeds(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero
 app.command()(wind)
 app.command(help=COMPARE_HELP)(compare)
 app.command("import", help=IMPORT_HELP)(import_)
-app.command()(reproduce)
 app.command()(inspect)
 app.command()(export)
 app.command()(diff)
@@ -522,29 +522,6 @@ def campbell(
 
 
 @app.command()
-def verify(
-    quick: Annotated[bool, typer.Option("--quick", help="Only what takes less than two minutes.")] = False,
-    reference: Annotated[
-        Path | None, typer.Option("--reference", help="Folder with the reference series, for the comparisons in time.")
-    ] = None,
-    out: OutOption = Path("out"),
-) -> None:
-    """Compare with closed forms and OpenFAST."""
-    out = folder_for(out)
-    from meltemi.studies.verify import verification
-
-    with progress_bar("verification") as progress:
-        report = verification(quick=quick, reference=reference, progress=progress)
-    for table in report.tables:
-        print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
-    print(report.summary())
-    for path in report.write(out):
-        print(f"wrote {path}")
-    if report.failed:
-        raise typer.Exit(1)
-
-
-@app.command()
 def warmup() -> None:
     """Compile everything now, on all cores."""
     import time
@@ -557,33 +534,6 @@ def warmup() -> None:
         done=lambda s: print(f"{s.name:16s} {s.signatures:4d} signatures, {s.compiled:4d} compiled, {s.seconds:6.1f} s")
     )
     print(f"ready in {time.perf_counter() - began:.1f} s: machine code in {folder}")
-
-
-@app.command()
-def bench(
-    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
-    duration: Annotated[float, typer.Option("--duration", help="Length of the timed runs [s].")] = 600.0,
-    page: Annotated[
-        Path | None, typer.Option("--page", help="Write the benchmark page of the docs to this file.")
-    ] = None,
-) -> None:
-    """Measure compile time, run time, memory."""
-    from meltemi.core.files import write_text
-    from meltemi.studies import bench as study
-
-    if page is not None:
-        folder_for(page.parent, "--page")  # minutes before it is written
-    figures = study.benchmark(duration=duration, say=say)
-    if page is not None:
-        write_text(page, study.page(figures))
-        print(f"wrote {page}")
-    if json:
-        import json as json_format
-
-        print(json_format.dumps(figures, indent=2))
-    else:
-        for line in study.report_lines(figures):
-            print(line)
 
 
 @app.command()

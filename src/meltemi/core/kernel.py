@@ -141,7 +141,6 @@ FEATURES = {
     "wind.turbulence": "turbulent wind",
     "electrical": "the electrical system",
     "structure.section_loads": "section loads",
-    "studies": "the study",
 }
 """What is compiled, by the beginning of a module's name in this package; all else is "the simulation"."""
 _FEATURES_TOLD: set[str] = set()

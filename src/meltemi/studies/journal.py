@@ -2,7 +2,8 @@
 
 Within ``with journal(out, inputs):`` the runs of :func:`cells` are kept in a folder of ``out`` as each is done. The
 same study, begun again after Ctrl-C, a crash or a kill, takes them over and goes on with the rest. They are known by a
-hash of the package's files, of the study's inputs and of the case, so what has changed is computed anew.
+hash of the files of meltemi and of the study's own package, of the study's inputs and of the case, so what has changed
+is computed anew.
 
 A cell that fails does not end the study: :class:`Lost` stands for its result, and tells whoever uses it why there is
 none. ``attempt`` makes cells of other computations, ``guarded`` gives something in place of what depends on them. A run
@@ -22,6 +23,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import fields, replace
 from functools import cache, partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -33,6 +35,7 @@ from meltemi.loadcases.batch import BatchCase, Outcome, interruptible_batch
 from meltemi.simulation.result import Result
 
 T = TypeVar("T")
+HOUSE = "meltemi"
 FOLDER = "finished-runs"
 """In the output folder, while the study is under way."""
 _ANY_START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.0, generator_torque=0.0)
@@ -71,14 +74,14 @@ class Journal:
       taken: how many finished runs were taken over.
     """
 
-    def __init__(self, folder: Path | None = None, inputs: str = "") -> None:
+    def __init__(self, folder: Path | None = None, inputs: str = "", package: str = HOUSE) -> None:
         self.failed: dict[str, str] = {}
         self.doubtful: dict[str, str] = {}
         self.taken = 0
         self.path: tuple[str, ...] = ()
         self._seal = _seal() if folder is not None else b""
         self._folder = folder if self._seal else None
-        self._study = hashlib.sha256(f"{package_hash()}|{inputs}".encode()).hexdigest()[:12] if self._seal else ""
+        self._study = _hash_of_study(package, inputs) if self._seal else ""
         self._seen: set[Path] = set()
 
     def enter(self, cell: str, why: str, *, doubtful: bool = False) -> None:
@@ -147,16 +150,17 @@ def current() -> Journal:
 
 
 @contextmanager
-def journal(out: Path, inputs: str) -> Iterator[Journal]:
+def journal(out: Path, inputs: str, package: str = HOUSE) -> Iterator[Journal]:
     """The journal of a study, in its output folder.
 
     What is kept goes when the study has come to its end without a failed cell.
 
     Args:
       out: folder; it must exist.
-      inputs: everything that the study depends on beside the package's files, as text.
+      inputs: everything that the study depends on beside the packages' files, as text.
+      package: in which the study is.
     """
-    book = Journal(out / FOLDER, inputs)
+    book = Journal(out / FOLDER, inputs, package)
     if book.waiting():
         _say(f"taking over {book.waiting()} finished runs from {out / FOLDER}")
     token = _OPEN.set(book)
@@ -329,10 +333,15 @@ def _print(value: Any) -> str:
     return repr(value) if isinstance(value, (bool, int, float, str, dict, type(None))) else ""
 
 
+def _hash_of_study(package: str, inputs: str) -> str:
+    names = f"{package_hash(HOUSE)}|{package_hash(package)}|{inputs}"
+    return hashlib.sha256(names.encode()).hexdigest()[:12]
+
+
 @cache
-def package_hash() -> str:
-    """Hash of every file of the package."""
-    root = Path(__file__).parents[1]
+def package_hash(package: str) -> str:
+    """Hash of every file of a package."""
+    (root,) = map(Path, import_module(package).__path__)
     digest = hashlib.sha256()
     for path in sorted(p for p in root.rglob("*") if p.is_file() and p.suffix != ".pyc"):
         digest.update(path.relative_to(root).as_posix().encode())

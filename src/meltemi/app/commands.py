@@ -1,0 +1,54 @@
+"""Commands of other packages, which register them as entry points of the group ``meltemi.commands``.
+
+An entry point is a function as Typer takes it: its docstring is the help, its arguments are the options. The module it
+stands in is imported by ``meltemi --help``, so it leaves what is heavy to the function.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+from meltemi.core.errors import InputError
+
+GROUP = "meltemi.commands"
+
+
+class Commands(TyperGroup):
+    """Our commands, and those of other packages as soon as one is asked for that is not ours."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Names of all commands, ours first."""
+        self._add_registered()
+        return super().list_commands(ctx)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """A command by its name."""
+        if cmd_name not in self.commands:
+            self._add_registered()
+        return super().get_command(ctx, cmd_name)
+
+    def _add_registered(self) -> None:
+        from importlib.metadata import entry_points
+
+        for entry in sorted(entry_points(group=GROUP)):
+            if entry.name not in self.commands:
+                self.add_command(_command(entry), entry.name)
+
+
+def _command(entry: Any) -> Any:
+    """What is registered, or a command that says why it cannot be loaded."""
+    try:
+        function = entry.load()
+    except Exception as error:
+        why = f"{entry.name}: {entry.value}, which a package registers, cannot be loaded: {error}"
+
+        def function() -> None:
+            raise InputError(why)
+
+        function.__doc__ = "Cannot be loaded."
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+    alone.command(entry.name)(function)
+    return typer.main.get_command(alone)

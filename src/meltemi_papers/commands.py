@@ -1,0 +1,95 @@
+"""``meltemi reproduce``: a published study again, from an empty folder to a page."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.core.errors import InputError, did_you_mean
+
+STUDIES = {
+    "he2018": "combined individual pitch and flap control of the NREL 5 MW (Energies 11, 2519)",
+    "wang2021": "yaw-error thresholds, derating instead of shutdown (Front. Energy Res. 9, 711927)",
+    "palanimuthu2022": "a 20 MW turbine in its climate and on the grid (Energies 15, 8161)",
+}
+
+
+def reproduce(
+    study: Annotated[str, typer.Argument(help="Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()))],
+    quick: Annotated[bool, typer.Option("--quick", help="Few and short runs: a look, nothing to judge by.")] = False,
+    rosco: Annotated[
+        bool, typer.Option("--rosco", help="Only this, of he2018: its load control beside ROSCO's.")
+    ] = False,
+    beyond: Annotated[
+        str, typer.Option("--beyond", help="Of palanimuthu2022: parts beyond the paper, as climate,power, or all.")
+    ] = "",
+    workers: Annotated[int | None, typer.Option("--workers", help="Runs at a time [one for each core].")] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Do a published study again: every claim beside ours, its figures redrawn, one page."""
+    if study not in STUDIES:
+        raise InputError(f"no study {study!r}: {did_you_mean(study, STUDIES)}")
+    if workers is not None and workers < 1:
+        raise InputError(f"--workers must be at least 1, found {workers}")
+    if rosco:
+        if study != "he2018":
+            raise InputError(f"--rosco belongs to he2018; {study} has no such part")
+        _duel(quick, workers, out)
+        return
+    parts = _parts(study, beyond) if beyond else ()
+    with results_in(out):
+        from meltemi_papers import study as skeleton
+
+        page = import_module(f"meltemi_papers.{study}.page")
+        with progress_bar(study) as progress:
+            found = skeleton.reproduce(
+                page.STUDY, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
+            )
+    for table in found.tables:
+        print_table(table.caption, table.head, table.rows, text_columns=len(table.head))
+    print(found.lead)
+    for cell, why in found.failed.items():
+        say(f"failed: {cell}: {why}")
+    for cell, why in found.doubtful.items():
+        say(f"DOUBTFUL: {cell}: {why}")
+    for file in found.files:
+        print(f"wrote {file}")
+    if found.failed:
+        raise typer.Exit(1)
+
+
+def _parts(study: str, names: str) -> list[str]:
+    """Parts beyond a paper by their names with commas."""
+    if study != "palanimuthu2022":
+        raise InputError(f"--beyond belongs to palanimuthu2022; {study} runs all of its own")
+    from meltemi_papers.palanimuthu2022.beyond import PARTS
+
+    asked = list(PARTS) if names == "all" else [name.strip() for name in names.split(",")]
+    for name in asked:
+        if name not in PARTS:
+            raise InputError(f"--beyond: no part {name!r}: {did_you_mean(name, [*PARTS, 'all'])}")
+    return asked
+
+
+def _duel(quick: bool, workers: int | None, out: Path) -> None:
+    from meltemi.control.bladed.rosco import find_rosco
+    from meltemi.studies.journal import journal
+
+    find_rosco()
+    with results_in(out), journal(out, f"duel, quick {quick}", "meltemi_papers"):
+        from meltemi_papers.he2018.duel import brief, chapter, duel, duel_tables, findings
+        from meltemi_papers.he2018.runs import QUICK, Setup
+
+        with progress_bar("he2018 beside ROSCO") as progress:
+            found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
+        files = chapter(found).write("duel", out)
+    for table in map(brief, duel_tables(found)):
+        print_table(table.caption, table.head, table.rows)
+    for line in findings(found):
+        print(line)
+    for file in files:
+        print(f"wrote {file}")

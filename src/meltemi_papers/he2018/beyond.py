@@ -1,0 +1,216 @@
+"""What the paper left open: rivals of the flaps, other wind speeds, a lifetime, the actuators' duty, preview, winds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_interval, rayleigh_weights
+from meltemi.report.html import Table
+from meltemi.report.tables import number
+from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, Comparison
+from meltemi.studies.journal import Lost, guarded
+from meltemi_papers.he2018.claims import change, percent
+from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, SPEED, TRAVEL, Runs, Variant
+
+Float = NDArray[np.float64]
+
+MEAN_WIND = 8.5
+"""[m/s] yearly mean of class II, 0.2 V_ref."""
+LIFETIME_SPEEDS = (8.0, 12.0, 16.0, 20.0, 24.0)
+LOADS = {"RootMyc1 DEL": BLADE_SLOPE, "RootMxc1 DEL": BLADE_SLOPE, "TwrBsMyt DEL": STEEL_SLOPE}
+SECONDS_OF_A_YEAR = 365.25 * 86400.0
+
+
+def duty(c: Comparison, name: str, scheme: str) -> float:
+    """[deg/s] mean travel."""
+    return float(np.degrees(c.values(name, scheme).mean()))
+
+
+def rivals(runs: Runs) -> Table:
+    """Every scheme at the paper's wind speed: loads, speed, and what the actuators do for it."""
+    c = runs.readings[CLASS_B]
+    rows = [
+        [
+            scheme,
+            *(percent(change(c, name, scheme)) if scheme != "cpc" else "" for name in _MAIN),
+            f"{duty(c, 'pitch travel', scheme):.2f}",
+            f"{duty(c, 'flap travel', scheme):.2f}",
+        ]
+        for scheme in c.schemes
+    ]
+    head = ["scheme", *(f"{name}\nchange" for name in _MAIN), "pitch travel\ndeg/s", "flap travel\ndeg/s"]
+    return Table(head, rows, f"All schemes at {SPEED:g} m/s, {CLASS_B}, {len(c.winds)} seeds; changes against CPC")
+
+
+_MAIN = ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "OoPDefl1 std", "TwrBsMyt DEL", "rotor speed std")
+
+
+def equal_travel(runs: Runs) -> Table:
+    """The flap loops that were tried, in winds of their own."""
+    load, allowed = runs.travel["cpfc"]
+    rows = []
+    for name, (other, travel) in runs.travel.items():
+        fits = "yes" if travel <= allowed else "no"
+        share = f"{100.0 * (other / load - 1.0):+.1f} %"
+        rows.append([name, number(other * 1e-3), share, f"{np.degrees(travel):.2f}", "" if name == "cpfc" else fits])
+    head = [
+        "flap loops beside IPC",
+        "RootMyc1 DEL\nkN m",
+        "change\nagainst CPFC",
+        "flap travel\ndeg/s",
+        "no more travel",
+    ]
+    chosen = " and ".join(f"{100 * s:.0f} %" for s in runs.shares)
+    return Table(
+        head,
+        rows,
+        "Flap loops at 1P and 2P with shares of their gains",
+        note=f"Chosen, as the least load at no more flap travel than CPFC: {chosen} of the gains at 1P and 2P. It is "
+        f"judged in other winds as {TRAVEL!r}.",
+    )
+
+
+def below_rated(runs: Runs) -> Table:
+    """What the schemes do where the pitch rests at its lower limit, and what they cost in energy."""
+    rows = []
+    for u, c in runs.speeds.items():
+        if u < 11.4 and isinstance(c, Lost):
+            rows.append([f"{u:g}", f"failed: {c.why}"])
+        elif u < 11.4:
+            for scheme in c.schemes[1:]:
+                names = ("RootMyc1 std", "RootMyc1 DEL", "TwrBsMyt DEL", "power mean")
+                travel = (f"{duty(c, name, scheme):.2f}" for name in ("pitch travel", "flap travel"))
+                rows.append([f"{u:g}", scheme, *(percent(change(c, name, scheme)) for name in names), *travel])
+    head = ["wind\nm/s", "scheme", "RootMyc1 std", "RootMyc1 DEL", "TwrBsMyt DEL", "power"]
+    head += ["pitch travel\ndeg/s", "flap travel\ndeg/s"]
+    return Table(head, rows, "Below rated: changes against CPC", text_columns=2)
+
+
+def at_speed(runs: Runs, speed: float) -> Comparison:
+    """The comparison in the class's wind at a wind speed."""
+    return runs.readings[CLASS_B] if speed == SPEED else runs.speeds[speed]
+
+
+def lifetime_speeds(runs: Runs) -> list[float]:
+    """[m/s] those of the lifetime that were run."""
+    return sorted({u for u in (*runs.speeds, SPEED) if u in LIFETIME_SPEEDS})
+
+
+def lifetime(runs: Runs) -> Table:
+    """Equivalent loads of a lifetime, energy, and the duty of the actuators in it."""
+    speeds = lifetime_speeds(runs)
+    rows, base = [], dict[str, float]()
+    for scheme in ALL_SPEEDS:
+        row = [scheme]
+        loads = {name: lifetime_load(runs, scheme, name) for name in LOADS}
+        for name, value in loads.items():
+            base.setdefault(name, value)
+            row += [number(value * 1e-3), "" if scheme == "cpc" else f"{100.0 * (value / base[name] - 1.0):+.1f} %"]
+        energy = lifetime_energy(runs, scheme)
+        base.setdefault("energy", energy)
+        row.append("" if scheme == "cpc" else f"{100.0 * (energy / base['energy'] - 1.0):+.2f} %")
+        pitch, flap = (lifetime_travel(runs, scheme, name) for name in ("pitch travel", "flap travel"))
+        saved = 1.0 - loads["RootMyc1 DEL"] / base["RootMyc1 DEL"]
+        base.setdefault("pitch", pitch)
+        price = "" if saved <= 0.0 else f"{np.degrees(pitch - base['pitch']) / (100.0 * saved):.3f}"
+        row += [f"{np.degrees(pitch):.2f}", f"{np.degrees(flap):.2f}", price]
+        rows.append(row)
+    head = ["scheme"]
+    for name in LOADS:
+        head += [f"{name}\nkN m", "change"]
+    head += ["energy\nchange", "pitch travel\ndeg/s", "flap travel\ndeg/s", "more pitch travel\nper % of RootMyc1 DEL"]
+    return Table(
+        head,
+        rows,
+        f"Lifetime in class II (Rayleigh, {MEAN_WIND:g} m/s) from {', '.join(f'{u:g}' for u in speeds)} m/s",
+        note="Loads: damages summed over wind speeds and seeds. Travel and energy: means over the distribution.",
+    )
+
+
+def lifetime_load(runs: Runs, scheme: str, name: str) -> float:
+    """[N m] equivalent load of a lifetime, for 1 Hz."""
+    speeds = lifetime_speeds(runs)
+    slope = LOADS[name]
+    loads = [ensemble_load(at_speed(runs, u).values(name, scheme), slope) for u in speeds]
+    return lifetime_del(speeds, loads, slope=slope, mean_speed=MEAN_WIND)
+
+
+def lifetime_energy(runs: Runs, scheme: str) -> float:
+    """[J] of a year."""
+    speeds = lifetime_speeds(runs)
+    means = [at_speed(runs, u).values("power mean", scheme).mean() for u in speeds]
+    return float(rayleigh_weights(speeds, MEAN_WIND) @ means) * SECONDS_OF_A_YEAR
+
+
+def lifetime_travel(runs: Runs, scheme: str, name: str) -> float:
+    """[rad/s] mean travel over the distribution of wind."""
+    speeds = lifetime_speeds(runs)
+    weights = rayleigh_weights(speeds, MEAN_WIND)
+    values = [at_speed(runs, u).values(name, scheme).mean() for u in speeds]
+    return float(weights @ values / weights.sum())
+
+
+def winds(runs: Runs) -> Table:
+    """In which wind the paper's figures hold: changes and ceilings in other winds, and with a stiffer blade."""
+    rows = []
+
+    def row(study: Variant) -> list[str]:
+        c = study.comparison
+        std = [f"{float(change(c, 'RootMyc1 std', s).mean()):+.1f} %" for s in ("ipc", "cpfc")]
+        load = [f"{float(change(c, 'RootMyc1 DEL', s).mean()):+.1f} %" for s in ("ipc", "cpfc")]
+        limits = [
+            f"{100.0 * float(np.mean([run.ceilings[k].std_change for run in c.runs['cpc']])):+.1f} %" for k in (0, 1)
+        ]
+        return [study.name, number(float(c.values("RootMyc1 std", "cpc").mean()) * 1e-3), *std, *load, *limits]
+
+    for study in runs.studies:
+        rows.append(guarded(partial(row, study), lambda why, name=study.name: [name, f"failed: {why}"]))  # type: ignore[misc]
+    head = ["wind or model", "CPC std\nkN m", "IPC std\n(-47.9 %)", "CPFC std\n(-55.3 %)", "IPC DEL\n(-42.2 %)"]
+    head += ["CPFC DEL\n(-53.7 %)", "ceiling 1P\nstd", "ceiling 1P, 2P\nstd"]
+    return Table(head, rows, f"RootMyc1 at {SPEED:g} m/s in other winds; the paper's figures in parentheses")
+
+
+def minutes_table(values: Sequence[tuple[str, Float, float]]) -> Table:
+    """How often a single minute shows the paper's figure; of (scheme, changes in all minutes, the paper's)."""
+    rows = [
+        [
+            scheme,
+            f"{paper:+.1f} %",
+            f"{float(np.median(x)):+.1f} %",
+            f"{float(np.percentile(x, 5)):+.1f} to {float(np.percentile(x, 95)):+.1f} %",
+            f"{float(x.min()):+.1f} %",
+            f"{100.0 * float((x <= paper).mean()):.1f} %",
+        ]
+        for scheme, x, paper in values
+    ]
+    head = ["scheme", "paper", "median", "90 % of minutes", "best minute", "minutes that reach\nthe paper's figure"]
+    return Table(head, rows, "std of RootMyc1 in single minutes of all seeds and both readings, against CPC")
+
+
+def verdict(runs: Runs) -> str:
+    """Which scheme we would build, from the numbers."""
+    c = runs.readings[CLASS_B]
+    loads = {s: lifetime_load(runs, s, "RootMyc1 DEL") for s in ALL_SPEEDS}
+    saved = {s: 100.0 * (1.0 - loads[s] / loads["cpc"]) for s in ALL_SPEEDS}
+    travel = {s: np.degrees(lifetime_travel(runs, s, "pitch travel")) for s in ALL_SPEEDS}
+    energy = {s: lifetime_energy(runs, s) for s in ALL_SPEEDS}
+    cost = {s: 100.0 * (1.0 - energy[s] / energy["cpc"]) for s in ALL_SPEEDS}
+    two = mean_interval(change(c, "RootMyc1 DEL", "ipc2"))
+    flaps = mean_interval(change(c, "RootMyc1 DEL", "cpfc"))
+    return (
+        f"Over a lifetime IPC takes {saved['ipc']:.1f} % of the equivalent root moment for "
+        f"{travel['ipc'] / travel['cpc']:.1f} times the pitch travel, CPFC {saved['cpfc']:.1f} %, 2P individual pitch "
+        f"instead of flaps {saved['ipc2']:.1f} % at {travel['ipc2'] / travel['cpc']:.1f} times the travel. At "
+        f"{SPEED:g} m/s 2P pitch ({two.mean:+.1f} %) and 2P flaps ({flaps.mean:+.1f} %) are equal in load. So on a "
+        "turbine whose pitch bearings can take the 1P travel at all, the first step is 1P individual pitch: most of "
+        "the gain, no new hardware. The second is preview of the wind, which relieves the tower and the speed and "
+        "costs no travel. 2P is worth a flap only where the flap is there already, since 2P by pitch gives the same "
+        "for more pitch travel and without a moving part in the blade. Flaps alone at 1P and 2P spare the pitch "
+        f"bearings altogether. All cost energy (IPC {cost['ipc']:.1f} %, CPFC {cost['cpfc']:.1f} %, flaps alone "
+        f"{cost['flaps12']:.1f} % over a lifetime), all of it below rated, where there is little load to save: there "
+        "the loops should fade out."
+    )

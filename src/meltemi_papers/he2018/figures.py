@@ -1,0 +1,166 @@
+"""The paper's Figures 4 to 12 from our runs: the first seed, in the window that the paper shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.postprocess.ensemble import mean_interval
+from meltemi.report.palette import COLOURS, INK
+from meltemi.report.plots import new_figure, panel
+from meltemi.report.spectra_plots import plot_spectra
+from meltemi.studies.compare import hub_moments
+from meltemi.turbine.flaps import DEFLECTION
+from meltemi.turbine.flaps import LIFT as LIFT_TABLE
+from meltemi_papers.he2018.beyond import at_speed
+from meltemi_papers.he2018.claims import change
+from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, Runs
+from meltemi_papers.panels import Panel, channel, series
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Float = NDArray[np.float64]
+THREE = ("cpc", "ipc", "cpfc")
+HIGHEST = 0.9
+"""[Hz] to which spectra are drawn: a little beyond 4P."""
+
+
+def polars(runs: Runs) -> Figure:
+    """Fig. 4: lift of the flapped section over angle of attack and deflection."""
+    figure, axes = new_figure(1, size=(7.0, 4.4))
+    rows = np.array([[float(word) for word in line.split()] for line in LIFT_TABLE.strip().splitlines()])
+    for j, delta in enumerate(DEFLECTION):
+        colour = {"color": COLOURS[j % len(COLOURS)]} if j < len(COLOURS) else {"color": INK}
+        axes[0, 0].plot(rows[:, 0], rows[:, j + 1], marker=".", label=f"{delta:+g} deg", **colour)
+    axes[0, 0].legend(title="flap", fontsize=8)
+    axes[0, 0].set_xlabel("angle of attack [deg]")
+    panel(axes[0, 0], "Fig. 4: lift coefficient of NACA 64-618 with a flap of 10 % chord", "-")
+    return figure
+
+
+def hub_wind(runs: Runs) -> Figure:
+    """Fig. 5: wind at the hub."""
+    figure, axes = new_figure(len(runs.readings), size=(9.0, 1.9 * len(runs.readings) + 0.6))
+    for ax, (reading, c) in zip(axes[:, 0], runs.readings.items(), strict=True):
+        result = c.results("cpc")
+        ax.plot(result.time, result["wind_x"], linewidth=0.6, color=COLOURS[0])
+        ax.axvspan(*runs.setup.window, color=COLOURS[3], alpha=0.2, linewidth=0.0)
+        panel(ax, f"Fig. 5: wind at the hub, {reading}; shaded: the paper's window", "m/s")
+    axes[-1, 0].set_xlabel("time [s]")
+    return figure
+
+
+def shown(*panels: Panel) -> Callable[[Runs], Figure]:
+    """Draws panels of the paper's window, one curve a scheme."""
+
+    def draw(runs: Runs) -> Figure:
+        c = runs.readings[CLASS_B]
+        results = {scheme.upper(): c.results(scheme).between(*c.windows[PAPER]) for scheme in THREE}
+        return series(panels, results, height=2.1, rest=0.7, loc="upper right")
+
+    return draw
+
+
+def spectra(runs: Runs) -> Figure:
+    """Fig. 9: power spectral density of RootMyc1, mean over seeds, for both readings of the wind."""
+    figure, axes = new_figure(1, len(runs.readings), size=(11.0, 4.0))
+    for ax, (reading, c) in zip(axes[0], runs.readings.items(), strict=True):
+        found = {scheme.upper(): c.spectrum("RootMyc1", scheme) for scheme in THREE}
+        plot_spectra(found, "RootMyc1", rotor=c.rotor_frequency(), harmonics=(1, 2, 3, 4), highest=HIGHEST, ax=ax)
+        ax.set_title(f"Fig. 9: PSD of RootMyc1, {reading}", fontsize=9, loc="left", color=INK, pad=3)
+    return figure
+
+
+def actuators(runs: Runs) -> Figure:
+    """Fig. 11: pitch of blade 1 by scheme, and the three flaps of CPFC."""
+    c = runs.readings[CLASS_B]
+    figure, axes = new_figure(2, size=(9.0, 5.0))
+    for i, scheme in enumerate(THREE):
+        part = c.results(scheme).between(*c.windows[PAPER])
+        axes[0, 0].plot(part.time, np.degrees(part["pitch_1"]), linewidth=1.0, color=COLOURS[i], label=scheme.upper())
+    axes[0, 0].legend(fontsize=8, ncols=3, loc="upper right")
+    panel(axes[0, 0], "Fig. 11a: pitch of blade 1", "deg")
+    part = c.results("cpfc").between(*c.windows[PAPER])
+    for b in (1, 2, 3):
+        flap = np.degrees(part[f"flap_1_angle_{b}"])
+        axes[1, 0].plot(part.time, flap, linewidth=0.9, color=COLOURS[b - 1], label=f"blade {b}")
+    axes[1, 0].legend(fontsize=8, ncols=3, loc="upper right")
+    panel(axes[1, 0], "Fig. 11b: flaps of CPFC", "deg")
+    axes[1, 0].set_xlabel("time [s]")
+    return figure
+
+
+def loads(runs: Runs) -> Figure:
+    """Fig. 12: damage-equivalent loads over CPC's, mean over seeds with intervals, beside the paper's."""
+    names = ("RootMyc1 DEL", "RootMxc1 DEL", "Myaw DEL", "Mtilt DEL")
+    paper: Mapping[str, tuple[float, float]] = {"RootMyc1 DEL": (-42.2, -53.7)}
+    figure, axes = new_figure(1, len(runs.readings), size=(11.0, 3.8))
+    for ax, (reading, c) in zip(axes[0], runs.readings.items(), strict=True):
+        for i, scheme in enumerate(("ipc", "cpfc")):
+            found = [mean_interval(change(c, name, scheme)) for name in names]
+            x = np.arange(len(names)) + 0.38 * (i - 0.5)
+            width = [0.0 if e.n < 2 else e.half_width for e in found]
+            ax.bar(x, [e.mean for e in found], 0.36, yerr=width, color=COLOURS[i + 1], label=scheme.upper(), capsize=3)
+            for j, name in enumerate(names):
+                if name in paper:
+                    ax.plot(x[j], paper[name][i], marker="D", color=INK, markersize=6, linestyle="",
+                            label="paper" if i == 0 else None)  # fmt: skip
+        ax.axhline(0.0, color=INK, linewidth=0.8)
+        ax.set_xticks(range(len(names)), [name.removesuffix(" DEL") for name in names])
+        ax.legend(fontsize=8, loc="lower right")
+        panel(ax, f"Fig. 12: change of DEL against CPC, {reading}", "%")
+    return figure
+
+
+def over_speeds(runs: Runs) -> Figure:
+    """Change of loads over wind speed, beyond the paper."""
+    every = sorted({*runs.speeds, SPEED})
+    figure, axes = new_figure(1, 3, size=(12.0, 3.8))
+    for ax, name in zip(axes[0], ("RootMyc1 DEL", "TwrBsMyt DEL", "power mean"), strict=True):
+        for i, scheme in enumerate(ALL_SPEEDS[1:]):
+            means = [float(change(at_speed(runs, u), name, scheme).mean()) for u in every]
+            ax.plot(every, means, marker="o", markersize=4, color=COLOURS[i], label=scheme)
+        ax.axhline(0.0, color=INK, linewidth=0.8)
+        ax.set_xlabel("wind speed [m/s]")
+        panel(ax, f"{name}, change against CPC", "%")
+    axes[0, 0].legend(fontsize=8)
+    return figure
+
+
+FIGURES: Mapping[str, tuple[str, Callable[[Runs], Figure]]] = {
+    "fig04_polars": ("Lift of the flapped section: the increments that the flap adds", polars),
+    "fig05_wind": ("Wind at the hub, first seed", hub_wind),
+    "fig06_root_moments": (
+        "Root moments of blade 1, first seed",
+        shown(
+            ("Fig. 6a: RootMyc1, out of plane", "kN m", channel("RootMyc1", 1e-3)),
+            ("Fig. 6b: RootMxc1, in plane", "kN m", channel("RootMxc1", 1e-3)),
+        ),
+    ),
+    "fig07_hub_moments": (
+        "Moments of the blades on the hub, first seed",
+        shown(
+            ("Fig. 7a: Myaw, of the blades on the hub", "kN m", lambda r: hub_moments(r)[1] * 1e-3),
+            ("Fig. 7b: Mtilt, of the blades on the hub", "kN m", lambda r: hub_moments(r)[0] * 1e-3),
+        ),
+    ),
+    "fig08_deflections": (
+        "Tip deflections of blade 1, first seed",
+        shown(
+            ("Fig. 8a: OoPDefl1, out of plane", "m", channel("OoPDefl1")),
+            ("Fig. 8b: IPDefl1, in plane", "m", channel("IPDefl1")),
+        ),
+    ),
+    "fig09_spectra": ("Power spectral densities, mean over seeds", spectra),
+    "fig10_power": (
+        "Electrical power, first seed",
+        shown(("Fig. 10: electrical power", "kW", channel("generator_power", 1e-3))),
+    ),
+    "fig11_actuators": ("Pitch and flaps, first seed", actuators),
+    "fig12_loads": ("Damage-equivalent loads: change against CPC, 95 % intervals over seeds", loads),
+}
+"""By file name: caption and what draws it."""

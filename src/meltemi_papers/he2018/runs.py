@@ -1,0 +1,292 @@
+"""All simulations of the reproduction: the paper's set-up, rivals, other wind speeds, other winds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from meltemi.control.controller import Controller
+from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, SpeedNotch, load_control
+from meltemi.simulation.linear import LinearModel
+from meltemi.simulation.model import Model, build
+from meltemi.simulation.options import ModelOptions
+from meltemi.studies.compare import WHOLE, Comparison, compare
+from meltemi.studies.journal import Lost, attempt
+from meltemi.studies.preview import preview_of, steady_pitch
+from meltemi.studies.scheme_names import SCHEMES, Target
+from meltemi.studies.tuning import Tuning, linear_models, scaled, speed_notch, tune_loops
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.flaps import with_flaps
+from meltemi.turbine.library import load_turbine
+from meltemi.wind.fields import SteadyWind, Wind
+from meltemi.wind.iec.winds import ntm
+from meltemi.wind.turbulence.field import AnyWind
+from meltemi_papers.study import Progress
+
+Made = Controller | Callable[[Wind], Controller]
+
+SPEED, SHEAR = 20.0, 0.2
+PAPER = "100-160 s"
+"""Name of the window in which the paper discusses its figures."""
+EDITION_2, CLASS_B = "ed. 2, TI 14 %", "NTM class B, 14.4 %"
+READINGS: Mapping[str, dict[str, Any]] = {EDITION_2: {"edition": 2, "intensity": 0.14}, CLASS_B: {"wind_class": "IIB"}}
+"""Two ways to read the paper's wind: an intensity of 0.14, or the class whose I_ref is 0.14."""
+PARTS = ("cpc", "ipc", "cpfc", "feedforward", "feedback", "flaps")
+RIVALS = ("ipc2", "flaps12", "cpfc12")
+ALL_SPEEDS = ("cpc", "ipc", "cpfc", "ipc2", "flaps12")
+"""Schemes that are run at every wind speed."""
+TRAVEL = "cpfc12 at equal travel"
+PREVIEW, PREVIEW_IPC = "preview", "preview and ipc"
+TUNING_SEEDS = (101, 102, 103)
+"""Winds in which the flap loops are tuned for load; the schemes are judged in others."""
+SHARES_1P, SHARES_2P = (0.0, 0.5, 1.0), (0.3, 0.6, 1.0)
+"""Of the flap gains at 1P and 2P that are tried."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """How much is run.
+
+    Attributes:
+      seeds: of turbulence.
+      duration: [s] of a run.
+      transient: [s] that are not judged.
+      window: [s] that the paper discusses.
+      speeds: [m/s] beside the paper's.
+      study_seeds: of the study of winds.
+    """
+
+    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    duration: float = 700.0
+    transient: float = 100.0
+    window: tuple[float, float] = (100.0, 160.0)
+    speeds: tuple[float, ...] = (8.0, 11.0, 12.0, 16.0, 24.0)
+    study_seeds: tuple[int, ...] = (1, 2)
+
+    @property
+    def windows(self) -> dict[str, tuple[float, float]]:
+        """For ``compare``."""
+        return {PAPER: self.window}
+
+
+QUICK = Setup(seeds=(1, 2), duration=170.0, speeds=(8.0, 24.0), study_seeds=(1,))
+"""A look at everything in little time; its numbers are too few to judge by."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A turbine with controllers for it.
+
+    Attributes:
+      model: with the paper's flaps and a second-order pitch actuator.
+      linear: about which loops are tuned.
+      notch: in the generator speed, for all schemes alike.
+      tunings: loops tuned together, by what they move.
+    """
+
+    model: Model
+    linear: tuple[LinearModel, ...] = field(repr=False)
+    notch: SpeedNotch
+    tunings: Mapping[tuple[Target, ...], tuple[Tuning, ...]]
+
+    def controller(self, name: str) -> Controller:
+        """That of a scheme."""
+        scheme = SCHEMES[name]
+        loops = [tuning.loop for tuning in self.tunings[scheme.loops]]
+        return self.composed(name, loops, feedforward=scheme.feedforward)
+
+    def composed(self, name: str, loops: list[HarmonicLoop], *, feedforward: bool, **more: Any) -> Controller:
+        """A load controller with these loops."""
+        weights = FeedForward(shear_exponent=SHEAR) if feedforward else None
+        settings = LoadControl(feedforward=weights, loops=tuple(loops), notch=self.notch, **more)
+        return load_control(self.model.turbine, settings, name=name)
+
+
+def paper_turbine() -> Turbine:
+    """The NREL 5 MW with the paper's flaps and a second-order pitch actuator of 11.11 rad/s and damping 0.6."""
+    return with_flaps(load_turbine("nrel5mw")).replace(**{"pitch_actuator.kind": "second_order"})
+
+
+def bench(model: Model, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
+    """Tune everything for a model."""
+    linear = tuple(linear_models(model))
+    wanted = {SCHEMES[name].loops for name in schemes}
+    tunings = {loops: tune_loops(model, loops, linear=linear) for loops in sorted(wanted)}
+    return Bench(model, linear, speed_notch(linear[0]), tunings)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A wind or a model in which the schemes differ.
+
+    Attributes:
+      name: what is different.
+      comparison: of cpc, ipc and cpfc.
+    """
+
+    name: str
+    comparison: Comparison = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Everything that was simulated.
+
+    Attributes:
+      setup: how much.
+      bench: turbine and controllers.
+      readings: at the paper's wind speed, by the reading of its wind; the class has the rivals, too.
+      speeds: in the class's wind at other speeds.
+      studies: other winds, and other models.
+      shares: of the flap gains at 1P and 2P that came out best at equal travel.
+      travel: candidates, by their shares: DEL of RootMyc1 [N m] and flap travel [rad/s], means over the tuning seeds.
+    """
+
+    setup: Setup
+    bench: Bench = field(repr=False)
+    readings: Mapping[str, Comparison] = field(repr=False)
+    speeds: Mapping[float, Comparison] = field(repr=False)
+    studies: tuple[Variant, ...] = field(repr=False)
+    shares: tuple[float, float]
+    travel: Mapping[str, tuple[float, float]] = field(repr=False)
+
+
+def run_all(
+    *, quick: bool, workers: int | None, progress: Progress, partly: Callable[[Runs], object], parts: Sequence[str]
+) -> Runs:
+    """Simulate everything; ``partly`` sees the paper's own runs when they are done, with the others lost."""
+    setup = QUICK if quick else Setup()
+    n, few = len(setup.seeds), len(setup.study_seeds)
+    candidates = len(SHARES_1P) * len(SHARES_2P) + 1
+    sizes = [candidates * min(n, len(TUNING_SEEDS)), len(PARTS) * n, (len(PARTS) + len(RIVALS) + 3) * n]
+    sizes += [len(ALL_SPEEDS) * n] * len(setup.speeds) + [3 * few] * len(_STUDIES)
+    total, done = float(sum(sizes)) + 20.0, 20.0
+
+    progress(0.0, "tuning")
+    b = bench(build(paper_turbine()))
+
+    def run(
+        what: str, size: int, controllers: Mapping[str, Made], winds: list[AnyWind], model: Model | None = None
+    ) -> Comparison:
+        nonlocal done
+        begin = done
+        found = attempt(
+            what,
+            compare,
+            model or b.model,
+            controllers,
+            winds,
+            duration=setup.duration,
+            transient=setup.transient,
+            windows=setup.windows,
+            workers=workers,
+            progress=lambda share: progress((begin + share * size) / total, what),
+        )
+        done += size
+        return found
+
+    found = attempt(
+        "flap loops", _equal_travel, b, setup, lambda c, w: run("flap loops at equal travel", sizes[0], c, w)
+    )
+    shares, travel, best = (found, found, found) if isinstance(found, Lost) else found
+    previews = attempt("preview", _previews, b)
+    readings = {}
+    for size, (name, reading) in zip(sizes[1:3], READINGS.items(), strict=True):
+        controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in PARTS}
+        if name == CLASS_B:
+            controllers |= {scheme: b.controller(scheme) for scheme in RIVALS}
+            controllers |= {} if isinstance(best, Lost) else {TRAVEL: best}
+            controllers |= {} if isinstance(previews, Lost) else previews
+        readings[name] = run(name, size, controllers, [wind_of(seed, SPEED, **reading) for seed in setup.seeds])
+    later: Any = Lost("not run yet")
+    partly(Runs(setup, b, readings, dict.fromkeys(setup.speeds, later), (), shares, travel))
+    speeds = {}
+    at_all: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ALL_SPEEDS}
+    for u in setup.speeds:
+        winds = [wind_of(seed, u, **READINGS[CLASS_B]) for seed in setup.seeds]
+        speeds[u] = run(f"{u:g} m/s", len(at_all) * n, at_all, winds)
+    studies = []
+    three: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ("cpc", "ipc", "cpfc")}
+    for name, make in _STUDIES.items():
+        model, controllers = b.model, three
+        if name == NO_TORSION:
+            other = attempt(name, bench, build(b.model.turbine, FAST_MODEL), ("cpc", "ipc", "cpfc"))
+            if isinstance(other, Lost):
+                missing: Any = other
+                studies.append(Variant(name, missing))
+                continue
+            model, controllers = other.model, {s: other.controller(s) for s in three}
+        winds = [make(seed) for seed in setup.study_seeds]
+        if isinstance(winds[0], SteadyWind):
+            winds = winds[:1]
+        studies.append(Variant(name, run(name, 3 * few, controllers, winds, model)))
+    progress(1.0, "done")
+    return Runs(setup, b, readings, speeds, tuple(studies), shares, travel)
+
+
+def wind_of(seed: int, speed: float, **more: Any) -> AnyWind:
+    """The paper's wind for a seed and speed, with what a reading or study changes."""
+    options: dict[str, Any] = {"spectrum": "vonkarman", "shear_exponent": SHEAR, "wind_class": None} | more
+    return ntm(speed, seed=seed, **options)
+
+
+NO_TORSION = "stiff in torsion, static polars, quasi-steady wake"
+FAST_MODEL = ModelOptions(torsion_modes=0, stall="static", inflow="quasi_steady")
+"""Blades as in ElastoDyn, which the paper's FAST has."""
+_STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
+    "class B": lambda seed: wind_of(seed, SPEED, **READINGS[CLASS_B]),
+    "TI 10 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.10),
+    "TI 5 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.05),
+    "TI 2 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.02),
+    "no turbulence": lambda seed: SteadyWind(speed=SPEED, shear_exponent=SHEAR),
+    "shear exponent 0.3": lambda seed: wind_of(seed, SPEED, wind_class="IIB", shear_exponent=0.3),
+    "Kaimal": lambda seed: wind_of(seed, SPEED, wind_class="IIB", spectrum="kaimal"),
+    "Mann": lambda seed: wind_of(seed, SPEED, wind_class="IIB", spectrum="mann"),
+    NO_TORSION: lambda seed: wind_of(seed, SPEED, **READINGS[CLASS_B]),
+}
+
+
+def _previews(b: Bench) -> dict[str, Made]:
+    """Collective pitch, and IPC, with the rotor-averaged wind known beforehand."""
+    table = steady_pitch(b.model)
+    loops = [tuning.loop for tuning in b.tunings[SCHEMES["ipc"].loops]]
+
+    def alone(wind: Wind) -> Controller:
+        return b.composed(PREVIEW, [], feedforward=False, preview=preview_of(b.model, wind, table))
+
+    def with_ipc(wind: Wind) -> Controller:
+        return b.composed(PREVIEW_IPC, loops, feedforward=True, preview=preview_of(b.model, wind, table))
+
+    return {PREVIEW: alone, PREVIEW_IPC: with_ipc}
+
+
+def _equal_travel(
+    b: Bench, setup: Setup, run: Callable[[Mapping[str, Made], list[AnyWind]], Comparison]
+) -> tuple[tuple[float, float], dict[str, tuple[float, float]], Controller]:
+    """Shares of the flap gains at 1P and 2P with the least load at no more flap travel than CPFC has."""
+    pitch, flap_1, flap_2 = (tuning.loop for tuning in b.tunings[SCHEMES["cpfc12"].loops])
+    tried: dict[str, tuple[float, float]] = {
+        f"{100 * one:.0f} % 1P, {100 * two:.0f} % 2P": (one, two) for one in SHARES_1P for two in SHARES_2P
+    }
+
+    def candidate(name: str, shares: tuple[float, float]) -> Controller:
+        flaps = [scaled(loop, share) for loop, share in zip((flap_1, flap_2), shares, strict=True) if share > 0.0]
+        return b.composed(name, [pitch, *flaps], feedforward=True)
+
+    controllers: dict[str, Made] = {"cpfc": b.controller("cpfc")}
+    controllers |= {name: candidate(name, shares) for name, shares in tried.items()}
+    winds = [wind_of(seed, SPEED, **READINGS[CLASS_B]) for seed in TUNING_SEEDS[: len(setup.seeds)]]
+    found = run(controllers, winds)
+    numbers = {
+        name: (
+            float(np.mean(found.values("RootMyc1 DEL", name, WHOLE))),
+            float(np.mean(found.values("flap travel", name, WHOLE))),
+        )
+        for name in controllers
+    }
+    allowed = {name: load for name, (load, travel) in numbers.items() if name in tried and travel <= numbers["cpfc"][1]}
+    best = min(allowed, key=lambda name: allowed[name]) if allowed else min(tried, key=lambda name: numbers[name][1])
+    return tried[best], numbers, candidate(TRAVEL, tried[best])

@@ -1,0 +1,198 @@
+"""Power and loads in turbulence over wind speed, air density, ice and rain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.environment.rain import Rain
+from meltemi.environment.site import STANDARD, Environment
+from meltemi.loadcases.batch import BatchCase
+from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.simulation.model import Model, build
+from meltemi.simulation.result import Result
+from meltemi.simulation.trim import OperatingPoint, operating_point
+from meltemi.studies.journal import Lost, LostError, cells
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.icing import Icing, with_ice
+from meltemi.wind.iec.winds import ntm
+from meltemi.wind.turbulence.field import generate_field
+from meltemi_papers.palanimuthu2022.beyond.power import FAST
+from meltemi_papers.study import Progress
+
+Float = NDArray[np.float64]
+
+ROOT, IN_PLANE = "root_moment_out_of_plane_1", "root_moment_in_plane_1"
+TOWER, SIDE = "tower_base_moment_fore_aft", "tower_base_moment_side_side"
+SLOPES = {ROOT: 10.0, IN_PLANE: 10.0, TOWER: 4.0, SIDE: 4.0}
+"""Of the S-N curves: glass fibre, welded steel."""
+CLEAN, ICED, SHED, WET = "clean", "ice on all blades", "ice shed by one blade", "rain of 32 mm/h"
+RAIN = Rain(kind="rainstorm")
+"""Of the state ``WET``."""
+FULL = 0.99
+"""Share of rated power from which the pitch gives way: what rain takes then is not missed."""
+RATED_STEPS = 10
+"""Halvings of the search for rated wind."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is run.
+
+    Attributes:
+      speeds: [m/s] mean winds, IEC normal turbulence of class IB.
+      densities: [kg/m^3] of the air, three, ascending.
+      icing_density, rain_density: [kg/m^3] at which ice and rain are simulated.
+      seeds: of the turbulence; all conditions see the same winds.
+      begin, length: [s] before what counts, and of it.
+      points: of the field, either way.
+    """
+
+    speeds: tuple[float, ...] = (4.0, 6.0, 8.0, 9.5, 11.0, 12.5, 14.0, 17.0, 20.0, 24.0)
+    densities: tuple[float, ...] = (1.0, 1.15, 1.3)
+    icing_density: float = 1.3
+    rain_density: float = 1.15
+    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    begin: float = 30.0
+    length: float = 600.0
+    points: int = 21
+
+
+QUICK = Setup(speeds=(5.0, 9.0, 12.0, 18.0), seeds=(1, 2), begin=10.0, length=40.0, points=9)
+
+
+@dataclass(frozen=True)
+class State:
+    """What the turbine does with ice or in rain, at one density.
+
+    Attributes:
+      density: [kg/m^3] of the air.
+      power: (speeds, seeds) [W] mean of the generator.
+      loads: by channel, the same: equivalent loads [N m].
+      rated_wind: [m/s] steady wind at which rated power is reached.
+    """
+
+    density: float
+    power: Float
+    loads: Mapping[str, Float]
+    rated_wind: float
+
+
+@dataclass(frozen=True)
+class Response:
+    """What the turbine does.
+
+    Attributes:
+      turbine, setup: which, and how much was run.
+      power: (densities, speeds, seeds) [W] mean of the generator, of clean blades.
+      below: the same, share of time below rated power.
+      loads: by channel, the same: equivalent loads [N m].
+      states: with ice and in rain.
+      rated_wind: (densities,) [m/s] steady wind at which rated power is reached.
+      points: steady operation over the speeds at standard density.
+    """
+
+    turbine: Turbine
+    setup: Setup
+    power: Float
+    below: Float
+    loads: Mapping[str, Float]
+    states: Mapping[str, State]
+    rated_wind: Float
+    points: tuple[OperatingPoint, ...]
+
+
+def respond(
+    turbine: Turbine,
+    setup: Setup,
+    *,
+    icing: Icing | None = None,
+    workers: int | None = None,
+    progress: Progress = lambda share, what: None,
+) -> Response:
+    """Run all conditions in all winds. A seed in which a run failed is left out everywhere.
+
+    Args:
+      turbine: with clean blades.
+      icing: what the iced blades have; by default all that ``Icing`` has by default.
+      workers: threads.
+      progress: called with the share that is done and what is under way.
+
+    Raises:
+      LostError: no seed is left.
+    """
+    icing = icing or Icing()
+    models = {(CLEAN, density): build(turbine, FAST, Environment(air_density=density)) for density in setup.densities}
+    for state, on in ((ICED, None), (SHED, tuple(range(2, turbine.n_blades + 1)))):
+        iced, cold = with_ice(turbine, icing.replace(blades=on)), Environment(air_density=setup.icing_density)
+        models[state, setup.icing_density] = build(iced, FAST, cold)
+    models[WET, setup.rain_density] = build(turbine, FAST, Environment(air_density=setup.rain_density, rain=RAIN))
+    progress(0.0, "steady operation")
+    starts = {key: [operating_point(model, v) for v in setup.speeds] for key, model in models.items()}
+    found: list[Float | Lost] = []
+    winds = [(v, seed) for v in setup.speeds for seed in setup.seeds]
+    duration = setup.begin + setup.length
+    rated = FULL * turbine.rated_power
+
+    def reduced(result: Result) -> Float:
+        part = result.between(setup.begin, duration)
+        power, loads = part["generator_power"], equivalent_loads(part, list(SLOPES))
+        return np.array([power.mean(), np.mean(power < rated), *(loads[name] for name in SLOPES)])
+
+    channels = ["generator_power", *SLOPES]
+    for done, (v, seed) in enumerate(winds):
+        progress(0.05 + 0.95 * done / len(winds), f"{v:g} m/s, seed {seed}")
+        wind = generate_field(ntm(v, "IB", seed=seed, points=setup.points), turbine, duration)
+        cases = [
+            BatchCase(
+                model,
+                wind,
+                duration,
+                channels=channels,
+                start=starts[key][setup.speeds.index(v)],
+                name=f"{key[0]}, {key[1]:g}",
+            )
+            for key, model in models.items()
+        ]
+        found += cells(cases, reduce=reduced, workers=workers)
+    lost = {winds[i // len(models)][1]: value for i, value in enumerate(found) if isinstance(value, Lost)}
+    if len(lost) == len(setup.seeds):
+        raise LostError(next(iter(lost.values())).why)
+    setup = replace(setup, seeds=tuple(seed for seed in setup.seeds if seed not in lost))
+    kept = [value for i, value in enumerate(found) if winds[i // len(models)][1] not in lost]
+    # conditions, quantities, speeds, seeds
+    values = np.array(kept).reshape(len(setup.speeds), len(setup.seeds), len(models), -1).transpose(2, 3, 0, 1)
+    rated_winds = [rated_wind(model, starts[key]) for key, model in models.items()]
+    n = len(setup.densities)
+    clean = values[:n]
+    standard = build(turbine, FAST, Environment(air_density=STANDARD))
+    return Response(
+        turbine=turbine,
+        setup=setup,
+        power=clean[:, 0],
+        below=clean[:, 1],
+        loads={name: clean[:, 2 + i] for i, name in enumerate(SLOPES)},
+        states={
+            name: State(density, x[0], {load: x[2 + i] for i, load in enumerate(SLOPES)}, wind)
+            for (name, density), x, wind in list(zip(models, values, rated_winds, strict=True))[n:]
+        },
+        rated_wind=np.array(rated_winds[:n]),
+        points=tuple(operating_point(standard, v) for v in setup.speeds),
+    )
+
+
+def rated_wind(model: Model, points: Sequence[OperatingPoint]) -> float:
+    """Steady wind [m/s] at which a model comes to its rated power, between two of its operating points."""
+
+    def full(point: OperatingPoint) -> bool:
+        return point["generator_power"] > 0.999 * model.turbine.rated_power
+
+    first = next(i for i, point in enumerate(points) if full(point))
+    low, high = points[first - 1].wind.speed, points[first].wind.speed
+    for _ in range(RATED_STEPS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if full(operating_point(model, middle)) else (middle, high)
+    return high

@@ -1,0 +1,71 @@
+"""The same questions in the same winds, seed after seed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+from meltemi.loadcases.batch import BatchCase
+from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
+from meltemi.simulation.result import Result
+from meltemi.studies.journal import Lost, LostError, cells
+from meltemi_papers.study import Progress
+
+Question = TypeVar("Question")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is run.
+
+    Attributes:
+      speed: [m/s] mean wind; IEC normal turbulence of class IB.
+      levels: shares of rated power that are asked for.
+      length, begin: [s] that count, and before them.
+      points: of the field, either way.
+      seeds: of the wind and of what changes with it.
+    """
+
+    speed: float
+    levels: tuple[float, ...]
+    length: float
+    begin: float
+    points: int
+    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+
+
+def compared(
+    seeds: Sequence[int],
+    questions: Sequence[Question],
+    schemes: Sequence[str],
+    of_seed: Callable[[int], Iterable[BatchCase]],
+    quantities: Callable[[Result], dict[str, float]],
+    slopes: Mapping[str, float],
+    *,
+    workers: int | None,
+    progress: Progress,
+    what: str,
+) -> dict[Question, EnsembleTable]:
+    """A table for each question. ``of_seed`` gives a seed's cases, question after question and for each all schemes.
+
+    A seed in which the run of a scheme failed is left out of that question for all schemes.
+
+    Raises:
+      LostError: of a question no seed is left.
+    """
+    found: dict[Question, dict[int, dict[str, dict[str, float]]]] = {question: {} for question in questions}
+    for number, seed in enumerate(seeds):
+
+        def part(share: float, done: int = number) -> None:
+            progress((done + share) / len(seeds), what)
+
+        values = iter(cells(list(of_seed(seed)), reduce=quantities, workers=workers, progress=part))
+        for question in questions:
+            row = {scheme: next(values) for scheme in schemes}
+            if not any(isinstance(value, Lost) for value in row.values()):
+                found[question][seed] = row
+    for question, by_seed in found.items():
+        if not by_seed:
+            raise LostError(f"{what}, {question}: no seed in which every scheme reached its end")
+    return {question: ensemble_table(by_seed, slopes) for question, by_seed in found.items()}

@@ -1,0 +1,282 @@
+"""Which coordination of pitch, torque and yaw wins: hours of turbulent wind that also turns slowly.
+
+Every candidate sees the same winds: IEC normal turbulence, and on it directions and speeds that change within the hour,
+as Gauss-Markov processes: meandering of 0.6 m/s along and across in twenty minutes whatever the wind speed (after
+Mahrt 2011, J. Appl. Meteorol. Climatol. 50, 144-152), and a drift of the direction with the weather of 15 degrees in
+three hours.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.controller import Controller
+from meltemi.control.coordinated import Coordination, coordinated
+from meltemi.control.load_control import LoadControl
+from meltemi.control.power_control.settings import PowerControl
+from meltemi.control.yaw import YawControl
+from meltemi.environment.grid import PowerGrid
+from meltemi.loadcases.batch import BatchCase
+from meltemi.postprocess.ensemble import EnsembleTable, travel
+from meltemi.postprocess.fatigue import equivalent_loads
+from meltemi.report.ensemble_tables import scheme_rows
+from meltemi.report.html import Table
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import new_figure, panel
+from meltemi.simulation.model import Model, build
+from meltemi.simulation.performance import performance_of
+from meltemi.simulation.result import Result
+from meltemi.simulation.trim import operating_point
+from meltemi.studies.tuning import tune_ipc
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.performance import Performance
+from meltemi.turbine.power_turbine import aeroelastic
+from meltemi.wind.fields import WindBox, WindSeries
+from meltemi.wind.iec.winds import ntm
+from meltemi.wind.superposition import with_gust
+from meltemi.wind.turbulence.field import generate_field
+from meltemi_papers.palanimuthu2022.beyond.compared import Setup, compared
+from meltemi_papers.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER, TURBINE, slow_base
+from meltemi_papers.study import Chapter, Draw, Progress, answered
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Float = NDArray[np.float64]
+
+MEANDER, MEANDER_TIME = 0.6, 1200.0
+"""[m/s], [s]."""
+DRIFT, DRIFT_TIME = math.radians(15.0), 10800.0
+"""[rad], [s]."""
+TOP = "yaw_moment_z"
+CHANNELS = ("generator_power", "pitch_1", "yaw_command", "yaw_error", "yaw_threshold", TOWER, ROOT, SHAFT, TOP)
+ENERGY, PITCH, TURNED, STARTS = "energy", "pitch travel", "yaw travel", "starts of the yaw drive"
+TOWER_LOAD, ROOT_LOAD, TOP_LOAD = "tower base fore-aft DEL", "blade root DEL", "yaw bearing torsion DEL"
+SLOPES = {TOWER_LOAD: 4.0, ROOT_LOAD: 10.0, TOP_LOAD: 4.0}
+UNITS = {
+    ENERGY: ("MWh", 1.0 / 3.6e9),
+    PITCH: ("deg/min", np.degrees(60.0)),
+    TURNED: ("deg/h", np.degrees(3600.0)),
+    STARTS: ("1/h", 3600.0),
+    TOWER_LOAD: ("MN m", 1e-6),
+    ROOT_LOAD: ("MN m", 1e-6),
+    TOP_LOAD: ("MN m", 1e-6),
+}
+SHOWN = (PITCH, TURNED, TOWER_LOAD, ROOT_LOAD, TOP_LOAD)
+"""Beside the energy, whose percents would be lost on their scale."""
+MOVES = 1e-4
+"""[rad/s] from which the drive turns: a fiftieth of the drive's rate."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A way to coordinate.
+
+    Attributes:
+      scheme: of the power control.
+      relief: whether the yaw's dead band follows the power that is to spare.
+      individual: whether each blade has its own pitch.
+    """
+
+    scheme: str
+    relief: bool = False
+    individual: bool = False
+
+
+CANDIDATES: dict[str, Candidate] = {
+    "each for itself": Candidate("A0"),
+    "pitch and torque": Candidate("A2"),
+    "pitch and yaw": Candidate("A0", relief=True),
+    "all three": Candidate("A2", relief=True),
+    "all three, wide hold": Candidate("A3", relief=True),
+    "all three, individual pitch": Candidate("A2", relief=True, individual=True),
+}
+"""The first is the base: pitch at the optimal speed, and a yaw control that knows nothing of power."""
+
+
+HOURS = Setup(speed=13.0, levels=(0.6, 1.0), length=3600.0, begin=200.0, points=15)
+QUICK = replace(HOURS, seeds=(1, 2), levels=(0.6,), length=200.0, begin=100.0, points=11)
+Tables = Mapping[float, EnsembleTable]
+"""By share of rated power."""
+
+
+def markov(rng: np.random.Generator, deviation: float, time: float, step: float, n: int) -> Float:
+    """(n,) Gauss-Markov process of a standard deviation and a time scale [s], begun at zero."""
+    share = math.exp(-step / time)
+    x = np.zeros(n)
+    for i in range(1, n):
+        x[i] = share * x[i - 1] + deviation * math.sqrt(1.0 - share * share) * rng.standard_normal()
+    return x
+
+
+def turning_wind(turbine: Turbine, setup: Setup, seed: int) -> WindBox:
+    """A turbulent field whose mean speed and direction change slowly."""
+    duration, step = setup.begin + setup.length, 10.0
+    reach = turbine.rotor_diameter / setup.speed + 60.0
+    box = generate_field(
+        ntm(setup.speed, "IB", seed=seed, points=setup.points, periodic=False), turbine, duration + reach
+    )
+    n = int((duration + 2.0 * reach) / step) + 2
+    rng = np.random.default_rng(1000 + seed)
+    along = setup.speed + markov(rng, MEANDER, MEANDER_TIME, step, n)
+    across = markov(rng, MEANDER, MEANDER_TIME, step, n)
+    direction = np.arctan2(across, along) + markov(rng, DRIFT, DRIFT_TIME, step, n)
+    return with_gust(box, WindSeries(time=step * np.arange(n) - reach, speed=along, direction=direction))
+
+
+def controllers(model: Model, performance: Performance) -> dict[str, Controller]:
+    """Of the candidates; individual pitch at once the rotor's frequency, by margins."""
+    assert isinstance(model.turbine, Turbine)
+    loop = tune_ipc(model).loop
+    return {
+        name: coordinated(
+            model.turbine,
+            performance,
+            power=PowerControl.model_validate({"scheme": candidate.scheme}),
+            yaw=YawControl(),
+            relief=Coordination() if candidate.relief else None,
+            load=LoadControl(loops=(loop,)) if candidate.individual else None,
+            name=name,
+        )
+        for name, candidate in CANDIDATES.items()
+    }
+
+
+def quantities(result: Result) -> dict[str, float]:
+    """What a run gives and costs."""
+    loads = equivalent_loads(result, [TOWER, ROOT, TOP])
+    turning = np.abs(np.diff(result["yaw_command"]) / STEP) > MOVES
+    hours = float(result.time[-1] - result.time[0])
+    return {
+        ENERGY: float(result["generator_power"].mean()) * hours,
+        PITCH: travel(result, "pitch_1"),
+        TURNED: travel(result, "yaw_command"),
+        STARTS: float(np.sum(np.diff(turning.astype(int)) > 0)) / hours,
+        TOWER_LOAD: loads[TOWER],
+        ROOT_LOAD: loads[ROOT],
+        TOP_LOAD: loads[TOP],
+    }
+
+
+def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
+    """All candidates at all levels in all winds, on the aeroelastic turbine."""
+    turbine = aeroelastic(load_turbine(TURBINE), "loads in turbulence")
+    setup = QUICK if runs.setup.quick else HOURS
+    model = build(turbine, FAST.replace(yaw="driven"))
+    start, laws = operating_point(model, setup.speed), controllers(model, performance_of(turbine))
+    duration = setup.begin + setup.length
+
+    def cases(seed: int) -> Iterator[BatchCase]:
+        wind = turning_wind(turbine, setup, seed)
+        for level in setup.levels:
+            given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start}
+            given["grid"] = PowerGrid(power_reference=level * turbine.rated_power)
+            for name in CANDIDATES:
+                yield BatchCase(model, wind, duration, laws[name], name=f"{level:g} {name}", **given)
+
+    return compared(
+        setup.seeds,
+        setup.levels,
+        tuple(CANDIDATES),
+        cases,
+        lambda result: quantities(result.between(setup.begin, duration)),
+        SLOPES,
+        workers=workers,
+        progress=progress,
+        what="hours of coordination",
+    )
+
+
+def coordination_figure(tables: Tables) -> Figure:
+    """Changes against a controller whose parts know nothing of each other, with 95 % intervals."""
+    figure, axes = new_figure(len(tables), 2, size=(12.5, 3.4 * len(tables)), share=False)
+    axes[0, 0].get_gridspec().set_width_ratios([1.0, 0.9 * len(SHOWN)])
+    for (left, right), (level, table) in zip(axes, tables.items(), strict=True):
+        _bars(left, table, (ENERGY,))
+        _bars(right, table, SHOWN)
+        panel(left, f"{100.0 * level:.0f} % of power asked for", "%")
+        panel(right, f"changes against '{table.schemes[0]}', {100.0 * level:.0f} % of power asked for", "%")
+    axes[0, 1].legend(fontsize=8, frameon=False, ncols=3)
+    return figure
+
+
+def _bars(ax: Axes, table: EnsembleTable, shown: Sequence[str]) -> None:
+    """Changes of quantities, candidates side by side."""
+    others = table.schemes[1:]
+    width = 0.8 / len(others)
+    for i, name in enumerate(others):
+        changes = [table.entry(quantity, name).change for quantity in shown]
+        ax.bar(
+            np.arange(len(shown)) + width * (i - 0.5 * (len(others) - 1)),
+            [100.0 * change.mean for change in changes if change is not None],
+            width,
+            yerr=[100.0 * change.half_width for change in changes if change is not None],
+            color=COLOURS[i],
+            error_kw={"linewidth": 0.8, "capsize": 2},
+            label=name,
+        )
+    ax.set_xticks(np.arange(len(shown)), shown)
+    ax.tick_params(labelsize=8)
+
+
+def chapter(found: Tables, draw: Draw) -> Chapter:
+    """Which coordination wins."""
+    words = "Coordination on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; bars: 95 % intervals"
+    figure = draw("coordination_changes", words, lambda: coordination_figure(found))
+    heading = "Beyond the paper: which coordination wins"
+    return answered(heading, lambda: verdict(found), [figure], lambda: tables(found))
+
+
+def tables(found: Tables) -> list[Table]:
+    """One table for each level."""
+    made = []
+    for level, ensemble in found.items():
+        _, rows, _ = scheme_rows(ensemble, UNITS, means=False)
+        base, *others = ensemble.schemes
+        caption = f"{100.0 * level:.0f} % of rated power asked for; changes in percent with 95 % intervals."
+        made.append(Table(["quantity", "unit", base, *others], rows, caption=caption, text_columns=2))
+    return made
+
+
+def _pitch_of_each_blade(table: EnsembleTable) -> str:
+    """Its travel against that of the same coordination without."""
+    single, shared = "all three, individual pitch", "all three"
+    if not {single, shared} <= set(table.schemes):
+        return ""
+    first = table.schemes[0]
+    changes = [table.entry(PITCH, name).change for name in (single, shared)]
+    own, other = (1.0 + (0.0 if change is None else change.mean) for change in changes)
+    return (
+        f" Individual pitch travels {own:.1f} times as far as the pitch of *{first}*, and {own / other:.1f} times as "
+        f"far as that of *{shared}*."
+    )
+
+
+def verdict(found: Tables) -> str:
+    """What the numbers say."""
+    lines = []
+    for level, table in found.items():
+        words = []
+        for name in table.schemes[1:]:
+            changes = [
+                f"{quantity} {100.0 * change.mean:+.1f} % (± {100.0 * change.half_width:.1f})"
+                for quantity in (ENERGY, PITCH, TURNED, TOWER_LOAD, ROOT_LOAD)
+                if (change := table.entry(quantity, name).change) is not None
+            ]
+            words.append(f"*{name}*: {', '.join(changes)}")
+        lines.append(
+            f"At {100.0 * level:.0f} % of rated power, against *{table.schemes[0]}* (A0, fixed dead band): "
+            + "; ".join(words)
+            + "."
+            + _pitch_of_each_blade(table)
+            + (f" {slow_base()}: part of the energy that the others add is that base's loss." if level == 1.0 else "")
+        )
+    return "\n\n".join(lines)

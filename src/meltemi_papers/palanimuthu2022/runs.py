@@ -1,0 +1,270 @@
+"""All simulations of the reproduction: the library's 20 MW turbine under its power control."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.control.power_control.controller import power_control
+from meltemi.control.power_control.settings import PowerControl
+from meltemi.core.series import TimeSeries
+from meltemi.environment.air import Air
+from meltemi.environment.grid import PowerGrid
+from meltemi.environment.site import Environment
+from meltemi.loadcases.batch import BatchCase
+from meltemi.simulation.engines import build
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.performance import performance_of
+from meltemi.simulation.result import Result
+from meltemi.simulation.start import Start
+from meltemi.studies.journal import cells
+from meltemi.turbine.power_turbine import PowerTurbine
+from meltemi.wind.fields import SteadyWind
+from meltemi.wind.turbulence.field import AnyWind
+from meltemi_papers.palanimuthu2022 import paper, winds
+from meltemi_papers.palanimuthu2022.machine import BLADES, CALIBRATED, FORMULA, density, rotor, turbine
+from meltemi_papers.study import Progress, told
+
+Float = NDArray[np.float64]
+
+INTERVAL = 100.0
+"""[s] of a step in Figures 6 and 7."""
+STEADY = 10.0
+"""[m/s] wind of both."""
+SETTLING = 50.0
+"""[s] at the begin of Figures 20 and 21 that is not judged."""
+PHYSICAL, LARGE, SMALL = 2.93e9, 4.872e9, 4.872e6
+"""[kg m^2] readings of the inertia in Table 1: the blades' own, and the printed digits."""
+CHANNELS = (
+    *("wind_x", "rotor_speed", "pitch_1", "generator_power", "generator_torque", "aerodynamic_power"),
+    *("power_state", "air_density", "air_temperature", "humidity"),
+)
+PLAIN, LITERAL, CONVERTERS = "M1, dry", "M1, dry, 4.872e6 kg m²", "M1, dry, with converters"
+"""Readings of Figure 6."""
+RAMPS, TURBULENT = "ramps", "turbulence"
+HOT, COLD = Air(temperature=35.0, humidity=0.3), Air(temperature=15.0)
+"""Cases ii and i of Figure 20."""
+SCHEMES = ("A0", "A1", "A2", "A3")
+
+
+@dataclass(frozen=True)
+class Setup:
+    """How much is run.
+
+    Attributes:
+      seeds: of turbulence.
+      inertias: [kg m^2] with which active power control is run.
+      converters: whether Figure 6 is run with the electrical system, too, which takes half a minute.
+      quick: a look.
+    """
+
+    seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    inertias: tuple[float, ...] = (PHYSICAL, LARGE, SMALL)
+    converters: bool = True
+    quick: bool = False
+
+
+QUICK = Setup(seeds=(1,), inertias=(PHYSICAL,), converters=False, quick=True)
+"""A look at everything in little time; its numbers are too few to judge by."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """A run of Figure 6 or 7.
+
+    Attributes:
+      model: of the power coefficient.
+      air: of the densities that the cases assume, in order: cases i, ii, iii.
+      results: by case.
+      levels: temperatures [degC] or humidities after the lead-in, by interval.
+      lead: [s] before the first of them.
+    """
+
+    model: str
+    humidity: float
+    inertia: float
+    results: Mapping[str, Result]
+    levels: tuple[float, ...]
+    lead: float
+
+    def settled(self, case: str, channel: str, of: Callable[[Result], Float] | None = None) -> Float:
+        """(levels,) means over the last tenth of each interval."""
+        result = self.results[case]
+        series = result[channel] if of is None else of(result)
+        ends = self.lead + INTERVAL * np.arange(1, len(self.levels) + 1)
+        return np.array([series[(result.time > e - 0.1 * INTERVAL) & (result.time < e - 0.1)].mean() for e in ends])
+
+    def means(self, case: str, channel: str) -> Float:
+        """(levels,) means over each interval."""
+        result = self.results[case]
+        ends = self.lead + INTERVAL * np.arange(1, len(self.levels) + 1)
+        inside = [(result.time > e - INTERVAL) & (result.time < e) for e in ends]
+        return np.array([result[channel][i].mean() for i in inside])
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Everything that was simulated.
+
+    Attributes:
+      setup: how much.
+      temperature: Figure 6 by reading: model, humidity, inertia.
+      humidity: Figure 7.
+      climate: Figure 20 by wind and case.
+      limited: Figure 21 by model, inertia, wind and scheme; M1 with the physical inertia only.
+    """
+
+    setup: Setup
+    temperature: Mapping[str, Steps]
+    humidity: Steps
+    climate: Mapping[tuple[str, str], Result]
+    limited: Mapping[tuple[str, float, str, str], Result]
+
+
+def machine_with(model: str, inertia: float = PHYSICAL) -> PowerTurbine:
+    """The library's turbine with a model of its coefficient and an inertia of its rotor [kg m^2]."""
+    return turbine(model).replace(**{"drivetrain.rotor_inertia": inertia})
+
+
+def aero_power(result: Result) -> Float:
+    """[W] of the air on the shaft."""
+    return np.asarray(result["aerodynamic_power"])
+
+
+def ratio(result: Result) -> Float:
+    """Tip-speed ratio."""
+    return np.asarray(result["rotor_speed"] * paper.RADIUS / result["wind_x"])
+
+
+def power_ratio(result: Result) -> Float:
+    """C_p."""
+    area = np.pi * paper.RADIUS**2
+    return np.asarray(aero_power(result) / (0.5 * result["air_density"] * area * result["wind_x"] ** 3))
+
+
+def staircase(levels: Sequence[float], lead: float, first: float) -> TimeSeries:
+    """Levels of ``INTERVAL`` each after a lead-in."""
+    edges = lead + INTERVAL * np.arange(len(levels))
+    values = np.repeat([first, *levels], 2)
+    return TimeSeries(time=np.array([0.0, *np.repeat(edges, 2), edges[-1] + INTERVAL]), value=values)
+
+
+def _case(
+    machine: PowerTurbine,
+    settings: PowerControl,
+    wind: AnyWind,
+    air: Air,
+    duration: float,
+    *,
+    speed: float,
+    reference: float | None = None,
+    options: ModelOptions | None = None,
+    name: str,
+) -> BatchCase:
+    power = min(rotor(FORMULA).gain() * speed**3, reference or np.inf, paper.STATOR_POWER)
+    return BatchCase(
+        model=build(machine, options, Environment(air=air)),
+        wind=wind,
+        duration=duration,
+        controller=power_control(machine, performance_of(machine), settings),
+        start=Start(rotor_speed=speed, generator_torque=power / speed),
+        channels=CHANNELS,
+        output_step=0.25,
+        grid=None if reference is None else PowerGrid(power_reference=reference),
+        name=name,
+    )
+
+
+def temperature_cases(
+    model: str, humidity: float, inertia: float, options: ModelOptions | None = None
+) -> list[BatchCase]:
+    """Figure 6: cases i and ii over the steps of the temperature."""
+    machine, made = machine_with(model, inertia), rotor(model)
+    air = Air(temperature=staircase(paper.TEMPERATURES, INTERVAL, 15.0), humidity=humidity)
+    speed = made.best()[0] * STEADY / made.radius
+    adapted = "temperature" if humidity == 0.0 else "weather"
+    return [
+        _case(
+            machine,
+            PowerControl(density=how),  # type: ignore[arg-type]
+            SteadyWind(speed=STEADY),
+            air,
+            INTERVAL * (1 + len(paper.TEMPERATURES)),
+            speed=speed,
+            options=options,
+            name=f"Fig. 6, {model}, humidity {humidity:g}, J {inertia:.4g}, {how}{', converters' if options else ''}",
+        )
+        for how in ("fixed", adapted)
+    ]
+
+
+def humidity_cases() -> list[BatchCase]:
+    """Figure 7: cases i, ii, iii over the steps of the humidity at 35 degrees."""
+    machine, made = machine_with(FORMULA), rotor(FORMULA)
+    air = Air(temperature=35.0, humidity=staircase(paper.HUMIDITIES[1:], INTERVAL, 0.0))
+    rho = float(density(35.0))
+    return [
+        _case(
+            machine,
+            PowerControl(density=how),
+            SteadyWind(speed=STEADY),
+            air,
+            INTERVAL * len(paper.HUMIDITIES),
+            speed=made.settled(1.225 if how == "fixed" else rho, rho) * STEADY / made.radius,
+            name=f"Fig. 7, {how}",
+        )
+        for how in ("fixed", "temperature", "weather")
+    ]
+
+
+def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
+    """Simulate everything but what lies beyond the paper."""
+    variants: dict[str, tuple[str, float, float, ModelOptions | None]] = {
+        PLAIN: (FORMULA, 0.0, PHYSICAL, None),
+        "M1, 40 %": (FORMULA, 0.4, PHYSICAL, None),
+        LITERAL: (FORMULA, 0.0, SMALL, None),
+        "M2, 10 %, 4.872e6 kg m²": (CALIBRATED, 0.1, SMALL, None),
+    }
+    if setup.converters:
+        variants[CONVERTERS] = (FORMULA, 0.0, PHYSICAL, ModelOptions(electrical="averaged"))
+    steps = [case for variant in variants.values() for case in temperature_cases(*variant)]
+    moist = humidity_cases()
+    hub = turbine().hub_height
+    blown: dict[str, AnyWind] = {RAMPS: winds.ramps()}
+    blown |= {f"{TURBULENT} {seed}": winds.turbulent(hub, seed) for seed in setup.seeds}
+    adapted = PowerControl(density="weather", scheme="rated_speed")
+    climate = {
+        (wind, name): _case(
+            machine_with(FORMULA), adapted, blown[wind], air, winds.LENGTH, speed=0.62, name=f"Fig. 20, {wind}, {name}"
+        )
+        for wind in (RAMPS, f"{TURBULENT} {setup.seeds[0]}")
+        for name, air in (("i", COLD), ("ii", HOT))
+    }
+    machines = [(FORMULA, PHYSICAL), *((BLADES, inertia) for inertia in setup.inertias)]
+    limited = {
+        (model, inertia, wind, scheme): _case(
+            machine_with(model, inertia),
+            PowerControl(density="weather", scheme=scheme),  # type: ignore[arg-type]
+            series,
+            COLD,
+            winds.LENGTH,
+            speed=0.64,
+            reference=paper.REFERENCE,
+            name=f"Fig. 21, {model}, {wind}, {scheme}, J {inertia:.4g}",
+        )
+        for model, inertia in machines
+        for wind, series in blown.items()
+        for scheme in SCHEMES
+    }
+    cases = [*steps, *moist, *climate.values(), *limited.values()]
+    found = cells(cases, workers=workers, progress=told(progress, "simulations"))
+    at = iter(found)
+    temperature = {
+        name: Steps(model, humidity, inertia, {"i": next(at), "ii": next(at)}, paper.TEMPERATURES, INTERVAL)
+        for name, (model, humidity, inertia, _) in variants.items()
+    }
+    seven = Steps(FORMULA, 0.0, PHYSICAL, {k: next(at) for k in ("i", "ii", "iii")}, paper.HUMIDITIES, 0.0)
+    return Runs(setup, temperature, seven, {key: next(at) for key in climate}, {key: next(at) for key in limited})

@@ -1,0 +1,269 @@
+"""The skeleton of a reproduction: a study says what it runs and what it found; this makes files and pages of it."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
+
+from meltemi.core.files import write_text
+from meltemi.report.html import Picture, Section, Table, write_page
+from meltemi.report.plots import save
+from meltemi.report.tables import write_csv
+from meltemi.studies.journal import current, guarded, journal
+from meltemi_papers.claim import UNJUDGED
+from meltemi_papers.markdown import alone, documented, table_lines
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Found = TypeVar("Found")
+Progress = Callable[[float, str], None]
+"""Called with the share that is done and what is under way."""
+PACKAGE = "meltemi_papers"
+
+
+class Drawing(NamedTuple):
+    """A figure: its caption and file; without a file the caption says why it could not be drawn."""
+
+    caption: str
+    file: Path | None
+
+
+Draw = Callable[[str, str, "Callable[[], Figure]"], Drawing]
+"""Draws a figure of a file name and a caption."""
+Content = str | Table | Drawing
+"""Of a chapter: a paragraph of Markdown, a table or a figure."""
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """A heading of the page and what stands below it, in this order."""
+
+    heading: str
+    content: Sequence[Content]
+
+    def markdown(self) -> list[str]:
+        """Its lines."""
+        lines = [f"## {self.heading}", ""]
+        for each in self.content:
+            if isinstance(each, Drawing):
+                lines.append(f"![{each.caption}]({each.file.name})" if each.file else f"*{each.caption}*")
+            else:
+                lines += table_lines(each) if isinstance(each, Table) else [each]
+            lines.append("")
+        return lines
+
+    def section(self) -> Section:
+        """The same for a page of HTML."""
+
+        def block(each: Content) -> str | Table | Picture:
+            if isinstance(each, str):
+                return re.sub(r"^\*(.+?:)\*", r"\1", each).lstrip("# ")
+            if isinstance(each, Table):
+                return each
+            return Picture(each.file, each.caption) if each.file else each.caption
+
+        return Section(self.heading, [block(each) for each in self.content])
+
+    def write(self, name: str, out: Path) -> list[Path]:
+        """Its tables, and its lines as a file of their own."""
+        return [*self.write_tables(name, out), write_text(out / f"{name}.md", "\n".join(self.markdown()))]
+
+    def write_tables(self, name: str, out: Path) -> list[Path]:
+        """Each table as a CSV file of a name; several are numbered."""
+        tables = [each for each in self.content if isinstance(each, Table)]
+        return [
+            write_csv(
+                out / f"{name if len(tables) == 1 else f'{name}_{i}'}.csv",
+                [h.replace("\n", " ") for h in table.head],
+                table.rows,
+            )
+            for i, table in enumerate(tables, start=1)
+        ]
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a study says of its runs.
+
+    Attributes:
+      lead: the result in a few sentences.
+      chapters: by the names of their tables' files.
+      facts: names and values, such as turbine and seeds.
+      shown: tables for the terminal.
+      files: that were written beside.
+    """
+
+    lead: str
+    chapters: Mapping[str, Chapter]
+    facts: Sequence[tuple[str, str]]
+    shown: Sequence[Table]
+    files: Sequence[Path] = ()
+
+
+@dataclass(frozen=True)
+class Study(Generic[Found]):
+    """A paper, and how it is done again.
+
+    Attributes:
+      name: of its folder here, of its page and of its files.
+      title: of the page.
+      source: the paper.
+      run: simulates everything: ``run(quick=, workers=, progress=, partly=, parts=)``; ``partly`` is called with what
+        was found whenever a page is worth writing.
+      figures: of the paper, by file name: captions and what draws them.
+      contents: what is said of the runs.
+      parts: names of parts beyond the paper that are run only if asked for. The chapter of each is a file of its own,
+        too; the page has all of them that lie in the folder.
+      texts: files at the end of the page.
+      runs: of what was found those that the figures are drawn from.
+    """
+
+    name: str
+    title: str
+    source: str
+    run: Callable[..., Found]
+    figures: Mapping[str, tuple[str, Callable[[Any], Figure]]]
+    contents: Callable[[Found, Path, Draw], Contents]
+    parts: Sequence[str] = ()
+    texts: Sequence[str] = ("after.md",)
+    runs: Callable[[Found], Any] = lambda found: found
+
+    def text(self, name: str) -> str:
+        """One of its texts."""
+        return (Path(__file__).parent / self.name / name).read_text(encoding="utf-8")
+
+    def markdown(self, lead: str, chapters: Mapping[str, Chapter], figures: Chapter, out: Path) -> str:
+        """The page for the documentation."""
+        lines = [self.text("before.md"), lead, ""]
+        for name, chapter in chapters.items():
+            lines += chapter.markdown() if name not in self.parts else []
+        files = [out / f"{name}.md" for name in self.parts]
+        lines += [file.read_text(encoding="utf-8") for file in files if file.is_file()]
+        return "\n".join([*lines, *figures.markdown(), *map(self.text, self.texts)])
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """A study that was done again.
+
+    Attributes:
+      tables: for the terminal.
+      lead: the result in a few sentences.
+      files: that were written.
+      page: as Markdown for the documentation: linked to its other pages, its pictures in a folder of the study's name.
+      failed: reasons by cell that failed.
+      doubtful: findings by cell whose run left what the model is made for.
+    """
+
+    tables: Sequence[Table]
+    lead: str
+    files: Sequence[Path]
+    page: str
+    failed: Mapping[str, str] = field(default_factory=dict)
+    doubtful: Mapping[str, str] = field(default_factory=dict)
+
+
+def reproduce(
+    study: Study[Any],
+    out: Path,
+    *,
+    quick: bool = False,
+    workers: int | None = None,
+    progress: Progress = lambda share, what: None,
+    parts: Sequence[str] = (),
+) -> Reproduction:
+    """Run everything and write it.
+
+    Args:
+      study: which.
+      out: folder for page, tables and figures; it must exist.
+      quick: few and short runs: a look, nothing to judge by.
+      workers: threads.
+      progress: called with the share that is done and what is under way.
+      parts: of what lies beyond the paper.
+    """
+    began, drawings = time.perf_counter(), dict[str, Drawing]()
+
+    def draw(name: str, caption: str, of: Callable[[], Figure]) -> Drawing:
+        if name not in drawings or drawings[name].file is None:  # perhaps what it needs is there now
+            drawings[name] = drawn(name, caption, of, out)
+        return drawings[name]
+
+    def write(found: Any) -> Reproduction:
+        runs = study.runs(found)
+        pictures = [draw(name, caption, partial(of, runs)) for name, (caption, of) in study.figures.items()]
+        figures = Chapter("The paper's figures", pictures)
+        said = study.contents(found, out, draw)
+        own = {name: chapter for name, chapter in said.chapters.items() if name not in study.parts}
+        chapters = {**own, **failed_chapters(), **said.chapters}
+        files = [drawing.file for drawing in drawings.values() if drawing.file]
+        for name, chapter in chapters.items():
+            files += (chapter.write if name in study.parts else chapter.write_tables)(name, out)
+        text = study.markdown(said.lead, chapters, figures, out)
+        files.append(write_text(out / f"{study.name}.md", alone(text)))
+        sections = [chapter.section() for chapter in (*chapters.values(), figures)]
+        facts = [*said.facts, ("computed in", f"{time.perf_counter() - began:.0f} s")]
+        html = write_page(
+            out / f"{study.name}.html", study.title, sections, facts=facts, lead=said.lead, footer=study.source
+        )
+        return Reproduction(said.shown, said.lead, [*files, *said.files, html], documented(text, study.name))
+
+    with journal(out, f"{study.name}, quick {quick}", PACKAGE) as book:
+        found = study.run(quick=quick, workers=workers, progress=progress, partly=write, parts=parts)
+        return replace(write(found), **book.problems())
+
+
+def span(progress: Progress, begin: float, length: float) -> Progress:
+    """The progress of a part, which begins at a share of the whole and is a share of it."""
+    return lambda share, what: progress(begin + length * share, what)
+
+
+def told(progress: Progress, what: str) -> Callable[[float], None]:
+    """The progress of one kind of runs."""
+    return lambda share: progress(share, what)
+
+
+def worded(of: Callable[[], str], subject: str) -> str:
+    """Sentences, or the one that says why their subject cannot be judged."""
+    return guarded(of, lambda why: f"{subject} {UNJUDGED}{why}.")
+
+
+def tabled(caption: str, of: Callable[[], Table]) -> Table:
+    """A table, or one that says why there is none."""
+    return guarded(of, lambda why: Table([caption], [[f"cannot be made: {why}"]], caption))
+
+
+def answered(
+    heading: str, verdict: Callable[[], str], drawings: Sequence[Drawing], tables: Callable[[], Sequence[Table]]
+) -> Chapter:
+    """A chapter that begins with the answer in words."""
+    made = guarded(tables, lambda why: [Table([heading], [[f"cannot be made: {why}"]], heading)])
+    return Chapter(heading, [*worded(verdict, "The answer").split("\n\n"), *drawings, *made])
+
+
+def drawn(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Drawing:
+    """Caption and file of a figure; without a file, and with the reason, if it cannot be drawn."""
+    return guarded(
+        lambda: Drawing(caption, save(draw(), out / f"{name}.png")),
+        lambda why: Drawing(f"{caption}: cannot be drawn: {why}", None),
+    )
+
+
+def failed_chapters() -> dict[str, Chapter]:
+    """Tables of the cells that failed and of doubtful ones, if there are any."""
+    book = current()
+    listed = {
+        "failed": ("What failed", book.failed, "Cells that failed; what needs them is not judged"),
+        "doubtful": ("Doubtful runs", book.doubtful, "Runs beyond what the model is made for; they count all the same"),
+    }
+    return {
+        name: Chapter(heading, [Table(["cell", "reason"], list(cells.items()), caption, text_columns=2)])
+        for name, (heading, cells, caption) in listed.items()
+        if cells
+    }

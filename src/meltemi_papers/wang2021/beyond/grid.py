@@ -1,0 +1,199 @@
+"""Gusts with direction change by the thousand: what each strategy costs in energy, stops and loads.
+
+Over rise, direction change, begin and speed of the gust, seeds of turbulence, yaw rate and recheck time. A turbine that
+was stopped is down for a given time after its run ends; the energy that it misses then is counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from meltemi.control.supervisor.threshold import YawProtection
+from meltemi.loadcases.batch import BatchCase
+from meltemi.simulation.model import Model, build
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.result import Result
+from meltemi.simulation.trim import operating_point
+from meltemi.studies.journal import Lost, attempt, cells, survivors
+from meltemi.turbine.definition import Turbine
+from meltemi.wind.fields import SteadyWind, WindBox
+from meltemi.wind.iec.gusts import ecd
+from meltemi.wind.superposition import with_gust
+from meltemi.wind.turbulence.field import generate_field
+from meltemi.wind.turbulent import TurbulentWind
+from meltemi_papers.wang2021.beyond.limits import BasePoints
+from meltemi_papers.wang2021.gust import transitions
+from meltemi_papers.wang2021.loads import CHANNELS, LOADS, extreme, fatigue
+from meltemi_papers.wang2021.machines import strategy, with_yaw_rate
+from meltemi_papers.wang2021.winds import SHEAR
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+INTENSITY = 0.10
+FAST = ModelOptions(blade_nodes=10, yaw="driven")
+"""Half the usual nodes: extremes of these runs change by some percent, the order of strategies does not."""
+DOWN = 600.0
+"""[s] from the stop of a turbine to production again: wait, yaw, start-up."""
+LENGTH = 150.0
+"""[s] of a run."""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """What is varied.
+
+    Attributes:
+      speeds: [m/s] before the gust.
+      rises: [m/s] of the gust.
+      changes: [rad] of the direction.
+      begins: [s] of the gust in the turbulence.
+      seeds: of turbulence.
+      yaw_rates: [rad/s].
+      rechecks: [s] of the derating strategy.
+    """
+
+    speeds: tuple[float, ...] = (7.0, 10.67)
+    rises: tuple[float, ...] = (0.0, 7.0, 14.33)
+    changes: tuple[float, ...] = tuple(np.radians((30.0, 45.0, 60.0, 75.0, 90.0)))
+    begins: tuple[float, ...] = (20.0, 35.0)
+    seeds: tuple[int, ...] = (1, 2)
+    yaw_rates: tuple[float, ...] = tuple(np.radians((0.3, 0.5, 0.8)))
+    rechecks: tuple[float, ...] = (30.0, 60.0, 90.0)
+
+    def __len__(self) -> int:
+        winds = len(self.speeds) * len(self.rises) * len(self.changes) * len(self.begins) * len(self.seeds)
+        return winds * len(self.yaw_rates) * (2 + len(self.rechecks))
+
+
+QUICK = Grid(speeds=(10.67,), rises=(5.0, 14.33), changes=(0.8, 1.2), begins=(20.0,), seeds=(1,), rechecks=(30.0, 90.0))
+OURS = "S2 ours"
+"""Derating at base points from a load limit."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """One row a run.
+
+    Attributes:
+      grid: what was varied.
+      rows: columns speed, rise, change, begin, seed, yaw_rate, strategy, recheck, energy [J] from the begin of the gust
+        to ``DOWN`` after it, stops, derates, and (load, "extreme" | "fatigue").
+    """
+
+    grid: Grid
+    rows: pd.DataFrame = field(repr=False)
+
+
+def run_grid(
+    turbine: Turbine,
+    grid: Grid,
+    base_points: BasePoints | None = None,
+    *,
+    workers: int | None = None,
+    progress: Callable[[float], None] = lambda share: None,
+) -> Found:
+    """Run the whole grid.
+
+    Args:
+      base_points: of a further strategy, which derates as the second one with the longest recheck time.
+
+    Raises:
+      LostError: no run reached its end.
+    """
+    import pandas as pd
+
+    keys: dict[str, dict[str, Any]] = {}
+    found = cells(_Cases(turbine, grid, base_points, keys), reduce=reduced, workers=workers, progress=progress)
+    survivors(found)
+    rows = [key | value for key, value in zip(keys.values(), found, strict=True) if not isinstance(value, Lost)]
+    return Found(grid, pd.DataFrame(rows))
+
+
+class _Cases:
+    """The cases, made one after another: those of one wind follow each other."""
+
+    def __init__(
+        self, turbine: Turbine, grid: Grid, base_points: BasePoints | None, keys: dict[str, dict[str, Any]]
+    ) -> None:
+        self.turbine, self.grid, self.keys = turbine, grid, keys
+        longest = grid.rechecks[-1]
+        self.strategies: list[tuple[str, float, YawProtection]] = [
+            ("S1", 0.0, YawProtection(strategy="stop")),
+            ("S3", 0.0, YawProtection(strategy="ignore")),
+            *(("S2", t, YawProtection(strategy="derate", recheck_time=t)) for t in grid.rechecks),
+        ]
+        if base_points is not None:
+            c, b = base_points
+            ours = YawProtection(strategy="derate", recheck_time=longest, wind_speeds=c, thresholds=b)
+            self.strategies.append((OURS, longest, ours))
+        self.machines = {rate: with_yaw_rate(turbine, rate) for rate in grid.yaw_rates}
+        self.models: dict[float, Model] = {rate: build(t, FAST) for rate, t in self.machines.items()}
+        steady = {speed: SteadyWind(speed=speed, shear_exponent=SHEAR) for speed in grid.speeds}
+        model = self.models[grid.yaw_rates[0]]
+        self.starts = {
+            speed: attempt(f"steady operation at {speed:g} m/s", operating_point, model, wind)
+            for speed, wind in steady.items()
+        }
+        self.wind = lru_cache(maxsize=6)(self._wind)
+        self.box = lru_cache(maxsize=3)(self._box)
+
+    def __len__(self) -> int:
+        g = self.grid
+        return len(g) // (2 + len(g.rechecks)) * len(self.strategies)
+
+    def __iter__(self) -> Iterator[BatchCase]:
+        g = self.grid
+        for speed, seed, begin, rise, change in product(g.speeds, g.seeds, g.begins, g.rises, g.changes):
+            for rate, (name, recheck, protection) in product(g.yaw_rates, self.strategies):
+                key = {
+                    "speed": speed,
+                    "rise": rise,
+                    "change": change,
+                    "begin": begin,
+                    "seed": seed,
+                    "yaw_rate": rate,
+                    "strategy": name,
+                    "recheck": recheck,
+                }
+                label = f"case_{len(self.keys) + 1:05d}"
+                self.keys[label] = key
+                yield BatchCase(
+                    model=self.models[rate],
+                    wind=partial(self.wind, speed, seed, begin, rise, change),
+                    duration=LENGTH,
+                    controller=strategy(self.machines[rate], protection),
+                    channels=(*CHANNELS, "generator_power", "operating_state"),
+                    output_step=0.1,
+                    start=self.starts[speed],
+                    name=label,
+                )
+
+    def _box(self, speed: float, seed: int) -> WindBox:
+        wind = TurbulentWind(speed=speed, intensity=INTENSITY, seed=seed, shear_exponent=SHEAR, points=15)
+        return generate_field(wind, self.turbine, LENGTH)
+
+    def _wind(self, speed: float, seed: int, begin: float, rise: float, change: float) -> WindBox:
+        return with_gust(self.box(speed, seed), ecd(self.turbine, speed, gust=rise, change=change, begin=begin))
+
+
+def reduced(result: Result) -> dict[str, Any]:
+    """What is kept of a run."""
+    power, dt = result["generator_power"], float(result.time[1] - result.time[0])
+    stopped = bool(transitions(result, "stop"))
+    # after the run a stopped turbine stays down, another goes on with its last half minute's power
+    last = 0.0 if stopped else float(power[-round(30.0 / dt) :].mean())
+    row: dict[str, Any] = {
+        "energy": float(power.sum() * dt) + last * DOWN,
+        "stops": int(stopped),
+        "derates": len(transitions(result, "derate")),
+    }
+    for name in LOADS:
+        row[f"{name}, extreme"], row[f"{name}, fatigue"] = extreme(result, name), fatigue(result, name)
+    return row

@@ -1,0 +1,339 @@
+"""What lies beyond the paper: run it, and put it into tables, figures and words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.report.html import Table
+from meltemi.report.palette import COLOURS, INK
+from meltemi.report.plots import new_figure, panel
+from meltemi.simulation.model import build
+from meltemi.studies.journal import Lost, attempt
+from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
+from meltemi_papers.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid
+from meltemi_papers.wang2021.beyond.limits import JUDGED, Limits, find_limits
+from meltemi_papers.wang2021.beyond.year import Year, a_year, power_curve
+from meltemi_papers.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION
+from meltemi_papers.wang2021.runs import Runs
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Float = NDArray[np.float64]
+KWH = 3.6e6
+"""[J]."""
+STRATEGIES = ("S1", "S2", OURS, "S3")
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """Everything that was found.
+
+    Attributes:
+      limits: loads over wind speed and yaw error.
+      grid: gusts by the thousand.
+      years: a year of wind, by strategy and number of fronts.
+    """
+
+    limits: Limits
+    grid: Found
+    years: tuple[Year, ...]
+
+
+def study(runs: Runs, *, workers: int | None, progress: Progress) -> Beyond:
+    """Limits, then the grid with base points from them, then the year."""
+    turbine, quick = runs.turbines[1], runs.setup.quick
+    fixed = build(turbine, FAST.replace(yaw="held"))
+    few = {"speeds": (8.0, 25.0), "length": 30.0} if quick else {}
+    limits = attempt(
+        "limits",
+        find_limits,
+        fixed,
+        runs.setup.limit_seeds,
+        workers=workers,
+        progress=told(span(progress, 0.0, 0.15), "loads at yaw errors"),
+        **few,
+    )
+    ours = attempt("base points", lambda: limits.base_points)
+    grid = attempt(
+        "grid",
+        run_grid,
+        turbine,
+        QUICK if quick else Grid(),
+        None if isinstance(ours, Lost) else ours,
+        workers=workers,
+        progress=told(span(progress, 0.15, 0.8), "gusts"),
+    )
+    progress(0.95, "a year of wind")
+    curve = attempt("power curve", power_curve, fixed)
+    years = attempt("year", a_year, turbine, curve, ours, days=10.0 if quick else 365.0, workers=workers)
+    progress(1.0, "done")
+    return Beyond(limits, grid, years)
+
+
+def longest(grid: Found) -> pd.DataFrame:
+    """Rows of the strategies, of derating that with the longest recheck time."""
+    rows = grid.rows
+    return rows[(rows["recheck"] == 0.0) | (rows["recheck"] == rows["recheck"].max())]
+
+
+def relative(rows: pd.DataFrame, column: str, against: str = "S3") -> pd.DataFrame:
+    """Rows with columns ``base``, of another strategy in the same wind and with the same yaw rate, and ``gain``: the
+    difference from it as a share."""
+    wind = ["speed", "rise", "change", "begin", "seed", "yaw_rate"]
+    base = rows[rows["strategy"] == against].set_index(wind)[column]
+    joined = rows.join(base.rename("base"), on=wind)
+    return joined.assign(gain=joined[column] / joined["base"] - 1.0)
+
+
+def mean_gains(rows: pd.DataFrame, column: str) -> pd.Series:
+    """Mean of ``gain`` by strategy in percent, see :func:`relative`."""
+    return 100.0 * relative(rows, column).groupby("strategy")["gain"].mean()
+
+
+def costs_table(grid: Found) -> Table:
+    """What each strategy costs, over all gusts of the grid."""
+    some = longest(grid)
+    energy = relative(some, "energy")
+    lost = (energy["base"] - energy["energy"]).groupby(energy["strategy"]).mean()
+    columns = [f"{load}, extreme" for load in LOADS] + [f"{load}, fatigue" for load in (YAW_BENDING, YAW_TORSION)]
+    gains = [mean_gains(some, column) for column in columns]
+    rows = []
+    for name in STRATEGIES:
+        part = some[some["strategy"] == name]
+        if not len(part):
+            continue
+        cells = [name, f"{len(part)}", f"{100.0 * part['stops'].mean():.0f}", f"{100.0 * part['derates'].mean():.0f}"]
+        rows.append([*cells, f"{lost[name] / KWH:.0f}", *(f"{gain[name]:+.0f}" for gain in gains)])
+    head = ["strategy", "runs", "stops\n% of runs", "derates\n% of runs", "energy lost\nkWh a gust"]
+    head += [f"{load}\nextreme %" for load in LOADS] + [f"{load}\nfatigue %" for load in (YAW_BENDING, YAW_TORSION)]
+    note = (
+        "Loads and energy against S3, which ignores the error, in the same wind; means over all gusts. Energy from the "
+        "start of a run to ten minutes after its end."
+    )
+    return Table(head, rows, "What the strategies cost", note=note)
+
+
+def stopped_all_the_same(grid: Found) -> Float:
+    """(yaw rates, recheck times) share of derated runs that end in a stop; NaN where none was derated."""
+    part = grid.rows[(grid.rows["strategy"] == "S2") & (grid.rows["derates"] > 0)]
+    means = part.pivot_table(index="yaw_rate", columns="recheck", values="stops", aggfunc="mean")
+    return means.reindex(index=grid.grid.yaw_rates, columns=grid.grid.rechecks).to_numpy()
+
+
+def recheck_table(grid: Found) -> Table:
+    """How many derated runs end in a stop all the same, by yaw rate and recheck time."""
+    rates, times = grid.grid.yaw_rates, grid.grid.rechecks
+    rows = [
+        [f"{np.degrees(rate):.1f}", *(f"{100.0 * x:.0f}" if np.isfinite(x) else "-" for x in shares)]
+        for rate, shares in zip(rates, stopped_all_the_same(grid), strict=True)
+    ]
+    head = ["yaw rate [deg/s]", *(f"recheck after {time:g} s" for time in times)]
+    note = (
+        "Percent of the runs that were derated. The drive must turn the error below the threshold before the recheck."
+    )
+    return Table(head, rows, "Derated, and stopped all the same", note=note)
+
+
+def limits_table(limits: Limits) -> Table:
+    """Base points by a load limit."""
+    rows = [
+        [f"{c:g}", *(f"{u:.2f}" if np.isfinite(u) else "failed" for u in use), f"{np.degrees(b):.0f}"]
+        for c, use, b in zip(limits.speeds, limits.use, limits.allowed(), strict=True)
+    ]
+    head = ["wind [m/s]", *(f"{np.degrees(e):.0f} deg" for e in limits.errors), "base point [deg]"]
+    words = "; ".join(f"{name} {limits.limit[name]:.2f} {LOADS[name].unit}" for name in JUDGED)
+    note = (
+        f"Largest load over its limit, of {len(JUDGED)} loads. Limits, 1.1 times extreme turbulence at 8 deg: {words}."
+    )
+    return Table(head, rows, "Base points that keep loads within those of extreme turbulence", note=note)
+
+
+def year_table(years: tuple[Year, ...]) -> Table:
+    """A year by strategy and number of fronts."""
+    rows = [
+        [
+            f"{y.fronts}",
+            y.strategy,
+            f"{y.energy / 3.6e12:.3f}",
+            f"{y.exceeded}",
+            f"{y.derates}",
+            f"{y.stops}",
+            f"{y.down / 3600.0:.1f}",
+            f"{(y.energy - y.stopped) / 3.6e9:+.2f}",
+        ]
+        for y in years
+    ]
+    head = ["fronts\na year", "strategy", "energy\nGWh", "threshold\npassed", "derates", "stops", "down\nh"]
+    head += ["won against S1\nMWh"]
+    note = "The same wind for all strategies; only fronts differ between the blocks."
+    return Table(head, rows, "A year of wind", text_columns=2, note=note)
+
+
+def chapter(found: Beyond, draw: Draw) -> Chapter:
+    """Verdict, the page to act on, tables."""
+    return Chapter(
+        "Beyond the paper: what an owner would do",
+        [
+            worded(partial(verdict, found), "What to do"),
+            draw("beyond", "Derate or stop: one page to act on", lambda: page(found)),
+            tabled("What the strategies cost", lambda: costs_table(found.grid)),
+            tabled("Extremes of derating over those of stopping", lambda: better(found.grid)),
+            tabled("Derated, and stopped all the same", lambda: recheck_table(found.grid)),
+            tabled("Base points", lambda: limits_table(found.limits)),
+            tabled("A year of wind", lambda: year_table(found.years)),
+        ],
+    )
+
+
+def _heat(ax: Axes, x: Float, y: Float, values: Float, title: str, *, text: str, low: float, high: float) -> None:
+    drawn = ax.imshow(values, origin="lower", aspect="auto", cmap="RdYlBu_r", vmin=low, vmax=high)
+    for i in range(len(y)):
+        for j in range(len(x)):
+            if np.isfinite(values[i, j]):
+                light = drawn.cmap(drawn.norm(values[i, j]))[:3] @ np.array([0.2126, 0.7152, 0.0722]) > 0.4
+                colour = INK if light else "white"
+                ax.text(j, i, format(values[i, j], text), ha="center", va="center", fontsize=7.5, color=colour)
+    ax.set_xticks(range(len(x)), [f"{v:g}" for v in x])
+    ax.set_yticks(range(len(y)), [f"{v:g}" for v in y])
+    ax.set_title(title, fontsize=9, loc="left", color=INK, pad=3)
+
+
+def by_gust(rows: pd.DataFrame, column: str) -> tuple[Float, Float, Float]:
+    """Direction changes [deg], rises [m/s], and means of a column over all else (rises, changes)."""
+    table = rows.pivot_table(index="rise", columns="change", values=column, aggfunc="mean")
+    return np.degrees(table.columns.to_numpy()).round(), table.index.to_numpy(), table.to_numpy()
+
+
+def page(found: Beyond) -> Figure:
+    """One page of figures that an owner would act on."""
+    figure, axes = new_figure(3, 3, size=(14.0, 11.0), share=False)
+    some = longest(found.grid)
+    middle = sorted(found.grid.grid.yaw_rates)[len(found.grid.grid.yaw_rates) // 2]
+    at = some[some["yaw_rate"] == middle]
+    energy, load = relative(at, "energy"), relative(at, f"{YAW_BENDING}, extreme")
+    lost = energy.assign(lost=(energy["base"] - energy["energy"]) / KWH)
+    top = float(lost["lost"].max())
+    for ax, name in zip(axes[0], ("S1", "S2", OURS), strict=True):
+        part = lost[lost["strategy"] == name]
+        _heat(ax, *by_gust(part, "lost"), f"{name}: energy lost a gust [kWh]", text=".0f", low=0.0, high=top)
+    for ax, name in zip(axes[1], ("S1", "S2", OURS), strict=True):
+        part = load[load["strategy"] == name].assign(percent=lambda r: 100.0 * r["gain"])
+        title = f"{name}: extreme bending at the yaw bearing against S3 [%]"
+        _heat(ax, *by_gust(part, "percent"), title, text="+.0f", low=-60.0, high=60.0)
+    for ax in axes[:2].flat:
+        ax.set_xlabel("direction change [deg]", fontsize=8)
+        ax.set_ylabel("rise [m/s]", fontsize=8)
+    _recheck(axes[2, 0], found.grid)
+    _limits(axes[2, 1], found.limits)
+    _years(axes[2, 2], found.years)
+    figure.suptitle(
+        f"Derate or stop? {len(found.grid.rows)} runs; maps at {np.degrees(middle):.1f} deg/s, means over "
+        "wind speeds, seeds, begins",
+        fontsize=11,
+        color=INK,
+    )
+    return figure
+
+
+def _recheck(ax: Axes, grid: Found) -> None:
+    values = 100.0 * stopped_all_the_same(grid)
+    rates = np.degrees(grid.grid.yaw_rates).round(2)
+    title = "derated runs that stop all the same [%]"
+    _heat(ax, np.array(grid.grid.rechecks), rates, values, title, text=".0f", low=0.0, high=100.0)
+    ax.set_xlabel("recheck after [s]", fontsize=8)
+    ax.set_ylabel("yaw rate [deg/s]", fontsize=8)
+
+
+def _limits(ax: Axes, limits: Limits) -> None:
+    from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
+
+    c = np.linspace(0.0, 30.0, 301)
+    drawn = ax.contourf(
+        limits.speeds,
+        np.degrees(limits.errors),
+        limits.use.T,
+        levels=np.arange(0.2, 2.01, 0.2),
+        cmap="RdYlBu_r",
+        extend="both",
+    )
+    ax.figure.colorbar(drawn, ax=ax, label="largest load over its limit")
+    ax.plot(limits.speeds, np.degrees(limits.allowed()), "o-", color=INK, label="ours: loads within limits")
+    for colour, law in zip((COLOURS[4], COLOURS[2]), ("interpolated", "stepwise"), strict=True):
+        ax.plot(c, np.degrees(yaw_threshold(YawProtection(law=law), c)), color=colour, label=f"paper, {law}")  # type: ignore[arg-type]
+    ax.set_title("limit of the yaw error and the loads there", fontsize=9, loc="left", color=INK, pad=3)
+    ax.set_xlabel("wind speed [m/s]", fontsize=8)
+    ax.set_ylabel("yaw error [deg]", fontsize=8)
+    ax.legend(fontsize=7)
+
+
+def _years(ax: Axes, years: tuple[Year, ...]) -> None:
+    for colour, name in zip(COLOURS, ("S2", OURS, "S3"), strict=False):
+        part = [y for y in years if y.strategy == name]
+        ax.plot(
+            [y.fronts for y in part], [(y.energy - y.stopped) / 3.6e9 for y in part], "o-", color=colour, label=name
+        )
+    panel(ax, "energy won in a year against stopping", "MWh")
+    ax.set_xlabel("fronts a year", fontsize=8)
+    ax.legend(fontsize=7)
+
+
+def better(grid: Found) -> Table:
+    """Where derating beats stopping: less energy lost, and no load of the limit's kind larger than the stop's."""
+    some = longest(grid)
+    wind = ["speed", "rise", "change", "begin", "seed", "yaw_rate"]
+    rows = []
+    for name in ("S2", OURS):
+        one, two = (some[some["strategy"] == n].set_index(wind) for n in ("S1", name))
+        both = one.add_suffix(" of S1").join(two, how="inner")
+        for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR):
+            ratio = both[f"{load}, extreme"] / both[f"{load}, extreme of S1"]
+            rows.append(
+                [
+                    name,
+                    load,
+                    f"{ratio.median():.2f}",
+                    f"{ratio.quantile(0.95):.2f}",
+                    f"{100.0 * (ratio > 1.05).mean():.0f}",
+                ]
+            )
+    head = ["strategy", "load", "median over S1", "95 % over S1", "runs with 5 % more [%]"]
+    return Table(head, rows, "Extremes of derating over those of stopping, gust by gust", text_columns=2)
+
+
+def verdict(found: Beyond) -> str:
+    """What to do, in words, from the numbers."""
+    some = longest(found.grid)
+    share = 100.0 * some.groupby("strategy")["stops"].mean()
+    gains = mean_gains(some, f"{YAW_BENDING}, extreme")
+    stops = 100.0 * stopped_all_the_same(found.grid)
+    slow, fast = np.degrees(found.grid.grid.yaw_rates)[[0, -1]]
+    short, *_, long = found.grid.grid.rechecks
+    years = {y.strategy: y for y in found.years if y.fronts == max(y.fronts for y in found.years)}
+    won = {name: (years[name].energy - years[name].stopped) / 3.6e9 for name in ("S2", OURS)}
+    base = "; ".join(
+        f"{c:g} m/s {np.degrees(b):.0f} deg" for c, b in zip(found.limits.speeds, found.limits.allowed(), strict=True)
+    )
+    lines = (
+        f"Of the gusts in the grid S1 stops in {share['S1']:.0f} %, S2 in {share['S2']:.0f} %,",
+        f"S2 with base points from loads in {share[OURS]:.0f} %.",
+        f"Against going on, a stop changes the extreme bending at the yaw bearing by {gains['S1']:+.0f} %,",
+        f"derating by {gains['S2']:+.0f} and {gains[OURS]:+.0f} %: feathering fast is a load case of its own.",
+        f"The recheck must leave the drive its time: after {short:g} s at {slow:.1f} deg/s",
+        f"{stops[0, 0]:.0f} % of the derated runs end in a stop,",
+        f"after {long:g} s at {fast:.1f} deg/s {stops[-1, -1]:.0f} %.",
+        f"Base points that keep loads of production within 1.1 times those of extreme turbulence: {base}.",
+        "The paper's are stricter than that in middle winds and laxer close to cut-out.",
+        f"In a year with {years['S1'].fronts} fronts derating wins {won['S2']:.0f} MWh against stopping,",
+        f"with these base points {won[OURS]:.0f} MWh,",
+        f"{100.0 * won[OURS] * 3.6e9 / years['S1'].energy:.2f} % of the year;",
+        "without fronts next to nothing is to be won.",
+    )
+    return " ".join(lines)

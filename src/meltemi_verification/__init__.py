@@ -1,0 +1,1 @@
+"""Verification and benchmark: ``meltemi verify`` and ``meltemi bench``. Nothing in meltemi imports this package."""

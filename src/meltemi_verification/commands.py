@@ -1,0 +1,58 @@
+"""``meltemi verify`` and ``meltemi bench``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from meltemi.app.terminal import OutOption, folder_for, print_table, progress_bar, say
+
+
+def verify(
+    quick: Annotated[bool, typer.Option("--quick", help="Only what takes less than two minutes.")] = False,
+    reference: Annotated[
+        Path | None, typer.Option("--reference", help="Folder with the reference series, for the comparisons in time.")
+    ] = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Compare with closed forms and OpenFAST."""
+    out = folder_for(out)
+    from meltemi_verification.verification import verification
+
+    with progress_bar("verification") as progress:
+        report = verification(quick=quick, reference=reference, progress=progress)
+    for table in report.tables:
+        print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
+    print(report.summary())
+    for path in report.write(out):
+        print(f"wrote {path}")
+    if report.failed:
+        raise typer.Exit(1)
+
+
+def bench(
+    json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    duration: Annotated[float, typer.Option("--duration", help="Length of the timed runs [s].")] = 600.0,
+    page: Annotated[
+        Path | None, typer.Option("--page", help="Write the benchmark page of the docs to this file.")
+    ] = None,
+) -> None:
+    """Measure compile time, run time, memory."""
+    from meltemi.core.files import write_text
+    from meltemi_verification import bench as study
+
+    if page is not None:
+        folder_for(page.parent, "--page")  # minutes before it is written
+    figures = study.benchmark(duration=duration, say=say)
+    if page is not None:
+        write_text(page, study.page(figures))
+        print(f"wrote {page}")
+    if json:
+        import json as json_format
+
+        print(json_format.dumps(figures, indent=2))
+    else:
+        for line in study.report_lines(figures):
+            print(line)

@@ -1,0 +1,254 @@
+"""Rows of a comparison, their verdicts, and how they are written."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from fnmatch import fnmatch
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from meltemi.core.files import write_text
+from meltemi.core.units import display
+from meltemi.report.tables import number
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Verdict(StrEnum):
+    """What a row shows; only FAIL is an error."""
+
+    PASS = "pass"
+    KNOWN = "known deviation"
+    FAIL = "FAIL"
+    REPORTED = "reported"
+
+
+@dataclass(frozen=True)
+class Known:
+    """A deviation beyond its band that is understood.
+
+    Attributes:
+      table, what, case: patterns (``*`` fits everything) of the rows it belongs to.
+      bound: beyond it the row fails after all.
+      why: which model differs, and which is right.
+    """
+
+    table: str
+    what: str
+    case: str
+    bound: float
+    why: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number against its reference.
+
+    Attributes:
+      what: the quantity.
+      case: where: wind speed, mode, node, ...
+      unit: SI unit of ``reference`` and ``ours``.
+      deviation: in ``measure``.
+      measure: ``"%"``, ``"deg"``, ``"s"``, ``"points"`` or ``"-"``.
+      band: largest deviation that passes; None is only reported.
+      beside: a further number for comparison, in ``measure``.
+      verdict, why: set by ``judged``; ``why`` explains a known deviation.
+    """
+
+    what: str
+    case: str
+    unit: str
+    reference: float
+    ours: float
+    deviation: float
+    measure: str = "%"
+    band: float | None = None
+    beside: float | None = None
+    verdict: Verdict = Verdict.REPORTED
+    why: str = ""
+
+    def judged(self, table: str, known: Sequence[Known]) -> Row:
+        """The row with its verdict."""
+        verdict, why = Verdict.REPORTED, ""
+        if self.band is not None:
+            verdict = Verdict.PASS if abs(self.deviation) <= self.band else Verdict.FAIL
+            if verdict is Verdict.FAIL:
+                for k in known:
+                    fits = fnmatch(table, k.table) and fnmatch(self.what, k.what) and fnmatch(self.case, k.case)
+                    if fits and abs(self.deviation) <= k.bound:
+                        verdict, why = Verdict.KNOWN, k.why
+                        break
+        return Row(**{**self.__dict__, "verdict": verdict, "why": why})
+
+
+def relative(
+    what: str,
+    case: str,
+    unit: str,
+    reference: float,
+    ours: float,
+    band: float | None = None,
+    *,
+    floor: float = 0.0,
+    beside: float | None = None,
+) -> Row:
+    """A row whose deviation is percent of the reference's magnitude, at least of ``floor``."""
+    scale = max(abs(reference), abs(floor), 1e-300)
+    return Row(what, case, unit, reference, ours, 100.0 * (ours - reference) / scale, "%", band, beside)
+
+
+def difference(
+    what: str,
+    case: str,
+    unit: str,
+    reference: float,
+    ours: float,
+    band: float | None = None,
+    *,
+    measure: str = "-",
+    factor: float = 1.0,
+    beside: float | None = None,
+) -> Row:
+    """A row whose deviation is ``factor`` times the difference."""
+    return Row(what, case, unit, reference, ours, factor * (ours - reference), measure, band, beside)
+
+
+def angle(
+    what: str, case: str, reference: float, ours: float, band: float | None, *, beside: float | None = None
+) -> Row:
+    """A row of an angle [rad] whose deviation is in degrees."""
+    return difference(what, case, "rad", reference, ours, band, measure="deg", factor=180.0 / math.pi, beside=beside)
+
+
+def phase(what: str, case: str, reference: float, ours: float, band: float) -> Row:
+    """The same where whole turns count for nothing."""
+    turn = (ours - reference + math.pi) % (2.0 * math.pi) - math.pi
+    return angle(what, case, reference, reference + turn, band)
+
+
+def at_least(what: str, case: str, unit: str, bound: float, ours: float) -> Row:
+    """A row that passes when the value reaches the bound; the deviation is what is missing, in percent."""
+    missing = max(0.0, 100.0 * (bound - ours) / abs(bound))
+    return Row(what, case, unit, bound, ours, missing, "%", 0.0)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A table of rows with one source.
+
+    Attributes:
+      name: short, for patterns and files.
+      title, source: in words.
+      beside: what the further column is, if there is one.
+      figures: plots by name.
+    """
+
+    name: str
+    title: str
+    source: str
+    rows: Sequence[Row]
+    beside: str = ""
+    figures: dict[str, Figure] = field(default_factory=dict)
+
+    text_columns = 2
+
+    def judged(self, known: Sequence[Known]) -> Comparison:
+        """The comparison with the verdict of each row."""
+        rows = [row.judged(self.name, known) for row in self.rows]
+        return Comparison(self.name, self.title, self.source, rows, self.beside, self.figures)
+
+    def head_and_rows(self) -> tuple[list[str], list[list[str]]]:
+        """For the terminal: one line a quantity, with the case that deviates most."""
+        head = ["quantity", "worst case", "cases", "reference", "ours", "unit", "deviation", "band", "verdict"]
+        if self.beside:
+            head.insert(7, self.beside)
+        groups: dict[str, list[Row]] = {}
+        for row in self.rows:
+            groups.setdefault(row.what, []).append(row)
+        lines = []
+        for what, rows in groups.items():
+            order = {Verdict.REPORTED: 0, Verdict.PASS: 1, Verdict.KNOWN: 2, Verdict.FAIL: 3}
+            row = max(rows, key=lambda r: (order[r.verdict], abs(r.deviation) / (r.band or 1.0)))
+            unit, factor = display(row.unit, angular_rate_in_degrees=False)
+            line = [what, row.case, str(len(rows)), number(row.reference * factor), number(row.ours * factor), unit]
+            line.append(f"{row.deviation:+.2f} {row.measure}")
+            if self.beside:
+                line.append("-" if row.beside is None else f"{row.beside:+.2f} {row.measure}")
+            line += ["-" if row.band is None else f"{row.band:g} {row.measure}", str(row.verdict)]
+            lines.append(line)
+        return head, lines
+
+
+@dataclass(frozen=True)
+class Report:
+    """All comparisons of a verification."""
+
+    tables: Sequence[Comparison]
+
+    def count(self, verdict: Verdict) -> int:
+        """Number of rows with a verdict."""
+        return sum(row.verdict is verdict for table in self.tables for row in table.rows)
+
+    @property
+    def failed(self) -> bool:
+        """Some row fails."""
+        return self.count(Verdict.FAIL) > 0
+
+    def summary(self) -> str:
+        """One line."""
+        counts = [f"{self.count(v)} {v}" for v in (Verdict.PASS, Verdict.KNOWN, Verdict.FAIL, Verdict.REPORTED)]
+        return f"{sum(len(t.rows) for t in self.tables)} comparisons: {', '.join(counts)}"
+
+    def markdown(self) -> str:
+        """The report as a page."""
+        lines = [f"**{self.summary()}**", ""]
+        for table in self.tables:
+            lines += [f"## {table.title}", "", f"Reference: {table.source}.", ""]
+            head, rows = table.head_and_rows()
+            lines += ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+            lines += ["| " + " | ".join(row) + " |" for row in rows]
+            reasons = dict.fromkeys(row.why for row in table.rows if row.why)
+            lines += ["", *(f"Known deviation: {why}" for why in reasons)]
+            lines += ["", *(f"![{name}]({name}.png)" for name in table.figures), ""]
+        return "\n".join(lines)
+
+    def write(self, out: Path) -> list[Path]:
+        """Write ``verification.csv`` with every row, ``verification.md`` and the plots."""
+        from meltemi.report.plots import save
+        from meltemi.report.tables import write_csv
+
+        columns = "what case unit reference ours deviation measure band beside verdict why".split()
+        rows = [[table.name, *(_cell(getattr(row, c)) for c in columns)] for table in self.tables for row in table.rows]
+        written = [
+            write_csv(out / "verification.csv", ["table", *columns], rows),
+            write_text(out / "verification.md", self.markdown()),
+        ]
+        for table in self.tables:
+            written += [save(figure, out / f"{name}.png") for name, figure in table.figures.items()]
+        return written
+
+
+def _cell(value: object) -> str:
+    return f"{value:.7g}" if isinstance(value, float) else "" if value is None else str(value)
+
+
+@cache
+def reference_table(name: str, **where: str) -> list[dict[str, str]]:
+    """Rows of one of the small reference tables in ``data``, those with certain values in some columns."""
+    text = (files("meltemi_verification") / "data" / f"{name}.csv").read_text(encoding="utf-8")
+    rows = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    return [row for row in rows if all(row[column] == value for column, value in where.items())]
+
+
+def source_of(name: str) -> str:
+    """What the comments of a reference table say of its source."""
+    text = (files("meltemi_verification") / "data" / f"{name}.csv").read_text(encoding="utf-8")
+    comments = [line.removeprefix("#").strip() for line in text.splitlines() if line.startswith("#")]
+    return "; ".join(comments).replace("Source: ", "")

@@ -1,0 +1,84 @@
+"""``meltemi verify``: closed forms, published tables and OpenFAST, with deviations and verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from meltemi.core.errors import InputError
+from meltemi_verification import (
+    closed_form,
+    elastodyn_blade,
+    iea,
+    modes,
+    momentum,
+    published,
+    rigid,
+    steady,
+    transient,
+    turbulent,
+    yaw,
+)
+from meltemi_verification.known import KNOWN
+from meltemi_verification.table import Comparison, Report
+
+Study = tuple[float, Callable[[], Comparison]]
+QUICK: tuple[Study, ...] = (
+    (8.0, closed_form.structure),
+    (4.0, momentum.momentum),
+    (8.0, published.report_steady),
+    (1.0, published.report_modes),
+    (1.0, modes.linearised),
+    (2.0, modes.decays),
+    (1.0, elastodyn_blade.discretisation),
+    (1.0, rigid.performance),
+    (3.0, rigid.fixed_rotor),
+    (1.0, rigid.spin),
+    (2.0, rigid.pitch_steps),
+    (12.0, lambda: steady.steady("A")),
+    (2.0, lambda: steady.spanwise("A")),
+    (3.0, lambda: steady.periodic("A", ("shear_8", "shear_12", "shear_20", "yaw20_10"))),
+    (1.0, lambda: yaw.yawed("A")),
+    (2.0, yaw.power_in_yaw),
+    (2.0, transient.gust),
+    (2.0, transient.step),
+)
+"""Studies with their usual duration [s]."""
+FULL: tuple[Study, ...] = (
+    *QUICK,
+    (12.0, closed_form.energy_to_the_last_digit),
+    (12.0, lambda: steady.steady("B")),
+    (2.0, lambda: steady.spanwise("B")),
+    (2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),
+    (1.0, lambda: yaw.yawed("B")),
+    *(((1.0, iea.frequencies), (8.0, iea.steady_15mw), (3.0, iea.steady_22mw)) if iea.installed() else ()),
+)
+TURBULENCE_SECONDS = 20.0
+
+
+def verification(
+    *, quick: bool = False, reference: Path | None = None, progress: Callable[[float], None] = lambda share: None
+) -> Report:
+    """Run all comparisons.
+
+    Args:
+      quick: only what takes less than two minutes.
+      reference: folder with the series and wind boxes of the reference runs, for turbulence.
+      progress: called with the share that is done.
+
+    Raises:
+      InputError: the folder has no reference runs.
+    """
+    if reference is not None and not (reference / "openfast").is_dir():
+        raise InputError(f"--reference {reference}: no folder 'openfast' in it")
+    studies = QUICK if quick else FULL
+    total = sum(seconds for seconds, _ in studies) + (TURBULENCE_SECONDS if reference else 0.0)
+    done = 0.0
+    tables: list[Comparison] = []
+    for seconds, study in studies:
+        tables.append(study())
+        done += seconds
+        progress(done / total)
+    if reference is not None:
+        tables += turbulent.turbulence(reference, lambda share: progress((done + share * TURBULENCE_SECONDS) / total))
+    return Report([table.judged(KNOWN) for table in tables])

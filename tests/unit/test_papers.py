@@ -1,0 +1,47 @@
+"""What the papers say stands in tables and texts: all of it is used, and nothing is missing."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import meltemi_papers
+from meltemi_papers.claim import Claim, claims_of, reasons_of, rows_of
+from meltemi_papers.he2018.claims import KINDS
+
+FOLDER = Path(meltemi_papers.__path__[0])
+STATED = ["wang2021", "palanimuthu2022"]
+"""Studies whose claims are called by their keys."""
+
+
+@pytest.mark.parametrize("study", STATED)
+def test_every_stated_claim_is_judged(study: str) -> None:
+    code = "".join(path.read_text(encoding="utf-8") for path in (FOLDER / study).rglob("*.py"))
+    assert set(re.findall(r'\bclaim\(\s*"(.+?)"', code)) == set(rows_of(study, "claims.csv"))
+
+
+@pytest.mark.parametrize("study", STATED)
+def test_every_claims_reason_is_given(study: str) -> None:
+    text = (FOLDER / study / "reasons.md").read_text(encoding="utf-8")
+    reasons = reasons_of(study)
+    assert len(reasons) == len(text.strip().split("\n\n"))
+    named = {row["reason"] for row in rows_of(study, "claims.csv").values()}
+    assert {reason for reason in named if reason and "{" not in reason} <= set(reasons)
+
+
+def test_every_kind_of_claim_of_he2018_occurs() -> None:
+    assert {row["kind"] for row in rows_of("he2018", "claims.csv").values()} == set(KINDS)
+
+
+def test_a_claim_is_filled_and_judged() -> None:
+    claim = claims_of("wang2021")
+    found = claim("power std", "110 kW in bin 8", True, name="as scaled")
+    assert found == Claim(
+        "largest std of power, as scaled", "109 kW at 8 m/s", "110 kW in bin 8", "holds", "Table 2", "std"
+    )
+    assert claim("power std", "", False, name="").verdict == "differs"
+    assert claim("power std", "", "cannot be judged: why", name="").verdict == "cannot be judged: why"
+    with pytest.raises(KeyError, match="name"):
+        claim("power std", "", True)
