@@ -146,7 +146,7 @@ def yaw_step(x: Float, at: int, measured: Float, dt: float) -> float:
 
     Args:
       x: vector with settings and state from the place ``at`` on.
-      measured: table MEASUREMENTS.
+      measured: table Measurements.
       dt: [s] since the last call.
 
     Returns:

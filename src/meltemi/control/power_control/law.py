@@ -401,7 +401,7 @@ def power_step(x: Float, at: int, measured: Float, demands: Float, dt: float) ->
 
     Args:
       x: state vector that holds its section from the place ``at`` on, see ``power_section``.
-      measured: table MEASUREMENTS.
+      measured: table Measurements.
       demands: table DEMANDS; torque, pitch of all blades and its reports are written.
       dt: [s] since the last call.
     """

@@ -162,7 +162,7 @@ def live(
       strategy: 0 ignore, 1 stop, 2 derate and look again.
       base: n wind speeds, then n thresholds, of the interpolated law.
       yaw: settings of the yaw control.
-      measured_now: table MEASUREMENTS.
+      measured_now: table Measurements.
       found: gets energy [J], passes, derates, stops, seconds down.
     """
     n = base.shape[0] // 2
