@@ -98,7 +98,7 @@ class Record:
                 raise TypeError(f"{type(self).__name__}.{name}: expected {member.ndim} axes, found {len(shape)}")
             if kind == "lanes" and member.in_lanes:
                 shape[-1] //= LANES
-            slope = None if slopes is None or member.constant else slopes[name]
+            slope = None if kind != "duals" or slopes is None or member.constant else slopes[name]
             words += [array.ctypes.data, 0 if slope is None else slope.ctypes.data, *shape]
             keep += [array, slope]
         self._keep = keep

@@ -18,7 +18,8 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.extending import NativeValue, models, register_model, typeof_impl, unbox
 
 from meltemi.maths.groups import GroupType, join, split
-from meltemi.maths.records import Member, Record, members
+from meltemi.maths.records import Member, members
+from meltemi.maths.records import Record as Record
 from meltemi.numbers.duals import DualArrayType, dual, make_dual
 from meltemi.numbers.lanes import WIDTH, LaneArrayType, int_lanes, lanes
 
