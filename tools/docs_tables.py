@@ -233,7 +233,7 @@ def supervisor(what: str) -> str:
         return _table(["", "state", "what"], [[str(i), words(a.name), a.doc] for i, a in enumerate(states, 1)])
     if what == "conditions":
         head = ["condition", "quantity", "", "limit", "for", "latches", "quantity is"]
-        docs = {f.name: f"{f.doc} [{f.unit}]" for f in tables.QUANTITIES.rows}
+        docs = {f.name: f"{f.doc} [{f.unit}]" for f in tables.Quantities.rows}
         rows = [
             [words(c.name), words(c.quantity), c.sense, f"`{c.limit}`", "" if c.hold == "0" else f"`{c.hold}`"]
             + ["yes" if c.latches else "", docs[c.quantity]]

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi.control import signals as s
-from meltemi.control.baseline import BASELINE
+from meltemi.control.baseline import BaselineState
 from meltemi.control.controller import StartPoint
 from meltemi.control.filters import band_pass, check_harmonic
-from meltemi.control.integrator import INTEGRATOR, integrator, integrator_settings
+from meltemi.control.integrator import IntegratorState, integrator, integrator_settings
 from meltemi.control.multiblade import add_to_blades, to_fixed
 
-FILTERED = len(BASELINE)
+FILTERED = len(BaselineState)
 MOMENTS = FILTERED + 6
 TILT = MOMENTS + 3
-YAW = TILT + len(INTEGRATOR)
+YAW = TILT + len(IntegratorState)
 
 
 def test_individual_pitch_takes_the_shear_out_of_the_blade_moments() -> None:

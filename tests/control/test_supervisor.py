@@ -18,10 +18,10 @@ import meltemi
 from meltemi import InputError, StartPoint, Supervision, Turbine, YawControl, YawProtection, supervised, yaw_threshold
 from meltemi.control import signals as s
 from meltemi.control.controller import Controller, LogEntry
-from meltemi.control.moving_mean import MEAN, mean_start, mean_states, moving_mean
+from meltemi.control.moving_mean import MovingMean, mean_start, mean_states, moving_mean
 from meltemi.control.power_control.tables import STATES as POWER_STATES
 from meltemi.control.supervisor import tables as t
-from meltemi.control.supervisor.log import ENTRY, LOG_ROOM
+from meltemi.control.supervisor.log import LOG_ROOM, EntryRow
 from meltemi.control.supervisor.settings import limits
 from meltemi.control.supervisor.supervised import JOURNAL, LENGTH, YAW, Q
 from meltemi.control.supervisor.threshold import threshold
@@ -176,7 +176,7 @@ def test_moving_mean_by_blocks_and_for_long() -> None:
         whole = (k + 1) // 3 * 3
         if k >= 30:
             assert found == pytest.approx(signal[whole - 30 : whole].mean(), rel=1e-14)
-    assert x[MEAN.index("per_block")] == 3
+    assert x[MovingMean.index("per_block")] == 3
 
 
 # the tables ------------------------------------------------------------------------------------------------
@@ -623,7 +623,7 @@ def test_a_log_that_overflows_says_so(turbine: Turbine) -> None:
     assert len(run.log) == LOG_ROOM
     assert run.controller.warnings is not None
     assert "of which the log has the first 300" in run.controller.warnings(run.x)[0]
-    assert len(run.x) - LENGTH + JOURNAL + LOG_ROOM * len(ENTRY) < len(run.x)
+    assert len(run.x) - LENGTH + JOURNAL + LOG_ROOM * len(EntryRow) < len(run.x)
 
 
 def test_yaw_control_is_followed_where_states_say_so(turbine: Turbine) -> None:

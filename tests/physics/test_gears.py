@@ -159,7 +159,7 @@ def test_linear_model_has_the_modes_of_the_chain(geared: Turbine) -> None:
 def meltemi_evaluate(case: Case) -> None:
     from meltemi.simulation.step import evaluate
 
-    evaluate(0.0, 0.0, case.numbers, case.parts, False)
+    evaluate(0.0, 0.0, case.system, False)
 
 
 def test_gears_move_the_first_mode_by_their_inertia_only(turbine: Turbine, geared: Turbine) -> None:

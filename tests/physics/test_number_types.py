@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import ModelOptions, Stations, SteadyWind, Turbine
 from meltemi.aero.tables import AeroMemory, AeroOptions, BladeFlow
+from meltemi.maths.records import Kind
 from meltemi.simulation import linear
-from meltemi.simulation.case import Case, Numbers
+from meltemi.simulation.case import Case
 from meltemi.simulation.simulate import Simulation, model_channels
 
 Float = NDArray[np.float64]
@@ -42,7 +43,7 @@ WINDS: dict[str, Callable[[], Any]] = {
 }
 
 
-def disturbed(turbine: Turbine, options: dict[str, Any], wind: Any, numbers: Numbers) -> Case:
+def disturbed(turbine: Turbine, options: dict[str, Any], wind: Any, numbers: Kind) -> Case:
     """A deflected, moving machine after three steps of the states of the air, with all of its loads."""
     model = meltemi.build(turbine, ModelOptions(**options))
     case = Case(model, wind, Stations((10.0, 30.0), (40.0,)), numbers=numbers)

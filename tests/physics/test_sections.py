@@ -11,10 +11,9 @@ from scipy.spatial.transform import Rotation
 
 import meltemi
 from meltemi import ModelOptions, Start, SteadyWind, Turbine
-from meltemi.aero.rotor import derivatives
 from meltemi.aero.tables import AeroNode, BladeFlow
 from meltemi.maths.tables import View
-from meltemi.simulation.case import AIR_PARTS, Case
+from meltemi.simulation.case import Case
 
 Float = NDArray[np.float64]
 
@@ -174,9 +173,8 @@ def test_derivatives_of_inflow_and_stall_are_those_of_their_steps(turbine: Turbi
     inflow += 0.2 * rng.standard_normal(inflow.shape)
     stall += 0.02 * rng.standard_normal(stall.shape)
     case.evaluate(0.0)
-    rates = np.zeros_like(inflow), np.zeros_like(stall)
-    arrays = AIR_PARTS[:-2]
-    derivatives(*(case[name] for name in arrays), *rates)
+    case.rates()
+    rates = case["d_inflow"], case["d_stall"]
     before, h = (inflow.copy(), stall.copy()), 1e-6
     case.evaluate(0.0, h)
     np.testing.assert_allclose((inflow - before[0]) / h, rates[0], rtol=1e-3, atol=1e-4)

@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 
 from meltemi.control.controller import UPDATE_DUALS
-from meltemi.control.feedforward import WEIGHTS, blade_wind, weight, weight_settings
+from meltemi.control.feedforward import FeedforwardWeights, blade_wind, weight, weight_settings
 from meltemi.control.filters import (
     LOW_PASS_STATES,
     SECOND_ORDER_STATES,
@@ -29,7 +29,7 @@ from meltemi.control.filters import (
     response,
     second_order_start,
 )
-from meltemi.control.integrator import INTEGRAL, INTEGRATOR, KI, KP, give_back, integrator, integrator_settings
+from meltemi.control.integrator import INTEGRAL, KI, KP, IntegratorState, give_back, integrator, integrator_settings
 from meltemi.control.multiblade import add_to_blades, blade_angle, to_blade, to_fixed
 from meltemi.control.sensors import (
     NOISE_STATES,
@@ -334,7 +334,7 @@ def test_settings_that_cannot_be_are_refused(change: dict[str, float], words: st
 
 def test_law_within_its_limits() -> None:
     """The integral of a constant error, its proportional part, and the derivative of a ramp."""
-    x = np.full(len(INTEGRATOR) + 1, 9.0)
+    x = np.full(len(IntegratorState) + 1, 9.0)
     x[1:] = integrator_settings(proportional_gain=2.0, integral_gain=0.5, integral=0.3)
     for _ in range(40):
         demand = integrator(x, 1, 0.1, -9.0, 9.0, 0.05)
@@ -454,7 +454,7 @@ def run_of_all(slopes: tuple[Any, ...] | None, *arrays: Float) -> None:
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="duals exist in compiled code only")
 def test_derivatives_by_gains_equal_differences() -> None:
     """By centre, damping, offset, two gains, tracking time, shear and noise: the eight derivatives at once."""
-    places = [0, 1, 2, 18 + KP, 18 + KI, 18 + 4, 28 + WEIGHTS.index("shear"), 39]
+    places = [0, 1, 2, 18 + KP, 18 + KI, 18 + 4, 28 + FeedforwardWeights.index("shear"), 39]
     assert len(places) == N_DERIVATIVES
 
     def outputs(x: Float) -> Float:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from meltemi.control import baseline as law
 from meltemi.control import signals as s
-from meltemi.control.baseline import BASELINE, baseline, parameters, steady_torque
+from meltemi.control.baseline import BaselineState, baseline, parameters, steady_torque
 from meltemi.control.controller import StartPoint
 from meltemi.core.errors import InputError
 from meltemi.maths.tables import View
@@ -157,7 +157,7 @@ def test_steady_torque_everywhere(turbine: Turbine, speed: float, pitch: float) 
 
 def test_torque_is_continuous_over_the_regions(control: BaselineControl) -> None:
     x = parameters(control)
-    view = View(BASELINE, x)
+    view = View(BaselineState, x)
     for name in ("cut_in_speed", "optimal_speed", "transition_speed", "rated_speed"):
         at = float(view[name])
         below, above = (steady_torque(x, at * (1.0 + d), 0.0) for d in (-1e-12, 1e-12))
@@ -166,7 +166,7 @@ def test_torque_is_continuous_over_the_regions(control: BaselineControl) -> None
 
 
 def test_transition_lies_between_regions_2_and_3(control: BaselineControl) -> None:
-    view = View(BASELINE, parameters(control))
+    view = View(BaselineState, parameters(control))
     # TP-500-38060, section 7.2: region 2 1/2 begins at 1,137 rpm or 119.0 rad/s
     assert float(view["transition_speed"]) == pytest.approx(119.0, abs=0.1)
     assert float(view["synchronous_speed"]) == pytest.approx(121.6805 / 1.1, rel=1e-12)
@@ -335,7 +335,7 @@ def test_a_sample_time_is_handed_on(control: BaselineControl) -> None:
 def test_smoothing(control: BaselineControl) -> None:
     """Held power comes gradually (C-5a); without smoothing the law is the published one to the bit."""
     start = StartPoint(11.0, 118.0, 0.0, 3.5e4)
-    assert View(BASELINE, baseline(control).initial_state(start))["smoothing"] == 0.0
+    assert View(BaselineState, baseline(control).initial_state(start))["smoothing"] == 0.0
     sharp, smooth = parameters(control), parameters(control)
     width = 0.005
     smooth[law.SMOOTHING] = width

@@ -32,20 +32,20 @@ class AeroParameters(Table, title="aerodynamics"):
     tower_cut: float = number("-", "1: tower influence only on the lower half of the rotor")
 
 
-class AeroOptions(Table, title="aerodynamic options"):
+class AeroOptions(Table, title="aerodynamic options", integer=True):
     """Options, run-time integers."""
 
-    wake: float = number("-", "0: no induction, 1: blade-element momentum")
-    high_induction: float = number("-", "0: momentum theory throughout, 1: Buhl")
-    skew: float = number("-", "0: none, 1: Glauert's redistribution")
-    inflow: float = number("-", "0: quasi-steady, 1: constant time, 2: time from wind and induction")
-    stall: float = number("-", "0: static polars, 1: Hansen-Gaunaa-Madsen")
-    stall_rotation: float = number(
+    wake: int = number("-", "0: no induction, 1: blade-element momentum")
+    high_induction: int = number("-", "0: momentum theory throughout, 1: Buhl")
+    skew: int = number("-", "0: none, 1: Glauert's redistribution")
+    inflow: int = number("-", "0: quasi-steady, 1: constant time, 2: time from wind and induction")
+    stall: int = number("-", "0: static polars, 1: Hansen-Gaunaa-Madsen")
+    stall_rotation: int = number(
         "-", "rotation of a section about its span: 0: ignored, 1: acts like camber, 2: as OpenFAST"
     )
-    tower: float = number("-", "0: no influence of the tower, 1: potential flow")
-    tower_drag: float = number("-", "1: drag on the tower")
-    iterations: float = number("-", "of the induction solver at each evaluation")
+    tower: int = number("-", "0: no influence of the tower, 1: potential flow")
+    tower_drag: int = number("-", "1: drag on the tower")
+    iterations: int = number("-", "of the induction solver at each evaluation")
 
 
 class AeroNode(Table, axes="blade node", title="aerodynamic node"):

@@ -22,55 +22,53 @@ from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import crossed, whole
-from meltemi.maths.tables import View, table
+from meltemi.maths.tables import Table, View, number
 from meltemi.turbine.definition import BaselineControl
 
 Float = NDArray[float64]
 
-BASELINE = table(
-    "baseline controller",
-    "",
-    """
-    filter_frequency  | rad/s       | of the generator speed's low-pass
-    cut_in_speed      | rad/s       | below which there is no torque
-    optimal_speed     | rad/s       | where region 2 begins
-    transition_speed  | rad/s       | where region 2 1/2 begins
-    rated_speed       | rad/s       | where region 3 begins
-    synchronous_speed | rad/s       | at which the line of region 2 1/2 has no torque
-    transition_slope  | N m s/rad   | of that line
-    optimal_gain      | N m s^2/rad^2 | region 2
-    rated_power       | W           | mechanical
-    maximum_torque    | N m         | limit
-    torque_rate       | N m/s       | limit
-    power_pitch       | rad         | above which the power is held
-    reference_speed   | rad/s       | of the pitch loop
-    proportional_gain | s           | at zero pitch
-    integral_gain     | -           | at zero pitch
-    gain_halving_pitch| rad         | gain schedule
-    minimum_pitch     | rad         | limit
-    maximum_pitch     | rad         | limit
-    pitch_rate        | rad/s       | limit
-    smoothing         | rad         | of pitch, over which the torque law changes at power_pitch; 0 switches at once
-    speed             | rad/s       | state: filtered generator speed
-    integral          | rad         | state: integral of the speed error, rad/s times s
-    torque            | N m         | state: last torque
-    pitch             | rad         | state: last pitch
-    switches          | -           | state: branches that a difference step would have changed, in derivative runs
-    """,
-)
-"""State vector: parameters first, so that another turbine needs no other compilation."""
+
+class BaselineState(Table, title="baseline controller"):
+    """State vector: parameters first, so that another turbine needs no other compilation."""
+
+    filter_frequency: float = number("rad/s", "of the generator speed's low-pass")
+    cut_in_speed: float = number("rad/s", "below which there is no torque")
+    optimal_speed: float = number("rad/s", "where region 2 begins")
+    transition_speed: float = number("rad/s", "where region 2 1/2 begins")
+    rated_speed: float = number("rad/s", "where region 3 begins")
+    synchronous_speed: float = number("rad/s", "at which the line of region 2 1/2 has no torque")
+    transition_slope: float = number("N m s/rad", "of that line")
+    optimal_gain: float = number("N m s^2/rad^2", "region 2")
+    rated_power: float = number("W", "mechanical")
+    maximum_torque: float = number("N m", "limit")
+    torque_rate: float = number("N m/s", "limit")
+    power_pitch: float = number("rad", "above which the power is held")
+    reference_speed: float = number("rad/s", "of the pitch loop")
+    proportional_gain: float = number("s", "at zero pitch")
+    integral_gain: float = number("-", "at zero pitch")
+    gain_halving_pitch: float = number("rad", "gain schedule")
+    minimum_pitch: float = number("rad", "limit")
+    maximum_pitch: float = number("rad", "limit")
+    pitch_rate: float = number("rad/s", "limit")
+    smoothing: float = number("rad", "of pitch, over which the torque law changes at power_pitch; 0 switches at once")
+    speed: float = number("rad/s", "state: filtered generator speed")
+    integral: float = number("rad", "state: integral of the speed error, rad/s times s")
+    torque: float = number("N m", "state: last torque")
+    pitch: float = number("rad", "state: last pitch")
+    switches: float = number("-", "state: branches that a difference step would have changed, in derivative runs")
+
 
 FILTER, CUT_IN, OPTIMAL, TRANSITION, RATED, SYNCHRONOUS, SLOPE, GAIN, RATED_POWER, MAX_TORQUE, TORQUE_RATE = (
-    BASELINE.slots(
+    BaselineState.slots(
         "filter_frequency cut_in_speed optimal_speed transition_speed rated_speed synchronous_speed transition_slope "
         "optimal_gain rated_power maximum_torque torque_rate"
     )
 )
-POWER_PITCH, REFERENCE, KP, KI, HALVING, MIN_PITCH, MAX_PITCH, PITCH_RATE, SMOOTHING = BASELINE.slots(
+POWER_PITCH, REFERENCE, KP, KI, HALVING, MIN_PITCH, MAX_PITCH, PITCH_RATE, SMOOTHING = BaselineState.slots(
     "power_pitch reference_speed proportional_gain integral_gain gain_halving_pitch "
     "minimum_pitch maximum_pitch pitch_rate smoothing"
 )
-SPEED, INTEGRAL, TORQUE, PITCH, SWITCHES = BASELINE.slots("speed integral torque pitch switches")
+SPEED, INTEGRAL, TORQUE, PITCH, SWITCHES = BaselineState.slots("speed integral torque pitch switches")
 
 
 @kernel
@@ -176,8 +174,8 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
 def parameters(control: BaselineControl) -> Float:
     """State vector with its parameters set and its states zero."""
     t, p = control.torque, control.pitch
-    x = BASELINE.zeros()
-    view = View(BASELINE, x)
+    x = BaselineState.zeros()
+    view = View(BaselineState, x)
     view["filter_frequency"] = control.filter_frequency
     for name in ("cut_in_speed", "optimal_speed", "rated_speed", "optimal_gain", "rated_power", "maximum_torque"):
         view[name] = getattr(t, name)
@@ -197,7 +195,7 @@ def parameters(control: BaselineControl) -> Float:
 def start_state(control: BaselineControl, start: StartPoint, smoothing: float = 0.0) -> Float:
     """State vector at an operating point, from which nothing jumps."""
     x = parameters(control)
-    view = View(BASELINE, x)
+    view = View(BaselineState, x)
     view["smoothing"] = smoothing
     schedule = 1.0 / (1.0 + start.pitch / control.pitch.gain_halving_pitch)
     view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
@@ -223,5 +221,5 @@ def baseline(control: BaselineControl, sample_time: float | None = None, *, smoo
         sample_time=sample_time,
         name="baseline",
         uses_loads=False,
-        state_names=tuple(BASELINE.names),
+        state_names=tuple(BaselineState.names),
     )

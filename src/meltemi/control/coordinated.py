@@ -35,14 +35,23 @@ from meltemi.control.power_control import state as p
 from meltemi.control.power_control.controller import power_names, power_section, power_warnings, start_power
 from meltemi.control.power_control.law import power_step, third_root
 from meltemi.control.power_control.settings import PowerControl
-from meltemi.control.yaw import AVERAGED, DEAD_BAND, FILTERED, YAW_CONTROL, YawControl, share, yaw_settings, yaw_step
+from meltemi.control.yaw import (
+    AVERAGED,
+    DEAD_BAND,
+    FILTERED,
+    YawControl,
+    YawControlState,
+    share,
+    yaw_settings,
+    yaw_step,
+)
 from meltemi.control.yaw import LENGTH as YAW_LENGTH
 from meltemi.control.yaw import SWITCHES as YAW_SWITCHES
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
 from meltemi.maths.generic import crossed, whole
-from meltemi.maths.tables import View, table
+from meltemi.maths.tables import Table, View, number
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.performance import Performance
 from meltemi.turbine.power_turbine import PowerTurbine
@@ -61,27 +70,27 @@ class Coordination(Record):
     """[s] time constant of mean and standard deviation of the estimated wind."""
 
 
-COORDINATION = table(
-    "coordination",
-    "",
-    """
-    power        | -     | place of the power control in the state vector
-    individual   | -     | 1: with load control, which stands first
-    yaws         | -     | 1: with yaw control, which stands last
-    relieves     | -     | 1: the dead band follows the power
-    own_band     | rad   | dead band of the yaw control itself
-    widest_band  | rad   | largest dead band
-    caution      | -     | standard deviations
-    mean_time    | s     | of mean and standard deviation
-    mean         | m/s   | state: mean of the estimated wind
-    variance     | m^2/s^2 | state: variance of the estimated wind
-    switches     | -     | limits that a difference step would have reached, in derivative runs
-    """,
-)
-"""Settings and state, which stand before those of the yaw control at the end of the vector."""
-LENGTH = len(COORDINATION)
+class CoordinationState(Table, title="coordination"):
+    """Settings and state, which stand before those of the yaw control at the end of the vector."""
+
+    power: float = number("-", "place of the power control in the state vector")
+    individual: float = number("-", "1: with load control, which stands first")
+    yaws: float = number("-", "1: with yaw control, which stands last")
+    relieves: float = number("-", "1: the dead band follows the power")
+    own_band: float = number("rad", "dead band of the yaw control itself")
+    widest_band: float = number("rad", "largest dead band")
+    caution: float = number("-", "standard deviations")
+    mean_time: float = number("s", "of mean and standard deviation")
+    mean: float = number("m/s", "state: mean of the estimated wind")
+    variance: float = number("m^2/s^2", "state: variance of the estimated wind")
+    switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
+
+
+LENGTH = len(CoordinationState)
 POWER_PLACE, INDIVIDUAL, YAWS, RELIEVES, OWN_BAND, WIDEST_BAND, CAUTION, MEAN_TIME, MEAN, VARIANCE, SWITCHES = (
-    COORDINATION.slots("power individual yaws relieves own_band widest_band caution mean_time mean variance switches")
+    CoordinationState.slots(
+        "power individual yaws relieves own_band widest_band caution mean_time mean variance switches"
+    )
 )
 LEAST_WIND = 0.1
 """[m/s]."""
@@ -176,7 +185,7 @@ def coordinated(
     section = power_section(turbine, performance, power or PowerControl())
     blades = load_control(turbine, load, sample_time=sample_time) if load and isinstance(turbine, Turbine) else None
     own = yaw_settings(yaw or YawControl(), turbine.yaw)
-    view = View(COORDINATION, COORDINATION.zeros())
+    view = View(CoordinationState, CoordinationState.zeros())
     view["individual"], view["yaws"], view["relieves"] = blades is not None, yaw is not None, relief is not None
     settings = relief or Coordination()
     view["own_band"], view["widest_band"] = own[DEAD_BAND], settings.widest_band
@@ -194,8 +203,8 @@ def coordinated(
         found = [] if blades is None or blades.warnings is None else list(blades.warnings(x))
         return found + power_warnings(x, int(x[len(x) - YAW_LENGTH - LENGTH + POWER_PLACE]))
 
-    names = [*power_names(section), *(f"coordination_{n}" for n in COORDINATION.names)]
-    names += [f"yaw_{n}" for n in YAW_CONTROL.names]
+    names = [*power_names(section), *(f"coordination_{n}" for n in CoordinationState.names)]
+    names += [f"yaw_{n}" for n in YawControlState.names]
     if blades is not None:
         names = [f"load_{n}" for n in blades.state_names] + names
     return Controller(

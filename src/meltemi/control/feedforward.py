@@ -22,25 +22,23 @@ from meltemi.control.multiblade import blade_angle
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import zero
-from meltemi.maths.tables import View, table
+from meltemi.maths.tables import Table, View, number
 
 Float = NDArray[float64]
 
-WEIGHTS = table(
-    "feed-forward weights",
-    "",
-    """
-    exponent     | - | m, of the wind in the weights
-    radius       | m | from the rotor axis, at which a blade's wind is taken
-    hub_height   | m | above ground
-    shear        | - | exponent of the power law of the height
-    tower_radius | m | at the height the blade passes; 0 is no tower
-    clearance    | m | from the tower's axis to the blade that passes it
-    """,
-)
-"""Settings of the weights."""
 
-EXPONENT, RADIUS, HUB_HEIGHT, SHEAR, TOWER_RADIUS, CLEARANCE = WEIGHTS.slots(
+class FeedforwardWeights(Table, title="feed-forward weights"):
+    """Settings of the weights."""
+
+    exponent: float = number("-", "m, of the wind in the weights")
+    radius: float = number("m", "from the rotor axis, at which a blade's wind is taken")
+    hub_height: float = number("m", "above ground")
+    shear: float = number("-", "exponent of the power law of the height")
+    tower_radius: float = number("m", "at the height the blade passes; 0 is no tower")
+    clearance: float = number("m", "from the tower's axis to the blade that passes it")
+
+
+EXPONENT, RADIUS, HUB_HEIGHT, SHEAR, TOWER_RADIUS, CLEARANCE = FeedforwardWeights.slots(
     "exponent radius hub_height shear tower_radius clearance"
 )
 
@@ -120,8 +118,8 @@ def weight_settings(
         raise InputError(
             f"feed-forward weights: clearance {clearance:g} m must be larger than tower_radius {tower_radius:g} m"
         )
-    x = WEIGHTS.zeros()
-    view = View(WEIGHTS, x)
+    x = FeedforwardWeights.zeros()
+    view = View(FeedforwardWeights, x)
     for name, value in values.items():
         view[name] = value
     return x

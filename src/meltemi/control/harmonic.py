@@ -19,43 +19,41 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.control.filters import SECOND_ORDER_STATES, band_pass
-from meltemi.control.integrator import INTEGRATOR, give_back, integrator
+from meltemi.control.integrator import IntegratorState, give_back, integrator
 from meltemi.control.multiblade import add_to_blades, to_fixed
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
-from meltemi.maths.tables import MAX_BLADES, table
+from meltemi.maths.tables import MAX_BLADES, Numbers, Table, blades, number
 
 Float = NDArray[float64]
 
-HARMONIC = table(
-    "harmonic loop",
-    "",
-    """
-    harmonic       | -    | multiple n of the rotor speed
-    damping        | -    | damping ratio of the band-pass about nP; 0: none
-    offset         | rad  | of the harmonic's phase, by which the demand leads
-    halving_pitch  | rad  | collective pitch at which the gains are halved; 0: they stay
-    authority      | rad  | limit of the tilt and of the yaw demand
-    group          | -    | of actuators that the loop moves: 0 pitch, 1 to 4 that flap
-    tilt           | rad  | demand of the last call
-    yaw            | rad  | demand of the last call
-    signal blades  | N m  | band-passed moments of the last call
-    """,
-)
-"""Settings of a loop and what the last call gave."""
 
-ORDER, DAMPING, OFFSET, HALVING, AUTHORITY, GROUP, TILT, YAW, SIGNAL = HARMONIC.slots(
+class HarmonicState(Table, title="harmonic loop"):
+    """Settings of a loop and what the last call gave."""
+
+    harmonic: float = number("-", "multiple n of the rotor speed")
+    damping: float = number("-", "damping ratio of the band-pass about nP; 0: none")
+    offset: float = number("rad", "of the harmonic's phase, by which the demand leads")
+    halving_pitch: float = number("rad", "collective pitch at which the gains are halved; 0: they stay")
+    authority: float = number("rad", "limit of the tilt and of the yaw demand")
+    group: float = number("-", "of actuators that the loop moves: 0 pitch, 1 to 4 that flap")
+    tilt: float = number("rad", "demand of the last call")
+    yaw: float = number("rad", "demand of the last call")
+    signal: Numbers = blades("N m", "band-passed moments of the last call")
+
+
+ORDER, DAMPING, OFFSET, HALVING, AUTHORITY, GROUP, TILT, YAW, SIGNAL = HarmonicState.slots(
     "harmonic damping offset halving_pitch authority group tilt yaw signal"
 )
-FILTERS = len(HARMONIC)
+FILTERS = len(HarmonicState)
 TILT_AXIS = FILTERS + SECOND_ORDER_STATES * MAX_BLADES
-YAW_AXIS = TILT_AXIS + len(INTEGRATOR)
-LOOP_STATES = YAW_AXIS + len(INTEGRATOR)
+YAW_AXIS = TILT_AXIS + len(IntegratorState)
+LOOP_STATES = YAW_AXIS + len(IntegratorState)
 """How many places of a vector a loop takes."""
 LOOP_NAMES = (
-    *HARMONIC.names,
+    *HarmonicState.names,
     *(f"band_pass_{blade + 1}_{state + 1}" for blade in range(MAX_BLADES) for state in range(SECOND_ORDER_STATES)),
-    *(f"{axis}_{name}" for axis in ("tilt", "yaw") for name in INTEGRATOR.names),
+    *(f"{axis}_{name}" for axis in ("tilt", "yaw") for name in IntegratorState.names),
 )
 """What stands in them."""
 

@@ -25,28 +25,26 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import crossed
-from meltemi.maths.tables import View, table
+from meltemi.maths.tables import Table, View, number
 
 Float = NDArray[float64]
 
-INTEGRATOR = table(
-    "integrator",
-    "",
-    """
-    proportional_gain    | demand/error       | k_p
-    integral_gain        | demand/error/s     | k_i
-    derivative_gain      | demand s/error     | k_d
-    derivative_frequency | rad/s              | corner of the low-pass of the derivative
-    tracking_time        | s                  | T of back-calculation; 0: clamping
-    integral             | demand             | state: integral part I of the demand
-    derivative           | error/s            | state: filtered derivative of the error
-    error                | error              | state: that of the last call
-    switches             | -                  | limits that a difference step would have reached, in derivative runs
-    """,
-)
-"""Settings and state of one axis."""
 
-KP, KI, KD, CORNER, TRACKING, INTEGRAL, DERIVATIVE, ERROR, SWITCHES = INTEGRATOR.slots(
+class IntegratorState(Table, title="integrator"):
+    """Settings and state of one axis."""
+
+    proportional_gain: float = number("demand/error", "k_p")
+    integral_gain: float = number("demand/error/s", "k_i")
+    derivative_gain: float = number("demand s/error", "k_d")
+    derivative_frequency: float = number("rad/s", "corner of the low-pass of the derivative")
+    tracking_time: float = number("s", "T of back-calculation; 0: clamping")
+    integral: float = number("demand", "state: integral part I of the demand")
+    derivative: float = number("error/s", "state: filtered derivative of the error")
+    error: float = number("error", "state: that of the last call")
+    switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
+
+
+KP, KI, KD, CORNER, TRACKING, INTEGRAL, DERIVATIVE, ERROR, SWITCHES = IntegratorState.slots(
     "proportional_gain integral_gain derivative_gain derivative_frequency tracking_time "
     "integral derivative error switches"
 )
@@ -134,8 +132,8 @@ def integrator_settings(
             raise InputError(f"integrator: {name} must be zero or positive, found {values[name]!r}")
     if derivative_gain != 0.0 and derivative_frequency == 0.0:
         raise InputError("integrator: a derivative_gain needs a derivative_frequency [rad/s], found 0")
-    x = INTEGRATOR.zeros()
-    view = View(INTEGRATOR, x)
+    x = IntegratorState.zeros()
+    view = View(IntegratorState, x)
     for name, value in values.items():
         view[name] = value
     return x

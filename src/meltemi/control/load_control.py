@@ -22,18 +22,18 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.control import signals as s
-from meltemi.control.baseline import BASELINE, HALVING, INTEGRAL, KI, SWITCHES, law, start_state
+from meltemi.control.baseline import HALVING, INTEGRAL, KI, SWITCHES, BaselineState, law, start_state
 from meltemi.control.baseline import PITCH as COLLECTIVE
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.control.feedforward import WEIGHTS, weight, weight_settings
+from meltemi.control.feedforward import FeedforwardWeights, weight, weight_settings
 from meltemi.control.filters import LOW_PASS_STATES, check_harmonic, low_pass, notch
 from meltemi.control.harmonic import GROUP as LOOP_GROUP
 from meltemi.control.harmonic import (
-    HARMONIC,
     LOOP_NAMES,
     LOOP_STATES,
     TILT_AXIS,
     YAW_AXIS,
+    HarmonicState,
     add_demands,
     harmonic_loop,
     take_back,
@@ -46,7 +46,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Record, Vector
 from meltemi.maths.generic import crossed, whole
-from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, View, table
+from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, Numbers, Table, View, blades, number
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
 Float = NDArray[float64]
@@ -160,59 +160,56 @@ class LoadControl(Record):
     """Of the wind to come, for the collective pitch."""
 
 
-COMPOSED = table(
-    "load control",
-    "",
-    """
-    loops             | -     | how many
-    groups            | -     | of actuators: pitch, and each flap
-    feedforward       | -     | gain of the weights; 0: none
-    notch_frequency   | rad/s | of the generator speed's notch; 0: none
-    notch_damping     | -     | its damping ratio
-    preview           | -     | place of the preview in this vector; 0: none
-    time              | s     | for which demands have been limited
-    notch_first       | rad/s | state of the notch
-    notch_second      | rad/s | state of the notch
-    sensor_frequency  | rad/s | corner of the sensors' low-pass; 0: none
-    sensor_noise      | N m   | standard deviation; 0: none
-    sensor_delay      | -     | sample times
-    low_pass blades   | N m   | states of the sensors
-    moment blades     | N m   | what the sensors give
-    missing blades    | rad   | of the demands, within the limits of a group
-    """,
-)
-"""Settings and state. The count of switches is that of the collective law, for all parts together."""
+class LoadControlState(Table, title="load control"):
+    """Settings and state. The count of switches is that of the collective law, for all parts together."""
+
+    loops: float = number("-", "how many")
+    groups: float = number("-", "of actuators: pitch, and each flap")
+    feedforward: float = number("-", "gain of the weights; 0: none")
+    notch_frequency: float = number("rad/s", "of the generator speed's notch; 0: none")
+    notch_damping: float = number("-", "its damping ratio")
+    preview: float = number("-", "place of the preview in this vector; 0: none")
+    time: float = number("s", "for which demands have been limited")
+    notch_first: float = number("rad/s", "state of the notch")
+    notch_second: float = number("rad/s", "state of the notch")
+    sensor_frequency: float = number("rad/s", "corner of the sensors' low-pass; 0: none")
+    sensor_noise: float = number("N m", "standard deviation; 0: none")
+    sensor_delay: float = number("-", "sample times")
+    low_pass: Numbers = blades("N m", "states of the sensors")
+    moment: Numbers = blades("N m", "what the sensors give")
+    missing: Numbers = blades("rad", "of the demands, within the limits of a group")
+
 
 LOOPS, GROUPS, FEEDFORWARD, NOTCH_FREQUENCY, NOTCH_DAMPING, PREVIEW_PLACE, LIMITED_TIME, NOTCH = (
-    len(BASELINE) + i
-    for i in COMPOSED.slots("loops groups feedforward notch_frequency notch_damping preview time notch_first")
+    len(BaselineState) + i
+    for i in LoadControlState.slots("loops groups feedforward notch_frequency notch_damping preview time notch_first")
 )
 SENSOR_FREQUENCY, SENSOR_NOISE, SENSOR_DELAY, SENSOR, MOMENT, MISSING = (
-    len(BASELINE) + i for i in COMPOSED.slots("sensor_frequency sensor_noise sensor_delay low_pass moment missing")
+    len(BaselineState) + i
+    for i in LoadControlState.slots("sensor_frequency sensor_noise sensor_delay low_pass moment missing")
 )
 
-LIMITS = table(
-    "actuator limits",
-    "",
-    """
-    minimum      | rad   | of a demand
-    maximum      | rad   | of a demand
-    rate         | rad/s | of a demand
-    held         | s     | with a demand at a limit, mean of the blades; not the lowest pitch
-    last blades  | rad   | demands of the last call
-    wanted blades| rad   | demands before the limits
-    """,
-)
-"""Limits of one group of actuators, and its demands."""
-PER_GROUP = len(LIMITS)
 
-MINIMUM, MAXIMUM, RATE, HELD, LAST, WANTED = LIMITS.slots("minimum maximum rate held last wanted")
+class ActuatorLimits(Table):
+    """Limits of one group of actuators, and its demands."""
+
+    minimum: float = number("rad", "of a demand")
+    maximum: float = number("rad", "of a demand")
+    rate: float = number("rad/s", "of a demand")
+    held: float = number("s", "with a demand at a limit, mean of the blades; not the lowest pitch")
+    last: Numbers = blades("rad", "demands of the last call")
+    wanted: Numbers = blades("rad", "demands before the limits")
+
+
+PER_GROUP = len(ActuatorLimits)
+
+MINIMUM, MAXIMUM, RATE, HELD, LAST, WANTED = ActuatorLimits.slots("minimum maximum rate held last wanted")
 
 MOST_HELD = 0.35
 """Share of the time at limits beyond which a run has a warning; sound loops reach a third in extreme turbulence."""
 
-SHARES = len(BASELINE) + len(COMPOSED)
-NOISES = SHARES + len(WEIGHTS)
+SHARES = len(BaselineState) + len(LoadControlState)
+NOISES = SHARES + len(FeedforwardWeights)
 LIMITED = NOISES + NOISE_STATES * MAX_BLADES
 FIRST_LOOP = LIMITED + PER_GROUP * (1 + MAX_FLAPS)
 """Where weights, noise, limits and loops stand in the state vector; the delays' memory follows the loops."""
@@ -379,10 +376,10 @@ def _top_speed(turbine: AnyTurbine) -> float:
 def _names(settings: LoadControl) -> tuple[str, ...]:
     """Of the entries of the state vector, in the order of ``_parameters``."""
     blades = range(1, MAX_BLADES + 1)
-    names = [*BASELINE.names, *COMPOSED.names, *(f"weights_{name}" for name in WEIGHTS.names)]
+    names = [*BaselineState.names, *LoadControlState.names, *(f"weights_{name}" for name in FeedforwardWeights.names)]
     names += [f"noise_{blade}_{name}" for blade in blades for name in ("seed", "stream", "count")]
     for group in ("blade_pitch", *(f"flap_{flap + 1}" for flap in range(MAX_FLAPS))):
-        names += [f"{group}_{name}" for name in LIMITS.names]
+        names += [f"{group}_{name}" for name in ActuatorLimits.names]
     for loop in range(len(settings.loops)):
         names += [f"loop_{loop + 1}_{name}" for name in LOOP_NAMES]
     if settings.sensor.delay:
@@ -393,9 +390,9 @@ def _names(settings: LoadControl) -> tuple[str, ...]:
 def _parameters(turbine: AnyTurbine, settings: LoadControl) -> Float:
     """The state vector after the collective law's part."""
     flaps, pitch, sensor = turbine.flaps, turbine.control.pitch, settings.sensor
-    composed = View(COMPOSED, COMPOSED.zeros())
+    composed = View(LoadControlState, LoadControlState.zeros())
     composed["loops"], composed["groups"] = len(settings.loops), 1 + len(flaps)
-    shares = WEIGHTS.zeros()
+    shares = FeedforwardWeights.zeros()
     if settings.feedforward is not None:
         composed["feedforward"] = settings.feedforward.gain
         shares = _weights(turbine, settings.feedforward)
@@ -416,7 +413,7 @@ def _parameters(turbine: AnyTurbine, settings: LoadControl) -> Float:
 
 def _loop(loop: HarmonicLoop, limits: tuple[float, float, float]) -> Float:
     x = np.zeros(LOOP_STATES)
-    view = View(HARMONIC, x)
+    view = View(HarmonicState, x)
     view["harmonic"], view["damping"], view["offset"] = loop.harmonic, loop.filter_damping, loop.offset
     view["halving_pitch"] = loop.gain_halving_pitch or 0.0
     view["authority"] = loop.authority or max(abs(limits[0]), abs(limits[1]))

@@ -17,31 +17,29 @@ from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
-from meltemi.maths.tables import table
+from meltemi.maths.tables import Table, number
 
 Float = NDArray[float64]
 
-MEAN = table(
-    "moving mean",
-    "",
-    """
-    window    | s      | over which the mean is taken
-    room      | -      | of the ring, in blocks
-    known     | -      | 1: the value before the start is known
-    before    | signal | that value
-    per_block | -      | samples of a block; 0 before the first call
-    blocks    | -      | of the window
-    oldest    | -      | place of the oldest block
-    filled    | -      | blocks that are filled
-    sum       | signal | of the blocks
-    part      | signal | sum of the block that begins
-    count     | -      | its samples
-    """,
-)
-"""What stands before the ring."""
 
-WINDOW, ROOM, KNOWN, BEFORE, PER_BLOCK, BLOCKS, OLDEST, FILLED, SUM, PART, COUNT = range(len(MEAN))
-RING = len(MEAN)
+class MovingMean(Table):
+    """What stands before the ring."""
+
+    window: float = number("s", "over which the mean is taken")
+    room: float = number("-", "of the ring, in blocks")
+    known: float = number("-", "1: the value before the start is known")
+    before: float = number("signal", "that value")
+    per_block: float = number("-", "samples of a block; 0 before the first call")
+    blocks: float = number("-", "of the window")
+    oldest: float = number("-", "place of the oldest block")
+    filled: float = number("-", "blocks that are filled")
+    sum: float = number("signal", "of the blocks")
+    part: float = number("signal", "sum of the block that begins")
+    count: float = number("-", "its samples")
+
+
+WINDOW, ROOM, KNOWN, BEFORE, PER_BLOCK, BLOCKS, OLDEST, FILLED, SUM, PART, COUNT = range(len(MovingMean))
+RING = len(MovingMean)
 
 
 def mean_states(room: int) -> int:

@@ -24,31 +24,29 @@ from meltemi.control.filters import low_pass
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
-from meltemi.maths.tables import View, table
+from meltemi.maths.tables import Table, View, number
 
 Float = NDArray[float64]
 
-PREVIEW = table(
-    "preview",
-    "",
-    """
-    samples     | -     | of the series of wind speeds
-    time_step   | s     | between them
-    lead        | s     | by which the series is read ahead
-    frequency   | rad/s | corner of the low-pass
-    entries     | -     | of the table of pitch
-    first_speed | m/s   | of the table
-    spacing     | m/s   | of the table
-    speed       | m/s   | state of the low-pass
-    pitch       | rad   | state: steady pitch of the last call
-    """,
-)
-"""Settings and state of a preview."""
 
-SAMPLES, TIME_STEP, LEAD, CORNER, ENTRIES, FIRST, SPACING, SPEED, PITCH = PREVIEW.slots(
+class PreviewState(Table, title="preview"):
+    """Settings and state of a preview."""
+
+    samples: float = number("-", "of the series of wind speeds")
+    time_step: float = number("s", "between them")
+    lead: float = number("s", "by which the series is read ahead")
+    frequency: float = number("rad/s", "corner of the low-pass")
+    entries: float = number("-", "of the table of pitch")
+    first_speed: float = number("m/s", "of the table")
+    spacing: float = number("m/s", "of the table")
+    speed: float = number("m/s", "state of the low-pass")
+    pitch: float = number("rad", "state: steady pitch of the last call")
+
+
+SAMPLES, TIME_STEP, LEAD, CORNER, ENTRIES, FIRST, SPACING, SPEED, PITCH = PreviewState.slots(
     "samples time_step lead frequency entries first_speed spacing speed pitch"
 )
-SERIES = len(PREVIEW)
+SERIES = len(PreviewState)
 
 
 @kernel
@@ -104,8 +102,8 @@ def preview_settings(
             raise InputError(f"preview: {name} must be a positive number, found {value!r}")
     if not (np.isfinite(lead) and lead >= 0.0):
         raise InputError(f"preview: lead must be zero or a positive time [s], found {lead!r}")
-    x = PREVIEW.zeros()
-    view = View(PREVIEW, x)
+    x = PreviewState.zeros()
+    view = View(PreviewState, x)
     view["samples"], view["time_step"], view["lead"], view["frequency"] = len(series), time_step, lead, frequency
     view["entries"], view["first_speed"], view["spacing"] = len(steady), first_speed, spacing
     start = float(np.interp(lead, time_step * np.arange(len(series)), series))

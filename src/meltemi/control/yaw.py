@@ -36,7 +36,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
 from meltemi.maths.generic import crossed, floor
-from meltemi.maths.tables import View, table
+from meltemi.maths.tables import Table, View, number
 from meltemi.turbine.definition import YawDrive
 from meltemi.turbine.power_turbine import AnyTurbine
 
@@ -71,43 +71,41 @@ class YawControl(Record):
     Nothing untwists the cables."""
 
 
-YAW_CONTROL = table(
-    "yaw control",
-    "",
-    """
-    bias         | rad   | of the vane
-    noise        | rad   | standard deviation of the vane's noise; 0: none
-    filter_time  | s     | time constant of the filtered error
-    average_time | s     | time constant of the averages
-    dead_band    | rad   | averaged error that starts the drive
-    start_time   | s     | for which it has to last
-    stop_band    | rad   | averaged error at which the drive stops, with the angle of its braking
-    rate         | rad/s | that is demanded
-    minimum_wind | m/s   | below which the drive rests
-    twist_limit  | rad   | yaw beyond which the drive does not turn further out; 0: none
-    filtered     | rad   | state: filtered yaw error
-    averaged     | rad   | state: averaged yaw error
-    wind         | m/s   | state: averaged wind speed
-    heading      | rad   | state: yaw at the last call, counter-clockwise
-    outside      | s     | state: for which the averaged error has been beyond the dead band
-    turning      | -     | state: 1 while the drive follows a positive error, -1 a negative one, 0 at rest
-    begun        | -     | state: 0 nothing is known, 1 the error is, 2 all is
-    starts       | -     | state: how often the drive has started
-    seed         | -     | state: of the noise
-    stream       | -     | state: of the noise
-    count        | -     | state: of the noise
-    switches     | -     | limits that a difference step would have reached, in derivative runs
-    """,
-)
-"""Settings and state."""
-LENGTH = len(YAW_CONTROL)
+class YawControlState(Table, title="yaw control"):
+    """Settings and state."""
+
+    bias: float = number("rad", "of the vane")
+    noise: float = number("rad", "standard deviation of the vane's noise; 0: none")
+    filter_time: float = number("s", "time constant of the filtered error")
+    average_time: float = number("s", "time constant of the averages")
+    dead_band: float = number("rad", "averaged error that starts the drive")
+    start_time: float = number("s", "for which it has to last")
+    stop_band: float = number("rad", "averaged error at which the drive stops, with the angle of its braking")
+    rate: float = number("rad/s", "that is demanded")
+    minimum_wind: float = number("m/s", "below which the drive rests")
+    twist_limit: float = number("rad", "yaw beyond which the drive does not turn further out; 0: none")
+    filtered: float = number("rad", "state: filtered yaw error")
+    averaged: float = number("rad", "state: averaged yaw error")
+    wind: float = number("m/s", "state: averaged wind speed")
+    heading: float = number("rad", "state: yaw at the last call, counter-clockwise")
+    outside: float = number("s", "state: for which the averaged error has been beyond the dead band")
+    turning: float = number("-", "state: 1 while the drive follows a positive error, -1 a negative one, 0 at rest")
+    begun: float = number("-", "state: 0 nothing is known, 1 the error is, 2 all is")
+    starts: float = number("-", "state: how often the drive has started")
+    seed: float = number("-", "state: of the noise")
+    stream: float = number("-", "state: of the noise")
+    count: float = number("-", "state: of the noise")
+    switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
+
+
+LENGTH = len(YawControlState)
 
 BIAS, NOISE, FILTER_TIME, AVERAGE_TIME, DEAD_BAND, START_TIME, STOP_BAND, RATE, MINIMUM_WIND, TWIST_LIMIT = (
-    YAW_CONTROL.slots(
+    YawControlState.slots(
         "bias noise filter_time average_time dead_band start_time stop_band rate minimum_wind twist_limit"
     )
 )
-FILTERED, AVERAGED, WIND, HEADING, OUTSIDE, TURNING, BEGUN, STARTS, SEED, SWITCHES = YAW_CONTROL.slots(
+FILTERED, AVERAGED, WIND, HEADING, OUTSIDE, TURNING, BEGUN, STARTS, SEED, SWITCHES = YawControlState.slots(
     "filtered averaged wind heading outside turning begun starts seed switches"
 )
 
@@ -206,8 +204,8 @@ def yaw_settings(settings: YawControl, turbine_yaw: YawDrive) -> Float:
             f"yaw control: the drive would stop at {settings.stop_band + braking:g} rad (stop_band, and the angle in "
             f"which it brakes), which must be less than the dead_band of {settings.dead_band:g} rad"
         )
-    x = YAW_CONTROL.zeros()
-    view = View(YAW_CONTROL, x)
+    x = YawControlState.zeros()
+    view = View(YawControlState, x)
     for name in "bias noise filter_time average_time dead_band start_time minimum_wind".split():
         view[name] = getattr(settings, name)
     view["stop_band"], view["rate"] = settings.stop_band + braking, rate
@@ -254,7 +252,7 @@ def yaw_control(
     def init(start: StartPoint) -> Float:
         return np.concatenate([inner.init(start), template])
 
-    names = (*inner.state_names, *(f"yaw_{n}" for n in YAW_CONTROL.names)) if inner.state_names else ()
+    names = (*inner.state_names, *(f"yaw_{n}" for n in YawControlState.names)) if inner.state_names else ()
     return Controller(
         update=update,
         init=init,

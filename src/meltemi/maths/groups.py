@@ -40,21 +40,24 @@ class GroupType(types.Type):
         return None if dtype is None else GroupType(self.cls, dtype)
 
 
-def _parts(cls: Any) -> list[str]:
+def parts_of(cls: Any) -> list[str]:
+    """Names of a group's components."""
     return [field.name for field in fields(cls)]
 
 
 @register_model(GroupType)
 class _GroupModel(models.StructModel):
     def __init__(self, manager: Any, frontend: Any) -> None:
-        super().__init__(manager, frontend, [(part, frontend.dtype) for part in _parts(frontend.cls)])
+        super().__init__(manager, frontend, [(part, frontend.dtype) for part in parts_of(frontend.cls)])
 
 
-def _split(builder: Any, kind: Any, value: Any) -> list[Any]:
-    return [builder.extract_value(value, i) for i in range(len(_parts(kind.cls)))]
+def split(builder: Any, kind: Any, value: Any) -> list[Any]:
+    """LLVM values of the components of a group."""
+    return [builder.extract_value(value, i) for i in range(len(parts_of(kind.cls)))]
 
 
-def _join(context: Any, builder: Any, kind: Any, values: Any) -> Any:
+def join(context: Any, builder: Any, kind: Any, values: Any) -> Any:
+    """LLVM value of a group with these components."""
     result = ir.Constant(context.get_value_type(kind), ir.Undefined)
     for i, value in enumerate(values):
         result = builder.insert_value(result, value, i)
@@ -63,8 +66,8 @@ def _join(context: Any, builder: Any, kind: Any, values: Any) -> Any:
 
 @lower_cast(GroupType, GroupType)
 def _convert(context: Any, builder: Any, old: Any, new: Any, value: Any) -> Any:
-    parts = [context.cast(builder, x, old.dtype, new.dtype) for x in _split(builder, old, value)]
-    return _join(context, builder, new, parts)
+    parts = [context.cast(builder, x, old.dtype, new.dtype) for x in split(builder, old, value)]
+    return join(context, builder, new, parts)
 
 
 # the class itself -----------------------------------------------------------------------------------
@@ -80,7 +83,7 @@ def group(cls: type) -> None:
         key = cls
 
         def generic(self, args: Any, kws: Any) -> Any:
-            if kws or len(args) != len(_parts(cls)):
+            if kws or len(args) != len(parts_of(cls)):
                 return None
             kind = self.context.unify_types(*(types.float64 if isinstance(a, types.Integer) else a for a in args))
             return None if kind is None else signature(GroupType(cls, kind), *args)
@@ -90,7 +93,7 @@ def group(cls: type) -> None:
     @lower_builtin(cls, types.VarArg(types.Any))
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         parts = [context.cast(builder, x, kind, sig.return_type.dtype) for x, kind in zip(args, sig.args, strict=True)]
-        return _join(context, builder, sig.return_type, parts)
+        return join(context, builder, sig.return_type, parts)
 
     typeof_impl.register(cls)(lambda value, context: GroupType(cls, types.float64))
 
@@ -100,35 +103,35 @@ class _GroupAttributes(AttributeTemplate):
     key = GroupType
 
     def generic_resolve(self, kind: Any, name: str) -> Any:
-        if name in _parts(kind.cls):
+        if name in parts_of(kind.cls):
             return kind.dtype
         return kind if isinstance(getattr(kind.cls, name, None), property) else None
 
 
 @lower_getattr_generic(GroupType)
 def _part(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
-    parts = _parts(kind.cls)
+    parts = parts_of(kind.cls)
     if name in parts:
         return builder.extract_value(value, parts.index(name))
     places = getattr(kind.cls(*range(len(parts))), name)
-    return _join(context, builder, kind, [builder.extract_value(value, getattr(places, part)) for part in parts])
+    return join(context, builder, kind, [builder.extract_value(value, getattr(places, part)) for part in parts])
 
 
 @unbox(GroupType)
 def _unbox(kind: Any, value: Any, c: Any) -> Any:
     parts = []
-    for part in _parts(kind.cls):
+    for part in parts_of(kind.cls):
         number = c.pyapi.object_getattr_string(value, part)
         parts.append(c.unbox(kind.dtype, number).value)
         c.pyapi.decref(number)
     failed = c.builder.icmp_unsigned("!=", c.pyapi.err_occurred(), c.pyapi.get_null_object())
-    return NativeValue(_join(c.context, c.builder, kind, parts), is_error=failed)
+    return NativeValue(join(c.context, c.builder, kind, parts), is_error=failed)
 
 
 @box(GroupType)
 def _box(kind: Any, value: Any, c: Any) -> Any:
     made = c.pyapi.unserialize(c.pyapi.serialize_object(kind.cls))
-    numbers = [c.box(kind.dtype, x) for x in _split(c.builder, kind, value)]
+    numbers = [c.box(kind.dtype, x) for x in split(c.builder, kind, value)]
     result = c.pyapi.call_function_objargs(made, numbers)
     for each in (made, *numbers):
         c.pyapi.decref(each)

@@ -8,7 +8,8 @@ host-side views, the channel catalogue, perturbation by name, and the reference 
 layout of an array written down. An array of a table is contiguous ``float64`` with the field first: ``array[row]``,
 ``array[row, blade]`` or ``array[row, blade, node]``.
 
-On an instance a field is its entries, ``motion.position[b, n]``, or without axes a number, vector or matrix.
+On an instance a field is its entries, ``motion.position[b, n]``, or without axes a number, vector or matrix;
+``motion.blades`` and ``motion.nodes`` are the lengths of its axes.
 """
 
 from __future__ import annotations
@@ -162,6 +163,7 @@ class Table(metaclass=TableType):
       fields: as declared, by name.
       rows: of the array, in its order; of a vector or matrix one for each component.
       names: of the rows.
+      integer: its numbers are whole.
     """
 
     title: ClassVar[str]
@@ -169,10 +171,11 @@ class Table(metaclass=TableType):
     fields: ClassVar[dict[str, Field]]
     rows: ClassVar[tuple[Row, ...]]
     names: ClassVar[tuple[str, ...]]
+    integer: ClassVar[bool]
 
-    def __init_subclass__(cls, axes: str = "", title: str = "") -> None:
+    def __init_subclass__(cls, axes: str = "", title: str = "", integer: bool = False) -> None:
         cls.title = title or re.sub(r"(?<=.)([A-Z])", r" \1", cls.__name__).lower()
-        cls.axes = tuple(axes.split())
+        cls.axes, cls.integer = tuple(axes.split()), integer
         cls.fields = {name: field for name, field in vars(cls).items() if isinstance(field, Field)}
         rows: list[Row] = []
         for name, field in cls.fields.items():
@@ -183,8 +186,17 @@ class Table(metaclass=TableType):
         if len(set(cls.names)) != len(rows) or any(hasattr(Table, name) or name == "array" for name in cls.fields):
             raise ValueError(f"table {cls.title!r} has a field twice, or one with a name of its own attributes")
 
+    blades: int
+    nodes: int
+    modes: int
+    flaps: int
+    parts: int
+    stations: int
+
     def __init__(self, array: Any) -> None:
         self.array = array
+        for axis, n in zip(self.axes, array.shape[1:], strict=True):
+            setattr(self, f"{axis}s", n)
 
     @classmethod
     def index(cls, name: str) -> int:

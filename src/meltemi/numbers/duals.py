@@ -91,7 +91,8 @@ def _take(context: Any, builder: Any, kind: Any, x: Any) -> _Dual:
     return _Dual(context.cast(builder, x, kind, types.float64), None)
 
 
-def _give(context: Any, builder: Any, value: Any, slopes: Any | None) -> Any:
+def make_dual(context: Any, builder: Any, value: Any, slopes: Any | None) -> Any:
+    """LLVM value of a dual; without slopes that of a constant."""
     proxy = cgutils.create_struct_proxy(dual)(context, builder)
     proxy.value = value
     proxy.slopes = ir.Constant(_VF, [0.0] * WIDTH) if slopes is None else slopes
@@ -101,7 +102,7 @@ def _give(context: Any, builder: Any, value: Any, slopes: Any | None) -> Any:
 @lower_cast(types.Float, DualType)
 @lower_cast(types.Integer, DualType)
 def _to_dual(context: Any, builder: Any, old: Any, new: Any, x: Any) -> Any:
-    return _give(context, builder, context.cast(builder, x, old, types.float64), None)
+    return make_dual(context, builder, context.cast(builder, x, old, types.float64), None)
 
 
 # operations -----------------------------------------------------------------------------------------
@@ -145,7 +146,7 @@ def _sum(sign: str) -> Any:
             slopes = y.slopes if sign == "fadd" else builder.fneg(y.slopes)
         else:
             slopes = add(x.slopes, y.slopes)
-        return _give(context, builder, add(x.value, y.value), slopes)
+        return make_dual(context, builder, add(x.value, y.value), slopes)
 
     return generate
 
@@ -153,7 +154,7 @@ def _sum(sign: str) -> Any:
 def _product(context: Any, builder: Any, x: _Dual, y: _Dual) -> Any:
     terms = [builder.fmul(a.slopes, splat(builder, b.value)) for a, b in ((x, y), (y, x)) if a.slopes is not None]
     slopes = terms[0] if len(terms) == 1 else builder.fadd(*terms)
-    return _give(context, builder, builder.fmul(x.value, y.value), slopes)
+    return make_dual(context, builder, builder.fmul(x.value, y.value), slopes)
 
 
 def _ratio(context: Any, builder: Any, x: _Dual, y: _Dual) -> Any:
@@ -161,10 +162,10 @@ def _ratio(context: Any, builder: Any, x: _Dual, y: _Dual) -> Any:
     value = builder.fdiv(x.value, y.value)
     inverse = splat(builder, builder.fdiv(ir.Constant(_F64, 1.0), y.value))
     if y.slopes is None:
-        return _give(context, builder, value, builder.fmul(x.slopes, inverse))
+        return make_dual(context, builder, value, builder.fmul(x.slopes, inverse))
     change = builder.fmul(y.slopes, splat(builder, value))
     change = builder.fneg(change) if x.slopes is None else builder.fsub(x.slopes, change)
-    return _give(context, builder, value, builder.fmul(change, inverse))
+    return make_dual(context, builder, value, builder.fmul(change, inverse))
 
 
 for _functions, _generate in (
@@ -200,7 +201,7 @@ def _choice(sign: str) -> Any:
     def generate(context: Any, builder: Any, x: _Dual, y: _Dual) -> Any:
         beyond = builder.fcmp_ordered(sign, y.value, x.value)
         return builder.select(
-            beyond, _give(context, builder, y.value, y.slopes), _give(context, builder, x.value, x.slopes)
+            beyond, make_dual(context, builder, y.value, y.slopes), make_dual(context, builder, x.value, x.slopes)
         )
 
     return generate
@@ -208,9 +209,9 @@ def _choice(sign: str) -> Any:
 
 _operation(min, 2, dual, _choice("<"))
 _operation(max, 2, dual, _choice(">"))
-_operation(operator.neg, 1, dual, lambda c, b, x: _give(c, b, b.fneg(x.value), b.fneg(x.slopes)))
-_operation(total, 1, dual, lambda c, b, x: _give(c, b, x.value, x.slopes))
-_operation(largest, 1, dual, lambda c, b, x: _give(c, b, x.value, x.slopes))
+_operation(operator.neg, 1, dual, lambda c, b, x: make_dual(c, b, b.fneg(x.value), b.fneg(x.slopes)))
+_operation(total, 1, dual, lambda c, b, x: make_dual(c, b, x.value, x.slopes))
+_operation(largest, 1, dual, lambda c, b, x: make_dual(c, b, x.value, x.slopes))
 _operation(whole, 1, types.int64, lambda c, b, x: b.fptosi(x.value, _I64))
 
 
@@ -222,7 +223,7 @@ def _call(builder: Any, name: str, x: Any) -> Any:
 def _magnitude(context: Any, builder: Any, x: _Dual) -> Any:
     negative = builder.fcmp_ordered("<", x.value, ir.Constant(_F64, 0.0))
     slopes = builder.select(negative, builder.fneg(x.slopes), x.slopes)
-    return _give(context, builder, _call(builder, "llvm.fabs.f64", x.value), slopes)
+    return make_dual(context, builder, _call(builder, "llvm.fabs.f64", x.value), slopes)
 
 
 def _root(context: Any, builder: Any, x: _Dual) -> Any:
@@ -230,7 +231,7 @@ def _root(context: Any, builder: Any, x: _Dual) -> Any:
     value = _call(builder, "llvm.sqrt.f64", x.value)
     positive = builder.fcmp_ordered(">", value, ir.Constant(_F64, 0.0))
     rate = builder.select(positive, builder.fdiv(ir.Constant(_F64, 0.5), value), ir.Constant(_F64, 0.0))
-    return _give(context, builder, value, builder.fmul(x.slopes, splat(builder, rate)))
+    return make_dual(context, builder, value, builder.fmul(x.slopes, splat(builder, rate)))
 
 
 _operation(abs, 1, dual, _magnitude)
@@ -284,7 +285,7 @@ def chain(typing_context: Any, f: Any, slope: Any, x: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         slopes = builder.fmul(builder.extract_value(args[2], 1), splat(builder, args[1]))
-        return _give(context, builder, args[0], slopes)
+        return make_dual(context, builder, args[0], slopes)
 
     return dual(types.float64, types.float64, dual), generate
 
@@ -468,7 +469,7 @@ def _load(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         proxy.shape = context.make_tuple(builder, types.UniTuple(types.intp, len(left)), left)
         return proxy._getvalue()
     vector = builder.load(builder.bitcast(slopes, _VF.as_pointer()), align=8, typ=_VF)
-    return _give(context, builder, builder.load(values, typ=_F64), vector)
+    return make_dual(context, builder, builder.load(values, typ=_F64), vector)
 
 
 def _write(builder: Any, x: Any, values: Any, slopes: Any) -> None:
@@ -520,7 +521,7 @@ def _copy(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     with cgutils.for_range(builder, count) as loop:
         values, slopes = _nth(builder, source, loop.index)
         vector = builder.load(builder.bitcast(slopes, _VF.as_pointer()), align=8, typ=_VF)
-        x = _give(context, builder, builder.load(values, typ=_F64), vector)
+        x = make_dual(context, builder, builder.load(values, typ=_F64), vector)
         _write(builder, x, *_nth(builder, to, builder.add(begin, loop.index)))
     return context.get_dummy_value()
 
@@ -537,4 +538,4 @@ infer_global(zero)(_Zero)
 
 @lower_builtin(zero, DualArrayType)
 def _zero(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return _give(context, builder, ir.Constant(_F64, 0.0), None)
+    return make_dual(context, builder, ir.Constant(_F64, 0.0), None)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numba
 import numpy as np
@@ -46,10 +46,11 @@ from meltemi.core.kernel import announce, kernel
 from meltemi.electrical.tables import TRIPS, ElectricState
 from meltemi.environment.conditions import Conditions, conditions_array
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.records import Kind, members
 from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.lanes import WIDTH
-from meltemi.numbers.views import FLOATS, LANES, viewer
+from meltemi.numbers.views import FLOATS
 from meltemi.simulation import step
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.electric import ELECTRIC_PARTS, begin_electric, deliver, rates_of_electric
@@ -59,10 +60,7 @@ from meltemi.simulation.step import (
     CORRECTIONS,
     EVERY_CONTROL,
     EVERY_OUTPUT,
-    LOAD_PARTS,
     N_CLOCK,
-    NODES,
-    PARTS,
     RUN_PARTS,
     WANT_LOADS,
     Summary,
@@ -70,6 +68,7 @@ from meltemi.simulation.step import (
     observe,
     surroundings,
 )
+from meltemi.simulation.system import SectionLoads, System
 from meltemi.simulation.validity import new_watch
 from meltemi.structure.tables import (
     BladeBody,
@@ -149,11 +148,8 @@ SIGNAL_TABLES: dict[str, type[Table]] = {
 
 CONSTANT = frozenset("box conditions aero_options flap_nodes increments blade_stations tower_stations watch".split())
 """Arrays that have no derivatives."""
-Numbers = Literal["lanes", "floats", "duals"]
-AIR_PARTS = (
-    "aero aero_options aero_nodes polars section flap_nodes increments flap flow rotor inflow stall d_inflow d_stall"
-).split()
-"""Arrays of ``aero.rotor.derivatives``; ``settle`` takes all but the last two."""
+FILLED = [name for name, member in members(System).items() if member.in_lanes]
+"""Arrays whose last axis are the nodes of a blade or of the tower, which fill up the last lanes."""
 WEIGHTS = {
     "tower_flow": [TowerFlow.index("length")],
     "blade_nodes": [row for row, name in enumerate(BladeNode.names) if not name.startswith("position")],
@@ -172,19 +168,44 @@ def filled(name: str, array: Float, nodes: int) -> Float:
     return result
 
 
-_view_air = viewer({i for i, name in enumerate(AIR_PARTS) if name in NODES})
-
-
 @kernel
-def settled(numbers: Any, parts: tuple[Any, ...]) -> None:
+def settled(m: System) -> None:
     """Steady states of inflow and stall."""
-    settle(*_view_air(numbers, parts)[:-2])
+    settle(
+        m.aero.array,
+        m.aero_options.array,
+        m.aero_nodes.array,
+        m.polars,
+        m.section,
+        m.flap_nodes,
+        m.increments,
+        m.flap.array,
+        m.flow.array,
+        m.rotor.array,
+        m.inflow.array,
+        m.stall.array,
+    )
 
 
 @kernel
-def rates(numbers: Any, parts: tuple[Any, ...]) -> None:
+def rates(m: System) -> None:
     """Time derivatives of the states of inflow and stall."""
-    derivatives(*_view_air(numbers, parts))
+    derivatives(
+        m.aero.array,
+        m.aero_options.array,
+        m.aero_nodes.array,
+        m.polars,
+        m.section,
+        m.flap_nodes,
+        m.increments,
+        m.flap.array,
+        m.flow.array,
+        m.rotor.array,
+        m.inflow.array,
+        m.stall.array,
+        m.d_inflow.array,
+        m.d_stall.array,
+    )
 
 
 @dataclass(frozen=True)
@@ -209,7 +230,6 @@ class BaseCase:
       aero_state: states of inflow and stall, the same.
       arrays: everything by its name.
       slopes: derivatives of arrays by the same names, with duals.
-      numbers, parts: kinds of number, and arrays as the kernels take them.
       controller, controller_state, entry: of the controller that was bound.
     """
 
@@ -221,8 +241,6 @@ class BaseCase:
     aero_state: Arena
     arrays: dict[str, Any]
     slopes: dict[str, Float]
-    numbers: tuple[Any, ...]
-    parts: tuple[Any, ...]
     spare: Float
     _electric_parts: tuple[Any, ...]
     _electric_numbers: Any
@@ -361,13 +379,9 @@ class BaseCase:
         }
         return tuple(arrays[name] for name in names)
 
-    def kinds_of_run(self, names: Sequence[str]) -> tuple[Any, ...]:
-        """Kinds of number of a run, its arrays included."""
-        return (self.kinds(names), *self.numbers[1:]) if self.slopes else self.numbers
-
-    def kernel_parts(self) -> tuple[tuple[Any, ...], ...]:
-        """Groups of arrays as the time loop takes them."""
-        return (self.parts,)
+    def kernel_parts(self) -> tuple[Any, ...]:
+        """The machine as the time loop takes it."""
+        raise NotImplementedError
 
     def advance_arguments(self, dt: float, places: Any, output: Float) -> tuple[Any, ...]:
         """Arguments of the time loop after the number of steps and the controller."""
@@ -378,7 +392,7 @@ class BaseCase:
             self.limits,
             self.events,
             places,
-            self.kinds_of_run(self.run_parts),
+            self.kinds(self.run_parts) if self.slopes else FLOATS,
             self.run_arrays(self.run_parts, output),
             *self.kernel_parts(),
         )
@@ -387,8 +401,8 @@ class BaseCase:
 class Case(BaseCase):
     """Arrays of one simulation of a model in a wind.
 
-    ``case[name]`` is the array for people, without the nodes that fill up the last lanes; ``parts`` and
-    ``load_parts`` are the same memory as the kernels take it.
+    ``case[name]`` is the array without the nodes that fill up the last lanes; ``system`` and ``sections`` are the same
+    memory as the kernels take it, ``one`` the system node by node, ``plain`` in plain numbers.
 
     Args:
       numbers: the kind of number to compute in: "lanes" treats the nodes of a blade eight at a time, "floats"
@@ -406,7 +420,7 @@ class Case(BaseCase):
         wind: Wind,
         stations: Stations | None = None,
         *,
-        numbers: Numbers = "lanes",
+        numbers: Kind = "lanes",
         grid: PowerGrid | None = None,
     ) -> None:
         announce()
@@ -519,7 +533,7 @@ class Case(BaseCase):
         self._prepare(model)
         self.spare = np.zeros_like(self.aero_state.vector)
         self.clock[CORRECTIONS] = model.options.corrections
-        ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in NODES}}
+        ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in FILLED}}
         self.arrays = {name: array[..., : ends[name]] if name in ends else array for name, array in arrays.items()}
         self.arrays["drive"][Drive.index("brake_speed")] = LEAST_BRAKE_SPEED
         self.arrays["drive"][Drive.index("yaw_held")] = float(model.options.yaw != "free")
@@ -532,18 +546,13 @@ class Case(BaseCase):
                     self.slopes[name] = np.zeros((*array.shape, N_DERIVATIVES))
             self.slopes["tower_lanes"] = self.slopes["tower_flow"]
             self.slopes["tower_drag"] = self.slopes["tower_flow"][-3:]
-        self.parts = tuple(arrays[name] for name in PARTS)
-        self.load_parts = tuple(arrays[name] for name in LOAD_PARTS)
-        self._air_parts = tuple(arrays[name] for name in AIR_PARTS)
+        one: Kind = "duals" if duals else "floats"
+        self.system = System("lanes" if lanes else one, arrays, self.slopes)
+        self.one, self.plain = System(one, arrays, self.slopes), System("floats", arrays)
+        self.sections = SectionLoads(one, arrays, self.slopes)
         self._electric_parts = tuple(arrays[name] for name in ELECTRIC_PARTS)
-        kind = LANES if lanes else FLOATS
-        self.numbers = (FLOATS, kind, FLOATS)
-        self._air_numbers: Any = kind
-        self._electric_numbers = FLOATS
+        self._electric_numbers = self.kinds(ELECTRIC_PARTS) if duals else FLOATS
         if duals:
-            self._electric_numbers = self.kinds(ELECTRIC_PARTS)
-            self._air_numbers = self.kinds(AIR_PARTS)
-            self.numbers = (FLOATS, self.kinds(PARTS), self.kinds(LOAD_PARTS))
             for name in ("measured", "v_old", "a_old", "spare"):
                 self.slopes[name] = np.zeros((*getattr(self, name).shape, N_DERIVATIVES))
             self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
@@ -566,26 +575,25 @@ class Case(BaseCase):
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""
-        evaluate(t, dt, self.numbers, self.parts, True)
+        evaluate(t, dt, self.system, True)
 
     def settle(self, t: float) -> None:
         """Bring inflow and stall into the steady state of the present motion."""
         for _ in range(6):
             self.evaluate(t)
-            settled(self._air_numbers, self._air_parts)
+            settled(self.system)
         self.evaluate(t)
 
     def rates(self) -> None:
         """Compute the time derivatives of the states of inflow and stall after an evaluation."""
-        rates(self._air_numbers, self._air_parts)
+        rates(self.system)
 
     def loads(self, t: float) -> None:
         """Compute section loads and the summary after an evaluation."""
-        efficiency = self.model.turbine.drivetrain.generator_efficiency
-        observe(t, efficiency, self.numbers, self.parts, self.load_parts, True)
+        observe(t, self.model.turbine.drivetrain.generator_efficiency, self.one, self.sections, True)
         if self.model.has_electrical:
             deliver(self._electric_numbers, self._electric_parts)
 
-    def kernel_parts(self) -> tuple[tuple[Any, ...], ...]:
-        """Groups of arrays as the time loop takes them."""
-        return self.parts, self.load_parts
+    def kernel_parts(self) -> tuple[Any, ...]:
+        """The machine as the time loop takes it."""
+        return self.system, self.one, self.plain, self.sections

@@ -18,7 +18,7 @@ from meltemi.turbine.exchange import YAW_COMMAND, YAW_HELD, YAW_REST, YAW_RUBS, 
 
 def mechanical_energy(case: Case) -> tuple[float, float, float]:
     """Kinetic, elastic and gravitational energy [J] for the present coordinates and velocities."""
-    evaluate(0.0, 0.0, case.numbers, case.parts, False)
+    evaluate(0.0, 0.0, case.system, False)
     model = case.model
     q, v, n = case["q"], case["v"], model.n_core
     A, D = (np.tril(m) + np.tril(m, -1).swapaxes(-1, -2) for m in (case["core_mass"], case["arm_mass"]))

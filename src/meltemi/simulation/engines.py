@@ -14,8 +14,9 @@ from typing import Any, overload
 from meltemi.core.errors import InputError
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
+from meltemi.maths.records import Kind
 from meltemi.simulation import modes, trim
-from meltemi.simulation.case import BaseCase, Case, Numbers, Stations
+from meltemi.simulation.case import BaseCase, Case, Stations
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model
@@ -190,7 +191,7 @@ def new_case(
     wind: Wind,
     stations: Stations | None = None,
     *,
-    numbers: Numbers = "lanes",
+    numbers: Kind = "lanes",
     grid: PowerGrid | None = None,
 ) -> BaseCase:
     """Arrays of one simulation of a model in a wind."""

@@ -202,7 +202,7 @@ def _stand(
     case.settle(0.0)
     case.begin_electric()
     case.loads(0.0)
-    evaluate(0.0, 0.0, case.numbers, case.parts, False)  # with the forces in place
+    evaluate(0.0, 0.0, case.system, False)  # with the forces in place
     left_over = float(case["core_force"][generator])
     channels = channels_of(model)
     state = case["q"].copy()

@@ -32,10 +32,11 @@ from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds, kernel_for
 from meltemi.electrical.advance import TRIP
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.records import Kind
 from meltemi.maths.tables import View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
-from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Numbers, Stations
+from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Stations
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.electric import check_grid
 from meltemi.simulation.engines import default_step, engine_of, new_case
@@ -170,7 +171,7 @@ class Simulation:
         events: Iterable[Happening | Mapping[str, Any]] = (),
         grid: PowerGrid | None = None,
         transient: float = 0.0,
-        numbers: Numbers = "lanes",
+        numbers: Kind = "lanes",
         prepare: Callable[[BaseCase], None] | None = None,
     ) -> None:
         turbine, engine = model.turbine, engine_of(model)

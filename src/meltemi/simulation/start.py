@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 from meltemi.control.actuators import ANGLE
 from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel
 from meltemi.simulation.case import BaseCase, Case
-from meltemi.simulation.step import GEAR_MODES, GEARS, view_parts
-from meltemi.structure.gears import ACCELERATION, FREQUENCY
-from meltemi.structure.gears import ANGLE as ANGLE_OF_MODE
+from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT
 from meltemi.turbine import exchange as ex
 
@@ -23,13 +21,11 @@ GEAR_SWEEPS = 8
 
 
 @kernel
-def settle_gears(numbers: Any, parts: tuple[Any, ...]) -> None:
+def settle_gears(m: System) -> None:
     """Bring the modes of a gearbox to where they stand still under the accelerations that they see."""
-    seen = view_parts(numbers, parts)
-    modes, gears = seen[GEAR_MODES], seen[GEARS]
-    for k in range(modes.shape[1]):
-        w = modes[FREQUENCY, k]
-        gears[ANGLE_OF_MODE, k] += gears[ACCELERATION, k] / (w * w)
+    for k in range(m.gears.modes):
+        w = m.gear_modes.frequency[k]
+        m.gears.angle[k] += m.gears.acceleration[k] / (w * w)
 
 
 @dataclass(frozen=True)
@@ -98,6 +94,6 @@ def begin(case: BaseCase) -> None:
     for _ in range(GEAR_SWEEPS if case["gears"].size else 1):
         case.evaluate(0.0)
         if isinstance(case, Case):  # with or without a gearbox: it compiles nothing of its own
-            settle_gears(case.numbers[1], case.parts)
+            settle_gears(case.system)
     case.loads(0.0)
     case.v_old[:], case.a_old[:] = case["v"], case["a"]

@@ -46,10 +46,10 @@ from meltemi.electrical.advance import GRID_POWER, ON, TRIP, electric_advance
 from meltemi.electrical.advance import TORQUE as ELECTRIC_TORQUE
 from meltemi.environment import conditions as cd
 from meltemi.environment.conditions import conditions_now
-from meltemi.maths.access import vec1
 from meltemi.maths.algebra import Vec
 from meltemi.maths.tables import MAX_BLADES, Table, number, xyz
 from meltemi.numbers.views import viewer
+from meltemi.simulation.system import SectionLoads, System
 from meltemi.simulation.validity import watch_blades, watch_shaft
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
@@ -100,43 +100,11 @@ OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND = 0, 1, 2, 3
 ABSURD = 1e6
 """Coordinates (m, rad) and velocities beyond this have diverged."""
 
-PARTS = (
-    "q v a locked structure blade_nodes shape second modal top_shape top_second tower_matrix tower_weight "
-    "tower_shape aero aero_options aero_nodes polars section flap_nodes increments flap wind series now box pitch "
-    "drive gear_modes gears inflow stall memory columns machine frame partial motion load body link arm_mass arm_force "
-    "core_mass core_force coupling flow rotor tower_flow tower_lanes tower_push"
-).split()
-"""Arrays of :func:`equations`, in the order of its arguments after t and dt."""
-NODES = (
-    "blade_nodes shape second aero_nodes flap_nodes partial motion load flow inflow stall memory d_inflow d_stall "
-    "tower_shape tower_lanes"
-).split()
-"""Those whose last axis are the nodes of a blade or of the tower; ``tower_lanes`` is ``tower_flow``, read in lanes."""
-LOAD_PARTS = (
-    "q v a structure gear_modes gears gear_rows gear_shape blade_nodes blade_edges shape tip_shape tip_second "
-    "top_shape tower_nodes tower_shape columns machine frame partial motion load body link tower_drag apex root chain "
-    "gear_loads blade_stations station tower_stations tower_station summary"
-).split()
-"""Arrays of :func:`section_loads`, in the order of its arguments; then the summary."""
 RUN_PARTS = (
     "controller_state measured demands faults actuators flap_actuators conditions outside electrical electric v_old "
     "a_old spare aero_state signals output watch"
 ).split()
 """Arrays of a run under way, see :func:`advance`."""
-ROOT, CHAIN = LOAD_PARTS.index("root"), LOAD_PARTS.index("chain")
-Q, V, A, P_STRUCTURE, COLUMNS = (PARTS.index(name) for name in ("q", "v", "a", "structure", "columns"))
-P_AERO = PARTS.index("aero")
-P_WIND, P_SERIES, NOW, BOX = (PARTS.index(name) for name in ("wind", "series", "now", "box"))
-P_PITCH, P_DRIVE, P_FLAP = (PARTS.index(name) for name in ("pitch", "drive", "flap"))
-GEAR_MODES, GEARS, P_MACHINE = (PARTS.index(name) for name in ("gear_modes", "gears", "machine"))
-LOCKED, CORE_MASS, CORE_FORCE, ARM_MASS, COUPLING, ARM_FORCE = (
-    PARTS.index(name) for name in ("locked", "core_mass", "core_force", "arm_mass", "coupling", "arm_force")
-)
-
-P_NODES, P_MOTION, P_FRAME, P_ROTOR, P_TOWER = (
-    PARTS.index(name) for name in ("blade_nodes", "motion", "frame", "rotor", "tower_flow")
-)
-
 (TOWER_DRAG,) = AeroOptions.slots("tower_drag")
 GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, YAW_STIFFNESS = StructureParameters.slots(
     "gear_ratio tower_base tower_length shaft_height overhang tilt yaw_stiffness"
@@ -144,61 +112,7 @@ GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, YAW_STIFFNES
 
 
 @kernel
-def equations(
-    t: float,
-    dt: float,
-    q: Float,
-    v: Float,
-    a: Float,
-    locked: Float,
-    structure: Float,
-    blade_nodes: Float,
-    shape: Float,
-    second: Float,
-    modal: Float,
-    top_shape: Float,
-    top_second: Float,
-    tower_matrix: Float,
-    tower_weight: Float,
-    tower_shape: Float,
-    aero: Float,
-    aero_options: Int,
-    aero_nodes: Float,
-    polars: Float,
-    section: Float,
-    flap_nodes: Float,
-    increments: Float,
-    flap: Float,
-    wind: Float,
-    series: Float,
-    now: Float,
-    box: NDArray[float32],
-    pitch: Float,
-    drive: Float,
-    gear_modes: Float,
-    gears: Float,
-    inflow: Float,
-    stall: Float,
-    memory: Float,
-    columns: Float,
-    machine: Float,
-    frame: Float,
-    partial: Float,
-    motion: Float,
-    load: Float,
-    body: Float,
-    link: Float,
-    arm_mass: Float,
-    arm_force: Float,
-    core_mass: Float,
-    core_force: Float,
-    coupling: Float,
-    flow: Float,
-    rotor: Float,
-    tower_flow: Float,
-    tower_lanes: Float,
-    tower_push: Float,
-) -> None:
+def equations(t: float, dt: float, m: System) -> None:
     """The assembled equations of motion at time ``t`` for coordinates q and velocities v.
 
     Mass matrix and forces are left in ``core_mass``, ``core_force``, ``coupling``, ``arm_mass`` and
@@ -208,22 +122,30 @@ def equations(
       dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first, and at whose end the modes
         of a gearbox were predicted; 0 leaves them.
     """
+    q, v, columns, shape, second, partial = m.q, m.v, m.columns, m.shape, m.second, m.partial
+    structure, nodes, body, link = m.structure.array, m.blade_nodes.array, m.body.array, m.link
+    machine, frame, motion, load = m.machine.array, m.frame.array, m.motion.array, m.load.array
+    aero, options, aero_nodes, flow = m.aero.array, m.aero_options.array, m.aero_nodes.array, m.flow.array
+    polars, section, flap_nodes, increments, flap = m.polars, m.section, m.flap_nodes, m.increments, m.flap.array
+    memory, inflow, stall, rotor = m.memory.array, m.inflow.array, m.stall.array, m.rotor.array
+    wind, now, box, pitch, tower = m.wind.array, m.now.array, m.box, m.pitch.array, m.tower_lanes.array
+    arm_mass, arm_force = m.arm_mass, m.arm_force
     n_core = columns.shape[1]
     # motion
-    tower_top(q, v, structure, top_shape, top_second, columns, machine)
+    tower_top(q, v, structure, m.top_shape, m.top_second, columns, machine)
     nacelle_and_hub(q, v, structure, columns, machine)
     blade_frames(structure, pitch, machine, frame)
-    blade_motion(q, v, n_core, shape, second, blade_nodes, frame, partial, motion)
+    blade_motion(q, v, n_core, shape, second, nodes, frame, partial, motion)
     # wind and aerodynamic loads
-    series_now(t, series, now)
-    tower_wind(t, q, v, tower_shape, wind, now, box, tower_lanes)
-    relative_wind(t, aero, aero_options, aero_nodes, wind, now, box, tower_flow, machine, frame, pitch, motion, flow)
+    series_now(t, m.series, now)
+    tower_wind(t, q, v, m.tower_shape, wind, now, box, tower)
+    relative_wind(t, aero, options, aero_nodes, wind, now, box, m.tower_flow.array, machine, frame, pitch, motion, flow)
     disk_averages(aero, aero_nodes, machine, flow, rotor)
-    quasi_steady(aero, aero_options, aero_nodes, polars, section, flap_nodes, increments, flap, flow, memory, rotor)
+    quasi_steady(aero, options, aero_nodes, polars, section, flap_nodes, increments, flap, flow, memory, rotor)
     loads(
         dt,
         aero,
-        aero_options,
+        options,
         aero_nodes,
         polars,
         section,
@@ -240,75 +162,49 @@ def equations(
         stall,
         load,
     )
-    tower_load(aero_options[TOWER_DRAG] * aero[AIR_DENSITY], tower_lanes, tower_shape, tower_push)
+    tower_load(m.aero_options.tower_drag * m.aero.air_density, tower, m.tower_shape, m.tower_push)
     # equations of motion
     collect_blades(
-        q,
-        v,
-        n_core,
-        structure,
-        shape,
-        blade_nodes,
-        modal,
-        frame,
-        partial,
-        motion,
-        load,
-        body,
-        link,
-        arm_mass,
-        arm_force,
+        q, v, n_core, structure, shape, nodes, m.modal, frame, partial, motion, load, body, link, arm_mass, arm_force
     )
     assemble(
         dt,
         q,
         v,
         structure,
-        drive,
-        gear_modes,
-        gears,
+        m.drive.array,
+        m.gear_modes.array,
+        m.gears.array,
         columns,
-        tower_matrix,
-        tower_weight,
-        tower_push,
+        m.tower_matrix,
+        m.tower_weight,
+        m.tower_push,
         machine,
         frame,
         body,
         link,
-        core_mass,
-        core_force,
-        coupling,
+        m.core_mass,
+        m.core_force,
+        m.coupling,
     )
 
 
 view_run = viewer()
-view_parts = viewer({PARTS.index(name) for name in NODES if name in PARTS})
-view_load_parts = viewer()
 
 
 @kernel
-def evaluate(t: float, dt: float, numbers: tuple[Any, ...], parts: tuple[Any, ...], solve: bool) -> None:
+def evaluate(t: float, dt: float, m: System, solve: bool) -> None:
     """Everything at time ``t``; the accelerations go to ``a``.
 
     Args:
-      numbers: the kinds of number in which to compute, see ``numbers.views``, for run, parts and load parts.
-      parts: arrays of :func:`equations` after t and dt, as the host has them.
+      dt: as of :func:`equations`.
       solve: False leaves the equations of motion assembled.
     """
-    seen = view_parts(numbers[1], parts)
-    equations(t, dt, *seen)
+    equations(t, dt, m)
     if solve:
-        accelerations(
-            seen[LOCKED],
-            seen[CORE_MASS],
-            seen[CORE_FORCE],
-            seen[ARM_MASS],
-            seen[COUPLING],
-            seen[ARM_FORCE],
-            seen[A],
-        )
-        n_tower = seen[COLUMNS].shape[1] - N_SHAFT
-        gear_accelerations(dt, n_tower, seen[A], seen[GEAR_MODES], seen[GEARS], seen[COLUMNS], seen[P_MACHINE])
+        accelerations(m.locked, m.core_mass, m.core_force, m.arm_mass, m.coupling, m.arm_force, m.a)
+        n_tower = m.columns.shape[1] - N_SHAFT
+        gear_accelerations(dt, n_tower, m.a, m.gear_modes.array, m.gears.array, m.columns, m.machine.array)
 
 
 @kernel
@@ -420,105 +316,79 @@ def whole_machine(
 
 
 @kernel
-def section_loads(
-    everywhere: bool,
-    q: Float,
-    v: Float,
-    a: Float,
-    structure: Float,
-    gear_modes: Float,
-    gears: Float,
-    gear_rows: Float,
-    gear_shape: Float,
-    blade_nodes: Float,
-    blade_edges: Float,
-    shape: Float,
-    tip_shape: Float,
-    tip_second: Float,
-    top_shape: Float,
-    tower_nodes: Float,
-    tower_shape: Float,
-    columns: Float,
-    machine: Float,
-    frame: Float,
-    partial: Float,
-    motion: Float,
-    load: Float,
-    body: Float,
-    link: Float,
-    tower_drag: Float,
-    apex: Float,
-    root: Float,
-    chain: Float,
-    gear_load: Float,
-    blade_stations: Float,
-    station: Float,
-    tower_stations: Float,
-    tower_station: Float,
-) -> None:
+def section_loads(everywhere: bool, m: System, s: SectionLoads) -> None:
     """Section loads after an evaluation: at roots, hub and yaw bearing, and ``everywhere`` along tower and blades."""
-    blade_loads(q, a, structure, columns, machine, frame, body, link, tip_shape, tip_second, apex, root)
+    q, a, structure, columns, machine = m.q, m.a, m.structure.array, m.columns, m.machine.array
+    frame, body, link, apex = m.frame.array, m.body.array, m.link, s.apex
+    blade_loads(q, a, structure, columns, machine, frame, body, link, s.tip_shape, s.tip_second, apex, s.root.array)
     chain_loads(
         q,
-        v,
+        m.v,
         a,
         structure,
-        gear_modes,
-        gears,
-        gear_rows,
-        gear_shape,
+        m.gear_modes.array,
+        m.gears.array,
+        s.gear_rows.array,
+        s.gear_shape,
         columns,
         machine,
         apex,
-        top_shape,
-        chain,
-        gear_load,
+        m.top_shape,
+        s.chain.array,
+        s.gear_loads.array,
     )
     if not everywhere:
         return
-    tower_loads(q, a, structure, machine, apex, tower_nodes, tower_shape, tower_drag, tower_stations, tower_station)
+    tower_loads(
+        q,
+        a,
+        structure,
+        machine,
+        apex,
+        s.tower_nodes.array,
+        m.tower_shape,
+        s.tower_drag,
+        s.tower_stations,
+        s.tower_station.array,
+    )
     station_loads(
         a,
         structure,
         columns,
-        blade_nodes,
-        blade_edges,
-        shape,
-        partial,
+        m.blade_nodes.array,
+        s.blade_edges,
+        m.shape,
+        m.partial,
         frame,
-        motion,
-        load,
-        blade_stations,
-        station,
+        m.motion.array,
+        m.load.array,
+        s.blade_stations,
+        s.station.array,
     )
 
 
 @kernel
-def observe(
-    t: float,
-    efficiency: float,
-    numbers: tuple[Any, ...],
-    parts: tuple[Any, ...],
-    load_parts: tuple[Any, ...],
-    everywhere: bool,
-) -> None:
-    """Section loads and summary after an evaluation; only ``everywhere`` for outputs, for controllers the nearest."""
-    seen, loads_seen = view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts)
-    section_loads(everywhere, *loads_seen[:-1])
+def observe(t: float, efficiency: float, m: System, s: SectionLoads, everywhere: bool) -> None:
+    """Section loads and summary after an evaluation; only ``everywhere`` for outputs, for controllers the nearest.
+
+    Args:
+      m: node by node, not in lanes.
+    """
+    section_loads(everywhere, m, s)
     whole_machine(
         t,
-        vec1(seen[P_MACHINE], ex.HUB_POSITION),
-        seen[V],
-        seen[COLUMNS].shape[1],
-        seen[P_STRUCTURE],
-        seen[P_WIND],
-        seen[P_SERIES],
-        seen[NOW],
-        seen[BOX],
-        seen[P_DRIVE],
+        m.machine.hub_position,
+        m.v,
+        m.columns.shape[1],
+        m.structure.array,
+        m.wind.array,
+        m.series,
+        m.now.array,
+        m.box,
+        m.drive.array,
         efficiency,
-        loads_seen[CHAIN][SHAFT_TORQUE],
-        loads_seen[-1],
+        s.chain.array[SHAFT_TORQUE],
+        s.summary,
     )
 
 
@@ -540,10 +410,12 @@ def advance(
     limits: Float,
     events: Float,
     index: Int,
-    numbers: tuple[Any, ...],
+    kinds: tuple[Any, ...],
     run: tuple[Any, ...],
-    parts: tuple[Any, ...],
-    load_parts: tuple[Any, ...],
+    m: System,
+    one: System,
+    plain: System,
+    sections: SectionLoads,
 ) -> None:
     """March ``n_steps`` instants, or until something ends the run (``clock[STATUS]``).
 
@@ -554,7 +426,8 @@ def advance(
         ``aero_state`` are states and memory of inflow and stall as one vector, ``spare`` a copy of it for
         corrections, ``signals`` is everything a channel may ask for, ``output`` has (rows, channels), ``watch`` is
         that of ``simulation.validity``.
-      numbers, parts, load_parts: as in :func:`evaluate` and :func:`observe`.
+      kinds: of the numbers of these arrays, see ``numbers.views``.
+      m, one, plain: the system as it is computed; node by node; and in plain numbers, as the host has it.
     """
     (
         controller_state,
@@ -574,13 +447,11 @@ def advance(
         signals,
         output,
         watch,
-    ) = view_run(numbers[0], run)
-    seen, loads_seen = view_parts(numbers[1], parts), view_load_parts(numbers[2], load_parts)
-    aero = seen[P_AERO]
-    q, v, a, structure, n_core = seen[Q], seen[V], seen[A], seen[P_STRUCTURE], seen[COLUMNS].shape[1]
-    pitch, drive, flap = seen[P_PITCH], seen[P_DRIVE], seen[P_FLAP]
-    gear_modes, gears = seen[GEAR_MODES], seen[GEARS]
-    root, chain, summary = loads_seen[ROOT], loads_seen[CHAIN], loads_seen[-1]
+    ) = view_run(kinds, run)
+    q, v, a, n_core = m.q, m.v, m.a, m.columns.shape[1]
+    aero, structure, gear_modes, gears = m.aero.array, m.structure.array, m.gear_modes.array, m.gears.array
+    pitch, drive, flap = m.pitch.array, m.drive.array, m.flap.array
+    root, chain, summary = sections.root.array, sections.chain.array, sections.summary
     yaw = n_core - N_SHAFT + YAW
     for _ in range(n_steps):
         step = clock[STEP]
@@ -646,7 +517,7 @@ def advance(
                         spare[j] = aero_state[j]
                     else:
                         aero_state[j] = spare[j]
-            evaluate(t, behind, numbers, parts, True)
+            evaluate(t, behind, m, True)
             if step > 0:
                 for j in range(q.shape[0]):
                     v[j] = v_old[j] + 0.5 * dt * (a_old[j] + a[j])
@@ -655,23 +526,30 @@ def advance(
         if diverged(q, v):
             clock[STATUS] = DIVERGED
             return
-        # plain numbers, as the host has them
         generator = n_core - N_SHAFT + GENERATOR
         watch_shaft(
             t,
             dt,
-            parts[V][generator] + parts[V][generator + 1],
-            parts[P_STRUCTURE][GEAR_RATIO] * parts[V][generator],
-            parts[P_DRIVE][ex.GENERATOR_TORQUE],
-            parts[P_AERO][AIR_DENSITY],
-            parts[P_PITCH],
-            parts[P_ROTOR],
+            plain.v[generator] + plain.v[generator + 1],
+            plain.structure.gear_ratio * plain.v[generator],
+            plain.drive.generator_torque,
+            plain.aero.air_density,
+            plain.pitch.array,
+            plain.rotor.array,
             watch,
         )
-        watch_blades(t, parts[P_NODES], parts[P_MOTION], parts[P_FRAME], parts[P_MACHINE], parts[P_TOWER], watch)
+        watch_blades(
+            t,
+            plain.blade_nodes.array,
+            plain.motion.array,
+            plain.frame.array,
+            plain.machine.array,
+            plain.tower_flow.array,
+            watch,
+        )
         due = step % clock[EVERY_OUTPUT] == 0
         if due or clock[WANT_LOADS] == 1:
-            observe(t, efficiency, numbers, parts, load_parts, due)
+            observe(t, efficiency, one, sections, due)
             if electrical[ON] > 0.0:
                 summary[POWER] = electric[GRID_POWER]
         if due:

@@ -20,13 +20,12 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.rotor import AIR_DENSITY
-from meltemi.aero.tables import AeroOptions, BladeFlow, InflowState
+from meltemi.aero.tables import AeroOptions, InflowState
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
 from meltemi.core.display import Brief
@@ -40,7 +39,8 @@ from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import growing
 from meltemi.simulation.start import hold
-from meltemi.simulation.step import ABSURD, PARTS, A, Q, V, evaluate
+from meltemi.simulation.step import ABSURD, evaluate
+from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, mean_speed
@@ -382,18 +382,15 @@ def root(f: Callable[[float], float], low: float, high: float, step: float) -> f
     return x
 
 
-KEPT = tuple(PARTS.index(name) for name in ("core_mass", "arm_mass", "coupling", "core_force", "arm_force"))
-P_FLOW, P_INFLOW = PARTS.index("flow"), PARTS.index("inflow")
-STEADY_AXIAL, STEADY_TANGENTIAL, VX, VY = BladeFlow.slots("steady_axial steady_tangential vx vy")
-I_X, I_Y = InflowState.slots("x y")
+KEPT = ("core_mass", "arm_mass", "coupling", "core_force", "arm_force")
 
 
 @kernel
 def along(
     dt: float,
     motion: Float,
-    numbers: tuple[Any, ...],
-    parts: tuple[Any, ...],
+    m: System,
+    one: System,
     left: tuple[Float, ...],
     kept: tuple[Float, ...],
     lack: Float,
@@ -403,22 +400,23 @@ def along(
     Args:
       dt: [s] between the instants.
       motion: (3, instants, coordinates) coordinates, velocities and accelerations.
+      m, one: the system, and the same node by node.
       left: flat views of what an evaluation leaves, the arrays KEPT.
       kept: (instants, entries) each, where it is kept.
       lack: (2, blades, nodes) gets the sums of quasi-steady minus lagged induced velocity, normal and tangential.
     """
-    q, v, a, flow, inflow = parts[Q], parts[V], parts[A], parts[P_FLOW], parts[P_INFLOW]
+    q, v, a, flow, inflow = one.q, one.v, one.a, one.flow, one.inflow
     for i in range(motion.shape[1]):
         for j in range(q.shape[0]):
             q[j], v[j], a[j] = motion[0, i, j], motion[1, i, j], motion[2, i, j]
-        evaluate(0.0, dt, numbers, parts, False)
+        evaluate(0.0, dt, m, False)
         for k in range(5):
             for j in range(left[k].shape[0]):
                 kept[k][i, j] = left[k][j]
-        for b in range(flow.shape[1]):
-            for n in range(flow.shape[2]):
-                lack[0, b, n] += flow[STEADY_AXIAL, b, n] * flow[VX, b, n] - inflow[I_X, b, n]
-                lack[1, b, n] += flow[STEADY_TANGENTIAL, b, n] * flow[VY, b, n] - inflow[I_Y, b, n]
+        for b in range(flow.blades):
+            for n in range(flow.nodes):
+                lack[0, b, n] += flow.steady_axial[b, n] * flow.vx[b, n] - inflow.x[b, n]
+                lack[1, b, n] += flow.steady_tangential[b, n] * flow.vy[b, n] - inflow.y[b, n]
 
 
 class _Orbit:
@@ -454,7 +452,7 @@ class _Orbit:
         icing = model.turbine.icing
         self.unlike = self.uneven = icing is not None and len(icing.on(self.B)) < self.B
         # by how much the quasi-steady induced velocity exceeds the lagged one, summed over a sector
-        self.lack = np.zeros((2, *self.case.parts[PARTS.index("flow")].shape[1:]))
+        self.lack = np.zeros((2, *self.case.one.flow.array.shape[1:]))
         # the same two of a sector, and mean residuals of the blades, as deviations from the mean of the blades
         self.blade_missing = np.zeros((self.B, self.K))
         self.deviations: list[tuple[Float, Float]] = []
@@ -499,11 +497,11 @@ class _Orbit:
           dt: [s] from one to the next; 0 holds inflow and stall.
         """
         case, motion, n = self.case, self.motion(azimuths), len(azimuths)
-        shapes = [case[PARTS[part]].shape for part in KEPT]
+        shapes = [case[part].shape for part in KEPT]
         kept = tuple(np.empty((n, int(np.prod(shape)))) for shape in shapes)
         self.lack[:] = 0.0
-        left = tuple(case.parts[part].reshape(-1) for part in KEPT)
-        along(dt, motion, case.numbers, case.parts, left, kept, self.lack)
+        left = tuple(case[part].reshape(-1) for part in KEPT)
+        along(dt, motion, case.system, case.one, left, kept, self.lack)
         A, D, C, core, blade = (array.reshape(n, *shape) for array, shape in zip(kept, shapes, strict=True))
         A, D = (np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2) for M in (A, D))
         a_core = motion[2, :, : self.core]
@@ -690,7 +688,7 @@ class _Orbit:
         rows = []
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
-            evaluate(0.0, step / self.speed, case.numbers, case.parts, False)
+            evaluate(0.0, step / self.speed, case.system, False)
             case["drive"][ex.GENERATOR_TORQUE] = self.torque
             case.begin_electric()
             made += float(case["drive"][ex.GENERATOR_TORQUE]) / (B * SAMPLES)

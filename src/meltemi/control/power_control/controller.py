@@ -9,7 +9,7 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.control.integrator import INTEGRAL, INTEGRATOR, integrator_settings
+from meltemi.control.integrator import INTEGRAL, IntegratorState, integrator_settings
 from meltemi.control.power_control import state as p
 from meltemi.control.power_control.law import power_step
 from meltemi.control.power_control.rotor import RotorTables, rotor_tables
@@ -105,7 +105,7 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
             )
     frequency = settings.frequency or own_frequency(turbine, rotor, inertia)
     x = np.zeros(p.TABLES)
-    view = View(p.POWER, x[: len(p.POWER)])
+    view = View(p.PowerControlState, x[: len(p.PowerControlState)])
     view["filter_frequency"], view["reference_speed"] = heard, reference
     for field in ("cut_in_speed", "optimal_speed", "rated_power", "maximum_torque"):
         view[field] = getattr(torque, field)
@@ -145,7 +145,7 @@ def power_section(turbine: AnyTurbine, performance: Performance, settings: Power
     # the rate 3 K omega / J at which the optimal torque itself comes back to its tip-speed ratio
     optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
     tracking = settings.tracking_frequency or min(3.0 * optimal * reference / ratio / inertia, frequency)
-    x[p.TORQUE_LOOP : p.TORQUE_LOOP + len(INTEGRATOR)] = integrator_settings(
+    x[p.TORQUE_LOOP : p.TORQUE_LOOP + len(IntegratorState)] = integrator_settings(
         proportional_gain=2.0 * settings.damping_ratio * tracking * inertia / ratio**2,
         integral_gain=tracking**2 * inertia / ratio**2,
     )
@@ -176,7 +176,7 @@ def _set_droop(view: View, settings: PowerControl, turbine: AnyTurbine) -> None:
 
 def start_power(x: Float, at: int, start: StartPoint) -> None:
     """Set the section from the place ``at`` on to an operating point, from which no demand jumps."""
-    view = View(p.POWER, x[at : at + len(p.POWER)])
+    view = View(p.PowerControlState, x[at : at + len(p.PowerControlState)])
     view["speed"], view["pitch"], view["torque"] = start.generator_speed, start.pitch, start.generator_torque
     view["slow_pitch"] = start.pitch
     view["upper"] = view["recovery"] = start.generator_speed
@@ -194,13 +194,13 @@ def start_power(x: Float, at: int, start: StartPoint) -> None:
 
 def power_names(section: Float) -> list[str]:
     """Of the entries of a section."""
-    view = View(p.POWER, section[: len(p.POWER)])
+    view = View(p.PowerControlState, section[: len(p.PowerControlState)])
     n, m, k = (int(view[name]) for name in ("ratios", "pitches", "shares"))
     return [
-        *p.POWER.names,
+        *p.PowerControlState.names,
         *(f"holds_{name}" for name in CONDITIONS),
-        *(f"pitch_loop_{name}" for name in INTEGRATOR.names),
-        *(f"torque_loop_{name}" for name in INTEGRATOR.names),
+        *(f"pitch_loop_{name}" for name in IntegratorState.names),
+        *(f"torque_loop_{name}" for name in IntegratorState.names),
         *(f"power_coefficient_{i + 1}_{j + 1}" for i in range(n) for j in range(m)),
         *(f"sensitivity_{j + 1}_{i + 1}" for j in range(m) for i in range(k)),
         *(f"optimal_gain_{j + 1}" for j in range(m)),

@@ -11,30 +11,29 @@ from meltemi.control.controller import LogEntry
 from meltemi.control.supervisor.tables import CONDITIONS, DEGREES, KILOWATT, STATES, YAW_NUMBER, YAW_STATES
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
-from meltemi.maths.tables import table
+from meltemi.maths.tables import Table, number
 
 Float = NDArray[float64]
 
-ENTRY = table(
-    "log entry",
-    "",
-    """
-    time      | s | of the transition
-    machine   | - | 0 operation, 1 yaw protection
-    source    | - | number of the state that ended
-    target    | - | number of the state that began
-    condition | - | place of the first condition in their table
-    holds     | - | positive if it held, negative if it did not
-    value     | - | of its quantity
-    limit     | - | of it
-    """,
-)
-"""One transition."""
+
+class EntryRow(Table, title="log entry"):
+    """One transition."""
+
+    time: float = number("s", "of the transition")
+    machine: float = number("-", "0 operation, 1 yaw protection")
+    source: float = number("-", "number of the state that ended")
+    target: float = number("-", "number of the state that began")
+    condition: float = number("-", "place of the first condition in their table")
+    holds: float = number("-", "positive if it held, negative if it did not")
+    value: float = number("-", "of its quantity")
+    limit: float = number("-", "of it")
+
+
 LOG_ROOM = 300
 """Transitions that are kept; the first ones of a run."""
-LOG = 1 + LOG_ROOM * len(ENTRY)
+LOG = 1 + LOG_ROOM * len(EntryRow)
 """Places of the log: how many there were, then the entries."""
-_LENGTH = len(ENTRY)
+_LENGTH = len(EntryRow)
 HOUR = 3600.0
 
 

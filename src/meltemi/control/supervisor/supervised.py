@@ -31,108 +31,108 @@ from meltemi.control.integrator import INTEGRAL as AXIS_INTEGRAL
 from meltemi.control.load_control import LoadControl, load_control
 from meltemi.control.moving_mean import mean_start, mean_states, moving_mean
 from meltemi.control.supervisor import tables as t
-from meltemi.control.supervisor.log import ENTRY, LOG, LOG_ROOM, log_entries, write_entry
+from meltemi.control.supervisor.log import LOG, LOG_ROOM, EntryRow, log_entries, write_entry
 from meltemi.control.supervisor.settings import Supervision, limits
 from meltemi.control.supervisor.threshold import STRATEGIES, YawProtection, threshold
 from meltemi.control.yaw import YawControl, yaw_settings, yaw_step
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import crossed, whole
-from meltemi.maths.tables import MAX_BLADES, View, table
+from meltemi.maths.tables import MAX_BLADES, Table, View, number
 from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[float64]
 
-SUPERVISOR = table(
-    "supervisor",
-    "",
-    """
-    reference          | rad/s   | of the pitch loop, of the generator
-    minimum_pitch      | rad     | of the collective law
-    law_rate           | rad/s   | of the pitch, by the law
-    start_rate         | rad/s   | at start-up
-    normal_rate        | rad/s   | at a normal stop
-    emergency_rate     | rad/s   | at an emergency stop
-    rated_power        | W       | mechanical, of the law
-    efficiency         | -       | of the generator
-    gear_ratio         | -       | generator speed over rotor speed
-    connect_speed      | rad/s   | at which the generator connects, and below which a stop leaves no torque
-    start_acceleration | rad/s^2 | of the reference
-    start_pitch        | rad     | lowest at standstill
-    start_ratio        | rad/m   | generator speed over wind speed from which the pitch may be the law's lowest
-    connect_time       | s       | in which the torque is allowed
-    feather            | rad     | pitch at rest
-    brake              | -       | share of the full brake
-    brake_speed        | rad/s   | below which it is applied
-    emergency_torque   | -       | 1: the generator brakes at an emergency stop
-    derate_rate        | W/s     | of the set-point, for the operator
-    auto_start         | -       | 1: starts by itself
-    latching           | -       | 1: stops for protection last
-    strategy           | -       | of yaw protection: 0 ignore, 1 stop, 2 derate
-    yaw_latching       | -       | 1: its stops last
-    points             | -       | base points, which stand before this section
-    stepwise           | -       | 1: stepwise law, 0: interpolated
-    yaw_power          | W       | mechanical, while derated for yaw
-    yaw_rate           | W/s     | of its set-point
-    recheck_time       | s       | of yaw protection
-    follow             | -       | 1: the yaw drive is demanded
-    state              | -       | state: number of operation
-    yaw_state          | -       | state: number of yaw protection
-    since              | -       | state: calls in this state of operation
-    yaw_since          | -       | state: calls in this state of yaw protection
-    operator_power     | W       | state: set-point for the operator
-    protected_power    | W       | state: set-point for yaw protection
-    share              | -       | state: of the largest torque that is allowed
-    lowering           | -       | state: 1 while a start lowers the pitch, before the law has it
-    stop_torque        | N m     | state: when the stop began
-    stop_speed         | rad/s   | state: of the generator, when the stop began
-    latched            | -       | state: 1 while a stop lasts
-    word               | -       | state: last word of the operator
-    fresh              | -       | state: 1 if the operator said "start" since the last stop
-    last_speed         | rad/s   | state: of the generator at the last call
-    last_rotor         | rad/s   | state: of the rotor at the last call
-    frozen             | s       | state: for which the generator's speed has not changed
-    derates            | -       | state: how often yaw protection derated
-    threshold          | rad     | state: of the yaw error
-    gust               | m/s     | state: short mean of the wind
-    wind               | m/s     | state: mean of the wind
-    mean_wind          | m/s     | state: long mean of the wind
-    protection_wind    | m/s     | state: mean of the wind for the threshold
-    """,
-)
-"""Settings and state."""
+
+class SupervisorState(Table, title="supervisor"):
+    """Settings and state."""
+
+    reference: float = number("rad/s", "of the pitch loop, of the generator")
+    minimum_pitch: float = number("rad", "of the collective law")
+    law_rate: float = number("rad/s", "of the pitch, by the law")
+    start_rate: float = number("rad/s", "at start-up")
+    normal_rate: float = number("rad/s", "at a normal stop")
+    emergency_rate: float = number("rad/s", "at an emergency stop")
+    rated_power: float = number("W", "mechanical, of the law")
+    efficiency: float = number("-", "of the generator")
+    gear_ratio: float = number("-", "generator speed over rotor speed")
+    connect_speed: float = number("rad/s", "at which the generator connects, and below which a stop leaves no torque")
+    start_acceleration: float = number("rad/s^2", "of the reference")
+    start_pitch: float = number("rad", "lowest at standstill")
+    start_ratio: float = number("rad/m", "generator speed over wind speed from which the pitch may be the law's lowest")
+    connect_time: float = number("s", "in which the torque is allowed")
+    feather: float = number("rad", "pitch at rest")
+    brake: float = number("-", "share of the full brake")
+    brake_speed: float = number("rad/s", "below which it is applied")
+    emergency_torque: float = number("-", "1: the generator brakes at an emergency stop")
+    derate_rate: float = number("W/s", "of the set-point, for the operator")
+    auto_start: float = number("-", "1: starts by itself")
+    latching: float = number("-", "1: stops for protection last")
+    strategy: float = number("-", "of yaw protection: 0 ignore, 1 stop, 2 derate")
+    yaw_latching: float = number("-", "1: its stops last")
+    points: float = number("-", "base points, which stand before this section")
+    stepwise: float = number("-", "1: stepwise law, 0: interpolated")
+    yaw_power: float = number("W", "mechanical, while derated for yaw")
+    yaw_rate: float = number("W/s", "of its set-point")
+    recheck_time: float = number("s", "of yaw protection")
+    follow: float = number("-", "1: the yaw drive is demanded")
+    state: float = number("-", "state: number of operation")
+    yaw_state: float = number("-", "state: number of yaw protection")
+    since: float = number("-", "state: calls in this state of operation")
+    yaw_since: float = number("-", "state: calls in this state of yaw protection")
+    operator_power: float = number("W", "state: set-point for the operator")
+    protected_power: float = number("W", "state: set-point for yaw protection")
+    share: float = number("-", "state: of the largest torque that is allowed")
+    lowering: float = number("-", "state: 1 while a start lowers the pitch, before the law has it")
+    stop_torque: float = number("N m", "state: when the stop began")
+    stop_speed: float = number("rad/s", "state: of the generator, when the stop began")
+    latched: float = number("-", "state: 1 while a stop lasts")
+    word: float = number("-", "state: last word of the operator")
+    fresh: float = number("-", 'state: 1 if the operator said "start" since the last stop')
+    last_speed: float = number("rad/s", "state: of the generator at the last call")
+    last_rotor: float = number("rad/s", "state: of the rotor at the last call")
+    frozen: float = number("s", "state: for which the generator's speed has not changed")
+    derates: float = number("-", "state: how often yaw protection derated")
+    threshold: float = number("rad", "state: of the yaw error")
+    gust: float = number("m/s", "state: short mean of the wind")
+    wind: float = number("m/s", "state: mean of the wind")
+    mean_wind: float = number("m/s", "state: long mean of the wind")
+    protection_wind: float = number("m/s", "state: mean of the wind for the threshold")
+
 
 REFERENCE, MIN_PITCH, LAW_RATE, RATED_POWER, EFFICIENCY, GEAR_RATIO, CONNECT_SPEED, ACCELERATION, START_PITCH = (
-    SUPERVISOR.slots(
+    SupervisorState.slots(
         "reference minimum_pitch law_rate rated_power efficiency gear_ratio connect_speed start_acceleration "
         "start_pitch"
     )
 )
-START_RATIO, LOWERING = SUPERVISOR.slots("start_ratio lowering")
+START_RATIO, LOWERING = SupervisorState.slots("start_ratio lowering")
 CONNECT_TIME, FEATHER, BRAKE, BRAKE_SPEED, EMERGENCY_TORQUE, DERATE_RATE, AUTO_START, LATCHING, STRATEGY = (
-    SUPERVISOR.slots("connect_time feather brake brake_speed emergency_torque derate_rate auto_start latching strategy")
+    SupervisorState.slots(
+        "connect_time feather brake brake_speed emergency_torque derate_rate auto_start latching strategy"
+    )
 )
 YAW_LATCHING, POINTS, STEPWISE, YAW_POWER, YAW_POWER_RATE, RECHECK, FOLLOW, STATE, YAW_STATE, SINCE, YAW_SINCE = (
-    SUPERVISOR.slots(
+    SupervisorState.slots(
         "yaw_latching points stepwise yaw_power yaw_rate recheck_time follow state yaw_state since yaw_since"
     )
 )
 OPERATOR_POWER, PROTECTED_POWER, SHARE, STOP_TORQUE, STOP_SPEED, LATCHED, WORD, FRESH, LAST_SPEED, LAST_ROTOR = (
-    SUPERVISOR.slots(
+    SupervisorState.slots(
         "operator_power protected_power share stop_torque stop_speed latched word fresh last_speed last_rotor"
     )
 )
-FROZEN, DERATES, THRESHOLD, GUST, WIND, MEAN_WIND, PROTECTION_WIND = SUPERVISOR.slots(
+FROZEN, DERATES, THRESHOLD, GUST, WIND, MEAN_WIND, PROTECTION_WIND = SupervisorState.slots(
     "frozen derates threshold gust wind mean_wind protection_wind"
 )
 ROOMS = (240, 2400, 600, 2400)
 """Blocks of the means: gust, wind, long, yaw protection; at 80 calls a second samples of 3 and 30 s."""
 
 _N = len(t.CONDITIONS)
-LIMIT = len(SUPERVISOR)
+LIMIT = len(SupervisorState)
 HOLD, COUNT, HOLDS = LIMIT + _N, LIMIT + 2 * _N, LIMIT + 3 * _N
 QUANTITY = LIMIT + 4 * _N
-JOURNAL = QUANTITY + len(t.QUANTITIES)
+JOURNAL = QUANTITY + len(t.Quantities)
 _MEAN = JOURNAL + LOG
 GUST_MEAN = _MEAN
 WIND_MEAN = GUST_MEAN + mean_states(ROOMS[0])
@@ -144,7 +144,7 @@ LENGTH = YAW + vane.LENGTH
 
 _MEANS = (GUST_MEAN, WIND_MEAN, LONG_MEAN, PROTECTION_MEAN)
 
-Q = {name: QUANTITY + i for i, name in enumerate(t.QUANTITIES.names)}
+Q = {name: QUANTITY + i for i, name in enumerate(t.Quantities.names)}
 Q_YAW, Q_PRODUCING, Q_DERATE, Q_STOP, Q_TIME_OVER, Q_STANDING_BY, Q_YAW_STATE, Q_EMERGENCY, Q_STOP_WORD = (
     Q[name]
     for name in "yaw_error producing derate stop time_over standing_by yaw_state emergency_word stop_word".split()
@@ -643,7 +643,7 @@ def _first_state(turbine: AnyTurbine, settings: Supervision, numbers: dict[str, 
         return STANDBY
     if start.generator_speed >= torque.rated_speed or start.pitch >= max(torque.power_pitch, 1e-3):
         return POWER_LIMIT
-    view = View(law.BASELINE, law.parameters(turbine.control))
+    view = View(law.BaselineState, law.parameters(turbine.control))
     return SPEED_LIMIT if start.generator_speed >= float(view["transition_speed"]) else MAXIMUM_POWER
 
 
@@ -657,7 +657,7 @@ def _section(
     """The supervisor's part of the state vector, at its beginning."""
     control, drivetrain = turbine.control, turbine.drivetrain
     x = np.zeros(LENGTH)
-    view = View(SUPERVISOR, x[: len(SUPERVISOR)])
+    view = View(SupervisorState, x[: len(SupervisorState)])
     view["reference"], view["law_rate"] = control.pitch.reference_speed, control.pitch.rate_limit
     view["minimum_pitch"] = control.pitch.minimum
     names = "start_rate normal_rate emergency_rate connect_speed start_acceleration start_pitch connect_time feather"
@@ -697,11 +697,11 @@ def _number(text: str, numbers: dict[str, float]) -> float:
 
 def _names() -> list[str]:
     """Of the entries of the section."""
-    names = list(SUPERVISOR.names)
+    names = list(SupervisorState.names)
     for what in ("limit", "hold", "count", "holds"):
         names += [f"{what}_{condition.name}" for condition in t.CONDITIONS]
-    names += [f"now_{name}" for name in t.QUANTITIES.names]
-    names += ["entries", *(f"entry_{i + 1}_{name}" for i in range(LOG_ROOM) for name in ENTRY.names)]
+    names += [f"now_{name}" for name in t.Quantities.names]
+    names += ["entries", *(f"entry_{i + 1}_{name}" for i in range(LOG_ROOM) for name in EntryRow.names)]
     for what, room in zip(("gust", "wind", "mean_wind", "protection_wind"), ROOMS, strict=True):
         names += [f"{what}_{i}" for i in range(mean_states(room))]
-    return [f"supervisor_{name}" for name in names] + [f"yaw_{name}" for name in vane.YAW_CONTROL.names]
+    return [f"supervisor_{name}" for name in names] + [f"yaw_{name}" for name in vane.YawControlState.names]

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.maths.tables import table
+from meltemi.maths.tables import Table, number
 
 Int = NDArray[np.int64]
 
@@ -76,37 +76,34 @@ class Transition:
     conditions: tuple[str, ...]
 
 
-QUANTITIES = table(
-    "quantities of the supervisor",
-    "",
-    """
-    yaw_error      | rad   | filtered yaw error, absolute
-    producing      | -     | 1 while the generator is connected
-    derate         | -     | 1 if the strategy of yaw protection is to derate and look again
-    stop           | -     | 1 if it is to stop at once
-    time_over      | -     | 1 when the recheck is due
-    standing_by    | -     | 1 in standby
-    yaw_state      | -     | number of the state of yaw protection
-    emergency_word | -     | 1 while the operator's last word is emergency_stop
-    stop_word      | -     | 1 while it is normal_stop
-    may_start      | -     | 1 if neither a latch nor the operator forbids a start
-    grid           | -     | 1 while there is a grid
-    speed          | rad/s | of the generator, the larger of both sensors
-    difference     | rad/s | between both sensors of speed, on the generator's side
-    frozen         | s     | for which the generator's speed has not changed while the rotor's has
-    pitch_gap      | rad   | largest difference of demanded and measured pitch
-    power          | W     | electrical
-    acceleration   | m/s^2 | of the tower top, horizontal
-    gust           | m/s   | wind, short mean
-    wind           | m/s   | wind, 30 s mean
-    mean_wind      | m/s   | wind, 10 min mean
-    start_time     | s     | since the start-up began
-    share          | -     | of the torque that is allowed; 0 while the law would hold power below rated speed
-    region         | -     | of the collective law: 1 maximum power, 2 speed limit, 3 power limit
-    feathered      | rad   | demanded pitch, smallest of the blades
-    """,
-)
-"""What is compared."""
+class Quantities(Table, title="quantities of the supervisor"):
+    """What is compared."""
+
+    yaw_error: float = number("rad", "filtered yaw error, absolute")
+    producing: float = number("-", "1 while the generator is connected")
+    derate: float = number("-", "1 if the strategy of yaw protection is to derate and look again")
+    stop: float = number("-", "1 if it is to stop at once")
+    time_over: float = number("-", "1 when the recheck is due")
+    standing_by: float = number("-", "1 in standby")
+    yaw_state: float = number("-", "number of the state of yaw protection")
+    emergency_word: float = number("-", "1 while the operator's last word is emergency_stop")
+    stop_word: float = number("-", "1 while it is normal_stop")
+    may_start: float = number("-", "1 if neither a latch nor the operator forbids a start")
+    grid: float = number("-", "1 while there is a grid")
+    speed: float = number("rad/s", "of the generator, the larger of both sensors")
+    difference: float = number("rad/s", "between both sensors of speed, on the generator's side")
+    frozen: float = number("s", "for which the generator's speed has not changed while the rotor's has")
+    pitch_gap: float = number("rad", "largest difference of demanded and measured pitch")
+    power: float = number("W", "electrical")
+    acceleration: float = number("m/s^2", "of the tower top, horizontal")
+    gust: float = number("m/s", "wind, short mean")
+    wind: float = number("m/s", "wind, 30 s mean")
+    mean_wind: float = number("m/s", "wind, 10 min mean")
+    start_time: float = number("s", "since the start-up began")
+    share: float = number("-", "of the torque that is allowed; 0 while the law would hold power below rated speed")
+    region: float = number("-", "of the collective law: 1 maximum power, 2 speed limit, 3 power limit")
+    feathered: float = number("rad", "demanded pitch, smallest of the blades")
+
 
 _CONDITIONS = """
 yaw_exceeded   | yaw_error      | above | yaw_threshold    | 0            | yes
@@ -314,7 +311,7 @@ MODES = _column(
     ]
 )
 """(states, 5): torque, pitch, rate, brake, yaw, by number in the lists above."""
-COMPARED = _column([[QUANTITIES.index(c.quantity), 1 if c.sense == "above" else -1] for c in CONDITIONS])
+COMPARED = _column([[Quantities.index(c.quantity), 1 if c.sense == "above" else -1] for c in CONDITIONS])
 """(conditions, 2): quantity; 1 above, -1 below."""
 LATCHES = _column([c.latches for c in CONDITIONS])
 REPORTED = _column([PRODUCING.count(t.target) * PRODUCING.count(t.sources[0]) for t in TRANSITIONS])

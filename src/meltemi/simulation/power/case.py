@@ -17,10 +17,11 @@ from meltemi.core.kernel import announce
 from meltemi.electrical.tables import ElectricState
 from meltemi.environment.conditions import Conditions, conditions_array
 from meltemi.environment.grid import PowerGrid
+from meltemi.maths.records import Kind
 from meltemi.maths.tables import Table
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.views import FLOATS
-from meltemi.simulation.case import LEAST_BRAKE_SPEED, Arena, BaseCase, Numbers, Stations
+from meltemi.simulation.case import LEAST_BRAKE_SPEED, Arena, BaseCase, Stations
 from meltemi.simulation.electric import ELECTRIC_PARTS, deliver
 from meltemi.simulation.power import step
 from meltemi.simulation.power.model import PowerModel
@@ -69,7 +70,7 @@ class PowerCase(BaseCase):
         wind: Wind,
         stations: Stations | None = None,
         *,
-        numbers: Numbers = "floats",
+        numbers: Kind = "floats",
         grid: PowerGrid | None = None,
     ) -> None:
         announce("power")
@@ -117,7 +118,8 @@ class PowerCase(BaseCase):
         self.arrays["drive"][Drive.index("yaw_held")] = 1.0
         self.parts = tuple(self.arrays[name] for name in step.PARTS)
         self._electric_parts = tuple(self.arrays[name] for name in ELECTRIC_PARTS)
-        self.numbers, self._electric_numbers = (FLOATS, FLOATS), FLOATS
+        self.numbers: tuple[Any, ...] = (FLOATS, FLOATS)
+        self._electric_numbers = FLOATS
         self.slopes: dict[str, Float] = dict(self.signals.slope_views)
         if duals:
             for name, array in self.arrays.items():
@@ -138,3 +140,7 @@ class PowerCase(BaseCase):
         step.observe(t, self.model.turbine.drivetrain.generator_efficiency, self.numbers, self.parts)
         if self.model.has_electrical:
             deliver(self._electric_numbers, self._electric_parts)
+
+    def kernel_parts(self) -> tuple[Any, ...]:
+        """Kinds of number, and the machine's arrays."""
+        return self.numbers, self.parts

@@ -267,8 +267,9 @@ def advance(
     limits: Float,
     events: Float,
     index: Int,
-    numbers: tuple[Any, ...],
+    kinds: tuple[Any, ...],
     run: tuple[Any, ...],
+    numbers: tuple[Any, ...],
     parts: tuple[Any, ...],
 ) -> None:
     """March ``n_steps`` instants, or until something ends the run; the arguments are those of ``step.advance``."""
@@ -289,7 +290,7 @@ def advance(
         signals,
         output,
         watch,
-    ) = view_run(numbers[0], run)
+    ) = view_run(kinds, run)
     seen = view_parts(numbers[1], parts)
     q, v, a, structure, aero = seen[Q], seen[V], seen[A], seen[P_STRUCTURE], seen[P_AERO]
     pitch, drive, rotor = seen[P_PITCH], seen[P_DRIVE], seen[P_ROTOR]

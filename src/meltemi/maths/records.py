@@ -1,0 +1,109 @@
+"""Records: groups of tables and arrays, the one argument of a kernel.
+
+    class System(Record):
+        q: Array1
+        flow: BladeFlow
+        tower_flow: Single[TowerFlow]
+
+The annotation says what stands there: a table, or a plain array by its number of dimensions. Kernels get the address of
+``words``, which hold for each member the addresses of its numbers and of their derivatives, then the lengths of its
+axes (``numbers.records``). A record holds on to its arrays; none of them is replaced as long as it lives.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.maths.tables import Table
+
+Float = NDArray[np.float64]
+T = TypeVar("T")
+Kind = Literal["floats", "lanes", "duals"]
+SINGLE, NODES, CONSTANT = "single", "nodes", "constant"
+Single = Annotated[T, SINGLE]
+"""A table whose nodes are looked up one by one, never in lanes."""
+Nodes = Annotated[T, NODES]
+"""A plain array whose last axis are nodes."""
+Constant = Annotated[T, CONSTANT]
+"""What has no derivatives."""
+Array1 = Annotated[Float, 1]
+Array2 = Annotated[Float, 2]
+Array3 = Annotated[Float, 3]
+Array4 = Annotated[Float, 4]
+Box = Annotated[NDArray[np.float32], 4, CONSTANT]
+LANES = 8
+"""Entries of a lane; as ``numbers.lanes.WIDTH``."""
+
+
+class Member(NamedTuple):
+    """What stands at a name of a record.
+
+    Attributes:
+      table: its class; None for a plain array.
+      dtype: of the array.
+      ndim: axes of the table, or dimensions of the array.
+      in_lanes: its last axis is read in lanes, where the record is.
+      constant: it has no derivatives.
+    """
+
+    table: Any
+    dtype: Any
+    ndim: int
+    in_lanes: bool
+    constant: bool
+
+
+@cache
+def members(record: Any) -> dict[str, Member]:
+    """Members of a record by name, from its annotations."""
+    found: dict[str, Member] = {}
+    for name, hint in get_type_hints(record, include_extras=True).items():
+        kind, *marks = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+        if isinstance(kind, type) and issubclass(kind, Table):
+            lanes = SINGLE not in marks and kind.axes[-1:] == ("node",)
+            dtype = np.int64 if kind.integer else np.float64
+            found[name] = Member(kind, dtype, len(kind.axes), lanes, CONSTANT in marks or kind.integer)
+        else:
+            (ndim,) = (mark for mark in marks if isinstance(mark, int))
+            dtype = np.float32 if "float32" in str(kind) else np.float64  # type: ignore[assignment]
+            found[name] = Member(None, dtype, ndim, NODES in marks, CONSTANT in marks)
+    return found
+
+
+class Record:
+    """A group of tables and arrays.
+
+    Args:
+      kind: of the numbers that kernels compute in.
+      arrays: by the names of the members; each contiguous.
+      slopes: their derivatives, for duals.
+    """
+
+    def __init__(self, kind: Kind, arrays: dict[str, Any], slopes: dict[str, Any] | None = None) -> None:
+        self.kind = kind
+        words: list[int] = []
+        keep: list[Any] = []
+        cls: Any = type(self)
+        for name, member in members(cls).items():
+            array = arrays[name]
+            if not (array.flags.c_contiguous and array.dtype == member.dtype):
+                raise TypeError(f"{type(self).__name__}.{name}: expected a contiguous array of {member.dtype.__name__}")
+            setattr(self, name, array if member.table is None else member.table(array))
+            shape = list(array.shape if member.table is None else array.shape[1:])
+            if len(shape) != member.ndim:
+                raise TypeError(f"{type(self).__name__}.{name}: expected {member.ndim} axes, found {len(shape)}")
+            if kind == "lanes" and member.in_lanes:
+                shape[-1] //= LANES
+            slope = None if kind != "duals" or slopes is None or member.constant else slopes[name]
+            words += [array.ctypes.data, 0 if slope is None else slope.ctypes.data, *shape]
+            keep += [array, slope]
+        self._keep = keep
+        self.words = np.array(words, dtype=np.int64)
+        self.address = self.words.ctypes.data
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a record holds addresses: it is made anew from its arrays")

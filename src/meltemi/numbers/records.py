@@ -1,0 +1,398 @@
+"""What tables and records mean in kernels, for every kind of number: floats, lanes, duals.
+
+Fields and entries are generated in place, and no memory is counted: the host keeps it. A record is the address of its
+words, which nobody writes while kernels run; so its loads are marked as invariant, and what a kernel stores into arrays
+does not make it read them again.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.imputils import lower_builtin, lower_getattr_generic, lower_setattr_generic
+from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
+from numba.extending import NativeValue, models, register_model, typeof_impl, unbox
+
+from meltemi.maths.groups import GroupType, join, split
+from meltemi.maths.records import Member, members
+from meltemi.maths.records import Record as Record
+from meltemi.numbers.duals import DualArrayType, dual, make_dual
+from meltemi.numbers.lanes import WIDTH, LaneArrayType, int_lanes, lanes
+
+_F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
+_VF, _VL = ir.VectorType(_F64, WIDTH), ir.VectorType(_I64, WIDTH)
+FLOATS, LANES, DUALS, INTS = "floats", "lanes", "duals", "ints"
+ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
+
+
+# entries of fields ----------------------------------------------------------------------------------
+
+
+class FieldType(types.Type):
+    """Entries of one field of a table: kind of number, what an entry is, and how many axes."""
+
+    def __init__(self, kind: str, cls: Any, ndim: int) -> None:
+        self.kind, self.cls, self.ndim = kind, cls, ndim
+        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim}]")
+
+    @property
+    def entry(self) -> Any:
+        """Type of an entry."""
+        return GroupType(self.cls, ENTRY[self.kind]) if self.cls else ENTRY[self.kind]
+
+    @property
+    def parts(self) -> int:
+        """Numbers of an entry."""
+        return len(self.cls.__slots__) if self.cls else 1
+
+
+class TableType(types.Type):
+    """An array of a table."""
+
+    def __init__(self, table: Any, kind: str) -> None:
+        self.table, self.kind, self.ndim = table, kind, len(table.axes)
+        super().__init__(name=f"{table.__name__}[{kind}]")
+
+
+@register_model(FieldType)
+@register_model(TableType)
+class _EntriesModel(models.StructModel):
+    def __init__(self, manager: Any, frontend: Any) -> None:
+        pointer = types.CPointer(types.int64 if frontend.kind == INTS else types.float64)
+        made = [("data", pointer)] + [("slopes", pointer)] * (frontend.kind == DUALS)
+        super().__init__(manager, frontend, made + [(f"n{i}", types.intp) for i in range(frontend.ndim)])
+
+
+def _shape(kind: Any, proxy: Any) -> list[Any]:
+    return [getattr(proxy, f"n{i}") for i in range(kind.ndim)]
+
+
+def _product(builder: Any, lengths: Any) -> Any:
+    result = ir.Constant(_I64, 1)
+    for n in lengths:
+        result = n if getattr(result, "constant", None) == 1 else builder.mul(result, n)
+    return result
+
+
+def _onwards(builder: Any, kind: str, pointer: Any, entries: Any) -> Any:
+    """The pointer, so many entries on."""
+    if kind == LANES:
+        entries = builder.mul(entries, entries.type(WIDTH))
+    return builder.gep(pointer, [entries], source_etype=_I64 if kind == INTS else _F64)
+
+
+def _slopes_onwards(builder: Any, pointer: Any, entries: Any) -> Any:
+    return builder.gep(pointer, [builder.mul(entries, entries.type(WIDTH))], source_etype=_F64)
+
+
+def _vector(builder: Any, pointer: Any) -> Any:
+    return builder.load(builder.bitcast(pointer, _VF.as_pointer()), align=8, typ=_VF)
+
+
+def _load(context: Any, builder: Any, kind: str, data: Any, slopes: Any) -> Any:
+    if kind == LANES:
+        return _vector(builder, data)
+    if kind == DUALS:
+        return make_dual(context, builder, builder.load(data, typ=_F64), _vector(builder, slopes))
+    return builder.load(data, typ=_I64 if kind == INTS else _F64)
+
+
+def _store(builder: Any, kind: str, value: Any, data: Any, slopes: Any) -> None:
+    if kind == LANES:
+        builder.store(value, builder.bitcast(data, _VF.as_pointer()), align=8)
+    elif kind == DUALS:
+        builder.store(builder.extract_value(value, 0), data)
+        builder.store(builder.extract_value(value, 1), builder.bitcast(slopes, _VF.as_pointer()), align=8)
+    else:
+        builder.store(value, data)
+
+
+def _places(builder: Any, kind: Any, proxy: Any, at: list[Any]) -> list[tuple[Any, Any]]:
+    """Pointers to the parts of an entry, and to their derivatives."""
+    shape = _shape(kind, proxy)
+    flat = at[0] if at else ir.Constant(_I64, 0)
+    for n, k in zip(shape[1:], at[1:], strict=True):
+        flat = builder.add(builder.mul(flat, n), k)
+    rows = _product(builder, shape)
+    result = []
+    for part in range(kind.parts):
+        place = flat if part == 0 else builder.add(flat, builder.mul(rows, ir.Constant(_I64, part)))
+        slopes = _slopes_onwards(builder, proxy.slopes, place) if kind.kind == DUALS else None
+        result.append((_onwards(builder, kind.kind, proxy.data, place), slopes))
+    return result
+
+
+def _read(context: Any, builder: Any, kind: Any, proxy: Any, at: list[Any]) -> Any:
+    values = [_load(context, builder, kind.kind, *place) for place in _places(builder, kind, proxy, at)]
+    return join(context, builder, kind.entry, values) if kind.cls else values[0]
+
+
+def _write(builder: Any, kind: Any, proxy: Any, at: list[Any], value: Any) -> None:
+    values = split(builder, kind.entry, value) if kind.cls else [value]
+    for x, place in zip(values, _places(builder, kind, proxy, at), strict=True):
+        _store(builder, kind.kind, x, *place)
+
+
+def _index(field: Any, index: Any) -> Any:
+    if field.ndim == 1 and isinstance(index, types.Integer):
+        return types.intp
+    if field.ndim == 1 and index == int_lanes and field.kind == FLOATS:
+        return index
+    if field.ndim > 1 and isinstance(index, types.BaseTuple) and len(index) == field.ndim:
+        return types.UniTuple(types.intp, field.ndim) if all(isinstance(i, types.Integer) for i in index) else None
+    return None
+
+
+@infer_global(operator.getitem)
+class _GetItem(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        field, index = args
+        at = _index(field, index) if isinstance(field, FieldType) else None
+        if at is None:
+            return None
+        entry = field.entry
+        if at == int_lanes:
+            entry = GroupType(field.cls, lanes) if field.cls else lanes
+        return signature(entry, field, at)
+
+
+@infer_global(operator.setitem)
+class _SetItem(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        field, index, value = args
+        at = _index(field, index) if isinstance(field, FieldType) else None
+        if at is None or self.context.can_convert(value, field.entry) is None:
+            return None
+        return signature(types.none, field, at, field.entry)
+
+
+def _at(builder: Any, kind: Any, index: Any) -> list[Any]:
+    return cgutils.unpack_tuple(builder, index) if isinstance(kind, types.BaseTuple) else [index]
+
+
+@lower_builtin(operator.getitem, FieldType, types.BaseTuple)
+@lower_builtin(operator.getitem, FieldType, types.Integer)
+def _get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    proxy = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
+    return _read(context, builder, sig.args[0], proxy, _at(builder, sig.args[1], args[1]))
+
+
+@lower_builtin(operator.getitem, FieldType, type(int_lanes))
+def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    """Eight places at once."""
+    kind = sig.args[0]
+    proxy = cgutils.create_struct_proxy(kind)(context, builder, args[0])
+    at = builder.sext(args[1], _VL)
+    parts = []
+    for part in range(kind.parts):
+        offset = builder.mul(proxy.n0, ir.Constant(_I64, part))
+        row = builder.gep(proxy.data, [offset], source_etype=_F64)
+        found = ir.Constant(_VF, ir.Undefined)
+        for k in range(WIDTH):
+            place = builder.gep(row, [builder.extract_element(at, _I32(k))], source_etype=_F64)
+            found = builder.insert_element(found, builder.load(place, typ=_F64), _I32(k))
+        parts.append(found)
+    return join(context, builder, sig.return_type, parts) if kind.cls else parts[0]
+
+
+@lower_builtin(operator.setitem, FieldType, types.BaseTuple, types.Any)
+@lower_builtin(operator.setitem, FieldType, types.Integer, types.Any)
+def _set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    proxy = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
+    _write(builder, sig.args[0], proxy, _at(builder, sig.args[1], args[1]), args[2])
+    return context.get_dummy_value()
+
+
+# tables ---------------------------------------------------------------------------------------------
+
+
+def _field(kind: Any, name: str) -> Any:
+    declared = kind.table.fields.get(name)
+    if declared is None or (declared.parts and not declared.kind):
+        return None
+    return FieldType(kind.kind, declared.kind, kind.ndim)
+
+
+def _array_type(kind: Any) -> Any:
+    """Type of the whole array of a table, the field first."""
+    ndim = kind.ndim + 1
+    if kind.kind == LANES:
+        return LaneArrayType(ndim)
+    if kind.kind == DUALS:
+        return DualArrayType(ndim)
+    return types.Array(types.int64 if kind.kind == INTS else types.float64, ndim, "C")
+
+
+def _length(kind: Any, name: str) -> int | None:
+    """Which axis ``blades`` or ``nodes`` is the length of."""
+    axes = [f"{axis}s" for axis in kind.table.axes]
+    return axes.index(name) if name in axes else None
+
+
+@infer_getattr
+class _TableAttributes(AttributeTemplate):
+    key = TableType
+
+    def generic_resolve(self, kind: Any, name: str) -> Any:
+        if _length(kind, name) is not None:
+            return types.intp
+        if name == "array":
+            return _array_type(kind)
+        field = _field(kind, name)
+        return None if field is None else field if kind.ndim else field.entry
+
+
+def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tuple[Any, Any]:
+    """Type and proxy of a field."""
+    field = _field(kind, name)
+    result = cgutils.create_struct_proxy(field)(context, builder)
+    shape = _shape(kind, proxy)
+    before = _product(builder, [*shape, ir.Constant(_I64, kind.table.fields[name].row)])
+    result.data = _onwards(builder, kind.kind, proxy.data, before)
+    if kind.kind == DUALS:
+        result.slopes = _slopes_onwards(builder, proxy.slopes, before)
+    for i, n in enumerate(shape):
+        setattr(result, f"n{i}", n)
+    return field, result
+
+
+def _numpy_array(context: Any, builder: Any, kind: Any, data: Any, shape: Any) -> Any:
+    """A NumPy array without an owner."""
+    array = context.make_array(kind)(context, builder)
+    size = context.get_abi_sizeof(context.get_data_type(kind.dtype))
+    strides: list[Any] = []
+    stride = ir.Constant(_I64, size)
+    for n in reversed(shape):
+        strides.insert(0, stride)
+        stride = builder.mul(stride, n)
+    array.data, array.itemsize = builder.bitcast(data, array.data.type), ir.Constant(_I64, size)
+    array.nitems = _product(builder, shape)
+    array.shape, array.strides = cgutils.pack_array(builder, shape), cgutils.pack_array(builder, strides)
+    array.meminfo = ir.Constant(array.meminfo.type, None)
+    array.parent = ir.Constant(array.parent.type, None)
+    return array._getvalue()
+
+
+def _array(context: Any, builder: Any, kind: Any, data: Any, slopes: Any, shape: Any) -> Any:
+    """An array of the given type: NumPy, lanes or duals."""
+    if isinstance(kind, types.Array):
+        return _numpy_array(context, builder, kind, data, shape)
+    proxy = cgutils.create_struct_proxy(kind)(context, builder)
+    proxy.shape = context.make_tuple(builder, types.UniTuple(types.intp, kind.ndim), shape)
+    if isinstance(kind, DualArrayType):
+        proxy.values, proxy.slopes = data, slopes
+    else:
+        proxy.data = data
+    return proxy._getvalue()
+
+
+@lower_getattr_generic(TableType)
+def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
+    proxy = cgutils.create_struct_proxy(kind)(context, builder, value)
+    axis = _length(kind, name)
+    if axis is not None:
+        return getattr(proxy, f"n{axis}")
+    if name == "array":
+        shape = [ir.Constant(_I64, len(kind.table)), *_shape(kind, proxy)]
+        slopes = proxy.slopes if kind.kind == DUALS else None
+        return _array(context, builder, _array_type(kind), proxy.data, slopes, shape)
+    field, rows = _rows_of(context, builder, kind, proxy, name)
+    return rows._getvalue() if kind.ndim else _read(context, builder, field, rows, [])
+
+
+@lower_setattr_generic(TableType)
+def _table_set(context: Any, builder: Any, sig: Any, args: Any, name: str) -> Any:
+    kind, entry = sig.args
+    proxy = cgutils.create_struct_proxy(kind)(context, builder, args[0])
+    field, rows = _rows_of(context, builder, kind, proxy, name)
+    _write(builder, field, rows, [], context.cast(builder, args[1], entry, field.entry))
+
+
+# records --------------------------------------------------------------------------------------------
+
+
+class RecordType(types.Type):
+    """A group of tables and arrays."""
+
+    def __init__(self, cls: Any, kind: str) -> None:
+        self.cls, self.kind = cls, kind
+        super().__init__(name=f"{cls.__name__}[{kind}]")
+
+
+def _type_of(record: Any, member: Member) -> Any:
+    """Type of a member."""
+    kind = record.kind
+    if (kind == LANES and not member.in_lanes) or (kind == DUALS and member.constant):
+        kind = FLOATS
+    if member.table is not None:
+        return TableType(member.table, INTS if member.table.integer else kind)
+    if kind == LANES:
+        return LaneArrayType(member.ndim)
+    if kind == DUALS:
+        return DualArrayType(member.ndim)
+    return types.Array(types.float64 if member.dtype is np.float64 else types.float32, member.ndim, "C")
+
+
+def _begin(record: Any, wanted: str) -> int:
+    """Where a member's words begin."""
+    at = 0
+    for name, member in members(record.cls).items():
+        if name == wanted:
+            return at
+        at += 2 + member.ndim
+    raise KeyError(wanted)
+
+
+@register_model(RecordType)
+class _RecordModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, frontend: Any) -> None:
+        super().__init__(manager, frontend, _I64.as_pointer())
+
+
+@infer_getattr
+class _RecordAttributes(AttributeTemplate):
+    key = RecordType
+
+    def generic_resolve(self, record: Any, name: str) -> Any:
+        member = members(record.cls).get(name)
+        return None if member is None else _type_of(record, member)
+
+
+@lower_getattr_generic(RecordType)
+def _record_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
+    def word(i: int) -> Any:
+        load = builder.load(builder.gep(value, [_I32(first + i)], source_etype=_I64), typ=_I64)
+        load.set_metadata("invariant.load", builder.module.add_metadata([]))
+        return load
+
+    member, first = members(kind.cls)[name], _begin(kind, name)
+    made = _type_of(kind, member)
+    entry = _I64 if getattr(made, "kind", "") == INTS else _F64
+    data, slopes = (builder.inttoptr(word(i), entry.as_pointer()) for i in range(2))
+    shape = [word(2 + i) for i in range(member.ndim)]
+    if member.table is None:
+        return _array(context, builder, made, data, slopes, shape)
+    proxy = cgutils.create_struct_proxy(made)(context, builder)
+    proxy.data = data
+    if made.kind == DUALS:
+        proxy.slopes = slopes
+    for i, n in enumerate(shape):
+        setattr(proxy, f"n{i}", n)
+    return proxy._getvalue()
+
+
+@typeof_impl.register(Record)
+def _typeof(value: Any, context: Any) -> Any:
+    return RecordType(type(value), value.kind)
+
+
+@unbox(RecordType)
+def _unbox(kind: Any, value: Any, c: Any) -> Any:
+    number = c.pyapi.object_getattr_string(value, "address")
+    address = c.builder.inttoptr(c.pyapi.long_as_longlong(number), _I64.as_pointer())
+    c.pyapi.decref(number)
+    return NativeValue(address)
