@@ -1,4 +1,4 @@
-"""Declarative tables: the one description of every array the kernels use.
+"""Declarative tables: the definition of every kernel array.
 
 A :class:`Table` lists fields (name, unit, meaning) that share one shape. From it come the named
 offsets that kernels index with, the host-side views, the channel catalogue, perturbation by name,
@@ -44,7 +44,7 @@ MAX_FLAPS = len(PARTS["flaps"]) // MAX_BLADES
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Fields that share a shape.
+    """Fields of one array, with a common shape.
 
     Attributes:
       name: what the rows describe, e.g. ``"blade motion"``.
@@ -64,7 +64,7 @@ class Table:
         return len(self.fields)
 
     def index(self, name: str) -> int:
-        """Row of the named field, the first one of a vector or matrix; unknown names get the closest ones."""
+        """Row of the named field, the first row of a vector or matrix; errors suggest the closest names."""
         names = self.names
         for candidate in (name, f"{name}_x", f"{name}_xx", f"{name}_1", f"{name}_1_1"):
             if candidate in names:
@@ -104,7 +104,7 @@ def table(name: str, axes: str, text: str) -> Table:
 
 
 class View:
-    """Host-side view of a table's array: ``view["chord"]`` is the row (or rows), written through."""
+    """View of a table's array by field names: ``view["chord"]`` is a view of its row (or rows)."""
 
     __slots__ = ("array", "table")
 
@@ -113,7 +113,7 @@ class View:
         self.array = array
 
     def rows(self, name: str) -> int | slice:
-        """Places of a field's rows in the array."""
+        """Indices of a field's rows in the array."""
         row = self.table.index(name)
         for parts in PARTS.values():
             rows = slice(row, row + len(parts))

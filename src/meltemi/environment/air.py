@@ -1,4 +1,4 @@
-"""The air's density from temperature, humidity, altitude and pressure.
+"""Air density from temperature, humidity, altitude and pressure.
 
 Reference: Palanimuthu et al. (2022), eqs (2) to (4), with 273.15 in place of the printed 273.5.
 """
@@ -52,7 +52,7 @@ def density_of(temperature: ArrayLike, humidity: ArrayLike, pressure: ArrayLike)
 
 
 def _problem(temperature: ArrayLike, humidity: ArrayLike, pressure: ArrayLike | None) -> str | None:
-    """What is wrong with air of a temperature [degC], relative humidity and pressure [Pa], in words."""
+    """Error message for invalid temperature [degC], relative humidity or pressure [Pa]; empty if valid."""
     t, h = np.asarray(temperature, float), np.asarray(humidity, float)
     coldest, hottest = t.min(), t.max()
     if coldest <= -CELSIUS:
@@ -138,7 +138,7 @@ def air_density(
 
 
 class Air(Record):
-    """The weather that makes the air's density; temperatures in degrees Celsius."""
+    """State of the air that determines its density; temperatures in degrees Celsius."""
 
     temperature: Varying = 15.0
     """[degC] constant or in time."""

@@ -1,4 +1,4 @@
-"""The electrical grid at the turbine's terminals, and what its operator asks for."""
+"""Electrical grid at the turbine's terminals, with operator references."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from meltemi.core.series import Varying, values
 
 
 class PowerGrid(Record):
-    """Voltage, frequency and what the operator asks for, each constant or in time."""
+    """Voltage, frequency and operator references, each constant or time-varying."""
 
     voltage: Varying = 1.0
     """Share of the nominal voltage at the terminals; dips are below 1."""

@@ -1,4 +1,4 @@
-"""What surrounds a turbine: air, rain and gravity."""
+"""Site conditions: air, rain and gravity."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A load case: turbine, wind, duration, and what to record, as a record and as a YAML file."""
+"""A load case: turbine, wind, duration and channels, as a record and as a YAML file."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class SteadyCase(Record):
 
 
 class TurbulenceCase(TurbulentWind):
-    """A turbulent field made for the turbine."""
+    """Turbulent wind, with a field generated for the turbine."""
 
     kind: Literal["turbulence"] = "turbulence"
     hub_file: str | None = None
@@ -69,7 +69,7 @@ class TurbulenceCase(TurbulentWind):
 
 
 class IecCase(Record):
-    """A wind of IEC 61400-1 by its name."""
+    """A wind model of IEC 61400-1 by name."""
 
     kind: Literal["iec"] = "iec"
     model: str
@@ -150,13 +150,13 @@ class SupervisedCase(Record):
 
 
 class FixedCase(Record):
-    """No control: torque and pitch stay as the start has them, as for parked turbines."""
+    """No control: torque and pitch keep their initial values, as for parked turbines."""
 
     kind: Literal["fixed"]
 
 
 class StartCase(Record):
-    """A rotor that stands, idles or turns, in equilibrium with the wind's mean and its weight, or undeflected."""
+    """Initial state: parked, idling or rotating, in equilibrium with mean wind and gravity, or undeflected."""
 
     rotor_speed: Annotated[float, Field(ge=-10.0, le=10.0)] | Literal["idling"] = 0.0
     """[rad/s]; 0 is at rest, ``idling`` where a rotor that is let go comes to: at rest at the azimuth where its torque
@@ -172,7 +172,7 @@ class StartCase(Record):
     @model_validator(mode="after")
     def _speed_is_given(self) -> StartCase:
         if self.undeflected and self.rotor_speed == "idling":
-            raise ValueError("rotor_speed: idling is an equilibrium; with undeflected: true give a number of rad/s")
+            raise ValueError("rotor_speed: idling is an equilibrium; with undeflected: true specify a number [rad/s]")
         return self
 
 
@@ -197,7 +197,7 @@ ControllerCase = Annotated[
 
 
 def _within(event: Happening, info: ValidationInfo) -> Happening:
-    """Here, and not at the case, so that a message has the event's line."""
+    """Validate events here, and not in the case, so that messages name the line of the event."""
     duration = info.data.get("duration", event.at)
     if event.at > duration:
         raise ValueError(f"at {event.at:g} s is after the end of the run at {duration:g} s (duration)")
@@ -205,7 +205,7 @@ def _within(event: Happening, info: ValidationInfo) -> Happening:
 
 
 class LoadCase(Record):
-    """One simulation, completely described."""
+    """Complete description of one simulation."""
 
     turbine: str
     """Name in the library or path of a YAML file."""
@@ -283,7 +283,7 @@ def read_case(path: str | Path) -> LoadCase:
 
 
 def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
-    """The turbine of a case, with the case's ice and electrical system; paths are relative to ``folder``."""
+    """The turbine of a case, including ice and electrical system; paths are relative to ``folder``."""
     beside = folder / case.turbine
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
     if case.icing is not None:
@@ -347,7 +347,7 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Pat
 
 
 def case_start(case: LoadCase, turbine: AnyTurbine) -> Start | None:
-    """Where the run of a case begins; None for steady operation."""
+    """The initial state of a case; None for steady operation."""
     if case.start == "operating":
         return None
     feather = turbine.pitch_actuator.maximum

@@ -124,7 +124,7 @@ class Airfoil(Record):
 
 
 class Damping(Record):
-    """Damping ratios of a member that stands alone: the blade clamped at its root, the tower without nacelle.
+    """Damping ratios of an isolated member: the blade clamped at its root, the tower without nacelle.
 
     The damping matrix is proportional to stiffness, so a mode of the assembled turbine has the ratio of
     the isolated member times the ratio of their frequencies.
@@ -266,12 +266,12 @@ class BladeStructure(Record):
 
     @property
     def twists(self) -> bool:
-        """Whether it has a stiffness in torsion; otherwise it is rigid in it."""
+        """Whether a torsional stiffness is given; otherwise the blade is rigid in torsion."""
         return self.torsion_stiffness is not None or self.stiffness_matrix is not None
 
 
 class FlapIncrements(Record):
-    """What a flap's deflection adds to the coefficients of a section."""
+    """Increments of the section coefficients due to flap deflection."""
 
     angle_of_attack: Vector
     """(A,) [rad] increasing; beyond its ends the increments fade out within 16 degrees, where the flow is stalled."""
@@ -338,7 +338,7 @@ class Flap(Record):
 
 
 class Blade(Record):
-    """One blade; all blades of a turbine are alike."""
+    """One blade; all blades of a turbine are identical."""
 
     aerodynamics: BladeAerodynamics
     structure: BladeStructure
@@ -381,7 +381,7 @@ class Hub(Record):
 
 
 class Nacelle(Record):
-    """Nacelle, and where the shaft lies in it. Positions are from the tower top, in the nacelle's axes."""
+    """Nacelle and shaft geometry. Positions are relative to the tower top, in nacelle axes."""
 
     mass: float = Field(ge=0.0)
     """[kg]."""
@@ -443,19 +443,19 @@ class Drivetrain(Record):
             raise ValueError(f"the gearbox has the ratio {stages} = {ratio:.6g}, but gear_ratio is {self.gear_ratio:g}")
         if self.stiffness * self.gearbox.compliance >= 1.0:
             raise ValueError(
-                f"stiffness {self.stiffness:.4g} N m/rad is that of the whole drivetrain and must be less than that of "
-                f"its gearbox, {1.0 / self.gearbox.compliance:.4g} N m/rad seen from the rotor"
+                f"stiffness {self.stiffness:.4g} N m/rad is that of the complete drivetrain and must be less than that "
+                f"of its gearbox, {1.0 / self.gearbox.compliance:.4g} N m/rad referred to the rotor"
             )
         return self
 
     @property
     def main_shaft_stiffness(self) -> float:
-        """[N m/rad] which with the gearbox behind it makes ``stiffness``."""
+        """[N m/rad] stiffness of the main shaft; in series with the gearbox it gives ``stiffness``."""
         return 1.0 / (1.0 / self.stiffness - (0.0 if self.gearbox is None else self.gearbox.compliance))
 
 
 class YawDrive(Record):
-    """What turns the nacelle."""
+    """Yaw drive."""
 
     rate: float = Field(default=0.0052, ge=0.0, lt=0.2)
     """[rad/s] of the yaw drive."""
@@ -541,7 +541,7 @@ class Foundation(Record):
 
 
 class PitchActuator(Record):
-    """Second-order pitch actuator with limits; ``kind: ideal`` follows every command at once."""
+    """Second-order pitch actuator with limits; ``kind: ideal`` follows its demand without delay."""
 
     kind: Literal["second_order", "ideal"] = "second_order"
     natural_frequency: float = Field(default=11.11, gt=0.0)
@@ -563,7 +563,7 @@ class PitchActuator(Record):
 
 
 class TorqueControl(Record):
-    """Generator torque against filtered generator speed, region by region (on the generator's shaft).
+    """Generator torque as a function of filtered generator speed, by region (on the generator shaft).
 
     Below ``cut_in_speed`` no torque; to ``optimal_speed`` a straight line (region 1 1/2); then
     ``optimal_gain`` times speed squared (region 2); near rated a straight line with the slope of an
@@ -622,7 +622,7 @@ class PitchControl(Record):
 
 
 class BaselineControl(Record):
-    """The variable-speed, pitch-to-feather law of Jonkman et al. (2009), as numbers any turbine can set."""
+    """Parameters of the variable-speed, pitch-to-feather controller of Jonkman et al. (2009)."""
 
     filter_frequency: float = Field(gt=0.0)
     """[rad/s] of the first-order low-pass of the generator speed."""
@@ -689,7 +689,7 @@ class Turbine(Record):
 
     @property
     def flaps(self) -> tuple[Flap, ...]:
-        """Of each blade."""
+        """Flaps of each blade."""
         return self.blade.flaps
 
     @property

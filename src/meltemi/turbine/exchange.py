@@ -1,4 +1,4 @@
-"""What the parts of the machine tell each other: motion, loads, and what the control side does.
+"""Quantities exchanged between subsystems: motion, loads, actuator outputs.
 
 Structure, aerodynamics and control never see each other; they share these arrays.
 

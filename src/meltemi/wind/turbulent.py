@@ -1,4 +1,4 @@
-"""Turbulent wind as a user describes it; the field itself is made when a run or a file asks for it."""
+"""Description of turbulent wind; its field is generated when a simulation or a file needs it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from meltemi.core.record import Record, Vector
 
 
 class HubSeries(Record):
-    """Wind measured at the hub, which a turbulent field shall pass through."""
+    """Measured hub-height wind that constrains a turbulent field."""
 
     time: Vector
     """(T,) [s] increasing; time 0 is the begin of the run."""
@@ -81,7 +81,7 @@ class TurbulentWind(Record):
 
     @property
     def label(self) -> str:
-        """What it is, for titles and meta data."""
+        """Short description, for titles and metadata."""
         name = {"kaimal": "Kaimal", "vonkarman": "von Karman", "mann": "Mann"}[self.spectrum]
         parts = [f"{name} turbulence {self.speed:g} m/s", f"intensity {100.0 * self.intensity:.3g} %"]
         parts.append(f"roughness {self.roughness:g} m" if self.roughness else f"shear exponent {self.shear_exponent:g}")

@@ -1,4 +1,4 @@
-"""Wind velocity at a point and time; the one wind function that kernels call.
+"""Wind velocity at a point and time, for kernels.
 
 Two kinds: a *series*, uniform across the rotor but for shear and veer, given by a table in time;
 and a *box*, a turbulent field that is carried past the turbine by its mean speed (Taylor).

@@ -45,7 +45,7 @@ LARGEST_OFFSET = 2.0**23
 
 
 def read_outb(path: str | Path) -> Result:
-    """Read a binary output of OpenFAST 2 to 5, in SI; see :func:`meltemi.postprocess.files.openfast.result_of`.
+    """Read a binary output of OpenFAST 2 to 5, in SI units; see :func:`meltemi.postprocess.files.openfast.result_of`.
 
     Of a file that ends before its header says, as a run that was ended leaves it, the whole rows are read; the result's
     ``warnings`` say so.
@@ -74,7 +74,7 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
 
     kind = int(take("<i2", 1, "kind")[0])
     if kind not in KINDS:
-        raise InputError(f"{path}: no binary output of OpenFAST, which begins with 1, 2, 3 or 4; this with {kind}")
+        raise InputError(f"{path}: not an OpenFAST binary output (its first number is {kind}, expected 1 to 4)")
     width = int(take("<i2", 1, "length of names")[0]) if kind == LONG_NAMES else SHORT
     if width < 1:
         raise InputError(f"{path}: damaged: names of {width} characters")
@@ -108,7 +108,7 @@ def _text(codes: NDArray[np.generic]) -> str:
 
 
 def write_outb(result: Result, path: str | Path) -> Path:
-    """Write a result as OpenFAST's binary output, under its names and in its units; tools for OpenFAST read it.
+    """Write a result as OpenFAST's binary output, in its names and units.
 
     Numbers are packed into 16 bits, which leaves an error of at most 1/131064 of the range of a channel, or 6e-8 of
     its largest value if that is more (:func:`packed`). Of names and units with up to ten characters the file is of

@@ -1,4 +1,4 @@
-"""Which keyword of an OpenFAST deck goes where: one table for all files, ``keywords.csv``.
+"""Mapping of OpenFAST keywords: one table for all files, ``keywords.csv``.
 
 Its columns: file; names of the keyword (today's first, older ones after it); what is expected ("?" if the line may
 be missing or say "default"); unit in the file; target; values with which the model does the same anyway; remark. A

@@ -1,4 +1,4 @@
-"""Turbulence boxes of HAWC2: three files of single-precision numbers without a header."""
+"""HAWC2 turbulence boxes: three files of single-precision numbers without a header."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAME = re.compile(r"(?P<base>.*?)(?P<sign>[-_.]?)(?P<component>[uvwUVW])(?P<suff
 
 
 class Hawc2Grid(Record):
-    """What the files of a HAWC2 box do not say; written as ``NAME.hawc2.yaml`` beside those of meltemi."""
+    """Grid data missing in the files of a HAWC2 box; meltemi writes them as ``NAME.hawc2.yaml``."""
 
     planes: int = Field(ge=2)
     """Points along the wind."""
@@ -66,7 +66,7 @@ class Hawc2Grid(Record):
             if values is not None and len(values) != self.rows:
                 raise ValueError(f"{name} must have {self.rows} entries, one for each row, found {len(values)}")
         if self.lowest <= 0.0:
-            raise ValueError(f"the lowest row would be at {self.lowest:g} m, below the ground: give bottom")
+            raise ValueError(f"the lowest row would be at {self.lowest:g} m, below the ground: specify bottom")
         return self
 
     @property
@@ -77,7 +77,7 @@ class Hawc2Grid(Record):
         return (self.hub_height or 0.0) - 0.5 * (self.rows - 1) * self.dz
 
     def means(self) -> NDArray[np.float64]:
-        """(rows, 3) [m/s] to add to what the files hold."""
+        """(rows, 3) [m/s] mean wind to be added to the velocities of the files."""
         mean = np.zeros((self.rows, 3))
         if self.mean_u is None and self.profile == "power":
             z = self.lowest + self.dz * np.arange(self.rows)
@@ -89,7 +89,7 @@ class Hawc2Grid(Record):
 
 
 def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
-    """Read a turbulence box of HAWC2, as HAWC2 and InflowWind (WindType 5) do.
+    """Read a HAWC2 turbulence box, as HAWC2 and InflowWind (WindType 5) do.
 
     Each file holds one component: planes in the order in which they pass the turbine, in each the columns from left
     to right looking downwind (against y), in each column the rows from bottom to top. u is positive downwind, v to
@@ -116,7 +116,7 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
                 with reading(path):
                     pass
             raise InputError(
-                f"{path}: files of HAWC2 do not hold their grid and there is no {note.name} beside them: give "
+                f"{path}: HAWC2 files do not contain their grid, and {note.name} is missing in their folder: specify "
                 "grid=meltemi.Hawc2Grid(planes=..., columns=..., rows=..., dx=..., dy=..., dz=..., speed=..., "
                 "hub_height=...)"
             )

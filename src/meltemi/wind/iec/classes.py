@@ -45,7 +45,7 @@ STORM_INTENSITY = 0.11
 
 
 class WindClass(Record):
-    """A wind turbine class. Those of the standard come from :func:`wind_class`; class S is made of one's own values."""
+    """A wind turbine class. :func:`wind_class` returns those of the standard; class S has user-defined values."""
 
     name: str
     """As on the type plate: ``IIB``."""
@@ -91,7 +91,7 @@ class WindClass(Record):
 
     @property
     def label(self) -> str:
-        """What it is, for titles and meta data."""
+        """Short description, for titles and metadata."""
         return f"class {self.name}, edition {self.edition}"
 
 
@@ -140,7 +140,7 @@ def wind_class(name: str, edition: Edition = 3) -> WindClass:
 
 
 def as_class(of: str | WindClass, edition: Edition | None) -> WindClass:
-    """A class given by name (of edition 3 unless said otherwise) or as a record, which has an edition of its own."""
+    """A class given by name (edition 3 by default) or as a record with its own edition."""
     if isinstance(of, WindClass):
         if edition not in (None, of.edition):
             raise InputError(f"edition: the {of.label} cannot be used with edition {edition}")
@@ -149,7 +149,7 @@ def as_class(of: str | WindClass, edition: Edition | None) -> WindClass:
 
 
 def positive_speed(model: str, speed: float) -> float:
-    """The speed, if it can be one at hub height."""
+    """Validate a wind speed at hub height."""
     if not 0.0 < speed <= 100.0:
         raise InputError(f"{model}: speed must be above 0 and at most 100 m/s, found {speed!r}")
     return float(speed)
@@ -183,7 +183,7 @@ def sigma_ntm(
 
 
 def positive_intensity(intensity: float) -> float:
-    """The intensity, if it can be one."""
+    """Validate a turbulence intensity."""
     if not 0.0 <= intensity < 2.0:
         raise InputError(f"intensity must be from 0 to less than 2 (0.14 is 14 %), found {intensity!r}")
     return float(intensity)
@@ -235,11 +235,11 @@ def extreme_speed(
     if years not in (1, 50):
         raise InputError(f"EWM: years: expected 1 or 50, found {years!r}")
     if c.edition == 2 and not (steady and years == 50):
-        raise UnsupportedError("EWM: of edition 2 there is only the steady wind of 50 years; expected edition 3 or 4")
+        raise UnsupportedError("EWM: edition 2 has the steady 50-year wind only; expected edition 3 or 4")
     speed = c.v_storm * (GUST_FACTOR if steady else 1.0)
     return speed * (ONE_YEAR if years == 1 else 1.0)
 
 
 def operating_gust_limit(k: WindClass) -> float:
-    """V_e1 [m/s] as it bounds the operating gust: of V_ref also where the storms are tropical."""
+    """V_e1 [m/s] for the operating gust: based on V_ref also for tropical cyclones."""
     return ONE_YEAR * GUST_FACTOR * k.v_ref

@@ -1,4 +1,4 @@
-"""Winds of IEC 61400-1 that are steady or turbulent: NWP, NTM, ETM and EWM. The transients are in ``gusts.py``.
+"""Steady and turbulent winds of IEC 61400-1: NWP, NTM, ETM and EWM. The gusts are in ``gusts.py``.
 
 Reference: docs/theory/iec.md; IEC 61400-1 ed. 3, clauses 6.3.1 and 6.3.2.
 """
