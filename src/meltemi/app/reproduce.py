@@ -82,7 +82,7 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
         from meltemi.studies.reproduce.he2018.duel import brief, duel, duel_tables, findings, write_duel
         from meltemi.studies.reproduce.he2018.runs import QUICK, Setup
 
-        with progress_bar("he2018 beside ROSCO") as progress:
+        with progress_bar("he2018 compared with ROSCO") as progress:
             found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
         files = write_duel(found, out)
     for table in map(brief, duel_tables(found)):

@@ -105,7 +105,7 @@ def wind(
 
     onto = {n: options.pop(n) for n in transient if gust is not None and n in options}
     name = model.upper()
-    if name in MODELS:  # else the error says so
+    if name in MODELS:  # otherwise the error reports it
         _check_options(MODELS[name], options)
     if hub_series is not None and name in MODELS and MODELS[name].kind == "turbulent" and not steady:
         from meltemi.wind.files import read_hub_csv

@@ -19,7 +19,7 @@ R = TypeVar("R")
 def explained(function: Callable[P, R]) -> Callable[P, R]:
     """Decorator: raise InputError for Python errors that are caused by the arguments.
 
-    Arguments are looked at only after it has failed: calls that work are as fast as ever.
+    Arguments are checked only after a failure: valid calls have no overhead.
     """
 
     @wraps(function)

@@ -3,7 +3,7 @@
 Files, the command line, functions and records made in Python raise :class:`InputError` (where, what
 was expected, the closest valid name, what to do); ``build`` raises :class:`UnsupportedError` for
 features it does not have; a run that fails in time ends with a :class:`Status` and keeps what it
-computed, and one that leaves what the model is made for goes on and says so.
+computed, and one that leaves the range of validity of the model continues and reports it.
 """
 
 from __future__ import annotations

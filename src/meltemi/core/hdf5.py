@@ -1,7 +1,7 @@
 """HDF5 (netCDF4) files that may be damaged: HDF5 may then fail, return wrong values or hang.
 
 A file written here ends with a checksum, which HDF5 passes over: where it fits, the file is whole and read at once.
-Any program that changes a file through HDF5 cuts the checksum off. A file without it is read in a process of its own
+Any program that changes a file through HDF5 cuts the checksum off. A file without it is read in a separate process
 first, which may crash or hang.
 """
 
@@ -29,7 +29,7 @@ BEGIN = b"\x89HDF\r\n\x1a\n"
 SEAL = b"\nmeltemi: crc32 of the bytes before is "
 LENGTH = len(SEAL) + 9
 PATIENCE = 30.0
-"""[s] that a process may take for a file without a checksum, beside what its size asks for."""
+"""[s] time limit of a process for a file without a checksum, in addition to that for its size."""
 BYTES_A_SECOND = 5e6
 PROBE = Path(__file__).with_name("probe.py")
 

@@ -17,7 +17,7 @@ from types import FrameType
 def on_interrupt(act: Callable[[FrameType | None], None]) -> Iterator[None]:
     """Within the block the first Ctrl-C calls ``act`` with the current frame; later ones raise KeyboardInterrupt.
 
-    Nothing changes outside of the main thread, or where somebody else has his own way with Ctrl-C.
+    Nothing changes outside of the main thread, or where another handler of Ctrl-C is installed.
     """
     ours = threading.current_thread() is threading.main_thread()
     if not (ours and signal.getsignal(signal.SIGINT) is signal.default_int_handler):

@@ -20,7 +20,7 @@ class TimeSeries(Record):
     time: Vector
     """(n,) [s] from the start of the run, not decreasing."""
     value: Vector
-    """(n,) in the unit of what it is given for."""
+    """(n,) in the unit of the quantity."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

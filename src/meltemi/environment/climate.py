@@ -55,17 +55,17 @@ class Climate(Record):
 
     name: str
     altitude: float = Field(default=0.0, ge=-500.0, le=9000.0)
-    """[m] above sea level, where no pressure is given."""
+    """[m] above sea level, used without a pressure."""
     temperature: Months
     """(12,) [degC] mean of each month."""
     humidity: Months
     """(12,) relative, 0 to 1."""
     pressure: Months | None = None
-    """(12,) [Pa] measured at the site; without it that of the altitude."""
+    """(12,) [Pa] measured at the site; by default that of the altitude."""
     rain_hours: dict[str, Months] = Field(default_factory=dict)
     """(12,) [h] by class of rain (see `Rain.kind`), at the class's rate."""
     icing_hours: Months = Field(default_factory=lambda: np.zeros(12))
-    """(12,) [h] with ice on the blades (instrumental icing in IEA's words)."""
+    """(12,) [h] of blade icing (instrumental icing as defined by IEA Wind)."""
     wind_scale: Months
     """(12,) [m/s] scale A of the Weibull distribution of the wind speed."""
     wind_shape: Months
@@ -73,9 +73,9 @@ class Climate(Record):
     wind_height: float = Field(default=100.0, gt=0.0)
     """[m] at which the wind is given."""
     shear_exponent: float = Field(default=0.14, ge=0.0, le=0.5)
-    """Of the mean wind, to other heights."""
+    """Shear exponent of the mean wind."""
     source: str = ""
-    """Where the numbers come from."""
+    """Source of the data."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -59,14 +59,13 @@ DRAG_DENSITY, DROP_SPEED, RADIUS, HALF_THICKNESS, TAIL_WIND, CROSS_WIND, FALL_SP
 class Rain(Particular):
     """Constant rain, by rate or class.
 
-    An aeroelastic turbine asks for the water in the air only; the rest is for the review's loss of power, and refused
-    there.
+    An aeroelastic turbine uses the water content only; other keys are for the power loss formula and an error.
     """
 
     WHEN_GIVEN: ClassVar[tuple[str, ...]] = (
         "mode", "diameter", "fall_speed", "tail_wind", "cross_wind", "drop_speed", "half_thickness"
     )  # fmt: skip
-    """What only the review's formula takes."""
+    """Keys of the power loss formula only."""
 
     rate: float | None = Field(default=None, ge=0.0, le=2500.0)
     """[mm/h]."""
@@ -74,19 +73,19 @@ class Rain(Particular):
     """Class instead of a rate: `light` 2.5, `moderate` 8, `heavy` 16, `rainstorm` 32, `heavy_rainstorm_weak` 64,
     `heavy_rainstorm_moderate` 100, `heavy_rainstorm_strong` 200, `heavy_rainstorm_extreme` 709.2 mm/h."""
     mode: Literal["integrated", "seed"] = "integrated"
-    """Water over the spectrum of drops, or as the review has it: all drops of one diameter."""
+    """Integral over the drop size distribution, or all drops of one diameter (Palanimuthu et al. 2022)."""
     diameter: float = Field(default=3.0, gt=0.0, le=10.0)
     """[mm] of the drops in mode `seed`."""
     fall_speed: float | None = Field(default=None, ge=0.0, le=20.0)
-    """[m/s] at which drops fall; by default the terminal speed of the diameter, or of the mean one by mass."""
+    """[m/s] fall speed of the drops; by default the terminal speed of the diameter, or of the mean one by mass."""
     tail_wind: float = Field(default=0.0, ge=-100.0, le=100.0)
-    """[m/s] at which drops move with the wind."""
+    """[m/s] tail wind component of the drop velocity."""
     cross_wind: float = Field(default=0.0, ge=-100.0, le=100.0)
-    """[m/s] at which they move across it."""
+    """[m/s] cross wind component of the drop velocity."""
     drop_speed: float | None = Field(default=None, gt=0.0, le=200.0)
     """[m/s] at which drops meet the rotor; by default the wind speed."""
     half_thickness: float = Field(default=2.0, ge=0.0, le=100.0)
-    """[m] of the flat ellipsoid that stands for the rotor."""
+    """[m] of the flat ellipsoid that represents the rotor."""
     water_density: float = Field(default=drops.WATER, gt=0.0, le=2000.0)
     """[kg/m^3]."""
 

@@ -109,7 +109,7 @@ def simulate_batch(
 ) -> list[Outcome]:
     """Simulate many cases on all cores.
 
-    A case that fails, whatever the reason, says so in its outcome and harms no other. Ctrl-C ends all cases; what
+    A case that fails, for any reason, reports this in its outcome and affects no other. Ctrl-C ends all cases; what
     was computed until then is given back.
 
     Args:
@@ -118,7 +118,7 @@ def simulate_batch(
       out: folder in which each result is written as ``NAME.nc`` as soon as it is done, instead of being kept. A case
         that is found there finished, from the same inputs under the same version, is not run again.
       workers: threads; by default one for each core this process may use.
-      progress: called with the share that is done, from the calling thread; 0 while nobody knows how many cases
+      progress: callback with the completed fraction, from the calling thread; 0 while it is unknown how many cases
         there are.
       total: how many cases a generator gives, for ``progress``.
       redo: run all cases, also those that are finished.
@@ -273,7 +273,7 @@ class _Batch:
 def _inputs(case: BatchCase) -> str | None:
     """Hash of all inputs of a case, including this package; None if an input has no reproducible hash."""
     if isinstance(case.controller, Controller) and case.controller.fresh is not None:
-        return None  # a library or a process beside it
+        return None  # depends on a library or another process
     return fingerprint(source_hash(), replace(case, name=""))
 
 

@@ -65,7 +65,7 @@ class TurbulenceCase(TurbulentWind):
 
     kind: Literal["turbulence"] = "turbulence"
     hub_file: str | None = None
-    """Path of a CSV file with the wind that the field has at the hub, relative to the case file."""
+    """Path of a CSV file with measured hub-height wind, relative to the case file."""
 
 
 class IecCase(Record):
@@ -77,21 +77,21 @@ class IecCase(Record):
     wind_class: str | None = None
     """Class and turbulence category, e.g. IIB."""
     edition: Literal[2, 3, 4] | None = None
-    """Of the standard; 3 by default."""
+    """Edition of the standard; 3 by default."""
     speed: float | None = Field(default=None, gt=0.0, le=100.0)
-    """[m/s] at hub height; EWM has that of its class."""
+    """[m/s] at hub height; EWM uses that of its class."""
     sign: Literal[1, -1] | None = None
-    """Of a direction change or shear."""
+    """Sign of a direction change or shear."""
     begin: float | None = None
-    """[s] of a transient; 60 by default."""
+    """[s] start of a gust; 60 by default."""
     years: Literal[1, 50] | None = None
     """Recurrence period of the gusts of edition 2."""
     intensity: float | None = None
-    """Of turbulence [-], in place of the class's."""
+    """Turbulence intensity [-], in place of that of the class."""
     steady: bool | None = None
-    """Of EWM: steady in place of turbulent."""
+    """EWM: steady instead of turbulent."""
     seed: int | None = None
-    """Of turbulence."""
+    """Seed of the turbulence."""
     direction: float | None = Field(default=None, ge=-3.2, le=3.2)
     """[rad] clockwise from above."""
     turbulence: dict[str, Any] = Field(default_factory=dict)
@@ -112,7 +112,7 @@ class BaselineCase(Record):
 
     kind: Literal["baseline"] = "baseline"
     yaw: YawControl | None = None
-    """An active yaw beside it, which needs ``options: {yaw: driven}``; none by default."""
+    """Additional active yaw control, which needs ``options: {yaw: driven}``; none by default."""
 
 
 class LibraryCase(Record):
@@ -128,7 +128,7 @@ class LibraryCase(Record):
     sample_time: float | None = Field(default=None, gt=0.0)
     """[s] between calls; by default every time step."""
     individual_pitch: bool = True
-    """Take the pitch demand of each blade, not the collective one."""
+    """Use the pitch demand of each blade instead of the collective one."""
     timeout: float = Field(default=10.0, gt=0.0)
     """[s] of wall time that a call may take, the first one three times as long."""
 
@@ -138,13 +138,13 @@ class SupervisedCase(Record):
 
     kind: Literal["supervised"]
     supervision: Supervision = Supervision()
-    """When it starts, stops and trips."""
+    """Conditions for start, stop and trip."""
     load: LoadControl | None = None
-    """Load control in production; none leaves the collective law."""
+    """Load control in production; by default the collective controller only."""
     yaw: YawControl | None = None
-    """Turns the nacelle; needs options: {yaw: driven}."""
+    """Yaw control; requires options: {yaw: driven}."""
     protection: YawProtection | None = None
-    """Against yaw errors."""
+    """Yaw error protection."""
     sample_time: float | None = Field(default=None, gt=0.0)
     """[s] between calls; by default every time step."""
 
@@ -159,7 +159,7 @@ class StartCase(Record):
     """Initial state: parked, idling or rotating, in equilibrium with mean wind and gravity, or undeflected."""
 
     rotor_speed: Annotated[float, Field(ge=-10.0, le=10.0)] | Literal["idling"] = 0.0
-    """[rad/s]; 0 is at rest, ``idling`` where a rotor that is let go comes to: at rest at the azimuth where its torque
+    """[rad/s]; 0 is standstill, ``idling`` the equilibrium of a free rotor: at rest at the azimuth where its torque
     balances, or at the speed where the mean torque does. ``options: {locked: [generator]}`` holds the rotor."""
     pitch: float | None = Field(default=None, gt=-1.6, lt=3.2)
     """[rad]; by default the pitch actuator's largest, feathered."""
@@ -181,11 +181,11 @@ class PowerCase(PowerControl):
 
     kind: Literal["power"]
     yaw: YawControl | None = None
-    """Turns the nacelle; needs options: {yaw: driven}."""
+    """Yaw control; requires options: {yaw: driven}."""
     relief: Coordination | None = None
-    """Lets the yaw's dead band follow the power that is to spare; needs yaw."""
+    """Widens the dead band of the yaw control with surplus power; requires yaw."""
     load: LoadControl | None = None
-    """What each blade's pitch and flaps add."""
+    """Load control by individual pitch and flaps."""
     sample_time: float | None = Field(default=None, gt=0.0)
     """[s] between calls; by default every time step."""
 
@@ -212,29 +212,29 @@ class LoadCase(Record):
     wind: WindCase
     controller: ControllerCase = BaselineCase()
     start: Literal["operating", "standstill", "idling"] | StartCase = "operating"
-    """Where the run begins: in steady operation; or feathered and let go, to start when the wind is right
-    (``standstill``) or stay until the operator's word (``idling``), which need the supervised controller; or parked as
-    one likes, which needs the supervised, bladed or fixed one; or as OpenFAST does (``undeflected``), under any."""
+    """Initial state: steady operation; or a free, feathered rotor that starts in suitable wind (``standstill``) or
+    idles until the operator requests a start (``idling``), both with the supervised controller; or a parked rotor, with
+    the supervised, bladed or fixed one; or that of OpenFAST (``undeflected``), with any controller."""
     duration: float = Field(gt=0.0, le=1e6)
     """[s]."""
     channels: tuple[str, ...] = tuple(DEFAULT)
-    """What to record, by our names or OpenFAST's; "all" records everything."""
+    """Channels to record, by meltemi's or OpenFAST's names; "all" records all of them."""
     output_step: float = Field(default=0.05, gt=0.0, le=10.0)
     """[s] between records."""
     transient: float = Field(default=0.0, ge=0.0)
-    """[s] at the begin that are recorded, but left out of statistics and equivalent loads."""
+    """[s] initial transient, recorded, but excluded from statistics and equivalent loads."""
     blade_stations: tuple[float, ...] = ()
-    """[m] from the blade root: further places for section loads."""
+    """[m] from the blade root: additional stations for section loads."""
     tower_stations: tuple[float, ...] = ()
-    """[m] above the tower base: further places for section loads."""
+    """[m] above the tower base: additional stations for section loads."""
     events: tuple[Annotated[Event, AfterValidator(_within)], ...] = ()
-    """Faults, grid losses and requests, each with its time."""
+    """Faults, grid losses and operator requests, each with its time."""
     options: ModelOptions = ModelOptions()
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
     """Voltage, frequency, reactive power, and power reference, which needs a controller that follows it."""
     icing: Icing | None = None
-    """Ice on the blades, in place of what the turbine's file may have."""
+    """Ice on the blades, in place of that of the turbine file."""
     electrical: Literal["sized"] | None = None
     """``sized``: generator, converters and grid connection by rule, in place of what the turbine's file may have; used
     with options: {electrical: averaged}."""
@@ -261,9 +261,9 @@ class LoadCase(Record):
                 )
             if not isinstance(self.controller, LibraryCase | FixedCase):
                 raise ValueError(
-                    f"start: a parked rotor would be turned by controller: {{kind: {self.controller.kind}}}; "
-                    "controller: {kind: fixed} leaves it alone, {kind: supervised} keeps it idling; "
-                    "a turning one begins under any controller with undeflected: true, as in OpenFAST"
+                    f"start: a parked rotor would be accelerated by controller: {{kind: {self.controller.kind}}}; "
+                    "controller: {kind: fixed} keeps it parked, {kind: supervised} idling; "
+                    "a rotating one starts with any controller with undeflected: true, as in OpenFAST"
                 )
         if self.grid.power_reference is not None and isinstance(self.controller, BaselineCase | SupervisedCase):
             raise ValueError(
@@ -381,7 +381,7 @@ def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
 
 TEMPLATE = """\
 # A load case of meltemi: run it with   meltemi run CASE.yaml --out FOLDER
-# Units are SI: m, s, rad. Everything below `duration` may be left out.
+# Units are SI: m, s, rad. Everything below `duration` is optional.
 turbine: nrel5mw             # a name from `meltemi turbines`, or the path of a .yaml file
 
 wind:
@@ -399,15 +399,15 @@ wind:
 duration: 60.0               # s
 
 controller: {kind: baseline}
-# controller: {kind: baseline, yaw: {dead_band: 0.14}}           # turns into the wind; with options: {yaw: driven}
+# controller: {kind: baseline, yaw: {dead_band: 0.14}}           # active yaw; with options: {yaw: driven}
 # controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
-# controller: {kind: power, scheme: hold}   # or another of A0 to A3; follows power_reference below; docs: power control
-# controller: {kind: supervised}         # starts, stops and protects; then also   start: standstill
-# controller: {kind: fixed}              # leaves torque and pitch alone; for   start: {rotor_speed: idling}, parked
+# controller: {kind: power, scheme: hold}   # or another of A0 to A3; tracks power_reference below; docs: power control
+# controller: {kind: supervised}         # start, stop, protection; then also   start: standstill
+# controller: {kind: fixed}              # constant torque and pitch; for   start: {rotor_speed: idling}, parked
 
-output_step: 0.05            # s between records
-transient: 0.0               # s at the begin that statistics leave out
-channels:                    # `meltemi channels` lists them; OpenFAST's names are understood
+output_step: 0.05            # s between outputs
+transient: 0.0               # s initial transient, excluded from statistics
+channels:                    # listed by `meltemi channels`; OpenFAST's names are accepted
   - wind_x
   - rotor_speed
   - azimuth
@@ -421,7 +421,7 @@ channels:                    # `meltemi channels` lists them; OpenFAST's names a
 blade_stations: [20.0, 40.0] # m from the root: section loads there are channels station_1_..., station_2_...
 tower_stations: [43.8]       # m above the base
 
-events: []                   # faults, grid losses and requests; docs: events. For instance
+events: []                   # faults, grid losses and operator requests; docs: events. Examples:
 # events:
 #   - {at: 40.0, type: pitch_stuck, blade: 2, until: 50.0}
 #   - {at: 45.0, type: grid_loss}

@@ -102,7 +102,7 @@ def compare_results(
         that both have but angles that turn.
       begin: [s] of the compared part; by default all that both cover.
       end: [s] of the compared part.
-      progress: called with the share that is done.
+      progress: callback with the completed fraction.
 
     Raises:
       InputError: there is no common time or no common channel, or a name is unknown.

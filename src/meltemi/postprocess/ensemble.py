@@ -163,7 +163,7 @@ def ensemble_table(
       confidence: probability of the intervals.
 
     Raises:
-      InputError: there are no numbers, a seed lacks a scheme or a scheme a quantity that the first one has or has
+      InputError: the input is empty, a seed lacks a scheme or a scheme a quantity that the first one has or has
         others, a number is not finite, or a slope belongs to no quantity.
     """
     where = "ensemble_table"
@@ -216,7 +216,7 @@ def travel(source: Result | ArrayLike, channel: str | None = None, *, dt: float 
       values are missed, so it is a little low for a coarse series.
 
     Raises:
-      InputError: what is needed beside the source is missing, or values are not finite or not evenly spaced.
+      InputError: required arguments besides the source are missing, or values are not finite or not evenly spaced.
     """
     x, step, _ = even_series(source, channel, dt, "travel")
     return float(np.abs(np.diff(x)).sum() / ((len(x) - 1) * step))

@@ -139,7 +139,7 @@ def even_series(
       where: begins the messages.
 
     Raises:
-      InputError: what is needed beside the source is missing, or values are not finite or not evenly spaced.
+      InputError: required arguments besides the source are missing, or values are not finite or not evenly spaced.
     """
     found: Channel | None = None
     if isinstance(source, Result):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 INK, SOFT, FAINT, GRID, SHADE = "#1b2a38", "#5b6873", "#9aa5ae", "#d7dde2", "#e8edf1"
-"""Words and axes; what is said beside; reference lines; the grid; areas."""
+"""Text and axes; secondary text; reference lines; grid; areas."""
 COLOURS = (
     *("#0b6e99", "#e08a00", "#332288", "#56b4e9", "#994f12"),
     *("#009e73", "#882255", "#86cbb4", "#5c3a00", "#7f3ff0"),

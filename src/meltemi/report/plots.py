@@ -139,7 +139,7 @@ def mark_log(result: Result, axes: Sequence[Axes]) -> None:
 
 
 ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "borderpad": 0.0}
-"""Place of a legend beside the title of its panel."""
+"""Position of a legend next to the title of its axes."""
 
 
 def _of_all_blades(result: Result, name: str) -> list[str]:

@@ -191,7 +191,7 @@ POWER_CURVE = (
 )
 """Columns of a power curve, as far as a turbine has them."""
 DISK_CURVE = ("tip_speed_ratio", "power_coefficient", "aerodynamic_power")
-"""Further ones of a turbine of a power coefficient."""
+"""Additional channels of a power-coefficient turbine."""
 _SHORT = {
     "rotor_speed": "speed",
     "pitch_1": "pitch",

@@ -52,7 +52,7 @@ class TunedLoop(Protocol):
 def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
     """Plot gain and phase of L and sensitivity 1 / |1 + L|: one row per loop, one colour per operating point.
 
-    L is the sum of the loop and those beside it, as the blades have it about the loop's harmonic. The amplitude of a
+    L is the sum of all simultaneous loops, as seen by the blades about the loop's harmonic. The amplitude of a
     harmonic changes with frequencies of either sign. Both are drawn over their size: negative ones dashed, with the
     phase mirrored, so that a loop that treats both alike has one curve.
 

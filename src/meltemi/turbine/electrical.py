@@ -86,11 +86,11 @@ class Converter(Record):
     current: float = Field(gt=0.0)
     """[A] limit of the current's peak value."""
     standing_loss: float = Field(default=0.0, ge=0.0)
-    """[W] without current, at the nominal voltage of the DC link."""
+    """[W] no-load loss at the nominal voltage of the DC link."""
     voltage_drop: float = Field(default=0.0, ge=0.0)
     """[V] loss for each ampere of the current's peak value."""
     resistance: float = Field(default=0.0, ge=0.0)
-    """[Ohm] loss for its square."""
+    """[Ohm] loss for the square of the current's peak value."""
 
     def loss(self, current: float) -> float:
         """[W] at the nominal voltage of the DC link."""
@@ -103,11 +103,11 @@ class Chopper(Record):
     resistance: float = Field(gt=0.0)
     """[Ohm]."""
     begin: float = Field(default=1.06, gt=1.0, lt=2.0)
-    """Share of the nominal voltage from which it acts."""
+    """Voltage at which it starts, per unit of the nominal one."""
     full: float = Field(default=1.12, gt=1.0, lt=2.0)
-    """Share of the nominal voltage at which it is switched on all the time."""
+    """Voltage at which it is fully on, per unit of the nominal one."""
     heat: float = Field(gt=0.0)
-    """[J] it can take before it has to cool; more trips the turbine."""
+    """[J] heat capacity; more heat trips the turbine."""
     cooling_time: float = Field(default=120.0, gt=0.0)
     """[s] time constant of its cooling."""
 
@@ -128,9 +128,9 @@ class DCLink(Record):
     chopper: Chopper | None = None
     """Without it, power that the grid cannot take trips the turbine."""
     highest: float = Field(default=1.25, gt=1.0, lt=3.0)
-    """Share of the nominal voltage above which the turbine trips."""
+    """Voltage above which the turbine trips, per unit of the nominal one."""
     lowest: float = Field(default=0.7, ge=0.1, lt=1.0)
-    """Share below which it trips."""
+    """Voltage below which the turbine trips, per unit of the nominal one."""
 
 
 class GridFilter(Record):
@@ -146,15 +146,15 @@ class RideThrough(Record):
     """Fault ride-through requirements of the grid code (E.ON 2006; TransmissionCode 2007)."""
 
     gain: float = Field(default=2.0, ge=0.0, le=10.0)
-    """Reactive current over rated current, for the voltage's distance from 1."""
+    """Reactive current over rated current, per voltage deviation from 1."""
     dead_band: float = Field(default=0.1, gt=0.0, lt=1.0)
-    """Distance of the voltage from 1, as a share, beyond which reactive current comes first."""
+    """Voltage deviation (per unit) beyond which reactive current has priority."""
     zero_time: float = Field(default=0.15, ge=0.0)
-    """[s] for which no voltage at all is ridden through."""
+    """[s] duration of zero voltage without a trip."""
     recovery_time: float = Field(default=1.5, gt=0.0)
     """[s] from the dip's begin at which the voltage must be back in the band; the limit rises linearly."""
     highest_voltage: float = Field(default=1.3, gt=1.0)
-    """Share of the nominal voltage above which the turbine trips."""
+    """Voltage above which the turbine trips, per unit of the nominal one."""
     lowest_frequency: float = Field(default=47.0, gt=0.0)
     """[Hz] below which the turbine trips."""
     highest_frequency: float = Field(default=52.0, gt=0.0)
@@ -221,7 +221,7 @@ class ElectricalSystem(Record):
     control: ConverterControl = ConverterControl()
     ride_through: RideThrough = RideThrough()
     forced: bool = False
-    """True accepts parameters with which it cannot work."""
+    """True disables the consistency checks."""
     source: str = ""
 
     @property

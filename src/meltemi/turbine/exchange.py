@@ -106,11 +106,11 @@ DRIVE = table(
     yaw_command_rate | rad/s | rate at which it turns
     yaw_held         | -     | 1 when the drive holds the bearing through its spring and damper, 0 when it lets go
     yaw_drive_rate   | rad/s | at which the drive turns; the command's, unless the brake slips
-    yaw_rubs         | -     | 1 while the bearing's friction acts beside the drive: it turns or has let go
+    yaw_rubs         | -     | 1 while the bearing's friction acts in parallel to the drive, which turns or is free
     yaw_rest         | rad   | yaw angle at which the friction's spring is free
     yaw_rest_rate    | rad/s | of the same: the nacelle's while it slides, 0 while it sticks
     yaw_drive_torque | N m   | of the drive and its brake on the nacelle, counter-clockwise from above
-    yaw_friction_torque | N m | of the friction beside it on the nacelle
+    yaw_friction_torque | N m | of the parallel friction on the nacelle
     yaw_switches     | -     | limits that a difference step would have reached, in derivative runs
     """,
 )

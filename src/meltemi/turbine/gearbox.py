@@ -29,20 +29,20 @@ class PlanetaryStage(Record):
     sun_radius: float = Field(gt=0.0)
     """[m] of the pitch circle; those of planets and ring follow from it and the ratio."""
     carrier_inertia: float = Field(ge=0.0)
-    """[kg m^2] of the carrier about the shaft without planets, with the shaft that comes in."""
+    """[kg m^2] of the carrier about the shaft without planets, with the input shaft."""
     planet_mass: float = Field(gt=0.0)
     """[kg] of one planet."""
     planet_inertia: float = Field(gt=0.0)
     """[kg m^2] of one planet about its own axis."""
     sun_inertia: float = Field(gt=0.0)
-    """[kg m^2] of the sun with half of the shaft that goes out."""
+    """[kg m^2] of the sun with half of the output shaft."""
     sun_mesh: float = Field(gt=0.0)
     """[N/m] stiffness of the mesh of the sun with one planet, along the pitch circle: that of the line of action
     times the square of the cosine of the pressure angle."""
     ring_mesh: float = Field(gt=0.0)
-    """[N/m] the same of one planet with the ring."""
+    """[N/m] stiffness of the mesh of one planet with the ring."""
     shaft_stiffness: float = Field(gt=0.0)
-    """[N m/rad] torsion of the shaft that goes out."""
+    """[N m/rad] torsional stiffness of the output shaft."""
     ring_stiffness: float | None = Field(default=None, gt=0.0)
     """[N m/rad] torsion of the ring in the housing; without it the ring is held rigidly."""
     ring_inertia: float | None = Field(default=None, gt=0.0)
@@ -85,13 +85,13 @@ class ParallelStage(Record):
     pinion_radius: float = Field(gt=0.0)
     """[m] of the pitch circle; that of the wheel is ``ratio`` times as large."""
     wheel_inertia: float = Field(gt=0.0)
-    """[kg m^2] of the wheel, with the shaft that comes in."""
+    """[kg m^2] of the wheel, with the input shaft."""
     pinion_inertia: float = Field(gt=0.0)
-    """[kg m^2] of the pinion with half of the shaft that goes out."""
+    """[kg m^2] of the pinion with half of the output shaft."""
     mesh: float = Field(gt=0.0)
     """[N/m] stiffness of the mesh along the pitch circle."""
     shaft_stiffness: float = Field(gt=0.0)
-    """[N m/rad] torsion of the shaft that goes out, with its coupling."""
+    """[N m/rad] torsional stiffness of the output shaft, with its coupling."""
 
     @property
     def compliance(self) -> float:
@@ -103,7 +103,7 @@ class Gearbox(Record):
     """Inertia and stiffness of a gearbox, for ``options.drivetrain`` ``quasi_static`` and ``multibody``."""
 
     planetary: tuple[PlanetaryStage, ...] = Field(min_length=1)
-    """Planetary stages, from the rotor on."""
+    """Planetary stages, from the rotor side."""
     parallel: ParallelStage | None = None
     """A last stage with parallel shafts."""
     damping_ratio: float = Field(default=0.05, ge=0.0, le=0.3)

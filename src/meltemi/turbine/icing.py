@@ -39,25 +39,25 @@ class Icing(Record):
     """Ice on selected blades, constant in time."""
 
     blades: tuple[int, ...] | None = None
-    """Blades that have ice, from 1; all without this key."""
+    """Numbers of the iced blades, from 1; by default all."""
     amount: float = Field(default=1.0, ge=0.0, le=10.0)
-    """Mass over that of the law (or over ``mass``), so that 0.5 is half of it; penalties are given by themselves."""
+    """Factor on the mass of the formula (or on ``mass``); penalties are independent of it."""
     law: Literal["gl2010", "iec"] = "gl2010"
-    """Of the mass along the span: linear to half the radius and then constant (GL 2010), or linear to the tip (IEC)."""
+    """Mass along the span: linear to half the radius and then constant (GL 2010), or linear to the tip (IEC)."""
     mass: float | None = Field(default=None, ge=0.0, le=2000.0)
-    """[kg/m] at the tip, in place of the law's value."""
+    """[kg/m] at the tip, in place of the value of the formula."""
     density: float = Field(default=700.0, gt=0.0, le=920.0)
     """[kg/m^3] of the ice, for the law of GL."""
     tip_chord: float | None = Field(default=None, gt=0.0, le=20.0)
     """[m] for the law of GL; without it the contour between 70 and 95 % of the radius, extrapolated to the tip."""
     lift_penalty: float = Field(default=0.2, ge=0.0, le=1.0)
-    """Share of the lift coefficient that is lost where the penalty is full."""
+    """Relative reduction of the lift coefficient at full penalty."""
     drag_penalty: float = Field(default=2.0, ge=0.0, le=20.0)
-    """What is added to the drag coefficient there, as a share of it: 2 triples it."""
+    """Relative increase of the drag coefficient at full penalty: 2 triples it."""
     penalty_begin: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Share of the rotor radius where penalties begin."""
+    """Fraction of the rotor radius where penalties start."""
     penalty_full: float = Field(default=0.5, ge=0.0, le=1.0)
-    """Share of the rotor radius from which they are full; linear between the two."""
+    """Fraction of the rotor radius from which penalties are full; linear between the two."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

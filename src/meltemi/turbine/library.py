@@ -27,7 +27,7 @@ class LibraryEntry(Record):
     file: str
     """The turbine, or what its windIO file lacks."""
     kind: Literal["aeroelastic", "power coefficient"] = "aeroelastic"
-    """Of blades and tower, or of a power coefficient."""
+    """Aeroelastic, or with a power coefficient."""
     windio: str | None = None
     """File of the windIO package that it is read from."""
     rated_power: float

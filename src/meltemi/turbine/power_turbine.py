@@ -33,9 +33,9 @@ class HeierCoefficient(Record):
 
     kind: Literal["heier"] = "heier"
     tip_speed_ratio: float = Field(default=9.5085, ge=1.0, le=30.0)
-    """Where the maximum at zero pitch lies."""
+    """Tip-speed ratio of the maximum at zero pitch."""
     maximum: float = Field(default=0.48, gt=0.0, le=16.0 / 27.0)
-    """Of the power coefficient, at most that of Betz."""
+    """Maximum power coefficient, at most the Betz limit."""
     constants: tuple[float, float, float, float, float, float] = (0.5176, 116.0, 0.4, 5.0, 21.0, 0.0068)
     """c1 to c6."""
 
@@ -165,26 +165,26 @@ class PowerTurbine(Record):
     n_blades: int = Field(default=3, ge=2, le=3)
     """Each has its pitch actuator; the rotor's coefficient is the mean of those at the blades' pitch angles."""
     rated_power: float = Field(gt=0.0)
-    """[W] electrical, for tables; the control law has its own (``control.torque.rated_power``)."""
+    """[W] electrical, for tables; the controller uses ``control.torque.rated_power``."""
     cut_in: float = Field(default=3.0, gt=0.0)
-    """[m/s] wind speed at hub height where power curves begin; a run does not look at it."""
+    """[m/s] wind speed at hub height where power curves start; not used in simulations."""
     cut_out: float = Field(default=25.0, gt=0.0)
-    """[m/s] wind speed at hub height where power curves end; a run does not look at it."""
+    """[m/s] wind speed at hub height where power curves end; not used in simulations."""
     rotor_radius: float = Field(gt=0.0)
     """[m] to which the coefficients refer."""
     hub_height: float = Field(gt=0.0)
     """[m] above ground."""
     coefficient: Coefficient
-    """Of power, and of thrust where a table has it."""
+    """Power coefficient, and thrust coefficient if a table contains it."""
     power_yaw_exponent: float = Field(default=3.0, ge=0.0, le=5.0)
-    """Power falls with this power of the cosine of the angle between wind and shaft."""
+    """Exponent of the cosine of the yaw misalignment in the power."""
     thrust_yaw_exponent: float = Field(default=2.0, ge=0.0, le=5.0)
-    """Thrust, the same."""
+    """Exponent of the cosine of the yaw misalignment in the thrust."""
     drivetrain: Shaft
     pitch_actuator: PitchActuator
     yaw: YawDrive = YawDrive()
     electrical: ElectricalSystem | None = None
-    """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` makes one."""
+    """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` sizes one."""
     control: BaselineControl
 
     @model_validator(mode="after")
@@ -216,7 +216,7 @@ def aeroelastic(turbine: AnyTurbine, what: str) -> Turbine:
     """Check that a turbine has blades and a tower, as required for ``what``.
 
     Raises:
-      InputError: it is one of a power coefficient.
+      InputError: it is a power-coefficient turbine.
     """
     if isinstance(turbine, PowerTurbine):
         raise InputError(

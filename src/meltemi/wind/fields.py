@@ -24,13 +24,13 @@ class SteadyWind(Record):
     speed: float = Field(ge=0.0, le=100.0)
     """[m/s] at the reference height."""
     shear_exponent: float = Field(default=0.0, gt=-1.0, lt=1.0)
-    """Of the power law [-]; 0 is no shear."""
+    """Exponent of the power law [-]; 0 is no shear."""
     roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
     """[m] length of the logarithmic profile, used instead of the power law when above zero."""
     direction: float = Field(default=0.0, ge=-3.2, le=3.2)
     """[rad] clockwise seen from above: the wind then blows towards -y."""
     veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
-    """[rad/m] turning of the direction with height."""
+    """[rad/m] change of the direction with height."""
     upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
     """[rad] inclination of the flow, upwards when positive."""
     reference_height: float | None = Field(default=None, gt=0.0)

@@ -82,7 +82,7 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     if n < 1:
         raise InputError(f"{path}: damaged: it tells of {n} channels")
     first, second = (float(v) for v in take("<f8", 2, "times"))
-    with np.errstate(invalid="ignore"):  # damaged ones may be no numbers
+    with np.errstate(invalid="ignore"):  # damaged values may be NaN
         scale, offset = (take("<f4", n, "scales").astype(float) for _ in range(2)) if kind != UNPACKED else (1.0, 0.0)
     description = _text(take("u1", int(take("<i4", 1, "description")[0]), "description"))
     names, units = (
@@ -97,7 +97,7 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     packed = take("<f8" if kind == UNPACKED else "<i2", rows * n, "data")
     if place != size:
         raise InputError(f"{path}: damaged: {size - place} bytes more than its header tells of")
-    with np.errstate(all="ignore"):  # a channel of no numbers has no scale
+    with np.errstate(all="ignore"):  # a channel of NaN has no scale
         data = (packed.reshape(rows, n).astype(float) - offset) / scale
         time = first + second * np.arange(rows, dtype=float) if ticks is None else (ticks - second) / first
     return Columns(tuple(names[1:]), tuple(u.strip("()") for u in units[1:]), time, data, description, warning)

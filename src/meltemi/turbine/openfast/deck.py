@@ -149,7 +149,7 @@ def read_deck(
 
     for target, value in (extra or {}).items():
         set_keys(data, target, value)
-        notes.append(Note("used", "extra", f"{target}", "given beside the deck"))
+        notes.append(Note("used", "extra", f"{target}", "given in addition to the deck"))
     _ask(path, data)
     turbine = _validated(data, path, v)
     inflow = v.file(main, "inflow") if v.given("comp_inflow", 1) == 1 else None

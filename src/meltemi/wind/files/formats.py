@@ -57,7 +57,7 @@ def read_wind(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox | Wind
 
     Args:
       path: of the file; of a box of HAWC2 any of the three.
-      grid: for HAWC2's files that have no ``.hawc2.yaml`` beside them.
+      grid: for HAWC2 files without a ``.hawc2.yaml`` in their folder.
 
     Raises:
       InputError: there is no such format, or the file is missing, damaged or of another kind.

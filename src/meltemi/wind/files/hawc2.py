@@ -35,13 +35,13 @@ class Hawc2Grid(Record):
     dz: float = Field(gt=0.0)
     """[m] between rows."""
     speed: float = Field(gt=0.0)
-    """[m/s] mean wind that carries the box."""
+    """[m/s] mean wind speed, at which the box is convected."""
     hub_height: float | None = Field(default=None, gt=0.0)
-    """[m]; the box fits every turbine if not given."""
+    """[m]; by default the box suits any turbine."""
     bottom: float | None = Field(default=None, gt=0.0)
     """[m] height of the lowest row; by default the grid is centred on the hub."""
     profile: Literal["power", "none"] = "power"
-    """Mean wind that is added: a power law, or none because the files hold it."""
+    """Mean wind to be added: a power law, or none if the files contain it."""
     shear_exponent: float = Field(default=0.0, gt=-1.0, lt=1.0)
     """Of the power law [-]; 0 adds the speed at every height."""
     mean_u: Vector | None = None
@@ -51,7 +51,7 @@ class Hawc2Grid(Record):
     mean_w: Vector | None = None
     """[m/s] likewise."""
     periodic: bool = True
-    """The field begins again after its last plane."""
+    """The field repeats after its last plane."""
     direction: float = 0.0
     """[rad] from which the box is turned."""
 

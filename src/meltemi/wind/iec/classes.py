@@ -48,15 +48,15 @@ class WindClass(Record):
     """A wind turbine class. :func:`wind_class` returns those of the standard; class S has user-defined values."""
 
     name: str
-    """As on the type plate: ``IIB``."""
+    """Name, e.g. ``IIB``."""
     edition: Edition = 3
-    """Of IEC 61400-1."""
+    """Edition of IEC 61400-1."""
     v_ref: float = Field(gt=0.0, le=70.0)
     """V_ref [m/s]: 10 min mean of 50 years at hub height."""
     v_ave: float = Field(gt=0.0, le=50.0)
     """V_ave [m/s]: annual mean at hub height; 0.2 V_ref by default."""
     v_storm: float = Field(gt=0.0, le=70.0)
-    """[m/s] that takes the place of V_ref in the extreme wind speed model: V_ref,T of edition 4; V_ref by default."""
+    """[m/s] that replaces V_ref in the extreme wind speed model: V_ref,T of edition 4; V_ref by default."""
     i_ref: float = Field(gt=0.0, lt=1.0)
     """I_ref [-]: expected turbulence intensity at 15 m/s; in edition 2 I_15, the characteristic one."""
     a: float | None = Field(default=None, gt=0.0)
@@ -162,7 +162,7 @@ def sigma_ntm(
 
     Args:
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       edition: of the name: 2, 3 or 4; 3 by default.
       intensity: of the longitudinal component [-], in place of the class's turbulence.
 
@@ -194,7 +194,7 @@ def sigma_etm(speed: float, wind_class: str | WindClass, *, edition: Edition | N
 
     Args:
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       edition: of the name: 3 (default) or 4.
 
     Returns:
@@ -217,7 +217,7 @@ def extreme_speed(
     """Speed of the extreme wind speed model at hub height.
 
     Args:
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       years: recurrence period: 1 or 50.
       steady: the 3 s gust of the steady model; if not, the 10 min mean of the turbulent one.
       edition: of the name: 2, 3 or 4; 3 by default.

@@ -62,7 +62,7 @@ def eog(
     Args:
       turbine: whose hub height and rotor diameter count.
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       edition: of the name: 2, 3 or 4; 3 by default.
       years: recurrence period of the gust, 1 or 50: edition 2 alone, where it must be given.
       intensity: of turbulence [-], in place of the class's.
@@ -113,7 +113,7 @@ def edc(
     Args:
       turbine: whose hub height and rotor diameter count.
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       sign: +1 turns the wind clockwise seen from above, -1 counter-clockwise.
       edition: of the name: 2, 3 or 4; 3 by default.
       years: recurrence period, 1 or 50: edition 2 alone, where it must be given.
@@ -221,7 +221,7 @@ def ews_horizontal(
     Args:
       turbine: whose hub height and rotor diameter count.
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       sign: +1 makes the wind faster to the left looking downwind (+y), -1 to the right.
       edition: of the name: 2, 3 or 4; 3 by default.
       intensity: of turbulence [-], in place of the class's.
@@ -258,7 +258,7 @@ def ews_vertical(
     Args:
       turbine: whose hub height and rotor diameter count.
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       sign: +1 makes the wind faster above the hub, -1 below.
       edition: of the name: 2, 3 or 4; 3 by default.
       intensity: of turbulence [-], in place of the class's.

@@ -1,6 +1,6 @@
 """Wind models of IEC 61400-1 by name, for the command line and case files.
 
-One table names every model with its clause; one function makes any of them and refuses options it does not take.
+One table lists every model with its clause; one function creates any of them and checks its options.
 
 Reference: docs/theory/iec.md.
 """
@@ -119,12 +119,12 @@ def iec_wind(
     """A wind of IEC 61400-1 by name.
 
     Turbine, class and edition describe the situation and are ignored by models that do not depend on them. All
-    else is an option of the model, and refused by others.
+    else is an option of the model, and an error for others.
 
     Args:
       model: NWP, NTM, ETM, EWM1, EWM50, EOG, EDC, ECD, ECG, EWSH or EWSV.
       turbine: whose hub height and rotor diameter count, for transients.
-      wind_class: its name (``IIB``), or a class of one's own.
+      wind_class: its name (``IIB``), or a user-defined class.
       edition: of IEC 61400-1: 2, 3 or 4; 3 by default, 2 for ECG, that of the class if it is a record.
       speed: V_hub [m/s]; EWM has that of the class.
       sign: of EDC, ECD, EWSH and EWSV: +1 (default) or -1.

@@ -43,7 +43,7 @@ def generate_field(
       wind: what it shall be.
       size: a turbine, which the grid then covers with its tower, or the grid itself.
       duration: [s] of the run it is for.
-      progress: called with the share that is done.
+      progress: callback with the completed fraction.
 
     Raises:
       InputError: the field does not fit into memory, or the rotor comes too close to the ground.

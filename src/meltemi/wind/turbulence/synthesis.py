@@ -113,7 +113,7 @@ def synthesise(
       mean: (Z, 3) [m/s] added to each row.
       sigmas: [m/s] standard deviations of u, v, w to be met at the hub; None leaves a component as it comes.
       measured: components whose amplitudes (n / 2 + 1,) at the hub are given.
-      progress: called with the share that is done.
+      progress: callback with the completed fraction.
 
     Returns:
       (n, Z, Y, 3) velocities [m/s].
