@@ -443,20 +443,20 @@ options:                     # docs: options; defaults are shown
   tower_drag: true
   # electrical: averaged     # ideal, averaged: generator, converters, DC link and grid of the turbine file
 
-# electrical: sized          # such a system by rule; with options: {electrical: averaged}; docs: electrical system
+# electrical: sized          # system sized by rule; with options: {electrical: averaged}; docs: electrical system
 
-# grid:                      # each constant, or in time as the air's temperature below; docs: power control
-#   power_reference: 3.0e6   # W that the operator asks for; rated power without it
-#   voltage: 1.0             # share of the nominal one; with options: {electrical: averaged}
+# grid:                      # constant or time-varying, as the air temperature below; docs: power control
+#   power_reference: 3.0e6   # W, reference of the operator; by default rated power
+#   voltage: 1.0             # per unit; with options: {electrical: averaged}
 #   frequency: 50.0          # Hz; by default that of the turbine's electrical system
 
 environment:
   air_density: 1.225         # kg/m^3
   gravity: 9.80665           # m/s^2
   # air: {temperature: 15.0, humidity: 0.4, altitude: 0.0}   # degC, 0 to 1, m; instead of air_density
-  # air: {temperature: {time: [0, 100, 100], value: [30, 30, 10]}}   # in time; a time that stands twice is a jump
+  # air: {temperature: {time: [0, 100, 100], value: [30, 30, 10]}}   # over time; a repeated time is a step
   # rain: {rate: 8.0}          # mm/h; or a class, {kind: moderate}
 
-# icing: {blades: [1], amount: 0.5}   # ice on blades, all without this key; docs: icing
+# icing: {blades: [1], amount: 0.5}   # blade icing, by default on all blades; docs: icing
 """
 """What ``meltemi template case`` writes."""
