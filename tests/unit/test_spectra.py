@@ -158,7 +158,7 @@ def test_what_a_spectrum_cannot_do(arguments: dict[str, Any], message: str) -> N
 def test_bad_series_are_refused() -> None:
     x = noise()
     x[7] = np.nan
-    with pytest.raises(InputError, match="not numbers"):
+    with pytest.raises(InputError, match="not finite"):
         power_spectrum(x, dt=DT)
     with pytest.raises(InputError, match="row of at least two"):
         power_spectrum(np.zeros((10, 2)), dt=DT)
