@@ -229,7 +229,7 @@ def test_what_cannot_be_compared_is_refused_at_once(
     ("options", "said"),
     [
         ((), "give one of --wind-speed"),
-        (("--wind-speed", 18), "steady wind 18 m/s has no seeds"),
+        (("--wind-speed", 18), "steady wind 18 m/s is not turbulent, so seeds do not apply"),
         (("--ntm", "--wind-speed", 18), "wind_class"),
     ],
 )
