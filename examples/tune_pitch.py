@@ -1,16 +1,16 @@
 """Tune the gains of the pitch controller by gradient, on ten minutes of turbulence.
 
-The objective weighs what the pitch loop is there for against what it costs:
+The objective weighs speed regulation against tower load and pitch travel:
 
     J = 0.4 std(rotor speed) + 0.4 DEL(tower base, fore-aft, m = 4) + 0.2 travel of the blades,
 
-each over its value with the published gains, so that J = 1 there. A run with derivatives gives J and its gradient by
-both gains at once; SciPy's L-BFGS-B does the rest, in the logarithms of the gains. The result is then tried in winds it
-has not seen.
+each normalised by its value with the published gains, so that J = 1 there. A run with derivatives gives J and its
+gradient with respect to both gains; SciPy's L-BFGS-B minimises J over the logarithms of the gains. The result is then
+validated in other wind fields.
 
-Derivatives hold the controller's first state. The baseline law begins with the integral I = pitch / (G K_I), which
-changes with K_I. An error in it would soon be forgotten, but not the angle by which it turns the rotor meanwhile. So
-the derivative by it is asked for, too, and enters by the chain rule.
+The derivatives are taken at a constant initial state of the controller. The baseline controller starts with the
+integral I = pitch / (G K_I), which changes with K_I. Its effect on speed and pitch decays, but the resulting change of
+the azimuth remains. Therefore the derivative with respect to I is also computed and included by the chain rule.
 
     python examples/tune_pitch.py --out tuned
 """
@@ -28,11 +28,11 @@ import meltemi
 WEIGHTS = {"rotor speed": 0.4, "tower base": 0.4, "pitch travel": 0.2}
 GAINS = ("proportional_gain", "integral_gain")
 CHANNELS = ("rotor_speed", "tower_base_moment_fore_aft", "pitch_1", "root_moment_out_of_plane_1", "generator_power")
-SKIP = 60.0  # [s] in which the start is forgotten
+SKIP = 60.0  # [s] initial transient, excluded from the objective
 
 
 def parts(run: meltemi.Sensitivity) -> dict[str, tuple[float, np.ndarray]]:
-    """What the objective is made of: values in SI, and their derivatives by the gains."""
+    """Terms of the objective: values in SI units, and their derivatives with respect to the gains."""
     pitch, slopes = run.series("pitch_1", skip=SKIP)
     travelled = len(pitch) * run.result.meta["output_step"]
     moves = np.diff(pitch)
@@ -84,7 +84,7 @@ def law(model: meltemi.Model, factors: np.ndarray) -> meltemi.Controller:
 
 
 def measures(run: meltemi.Result) -> dict[str, float]:
-    """What the tables show, in units for people."""
+    """Statistics of the tables, in engineering units."""
     late = run.between(SKIP, run.time[-1])
     span = late.time[-1] - late.time[0]
     rpm = late["rotor_speed"] * 30.0 / np.pi

@@ -1,4 +1,4 @@
-"""Block diagrams: blocks at given places, and wires with corners between them."""
+"""Block diagrams: blocks at given positions, connected by wires."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ WIRE = SOFT
 
 @dataclass(frozen=True)
 class Block:
-    """A box with words.
+    """A box with a label.
 
     Attributes:
       text: words, with line breaks.
@@ -40,7 +40,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Wire:
-    """An arrow from block to block.
+    """An arrow between two blocks.
 
     Attributes:
       begin, end: ``"name.side"``, side being one of ``SIDES``, with an optional shift along that side as in
@@ -63,7 +63,7 @@ class Wire:
 
 @dataclass(frozen=True)
 class Frame:
-    """A dashed frame with a name at its lower left; corners at the lower left and the upper right."""
+    """A dashed frame with a label at its lower left, given by its lower left and upper right corners."""
 
     text: str
     low: Point
@@ -73,7 +73,7 @@ class Frame:
 def plot_blocks(
     blocks: Mapping[str, Block], wires: Sequence[Wire], frames: Sequence[Frame] = (), *, font: float = 8.0
 ) -> Figure:
-    """Draw them; the figure is as large as they need.
+    """Plot a block diagram; the figure size fits its content.
 
     Raises:
       InputError: a wire names a block or a side that does not exist.

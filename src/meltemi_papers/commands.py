@@ -1,4 +1,4 @@
-"""``meltemi reproduce``: a published study again, from an empty folder to a page."""
+"""``meltemi reproduce``: reproduction of a published study."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ STUDIES = {
 
 def reproduce(
     study: Annotated[str, typer.Argument(help="Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()))],
-    quick: Annotated[bool, typer.Option("--quick", help="Few and short runs: a look, nothing to judge by.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Few, short runs, for a first impression only.")] = False,
     rosco: Annotated[
-        bool, typer.Option("--rosco", help="Only this, of he2018: its load control beside ROSCO's.")
+        bool, typer.Option("--rosco", help="he2018: only the comparison of its load control with ROSCO.")
     ] = False,
     beyond: Annotated[
         str, typer.Option("--beyond", help="Of palanimuthu2022: parts beyond the paper, as climate,power, or all.")
@@ -30,7 +30,7 @@ def reproduce(
     workers: Annotated[int | None, typer.Option("--workers", help="Runs at a time [one for each core].")] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Do a published study again: every claim beside ours, its figures redrawn, one page."""
+    """Reproduce a published study: comparison of all claims, figures and page."""
     if study not in STUDIES:
         raise InputError(f"no study {study!r}: {did_you_mean(study, STUDIES)}")
     if workers is not None and workers < 1:
@@ -63,9 +63,9 @@ def reproduce(
 
 
 def _parts(study: str, names: str) -> list[str]:
-    """Parts beyond a paper by their names with commas."""
+    """Parse the comma-separated names of the parts beyond a paper."""
     if study != "palanimuthu2022":
-        raise InputError(f"--beyond belongs to palanimuthu2022; {study} runs all of its own")
+        raise InputError(f"--beyond is an option of palanimuthu2022; {study} always runs all of its parts")
     from meltemi_papers.palanimuthu2022.beyond import PARTS
 
     asked = list(PARTS) if names == "all" else [name.strip() for name in names.split(",")]
@@ -84,7 +84,7 @@ def _duel(quick: bool, workers: int | None, out: Path) -> None:
         from meltemi_papers.he2018.duel import brief, chapter, duel, duel_tables, findings
         from meltemi_papers.he2018.runs import QUICK, Setup
 
-        with progress_bar("he2018 beside ROSCO") as progress:
+        with progress_bar("he2018 compared with ROSCO") as progress:
             found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
         files = chapter(found).write("duel", out)
     for table in map(brief, duel_tables(found)):

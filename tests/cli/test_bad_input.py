@@ -321,7 +321,7 @@ def test_a_case_in_other_words_is_a_case(command: Command, tmp_path: Path, text:
 def test_wind_options_do_not_go_with_a_case_file(command: Command, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(STEADY)
     ran = command("run", tmp_path / "a.yaml", "--wind-speed", 10, "--out", tmp_path / "out")
-    refused(ran, tmp_path / "out", "a.yaml is a case file and describes its run itself; leave --wind-speed out")
+    refused(ran, tmp_path / "out", "a.yaml is a case file, which defines its own run; remove --wind-speed")
 
 
 @pytest.mark.parametrize("option", [("--duration", 4), ("--channels", "wind_y"), ("--seed", 2)])
@@ -350,10 +350,13 @@ def test_other_options_do_not_go_with_a_case_file_either(
         (("--ntm", "--class", "IID", "--wind-speed", 20), "found 'IID'; did you mean 'IIA'"),
         (("--ntm", "--wind-speed", 20), "NTM: needs a wind_class (like 'IIB') or an intensity"),
         (("--ntm", "--class", "IIB"), "NTM (normal turbulence model) needs speed"),
-        (("--iec", "NTN", "--class", "IIB", "--wind-speed", 20), "no model 'NTN'; did you mean 'NTM'?"),
-        (("--iec", "EOG", "--class", "IIB", "--wind-speed", 12, "--seed", 3), "EOG (extreme operating gust) takes no"),
-        (("--wind-speed", 10, "--class", "IIB"), "--wind-class: steady wind has none; give --turbulence or --ntm, too"),
-        (("--wind-speed", 10, "--turbulence", 0.1, "--class", "IIB"), "--wind-class: give --iec (or --ntm), too"),
+        (("--iec", "NTN", "--class", "IIB", "--wind-speed", 20), "unknown model 'NTN'; did you mean 'NTM'?"),
+        (
+            ("--iec", "EOG", "--class", "IIB", "--wind-speed", 12, "--seed", 3),
+            "EOG (extreme operating gust) has no argument",
+        ),
+        (("--wind-speed", 10, "--class", "IIB"), "--wind-class: steady wind has none; add --turbulence or --ntm"),
+        (("--wind-speed", 10, "--turbulence", 0.1, "--class", "IIB"), "--wind-class: add --iec (or --ntm)"),
         (("--wind-speed", 10, "--turbulence", 0.1, "--spectrum", "man"), "wind.spectrum: expected 'kaimal'"),
         (("--wind-speed", 10, "--shear", 2), "wind.shear_exponent: expected less than 1"),
         (("--wind-speed", 10, "--channels", "RootMyc9"), "no channel 'RootMyc9': did you mean RootMyc1, RootMyc2"),
@@ -370,7 +373,7 @@ def test_options_of_run(command: Command, tmp_path: Path, options: tuple[Any, ..
 
 def test_shear_does_not_go_with_a_wind_file(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     ran = command("run", "nrel5mw", "--bts", bts(), "--shear", 0.1, "--out", tmp_path / "out")
-    refused(ran, tmp_path / "out", "--shear: a wind file brings its own shear")
+    refused(ran, tmp_path / "out", "--shear: a wind file defines shear")
 
 
 def test_turbulence_does_not_go_with_a_wind_file(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
@@ -400,11 +403,11 @@ def test_speeds_that_no_wind_has(command: Command, tmp_path: Path, speeds: str) 
     ("arguments", "said"),
     [
         (("channels", "--explain", "RootMyc9"), "no channel 'RootMyc9': did you mean RootMyc1"),
-        (("channels", "--search", "flux"), "no channel has 'flux' in its name or description"),
+        (("channels", "--search", "flux"), "--search 'flux': no channel name or description contains it"),
         (("template", "cas"), "template 'cas': did you mean 'case'?"),
         (
             ("template", "case", "--out", "nowhere/case.yaml"),
-            "nowhere/case.yaml: cannot be written (there is no folder",
+            "nowhere/case.yaml: cannot be written (the folder nowhere does not exist)",
         ),
     ],
 )
@@ -456,7 +459,7 @@ def test_the_page_of_a_bench_is_looked_at_first(
         ),
         ({"seconds": 10.0}, 5, "it is 10.0 s long, a run of 5 s needs 13."),
         ({}, 500, "a run of 500 s needs 508."),
-        ({"hub": 120.0}, 5, "it was made for a hub height of 120 m, the turbine's is 90.0 m"),
+        ({"hub": 120.0}, 5, "it was generated for a hub height of 120 m, the turbine's is 90.0 m"),
     ],
 )
 @pytest.mark.parametrize("by", ["option", "case"])

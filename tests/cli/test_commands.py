@@ -333,7 +333,7 @@ def test_templates_never_overwrite(command: Command, tmp_path: Path) -> None:
     path = tmp_path / "case.yaml"
     path.write_text("mine")
     ran = command("template", "case", "--out", path)
-    assert (ran.status, ran.err) == (2, f"error: {path}: exists already; choose another name\n")
+    assert (ran.status, ran.err) == (2, f"error: {path}: the file already exists; choose another name\n")
     assert path.read_text() == "mine"
 
 

@@ -130,7 +130,7 @@ def test_a_wind_that_one_scheme_does_not_survive_is_left_out_for_all(command: Co
         "compare", "nrel5mw", *SHORT, "--seeds", 2, "--workers", 1, "--controllers", f"cpc,{mine}", "--out", out
     )
     assert ran.status == 1
-    said = re.fullmatch(r"left out: scheme 'own' in wind 1: at t = (3\d\.\d+) s the controller .*\n", ran.err)
+    said = re.fullmatch(r"excluded: scheme 'own' in wind 1: at t = (3\d\.\d+) s the controller .*\n", ran.err)
     assert said, ran.err
     assert {row["seed"] for row in rows(out / "seeds.csv")} == {"2"}
     assert "scheme &#x27;own&#x27; in wind 1" in (out / "comparison.html").read_text(encoding="utf-8")
@@ -142,7 +142,7 @@ def test_a_scheme_that_fails_in_every_wind_is_left_out(command: Command, tmp_pat
     arguments = ("compare", "nrel5mw", *SHORT, "--seeds", 1, "--controllers", f"cpc,{mine}", "--out", out)
     ran = command(*arguments)
     assert ran.status == 1
-    assert ran.err.startswith("left out: scheme 'own' in wind 1: at t = 1.")
+    assert ran.err.startswith("excluded: scheme 'own' in wind 1: at t = 1.")
     assert {row["scheme"] for row in rows(out / "seeds.csv")} == {"cpc"}
     again = command(*arguments)
     assert again.status == 1
@@ -201,12 +201,12 @@ def files(tmp_path: Path) -> Iterator[Path]:
         (("--transient", -1), ("transient -1 s",)),
         (("--transient", 40), ("5 s are left after the transient of 40 s", "20 s are needed")),
         (("--duration", 0), ("duration",)),
-        (("--seeds", 0), ("--seeds 0: expected how many winds, from 1 to 1000",)),
+        (("--seeds", 0), ("--seeds 0: expected a number of seeds from 1 to 1000",)),
         (("--seed", -2), ("--seed -2",)),
         (("--workers", 0), ("--workers 0",)),
         (("--spectrum", "vonkarmann"), ("spectrum: expected 'kaimal', 'vonkarman' or 'mann'",)),
         (("--class", "IVB"), ("IVB",)),
-        (("--iec", "EOG"), ("has no seeds: give --ntm, --iec ETM or --turbulence",)),
+        (("--iec", "EOG"), ("is not turbulent, so seeds do not apply: use --ntm, --iec ETM or --turbulence",)),
         (("--pitch-actuator", "secondorder"), ("--pitch-actuator secondorder: did you mean 'second_order'",)),
     ],
 )
@@ -229,7 +229,7 @@ def test_what_cannot_be_compared_is_refused_at_once(
     ("options", "said"),
     [
         ((), "give one of --wind-speed"),
-        (("--wind-speed", 18), "steady wind 18 m/s has no seeds"),
+        (("--wind-speed", 18), "steady wind 18 m/s is not turbulent, so seeds do not apply"),
         (("--ntm", "--wind-speed", 18), "wind_class"),
     ],
 )

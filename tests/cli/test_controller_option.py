@@ -85,7 +85,7 @@ def test_bad_controllers_in_case_files(command: Command, tmp_path: Path, line: s
 
 def test_an_input_file_alone_is_refused(command: Command, tmp_path: Path) -> None:
     ran = command("run", "nrel5mw", *STEADY, "--controller-input", tmp_path / "x", "--out", tmp_path / "out")
-    assert ran.status == 2 and "give --controller, too" in ran.err
+    assert ran.status == 2 and "--controller-input: requires --controller" in ran.err
 
 
 def test_baseline_by_its_name_is_the_default(command: Command, tmp_path: Path) -> None:

@@ -156,4 +156,4 @@ def test_a_start_as_openfast_makes_it(command: Command, master: Path, tmp_path: 
     assert command("import", master, "--start", "deck", "--out", tmp_path / "c").status == 0
     assert meltemi.read_case(tmp_path / "c" / "case.yaml").start.azimuth == pytest.approx(math.radians(30.0))
     ran = command("run", "nrel5mw", "--start", "deck", "--wind-speed", 8, "--out", tmp_path / "d")
-    assert ran.status == 2 and "--start deck: is for OpenFAST decks" in ran.err
+    assert ran.status == 2 and "--start deck: only available for OpenFAST decks" in ran.err

@@ -68,16 +68,16 @@ def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("compare", "nrel5mw", "--ntm", "--seeds", 10**23), "expected how many winds, from 1 to 1000"),
+        (("compare", "nrel5mw", "--ntm", "--seeds", 10**23), "expected a number of seeds from 1 to 1000"),
         (("compare", "nrel5mw", "--ntm", "--seed", 10**23), "--seed 1000"),
-        (("compare", "nrel5mw", "--ntm", "--workers", 10**9), "expected how many runs at a time, from 1 to 1000"),
+        (("compare", "nrel5mw", "--ntm", "--workers", 10**9), "expected a number of simultaneous runs from 1 to 1000"),
         (("run", "a" * 300 + ".yaml"), "File name too long"),
         (("power-curve", "a" * 300), "File name too long"),
         (
             ("run", "nrel5mw", "--wind-speed", 9, "--direction", 700),
             "wind.direction: expected less than or equal to 3.2",
         ),
-        (("run", "nrel5mw", "--wind-file", "x.bts", "--direction", 3), "a wind file brings its own"),
+        (("run", "nrel5mw", "--wind-file", "x.bts", "--direction", 3), "a wind file defines shear, direction and"),
     ],
 )
 def test_counts_have_limits_and_names_an_end(command: Command, arguments: tuple[object, ...], said: str) -> None:

@@ -119,7 +119,7 @@ def test_misunderstandings_are_told() -> None:
     pmsg, wind = meltemi.load_turbine("pmsg20mw"), meltemi.SteadyWind(speed=12.0)
     with pytest.raises(meltemi.InputError, match=r"needs turbine.electrical; size_electrical\(rated_power=5.297e\+06"):
         averaged(meltemi.load_turbine("nrel5mw"))
-    with pytest.raises(meltemi.InputError, match=r"machine.rated_speed 122.9 rad/s does not suit|makes .* less than"):
+    with pytest.raises(meltemi.InputError, match=r"machine.rated_speed 122.9 rad/s does not match|makes .* less than"):
         averaged(pmsg.replace(electrical=turbine_with_machine().electrical))
     ideal = meltemi.build(pmsg)
     with pytest.raises(meltemi.InputError, match="set options.electrical: averaged"):

@@ -129,5 +129,5 @@ def test_parked_in_a_case(model: Model, tmp_path: Path) -> None:
         assert case_start(case, model.turbine) == start
         assert case_controller(case, model.turbine, tmp_path) is not None
     path.write_text(CASE.replace("kind: fixed", "kind: baseline"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"controller: \{kind: fixed\} leaves it alone"):
+    with pytest.raises(InputError, match=r"controller: \{kind: fixed\} keeps it parked"):
         read_case(path)

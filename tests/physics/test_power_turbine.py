@@ -127,7 +127,7 @@ def test_the_calibrated_coefficient_ends_a_run_where_it_is_not_known(turbine: Po
         operating_point(model, 12.0)
     result = simulate(model, WindSeries(time=[0.0, 5.0, 20.0], speed=[10.0, 10.0, 16.0]), duration=30.0)
     assert result.status is Status.UNKNOWN
-    assert "tip-speed ratios and pitch angles for which its power coefficient is known" in result.message
+    assert "range of tip-speed ratio and pitch for which its power coefficient is defined" in result.message
 
 
 # motion ----------------------------------------------------------------------------------------------

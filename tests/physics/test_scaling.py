@@ -287,7 +287,7 @@ def test_the_torque_law_begins_at_the_minimum_speed_and_never_passes_rated_power
         ({"rotor_speed": 12.1}, r"rotor_speed is in rad/s, and 12.1 gives a tip speed of 762 m/s.*multiply by pi/30"),
         ({"minimum_rotor_speed": 6.0}, "minimum_rotor_speed 6 rad/s must be well below the rated 1.26711 rad/s"),
         ({"rated_power": 5000.0}, r"rated_power is in W, and 5000 is 0.401 W per m\^2 of the rotor"),
-        ({"hub_height": 2.0}, "a hub height of 2 m leaves nothing for the tower: its base is at 0 m"),
+        ({"hub_height": 2.0}, "a hub height of 2 m leaves no length for the tower: its base is at 0 m"),
         ({"hub_height": 50.0}, "the blade tips reach the ground: hub at 50 m, rotor radius 63 m"),
         ({"cut_in": 30.0}, "cut_in 30 m/s must be less than cut_out 25 m/s"),
         ({"generator_efficiency": 94.4}, "generator_efficiency: expected less than or equal to 1"),

@@ -275,7 +275,7 @@ def test_no_such_month(month: Any) -> None:
     [
         ([-1.0, 5.0], None, "edges must not be negative, found -1 m/s"),
         ([0.0, 5.0, 4.0], None, "edges must ascend, but edge 3 is 4 m/s"),
-        ([0.0, np.nan], None, "edges: nan is no wind speed"),
+        ([0.0, np.nan], None, "edges: nan is not a wind speed"),
         ([3.0], None, "edges: expected at least two wind speeds"),
         (["a", "b"], None, "edges: expected at least two wind speeds"),
         ([0.0, 5.0], 0.0, "height must be a positive number of metres, found 0"),
@@ -304,7 +304,7 @@ def test_scenarios() -> None:
     assert sea.shifted() == sea
     measured = sea.replace(pressure=np.full(12, 1e5))
     assert measured.shifted(pressure=-500.0).pressure == pytest.approx(99500.0)
-    with pytest.raises(InputError, match="no measured pressures"):
+    with pytest.raises(InputError, match="no pressure to shift"):
         sea.replace(pressure=None).shifted(pressure=100.0)
 
 

@@ -22,8 +22,11 @@ MODEL = meltemi.build(TURBINE)
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: meltemi.simulate(MODEL, 12.0), "simulate: missing a required argument: 'duration'; it takes model"),
-        (lambda: meltemi.simulate(MODEL, 12.0, duraton=2.0), "no argument 'duraton'; did you mean 'duration'"),
+        (
+            lambda: meltemi.simulate(MODEL, 12.0),
+            "simulate: missing a required argument: 'duration'; valid arguments are model",
+        ),
+        (lambda: meltemi.simulate(MODEL, 12.0, duraton=2.0), "unknown argument 'duraton'; did you mean 'duration'"),
         (lambda: meltemi.simulate(MODEL, "12", duration=2.0), "wind: expected a number or SteadyWind or .*found '12'"),
         (lambda: meltemi.simulate("pmsg20mw", 12.0, duration=2.0), "model: expected AnyModel, found 'pmsg20mw'"),
         (lambda: meltemi.simulate(MODEL, 12.0, duration="long"), "duration: expected a number, found 'long'"),

@@ -221,7 +221,7 @@ def test_performance_is_the_turbines_own() -> None:
 @pytest.mark.parametrize(
     ("what", "words"),
     [
-        (lambda t: aeroelastic(t, "meltemi export"), "meltemi export: pmsg20mw is a turbine of a power coefficient"),
+        (lambda t: aeroelastic(t, "meltemi export"), "meltemi export: pmsg20mw is a power-coefficient turbine"),
         (lambda t: meltemi.write_openfast(t, "nowhere"), "write_openfast: pmsg20mw"),
         (lambda t: meltemi.rotor_performance(t, [8.0], [0.0]), "performance_of has the coefficients"),
         (lambda t: meltemi.natural_modes(meltemi.build(t)), "natural_modes: pmsg20mw"),

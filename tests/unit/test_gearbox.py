@@ -142,7 +142,7 @@ def refused(turbine: Turbine, changes: dict[str, Any]) -> str:
     ("changes", "message"),
     [
         ({"gear_ratio": 90.0}, "the gearbox has the ratio 4.9244 x 4.9244 x 4 = 97, but gear_ratio is 90"),
-        ({"stiffness": 1e10}, "must be less than that of its gearbox, 2.943e+09 N m/rad seen from the rotor"),
+        ({"stiffness": 1e10}, "must be less than that of its gearbox, 2.943e+09 N m/rad referred to the rotor"),
         ({"gearbox.planetary": []}, "gearbox.planetary: "),
         ({"gearbox.planetary.1.ratio": 2.0}, "gearbox.planetary.1.ratio: expected greater than 2, found 2"),
         ({"gearbox.planetary.0.ring_inertia": 5.0}, "give both ring_stiffness and ring_inertia, or neither"),

@@ -418,7 +418,7 @@ def test_fixed_base_and_momentum_wake_when_the_user_says_so(deck: Deck) -> None:
             "ElastoDyn.dat",
             '"ElastoDyn_tower.dat"',
             '"ElastoDyn_towr.dat"',
-            r"no file .*did you mean '\w+_tower.dat'",
+            r"the file does not exist: .*did you mean '\w+_tower.dat'",
         ),
         ("ElastoDyn_blade.dat", "49   NBlInpSt", "48   NBlInpSt", r"NBlInpSt in line 4 says 48.*goes on"),
         ("ElastoDyn_blade.dat", "49   NBlInpSt", "50   NBlInpSt", r"NBlInpSt in line 4 says 50 lines, but line 50"),

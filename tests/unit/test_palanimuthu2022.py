@@ -190,7 +190,7 @@ def test_a_misspelt_study_is_refused_with_the_closest_name(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("study", "parts", "said"),
     [
-        ("wang2021", "climate", "belongs to palanimuthu2022"),
+        ("wang2021", "climate", "is an option of palanimuthu2022"),
         ("palanimuthu2022", "climat", "did you mean 'climate'?"),
     ],
 )

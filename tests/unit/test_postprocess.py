@@ -124,7 +124,7 @@ def test_a_rise_or_fall_is_half_a_cycle(x: list[float]) -> None:
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf")])
 def test_values_that_are_no_numbers_are_refused(bad: float) -> None:
-    with pytest.raises(InputError, match="the series holds values that are not numbers"):
+    with pytest.raises(InputError, match="the series contains values that are not finite"):
         rainflow_cycles([1.0, bad, 2.0])
 
 

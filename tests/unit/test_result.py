@@ -227,7 +227,7 @@ def test_extremes_of_the_first_seconds_are_told(result: Result) -> None:
     data[3, 2] = 12e6
     early = replace(result, data=data)
     assert early_extremes(replace(early, time=TIME)) == ""  # too short to say
-    assert early_extremes(early).startswith("extremes fall into the first seconds")
+    assert early_extremes(early).startswith("extremes occur in the first seconds")
     assert "root_moment_out_of_plane_1 at 1.20 s" in early_extremes(early)
     assert early_extremes(replace(early, meta=META | {"transient": 2.0})) == ""
     data[3, 2], data[3, 3] = 9.1e6, 30.0  # hardly more than later; a gust is wind

@@ -95,7 +95,7 @@ def test_channels_that_openfast_could_not_compute_are_left_out_and_named(tmp_pat
     path = openfast.outb(tmp_path / "a.outb", ["GenPwr", "TwHt9MLxt"], ["kW", "INVALID"], TIME, DATA[:, :2])
     result = meltemi.read_result(path)
     assert result.names == ["generator_power"]
-    assert result.warnings == ("left out, since OpenFAST could not compute them: TwHt9MLxt",)
+    assert result.warnings == ("omitted, since OpenFAST could not compute them: TwHt9MLxt",)
 
 
 def test_two_names_of_one_channel_and_a_unit_that_does_not_fit() -> None:
@@ -304,11 +304,11 @@ def test_formats_that_do_not_exist(tmp_path: Path) -> None:
         (b"\x02\x00" + struct.pack("<ii", 1, -5) + bytes(68), "a negative number of bytes"),
         (b"\x02\x00" + struct.pack("<ii", 2**31 - 1, 2**31 - 1) + bytes(40), "cut or damaged"),
         (b"\x04\x00\x00\x00" + bytes(40), "names of 0 characters"),
-        (b"hello\nworld\n", "no line of names that begins with 'Time'"),
+        (b"hello\nworld\n", "no row of names that begins with 'Time'"),
         (b"Time GenPwr\n(s)\n0 1\n", ":2: 2 channels are named, but 1 have a unit"),
         (b"Time GenPwr\n(s) (kW)\n0 1\n1\n2 1\n", ":4: expected 2 numbers, found 1"),
         (b"Time GenPwr\n(s) (kW)\n0\n", ":3: expected 2 numbers, found 1"),
-        (b"Time GenPwr\n(s) (kW)\n0 1\n1 x\n2 3\n", ":4: 'x' is no number"),
+        (b"Time GenPwr\n(s) (kW)\n0 1\n1 x\n2 3\n", ":4: 'x' is not a number"),
         (b"Time GenPwr\n(s) (kW)\n0 1\n0 1\n", "times in it do not increase"),
         (b"\x89HDF\r\n\x1a\n and nothing", "not a result of meltemi"),
     ],

@@ -131,7 +131,11 @@ def test_only_boxes_are_checked(wind: SteadyWind) -> None:
         ({}, {"radius": 70.5}, "it is 140 m wide, the rotor needs 141.0 m"),
         ({}, {"radius": 70.5}, "it reaches up to 160 m, the rotor to 160.5 m"),
         ({"bottom": 30.0}, {}, "it begins at 30 m above ground, the rotor reaches down to 27.0 m"),
-        ({}, {"hub_height": 95.0, "radius": 60.0}, "it was made for a hub height of 90 m, the turbine's is 95.0 m"),
+        (
+            {},
+            {"hub_height": 95.0, "radius": 60.0},
+            "it was generated for a hub height of 90 m, the turbine's is 95.0 m",
+        ),
         # half the width (70 m) and the reach (5 m) pass at 8 m/s: 9.375 s
         ({}, {"duration": 91.0}, "it is 99.5 s long, a run of 91 s needs 100.4 s"),
         ({}, {"duration": 91.0}, "the longest run is 90.1 s"),

@@ -210,10 +210,10 @@ def test_bytes_of_a_bladed_file(tmp_path: Path) -> None:
 def test_bladed_files_that_do_not_belong_together(tmp_path: Path) -> None:
     path = tmp_path / "a.wnd"
     path.write_bytes(bladed(3, counts()))
-    with pytest.raises(InputError, match=r"a\.wnd: needs a\.sum beside it"):
+    with pytest.raises(InputError, match=r"a\.wnd: requires a\.sum in the same folder"):
         read_bladed(path)
     (tmp_path / "a.sum").write_text(summary(ubar=9.0))
-    with pytest.raises(InputError, match=r"8 m/s, but a\.sum has 9 m/s: the two files were not made together"):
+    with pytest.raises(InputError, match=r"8 m/s, but a\.sum has 9 m/s: the two files do not belong together"):
         read_bladed(path)
     (tmp_path / "a.sum").write_text(summary().replace("TI(v) =   8.0000", "TI(v) ="))
     with pytest.raises(InputError, match=r"a\.sum: no TI\(v\) in it"):
@@ -320,7 +320,9 @@ def test_names_of_hawc2_files(tmp_path: Path) -> None:
 
 def test_hawc2_files_that_do_not_fit_their_grid(tmp_path: Path) -> None:
     hawc2(tmp_path)
-    with pytest.raises(InputError, match=r"there is no box\.hawc2\.yaml beside them: give grid=meltemi\.Hawc2Grid"):
+    with pytest.raises(
+        InputError, match=r"box\.hawc2\.yaml is missing in their folder: specify grid=meltemi\.Hawc2Grid"
+    ):
         read_hawc2(tmp_path / "box_u.bin")
     with pytest.raises(InputError, match=r"box_u\.bin: 96 bytes, expected 144 for 3 planes of 3 columns and 4 rows"):
         read_hawc2(tmp_path / "box_u.bin", Hawc2Grid(**(GRID | {"planes": 3})))

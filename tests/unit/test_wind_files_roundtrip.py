@@ -213,7 +213,7 @@ def test_a_height_outside_the_box_has_no_hub_series() -> None:
 def test_a_direction_is_not_lost_in_silence(tmp_path: Path) -> None:
     box = WindBox(velocity=np.ones((2, 2, 2, 3)), dt=1.0, dy=1.0, dz=1.0, bottom=10.0, speed=5.0, direction=0.1)
     for name in ("a.bts", "a.wnd"):
-        with pytest.raises(InputError, match=r"cannot hold the direction of 5\.72958 deg"):
+        with pytest.raises(InputError, match=r"cannot store the direction of 5\.72958 deg"):
             meltemi.write_wind(box, tmp_path / name)
     assert not list(tmp_path.iterdir())
 

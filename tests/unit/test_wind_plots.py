@@ -111,7 +111,7 @@ def test_turbulence_is_made_and_is_its_own_target(turbine: Turbine) -> None:
     figures = plot_wind(wind, turbine, duration=30.0)
     assert list(figures) == NAMES
     assert "target" in legend(figures["spectra"].axes[0])
-    with pytest.raises(InputError, match="a turbulent wind needs a turbine"):
+    with pytest.raises(InputError, match="a turbulent wind requires a turbine"):
         plot_wind(wind)
 
 

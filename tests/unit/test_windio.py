@@ -297,7 +297,7 @@ def test_what_the_file_does_not_say_is_in_the_notes(path: Path) -> None:
 
 def test_everything_that_lacks_is_listed_at_once(path: Path) -> None:
     text = message(path, None)
-    assert "give what it lacks by extra, a YAML file or a dictionary of these keys" in text
+    assert "supply the missing data with extra, a YAML file or a dictionary of these keys" in text
     for key in ("yaw.stiffness: missing ([N m/rad]", "yaw.damping: missing", "tower.damping: missing", "damping_time"):
         assert key in text
     assert len(text.splitlines()) == 5
@@ -306,7 +306,7 @@ def test_everything_that_lacks_is_listed_at_once(path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        (drop("components.blade"), "no windIO turbine: components.blade is missing"),
+        (drop("components.blade"), "not a windIO turbine: components.blade is missing"),
         (rename("components.blade.outer_shape", "outer_shape_bem"), "this is windIO 1; convert it to windIO 2"),
         (drop("components.blade.outer_shape.twist"), "components.blade.outer_shape.twist.grid is missing"),
         (

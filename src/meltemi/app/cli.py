@@ -1,4 +1,4 @@
-"""``meltemi`` on the command line: parse, call, print.
+"""The command ``meltemi``: parse arguments, call the library, print.
 
 Everything heavy is imported inside the commands, so that help and lists answer at once.
 """
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     cls=Commands,
-    help="Flexible wind turbines in turbulent wind, under control, and their loads.",
+    help="Aeroelastic simulation of controlled wind turbines in turbulent wind, with load analysis.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -61,7 +61,7 @@ app = typer.Typer(
 
 
 def main() -> None:
-    """Entry point: errors that are expected become one line, and exit status 2."""
+    """Entry point: expected errors become one line and exit status 2."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # names of files need not be UTF-8
@@ -103,7 +103,7 @@ def options(
     ] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of errors.")] = False,
 ) -> None:
-    """Flexible wind turbines in turbulent wind, under control, and their loads."""
+    """Aeroelastic simulation of controlled wind turbines in turbulent wind, with load analysis."""
     context.call_on_close(remove_empty_folders)
 
 
@@ -128,14 +128,14 @@ def run(
     ] = None,
     controller: ControllerOption = None,
     controller_input: ControllerInputOption = None,
-    duration: Annotated[float | None, typer.Option("--duration", help="Length of the run [s] [60].")] = None,
+    duration: Annotated[float | None, typer.Option("--duration", help="Duration of the simulation [s] [60].")] = None,
     transient: Annotated[
-        float | None, typer.Option("--transient", help="Its begin, which statistics leave out [s] [0].")
+        float | None, typer.Option("--transient", help="Initial transient, excluded from statistics [s] [0].")
     ] = None,
     start: Annotated[
         str | None,
         typer.Option(
-            "--start", help="operating: in steady operation; deck: at speed, pitch and azimuth of a .fst [operating]."
+            "--start", help="operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating]."
         ),
     ] = None,
     channels: Annotated[
@@ -145,7 +145,7 @@ def run(
     outb: Annotated[bool, typer.Option("--outb", help="Also write the result as OpenFAST's binary output.")] = False,
     out: OutOption = Path("out"),
 ) -> None:
-    """Simulate; gives a table, a plot, a file."""
+    """Simulate a case; writes a table, a plot and a result file."""
     if start not in (None, "operating", "deck"):
         raise InputError(f"--start {start!r}: expected operating or deck")
     given = given_options(
@@ -181,9 +181,7 @@ def run(
 
     if transient is not None:
         if written:
-            raise InputError(
-                f"{path} is a case file and describes its run itself; write transient: {transient:g} there"
-            )
+            raise InputError(f"{path} is a case file, which defines its own run; set transient: {transient:g} in it")
         case = validated(case.content() | {"transient": transient}, LoadCase, "command line")
     from meltemi.simulation.case import Stations
     from meltemi.simulation.engines import build
@@ -220,8 +218,8 @@ def run(
     after = f", after {case.transient:g} s" if case.transient else ""
     print_table(f"{turbine.name}: {result.meta['wind']}{after}", head, rows, text_columns=3)
     meta = result.meta
-    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
-    print("series in result.nc are in SI units: rad and rad/s, W, N, N m")
+    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for other loads")
+    print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
     if result.log:
         happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
         print_table("What happened", ["time s", "source", "what", "reason"], happened, text_columns=4)
@@ -245,7 +243,7 @@ def run(
 
 @contextmanager
 def _named(path: Path | None) -> Iterator[None]:
-    """Errors that are found after a case file was read name it, too."""
+    """Add the name of the case file to errors that occur after it was read."""
     try:
         yield
     except MeltemiError as error:
@@ -258,12 +256,12 @@ def _case_of_file(path: Path, given: dict[str, Any]) -> LoadCase:
     from meltemi.loadcases.case import read_case
 
     if given:
-        raise InputError(f"{path} is a case file and describes its run itself; leave {', '.join(given)} out")
+        raise InputError(f"{path} is a case file, which defines its own run; remove {', '.join(given)}")
     return read_case(path)
 
 
 def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
-    """The run of an OpenFAST deck: its wind, models and duration, but for what options say.
+    """The case of an OpenFAST deck: its wind, models and duration, with options overriding them.
 
     A controller library has the settings and the time step that the deck gives to its own.
     """
@@ -287,7 +285,7 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
 
 
 def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:
-    """Keys of a case about the run."""
+    """Keys of a case that describe the run, from options."""
     found: dict[str, Any] = {"duration": given["--duration"]} if "--duration" in given else {}
     if "--channels" in given:
         found["channels"] = [name.strip() for name in given["--channels"].split(",") if name.strip()]
@@ -299,7 +297,7 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
     from meltemi.loadcases.case import LoadCase
 
     if given.get("--start") == "deck":
-        raise InputError("--start deck: is for OpenFAST decks (.fst)")
+        raise InputError("--start deck: only available for OpenFAST decks (.fst)")
     wind = wind_of_options(given)
     path = Path(target)
     data: dict[str, Any] = {
@@ -327,7 +325,7 @@ def _write(result: Result, out: Path, outb: bool) -> list[Path]:
 
 
 def _library_files(kept: Path, out: Path) -> list[Path]:
-    """What a controller library printed and wrote, taken to the results."""
+    """Copy the output and files of a controller library to the results."""
     found = [file for file in sorted(kept.glob("*/*")) if file.is_file() and file.stat().st_size]
     return [Path(shutil.copyfile(file, out / file.name)) for file in found]
 
@@ -354,12 +352,12 @@ def turbines() -> None:
 
 @app.command()
 def channels(
-    explain: Annotated[str | None, typer.Option("--explain", help="One channel, by our name or OpenFAST's.")] = None,
+    explain: Annotated[str | None, typer.Option("--explain", help="Channel, by its meltemi or OpenFAST name.")] = None,
     search: Annotated[
-        str | None, typer.Option("--search", help="Only channels whose name or description has this in it.")
+        str | None, typer.Option("--search", help="Only channels whose name or description contains this text.")
     ] = None,
 ) -> None:
-    """List what can be recorded, or explain one channel."""
+    """List the output channels, or explain one of them."""
     from meltemi.simulation.channels import catalogue, every_kind, find
 
     if explain is not None:
@@ -367,7 +365,7 @@ def channels(
         c = find(explain, every_kind() | many)
         unit, factor = c.display_unit
         print(f"{c.name}")
-        print(f"  OpenFAST     {c.alias or 'no such channel'}")
+        print(f"  OpenFAST     {c.alias or 'no equivalent channel'}")
         if c.also:
             print(f"  also         {', '.join(c.also)}")
         print(f"  what         {c.description}")
@@ -378,7 +376,7 @@ def channels(
     text = (search or "").lower()
     chosen = [c for c in every_kind().values() if text in f"{' '.join(c.names)} {c.description}".lower()]
     if not chosen:
-        raise InputError(f"no channel has {search!r} in its name or description")
+        raise InputError(f"--search {search!r}: no channel name or description contains it; see: meltemi channels")
     rows = [[c.name, c.alias, c.unit, c.sign, c.description] for c in chosen]
     print_table("Channels", ["name", "OpenFAST", "unit", "positive", "what"], rows, text_columns=5)
     print("Blade nodes are numbered from 1 at the root: node_<n>_alpha_<blade>. Coordinates are 'q <name>'.")
@@ -392,7 +390,7 @@ def power_curve(
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Steady operation: table, plot, CSV."""
+    """Compute steady operation over wind speed: table, plot, CSV."""
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)
@@ -427,11 +425,11 @@ def power_curve(
 
 
 def _finish(failures: Mapping[float, str], interrupted: bool = False) -> None:
-    """Say what of a scan is missing, and end with a status that tells so."""
+    """Report the failed points of a scan, and exit with status 1 if there are any."""
     for value, why in failures.items():
         say(f"failed at {value:g}: {why}")
     if interrupted:
-        say("interrupted; what was computed until then is written")
+        say("interrupted; partial results are written")
         raise typer.Exit(130)
     if failures:
         raise typer.Exit(1)
@@ -474,10 +472,10 @@ def campbell(
     rotor_speeds: Annotated[
         str | None, typer.Option("--rotor-speeds", help="Instead: rotor speeds [rpm], in vacuum; 0 is standstill.")
     ] = None,
-    vacuum: Annotated[bool, typer.Option("--vacuum", help="The structure without air, generator speed held.")] = False,
+    vacuum: Annotated[bool, typer.Option("--vacuum", help="Structure in vacuum, generator speed constant.")] = False,
     out: OutOption = Path("out"),
 ) -> None:
-    """Frequencies and damping: table, plot, CSV."""
+    """Compute natural frequencies and damping ratios: table, plot, CSV."""
     from math import pi
 
     from meltemi.turbine.library import load_turbine
@@ -523,7 +521,7 @@ def campbell(
 
 @app.command()
 def warmup() -> None:
-    """Compile everything now, on all cores."""
+    """Compile all kernels, on all cores."""
     import time
 
     from meltemi.studies.warmup import STAGES, warmup
@@ -538,10 +536,10 @@ def warmup() -> None:
 
 @app.command()
 def template(
-    what: Annotated[str, typer.Argument(help="What to write: case, turbine.")] = "case",
-    out: Annotated[Path | None, typer.Option("--out", help="File to write; the terminal without it.")] = None,
+    what: Annotated[str, typer.Argument(help="Template to write: case, turbine.")] = "case",
+    out: Annotated[Path | None, typer.Option("--out", help="Output file; by default the terminal.")] = None,
 ) -> None:
-    """A commented file to begin with."""
+    """Write a commented template file."""
     if what == "case":
         from meltemi.loadcases.case import TEMPLATE
 
@@ -558,7 +556,7 @@ def template(
         print(text, end="")
         return
     if out.exists():
-        raise InputError(f"{out}: exists already; choose another name")
+        raise InputError(f"{out}: the file already exists; choose another name")
     from meltemi.core.files import write_text
 
     write_text(out, text)

@@ -1,4 +1,4 @@
-"""``meltemi compare``: control schemes in the same winds."""
+"""``meltemi compare``: comparison of control schemes in the same wind fields."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ MOST_SEEDS, MOST_WORKERS = 1000, 1000
 ACTUATORS = ("second_order", "ideal")
 HELP = "\n".join(
     [
-        "Compare control schemes in the same winds.",
+        "Compare control schemes in the same wind fields.",
         "",
-        "Each runs in the winds of several seeds; gives tables, pictures and one page with all of them.",
+        "Each scheme runs in wind fields of several seeds; writes tables, figures and an HTML page.",
         "",
         "\b",
         "Schemes:",
@@ -58,16 +58,16 @@ def compare(
     wind_class: ClassOption = None,
     edition: EditionOption = None,
     seeds: Annotated[int, typer.Option("--seeds", help="How many winds.")] = 6,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the first; the others follow.")] = 1,
+    seed: Annotated[int, typer.Option("--seed", help="First seed; the others follow.")] = 1,
     duration: Annotated[float, typer.Option("--duration", help="Length of each run [s].")] = 700.0,
-    transient: Annotated[float, typer.Option("--transient", help="Its begin, which is not judged [s].")] = 100.0,
+    transient: Annotated[float, typer.Option("--transient", help="Initial transient, not evaluated [s].")] = 100.0,
     controllers: Annotated[
-        str, typer.Option("--controllers", help="Schemes, separated by commas; changes are against the first.")
+        str, typer.Option("--controllers", help="Schemes, separated by commas; changes are relative to the first.")
     ] = "cpc,ipc,cpfc",
     pitch_actuator: Annotated[
-        str | None, typer.Option("--pitch-actuator", help="second_order, ideal [as the turbine has it].")
+        str | None, typer.Option("--pitch-actuator", help="second_order, ideal [that of the turbine].")
     ] = None,
-    workers: Annotated[int | None, typer.Option("--workers", help="Runs at a time [one a core].")] = None,
+    workers: Annotated[int | None, typer.Option("--workers", help="Simultaneous runs [one per core].")] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """See ``HELP``."""
@@ -83,11 +83,11 @@ def compare(
     names = [name.strip() for name in controllers.split(",") if name.strip()]
     check_schemes(names)
     if not 1 <= seeds <= MOST_SEEDS:
-        raise InputError(f"--seeds {seeds}: expected how many winds, from 1 to {MOST_SEEDS}")
+        raise InputError(f"--seeds {seeds}: expected a number of seeds from 1 to {MOST_SEEDS}")
     if not 0 <= seed < 2**63 - seeds:
         raise InputError(f"--seed {seed}: expected a number from 0 to {2**63 - seeds - 1}")
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise InputError(f"--workers {workers}: expected how many runs at a time, from 1 to {MOST_WORKERS}")
+        raise InputError(f"--workers {workers}: expected a number of simultaneous runs from 1 to {MOST_WORKERS}")
     from meltemi.studies.schemes import design_controllers, equipped
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
@@ -125,7 +125,7 @@ def compare(
             comparison,
             out,
             design=designed,
-            title=f"{described.name}: {', '.join(comparison.schemes)} in the same winds",
+            title=f"{described.name}: {', '.join(comparison.schemes)} in the same wind fields",
             facts=_facts(described, wind, [w.seed for w in winds], duration, transient),
             repeat=shlex.join(["meltemi", *sys.argv[1:]]),
             footer=f"meltemi {_version()}",
@@ -135,7 +135,7 @@ def compare(
     head = [f"{scheme}\n{name}" if scheme else name for scheme, name in zip(spanned, head, strict=True)]
     print_table(f"{described.name}: {wind}, {len(comparison.winds)} seeds", head, rows, text_columns=2)
     print(report.notes(comparison))
-    title = "Ceiling: ideal removal of 1P and 2P, and how much of its change schemes reach"
+    title = "Ceiling: ideal removal of 1P and 2P, and the share of its change reached by the schemes"
     print_table(title, *report.ceiling_rows(comparison), text_columns=3)
     total = len(names) * seeds
     print(
@@ -148,7 +148,7 @@ def compare(
         say(f"warning: {warning}")
     if comparison.failures:
         for failure in comparison.failures:
-            say(f"left out: {study.failure_line(failure)}")
+            say(f"excluded: {study.failure_line(failure)}")
         raise typer.Exit(1)
 
 
@@ -161,7 +161,7 @@ def _with_actuator(turbine: Turbine, kind: str | None) -> Turbine:
 
 
 def _winds(given: Mapping[str, Any], turbine: Turbine, duration: float, seeds: range) -> list[TurbulentWind]:
-    """The described wind with each seed."""
+    """The wind with each seed."""
     from meltemi.core.yamlfile import validated
     from meltemi.loadcases.case import LoadCase, case_wind
     from meltemi.wind.turbulent import TurbulentWind
@@ -170,12 +170,12 @@ def _winds(given: Mapping[str, Any], turbine: Turbine, duration: float, seeds: r
     data = {"turbine": turbine.name, "wind": described, "duration": duration}
     found = case_wind(validated(data, LoadCase, "command line"), turbine, Path())
     if not isinstance(found, TurbulentWind):
-        raise InputError(f"{found.label} has no seeds: give --ntm, --iec ETM or --turbulence")
+        raise InputError(f"{found.label} is not turbulent, so seeds do not apply: use --ntm, --iec ETM or --turbulence")
     return [found.replace(seed=each) for each in seeds]
 
 
 def _wind_label(given: Mapping[str, Any], wind: TurbulentWind) -> str:
-    """What all winds have in common."""
+    """Label of the wind without its seed."""
     model = [given["--iec"]] if "--iec" in given else []
     model += [f"class {given['--wind-class']}"] if model and "--wind-class" in given else []
     return ", ".join([*([" ".join(model)] if model else []), wind.label.rpartition(", seed")[0]])
@@ -184,12 +184,12 @@ def _wind_label(given: Mapping[str, Any], wind: TurbulentWind) -> str:
 def _facts(turbine: Turbine, wind: str, seeds: list[int], duration: float, transient: float) -> list[tuple[str, str]]:
     actuator = "ideal" if turbine.pitch_actuator.kind == "ideal" else "second order"
     n = len(turbine.blade.flaps)
-    flaps = f", {n} flap{'s' * (n > 1)} a blade" if n else ""
+    flaps = f", {n} flap{'s' * (n > 1)} per blade" if n else ""
     return [
         ("Turbine", f"{turbine.name}, pitch actuator {actuator}{flaps}"),
         ("Wind", wind),
         ("Seeds", str(seeds[0]) if len(seeds) == 1 else f"{seeds[0]} to {seeds[-1]}"),
-        ("Duration", f"{duration:g} s each, judged from {transient:g} s on"),
+        ("Duration", f"{duration:g} s each, evaluated after {transient:g} s"),
     ]
 
 

@@ -1,4 +1,4 @@
-"""``meltemi diff``: two results of the same case, channel by channel."""
+"""``meltemi diff``: comparison of two results of the same case."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ LISTED = 12
 
 
 def diff(
-    ours: Annotated[Path, typer.Argument(help="A result: .nc, or OpenFAST's .outb, .out.")],
-    theirs: Annotated[Path, typer.Argument(help="Another, against which it is held.")],
+    ours: Annotated[Path, typer.Argument(help="First result: .nc, or OpenFAST's .outb, .out.")],
+    theirs: Annotated[Path, typer.Argument(help="Second result, the reference.")],
     channels: Annotated[
         str | None,
         typer.Option(
-            "--channels", help="Which, separated by commas; node_6_alpha_1=B1N1Alpha pairs names [all that both have]."
+            "--channels", help="Channels, separated by commas; node_6_alpha_1=B1N1Alpha pairs names [all common]."
         ),
     ] = None,
-    begin: Annotated[float | None, typer.Option("--begin", help="Of the compared time [s].")] = None,
-    end: Annotated[float | None, typer.Option("--end", help="Of the compared time [s].")] = None,
+    begin: Annotated[float | None, typer.Option("--begin", help="Limit of the compared time [s].")] = None,
+    end: Annotated[float | None, typer.Option("--end", help="Limit of the compared time [s].")] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Compare two results; gives a table, a plot."""
+    """Compare two results channel by channel; writes a table and a plot."""
     wanted = [name.strip() for name in channels.split(",") if name.strip()] if channels else None
     from meltemi.postprocess.difference import compare_results
     from meltemi.postprocess.files import read_result
@@ -46,9 +46,9 @@ def diff(
         ]
     print_table(f"{labels[0]} against {labels[1]}", *short_difference_rows(found), text_columns=2)
     print(
-        "mean, std, DEL: of the second, and by how many percent the first is more; a mean near 0: in percent of the std"
+        "mean, std, DEL: of the second result, and change of the first in percent; a mean near 0: in percent of the std"
     )
-    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for everything else")
+    print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for other loads")
     for warning in (*first.warnings, *second.warnings):
         say(f"warning: {warning}")
     for note in found.notes:
@@ -62,7 +62,7 @@ def diff(
 
 
 def _labels(ours: Path, theirs: Path) -> tuple[str, str]:
-    """Names of the files, with their folders where these alone tell them apart."""
+    """Names of the files, with their folders if the names are equal."""
     if ours.name != theirs.name:
         return ours.name, theirs.name
     return str(ours), str(theirs)

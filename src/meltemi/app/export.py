@@ -1,4 +1,4 @@
-"""``meltemi export``: a turbine as an OpenFAST deck."""
+"""``meltemi export``: export of a turbine as an OpenFAST deck."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 def export(
     turbine: Annotated[
-        str, typer.Argument(help="A turbine's name or YAML file, a case file, or a deck (.fst) to write anew.")
+        str, typer.Argument(help="A turbine's name or YAML file, a case file, or a deck (.fst) to be rewritten.")
     ],
     wind_speed: Annotated[float | None, typer.Option("--wind-speed", help="Steady wind [m/s] [12].")] = None,
     wind_file: Annotated[Path | None, typer.Option("--wind-file", help="TurbSim field (.bts) instead.")] = None,
-    duration: Annotated[float | None, typer.Option("--duration", help="Length of the run [s] [600].")] = None,
+    duration: Annotated[float | None, typer.Option("--duration", help="Duration of the simulation [s] [600].")] = None,
     option: Annotated[
         list[str] | None,
         typer.Option(
@@ -36,7 +36,7 @@ def export(
     settings: Annotated[str, typer.Option("--settings", help="Its input file.")] = "DISCON.IN",
     out: OutOption = Path("out"),
 ) -> None:
-    """Write a turbine, or a case with its models, site and wind, for OpenFAST 5."""
+    """Export a turbine, or a case with its models, site and wind, as an OpenFAST 5 deck."""
     from meltemi.core.yamlfile import validated
     from meltemi.loadcases.case import FileCase, StartCase, case_turbine, case_wind
     from meltemi.simulation.options import ModelOptions
@@ -75,13 +75,13 @@ def export(
             settings=settings,
         )
     rows = [[note.kind, note.what, note.why] for note in written.notes]
-    print_table(f"{described.name}: what the deck has otherwise", ["", "what", "how"], rows, text_columns=3)
+    print_table(f"{described.name}: differences of the deck", ["", "what", "how"], rows, text_columns=3)
     for file in written.files:
         print(f"wrote {file}")
 
 
 def _case(target: str) -> tuple[LoadCase, Path]:
-    """What is asked for as a case, and the folder from which its paths are named."""
+    """The case to be exported, and the folder to which its paths are relative."""
     from meltemi.core.yamlfile import validated
     from meltemi.loadcases.case import LoadCase, read_case
     from meltemi.loadcases.openfast import deck_case

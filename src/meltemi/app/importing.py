@@ -1,4 +1,4 @@
-"""``meltemi import``: somebody else's description becomes a turbine file and a report, a deck also a case file."""
+"""``meltemi import``: conversion of OpenFAST decks and windIO files to turbine file, case file (decks) and report."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ def import_(
         str | None, typer.Option("--control-of", help="Turbine whose control is taken, for other controllers.")
     ] = None,
     start: Annotated[
-        str, typer.Option("--start", help="Of the case: operating (steady operation), or deck: as OpenFAST begins.")
+        str, typer.Option("--start", help="Initial state: operating (steady operation), or deck (as in OpenFAST).")
     ] = "operating",
     extra: Annotated[
         Path | None, typer.Option("--extra", help="YAML file with values on top: drivetrain: {stiffness: 8.7e8}.")
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Read, report, write."""
+    """Import an OpenFAST deck or a windIO file as turbine file, case file (decks) and report."""
     from meltemi.core.yamlfile import read_mapping, write_record
     from meltemi.loadcases.openfast import deck_case
     from meltemi.turbine.library import load_turbine, write_turbine
@@ -88,7 +88,7 @@ def import_(
 
 
 def _show(imported: Imported) -> None:
-    """What was approximated or is not there, how many notes there are, and what is far from usual."""
+    """Print approximated and ignored data, the number of notes, and implausible values."""
     from meltemi.turbine.plausibility import plausibility
     from meltemi.turbine.report import KINDS
 
@@ -122,7 +122,7 @@ def _choice(blade: str) -> Literal["deck", "elastodyn", "beamdyn"]:
 
 
 def flat(data: Any, path: str = "") -> dict[str, Any]:
-    """Nested keys as key paths: ``{"drivetrain": {"stiffness": 1.0}}`` is ``{"drivetrain.stiffness": 1.0}``."""
+    """Flatten nested keys to key paths: ``{"drivetrain": {"stiffness": 1.0}}`` is ``{"drivetrain.stiffness": 1.0}``."""
     if not isinstance(data, dict) or not data:
         return {path: data}
     found: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""``meltemi inspect``: a turbine on one page."""
+"""``meltemi inspect``: turbine summary page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def inspect(
     turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
     out: OutOption = Path("out"),
 ) -> None:
-    """Draw a turbine on one page."""
+    """Write a summary page of a turbine: figures, main data, power curve, modes."""
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)

@@ -1,4 +1,4 @@
-"""Options of the wind that several commands have, and the wind that they describe."""
+"""Wind options shared by several commands, and the wind that they describe."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ ClassOption = Annotated[
     str | None, typer.Option("--wind-class", "--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")
 ]
 DirectionOption = Annotated[
-    float | None, typer.Option("--direction", help="Of the wind [deg], clockwise from above; 0 is along the shaft [0].")
+    float | None, typer.Option("--direction", help="Wind direction [deg], clockwise from above [0: along the shaft].")
 ]
-EditionOption = Annotated[int | None, typer.Option("--edition", help="Of IEC 61400-1: 2, 3, 4 [3].")]
+EditionOption = Annotated[int | None, typer.Option("--edition", help="Edition of IEC 61400-1: 2, 3, 4 [3].")]
 
 ControllerOption = Annotated[
     str | None, typer.Option("--controller", help="Bladed-style controller library, or: rosco, baseline [baseline].")
 ]
 ControllerInputOption = Annotated[
-    Path | None, typer.Option("--controller-input", help="Its input file, e.g. DISCON.IN.")
+    Path | None, typer.Option("--controller-input", help="Input file of the controller library, e.g. DISCON.IN.")
 ]
 
 
 def is_case(path: Path) -> bool:
-    """A case file has the key ``turbine`` at its top level, a turbine file has not."""
+    """Whether a file is a case file: only these have the key ``turbine`` at top level."""
     from meltemi.core.files import text_of
 
     try:
@@ -54,7 +54,7 @@ def is_case(path: Path) -> bool:
 
 
 def given_options(**options: Any) -> dict[str, Any]:
-    """Options that were given, as they are called on the command line."""
+    """The given options under their names on the command line."""
     return {f"--{name.replace('_', '-')}": value for name, value in options.items() if value is not None}
 
 
@@ -66,12 +66,12 @@ WIND = tuple(
 
 
 def wind_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Those of a wind among the options that were given."""
+    """The wind options among the given options."""
     return {name: given[name] for name in WIND if name in given}
 
 
 def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """The wind of a case from the options of a command, by their names there.
+    """The wind of a case from the options of a command, by option name.
 
     Args:
       given: options.
@@ -94,7 +94,7 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
         for name in ("--wind-speed", "--iec"):
             if name in given:
                 raise InputError(f"give one of {name}, --wind-file")
-        only(because="a wind file brings its own shear, direction and turbulence")
+        only(because="a wind file defines shear, direction and turbulence")
         return {"kind": "file", "file": str(given["--wind-file"].absolute())}
     keys = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
     wind = {key: given[name] for name, key in keys.items() if name in given}
@@ -111,16 +111,16 @@ def wind_of_options(given: Mapping[str, Any], before: Mapping[str, Any] | None =
     if "--turbulence" in given:
         only(
             *("--turbulence", "--seed", "--shear", "--spectrum", "--edition", "--direction"),
-            because="give --iec (or --ntm), too",
+            because="add --iec (or --ntm)",
         )
         edition = {"edition": given["--edition"]} if "--edition" in given else {}
         return {"kind": "turbulence", **wind, **more, **edition}
-    only("--shear", "--direction", because="steady wind has none; give --turbulence or --ntm, too")
+    only("--shear", "--direction", because="steady wind has none; add --turbulence or --ntm")
     return {"kind": "steady", **wind, **more}
 
 
 def controller_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """The controller of a case from the options of a command, by their names there.
+    """The controller of a case from the options of a command, by option name.
 
     Raises:
       InputError: there is an input file without a library.
@@ -128,7 +128,7 @@ def controller_of_options(given: Mapping[str, Any]) -> dict[str, Any]:
     name, file = given.get("--controller", "baseline"), given.get("--controller-input")
     if name == "baseline":
         if file is not None:
-            raise InputError("--controller-input: give --controller, too: the path of a library, or rosco")
+            raise InputError("--controller-input: requires --controller, the path of a library or rosco")
         return {"kind": "baseline"}
     library = name if name == "rosco" else str(Path(name).absolute())
     return {"kind": "bladed", "library": library, "input": None if file is None else str(file.absolute())}

@@ -1,4 +1,4 @@
-"""What the commands share: progress, tables, and the folder for results."""
+"""Shared functions of the commands: progress bar, tables, output folder."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _BESIDE: list[Popen[bytes]] = []
 
 @contextmanager
 def progress_bar(what: str, *, compiles: bool = True) -> Iterator[Callable[[float], None]]:
-    """A progress bar on a terminal; silence otherwise. What ``compiles`` says so the first time."""
+    """A progress bar on a terminal, otherwise none; the first compilation of ``compiles`` is announced."""
     from meltemi.core.kernel import announce
     from meltemi.core.threads import available_cores
 
@@ -42,7 +42,7 @@ def progress_bar(what: str, *, compiles: bool = True) -> Iterator[Callable[[floa
 
 
 def say(text: str) -> None:
-    """Print beside the results, on stderr."""
+    """Print a message to stderr."""
     print(text, file=sys.stderr)
 
 
@@ -59,7 +59,7 @@ def print_table(*arguments: Any, **keywords: Any) -> None:
 
 @contextmanager
 def results_in(out: Path) -> Iterator[Path]:
-    """The output folder, for a command that says when it is interrupted."""
+    """The output folder, for a command that reports an interruption."""
     try:
         yield folder_for(out)
     except KeyboardInterrupt:
@@ -68,7 +68,7 @@ def results_in(out: Path) -> Iterator[Path]:
 
 
 def folder_for(out: Path, option: str = "--out") -> Path:
-    """The output folder, writable, or a clear error before anything is computed.
+    """The output folder, tested to be writable before the computation starts.
 
     What is made of it goes again at the end of the command if nothing has been written into it.
     """
@@ -89,7 +89,7 @@ _MADE: list[Path] = []
 
 
 def remove_empty_folders() -> None:
-    """Of those that the command made."""
+    """Remove the empty folders that the command created."""
     while _MADE:
         with suppress(OSError):  # only empty ones can be removed
             _MADE.pop(0).rmdir()

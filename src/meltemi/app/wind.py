@@ -1,4 +1,4 @@
-"""``meltemi wind``: make a wind of IEC 61400-1, or look at a file."""
+"""``meltemi wind``: generation of IEC 61400-1 winds, evaluation of wind files."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ def wind(
         str | None, typer.Argument(help="NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH, EWSV.")
     ] = None,
     source: Annotated[
-        Path | None, typer.Option("--from", help="Instead: look at a wind file, .bts, .wnd, .bin, .nc, .csv.")
+        Path | None, typer.Option("--from", help="Evaluate a wind file instead: .bts, .wnd, .bin, .nc, .csv.")
     ] = None,
     wind_class: ClassOption = None,
     speed: Annotated[float | None, typer.Option("--speed", "--wind-speed", help="Mean at hub height [m/s].")] = None,
     turbine: Annotated[str | None, typer.Option("--turbine", help="A turbine's name or YAML file [nrel5mw].")] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Of the turbulence [1].")] = None,
-    duration: Annotated[float | None, typer.Option("--duration", help="Of the run it is for [s] [600].")] = None,
+    duration: Annotated[float | None, typer.Option("--duration", help="Duration of the simulation [s] [600].")] = None,
     edition: EditionOption = None,
     intensity: Annotated[
-        float | None, typer.Option("--intensity", help="Of turbulence, e.g. 0.14, in place of the class's.")
+        float | None, typer.Option("--intensity", help="Turbulence intensity, e.g. 0.14, in place of the class's.")
     ] = None,
     spectrum: SpectrumOption = None,
     coherent: Annotated[
@@ -50,8 +50,8 @@ def wind(
     points: Annotated[int | None, typer.Option("--points", help="Grid points across [25].")] = None,
     dt: Annotated[float | None, typer.Option("--dt", help="Between planes [s] [0.1].")] = None,
     width: Annotated[float | None, typer.Option("--width", help="Of the grid [m] [1.2 diameters].")] = None,
-    periodic: Annotated[bool, typer.Option("--periodic", help="As long as the run, and begins again.")] = False,
-    unscaled: Annotated[bool, typer.Option("--unscaled", help="Keep the sample's own standard deviation.")] = False,
+    periodic: Annotated[bool, typer.Option("--periodic", help="Periodic, as long as the simulation.")] = False,
+    unscaled: Annotated[bool, typer.Option("--unscaled", help="Do not scale to the exact deviation.")] = False,
     hub_series: Annotated[
         Path | None, typer.Option("--hub-series", help="CSV file with the wind at the hub that the field has.")
     ] = None,
@@ -67,7 +67,7 @@ def wind(
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Make a wind or look at a file: table, plots, field."""
+    """Generate a wind of IEC 61400-1 or evaluate a wind file: table, plots, field."""
     settings = {
         "seed": seed,
         "spectrum": spectrum,
@@ -84,7 +84,7 @@ def wind(
     every = settings | named | transient | {"steady": steady or None}
     options: dict[str, Any] = {name: v for name, v in every.items() if v is not None}
     if (model is None) == (source is None):
-        raise InputError("give one of a model (like NTM) and --from FILE")
+        raise InputError("specify either a model (such as NTM) or --from FILE")
     from meltemi.turbine.library import load_turbine
 
     if source is not None:
@@ -105,7 +105,7 @@ def wind(
 
     onto = {n: options.pop(n) for n in transient if gust is not None and n in options}
     name = model.upper()
-    if name in MODELS:  # else the error says so
+    if name in MODELS:  # otherwise the error reports it
         _check_options(MODELS[name], options)
     if hub_series is not None and name in MODELS and MODELS[name].kind == "turbulent" and not steady:
         from meltemi.wind.files import read_hub_csv
@@ -116,7 +116,7 @@ def wind(
         others = {"--duration": duration, "--width": width, "--hub-series": hub_series, "--gust": gust}
         for option, value in others.items():
             if value is not None:
-                raise InputError(f"{option}: {name} makes no turbulent field; leave it out")
+                raise InputError(f"{option}: {name} does not generate a turbulent field; remove the option")
     _check_format(file_format, made)
     seconds = 600.0 if duration is None else duration
     added = None
@@ -137,13 +137,13 @@ UNREACHABLE = ("roughness", "veer")
 
 
 def _option(name: str) -> str:
-    """How a setting is called on the command line."""
+    """The command-line option of a setting."""
     special = {"shear_exponent": "--shear", "scaled": "--unscaled"}
     return special.get(name, f"--{name.replace('_', '-')}")
 
 
 def _check_options(model: IecModel, options: dict[str, Any], of: str = "") -> None:
-    """Refuse options that a model does not take and miss those it needs, as they are called here."""
+    """Raise an error for options that do not apply to a model, and for missing required options."""
     from meltemi.wind.iec.models import SITUATION
 
     steady = "steady" in options and model.make_steady is not None
@@ -160,7 +160,7 @@ def _check_options(model: IecModel, options: dict[str, Any], of: str = "") -> No
 
 
 def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | TurbulentWind) -> None:
-    """Before anything is computed: can a wind be written in this format?"""
+    """Check that the kind of wind can be written in this format, before the computation starts."""
     if name is None:
         return
     from meltemi.core.errors import did_you_mean
@@ -178,19 +178,19 @@ def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | Tu
 
 
 def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: float, periodic: bool) -> WindSeries:
-    """The transient of ``--gust``, of which only what it takes is passed on."""
+    """The gust of ``--gust``, with the options that apply to it."""
     from meltemi.core.errors import did_you_mean
     from meltemi.wind.fields import WindSeries
     from meltemi.wind.iec.models import MODELS, SITUATION, iec_wind
 
     transients = [m.name for m in MODELS.values() if m.kind == "transient"]
     if name not in transients:
-        raise InputError(f"--gust: there is no transient {name!r}; {did_you_mean(name, transients)}")
+        raise InputError(f"--gust: unknown gust {name!r}; {did_you_mean(name, transients)}")
     takes = (*MODELS[name].takes(), *SITUATION, "sign", "begin", "years")
     options = {n: v for n, v in options.items() if n in takes}
     _check_options(MODELS[name], options, "--gust ")
     if periodic:
-        raise InputError(f"--periodic: the field begins again, and --gust {name} would come again; leave one out")
+        raise InputError(f"--periodic: the field repeats, and --gust {name} would repeat; remove one of the two")
     found = iec_wind(name, turbine=turbine, **options)
     assert isinstance(found, WindSeries)
     if found.time[0] >= duration:
@@ -199,7 +199,7 @@ def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: flo
 
 
 def _read(path: Path) -> WindBox | WindSeries:
-    """Any wind file; wind at the hub is looked at as a series."""
+    """Read any wind file; hub-height wind becomes a series."""
     import numpy as np
 
     from meltemi.wind.fields import WindSeries
@@ -238,7 +238,7 @@ def _look(
     file_format: str | None,
     target: TurbulentWind | None = None,
 ) -> None:
-    """Table, figures and, if a format is given, the wind itself as a file."""
+    """Write the table, the figures and, if a format is given, the wind file."""
     from meltemi.report.plots import save
     from meltemi.report.tables import field_rows, series_rows, write_csv
     from meltemi.report.wind_plots import plot_wind
@@ -269,7 +269,7 @@ def _look(
 
 
 def _size(box: WindBox) -> str:
-    """One sentence on grid and duration."""
+    """One sentence about grid and duration."""
     planes, rows, columns = box.velocity.shape[:3]
     return (
         f"{planes} planes every {box.dt:g} s ({planes * box.dt:g} s), {rows} rows from {box.bottom:g} m to "

@@ -1,1 +1,1 @@
-"""Foundations that know nothing about turbines: errors, units, records, tables, compiled functions."""
+"""Turbine-independent basis: errors, units, records, tables, compiled functions."""

@@ -1,4 +1,4 @@
-"""Calls that cannot work, told in words."""
+"""Readable error messages for invalid function calls."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ R = TypeVar("R")
 
 
 def explained(function: Callable[P, R]) -> Callable[P, R]:
-    """The function, which raises InputError where Python's own error comes from what it was given.
+    """Decorator: raise InputError for Python errors that are caused by the arguments.
 
-    Arguments are looked at only after it has failed: calls that work are as fast as ever.
+    Arguments are checked only after a failure: valid calls have no overhead.
     """
 
     @wraps(function)
@@ -39,15 +39,15 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _mistake(function: Callable[..., Any], args: Any, kwargs: Any) -> str:
-    """What is wrong with the arguments of a call, as far as it can be seen; empty if nothing is."""
+    """Message about invalid arguments of a call; empty if none is found."""
     signature = inspect.signature(function)
     try:
         given = signature.bind(*args, **kwargs).arguments
     except TypeError as error:
         unknown = [name for name in kwargs if name not in signature.parameters]
         if unknown:
-            return f"there is no argument {unknown[0]!r}; {did_you_mean(unknown[0], signature.parameters)}"
-        return f"{error}; it takes {', '.join(signature.parameters)}"
+            return f"unknown argument {unknown[0]!r}; {did_you_mean(unknown[0], signature.parameters)}"
+        return f"{error}; valid arguments are {', '.join(signature.parameters)}"
     catching = (p.name for p in signature.parameters.values() if p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD))
     for name in catching:
         given.pop(name, None)
@@ -55,7 +55,7 @@ def _mistake(function: Callable[..., Any], args: Any, kwargs: Any) -> str:
 
 
 def _unfit(values: dict[str, Any], of: Any, path: str = "") -> str:
-    """The first of the values that is not what ``of``, a function or a data class, has it to be."""
+    """Message about the first value that does not match the type hints of ``of``, a function or data class."""
     try:
         hints = get_type_hints(of)
     except NameError:  # of names for type checkers only
@@ -75,7 +75,7 @@ def _unfit(values: dict[str, Any], of: Any, path: str = "") -> str:
 
 
 def _fits(value: Any, hint: Any) -> bool:
-    """Whether a value is of a kind, as far as its class says so."""
+    """Whether a value matches a type hint, judged by its class."""
     origin = get_origin(hint)
     if origin in (Union, UnionType):
         return any(_fits(value, each) for each in get_args(hint))
@@ -94,7 +94,7 @@ def _fits(value: Any, hint: Any) -> bool:
 
 
 def _names(hint: Any) -> list[str]:
-    """Kinds of a hint as they are called."""
+    """Readable names of the types of a hint."""
     origin = get_origin(hint)
     if origin in (Union, UnionType):
         return list(dict.fromkeys(name for each in get_args(hint) for name in _names(each)))

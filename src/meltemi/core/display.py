@@ -1,4 +1,4 @@
-"""What a terminal and a notebook show of an object: no more than can be read."""
+"""Short representations of objects for terminals and notebooks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LONGEST = 60
 
 
 def brief(value: Any) -> str:
-    """A value as ``repr`` shows it, or if that is long, what it is."""
+    """The ``repr`` of a value, shortened to a description if it is long."""
     if isinstance(value, np.ndarray) and value.size > 6:
         return f"<{' x '.join(map(str, value.shape))} numbers>"
     text = repr(value)
@@ -28,7 +28,7 @@ def brief(value: Any) -> str:
 
 
 def html_table(title: str, facts: Mapping[str, str]) -> str:
-    """A title above names and values."""
+    """HTML table of names and values under a title."""
     rows = "".join(
         f"<tr><th>{escape(name)}</th><td>{escape(text, quote=False)}</td></tr>" for name, text in facts.items()
     )
@@ -39,7 +39,7 @@ class Brief:
     """Base of dataclasses that hold arrays or other records; they are decorated with ``repr=False``."""
 
     def facts(self) -> dict[str, str]:
-        """What is shown: names and values in words."""
+        """Names and values to be displayed, as text."""
         return {f.name: brief(getattr(self, f.name)) for f in fields(self) if f.repr}  # type: ignore[arg-type]
 
     def __repr__(self) -> str:

@@ -1,9 +1,9 @@
-"""What can go wrong, said in words.
+"""Errors and run status, with their messages.
 
 Files, the command line, functions and records made in Python raise :class:`InputError` (where, what
 was expected, the closest valid name, what to do); ``build`` raises :class:`UnsupportedError` for
 features it does not have; a run that fails in time ends with a :class:`Status` and keeps what it
-computed, and one that leaves what the model is made for goes on and says so.
+computed, and one that leaves the range of validity of the model continues and reports it.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from enum import Enum, IntEnum
 
 
 class MeltemiError(Exception):
-    """Base of every error this package raises on purpose; the command line prints it in one line."""
+    """Base of all errors raised by this package; the command line prints them in one line."""
 
 
 class InputError(MeltemiError):
-    """Something the user gave is wrong: a file, a key, a value, a name."""
+    """Invalid user input: a file, a key, a value, a name."""
 
 
 class UnsupportedError(MeltemiError):
-    """The turbine or option asks for something this package does not model."""
+    """A turbine or option that requires a feature this package does not model."""
 
 
 class RunError(MeltemiError):
@@ -30,7 +30,7 @@ class RunError(MeltemiError):
 
 
 class Status(IntEnum):
-    """How a simulation ended; 0 is success. Kernels write these numbers; printed is the name."""
+    """Status of a simulation; 0 is success. Kernels set the number; the name is printed."""
 
     OK = 0
     DIVERGED = 1
@@ -48,27 +48,27 @@ class Status(IntEnum):
 
     @property
     def complete(self) -> bool:
-        """The run reached its end, within what the model is made for or beyond it."""
+        """The run reached its end, whether or not within the range of validity of the model."""
         return self in (Status.OK, Status.DOUBTFUL)
 
     @property
     def message(self) -> str:
-        """One sentence for people, with a hint."""
+        """One sentence for the user, with a hint."""
         return _MESSAGES[self]
 
 
 _MESSAGES: dict[Status, str] = {
     Status.OK: "completed",
     Status.DIVERGED: (
-        "the motion diverged (a state became infinite or absurdly large): "
-        "try a smaller time step, fewer modes, or look at the last seconds of the result"
+        "the motion diverged (a state became infinite or implausibly large): "
+        "try a smaller time step or fewer modes, or inspect the last seconds of the result"
     ),
     Status.CONTROLLER_RAISED: "the controller raised an exception",
-    Status.CONTROLLER_DEMAND: "the controller asked for a value that is not a number or out of range",
-    Status.INTERRUPTED: "interrupted by the user; the result holds what was computed until then",
-    Status.UNKNOWN: "the rotor left the tip-speed ratios and pitch angles for which its power coefficient is known",
-    Status.DOUBTFUL: "completed, but beyond what the model is made for; the findings say where",
-    Status.FAILED: "the case of a batch could not be prepared, or its result not be reduced or written",
+    Status.CONTROLLER_DEMAND: "the controller demanded a value that is not finite or out of range",
+    Status.INTERRUPTED: "interrupted by the user; the result is incomplete",
+    Status.UNKNOWN: "the rotor left the range of tip-speed ratio and pitch for which its power coefficient is defined",
+    Status.DOUBTFUL: "completed, but outside the range of validity of the model; see the findings",
+    Status.FAILED: "the case of a batch could not be prepared, or its result could not be reduced or written",
 }
 
 
@@ -86,7 +86,7 @@ def closest(name: str, valid: Iterable[str], n: int = 3) -> list[str]:
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
-    """Sentence that helps with a misspelt name: the closest valid ones, or all of them if few."""
+    """Hint for a misspelt name: the closest valid names, or all of them if they are few."""
     valid = list(valid)
     near = closest(name, valid)
     if near:

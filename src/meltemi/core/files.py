@@ -1,4 +1,4 @@
-"""Files as strangers leave them: read with a limit, written whole or not at all."""
+"""Safe file access: reading with a size limit, atomic writing."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LARGEST_TEXT = 256_000_000
 
 @contextmanager
 def reading(path: Path, largest: int | None = None) -> Iterator[tuple[BinaryIO, int]]:
-    """A file opened for reading, and its size in bytes.
+    """Open a regular file for reading; yields it with its size in bytes.
 
     Args:
       path: of a regular file; devices and pipes may have no end.
@@ -45,7 +45,7 @@ def reading(path: Path, largest: int | None = None) -> Iterator[tuple[BinaryIO, 
 
 
 def bytes_of(path: Path, largest: int = LARGEST_TEXT) -> bytes:
-    """Content of a file; never more than its size tells, which is nothing for the endless ones of the system.
+    """Content of a file, limited to its size (zero for endless system files).
 
     Raises:
       InputError: as for :func:`reading`.
@@ -55,7 +55,7 @@ def bytes_of(path: Path, largest: int = LARGEST_TEXT) -> bytes:
 
 
 def text_of(path: Path, largest: int = LARGEST_TEXT) -> str:
-    """Content of a text file; bytes that are no UTF-8 are replaced.
+    """Content of a text file; invalid UTF-8 bytes are replaced.
 
     Raises:
       InputError: as for :func:`reading`.
@@ -65,7 +65,7 @@ def text_of(path: Path, largest: int = LARGEST_TEXT) -> str:
 
 @contextmanager
 def replacing(*paths: Path) -> Iterator[list[Path]]:
-    """Temporary names beside the given ones, put in their place when all is written.
+    """Temporary names in the same folder, renamed to the given ones when all is written.
 
     Raises:
       InputError: a file cannot be written; those that were there before are then still there.
@@ -75,9 +75,9 @@ def replacing(*paths: Path) -> Iterator[list[Path]]:
         for path in paths:
             check_name(path)
             if path.exists() and not path.is_file():
-                raise InputError(f"{path}: cannot be written (it is {'a folder' if path.is_dir() else 'no file'})")
+                raise InputError(f"{path}: cannot be written (it is {'a folder' if path.is_dir() else 'not a file'})")
             if not path.parent.is_dir():
-                raise InputError(f"{path}: cannot be written (there is no folder {path.parent})")
+                raise InputError(f"{path}: cannot be written (the folder {path.parent} does not exist)")
         # with the process's number, so that two that write one file do not write into each other's
         partial += [path.with_name(f".{path.name}.{os.getpid()}.part") for path in paths]
         yield partial
@@ -92,7 +92,7 @@ def replacing(*paths: Path) -> Iterator[list[Path]]:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write a text; it appears under its name when it is complete.
+    """Write a text file atomically.
 
     Raises:
       InputError: the file cannot be written.
@@ -103,10 +103,10 @@ def write_text(path: Path, text: str) -> Path:
 
 
 def check_name(path: Path) -> None:
-    """Refuse a name to write under that no terminal shows as it is: a mistake of a script, or worse.
+    """Reject output file names with control characters or invalid text.
 
     Raises:
       InputError: it has control characters, or bytes that are no text.
     """
     if any(unicodedata.category(c) in ("Cc", "Cs") for c in str(path)):
-        raise InputError(f"{str(path)!r}: cannot be written (the name has control characters or is no text)")
+        raise InputError(f"{str(path)!r}: cannot be written (the name contains control characters or invalid text)")

@@ -1,4 +1,4 @@
-"""Hashes of what a computation depends on, functions included."""
+"""Hashes of all inputs of a computation, including functions."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import numpy as np
 
 
 class Unknown(Exception):
-    """Something of which nobody can tell whether it is the same again."""
+    """An object without a reproducible hash."""
 
 
 def fingerprint(*parts: Any) -> str | None:
-    """Hash of values, records, arrays, data classes and functions; None if one of them cannot be told by its content.
+    """Hash of values, records, arrays, data classes and functions; None if one has no reproducible content.
 
     Of a function counts its code, with that of the functions it calls, what it encloses and its defaults.
     """
@@ -49,7 +49,7 @@ def _add(digest: Any, x: Any, seen: set[FunctionType]) -> None:
 
 
 def _parts(x: Any) -> list[Any]:
-    """What something is made of."""
+    """Feed the content of an object to the digest."""
     if isinstance(x, Mapping):
         return [part for item in x.items() for part in item]
     if isinstance(x, list | tuple):
@@ -71,6 +71,6 @@ def _parts(x: Any) -> list[Any]:
 
 
 def _names(code: CodeType) -> list[str]:
-    """Global names of a function and of those within it."""
+    """Global names used by a function and by its nested functions."""
     inner = [name for const in code.co_consts if isinstance(const, CodeType) for name in _names(const)]
     return [*code.co_names, *inner]

@@ -1,7 +1,7 @@
-"""HDF5 files (netCDF4) that may be damaged: HDF5 may then say anything, take a wrong byte for a number, or not return.
+"""HDF5 (netCDF4) files that may be damaged: HDF5 may then fail, return wrong values or hang.
 
 A file written here ends with a checksum, which HDF5 passes over: where it fits, the file is whole and read at once.
-Any program that changes a file through HDF5 cuts the checksum off. A file without it is read in a process of its own
+Any program that changes a file through HDF5 cuts the checksum off. A file without it is read in a separate process
 first, which may crash or hang.
 """
 
@@ -29,7 +29,7 @@ BEGIN = b"\x89HDF\r\n\x1a\n"
 SEAL = b"\nmeltemi: crc32 of the bytes before is "
 LENGTH = len(SEAL) + 9
 PATIENCE = 30.0
-"""[s] that a process may take for a file without a checksum, beside what its size asks for."""
+"""[s] time limit of a process for a file without a checksum, in addition to that for its size."""
 BYTES_A_SECOND = 5e6
 PROBE = Path(__file__).with_name("probe.py")
 
@@ -54,7 +54,7 @@ def to_netcdf(data: xr.Dataset, path: Path, encoding: Any = None) -> None:
 
 
 def read_hdf5(path: Path, take: Callable[[h5py.File], T], kind: str) -> T:
-    """What ``take`` makes of a file.
+    """Read a file with ``take``, after a check of its integrity.
 
     Args:
       path: of the file.
@@ -66,13 +66,13 @@ def read_hdf5(path: Path, take: Callable[[h5py.File], T], kind: str) -> T:
     """
     with reading(path) as (file, size):
         if file.read(len(BEGIN)) != BEGIN:
-            raise InputError(f"{path}: not {kind} (it is no HDF5 file)")
+            raise InputError(f"{path}: not {kind} (it is not an HDF5 file)")
         file.seek(max(size - LENGTH, 0))
         end = file.read(LENGTH)
         if not end.startswith(SEAL):
             _probe(path, size, kind)
         elif file.seek(0) == 0 and end != SEAL + b"%08x\n" % _checksum(file, size - LENGTH):
-            raise InputError(f"{path}: this file is damaged (its checksum does not fit its content)")
+            raise InputError(f"{path}: this file is damaged (its checksum does not match its content)")
     import h5py
 
     try:
@@ -99,7 +99,7 @@ def _plain(value: Any) -> Any:
 
 
 def _checksum(file: BinaryIO, count: int) -> int:
-    """Of the next ``count`` bytes."""
+    """Checksum of the next ``count`` bytes."""
     total = 0
     while count > 0 and (part := file.read(min(count, 1 << 22))):
         total, count = zlib.crc32(part, total), count - len(part)
@@ -107,7 +107,7 @@ def _checksum(file: BinaryIO, count: int) -> int:
 
 
 def _probe(path: Path, size: int, kind: str) -> None:
-    """Have all of a file read in another process.
+    """Read a complete file in another process, to test it.
 
     Raises:
       InputError: it fails there, or does not end.

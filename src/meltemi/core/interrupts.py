@@ -1,4 +1,4 @@
-"""Ctrl-C where an exception could be lost or do harm.
+"""Handling of Ctrl-C where an exception could be lost or leave an inconsistent state.
 
 Python turns Ctrl-C into an exception in the main thread, at whatever it runs then. That is lost if it is raised as
 compiled code calls back into Python, and leaves locks behind if it is raised between threads.
@@ -15,9 +15,9 @@ from types import FrameType
 
 @contextmanager
 def on_interrupt(act: Callable[[FrameType | None], None]) -> Iterator[None]:
-    """Within the block the first Ctrl-C calls ``act`` with the frame that it meets; further ones raise as ever.
+    """Within the block the first Ctrl-C calls ``act`` with the current frame; later ones raise KeyboardInterrupt.
 
-    Nothing changes outside of the main thread, or where somebody else has his own way with Ctrl-C.
+    Nothing changes outside of the main thread, or where another handler of Ctrl-C is installed.
     """
     ours = threading.current_thread() is threading.main_thread()
     if not (ours and signal.getsignal(signal.SIGINT) is signal.default_int_handler):

@@ -1,4 +1,4 @@
-"""Compiled functions: the only file that knows how Numba is set up.
+"""Compiled functions: the configuration of Numba and its cache.
 
 ``@kernel`` compiles a function for the processor it runs on and keeps the machine code in a folder
 of the user's cache. Numba's own cache notices a change of the file a function stands in, but not of
@@ -48,7 +48,7 @@ CALLED = "turbine/exchange.py"
 
 @cache
 def source_hash() -> str:
-    """Hash of the source files that machine code may come from."""
+    """Hash of the source files on which the machine code depends."""
     root = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
@@ -62,7 +62,7 @@ def source_hash() -> str:
 
 @cache
 def cache_folder() -> Path | None:
-    """Folder for machine code of exactly this package, Numba, NumPy, Python and processor.
+    """Cache folder for this version of the package, Numba, NumPy, Python and processor.
 
     Returns:
       The folder, created if needed, or None if there is none and none can be made (then every process
@@ -106,7 +106,7 @@ def _prune(base: Path, keep: Path) -> None:
 
 
 def is_cold(package: str = "simulation") -> bool:
-    """The time loop of a package, which comes last, has not been compiled for this installation yet."""
+    """Whether the time loop of a package, compiled last, is still missing in the cache."""
     folder = cache_folder()
     return folder is None or not any(folder.rglob(f"{package}_*/step.advance-*.nbi"))
 
@@ -116,7 +116,7 @@ _LOOKED: set[str] = set()
 
 
 def announce(package: str = "simulation") -> bool:
-    """Say on stderr that a first run compiles, once in a process, so that nobody wonders what it waits for.
+    """Announce the compilation of a first run on stderr, once per process.
 
     Returns:
       Whether it was said.
@@ -124,7 +124,7 @@ def announce(package: str = "simulation") -> bool:
     told = package not in _LOOKED and is_cold(package)
     _LOOKED.add(package)
     if told:
-        _FEATURES_TOLD.update(("the simulation", "turbines of a power coefficient"))
+        _FEATURES_TOLD.update(("the simulation", "power-coefficient turbines"))
         print(COLD, file=sys.stderr, flush=True)
     return told
 
@@ -137,7 +137,7 @@ FEATURES = {
     "control.coordinated": "coordinated control",
     "control.load_control": "load control",
     "control.yaw": "the yaw control",
-    "simulation.power": "turbines of a power coefficient",
+    "simulation.power": "power-coefficient turbines",
     "wind.turbulence": "turbulent wind",
     "electrical": "the electrical system",
     "structure.section_loads": "section loads",
@@ -147,7 +147,7 @@ _FEATURES_TOLD: set[str] = set()
 
 
 class Announcer(event.Listener):  # type: ignore[misc]
-    """Says on stderr, once a feature, what is compiled when that takes longer than a moment.
+    """Announces on stderr, once per feature, compilations that take noticeable time.
 
     Compiling returns with each feature that is used for the first time; without a word it looks like a hang.
     """
@@ -158,7 +158,7 @@ class Announcer(event.Listener):  # type: ignore[misc]
         self.timer: threading.Timer | None = None
 
     def on_start(self, event: Any) -> None:
-        """A function is about to be compiled, perhaps within another."""
+        """Start of a (possibly nested) compilation."""
         self.depth += 1
         if self.depth > 1:
             return
@@ -170,7 +170,7 @@ class Announcer(event.Listener):  # type: ignore[misc]
             self.timer.start()
 
     def on_end(self, event: Any) -> None:
-        """It is compiled, or cannot be."""
+        """End of a compilation, successful or not."""
         self.depth -= 1
         if self.depth == 0:
             self.spent[self.feature] = self.spent.get(self.feature, 0.0) + time.perf_counter() - self.began
@@ -185,7 +185,7 @@ class Announcer(event.Listener):  # type: ignore[misc]
 
 
 def feature_of(data: dict[str, Any]) -> str:
-    """What a function belongs to that is compiled, in words."""
+    """Name of the feature to which a compiled function belongs."""
     if any("Dual" in type(argument).__name__ for argument in data["args"]):
         return "derivatives"
     module = data["dispatcher"].py_func.__module__
@@ -216,19 +216,19 @@ event.register("numba:compile", Announcer())
 
 
 def compile_seconds() -> float:
-    """Time [s] this process has spent compiling; loading from the cache does not count."""
+    """Time [s] spent compiling in this process, without loading from the cache."""
     return float(_TIMES.duration) if _TIMES.done else 0.0
 
 
 def statistics() -> tuple[int, int]:
-    """Signatures of all kernels in this process, and how many of them had to be compiled here."""
+    """Number of kernel signatures in this process, and of those that were compiled here."""
     signatures = sum(len(d.nopython_signatures) for d in _DISPATCHERS)
     compiled = sum(sum(d.stats.cache_misses.values()) for d in _DISPATCHERS)
     return signatures, compiled
 
 
 class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
-    """Numba's record of a function's machine code, with the data files named by what they hold.
+    """Numba's index of a function's machine code, with data files named by their content.
 
     Numba numbers them. Two processes that compile different signatures of a function at the same time then write both
     under one number, and the next process runs the code of the other signature. Here they can only forget one.
@@ -237,7 +237,7 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
     """
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep the machine code ``data`` of a signature, where there is room for it."""
+        """Store the machine code ``data`` of a signature, if there is enough disk space."""
         name = f"{self._index_name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
         try:
             self._save_data(name, data)
@@ -281,18 +281,18 @@ SEAL = hashlib.sha256().digest_size
 
 @cache
 def _cannot_keep(folder: Path, why: str) -> None:
-    """Say once that machine code is lost with the process."""
+    """Warn once that machine code cannot be cached."""
     print(f"machine code cannot be kept in {folder} ({why}): each process compiles again", file=sys.stderr, flush=True)
 
 
 class _Locator(InTreeCacheLocator):  # type: ignore[misc]
-    """Where Numba's files of a function are: in the folder of this package, which need not be writable."""
+    """Locator of Numba's cache files of a function; the package folder need not be writable."""
 
     def get_cache_path(self) -> str:
         return str(Path(cache_folder() or "") / self.get_suitable_cache_subpath(self._py_file))
 
     def ensure_cache_path(self) -> None:
-        """It is made when something is written."""
+        """The folder is created on the first write."""
 
 
 class _Keeping(CompileResultCacheImpl):  # type: ignore[misc]
@@ -326,7 +326,7 @@ def _compiled(function: F, *signature: Any) -> F:
 
 
 def _for_all_constants(dispatcher: Any) -> None:
-    """Let calls with other constants share one compilation: Numba would compile f(A, 3) apart from f(A, 6)."""
+    """Share one compilation between calls with different constants: Numba separates f(A, 3) and f(A, 6)."""
     resolve = dispatcher.get_call_template
 
     def shared(arguments: Any, keywords: Any) -> Any:

@@ -1,4 +1,4 @@
-"""Read all of an HDF5 file, in a process of its own: the exit status says whether that is possible."""
+"""Read a complete HDF5 file in a separate process: the exit status reports success."""
 
 import sys
 from pathlib import Path
@@ -10,7 +10,7 @@ MOST = 1100
 
 
 def main(path: str) -> None:
-    """Read every attribute and every number."""
+    """Read every attribute and every value."""
     room = MOST * Path(path).stat().st_size
 
     def read(item: h5py.HLObject) -> None:

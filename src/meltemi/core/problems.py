@@ -1,4 +1,4 @@
-"""What is wrong with the content of a record, in words: key path, expectation, remedy."""
+"""Error messages for invalid records: key path, expected value, remedy."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ RANGES = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 def explain(
     error: ValidationError, kind: type[BaseModel], where: str, data: Any, line_of: Callable[[Keys], int | None] | None
 ) -> str:
-    """All problems of a failed validation, one a line: where, key path, what is wrong, what to do."""
+    """All problems of a failed validation, one per line: location, key path, problem, remedy."""
     lines: list[str] = []
     seen: set[tuple[tuple[int | str, ...], str]] = set()
     for problem in error.errors(include_url=False):
@@ -37,7 +37,7 @@ def explain(
 
 
 def _keys(problem: Any, kind: type[BaseModel], data: Any) -> tuple[int | str, ...]:
-    """The key path of a problem as it stands in the file: pydantic adds names of alternatives that are no keys."""
+    """The key path of a problem in the file, without the names of alternatives that pydantic inserts."""
     keys: list[int | str] = []
     for i, part in enumerate(problem["loc"]):
         if _tagged(_annotations_at(kind, problem["loc"][:i]), part):
@@ -93,14 +93,14 @@ def _message(problem: Any, kind: type[BaseModel]) -> str:
 
 
 def _asked(kind: type[BaseModel], problem: Any) -> list[type[BaseModel]]:
-    """The record classes of which a plain value stands in the place."""
+    """The record classes that are expected in place of a plain value."""
     found = _alternatives_at(kind, problem["loc"])
     named = [record for record in found if record.__name__ == problem.get("ctx", {}).get("class_name")]
     return named or found
 
 
 def _example(records: Sequence[type[BaseModel]], value: Any) -> str:
-    """The keys of a record as they may stand in a file: the one that takes ``value``, or those it cannot do without."""
+    """Example of a record in a file: the key that accepts ``value``, or the required keys."""
     if not records:
         return ""
     tagged = [record for record in records if value in _literals(record)] if isinstance(value, str) else []
@@ -122,7 +122,7 @@ def _example(records: Sequence[type[BaseModel]], value: Any) -> str:
 
 
 def _tag(annotation: Any) -> str:
-    """The value of a key that has only one: it tells alternatives apart."""
+    """The single permitted value of a key, which identifies an alternative."""
     values = get_args(annotation) if get_origin(annotation) is Literal else ()
     return str(values[0]) if len(values) == 1 else ""
 
@@ -153,13 +153,13 @@ def _annotations_at(kind: type[BaseModel], location: Sequence[int | str]) -> lis
 
 
 def _tagged(found: list[Any], part: int | str) -> list[Any]:
-    """Of several alternatives the one with this tag or name, which pydantic puts into the path; nothing for a key."""
+    """The alternative with this tag or name, which pydantic inserts into the path; None for a key."""
     records = [c for c in found if isinstance(c, type) and issubclass(c, BaseModel)]
     return [c for c in records if c.__name__ == part or (len(records) > 1 and part in _literals(c))]
 
 
 def _inside(outer: Any, part: int | str) -> list[Any]:
-    """The annotations one step down a key path."""
+    """The annotations one level down a key path."""
     if isinstance(outer, type) and issubclass(outer, BaseModel):
         return _alternatives(outer.model_fields[str(part)].annotation) if part in outer.model_fields else []
     return _alternatives(get_args(outer)[-1 if isinstance(part, str) else 0]) if get_args(outer) else []
@@ -174,6 +174,6 @@ def _alternatives(annotation: Any) -> list[Any]:
 
 
 def _literals(record: type[BaseModel]) -> list[str]:
-    """The values by which alternatives tell each other apart."""
+    """The values that distinguish alternatives."""
     annotations = (field.annotation for field in record.model_fields.values())
     return [value for a in annotations if get_origin(a) is Literal for value in get_args(a)]

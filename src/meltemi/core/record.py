@@ -1,4 +1,4 @@
-"""The one kind of record: validated, immutable, in SI, comparable, with a hash of its content."""
+"""Base class of records: validated, immutable, SI units, comparable, with a content hash."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ Vector = Annotated[Array, AfterValidator(_flat)]
 
 
 def set_keys(data: dict[str, Any], path: str, value: Any) -> None:
-    """Put a value into nested dictionaries, which are made where there are none: ``set_keys(d, "hub.mass", 5e4)``."""
+    """Set a value in nested dictionaries, creating missing ones: ``set_keys(d, "hub.mass", 5e4)``."""
     *parts, last = path.split(".")
     for part in parts:
         inner = data.setdefault(part, {})
@@ -82,7 +82,7 @@ COPY = {"copy": True}
 
 @cache
 def _angular(kind: type[BaseModel]) -> dict[str, str]:
-    """Fields of a record that are angles or rates of them, and their units, from their descriptions."""
+    """Angular fields of a record and their units, from their descriptions."""
     units = {name: angular_unit(field.description) for name, field in kind.model_fields.items()}
     return {name: unit for name, unit in units.items() if unit}
 
@@ -91,7 +91,7 @@ def _angular(kind: type[BaseModel]) -> dict[str, str]:
 def refused(
     kind: type[BaseModel], data: Any, where: str, line_of: Callable[[Keys], int | None] | None = None
 ) -> Iterator[None]:
-    """Whatever is wrong with the content of a record as an InputError."""
+    """Convert errors about the content of a record to InputError."""
     try:
         yield
     except ValidationError as error:
@@ -105,7 +105,7 @@ def refused(
 
 
 class Record(BaseModel):
-    """Base of all described data: unknown keys are refused, nothing can be changed after creation.
+    """Base of all input records: unknown keys are errors, instances are immutable.
 
     Where a field's unit is rad, rad/s, rad/s^2 or rad/m, a text with a unit may stand for the number: ``8 deg``.
 
@@ -142,7 +142,7 @@ class Record(BaseModel):
                 super().__setattr__(name, value)
             except ValidationError:
                 raise InputError(
-                    f"{type(self).__name__} is frozen and cannot be changed: replace({name}=...) makes a changed copy"
+                    f"{type(self).__name__} is frozen and cannot be changed: replace({name}=...) returns a changed copy"
                 ) from None
 
     @model_validator(mode="before")
@@ -177,12 +177,12 @@ class Record(BaseModel):
         return self.model_dump(mode="python")
 
     def content_hash(self) -> str:
-        """Hash of everything in the record; equal records have equal hashes."""
+        """Hash of the content; equal records have equal hashes."""
         text = json.dumps(self.content(), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def replace(self, **changes: Any) -> Self:
-        """A validated copy with some fields changed; ``{"tower.height": 90.0}`` reaches deeper.
+        """A validated copy with changed fields; ``{"tower.height": 90.0}`` changes nested records.
 
         Raises:
           InputError: a path leads nowhere, or a value is not allowed.
@@ -201,7 +201,7 @@ class Record(BaseModel):
 
 
 class Particular(Record):
-    """A record with fields of which it matters whether they were given, and that copies and files must not give."""
+    """A record with fields for which it matters whether they were set explicitly, also in copies and files."""
 
     WHEN_GIVEN: ClassVar[tuple[str, ...]] = ()
     """Names of the fields."""

@@ -1,4 +1,4 @@
-"""Numbers that may change in time."""
+"""Quantities that may vary in time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from meltemi.core.record import Record, Vector
 
 
 class TimeSeries(Record):
-    """A quantity at given times; linear between them, constant before the first and after the last.
+    """A quantity over time: interpolated linearly, constant before the first and after the last time.
 
     A time that stands twice is a jump.
     """
@@ -20,7 +20,7 @@ class TimeSeries(Record):
     time: Vector
     """(n,) [s] from the start of the run, not decreasing."""
     value: Vector
-    """(n,) in the unit of what it is given for."""
+    """(n,) in the unit of the quantity."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -32,7 +32,7 @@ class TimeSeries(Record):
             i = int(np.flatnonzero(np.diff(self.time) < 0.0)[0])
             raise ValueError(f"time must not decrease, but entry {i + 2} is {self.time[i + 1]:g} s")
         if np.any(self.time[2:] == self.time[:-2]):
-            raise ValueError("time: an entry may stand twice, for a jump, but not more often")
+            raise ValueError("time: an entry may be repeated once, for a step")
         return self
 
 
@@ -48,12 +48,12 @@ Varying = Annotated[
 
 
 def values(quantity: Varying) -> NDArray[np.float64]:
-    """All values that it takes at its times."""
+    """All values at the given times."""
     return quantity.value if isinstance(quantity, TimeSeries) else np.array([quantity])
 
 
 def on_times(quantity: Varying, times: ArrayLike) -> NDArray[np.float64]:
-    """The quantity at non-decreasing ``times``; where a time stands twice, before and after the jump."""
+    """The quantity at non-decreasing ``times``; at a repeated time, the values before and after the step."""
     at = np.asarray(times, dtype=np.float64)
     if not isinstance(quantity, TimeSeries):
         return np.full(len(at), float(quantity))
@@ -65,7 +65,7 @@ def on_times(quantity: Varying, times: ArrayLike) -> NDArray[np.float64]:
 
 
 def union(*quantities: Varying) -> NDArray[np.float64]:
-    """All times at which one of the quantities is given, jumps twice; 0 if all are constant."""
+    """All times at which a quantity is given, steps twice; 0 if all are constant."""
     series = [q.time for q in quantities if isinstance(q, TimeSeries)]
     if not series:
         return np.zeros(1)

@@ -1,4 +1,4 @@
-"""Threads: one for linear algebra, as many as cores for everything else.
+"""Thread counts: one for linear algebra, one per core for cases.
 
 The matrices here are small. Several threads of the BLAS library gain nothing on them, and where other processes
 use the cores they wait for each other most of the time. One thread also keeps the last digit the same.
@@ -23,7 +23,7 @@ def available_cores() -> int:
 
 
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """Let ``function`` do its linear algebra in one thread."""
+    """Decorator: limit the linear algebra of ``function`` to one thread."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:

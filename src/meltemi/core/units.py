@@ -1,4 +1,4 @@
-"""Units at the borders. Inside there is only SI and radians.
+"""Unit conversion at the interfaces. Internally all units are SI and radians.
 
 ``FIELD`` maps an SI unit to the unit that turbine engineers read (tables, plots, command line):
 ``display("N m") == ("kN m", 1e-3)``.
@@ -23,7 +23,7 @@ FIELD: dict[str, tuple[str, float]] = {
 
 
 def display(unit: str, *, angular_rate_in_degrees: bool = False) -> tuple[str, float]:
-    """Field unit and factor for values in SI ``unit``; units without an entry are kept.
+    """Engineering unit and factor for values in SI ``unit``; other units are unchanged.
 
     Args:
       unit: SI unit as written in the channel catalogue.
@@ -55,19 +55,19 @@ ANGULAR: dict[str, dict[str, float]] = {
 
 
 def unit_of(description: str | None) -> str:
-    """The unit that a description begins with, in brackets; empty if there is none."""
+    """The unit in brackets at the start of a description; empty if there is none."""
     found = re.search(r"\[([^\]]+)\]", description or "")
     return found[1] if found and found[1] != "-" else ""
 
 
 def angular_unit(description: str | None) -> str:
-    """The same if it is one of :data:`ANGULAR`; otherwise empty."""
+    """The unit of a description if it is one of :data:`ANGULAR`; otherwise empty."""
     unit = unit_of(description)
     return unit if unit in ANGULAR else ""
 
 
 def from_text(value: Any, unit: str) -> Any:
-    """SI value of a text such as ``8 deg``, or of each in a list; whatever else is given back as it is."""
+    """SI value of a text such as ``8 deg``, or of each in a list; other values are returned unchanged."""
     if isinstance(value, list | tuple):
         return [from_text(each, unit) for each in value]
     parts = value.split() if isinstance(value, str) else []
@@ -80,5 +80,5 @@ def from_text(value: Any, unit: str) -> Any:
 
 
 def in_degrees(value: float, unit: str) -> str:
-    """A value in SI ``unit`` of :data:`ANGULAR` as people read it: ``34.4 deg``."""
+    """A value in SI ``unit`` of :data:`ANGULAR`, formatted in degrees: ``34.4 deg``."""
     return f"{value / _DEG:.3g} {unit.replace('rad', 'deg')}"

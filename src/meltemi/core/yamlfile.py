@@ -1,4 +1,4 @@
-"""Records from YAML files and back, with errors that name file, line, key, expectation and remedy."""
+"""Reading and writing of records as YAML; errors name file, line, key, expected value and remedy."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ def read_text(path: Path) -> str:
 
 
 def validated(data: dict[str, Any], kind: type[R], where: str, text: str | None = None) -> R:
-    """Make a record from plain data; problems are reported as in :func:`read_record`."""
+    """Create a record from plain data; errors are reported as in :func:`read_record`."""
     with refused(kind, data, where, lambda keys: _line(_nodes(text), keys) if text is not None else None):
         return super(Record, kind).model_validate(data)
 
 
 def write_record(record: Record, path: str | Path) -> None:
-    """Write a record as YAML; reading it back gives an equal record.
+    """Write a record as YAML; :func:`read_record` returns an equal record.
 
     Raises:
       InputError: the file cannot be written.
@@ -90,7 +90,7 @@ def write_record(record: Record, path: str | Path) -> None:
 
 
 def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
-    """Keys and values of a YAML text, which describes ``what``.
+    """Parse the keys and values of a YAML text that describes ``what``.
 
     Raises:
       InputError: it is not YAML, or not keys and values.
@@ -102,7 +102,7 @@ def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
         with catch_warnings(action="ignore"):  # of an anchor that is set twice, which YAML allows
             data = YAML(typ="safe").load(text)
         if "*" in text and _entries(data, {}) > MOST_ENTRIES:
-            raise ValueError(f"its aliases make more than {MOST_ENTRIES} values of it")
+            raise ValueError(f"its aliases expand to more than {MOST_ENTRIES} values")
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f"line {mark.line + 1}, column {mark.column + 1}: " if mark else ""
@@ -118,7 +118,7 @@ def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
 
 
 def _entries(data: Any, known: dict[int, float]) -> float:
-    """Values in nested lists and keys, each counted as often as aliases repeat it; no end if one holds itself."""
+    """Number of values in nested data, with repetitions by aliases; infinite for recursive data."""
     if not isinstance(data, dict | list):
         return 1.0
     if id(data) not in known:
@@ -139,7 +139,7 @@ def _similar_file(path: Path) -> str:
 
 @lru_cache(maxsize=1)  # a text may have several problems
 def _nodes(text: str) -> Any:
-    """The nodes of a YAML text, which know their lines; read without comments, which not every place may have."""
+    """The nodes of a YAML text with their line numbers, parsed without comments."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import YAMLError
 
@@ -151,7 +151,7 @@ def _nodes(text: str) -> Any:
 
 
 def _line(node: Any, location: Sequence[int | str]) -> int | None:
-    """Line at which a key path stands below a node."""
+    """Line of a key path below a node."""
     line: int | None = None
     for part in location:
         if node is None or not isinstance(node.value, list):

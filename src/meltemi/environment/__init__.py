@@ -1,1 +1,1 @@
-"""The air and the ground the turbine stands in."""
+"""Environment of the turbine: air, rain, climate, grid."""

@@ -1,4 +1,4 @@
-"""The air's density from temperature, humidity, altitude and pressure.
+"""Air density from temperature, humidity, altitude and pressure.
 
 Reference: Palanimuthu et al. (2022), eqs (2) to (4), with 273.15 in place of the printed 273.5.
 """
@@ -52,7 +52,7 @@ def density_of(temperature: ArrayLike, humidity: ArrayLike, pressure: ArrayLike)
 
 
 def _problem(temperature: ArrayLike, humidity: ArrayLike, pressure: ArrayLike | None) -> str | None:
-    """What is wrong with air of a temperature [degC], relative humidity and pressure [Pa], in words."""
+    """Error message for invalid temperature [degC], relative humidity or pressure [Pa]; empty if valid."""
     t, h = np.asarray(temperature, float), np.asarray(humidity, float)
     coldest, hottest = t.min(), t.max()
     if coldest <= -CELSIUS:
@@ -118,7 +118,7 @@ def air_density(
       sea_level_pressure: [Pa] for that.
 
     Raises:
-      InputError: a value that air on earth does not have, or no numbers.
+      InputError: a value outside the range of atmospheric air, or not finite.
     """
     given = {"temperature": temperature, "humidity": humidity, "altitude": altitude}
     given |= {"sea_level_pressure": sea_level_pressure} | ({} if pressure is None else {"pressure": pressure})
@@ -138,18 +138,18 @@ def air_density(
 
 
 class Air(Record):
-    """The weather that makes the air's density; temperatures in degrees Celsius."""
+    """State of the air that determines its density; temperatures in degrees Celsius."""
 
     temperature: Varying = 15.0
-    """[degC] constant or in time."""
+    """[degC] constant or time-varying."""
     humidity: Varying = 0.0
-    """Relative, 0 to 1, constant or in time."""
+    """Relative humidity, 0 to 1, constant or time-varying."""
     pressure: Varying | None = None
-    """[Pa] measured at the site, constant or in time; without it that of the altitude."""
+    """[Pa] measured at the site, constant or time-varying; by default that of the altitude."""
     altitude: float = Field(default=0.0, ge=-500.0, le=9000.0)
     """[m] of the site above sea level."""
     sea_level_pressure: float = Field(default=SEA_LEVEL_PRESSURE, gt=SEA_LEVEL_RANGE[0], lt=SEA_LEVEL_RANGE[1])
-    """[Pa] where the pressure is not measured."""
+    """[Pa] used if the pressure is not measured."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

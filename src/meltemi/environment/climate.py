@@ -1,4 +1,4 @@
-"""A year's weather and wind at a site, month by month."""
+"""Monthly climate of a site: air and wind."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _ascending(edges: ArrayLike) -> Float:
     if speeds.ndim != 1 or len(speeds) < 2:
         raise InputError(f"edges: expected at least two wind speeds, found {edges!r}")
     if np.any(np.isnan(speeds)):
-        raise InputError("edges: nan is no wind speed")
+        raise InputError("edges: nan is not a wind speed")
     if speeds.min() < 0.0:
         raise InputError(f"edges must not be negative, found {speeds.min():g} m/s")
     if not np.all(speeds[1:] > speeds[:-1]):
@@ -55,17 +55,17 @@ class Climate(Record):
 
     name: str
     altitude: float = Field(default=0.0, ge=-500.0, le=9000.0)
-    """[m] above sea level, where no pressure is given."""
+    """[m] above sea level, used without a pressure."""
     temperature: Months
     """(12,) [degC] mean of each month."""
     humidity: Months
     """(12,) relative, 0 to 1."""
     pressure: Months | None = None
-    """(12,) [Pa] measured at the site; without it that of the altitude."""
+    """(12,) [Pa] measured at the site; by default that of the altitude."""
     rain_hours: dict[str, Months] = Field(default_factory=dict)
     """(12,) [h] by class of rain (see `Rain.kind`), at the class's rate."""
     icing_hours: Months = Field(default_factory=lambda: np.zeros(12))
-    """(12,) [h] with ice on the blades (instrumental icing in IEA's words)."""
+    """(12,) [h] of blade icing (instrumental icing as defined by IEA Wind)."""
     wind_scale: Months
     """(12,) [m/s] scale A of the Weibull distribution of the wind speed."""
     wind_shape: Months
@@ -73,9 +73,9 @@ class Climate(Record):
     wind_height: float = Field(default=100.0, gt=0.0)
     """[m] at which the wind is given."""
     shear_exponent: float = Field(default=0.14, ge=0.0, le=0.5)
-    """Of the mean wind, to other heights."""
+    """Shear exponent of the mean wind."""
     source: str = ""
-    """Where the numbers come from."""
+    """Source of the data."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -126,7 +126,7 @@ class Climate(Record):
         rain: float = 1.0,
         icing: float = 1.0,
     ) -> Climate:
-        """A scenario: the same year, warmer, more humid, windier or wetter.
+        """A climate scenario with changes of temperature, humidity, wind and rain.
 
         Args:
           temperature: [K] added to each month.
@@ -140,7 +140,7 @@ class Climate(Record):
           InputError: a pressure is shifted that is not given, or the year that results is impossible.
         """
         if pressure and self.pressure is None:
-            raise InputError(f"climate {self.name!r} has no measured pressures to shift; its altitude makes them")
+            raise InputError(f"climate {self.name!r} has no pressure to shift; it follows from the altitude")
         return self.replace(
             temperature=self.temperature + temperature,
             humidity=np.clip(self.humidity + humidity, 0.0, 1.0),
@@ -151,7 +151,7 @@ class Climate(Record):
         )
 
     def wind_hours(self, edges: ArrayLike, height: float | None = None) -> Float:
-        """Hours of each month with wind speeds between edges.
+        """Hours of each month in wind speed bins.
 
         Args:
           edges: (n + 1,) [m/s] ascending, from 0 on.
@@ -179,7 +179,7 @@ def list_climates() -> list[str]:
 
 
 def load_climate(name: str | Path) -> Climate:
-    """An example climate by its name, or a climate from a YAML file by its path.
+    """Load an example climate by name, or a climate from a YAML file by path.
 
     Raises:
       InputError: no such climate or file, or the file does not describe a valid climate.
@@ -190,5 +190,5 @@ def load_climate(name: str | Path) -> Climate:
     if path.suffix in (".yaml", ".yml") or path.exists():
         return read_record(path, Climate)
     raise InputError(
-        f"no climate {str(name)!r}: {did_you_mean(str(name), list_climates())} (or give the path of a .yaml file)"
+        f"unknown climate {str(name)!r}: {did_you_mean(str(name), list_climates())} (or give the path of a .yaml file)"
     )

@@ -1,4 +1,4 @@
-"""What surrounds a run and may change in time, apart from the wind: air and grid, as kernels take it."""
+"""Time-varying air and grid conditions of a run, as kernel arrays."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def conditions_now(t: float, conditions: Float, density: float, now: Float) -> N
 
 
 def _density_times(air: Air, times: Float) -> Float:
-    """Times between which the density is linear to ``DENSITY_ERROR``: it is no linear function of the weather that is.
+    """Times between which the density is linear within ``DENSITY_ERROR``, although temperature etc. are linear.
 
     Intervals are halved as often as needed, so that slow changes need no further times and constant air none.
     """
@@ -98,7 +98,7 @@ def _density_times(air: Air, times: Float) -> Float:
 def conditions_array(
     environment: Environment, grid: PowerGrid | None, rated_power: float, frequency: float = 50.0
 ) -> Float:
-    """(rows, n) conditions of a run; n = 1 if nothing changes in time.
+    """(rows, n) conditions of a run; n = 1 if they are constant.
 
     A density that is given as such stands for dry air of 15 degC at the pressure that makes it.
 

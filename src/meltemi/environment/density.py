@@ -1,4 +1,4 @@
-"""The air's density for kernels, such as controllers that measure the weather; formulas of ``environment.air``."""
+"""Air density for kernels, such as controllers that measure temperature; formulas of ``environment.air``."""
 
 from __future__ import annotations
 

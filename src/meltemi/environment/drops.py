@@ -1,4 +1,4 @@
-"""Drops of rain by the exponential spectrum of Marshall and Palmer, and how fast they fall.
+"""Drop size distribution of Marshall and Palmer, and fall speed of drops.
 
 References: Marshall and Palmer (1948), J. Meteorol. 5, 165; Atlas, Srivastava and Sekhon (1973), Rev. Geophys. 11, 1;
 Palanimuthu et al. (2022), eqs (9) and (10). The latter prints the slope as 4.1 I^0.21 / cm; it is 4.1 I^-0.21 / mm,
@@ -32,7 +32,7 @@ def _not_negative(name: str, value: ArrayLike, unit: str) -> Float:
 
 
 def spectrum_slope(rate: ArrayLike) -> Float:
-    """Slope [1/m] of the spectrum for a rain rate [m/s]; infinite without rain.
+    """Slope [1/m] of the size distribution for a rain rate [m/s]; infinite without rain.
 
     Raises:
       InputError: a rate is negative; so do all functions of the spectrum.
@@ -42,18 +42,18 @@ def spectrum_slope(rate: ArrayLike) -> Float:
 
 
 def _exponent(slope: Float, diameter: Float) -> Float:
-    """Slope times diameter; infinite without rain, which has no drops of any diameter."""
+    """Slope times diameter; infinite without rain."""
     with np.errstate(invalid="ignore"):
         return np.where(np.isinf(slope), np.inf, slope * diameter)
 
 
 def drop_spectrum(diameter: ArrayLike, rate: ArrayLike) -> Float:
-    """Drops in a volume and range of diameters [1/m^4] of a diameter [m], at a rain rate [m/s] (eq. 10)."""
+    """Number density of drops per diameter [1/m^4] at a diameter [m] and rain rate [m/s] (eq. 10)."""
     return np.asarray(INTERCEPT * np.exp(-_exponent(spectrum_slope(rate), _not_negative("diameter", diameter, "m"))))
 
 
 def drop_count(rate: ArrayLike, smallest: float = SMALLEST, largest: float = LARGEST) -> Float:
-    """Drops in a volume [1/m^3] with diameters between two [m], at a rain rate [m/s] (eq. 9)."""
+    """Number density of drops [1/m^3] between two diameters [m], at a rain rate [m/s] (eq. 9)."""
     slope, ends = spectrum_slope(rate), (_not_negative("diameter", d, "m") for d in (smallest, largest))
     more, less = (np.exp(-_exponent(slope, end)) for end in ends)
     return np.asarray(INTERCEPT / slope * (more - less))
@@ -62,7 +62,7 @@ def drop_count(rate: ArrayLike, smallest: float = SMALLEST, largest: float = LAR
 def water_content(
     rate: ArrayLike, water_density: float = WATER, smallest: float = SMALLEST, largest: float = LARGEST
 ) -> Float:
-    """Mass of water in a volume of air [kg/m^3] at a rain rate [m/s]: the integral of density pi/6 d^3 n(d).
+    """Liquid water content of the air [kg/m^3] at a rain rate [m/s]: the integral of density pi/6 d^3 n(d).
 
     From 0 to infinity it is pi density n0 / slope^4; between 0.1 and 6 mm 0.3 % less at 32 mm/h, 13 % at 709 mm/h.
     """
@@ -78,12 +78,12 @@ def water_content(
 
 
 def mean_diameter(rate: ArrayLike) -> Float:
-    """Diameter [m] in the mean by mass, at a rain rate [m/s]: 4 / slope."""
+    """Mass-weighted mean diameter [m] at a rain rate [m/s]: 4 / slope."""
     return np.asarray(4.0 / spectrum_slope(rate))
 
 
 def terminal_speed(diameter: ArrayLike) -> Float:
-    """Speed [m/s] at which a drop of a diameter [m] falls (Atlas et al.; for 0.6 to 5.8 mm, zero below 0.11 mm).
+    """Terminal fall speed [m/s] of a drop of a diameter [m] (Atlas et al.; for 0.6 to 5.8 mm, zero below 0.11 mm).
 
     Raises:
       InputError: a diameter is negative.

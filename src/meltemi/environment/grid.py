@@ -1,4 +1,4 @@
-"""The electrical grid at the turbine's terminals, and what its operator asks for."""
+"""Electrical grid at the turbine's terminals, with operator references."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from meltemi.core.series import Varying, values
 
 
 class PowerGrid(Record):
-    """Voltage, frequency and what the operator asks for, each constant or in time."""
+    """Voltage, frequency and operator references, each constant or time-varying."""
 
     voltage: Varying = 1.0
-    """Share of the nominal voltage at the terminals; dips are below 1."""
+    """Voltage at the terminals, per unit of the nominal one; below 1 in a dip."""
     frequency: Varying | None = None
-    """[Hz]; by default the nominal one of the turbine's electrical system, 50 Hz where it has none."""
+    """[Hz]; by default the nominal one of the turbine's electrical system, otherwise 50 Hz."""
     power_reference: Varying | None = None
-    """[W] active electrical power that the operator asks for; none asks for rated power."""
+    """[W] active power reference of the operator; by default rated power."""
     reactive_power: Varying = 0.0
-    """[var] that the operator asks for, positive into the grid; what a controller demands is added."""
+    """[var] reactive power reference of the operator, positive into the grid; added to the controller's demand."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

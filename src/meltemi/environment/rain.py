@@ -1,4 +1,4 @@
-"""Rain, and the power that a rotor loses in it by the energy balance of the review.
+"""Rain, and the power loss of a rotor by the energy balance of Palanimuthu et al. (2022).
 
 Reference: Palanimuthu et al. (2022), eqs (5) to (14). Drops that a body takes along are stopped in the time in which
 they pass their own radius; the sum over all drops that it meets is a pressure on the area it wets. The area is that of
@@ -57,16 +57,15 @@ DRAG_DENSITY, DROP_SPEED, RADIUS, HALF_THICKNESS, TAIL_WIND, CROSS_WIND, FALL_SP
 
 
 class Rain(Particular):
-    """Rain by its rate or class; constant.
+    """Constant rain, by rate or class.
 
-    An aeroelastic turbine asks for the water in the air only; the rest is for the review's loss of power, and refused
-    there.
+    An aeroelastic turbine uses the water content only; other keys are for the power loss formula and an error.
     """
 
     WHEN_GIVEN: ClassVar[tuple[str, ...]] = (
         "mode", "diameter", "fall_speed", "tail_wind", "cross_wind", "drop_speed", "half_thickness"
     )  # fmt: skip
-    """What only the review's formula takes."""
+    """Keys of the power loss formula only."""
 
     rate: float | None = Field(default=None, ge=0.0, le=2500.0)
     """[mm/h]."""
@@ -74,19 +73,19 @@ class Rain(Particular):
     """Class instead of a rate: `light` 2.5, `moderate` 8, `heavy` 16, `rainstorm` 32, `heavy_rainstorm_weak` 64,
     `heavy_rainstorm_moderate` 100, `heavy_rainstorm_strong` 200, `heavy_rainstorm_extreme` 709.2 mm/h."""
     mode: Literal["integrated", "seed"] = "integrated"
-    """Water over the spectrum of drops, or as the review has it: all drops of one diameter."""
+    """Integral over the drop size distribution, or all drops of one diameter (Palanimuthu et al. 2022)."""
     diameter: float = Field(default=3.0, gt=0.0, le=10.0)
     """[mm] of the drops in mode `seed`."""
     fall_speed: float | None = Field(default=None, ge=0.0, le=20.0)
-    """[m/s] at which drops fall; by default the terminal speed of the diameter, or of the mean one by mass."""
+    """[m/s] fall speed of the drops; by default the terminal speed of the diameter, or of the mean one by mass."""
     tail_wind: float = Field(default=0.0, ge=-100.0, le=100.0)
-    """[m/s] at which drops move with the wind."""
+    """[m/s] tail wind component of the drop velocity."""
     cross_wind: float = Field(default=0.0, ge=-100.0, le=100.0)
-    """[m/s] at which they move across it."""
+    """[m/s] cross wind component of the drop velocity."""
     drop_speed: float | None = Field(default=None, gt=0.0, le=200.0)
     """[m/s] at which drops meet the rotor; by default the wind speed."""
     half_thickness: float = Field(default=2.0, ge=0.0, le=100.0)
-    """[m] of the flat ellipsoid that stands for the rotor."""
+    """[m] of the flat ellipsoid that represents the rotor."""
     water_density: float = Field(default=drops.WATER, gt=0.0, le=2000.0)
     """[kg/m^3]."""
 
@@ -105,18 +104,18 @@ class Rain(Particular):
 
     @property
     def of_the_formula(self) -> tuple[str, ...]:
-        """Keys that were given and that only the review's formula takes."""
+        """Given keys that only the formula of Palanimuthu et al. uses."""
         return tuple(name for name in self.WHEN_GIVEN if name in self.model_fields_set)
 
     @property
     def intensity(self) -> float:
-        """[m/s] rate of the rain."""
+        """[m/s] rain rate."""
         rate = self.rate if self.kind is None else RAIN_CLASSES[self.kind]
         return (rate or 0.0) * drops.MM_PER_HOUR
 
     @property
     def falling(self) -> float:
-        """[m/s] at which drops fall."""
+        """[m/s] fall speed of the drops."""
         if self.fall_speed is not None:
             return self.fall_speed
         return float(drops.terminal_speed(self.diameter * 1e-3 if self.mode == "seed" else self._mean_diameter))
@@ -140,7 +139,7 @@ class Rain(Particular):
 
 
 def rain_parameters(rain: Rain | None, rotor_radius: float) -> Float:
-    """(rows of RAIN,) what :func:`rain_power_loss` takes, for a rotor [m]; all zero without rain."""
+    """(rows of ``RainParameters``,) parameters of :func:`rain_power_loss` for a rotor [m]; all zero without rain."""
     row = View(RainParameters, RainParameters.zeros())
     if rain is not None:
         row["drag_density"] = rain.drag_density
@@ -152,7 +151,7 @@ def rain_parameters(rain: Rain | None, rotor_radius: float) -> Float:
 
 @kernel
 def rain_power_loss(rain: Float, wind_speed: float) -> float:
-    """Power [W] that rain of parameters ``rain`` (rows of RAIN) takes from a rotor (second term of eq. 14).
+    """Power loss [W] of a rotor due to rain with parameters ``rain`` (rows of RAIN; second term of eq. 14).
 
     Pressure times wetted area (eq. 12) times wind speed; the speed in the area's denominator cancels, so it is finite
     in a calm. It can exceed the power of the air: what is left is to be kept from becoming negative.
@@ -166,7 +165,7 @@ def rain_power_loss(rain: Float, wind_speed: float) -> float:
 def wetness(
     speed: ArrayLike, radius: float, half_thickness: float, *, tail: float = 0.0, cross: float = 0.0, fall: float = 0.0
 ) -> Float:
-    """Area [m^2] that a flat ellipsoid wets: volume of the rain it meets, over the length of its way (eq. 12).
+    """Wetted area [m^2] of a flat ellipsoid: volume of rain swept per distance travelled (eq. 12).
 
     Args:
       speed: [m/s] of the ellipsoid along its axis; positive.
@@ -191,7 +190,7 @@ def wetness(
 
 
 def driest_speed(radius: float, half_thickness: float, tail: float, cross: float, fall: float) -> float:
-    """Speed [m/s] at which :func:`wetness` is smallest (eq. 13); infinite for rain that does not come from behind."""
+    """Speed [m/s] at which :func:`wetness` is minimal (eq. 13); infinite without tail wind."""
     if tail <= 0.0:
         return math.inf
     return tail + half_thickness**2 * (cross**2 + fall**2) / (radius**2 * tail)

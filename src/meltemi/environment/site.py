@@ -1,4 +1,4 @@
-"""What surrounds a turbine: air, rain and gravity."""
+"""Site conditions: air, rain and gravity."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Environment(Particular):
     air: Air | None = None
     """Weather, from which the density follows; instead of ``air_density``."""
     rain: Rain | None = None
-    """Adds drag where blades meet drops; takes the review's loss from a turbine of a power coefficient."""
+    """Adds drag of drops to blades, or the loss formula of a power-coefficient turbine."""
     gravity: float = Field(default=9.80665, ge=0.0, lt=30.0)
     """Gravitational acceleration [m/s^2]."""
 

@@ -1,1 +1,1 @@
-"""What is done to a turbine: load cases as data."""
+"""Load cases as data."""

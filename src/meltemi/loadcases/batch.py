@@ -1,4 +1,4 @@
-"""Many cases on all cores.
+"""Batches of cases on all cores.
 
 Kernels run without Python's global lock, so threads suffice: one case a thread, all of one process, and nothing has
 to be copied or compiled twice. Each case has its own arrays; what one does, the others never see.
@@ -73,7 +73,7 @@ class BatchCase:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one case.
+    """Outcome of one case of a batch.
 
     Attributes:
       name: of the case.
@@ -93,7 +93,7 @@ class Outcome:
 
     @property
     def ok(self) -> bool:
-        """The case reached its end, within what the model is made for."""
+        """The case reached its end, within the range of validity of the model."""
         return self.status is Status.OK
 
 
@@ -109,7 +109,7 @@ def simulate_batch(
 ) -> list[Outcome]:
     """Simulate many cases on all cores.
 
-    A case that fails, whatever the reason, says so in its outcome and harms no other. Ctrl-C ends all cases; what
+    A case that fails, for any reason, reports this in its outcome and affects no other. Ctrl-C ends all cases; what
     was computed until then is given back.
 
     Args:
@@ -118,7 +118,7 @@ def simulate_batch(
       out: folder in which each result is written as ``NAME.nc`` as soon as it is done, instead of being kept. A case
         that is found there finished, from the same inputs under the same version, is not run again.
       workers: threads; by default one for each core this process may use.
-      progress: called with the share that is done, from the calling thread; 0 while nobody knows how many cases
+      progress: callback with the completed fraction, from the calling thread; 0 while it is unknown how many cases
         there are.
       total: how many cases a generator gives, for ``progress``.
       redo: run all cases, also those that are finished.
@@ -144,9 +144,9 @@ def interruptible_batch(
     total: int | None = None,
     redo: bool = False,
 ) -> tuple[list[Outcome], bool]:
-    """As :func:`simulate_batch`, and whether Ctrl-C came, which may be too late to be seen in an outcome."""
+    """As :func:`simulate_batch`, and whether it was interrupted, which no outcome may show."""
     if workers is not None and not (isinstance(workers, int) and 1 <= workers <= MOST_WORKERS):
-        raise InputError(f"workers must be a whole number from at least 1 to {MOST_WORKERS}, found {workers!r}")
+        raise InputError(f"workers must be an integer from 1 to {MOST_WORKERS}, found {workers!r}")
     folder = None if out is None else Path(out)
     if folder is not None:
         try:
@@ -158,7 +158,7 @@ def interruptible_batch(
 
 
 class _Batch:
-    """A batch under way. Shared between threads: each list and dictionary entry is written by one of them."""
+    """State of a running batch, shared between threads: each entry is written by one thread."""
 
     def __init__(
         self,
@@ -199,7 +199,7 @@ class _Batch:
         return [self.outcomes[i] for i in sorted(self.outcomes)]
 
     def _heard(self, _: FrameType | None) -> None:
-        """Ctrl-C: no exception, which could come between taking a lock and giving it back."""
+        """Handle Ctrl-C without an exception, which could leave a lock acquired."""
         self.interrupted = True
         self.stop.set()
 
@@ -211,7 +211,7 @@ class _Batch:
         return (done + sum(running)) / max(self.total, done + len(running), 1)
 
     def _work(self) -> None:
-        """One worker: case after case until none is left."""
+        """Worker thread: run cases until none is left."""
         while not self.stop.is_set():
             with self.next_lock:
                 following = next(self.waiting, None)
@@ -271,14 +271,14 @@ class _Batch:
 
 
 def _inputs(case: BatchCase) -> str | None:
-    """Hash of what a case's result depends on, this package included; None if nobody can tell."""
+    """Hash of all inputs of a case, including this package; None if an input has no reproducible hash."""
     if isinstance(case.controller, Controller) and case.controller.fresh is not None:
-        return None  # a library or a process beside it
+        return None  # depends on a library or another process
     return fingerprint(source_hash(), replace(case, name=""))
 
 
 def _finished(path: Path, inputs: str | None) -> Result | None:
-    """The result of an earlier batch, if it is whole and from the same inputs."""
+    """The stored result of an earlier batch, if it is complete and has the same inputs."""
     if inputs is None or not path.is_file():
         return None
     try:
@@ -289,7 +289,7 @@ def _finished(path: Path, inputs: str | None) -> Result | None:
 
 
 def completed(outcomes: Iterable[Outcome]) -> list[Any]:
-    """Values of outcomes, all of which must have reached their end without doubt.
+    """Values of the outcomes, all of which must have the status OK.
 
     Raises:
       RunError: one did not; with its name and the reason.
@@ -304,7 +304,7 @@ def completed(outcomes: Iterable[Outcome]) -> list[Any]:
 
 @explained
 def prepare(case: BatchCase) -> Simulation:
-    """A case ready to march.
+    """Create the simulation of a case.
 
     Raises:
       InputError: something of it is not valid.

@@ -1,4 +1,4 @@
-"""A load case: turbine, wind, duration, and what to record, as a record and as a YAML file."""
+"""A load case: turbine, wind, duration and channels, as a record and as a YAML file."""
 
 from __future__ import annotations
 
@@ -61,15 +61,15 @@ class SteadyCase(Record):
 
 
 class TurbulenceCase(TurbulentWind):
-    """A turbulent field made for the turbine."""
+    """Turbulent wind, with a field generated for the turbine."""
 
     kind: Literal["turbulence"] = "turbulence"
     hub_file: str | None = None
-    """Path of a CSV file with the wind that the field has at the hub, relative to the case file."""
+    """Path of a CSV file with measured hub-height wind, relative to the case file."""
 
 
 class IecCase(Record):
-    """A wind of IEC 61400-1 by its name."""
+    """A wind model of IEC 61400-1 by name."""
 
     kind: Literal["iec"] = "iec"
     model: str
@@ -77,21 +77,21 @@ class IecCase(Record):
     wind_class: str | None = None
     """Class and turbulence category, e.g. IIB."""
     edition: Literal[2, 3, 4] | None = None
-    """Of the standard; 3 by default."""
+    """Edition of the standard; 3 by default."""
     speed: float | None = Field(default=None, gt=0.0, le=100.0)
-    """[m/s] at hub height; EWM has that of its class."""
+    """[m/s] at hub height; EWM uses that of its class."""
     sign: Literal[1, -1] | None = None
-    """Of a direction change or shear."""
+    """Sign of a direction change or shear."""
     begin: float | None = None
-    """[s] of a transient; 60 by default."""
+    """[s] start of a gust; 60 by default."""
     years: Literal[1, 50] | None = None
     """Recurrence period of the gusts of edition 2."""
     intensity: float | None = None
-    """Of turbulence [-], in place of the class's."""
+    """Turbulence intensity [-], in place of that of the class."""
     steady: bool | None = None
-    """Of EWM: steady in place of turbulent."""
+    """EWM: steady instead of turbulent."""
     seed: int | None = None
-    """Of turbulence."""
+    """Seed of the turbulence."""
     direction: float | None = Field(default=None, ge=-3.2, le=3.2)
     """[rad] clockwise from above."""
     turbulence: dict[str, Any] = Field(default_factory=dict)
@@ -112,7 +112,7 @@ class BaselineCase(Record):
 
     kind: Literal["baseline"] = "baseline"
     yaw: YawControl | None = None
-    """An active yaw beside it, which needs ``options: {yaw: driven}``; none by default."""
+    """Additional active yaw control, which needs ``options: {yaw: driven}``; none by default."""
 
 
 class LibraryCase(Record):
@@ -128,7 +128,7 @@ class LibraryCase(Record):
     sample_time: float | None = Field(default=None, gt=0.0)
     """[s] between calls; by default every time step."""
     individual_pitch: bool = True
-    """Take the pitch demand of each blade, not the collective one."""
+    """Use the pitch demand of each blade instead of the collective one."""
     timeout: float = Field(default=10.0, gt=0.0)
     """[s] of wall time that a call may take, the first one three times as long."""
 
@@ -138,28 +138,28 @@ class SupervisedCase(Record):
 
     kind: Literal["supervised"]
     supervision: Supervision = Supervision()
-    """When it starts, stops and trips."""
+    """Conditions for start, stop and trip."""
     load: LoadControl | None = None
-    """Load control in production; none leaves the collective law."""
+    """Load control in production; by default the collective controller only."""
     yaw: YawControl | None = None
-    """Turns the nacelle; needs options: {yaw: driven}."""
+    """Yaw control; requires options: {yaw: driven}."""
     protection: YawProtection | None = None
-    """Against yaw errors."""
+    """Yaw error protection."""
     sample_time: float | None = Field(default=None, gt=0.0)
     """[s] between calls; by default every time step."""
 
 
 class FixedCase(Record):
-    """No control: torque and pitch stay as the start has them, as for parked turbines."""
+    """No control: torque and pitch keep their initial values, as for parked turbines."""
 
     kind: Literal["fixed"]
 
 
 class StartCase(Record):
-    """A rotor that stands, idles or turns, in equilibrium with the wind's mean and its weight, or undeflected."""
+    """Initial state: parked, idling or rotating, in equilibrium with mean wind and gravity, or undeflected."""
 
     rotor_speed: Annotated[float, Field(ge=-10.0, le=10.0)] | Literal["idling"] = 0.0
-    """[rad/s]; 0 is at rest, ``idling`` where a rotor that is let go comes to: at rest at the azimuth where its torque
+    """[rad/s]; 0 is standstill, ``idling`` the equilibrium of a free rotor: at rest at the azimuth where its torque
     balances, or at the speed where the mean torque does. ``options: {locked: [generator]}`` holds the rotor."""
     pitch: float | None = Field(default=None, gt=-1.6, lt=3.2)
     """[rad]; by default the pitch actuator's largest, feathered."""
@@ -172,7 +172,7 @@ class StartCase(Record):
     @model_validator(mode="after")
     def _speed_is_given(self) -> StartCase:
         if self.undeflected and self.rotor_speed == "idling":
-            raise ValueError("rotor_speed: idling is an equilibrium; with undeflected: true give a number of rad/s")
+            raise ValueError("rotor_speed: idling is an equilibrium; with undeflected: true specify a number [rad/s]")
         return self
 
 
@@ -181,11 +181,11 @@ class PowerCase(PowerControl):
 
     kind: Literal["power"]
     yaw: YawControl | None = None
-    """Turns the nacelle; needs options: {yaw: driven}."""
+    """Yaw control; requires options: {yaw: driven}."""
     relief: Coordination | None = None
-    """Lets the yaw's dead band follow the power that is to spare; needs yaw."""
+    """Widens the dead band of the yaw control with surplus power; requires yaw."""
     load: LoadControl | None = None
-    """What each blade's pitch and flaps add."""
+    """Load control by individual pitch and flaps."""
     sample_time: float | None = Field(default=None, gt=0.0)
     """[s] between calls; by default every time step."""
 
@@ -197,7 +197,7 @@ ControllerCase = Annotated[
 
 
 def _within(event: Happening, info: ValidationInfo) -> Happening:
-    """Here, and not at the case, so that a message has the event's line."""
+    """Validate events here, and not in the case, so that messages name the line of the event."""
     duration = info.data.get("duration", event.at)
     if event.at > duration:
         raise ValueError(f"at {event.at:g} s is after the end of the run at {duration:g} s (duration)")
@@ -205,36 +205,36 @@ def _within(event: Happening, info: ValidationInfo) -> Happening:
 
 
 class LoadCase(Record):
-    """One simulation, completely described."""
+    """Complete description of one simulation."""
 
     turbine: str
     """Name in the library or path of a YAML file."""
     wind: WindCase
     controller: ControllerCase = BaselineCase()
     start: Literal["operating", "standstill", "idling"] | StartCase = "operating"
-    """Where the run begins: in steady operation; or feathered and let go, to start when the wind is right
-    (``standstill``) or stay until the operator's word (``idling``), which need the supervised controller; or parked as
-    one likes, which needs the supervised, bladed or fixed one; or as OpenFAST does (``undeflected``), under any."""
+    """Initial state: steady operation; or a free, feathered rotor that starts in suitable wind (``standstill``) or
+    idles until the operator requests a start (``idling``), both with the supervised controller; or a parked rotor, with
+    the supervised, bladed or fixed one; or that of OpenFAST (``undeflected``), with any controller."""
     duration: float = Field(gt=0.0, le=1e6)
     """[s]."""
     channels: tuple[str, ...] = tuple(DEFAULT)
-    """What to record, by our names or OpenFAST's; "all" records everything."""
+    """Channels to record, by meltemi's or OpenFAST's names; "all" records all of them."""
     output_step: float = Field(default=0.05, gt=0.0, le=10.0)
     """[s] between records."""
     transient: float = Field(default=0.0, ge=0.0)
-    """[s] at the begin that are recorded, but left out of statistics and equivalent loads."""
+    """[s] initial transient, recorded, but excluded from statistics and equivalent loads."""
     blade_stations: tuple[float, ...] = ()
-    """[m] from the blade root: further places for section loads."""
+    """[m] from the blade root: additional stations for section loads."""
     tower_stations: tuple[float, ...] = ()
-    """[m] above the tower base: further places for section loads."""
+    """[m] above the tower base: additional stations for section loads."""
     events: tuple[Annotated[Event, AfterValidator(_within)], ...] = ()
-    """Faults, grid losses and requests, each with its time."""
+    """Faults, grid losses and operator requests, each with its time."""
     options: ModelOptions = ModelOptions()
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
     """Voltage, frequency, reactive power, and power reference, which needs a controller that follows it."""
     icing: Icing | None = None
-    """Ice on the blades, in place of what the turbine's file may have."""
+    """Ice on the blades, in place of that of the turbine file."""
     electrical: Literal["sized"] | None = None
     """``sized``: generator, converters and grid connection by rule, in place of what the turbine's file may have; used
     with options: {electrical: averaged}."""
@@ -261,9 +261,9 @@ class LoadCase(Record):
                 )
             if not isinstance(self.controller, LibraryCase | FixedCase):
                 raise ValueError(
-                    f"start: a parked rotor would be turned by controller: {{kind: {self.controller.kind}}}; "
-                    "controller: {kind: fixed} leaves it alone, {kind: supervised} keeps it idling; "
-                    "a turning one begins under any controller with undeflected: true, as in OpenFAST"
+                    f"start: a parked rotor would be accelerated by controller: {{kind: {self.controller.kind}}}; "
+                    "controller: {kind: fixed} keeps it parked, {kind: supervised} idling; "
+                    "a rotating one starts with any controller with undeflected: true, as in OpenFAST"
                 )
         if self.grid.power_reference is not None and isinstance(self.controller, BaselineCase | SupervisedCase):
             raise ValueError(
@@ -283,7 +283,7 @@ def read_case(path: str | Path) -> LoadCase:
 
 
 def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
-    """The turbine of a case, with the case's ice and electrical system; paths are relative to ``folder``."""
+    """The turbine of a case, including ice and electrical system; paths are relative to ``folder``."""
     beside = folder / case.turbine
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
     if case.icing is not None:
@@ -347,7 +347,7 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Pat
 
 
 def case_start(case: LoadCase, turbine: AnyTurbine) -> Start | None:
-    """Where the run of a case begins; None for steady operation."""
+    """The initial state of a case; None for steady operation."""
     if case.start == "operating":
         return None
     feather = turbine.pitch_actuator.maximum
@@ -381,7 +381,7 @@ def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
 
 TEMPLATE = """\
 # A load case of meltemi: run it with   meltemi run CASE.yaml --out FOLDER
-# Units are SI: m, s, rad. Everything below `duration` may be left out.
+# Units are SI: m, s, rad. Everything below `duration` is optional.
 turbine: nrel5mw             # a name from `meltemi turbines`, or the path of a .yaml file
 
 wind:
@@ -399,15 +399,15 @@ wind:
 duration: 60.0               # s
 
 controller: {kind: baseline}
-# controller: {kind: baseline, yaw: {dead_band: 0.14}}           # turns into the wind; with options: {yaw: driven}
+# controller: {kind: baseline, yaw: {dead_band: 0.14}}           # active yaw; with options: {yaw: driven}
 # controller: {kind: bladed, library: rosco, input: DISCON.IN}   # or the path of any controller library
-# controller: {kind: power, scheme: hold}   # or another of A0 to A3; follows power_reference below; docs: power control
-# controller: {kind: supervised}         # starts, stops and protects; then also   start: standstill
-# controller: {kind: fixed}              # leaves torque and pitch alone; for   start: {rotor_speed: idling}, parked
+# controller: {kind: power, scheme: hold}   # or another of A0 to A3; tracks power_reference below; docs: power control
+# controller: {kind: supervised}         # start, stop, protection; then also   start: standstill
+# controller: {kind: fixed}              # constant torque and pitch; for   start: {rotor_speed: idling}, parked
 
-output_step: 0.05            # s between records
-transient: 0.0               # s at the begin that statistics leave out
-channels:                    # `meltemi channels` lists them; OpenFAST's names are understood
+output_step: 0.05            # s between outputs
+transient: 0.0               # s initial transient, excluded from statistics
+channels:                    # listed by `meltemi channels`; OpenFAST's names are accepted
   - wind_x
   - rotor_speed
   - azimuth
@@ -421,7 +421,7 @@ channels:                    # `meltemi channels` lists them; OpenFAST's names a
 blade_stations: [20.0, 40.0] # m from the root: section loads there are channels station_1_..., station_2_...
 tower_stations: [43.8]       # m above the base
 
-events: []                   # faults, grid losses and requests; docs: events. For instance
+events: []                   # faults, grid losses and operator requests; docs: events. Examples:
 # events:
 #   - {at: 40.0, type: pitch_stuck, blade: 2, until: 50.0}
 #   - {at: 45.0, type: grid_loss}
@@ -443,20 +443,20 @@ options:                     # docs: options; defaults are shown
   tower_drag: true
   # electrical: averaged     # ideal, averaged: generator, converters, DC link and grid of the turbine file
 
-# electrical: sized          # such a system by rule; with options: {electrical: averaged}; docs: electrical system
+# electrical: sized          # system sized by rule; with options: {electrical: averaged}; docs: electrical system
 
-# grid:                      # each constant, or in time as the air's temperature below; docs: power control
-#   power_reference: 3.0e6   # W that the operator asks for; rated power without it
-#   voltage: 1.0             # share of the nominal one; with options: {electrical: averaged}
+# grid:                      # constant or time-varying, as the air temperature below; docs: power control
+#   power_reference: 3.0e6   # W, reference of the operator; by default rated power
+#   voltage: 1.0             # per unit; with options: {electrical: averaged}
 #   frequency: 50.0          # Hz; by default that of the turbine's electrical system
 
 environment:
   air_density: 1.225         # kg/m^3
   gravity: 9.80665           # m/s^2
   # air: {temperature: 15.0, humidity: 0.4, altitude: 0.0}   # degC, 0 to 1, m; instead of air_density
-  # air: {temperature: {time: [0, 100, 100], value: [30, 30, 10]}}   # in time; a time that stands twice is a jump
+  # air: {temperature: {time: [0, 100, 100], value: [30, 30, 10]}}   # over time; a repeated time is a step
   # rain: {rate: 8.0}          # mm/h; or a class, {kind: moderate}
 
-# icing: {blades: [1], amount: 0.5}   # ice on blades, all without this key; docs: icing
+# icing: {blades: [1], amount: 0.5}   # blade icing, by default on all blades; docs: icing
 """
 """What ``meltemi template case`` writes."""

@@ -1,4 +1,4 @@
-"""The run that an OpenFAST deck describes, as a load case."""
+"""Load case of an OpenFAST deck."""
 
 from __future__ import annotations
 

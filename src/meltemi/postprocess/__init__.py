@@ -1,1 +1,1 @@
-"""Numbers from results: statistics, fatigue, files."""
+"""Evaluation of results: statistics, fatigue, spectra, files."""

@@ -1,4 +1,4 @@
-"""Series without some of their frequencies: what a perfect controller of those harmonics would leave.
+"""Ideal removal of frequency bands: the upper bound for a controller of these harmonics.
 
 A band is removed ideally: its frequencies of the discrete Fourier transform are set to zero, all others stay, to the
 phase. Whole periods of tones in a band go and those outside stay exactly, and the variance falls by just what the band
@@ -35,7 +35,7 @@ Detrend = Literal["constant", "linear"]
 
 @dataclass(frozen=True)
 class Ceiling:
-    """Deviation and equivalent load of a series, and after the ideal removal of bands.
+    """Standard deviation and equivalent load of a series, before and after ideal removal of bands.
 
     Attributes:
       bands: [Hz] what was removed.
@@ -53,12 +53,12 @@ class Ceiling:
 
     @property
     def std_change(self) -> float:
-        """Change of the standard deviation, over its value before; NaN for a constant series."""
+        """Relative change of the standard deviation; NaN for a constant series."""
         return self.std_left / self.std - 1.0 if self.std > 0.0 else nan
 
     @property
     def load_change(self) -> float:
-        """Change of the equivalent load, over its value before; NaN for a constant series."""
+        """Relative change of the equivalent load; NaN for a constant series."""
         return self.load_left / self.load - 1.0 if self.load > 0.0 else nan
 
 
@@ -81,7 +81,7 @@ def harmonic_bands(rotor_frequency: float, multiples: Sequence[float], half_widt
 
 
 def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend: Detrend = "constant") -> Float:
-    """The series without the frequencies of the bands; its mean always stays.
+    """The series without the frequencies of the bands; the mean is kept.
 
     Args:
       series: (T,) values.
@@ -93,7 +93,7 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
       (T,) in the unit of the series.
 
     Raises:
-      InputError: a band is empty or holds no frequency of the record, or values are not finite.
+      InputError: a band is empty or contains no frequency of the record, or values are not finite.
     """
     where = "remove_bands"
     x, dt, _ = even_series(series, None, dt, where)
@@ -107,7 +107,7 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
         inside = (frequency >= low - rounding) & (frequency <= high + rounding)
         if not inside.any():
             raise InputError(
-                f"{where}: {low:g} to {high:g} Hz holds no frequency of the record, "
+                f"{where}: {low:g} to {high:g} Hz contains no frequency of the record, "
                 f"which are {1.0 / (len(x) * dt):g} Hz apart up to {frequency[-1]:g} Hz"
             )
         taken |= inside
@@ -144,7 +144,7 @@ def ceiling(
     between: tuple[float, float] | None = None,
     detrend: Detrend = "constant",
 ) -> Ceiling:
-    """How far the deviation and the equivalent load of a series fall when bands are removed ideally.
+    """Reduction of standard deviation and equivalent load of a series by ideal removal of bands.
 
     This is what a controller could reach that takes away these harmonics wholly and adds nothing elsewhere. It is no
     strict bound on equivalent loads, which also depend on how harmonics meet.
@@ -168,7 +168,7 @@ def ceiling(
     if slope is None:
         slope = usual_slope(found) if found else None
         if slope is None:
-            raise InputError(f"{where}: give the slope of the S-N curve, which is known for channels of loads only")
+            raise InputError(f"{where}: specify the slope of the S-N curve; defaults exist for load channels only")
     left = remove_bands(x, step, bands, detrend=detrend)
     if between is not None:
         time = source.time if isinstance(source, Result) else step * np.arange(len(x))

@@ -1,4 +1,4 @@
-"""Measured or simulated series as statistics of ten minutes, and those in bins of the wind speed.
+"""Ten-minute statistics of measured or simulated series, and their wind speed bins.
 
 Means, standard deviations and extremes of fixed periods are what IEC TS 61400-13 stores of a load measurement; bins of
 1 m/s centred on whole numbers are those of IEC 61400-12-1. In a bin stand the mean of the means, the mean of the
@@ -31,7 +31,7 @@ EDGES = (0.0, *(k + 0.5 for k in range(2, 25)))
 def period_statistics(
     time: ArrayLike, series: Mapping[str, ArrayLike], *, period: float = TEN_MINUTES, complete: float = 1.0
 ) -> pd.DataFrame:
-    """Statistics of consecutive periods of measured series.
+    """Statistics of consecutive periods of measured time series.
 
     Args:
       time: (T,) [s], increasing; gaps are allowed. Periods begin at whole multiples of ``period``.
@@ -76,7 +76,7 @@ def period_statistics(
 
 
 def result_statistics(result: Result, names: Sequence[str], *, begin: float = 0.0) -> pd.DataFrame:
-    """The same of a simulation, as one period from ``begin`` [s] to its end; units are SI.
+    """Statistics of a simulation, as one period from ``begin`` [s] to its end, in SI units.
 
     Raises:
       InputError: a channel is not there.
@@ -89,7 +89,7 @@ def result_statistics(result: Result, names: Sequence[str], *, begin: float = 0.
 
 
 def bin_statistics(periods: pd.DataFrame, by: str = "wind_speed", *, edges: Sequence[float] = EDGES) -> pd.DataFrame:
-    """Statistics of periods in bins of the mean of one of the series.
+    """Statistics of periods, binned by the mean of one of the series.
 
     Args:
       periods: from ``period_statistics``; those of several records can be joined by ``pandas.concat``.

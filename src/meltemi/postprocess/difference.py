@@ -1,4 +1,4 @@
-"""How two results differ, channel by channel: means, scatter, loads, and the instants themselves."""
+"""Differences of two results by channel: means, standard deviations, loads, time series."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ROUNDING = 1e-3
 
 @dataclass(frozen=True)
 class ChannelDifference:
-    """A channel of two results, in SI.
+    """Differences of a channel between two results, in SI units.
 
     Attributes:
       channel: of the first result.
@@ -44,17 +44,17 @@ class ChannelDifference:
 
     @property
     def mean_change(self) -> float:
-        """First mean less second, over the size of the second or, if that is more, its standard deviation."""
+        """Difference of the means over the magnitude of the second or, if larger, its standard deviation."""
         return _over(self.mean[0] - self.mean[1], max(abs(self.mean[1]), self.std[1]))
 
     @property
     def std_change(self) -> float:
-        """Change of the standard deviation, over that of the second."""
+        """Change of the standard deviation relative to the second."""
         return _over(self.std[0] - self.std[1], self.std[1])
 
     @property
     def load_change(self) -> float:
-        """Change of the equivalent load, over that of the second."""
+        """Change of the equivalent load relative to the second."""
         return _over(self.load[0] - self.load[1], self.load[1])
 
 
@@ -77,7 +77,7 @@ class Differences(Brief):
     notes: tuple[str, ...]
 
     def of(self, i: int) -> tuple[Float, Float]:
-        """Series (T,) of the compared channel ``i`` in both results."""
+        """Time series (T,) of the compared channel ``i`` in both results."""
         return self.first.data[:, i], self.second.data[:, i]
 
 
@@ -90,7 +90,7 @@ def compare_results(
     end: float | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Differences:
-    """Differences of two results, the second being the reference.
+    """Differences of two results; the second is the reference.
 
     They are compared over the time that both cover, at the instants of the one with the longer time step, onto which
     the other is interpolated linearly.
@@ -102,7 +102,7 @@ def compare_results(
         that both have but angles that turn.
       begin: [s] of the compared part; by default all that both cover.
       end: [s] of the compared part.
-      progress: called with the share that is done.
+      progress: callback with the completed fraction.
 
     Raises:
       InputError: there is no common time or no common channel, or a name is unknown.
@@ -159,7 +159,7 @@ def _channel(result: Result, name: str, which: str) -> Channel:
 
 
 def _others(result: Result, used: list[Channel], wanted: Sequence[str] | None) -> tuple[str, ...]:
-    """Channels without a partner; of no interest where channels are named."""
+    """Channels that only one result has; none if channels are named."""
     return () if wanted else tuple(c.name for c in result.channels if c not in used and not c.wrap and c.unit != "s")
 
 
@@ -190,7 +190,7 @@ def _common_time(
 
 
 def _at(result: Result, channels: list[Channel], time: Float) -> Result:
-    """The channels of a result at other instants."""
+    """The channels of a result, interpolated to other times."""
     columns = [_interpolated(time, result.time, result[c.name], c.wrap) for c in channels]
     return Result(time, np.stack(columns, axis=1), tuple(channels), result.status, result.message, result.meta)
 
@@ -203,7 +203,7 @@ def _interpolated(time: Float, known: Float, x: Float, wrap: bool) -> Float:
 
 
 def gaps(channel: Channel, x: Float, y: Float) -> Float:
-    """x less y, of angles that turn the shorter way round."""
+    """x minus y; for angles along the shorter arc."""
     return (x - y + np.pi) % (2.0 * np.pi) - np.pi if channel.wrap else x - y
 
 
@@ -233,7 +233,7 @@ def _difference(channel: Channel, time: Float, x: Float, y: Float) -> ChannelDif
 
 
 def _scatter(x: Float) -> float:
-    """Standard deviation; that of a constant is 0, not the rounding error of its mean."""
+    """Standard deviation, exactly 0 for a constant."""
     with np.errstate(invalid="ignore"):
         return float(x.std()) if np.ptp(x) != 0.0 else 0.0
 
@@ -243,6 +243,6 @@ def _over(value: float, size: float) -> float:
 
 
 def most_different(found: Differences, n: int) -> list[ChannelDifference]:
-    """The ``n`` channels that lie furthest apart in their own scatter, furthest first."""
+    """The ``n`` channels with the largest difference relative to their standard deviation, largest first."""
     known = [d for d in found.channels if np.isfinite(d.distance)]
     return sorted(known, key=lambda d: -d.distance)[:n]

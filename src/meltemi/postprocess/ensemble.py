@@ -1,4 +1,4 @@
-"""Numbers over seeds: means with their confidence, changes seed by seed, equivalent loads of ensembles and lifetimes.
+"""Ensemble statistics: means with confidence intervals, changes by seed, ensemble and lifetime equivalent loads.
 
 Schemes that ran in the same winds are compared seed by seed: the change of each seed against the first scheme is
 formed first and averaged then. What differs from seed to seed, mostly the wind, falls out, so intervals of changes are
@@ -31,7 +31,7 @@ LEAST_SHAPE, MOST_SHAPE = 0.5, 20.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """Mean of some numbers and the interval in which the mean of the population lies with a given probability.
+    """Sample mean and its confidence interval.
 
     Attributes:
       mean: of the numbers.
@@ -108,7 +108,7 @@ class EnsembleTable(Brief):
 
 
 def mean_interval(values: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
-    """Mean and Student's confidence interval of independent numbers, such as one of each seed.
+    """Mean and Student's confidence interval of independent samples, such as one per seed.
 
     Args:
       values: (n,) numbers.
@@ -131,7 +131,7 @@ def mean_interval(values: ArrayLike, confidence: float = CONFIDENCE) -> Estimate
 
 
 def ensemble_load(loads: ArrayLike, slope: float, weights: ArrayLike | None = None) -> float:
-    """Equivalent load of several series together, (sum w L^m / sum w)^(1/m): their damages add up, not their loads.
+    """Equivalent load of several series, (sum w L^m / sum w)^(1/m): damage adds up, not loads.
 
     Args:
       loads: (n,) equivalent loads, all for the same duration and f_eq.
@@ -154,7 +154,7 @@ def ensemble_table(
     *,
     confidence: float = CONFIDENCE,
 ) -> EnsembleTable:
-    """Means, intervals, and changes against the first scheme, of numbers of several schemes in the same winds.
+    """Means, intervals and changes relative to the first scheme, for several schemes in the same wind fields.
 
     Args:
       values: for each seed and scheme the quantities, ``values[seed][scheme][quantity]``, all in the same unit from
@@ -163,7 +163,7 @@ def ensemble_table(
       confidence: probability of the intervals.
 
     Raises:
-      InputError: there are no numbers, a seed lacks a scheme or a scheme a quantity that the first one has or has
+      InputError: the input is empty, a seed lacks a scheme or a scheme a quantity that the first one has or has
         others, a number is not finite, or a slope belongs to no quantity.
     """
     where = "ensemble_table"
@@ -204,7 +204,7 @@ def ensemble_table(
 
 
 def travel(source: Result | ArrayLike, channel: str | None = None, *, dt: float | None = None) -> float:
-    """Mean of the magnitude of an actuator's rate: the way it goes per second, its duty.
+    """Actuator travel per second: mean absolute rate.
 
     Args:
       source: a result, with ``channel`` (such as ``pitch_1``), or (T,) angles, with ``dt``.
@@ -216,14 +216,14 @@ def travel(source: Result | ArrayLike, channel: str | None = None, *, dt: float 
       values are missed, so it is a little low for a coarse series.
 
     Raises:
-      InputError: what is needed beside the source is missing, or values are not finite or not evenly spaced.
+      InputError: required arguments besides the source are missing, or values are not finite or not evenly spaced.
     """
     x, step, _ = even_series(source, channel, dt, "travel")
     return float(np.abs(np.diff(x)).sum() / ((len(x) - 1) * step))
 
 
 def rayleigh_weights(speeds: ArrayLike, mean_speed: float, edges: Sequence[float] | None = None) -> Float:
-    """Shares of time of bins of wind speed in a Rayleigh distribution: :func:`weibull_weights` with k = 2.
+    """Probabilities of wind speed bins in a Rayleigh distribution: :func:`weibull_weights` with k = 2.
 
     Source: IEC 61400-1, eq. (8) of edition 3: P(V) = 1 - exp(-pi (V / (2 V_ave))^2).
     """
@@ -231,7 +231,7 @@ def rayleigh_weights(speeds: ArrayLike, mean_speed: float, edges: Sequence[float
 
 
 def weibull_weights(speeds: ArrayLike, mean_speed: float, k: float, edges: Sequence[float] | None = None) -> Float:
-    """Shares of time of bins of wind speed in a Weibull distribution.
+    """Probabilities of wind speed bins in a Weibull distribution.
 
     P(V) = 1 - exp(-(V / A)^k) with the scale A = V_ave / Gamma(1 + 1/k): IEC 61400-1, terms and definitions.
 
@@ -282,7 +282,7 @@ def lifetime_del(
     edges: Sequence[float] | None = None,
     operating_time: bool = False,
 ) -> float:
-    """Damage-equivalent load over a lifetime in a Weibull distribution of the wind speed, (sum p_i DEL_i^m)^(1/m).
+    """Lifetime damage-equivalent load for a Weibull distribution of the wind speed, (sum p_i DEL_i^m)^(1/m).
 
     Args:
       speeds: (n,) [m/s] ascending.

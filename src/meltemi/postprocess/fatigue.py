@@ -1,4 +1,4 @@
-"""Rainflow counting and damage-equivalent loads, with their conventions written out.
+"""Rainflow counting and damage-equivalent loads.
 
 * Cycles are counted by the rainflow method of ASTM E1049-85 (2017), section 5.4.4, on the turning points
   of the series; the residue counts as half cycles.
@@ -24,7 +24,7 @@ Index = NDArray[np.intp]
 
 
 def cycle_ends(series: ArrayLike) -> tuple[Index, Index, Float]:
-    """Turning points between which the cycles of a series lie.
+    """Turning points of the cycles of a series.
 
     Args:
       series: (T,) values.
@@ -34,13 +34,13 @@ def cycle_ends(series: ArrayLike) -> tuple[Index, Index, Float]:
       (1 or 0.5), each (n,). A plateau counts as its first value.
 
     Raises:
-      InputError: the series holds values that are not numbers.
+      InputError: the series contains values that are not finite.
     """
     import rainflow
 
     x = np.asarray(series, dtype=float)
     if not np.all(np.isfinite(x)):
-        raise InputError("rainflow counting: the series holds values that are not numbers")
+        raise InputError("rainflow counting: the series contains values that are not finite")
     place = np.flatnonzero(np.append(True, np.diff(x) != 0.0)) if len(x) else np.zeros(0, dtype=np.intp)
     x = x[place]
     if len(x) > 1 and abs(np.sign(np.diff(x)).sum()) == len(x) - 1:  # half a cycle, of which the library finds none
@@ -60,7 +60,7 @@ def rainflow_cycles(series: ArrayLike) -> tuple[Float, Float, Float]:
       ranges, means and counts (1 or 0.5) of the cycles, each (n,).
 
     Raises:
-      InputError: the series holds values that are not numbers.
+      InputError: the series contains values that are not finite.
     """
     x = np.asarray(series, dtype=float)
     first, second, counts = cycle_ends(x)
@@ -68,7 +68,7 @@ def rainflow_cycles(series: ArrayLike) -> tuple[Float, Float, Float]:
 
 
 def equivalent_range(ranges: Float, counts: Float, *, duration: float, slope: float, f_eq: float) -> float:
-    """Range of the load that does the damage of these cycles (F-8); see ``damage_equivalent_load``."""
+    """Equivalent load range of cycles (F-8); see ``damage_equivalent_load``."""
     for name, value in (("duration", duration), ("slope", slope), ("f_eq", f_eq)):
         if not value > 0.0:
             raise InputError(f"damage_equivalent_load: {name} must be positive, found {value!r}")
@@ -81,7 +81,7 @@ def equivalent_range(ranges: Float, counts: Float, *, duration: float, slope: fl
 def damage_equivalent_load(
     series: ArrayLike, *, duration: float, slope: float, f_eq: float = 1.0, bins: int | None = None
 ) -> float:
-    """Range of the equivalent load, in the unit of the series.
+    """Damage-equivalent load (a range), in the unit of the series.
 
     Args:
       series: (T,) values.
@@ -103,7 +103,7 @@ def damage_equivalent_load(
 
 
 def usual_slope(channel: Channel) -> float | None:
-    """Usual S-N slope for a channel: 10 for blades, 4 for steel, None where it is no load."""
+    """Customary S-N slope of a channel: 10 for blades, 4 for steel, None if it is not a load."""
     if channel.unit not in ("N", "N m"):
         return None
     return 10.0 if channel.name.lower().startswith(("root", "station", "spn")) else 4.0  # Spn: OpenFAST's stations
@@ -116,7 +116,7 @@ def equivalent_loads(
     *,
     slopes: Mapping[str, float] | None = None,
 ) -> dict[str, float]:
-    """Damage-equivalent loads of the load channels of a result after its transient, in SI.
+    """Damage-equivalent loads of the load channels of a result, without its initial transient, in SI units.
 
     Args:
       names: of the channels; by default all loads.

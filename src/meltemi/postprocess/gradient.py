@@ -1,4 +1,4 @@
-"""Derivatives of statistics of a series with respect to parameters, from the derivatives of the series.
+"""Derivatives of the statistics of a time series with respect to parameters.
 
 Every statistic is a function of the values of the series alone, smooth but for the choice of instants: that
 of the largest value, and those of the turning points. A small change of a parameter leaves these as they
@@ -26,7 +26,7 @@ def _checked(series: ArrayLike, derivatives: ArrayLike) -> tuple[Float, Float]:
 
 
 def mean_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Float]:
-    """Mean of the values (F-12)."""
+    """Mean and its derivatives (F-12)."""
     x, dx = _checked(series, derivatives)
     return float(x.mean()), dx.mean(axis=0)
 
@@ -42,14 +42,14 @@ def std_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Floa
 
 
 def min_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Float]:
-    """Smallest value, at the first instant it is reached (F-13)."""
+    """Minimum and its derivatives, at its first occurrence (F-13)."""
     x, dx = _checked(series, derivatives)
     at = int(np.argmin(x))
     return float(x[at]), dx[at].copy()
 
 
 def max_gradient(series: ArrayLike, derivatives: ArrayLike) -> tuple[float, Float]:
-    """Largest value, at the first instant it is reached (F-13)."""
+    """Maximum and its derivatives, at its first occurrence (F-13)."""
     x, dx = _checked(series, derivatives)
     at = int(np.argmax(x))
     return float(x[at]), dx[at].copy()

@@ -1,4 +1,4 @@
-"""Power spectra of series, and what stands in them near the harmonics of the rotor.
+"""Power spectra of time series, and their peaks at rotor harmonics.
 
 Densities are one-sided: their integral over frequency is the variance. They are estimated by Welch's method: segments
 under a Hann window, each without its mean or line, overlapping, their periodograms averaged. The window spreads a tone
@@ -35,7 +35,7 @@ UNEVEN = 1e-3
 
 @dataclass(frozen=True, repr=False)
 class PowerSpectrum(Brief):
-    """One-sided power spectral density of a series.
+    """One-sided power spectral density of a time series.
 
     Attributes:
       frequency: (F,) [Hz] from zero to half the sampling rate.
@@ -65,11 +65,11 @@ class PowerSpectrum(Brief):
 
     @property
     def variance(self) -> float:
-        """Integral of the density over all frequencies."""
+        """Variance: integral of the density over all frequencies."""
         return float(self.density.sum() * self.resolution)
 
     def interval(self, confidence: float = 0.95) -> tuple[float, float]:
-        """Factors on the density between which its expectation lies with this probability, for noise.
+        """Confidence interval of the density of a random signal, as factors on the density.
 
         Raises:
           InputError: ``confidence`` does not lie between 0 and 1.
@@ -84,7 +84,7 @@ class PowerSpectrum(Brief):
 
 @dataclass(frozen=True)
 class Peak:
-    """The highest density near a frequency.
+    """The highest spectral density near a frequency.
 
     Attributes:
       frequency: [Hz] at which it stands.
@@ -106,14 +106,14 @@ class Peak:
 
 
 def decibels(density: float, against: float) -> float:
-    """[dB] ten times the decimal logarithm of a ratio of powers; -inf for nothing, NaN against nothing."""
+    """[dB] ten times the decimal logarithm of a power ratio; -inf for zero, NaN relative to zero."""
     if not against > 0.0 or density != density:
         return nan
     return 10.0 * log10(density / against) if density > 0.0 else -np.inf
 
 
 def time_step(time: Float, where: str) -> float:
-    """[s] between the values of a series.
+    """[s] time step of a uniform series.
 
     Raises:
       InputError: there are fewer than two, or their steps differ.
@@ -130,7 +130,7 @@ def time_step(time: Float, where: str) -> float:
 def even_series(
     source: Result | ArrayLike, channel: str | None, dt: float | None, where: str
 ) -> tuple[Float, float, Channel | None]:
-    """Values, time step [s] and channel of a result's column, or of a bare series.
+    """Values, time step [s] and channel of a result's channel, or of a plain series.
 
     Args:
       source: a result, with ``channel``, or (T,) values, with ``dt``.
@@ -139,12 +139,12 @@ def even_series(
       where: begins the messages.
 
     Raises:
-      InputError: what is needed beside the source is missing, or values are not finite or not evenly spaced.
+      InputError: required arguments besides the source are missing, or values are not finite or not evenly spaced.
     """
     found: Channel | None = None
     if isinstance(source, Result):
         if channel is None or dt is not None:
-            raise InputError(f"{where}: a result needs a channel, and has its own time")
+            raise InputError(f"{where}: a result requires a channel, and defines its own time")
         found = source.channel(channel)
         x, step = source[channel], time_step(source.time, where)
     else:
@@ -154,7 +154,7 @@ def even_series(
     if x.ndim != 1 or len(x) < 2:
         raise InputError(f"{where}: the series must be a row of at least two values, found shape {x.shape}")
     if not np.all(np.isfinite(x)):
-        raise InputError(f"{where}: the series holds values that are not numbers")
+        raise InputError(f"{where}: the series contains values that are not finite")
     return x, step, found
 
 
@@ -201,7 +201,7 @@ def power_spectrum(
     where = "power_spectrum"
     x, step, found = even_series(source, channel, dt, where)
     if resolution is not None and segments is not None:
-        raise InputError(f"{where}: give the resolution or the number of segments, not both")
+        raise InputError(f"{where}: specify either the resolution or the number of segments")
     if not 0.0 <= overlap < 1.0:
         raise InputError(f"{where}: overlap must be at least 0 and below 1, found {overlap!r}")
     if detrend not in ("constant", "linear"):
@@ -243,7 +243,7 @@ def power_spectrum(
 
 
 def average_spectra(spectra: Sequence[PowerSpectrum]) -> PowerSpectrum:
-    """Mean of spectra of the same channel and resolution, such as of several seeds; degrees of freedom add up.
+    """Mean of spectra of equal channel and resolution, such as of several seeds; degrees of freedom are added.
 
     Segments count as weights, so that runs of different length may be averaged.
 
@@ -305,7 +305,7 @@ def peak(spectrum: PowerSpectrum, frequency: float, half_width: float) -> Peak:
 
 
 def rotor_frequency(result: Result) -> float:
-    """[Hz] mean rotor frequency of a result, from ``rotor_speed``, or from ``azimuth`` where that was not recorded.
+    """[Hz] mean rotational frequency of a result, from ``rotor_speed`` or else from ``azimuth``.
 
     Raises:
       InputError: the result has neither, or is empty.

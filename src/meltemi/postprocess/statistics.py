@@ -1,4 +1,4 @@
-"""Statistics that need more than a column of numbers."""
+"""Statistics that require the azimuth."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ROUNDING = 1e-9
 
 
 def means_over_revolutions(time: Float, azimuth: Float, x: Float) -> tuple[Float, Float]:
-    """Averages of x over each full revolution, and the times of their ends; exact for x linear between samples.
+    """Azimuthal averages of x, one per full revolution, and their end times; exact for piecewise linear x.
 
     Args:
       time, azimuth, x: (T,) [s], [rad], anything.
@@ -37,7 +37,7 @@ def means_over_revolutions(time: Float, azimuth: Float, x: Float) -> tuple[Float
 
 
 def revolution_means(result: Result, name: str) -> Float:
-    """(revolutions,) averages of a channel over each full revolution; needs the channel ``azimuth`` beside it.
+    """(revolutions,) azimuthal averages of a channel, one per full revolution; requires the channel ``azimuth``.
 
     Raises:
       InputError: the result has no full revolution.
@@ -46,7 +46,7 @@ def revolution_means(result: Result, name: str) -> Float:
 
 
 def azimuth_bins(result: Result, name: str, n: int = 36) -> Float:
-    """(n,) averages of a channel over bins of the azimuth; NaN where a bin is empty."""
+    """(n,) averages of a channel in azimuth bins; NaN for an empty bin."""
     which = np.minimum((result["azimuth"] % (2.0 * np.pi) / (2.0 * np.pi) * n).astype(int), n - 1)
     total = np.bincount(which, weights=result[name], minlength=n)
     count = np.bincount(which, minlength=n)

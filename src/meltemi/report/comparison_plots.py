@@ -1,4 +1,4 @@
-"""Changes of schemes against the first, as bars with their intervals."""
+"""Bar charts of changes relative to the first scheme, with confidence intervals."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def plot_changes(
     absolute: Sequence[str] = (),
     units: Mapping[str, tuple[str, float]] | None = None,
 ) -> Figure:
-    """Changes against the first scheme in percent, and beside them some quantities as they are.
+    """Plot changes relative to the first scheme in percent, and absolute values of some quantities.
 
     Args:
       table: of an ensemble.

@@ -1,4 +1,4 @@
-"""Two results on top of each other, and tables of how they differ."""
+"""Plots and tables of the differences of two results."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ZOOM = 20.0
 
 
 def difference_rows(found: Differences, labels: tuple[str, str]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of all numbers, in units for people: a row a channel."""
+    """Header and rows of all differences in engineering units, one row per channel."""
     each = [f"{what} {label}" for what in ("mean", "std", "DEL 1 Hz") for label in labels]
     changes = ["mean %", "std %", "DEL %"]
     head = ["channel", "OpenFAST", "unit", *each, *changes, "correlation", "rms / std", "worst", "at s"]
@@ -36,7 +36,7 @@ def difference_rows(found: Differences, labels: tuple[str, str]) -> tuple[list[s
 
 
 def short_difference_rows(found: Differences) -> tuple[list[str], list[list[str]]]:
-    """As :func:`difference_rows`, narrow enough for a terminal: values of the second result, and changes."""
+    """Shortened :func:`difference_rows` for a terminal: values of the second result, and changes."""
     head = ["channel", "unit", "mean", "%", "std", "%", "DEL", "%", "corr.", "rms/std", "worst", "at s"]
     rows = []
     for d in found.channels:
@@ -51,7 +51,7 @@ def short_difference_rows(found: Differences) -> tuple[list[str], list[list[str]
 
 
 def _closeness(d: ChannelDifference) -> list[str]:
-    """Changes of mean, deviation and load [%]; correlation; distance."""
+    """Changes of mean, standard deviation and load [%]; correlation; normalised rms difference."""
     changes = [_percent(v) for v in (d.mean_change, d.std_change, d.load_change)]
     return [*changes, "-" if np.isnan(d.correlation) else f"{d.correlation:.5f}", _fixed(d.distance)]
 
@@ -65,7 +65,7 @@ def _fixed(value: float) -> str:
 
 
 def plot_differences(found: Differences, channels: Sequence[str] | None = None, *, labels: tuple[str, str]) -> Figure:
-    """Both results over the whole time and around the worst instant, and their difference; a row a channel.
+    """Plot both results over the whole time and around the largest difference, and the difference, per channel.
 
     Args:
       found: the differences.

@@ -1,4 +1,4 @@
-"""Tables of ensembles for the terminal and for files."""
+"""Tables of ensembles for terminals and files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from meltemi.report.tables import number
 def ensemble_rows(
     table: EnsembleTable, units: Mapping[str, tuple[str, float]] | None = None
 ) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of an ensemble, one for each quantity and scheme, for ``rich_table`` and ``write_csv``.
+    """Header and rows of an ensemble, one per quantity and scheme, for ``rich_table`` and ``write_csv``.
 
     Changes are in percent; after each number stands the half-width of its interval, empty where there is none.
 
@@ -50,7 +50,7 @@ def _pair(estimate: Estimate | None, factor: float) -> tuple[str, str]:
 def scheme_rows(
     table: EnsembleTable, units: Mapping[str, tuple[str, float]] | None = None, *, means: bool = True
 ) -> tuple[list[str], list[list[str]], list[tuple[str, int]]]:
-    """Head, rows and groups of columns of an ensemble with the schemes beside each other, for reading.
+    """Header, rows and column groups of an ensemble, with one group of columns per scheme.
 
     One row a quantity: the first scheme's mean, of the others mean and change in percent, with the half-width of its
     interval. Below each equivalent load stands that of the ensemble, if there are several seeds.
@@ -85,13 +85,13 @@ def scheme_rows(
 
 
 def change_text(change: Estimate | None) -> str:
-    """A change in percent and the half-width of its interval, where there is one."""
+    """A change in percent with the half-width of its interval, if available."""
     if change is None or isnan(change.mean):
         return "-"
     return _percent(change.mean, "+") + ("" if isnan(change.half_width) else f" ± {_percent(change.half_width)}")
 
 
 def _percent(share: float, sign: str = "") -> str:
-    """A tenth of a percent, but no such small parts of large changes."""
+    """Format a percentage with one decimal, large ones without decimals."""
     percent = 100.0 * share
     return "-" if isnan(percent) else f"{percent:{sign}.{1 if abs(percent) < 100.0 else 0}f}"

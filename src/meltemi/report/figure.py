@@ -1,4 +1,4 @@
-"""The figures of the package, apart since they bring Matplotlib along."""
+"""Figure class of the package, in a separate module to import Matplotlib on demand."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 
 class ShownFigure(Figure):
-    """A figure that needs no display and no global state, and that a notebook shows as a picture."""
+    """A figure without display or global state, shown as an image in notebooks."""
 
     def __init__(self, *arguments: Any, **keywords: Any) -> None:
         super().__init__(*arguments, **keywords)

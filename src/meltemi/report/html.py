@@ -1,4 +1,4 @@
-"""One page that needs nothing else: tables and pictures in a single HTML file, to be sent around and kept."""
+"""Self-contained HTML pages with tables and figures."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ class Picture:
 
 @dataclass(frozen=True)
 class Code:
-    """Text to be copied, such as a command line."""
+    """Verbatim text, such as a command line."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what stands below it, in this order; a text is a paragraph."""
+    """A heading and its content, in this order; a text is a paragraph."""
 
     heading: str
     content: Sequence[str | Table | Picture | Code]
@@ -71,7 +71,7 @@ def write_page(
     lead: str = "",
     footer: str = "",
 ) -> Path:
-    """Write sections as one HTML file with everything inside: no scripts, nothing from outside.
+    """Write sections as one self-contained HTML file, without scripts or external resources.
 
     Args:
       path: of the file.
@@ -95,7 +95,7 @@ def page(
     lead: str = "",
     footer: str = "",
 ) -> str:
-    """The text of the page that :func:`write_page` writes; all arguments are plain text."""
+    """HTML text of the page of :func:`write_page`; all arguments are plain text."""
     parts = [f"<h1>{escape(title)}</h1>"]
     if described := [f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts]:
         parts.append(f'<dl class="facts">{"".join(described)}</dl>')

@@ -1,4 +1,4 @@
-"""Colours of all figures, in one place.
+"""Colours of all figures.
 
 The colours of series differ for readers with full, red-blind and green-blind sight, the first seven by at least 20, all
 ten by at least 15 units of CIELAB (tested with the matrices of Machado, Oliveira and Fernandes 2009).
@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 INK, SOFT, FAINT, GRID, SHADE = "#1b2a38", "#5b6873", "#9aa5ae", "#d7dde2", "#e8edf1"
-"""Words and axes; what is said beside; reference lines; the grid; areas."""
+"""Text and axes; secondary text; reference lines; grid; areas."""
 COLOURS = (
     *("#0b6e99", "#e08a00", "#332288", "#56b4e9", "#994f12"),
     *("#009e73", "#882255", "#86cbb4", "#5c3a00", "#7f3ff0"),
@@ -27,6 +27,6 @@ FACES = {
 
 
 def curve(j: int) -> dict[str, Any]:
-    """Colour, marker and line of the j-th of many curves: no two of the first 110 look alike."""
+    """Colour, marker and line style of the j-th curve, unique for the first 110."""
     line = LINES[j // len(COLOURS) % len(LINES)]
     return {"color": COLOURS[j % len(COLOURS)], "marker": MARKERS[j % len(MARKERS)], "linestyle": line}

@@ -1,4 +1,4 @@
-"""One function a figure. Each takes data and an optional ``ax``, labels itself, and returns the axes."""
+"""Plot functions. Each takes data and an optional ``ax``, adds labels, and returns the axes."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ EVERYBODY = (
 
 
 def new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share: bool = True) -> tuple[Figure, Any]:
-    """A figure that needs no display and no global state, and its panels."""
+    """A figure without display or global state, and its axes."""
     from meltemi.report.figure import ShownFigure
 
     figure = ShownFigure(figsize=size, layout="constrained")
@@ -45,7 +45,7 @@ def new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share:
 
 
 def style(ax: Axes) -> None:
-    """A light grid and no box."""
+    """Apply the common axes style: light grid, no frame."""
     ax.grid(True, color=GRID, linewidth=0.6)
     ax.set_axisbelow(True)
     for side in ("top", "right"):
@@ -53,7 +53,7 @@ def style(ax: Axes) -> None:
 
 
 def panel(ax: Axes, title: str, unit: str) -> None:
-    """Say above a panel what it shows, and its unit beside the axis; with the grid of all panels."""
+    """Set title, unit and style of axes."""
     ax.set_title(title, fontsize=9, loc="left", color=INK, pad=3)
     ax.set_ylabel(f"[{unit}]", fontsize=8)
     style(ax)
@@ -64,7 +64,7 @@ MANY = 1e4
 
 
 def readable_unit(channel: Channel, *series: NDArray[np.float64]) -> tuple[str, float]:
-    """Unit for people of one size with the values, and the factor to it."""
+    """Engineering unit that suits the magnitude of the values, and the factor to it."""
     unit, factor = channel.display_unit
     largest = max((float(np.max(np.abs(x[np.isfinite(x)]), initial=0.0)) for x in series), default=0.0)
     return (f"M{unit[1:]}", 1e-3 * factor) if unit[0] == "k" and largest * factor >= MANY else (unit, factor)
@@ -78,7 +78,7 @@ def plot_channel(
     colour: str | None = None,
     unit: tuple[str, float] | None = None,
 ) -> Axes:
-    """A channel against time, in units for people, or in a unit and by its factor."""
+    """Plot a channel over time, in engineering units, or in a given unit with its factor."""
     if ax is None:
         ax = new_figure(1, size=(9.0, 2.6))[1][0, 0]
     channel = result.channel(name)
@@ -98,7 +98,7 @@ NEAR = 0.02
 
 
 def mark_log(result: Result, axes: Sequence[Axes]) -> None:
-    """Thin numbered lines where something happened in a run, and below the panels what it was."""
+    """Mark the log entries of a run with numbered lines, and list them below the axes."""
     from matplotlib.lines import Line2D
 
     inside = [entry for entry in result.log if result.time[0] <= entry.time <= result.time[-1]]
@@ -139,11 +139,11 @@ def mark_log(result: Result, axes: Sequence[Axes]) -> None:
 
 
 ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "borderpad": 0.0}
-"""Place of a legend beside the title of its panel."""
+"""Position of a legend next to the title of its axes."""
 
 
 def _of_all_blades(result: Result, name: str) -> list[str]:
-    """The same channel of each blade that a result has, if there are several."""
+    """The channel of all blades that a result contains, if there are several."""
     found = [f"{name[:-1]}{b}" for b in range(1, 4) if name.endswith("_1") and f"{name[:-1]}{b}" in result]
     return found if len(found) > 1 else []
 
@@ -151,7 +151,7 @@ def _of_all_blades(result: Result, name: str) -> list[str]:
 def plot(
     results: Result | Sequence[Result], channels: Sequence[str] | None = None, labels: Sequence[str] | None = None
 ) -> Figure:
-    """Series of one result, or of several on top of each other; by default the channels everyone wants.
+    """Plot time series of one or several results; by default of the main channels.
 
     What a single result has in its log is marked and listed; by default all its blades are shown.
 
@@ -191,7 +191,7 @@ def plot(
 
 
 def plot_power_curve(points: Sequence[OperatingPoint], model: AnyModel | None = None) -> Figure:
-    """Steady operation against wind speed: power, speed, pitch, thrust, root moment, deflections.
+    """Plot steady operation over wind speed: power, speed, pitch, thrust, root moment, deflections.
 
     A dotted line marks the first of the points with the largest power.
 
@@ -250,7 +250,7 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: AnyModel | None = 
 
 
 def plot_performance(performance: Performance) -> Figure:
-    """Power, thrust and torque coefficient against tip-speed ratio, for at most ten pitch angles; those it knows."""
+    """Plot the available power, thrust and torque coefficients over tip-speed ratio, for up to ten pitch angles."""
     coefficients = (("C_p", performance.power), ("C_t", performance.thrust), ("C_q", performance.torque))
     known = [(name, values) for name, values in coefficients if not np.all(np.isnan(values))]
     figure, axes = new_figure(1, len(known), size=(11.0, 3.8))
@@ -272,7 +272,7 @@ HIGHEST_DAMPING = 25.0
 
 
 def plot_campbell(diagram: Campbell) -> Figure:
-    """Frequency and damping of the modes, and the multiples of the rotor speed that may excite them.
+    """Plot frequency and damping of the modes, and the per-rev frequencies that may excite them.
 
     The curves run over wind speed, or over rotor speed where there is no wind.
     """
@@ -314,7 +314,7 @@ def plot_campbell(diagram: Campbell) -> Figure:
 
 
 def save(figure: Figure, path: str | Path) -> Path:
-    """Write a figure as PNG (or what the name's ending says).
+    """Write a figure as PNG, or in the format of the suffix.
 
     Raises:
       InputError: the file cannot be written.

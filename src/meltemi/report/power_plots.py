@@ -1,4 +1,4 @@
-"""Where runs with power control go in the plane of speed and power."""
+"""Runs with power control in the speed-power plane."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def plot_speed_power(
     *,
     density: float = STANDARD,
 ) -> Figure:
-    """Power and pitch against rotor speed, one column a run, with the curve of optimal power and the reference.
+    """Plot power and pitch over rotor speed, one column per run, with the optimal power and the reference.
 
     Args:
       turbine: of the runs.

@@ -1,4 +1,4 @@
-"""Spectra of runs beside each other."""
+"""Comparison of power spectra."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def plot_spectra(
     highest: float | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """Power spectral densities of a channel of several runs in one panel, in units for people.
+    """Plot power spectral densities of a channel of several runs, in engineering units.
 
     Multiples of the rotor frequency are marked.
 
@@ -112,5 +112,5 @@ def _runs(some: Result | Sequence[Result] | PowerSpectrum) -> list[Result]:
 
 
 def _known(name: str) -> Channel:
-    """A channel by its name alone."""
+    """The catalogue entry of a channel name."""
     return find(name, every_kind())

@@ -1,4 +1,4 @@
-"""Diagrams of the machines of supervisor and power control, drawn from the tables that their kernels walk."""
+"""State diagrams of supervisor and power control, from the tables used by the kernels."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ MACHINES = ("operation", "yaw", "power")
 
 
 def plot_states(machine: str = "operation") -> Figure:
-    """Draw a machine of states: its states as boxes, its transitions as arrows with their conditions.
+    """Plot a state machine: states as boxes, transitions as arrows with their conditions.
 
     Args:
       machine: of the supervisor ``operation``, or ``yaw``: protection against yaw errors, which derates and looks
@@ -70,7 +70,7 @@ def _words(t: Transition | power.Transition) -> str:
 
 
 def _merged(transitions: tuple[Transition, ...] | tuple[power.Transition, ...]) -> dict[tuple[str, str], list[str]]:
-    """Words of all transitions from a state, or from the group of those that run, to another."""
+    """Labels of all transitions from a state, or from the group of running states, to another."""
     found: dict[tuple[str, str], list[str]] = {}
     for t in transitions:
         running = {*GROUPS["running"]} <= {*t.sources}
@@ -134,7 +134,7 @@ def _draw(
 
 
 def _frame(axes: Any, x0: float, y0: float, x1: float, y1: float) -> None:
-    """Around the states that run, which lie in a column."""
+    """Draw the frame around the column of running states."""
     from matplotlib.patches import FancyBboxPatch
 
     style = "round,pad=0.02,rounding_size=0.15"
@@ -146,6 +146,6 @@ def _frame(axes: Any, x0: float, y0: float, x1: float, y1: float) -> None:
 def _arrow(
     axes: Any, begin: tuple[float, float], end: tuple[float, float], first: Any, second: Any, bend: float
 ) -> None:
-    """From box to box; a bend keeps two arrows between the same boxes apart."""
+    """Draw an arrow between boxes, curved to separate opposite arrows."""
     shape = {"arrowstyle": "-|>", "color": SOFT, "connectionstyle": f"arc3,rad={bend}"}
     axes.annotate("", xy=end, xytext=begin, arrowprops={**shape, "patchA": first, "patchB": second})

@@ -1,4 +1,4 @@
-"""Tables for the terminal and for files."""
+"""Tables for terminals and files."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 
 
 class Number(str):
-    """Words for a number that know it: tables show a few digits, files have them all."""
+    """Formatted number that keeps its value: tables show a few digits, files all of them."""
 
     __slots__ = ("value",)
     value: float
 
 
 def number(value: float) -> str:
-    """Four or five significant digits, no exponent where it can be avoided."""
+    """Format a number with four or five significant digits, without exponent if possible."""
     found = Number(_rounded(float(value)))
     found.value = float(value)
     return found
@@ -46,7 +46,7 @@ def _rounded(value: float) -> str:
 
 
 def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of the statistics of a result, in units for people."""
+    """Header and rows of the statistics of a result, in engineering units."""
     loads = equivalent_loads(result)
     rows = []
     for name, row in result.statistics().iterrows():
@@ -69,7 +69,7 @@ EARLY_SHARE = 0.05
 
 
 def early_extremes(result: Result) -> str:
-    """A sentence about extremes in the statistics that fall into the first seconds of a run; empty without any."""
+    """Warning about extremes in the first seconds of a run; empty if there are none."""
     judged = result.judged
     if len(judged.time) < 2 or judged.time[-1] < 3.0 * EARLY:
         return ""
@@ -87,11 +87,11 @@ def early_extremes(result: Result) -> str:
         return ""
     told.sort(reverse=True)
     names = ", ".join(words for _, words in told[:3]) + (" and others" if len(told) > 3 else "")
-    return f"extremes fall into the first seconds and may come from the start ({names}): a transient leaves them out"
+    return f"extremes occur in the first seconds and may depend on the start ({names}): set transient to exclude them"
 
 
 def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of the statistics of a field: at the hub, over the grid, and the lowest and highest of its points.
+    """Header and rows of the statistics of a field: hub, grid mean, smallest and largest value of its points.
 
     Of the grid, means, deviations and intensities are averages over its points, minimum and maximum are the extremes,
     and scales are those of the average autocorrelation.
@@ -130,7 +130,7 @@ def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
 
 
 def series_rows(found: SeriesStatistics) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of the statistics of a uniform wind, directions in degrees."""
+    """Header and rows of the statistics of a uniform wind, directions in degrees."""
     from meltemi.wind.velocity import WindNow
 
     units = {name: field.unit for name, field in zip(WindNow.names, WindNow.rows, strict=True)}
@@ -145,7 +145,7 @@ def series_rows(found: SeriesStatistics) -> tuple[list[str], list[list[str]]]:
 
 
 def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], text_columns: int = 1) -> Table:
-    """A table for the terminal; the first columns are text, the others numbers."""
+    """A terminal table; the first columns are text, the others numbers."""
     from rich.table import Table
 
     table = Table(title=title, title_justify="left", header_style="bold")
@@ -159,7 +159,7 @@ def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], t
 
 
 def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Path:
-    """Write a table as comma-separated values; what :func:`number` made has all its digits.
+    """Write a table as comma-separated values, numbers with all digits.
 
     Raises:
       InputError: the file cannot be written.
@@ -191,7 +191,7 @@ POWER_CURVE = (
 )
 """Columns of a power curve, as far as a turbine has them."""
 DISK_CURVE = ("tip_speed_ratio", "power_coefficient", "aerodynamic_power")
-"""Further ones of a turbine of a power coefficient."""
+"""Additional channels of a power-coefficient turbine."""
 _SHORT = {
     "rotor_speed": "speed",
     "pitch_1": "pitch",
@@ -213,7 +213,7 @@ _SHORT = {
 def power_curve_rows(
     points: Sequence[OperatingPoint], failures: Mapping[float, str] | None = None
 ) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of a power curve, in units for people; wind speeds [m/s] that failed say so in their row."""
+    """Header and rows of a power curve in engineering units; rows of failed wind speeds [m/s] are marked."""
     wanted = (*POWER_CURVE, *(DISK_CURVE if DISK_CURVE[-1] in points[0].channels else ()))
     channels = [points[0].channels[name] for name in wanted if name in points[0].channels]
     head = ["wind\nm/s", *(f"{_SHORT[c.name]}\n{c.display_unit[0]}" for c in channels)]
@@ -223,7 +223,7 @@ def power_curve_rows(
 
 
 def campbell_rows(diagram: Campbell) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of a Campbell diagram, one for each mode and operating point."""
+    """Header and rows of a Campbell diagram, one per mode and operating point."""
     head = ["mode", "wind m/s", "rotor rpm", "pitch deg", "frequency Hz", "damping %"]
     operation = (diagram.wind_speed, diagram.rotor_speed * 30.0 / math.pi, diagram.pitch * 180.0 / math.pi)
     rows = []

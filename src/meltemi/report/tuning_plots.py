@@ -1,4 +1,4 @@
-"""Gain, phase and sensitivity of loops at their operating points, over the frequency of the amplitude."""
+"""Bode plots of control loops at their operating points, over the envelope frequency."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ class TunedLoop(Protocol):
 
 
 def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
-    """Gain and phase of L and the sensitivity 1 / |1 + L|, one row a loop, one colour an operating point.
+    """Plot gain and phase of L and sensitivity 1 / |1 + L|: one row per loop, one colour per operating point.
 
-    L is the sum of the loop and those beside it, as the blades have it about the loop's harmonic. The amplitude of a
+    L is the sum of all simultaneous loops, as seen by the blades about the loop's harmonic. The amplitude of a
     harmonic changes with frequencies of either sign. Both are drawn over their size: negative ones dashed, with the
     phase mirrored, so that a loop that treats both alike has one curve.
 

@@ -1,4 +1,4 @@
-"""What an engineer asks first about a turbine: names and values, in units for people."""
+"""Main data of a turbine: names and values in engineering units."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FIRST = (
 
 
 def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
-    """Groups of names and values; what could not be computed is left out."""
+    """Groups of names and values, without quantities that could not be computed."""
     if isinstance(seen, PowerPortrait):
         return _power_facts(seen)
     t = seen.turbine
@@ -84,7 +84,7 @@ def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
 
 
 def _power_facts(seen: PowerPortrait) -> Groups:
-    """Those of a turbine of a power coefficient."""
+    """Main data of a power-coefficient turbine."""
     t, p = seen.turbine, seen.performance
     d, law, pitch, actuator = t.drivetrain, t.control.torque, t.control.pitch, t.pitch_actuator
     reference, swept = pitch.reference_speed / d.gear_ratio, math.pi * t.rotor_radius**2
@@ -126,7 +126,7 @@ def _power_facts(seen: PowerPortrait) -> Groups:
 
 
 def mode_rows(modes: tuple[Mode, ...]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of natural modes."""
+    """Header and rows of natural modes."""
     rows = [
         [str(i + 1), mode.participation(), number(mode.frequency / (2.0 * math.pi)), number(100.0 * mode.damping)]
         for i, mode in enumerate(modes)
@@ -135,7 +135,7 @@ def mode_rows(modes: tuple[Mode, ...]) -> tuple[list[str], list[list[str]]]:
 
 
 def _frequencies(seen: Portrait) -> list[tuple[str, str]]:
-    """First ones: of the machine where there are its modes, of the clamped blade."""
+    """First frequencies: of the turbine if its modes are known, otherwise of the clamped blade."""
     found = []
     for name, coordinate in FIRST:
         moving = [m for m in seen.modes or () if coordinate in m.coordinates]
@@ -150,7 +150,7 @@ def _frequencies(seen: Portrait) -> list[tuple[str, str]]:
 
 
 def number(value: float) -> str:
-    """Four significant digits, without zeros at the end."""
+    """Format with four significant digits, without trailing zeros."""
     text = tables.number(value)
     return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
 

@@ -1,4 +1,4 @@
-"""Figures of a turbine: to scale from front and side, blade, tower, polars, coefficients, steady operation.
+"""Figures of a turbine: scale drawing, blade, tower, polars, coefficients, steady operation.
 
 ``plot_turbine`` puts all of it on one page. Every panel is a function of axes and a portrait; one whose numbers could
 not be had says why.
@@ -38,7 +38,7 @@ NEAR = (-20.0, 30.0)
 
 
 def plot_turbine(turbine: Turbine | Portrait) -> Figure:
-    """A turbine on one page: sketch to scale, facts, blade, tower, polars, coefficients, steady operation.
+    """Summary figure of a turbine: scale drawing, main data, blade, tower, polars, coefficients, operation.
 
     Args:
       turbine: it, or its portrait if there is one already.
@@ -77,7 +77,7 @@ def plot_turbine(turbine: Turbine | Portrait) -> Figure:
 
 
 def turbine_figures(seen: Portrait) -> dict[str, Figure]:
-    """The parts of the page as figures of their own: blade, tower, polars, rotor, operation."""
+    """Separate figures of blade, tower, polars, rotor and operation."""
     groups: dict[str, tuple[tuple[float, float], Sequence[Sequence[Panel]]]] = {
         "blade": ((11.0, 12.0), ((planform,), (twist, offsets), (stiffness, mass), (blade_bending, blade_torsion))),
         "tower": ((11.0, 4.6), ((tower_size, tower_stiffness, tower_modes),)),
@@ -103,7 +103,7 @@ def _figure(size: tuple[float, float], layout: Literal["constrained"] | None = "
 
 
 def _label(ax: Axes, what: str, x: str, y: str) -> None:
-    """Say above the panel what it shows, and beside its axes what they are."""
+    """Set the title and axis labels of a panel."""
     ax.set_title(what, fontsize=9, loc="left", color=INK, pad=4, fontweight="bold")
     ax.set_xlabel(x, fontsize=8, labelpad=1.5)
     ax.set_ylabel(y, fontsize=8, labelpad=2)
@@ -117,7 +117,7 @@ def _legend(ax: Axes, **look: Any) -> None:
 
 
 def _missing(ax: Axes, what: str, reason: str) -> None:
-    """A panel without numbers, and why there are none."""
+    """An empty panel with the reason for the missing data."""
     ax.set_title(what, fontsize=9, loc="left", color=INK, pad=4, fontweight="bold")
     ax.set_xticks([])
     ax.set_yticks([])
@@ -139,7 +139,7 @@ def _missing(ax: Axes, what: str, reason: str) -> None:
 
 
 def sketch(ax: Axes, seen: Portrait) -> None:
-    """The turbine to scale, looking downwind and from the side: rotor at zero pitch, undeflected."""
+    """Scale drawing of the turbine, front and side view: undeflected rotor at zero pitch."""
     from matplotlib.patches import Polygon, Rectangle
 
     t = seen.turbine
@@ -228,7 +228,7 @@ def _edges(turbine: Turbine) -> tuple[Float, Float]:
 
 
 def _planform(turbine: Turbine) -> tuple[Float, Float, Float]:
-    """Aerodynamic centre x, y [m] from the pitch axis, and how much of the chord lies ahead of it."""
+    """Aerodynamic centre x, y [m] from the pitch axis, and the fraction of the chord ahead of it."""
     a = turbine.blade.aerodynamics
     zero = np.zeros(len(a.position))
     lifting = [r for r, name in zip(a.position, a.airfoil, strict=True) if _lifts(turbine.airfoils[name])]
@@ -238,13 +238,13 @@ def _planform(turbine: Turbine) -> tuple[Float, Float, Float]:
 
 
 def _lifts(airfoil: Airfoil) -> bool:
-    """Whether its lift has half of a flat plate's slope or more; otherwise it is rather round."""
+    """Whether the lift slope is at least half of that of a flat plate; otherwise the section is nearly cylindrical."""
     low, high = np.interp((-0.1, 0.1), airfoil.angle_of_attack, airfoil.lift)
     return bool(high - low > 0.2 * math.pi)
 
 
 def _short(names: Sequence[str]) -> list[str]:
-    """Names without what they all begin with, if that is long."""
+    """Names without a long common prefix."""
     same = 0
     while len({name[: same + 1] for name in names}) == 1 < len(names) and all(len(name) > same for name in names):
         same += 1
@@ -252,7 +252,7 @@ def _short(names: Sequence[str]) -> list[str]:
 
 
 def _from_the_side(turbine: Turbine, points: Float, psi: float, side: float) -> Float:
-    """(n, 2) points of a blade at azimuth ``psi``, in the picture from the left of the machine."""
+    """(n, 2) points of a blade at azimuth ``psi`` in the side view."""
     n, cone = turbine.nacelle, turbine.hub.precone
     along = points[:, 0] * math.cos(cone) - points[:, 2] * math.sin(cone)
     out = points[:, 0] * math.sin(cone) + points[:, 2] * math.cos(cone)
@@ -271,7 +271,7 @@ def _arrow(ax: Axes, begin: tuple[float, float], end: tuple[float, float], text:
 
 
 def facts(ax: Axes, seen: Portrait) -> None:
-    """Names and values in two columns."""
+    """Main data in two columns."""
     ax.set_axis_off()
     groups = turbine_facts(seen)
     half = sum(len(rows) + 1.6 for _, rows in groups) / 2.0
@@ -300,7 +300,7 @@ SPAN = "from the blade root [m]"
 
 
 def planform(ax: Axes, seen: Portrait) -> None:
-    """Leading and trailing edge about the pitch axis, and which polars are used where."""
+    """Leading and trailing edge relative to the pitch axis, and the polars along the span."""
     from matplotlib import colormaps
 
     a = seen.turbine.blade.aerodynamics
@@ -353,7 +353,7 @@ def planform(ax: Axes, seen: Portrait) -> None:
 
 
 def twist(ax: Axes, seen: Portrait) -> None:
-    """Twist of the chord and of the section's axes."""
+    """Aerodynamic and structural twist."""
     aero, beam = _span(seen)
     ax.plot(aero, np.degrees(seen.turbine.blade.aerodynamics.twist), color=FLAP, linewidth=1.5, label="chord")
     structural = np.degrees(seen.turbine.blade.structure.twist)
@@ -401,7 +401,7 @@ def mass(ax: Axes, seen: Portrait) -> None:
 
 
 def offsets(ax: Axes, seen: Portrait) -> None:
-    """Where beam axis, aerodynamic centre and centre of mass lie."""
+    """Positions of beam axis, aerodynamic centre and centre of mass."""
     a, s = seen.turbine.blade.aerodynamics, seen.turbine.blade.structure
     rows = (
         ("prebend, beam axis x", s.position, s.axis_x, COLOURS[0], "-"),
@@ -429,7 +429,7 @@ def _shape_lines(
 
 
 def blade_bending(ax: Axes, seen: Portrait) -> None:
-    """Flap and edge modes of the clamped blade."""
+    """Flapwise and edgewise modes of the clamped blade."""
     title = "blade modes, clamped and at rest: bending"
     if seen.blade is None:
         return _missing(ax, title, seen.problems["blade"])
@@ -447,7 +447,7 @@ def blade_bending(ax: Axes, seen: Portrait) -> None:
 
 
 def blade_torsion(ax: Axes, seen: Portrait) -> None:
-    """How far the modes of the blade twist it."""
+    """Torsion of the blade modes."""
     title = "blade modes: elastic twist"
     if seen.blade is None:
         return _missing(ax, title, seen.problems["blade"])
@@ -480,7 +480,7 @@ def blade_torsion(ax: Axes, seen: Portrait) -> None:
 
 
 def _unit(values: Float) -> Float:
-    """Scaled so that its end is 1, or its largest value where the end is small."""
+    """Mode shape scaled to 1 at its end, or to its largest value if the end is small."""
     end, largest = values[-1], values[np.argmax(np.abs(values))]
     return values / (end if abs(end) > 0.3 * abs(largest) else largest)
 
@@ -515,7 +515,7 @@ def tower_stiffness(ax: Axes, seen: Portrait) -> None:
 
 
 def tower_modes(ax: Axes, seen: Portrait) -> None:
-    """Fore-aft and side-to-side modes with the mass on top."""
+    """Fore-aft and side-to-side modes with the tower-top mass."""
     title = "tower modes, with the mass on its top"
     if seen.model is None:
         return _missing(ax, title, seen.problems["model"])
@@ -578,7 +578,7 @@ def _polars(ax: Axes, seen: Portrait, field: str, symbol: str, title: str) -> No
 
 
 def lift(ax: Axes, seen: Portrait) -> None:
-    """Lift coefficients, over the circle and near zero."""
+    """Lift coefficients, over the full circle and near zero."""
     _polars(ax, seen, "lift", "C_l", "lift, colours from root to tip")
 
 
@@ -631,7 +631,7 @@ def _contour(ax: Axes, seen: Portrait, values: Float, symbol: str, levels: Float
 
 
 def power_coefficient(ax: Axes, seen: Portrait) -> None:
-    """Power coefficient over tip-speed ratio and pitch, with steady operation on it."""
+    """Power coefficient over tip-speed ratio and pitch, with the steady operating curve."""
     if seen.performance is None:
         return _missing(ax, "power coefficient", seen.problems["performance"])
     levels = np.arange(0.0, 0.56, 0.04)
@@ -639,7 +639,7 @@ def power_coefficient(ax: Axes, seen: Portrait) -> None:
 
 
 def thrust_coefficient(ax: Axes, seen: Portrait) -> None:
-    """Thrust coefficient, the same way."""
+    """Thrust coefficient over tip-speed ratio and pitch, with the steady operating curve."""
     if seen.performance is None:
         return _missing(ax, "thrust coefficient", seen.problems["performance"])
     levels = np.arange(0.0, 1.31, 0.1)
@@ -662,22 +662,22 @@ def _against_wind(ax: Axes, seen: Portrait, name: str, title: str, unit: str, fa
 
 
 def power(ax: Axes, seen: Portrait) -> None:
-    """Electrical power against wind speed."""
+    """Electrical power over wind speed."""
     _against_wind(ax, seen, "generator_power", "electrical power", "MW", 1e-6, COLOURS[0])
 
 
 def thrust(ax: Axes, seen: Portrait) -> None:
-    """Thrust of the air against wind speed."""
+    """Aerodynamic thrust over wind speed."""
     _against_wind(ax, seen, "rotor_aero_thrust", "thrust", "kN", 1e-3, COLOURS[1])
 
 
 def speed(ax: Axes, seen: Portrait) -> None:
-    """Rotor speed against wind speed."""
+    """Rotor speed over wind speed."""
     _against_wind(ax, seen, "rotor_speed", "rotor speed", "rpm", 30.0 / math.pi, COLOURS[2])
 
 
 def pitch(ax: Axes, seen: Portrait) -> None:
-    """Pitch against wind speed."""
+    """Pitch over wind speed."""
     _against_wind(ax, seen, "pitch_1", "pitch", "deg", 180.0 / math.pi, COLOURS[4])
 
 

@@ -1,4 +1,4 @@
-"""Figures of a wind: series, spectra, coherence and sections of a field, series of a uniform wind, profiles.
+"""Figures of a wind: time series, spectra, coherence, cross-sections, profiles.
 
 Targets, what a described turbulent wind shall have, are dashed.
 """
@@ -44,13 +44,13 @@ TWO_THIRDS = (0.16, 0.84)
 
 
 def _title(figure: Figure, label: str, what: str = "") -> None:
-    """What the wind is, shortened to the figure's width, and what is shown of it."""
+    """Figure title: label of the wind, shortened to the width, and the content."""
     room = int(12.0 * figure.get_figwidth()) - len(what)
     figure.suptitle((label if len(label) <= room else label[: room - 3] + "...") + what, fontsize=10, color=INK)
 
 
 def _panel(ax: Axes, what: str, unit: str) -> None:
-    """Say above the panel what it shows, and its unit beside the axis."""
+    """Set title and unit of a panel."""
     ax.set_title(what, fontsize=9, loc="left", color=INK, pad=3)
     ax.set_ylabel(f"[{unit}]", fontsize=8)
     style(ax)
@@ -59,7 +59,7 @@ def _panel(ax: Axes, what: str, unit: str) -> None:
 def plot_wind(
     wind: AnyWind, turbine: AnyTurbine | None = None, *, target: TurbulentWind | None = None, duration: float = 600.0
 ) -> dict[str, Figure]:
-    """All figures of a wind that make sense for its kind, by name.
+    """All figures that apply to the kind of wind, by name.
 
     Of a field: ``series``, ``spectra``, ``coherence``, ``section`` and ``profile``; of a series: ``series``; of a
     steady wind: ``profile``.
@@ -75,7 +75,7 @@ def plot_wind(
     """
     if isinstance(wind, TurbulentWind):
         if turbine is None:
-            raise InputError("plot_wind: a turbulent wind needs a turbine, for which its field is made")
+            raise InputError("plot_wind: a turbulent wind requires a turbine, for which its field is generated")
         target, wind = wind, generate_field(wind, turbine, duration)
     if isinstance(wind, WindSeries):
         return {"series": plot_series(wind)}
@@ -91,13 +91,13 @@ def plot_wind(
 
 
 def _hub(box: WindBox, turbine: AnyTurbine | None) -> float:
-    """[m] height at which a field is looked at."""
+    """[m] hub height used for the plots of a field."""
     row, _ = hub_point(box, turbine.hub_height if turbine else None)
     return box.bottom + row * box.dz
 
 
 def plot_hub(box: WindBox, turbine: AnyTurbine | None = None) -> Figure:
-    """Components at the hub when they pass the tower, their means and standard deviations.
+    """Plot the components at the hub over the time of passage, with means and standard deviations.
 
     Args:
       box: a field.
@@ -131,12 +131,12 @@ def _passing(box: WindBox) -> Float:
 
 
 def _clean(value: float) -> float:
-    """No minus sign before a zero."""
+    """Remove the sign of a negative zero."""
     return value if abs(value) >= 0.005 else 0.0
 
 
 def plot_spectra(box: WindBox, turbine: AnyTurbine | None = None, target: TurbulentWind | None = None) -> Figure:
-    """Spectra f S of the components at the hub and averaged over the grid, and what they shall be.
+    """Plot spectra f S of the components at the hub and averaged over the grid, with their targets.
 
     Two thirds of the estimates at one point scatter within the band about the target; without one, the band about the
     hub's estimates holds the truth as often. A field that was scaled to its standard deviation has the target's shape,
@@ -207,7 +207,7 @@ def plot_coherence(
     target: TurbulentWind | None = None,
     separations: Sequence[float] | None = None,
 ) -> Figure:
-    """Coherence of the components at four lateral and four vertical separations, and what it shall be.
+    """Plot the coherence of the components at four lateral and four vertical separations, with its target.
 
     Args:
       box: a field.
@@ -268,7 +268,7 @@ def _line(**look: Any) -> Any:
 
 
 def plot_section(box: WindBox, turbine: AnyTurbine | None = None, time: float | None = None) -> Figure:
-    """The longitudinal component across the wind at one instant, and from above at hub height.
+    """Plot the longitudinal component in a cross-section at one instant, and in a plan view at hub height.
 
     Time is distance there: what passes later lies upwind. It is stretched across the wind.
 
@@ -331,7 +331,7 @@ def plot_section(box: WindBox, turbine: AnyTurbine | None = None, time: float | 
 def plot_profile(
     wind: WindBox | SteadyWind, turbine: AnyTurbine | None = None, target: TurbulentWind | None = None
 ) -> Figure:
-    """Mean horizontal speed and direction against height; of a field the turbulence intensity, too.
+    """Plot mean horizontal speed and direction over height; for a field also the turbulence intensity.
 
     Args:
       wind: a field, or a steady wind.
@@ -405,7 +405,7 @@ def plot_profile(
 
 
 def _steady_profile(wind: SteadyWind, turbine: AnyTurbine | None) -> tuple[Float, Float, Float]:
-    """Height, speed and direction of a steady wind, as runs have them."""
+    """Height, speed and direction of a steady wind, evaluated as in a simulation."""
     hub = turbine.hub_height if turbine is not None else wind.reference_height or 100.0
     reference = wind.reference_height or hub
     top = hub + (0.6 * turbine.rotor_diameter if turbine is not None else hub)
@@ -418,7 +418,7 @@ def _steady_profile(wind: SteadyWind, turbine: AnyTurbine | None) -> tuple[Float
 
 
 def plot_series(wind: WindSeries) -> Figure:
-    """Speed, direction, vertical speed and shear of a uniform wind against time.
+    """Plot speed, direction, vertical speed and shear of a uniform wind over time.
 
     Args:
       wind: a series.

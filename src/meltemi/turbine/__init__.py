@@ -1,1 +1,1 @@
-"""The turbine as an engineer describes it: validated, immutable, SI, at the stations of its source."""
+"""Turbine descriptions: validated, immutable, in SI units, at the stations of their source."""

@@ -95,13 +95,13 @@ class Airfoil(Record):
     moment: Vector
     """(P,) [-] moment coefficient about the aerodynamic centre, positive nose up."""
     dynamic_stall: bool = True
-    """False for sections without lift, e.g. cylinders: their polar is always used as it is."""
+    """False for sections without lift, e.g. cylinders: the static polar is used."""
     zero_lift_angle: float | None = Field(default=None, gt=-1.0, lt=1.0)
-    """[rad] as stated by the source, if it states one; only OpenFAST's fit for dynamic stall uses it."""
+    """[rad] as stated by the source, if any; used by OpenFAST's fit for dynamic stall only."""
     zero_lift_drag: float | None = Field(default=None, ge=0.0)
-    """Drag coefficient there."""
+    """Drag coefficient at the zero-lift angle."""
     relative_thickness: float | None = Field(default=None, gt=0.0, le=1.0)
-    """Thickness over chord; only rain asks for it, and only where the airfoil's name does not say it (`DU40`)."""
+    """Thickness over chord; needed for rain only, and only if the airfoil's name does not contain it (`DU40`)."""
     source: str = ""
     """Where the numbers come from."""
 
@@ -124,14 +124,14 @@ class Airfoil(Record):
 
 
 class Damping(Record):
-    """Damping ratios of a member that stands alone: the blade clamped at its root, the tower without nacelle.
+    """Damping ratios of an isolated member: the blade clamped at its root, the tower without nacelle.
 
     The damping matrix is proportional to stiffness, so a mode of the assembled turbine has the ratio of
     the isolated member times the ratio of their frequencies.
     """
 
     flap: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Blades: flapwise modes, share of critical damping (0.01 is 1 %)."""
+    """Blades: flapwise modes, damping ratio [-] (0.01 is 1 %)."""
     edge: float = Field(default=0.0, ge=0.0, lt=1.0)
     """Blades: edgewise modes [-]."""
     fore_aft: float = Field(default=0.0, ge=0.0, lt=1.0)
@@ -205,9 +205,9 @@ class BladeStructure(Record):
     edge_stiffness: Vector | None = None
     """(S,) [N m^2] bending in the edge direction (about x)."""
     torsion_stiffness: Vector | None = None
-    """(S,) [N m^2]; without it the blade does not twist."""
+    """(S,) [N m^2]; without it the blade is rigid in torsion."""
     axial_stiffness: Vector | None = None
-    """(S,) [N]; without it the blade does not stretch."""
+    """(S,) [N]; without it the blade is rigid axially."""
     flap_inertia: Vector | None = None
     """(S,) [kg m] rotary inertia about y."""
     edge_inertia: Vector | None = None
@@ -229,7 +229,7 @@ class BladeStructure(Record):
     damping: Damping | None = None
     """Structural damping of the isolated, clamped blade."""
     damping_time: DampingTime | None = None
-    """Instead of ``damping``: in proportion to stiffness."""
+    """Instead of ``damping``: stiffness-proportional damping."""
     mode_shapes: ModeShapes | None = None
 
     @model_validator(mode="after")
@@ -266,12 +266,12 @@ class BladeStructure(Record):
 
     @property
     def twists(self) -> bool:
-        """Whether it has a stiffness in torsion; otherwise it is rigid in it."""
+        """Whether a torsional stiffness is given; otherwise the blade is rigid in torsion."""
         return self.torsion_stiffness is not None or self.stiffness_matrix is not None
 
 
 class FlapIncrements(Record):
-    """What a flap's deflection adds to the coefficients of a section."""
+    """Increments of the section coefficients due to flap deflection."""
 
     angle_of_attack: Vector
     """(A,) [rad] increasing; beyond its ends the increments fade out within 16 degrees, where the flow is stalled."""
@@ -307,11 +307,11 @@ class Flap(Record):
     """A trailing-edge flap of each blade, and its actuator."""
 
     begin: float = Field(ge=0.0, lt=1.0)
-    """Inner end, share of the blade's length from the root."""
+    """Inner end, fraction of the blade length from the root."""
     end: float = Field(gt=0.0, le=1.0)
-    """Outer end, share of the blade's length."""
+    """Outer end, fraction of the blade length."""
     chord_fraction: float = Field(gt=0.0, lt=1.0)
-    """Chord of the flap over that of the section, for information: what it does is in the increments."""
+    """Chord of the flap over that of the section, for information only: the increments contain its effect."""
     minimum: float = Field(le=0.0)
     """[rad] limit of the deflection."""
     maximum: float = Field(ge=0.0)
@@ -319,7 +319,7 @@ class Flap(Record):
     rate: float = Field(gt=0.0)
     """[rad/s] limit."""
     frequency: float | None = Field(default=None, gt=0.0)
-    """[rad/s] natural frequency of the actuator; without it the flap follows at once."""
+    """[rad/s] natural frequency of the actuator; without it the flap follows its demand without delay."""
     damping: float = Field(default=0.7, gt=0.0)
     """Damping ratio of the actuator [-]."""
     increments: FlapIncrements
@@ -338,7 +338,7 @@ class Flap(Record):
 
 
 class Blade(Record):
-    """One blade; all blades of a turbine are alike."""
+    """One blade; all blades of a turbine are identical."""
 
     aerodynamics: BladeAerodynamics
     structure: BladeStructure
@@ -381,14 +381,14 @@ class Hub(Record):
 
 
 class Nacelle(Record):
-    """Nacelle, and where the shaft lies in it. Positions are from the tower top, in the nacelle's axes."""
+    """Nacelle and shaft geometry. Positions are relative to the tower top, in nacelle axes."""
 
     mass: float = Field(ge=0.0)
     """[kg]."""
     mass_centre: tuple[float, float, float]
     """[m] x downwind, y left looking downwind, z up."""
     yaw_inertia: float = Field(ge=0.0)
-    """[kg m^2] about the yaw axis, its mass included."""
+    """[kg m^2] about the yaw axis, including its mass."""
     roll_inertia: float = Field(default=0.0, ge=0.0)
     """[kg m^2] about the downwind axis through its centre of mass."""
     nod_inertia: float = Field(default=0.0, ge=0.0)
@@ -419,13 +419,13 @@ class Drivetrain(Record):
     generator_inertia: float = Field(gt=0.0)
     """[kg m^2] on the generator's shaft."""
     stiffness: float = Field(gt=0.0)
-    """[N m/rad] torsion of the drivetrain, seen from the rotor."""
+    """[N m/rad] torsional stiffness of the drivetrain, referred to the rotor."""
     damping: float = Field(ge=0.0)
     """[N m s/rad] of the same."""
     generator_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
     """Electrical over mechanical power [-]."""
     gearbox_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
-    """[-] power on the fast side over power on the slow one."""
+    """[-] power on the high-speed side over power on the low-speed side."""
     brake_torque: float = Field(default=0.0, ge=0.0)
     """[N m] of the fully applied brake, on the generator's shaft."""
     gearbox: Gearbox | None = None
@@ -443,24 +443,24 @@ class Drivetrain(Record):
             raise ValueError(f"the gearbox has the ratio {stages} = {ratio:.6g}, but gear_ratio is {self.gear_ratio:g}")
         if self.stiffness * self.gearbox.compliance >= 1.0:
             raise ValueError(
-                f"stiffness {self.stiffness:.4g} N m/rad is that of the whole drivetrain and must be less than that of "
-                f"its gearbox, {1.0 / self.gearbox.compliance:.4g} N m/rad seen from the rotor"
+                f"stiffness {self.stiffness:.4g} N m/rad is that of the complete drivetrain and must be less than that "
+                f"of its gearbox, {1.0 / self.gearbox.compliance:.4g} N m/rad referred to the rotor"
             )
         return self
 
     @property
     def main_shaft_stiffness(self) -> float:
-        """[N m/rad] which with the gearbox behind it makes ``stiffness``."""
+        """[N m/rad] stiffness of the main shaft; in series with the gearbox it gives ``stiffness``."""
         return 1.0 / (1.0 / self.stiffness - (0.0 if self.gearbox is None else self.gearbox.compliance))
 
 
 class YawDrive(Record):
-    """What turns the nacelle."""
+    """Yaw drive."""
 
     rate: float = Field(default=0.0052, ge=0.0, lt=0.2)
     """[rad/s] of the yaw drive."""
     acceleration: float | None = Field(default=None, gt=0.0)
-    """[rad/s^2] of the yaw drive; without it the rate is there at once."""
+    """[rad/s^2] of the yaw drive; without it the rate is reached instantly."""
 
 
 class Yaw(YawDrive):
@@ -473,7 +473,7 @@ class Yaw(YawDrive):
     friction: float = Field(default=0.0, ge=0.0)
     """[N m] Coulomb friction of the bearing."""
     brake_torque: float | None = Field(default=None, ge=0.0)
-    """[N m] at which the standing drive and its brake slip, beside the friction; without it they never do."""
+    """[N m] at which drive and brake slip at standstill, in addition to friction; by default they never slip."""
     source: str = ""
 
 
@@ -489,19 +489,19 @@ class Tower(Record):
     side_side_stiffness: Vector
     """(S,) [N m^2]."""
     torsion_stiffness: Vector | None = None
-    """(S,) [N m^2]; without it the tower does not twist."""
+    """(S,) [N m^2]; without it the tower is rigid in torsion."""
     axial_stiffness: Vector | None = None
-    """(S,) [N]; without it the tower does not shorten elastically."""
+    """(S,) [N]; without it the tower is rigid axially."""
     diameter: Vector
     """(S,) [m] outer diameter."""
     drag_coefficient: float = Field(default=1.0, ge=0.0)
-    """Of the tower as a cylinder [-]."""
+    """Drag coefficient of the tower as a cylinder [-]."""
     top_mass: float = Field(default=0.0, ge=0.0)
     """[kg] fixed to the tower top below the yaw bearing: it neither yaws nor loads the bearing."""
     base_height: float = 0.0
     """[m] of the tower base above the ground."""
     damping: Damping
-    """Structural damping of the tower that stands alone."""
+    """Structural damping of the isolated tower."""
     mode_shapes: ModeShapes | None = None
     source: str = ""
 
@@ -541,7 +541,7 @@ class Foundation(Record):
 
 
 class PitchActuator(Record):
-    """Second-order pitch actuator with limits; ``kind: ideal`` follows every command at once."""
+    """Second-order pitch actuator with limits; ``kind: ideal`` follows its demand without delay."""
 
     kind: Literal["second_order", "ideal"] = "second_order"
     natural_frequency: float = Field(default=11.11, gt=0.0)
@@ -563,7 +563,7 @@ class PitchActuator(Record):
 
 
 class TorqueControl(Record):
-    """Generator torque against filtered generator speed, region by region (on the generator's shaft).
+    """Generator torque as a function of filtered generator speed, by region (on the generator shaft).
 
     Below ``cut_in_speed`` no torque; to ``optimal_speed`` a straight line (region 1 1/2); then
     ``optimal_gain`` times speed squared (region 2); near rated a straight line with the slope of an
@@ -574,13 +574,13 @@ class TorqueControl(Record):
     cut_in_speed: float = Field(ge=0.0)
     """[rad/s]."""
     optimal_speed: float = Field(gt=0.0)
-    """[rad/s] where region 2 begins."""
+    """[rad/s] start of region 2."""
     rated_speed: float = Field(gt=0.0)
-    """[rad/s] where region 3 begins."""
+    """[rad/s] start of region 3."""
     optimal_gain: float = Field(gt=0.0)
     """[N m s^2/rad^2]."""
     slip: float = Field(gt=0.0, lt=1.0)
-    """[-] of region 2 1/2."""
+    """[-] slip of region 2 1/2."""
     rated_power: float = Field(gt=0.0)
     """[W] mechanical."""
     maximum_torque: float = Field(gt=0.0)
@@ -607,7 +607,7 @@ class PitchControl(Record):
     integral_gain: float = Field(gt=0.0)
     """[-] at zero pitch."""
     gain_halving_pitch: float = Field(gt=0.0)
-    """[rad] pitch at which the rotor's sensitivity has doubled, so that the gains are halved."""
+    """[rad] pitch at which the pitch sensitivity is doubled and the gains are halved."""
     minimum: float = Field(gt=-1.6, lt=1.6)
     """[rad]."""
     maximum: float = Field(gt=-1.6, lt=3.2)
@@ -622,10 +622,10 @@ class PitchControl(Record):
 
 
 class BaselineControl(Record):
-    """The variable-speed, pitch-to-feather law of Jonkman et al. (2009), as numbers any turbine can set."""
+    """Parameters of the variable-speed, pitch-to-feather controller of Jonkman et al. (2009)."""
 
     filter_frequency: float = Field(gt=0.0)
-    """[rad/s] of the first-order low-pass of the generator speed."""
+    """[rad/s] corner frequency of the first-order low-pass filter of the generator speed."""
     torque: TorqueControl
     pitch: PitchControl
     source: str = ""
@@ -640,11 +640,11 @@ class Turbine(Record):
     n_blades: int = Field(default=3, ge=1)
     """2 or 3 in a simulation."""
     rated_power: float = Field(gt=0.0)
-    """[W] electrical, for tables; the control law has its own (``control.torque.rated_power``)."""
+    """[W] electrical, for tables; the controller uses ``control.torque.rated_power``."""
     cut_in: float = Field(default=3.0, gt=0.0)
-    """[m/s] wind speed at hub height where power curves begin; a run does not look at it."""
+    """[m/s] wind speed at hub height where power curves start; not used in simulations."""
     cut_out: float = Field(default=25.0, gt=0.0)
-    """[m/s] wind speed at hub height where power curves end; a run does not look at it."""
+    """[m/s] wind speed at hub height where power curves end; not used in simulations."""
     blade: Blade
     airfoils: dict[str, Airfoil]
     hub: Hub
@@ -658,7 +658,7 @@ class Turbine(Record):
     icing: Icing | None = None
     """Ice on the blades."""
     electrical: ElectricalSystem | None = None
-    """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` makes one."""
+    """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` sizes one."""
 
     @field_validator("airfoils")
     @classmethod
@@ -689,7 +689,7 @@ class Turbine(Record):
 
     @property
     def flaps(self) -> tuple[Flap, ...]:
-        """Of each blade."""
+        """Flaps of each blade."""
         return self.blade.flaps
 
     @property

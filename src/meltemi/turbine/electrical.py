@@ -1,4 +1,4 @@
-"""Electrical system of a turbine with full converters: generator, converters, DC link, filter and grid connection.
+"""Electrical system with full-power converters: generator, converters, DC link, filter and grid connection.
 
 Currents, voltages and flux linkages are peak values of a phase in dq axes, amplitude-invariant: powers are 3/2 times
 their products. The nominal voltage of the grid alone is the usual line-to-line rms value.
@@ -36,7 +36,7 @@ FORCE = " (forced: true accepts it)"
 
 
 class PermanentMagnetMachine(Record):
-    """Synchronous generator with magnets on its surface (L_d = L_q)."""
+    """Synchronous generator with surface-mounted permanent magnets (L_d = L_q)."""
 
     rated_power: float = Field(gt=0.0)
     """[W] electromagnetic."""
@@ -55,7 +55,7 @@ class PermanentMagnetMachine(Record):
 
     @property
     def rated_current(self) -> float:
-        """[A] at rated power without a current along the flux."""
+        """[A] at rated power with zero d-axis current."""
         return self.rated_power / (1.5 * self.rated_emf)
 
     @property
@@ -65,12 +65,12 @@ class PermanentMagnetMachine(Record):
 
     @property
     def rated_frequency(self) -> float:
-        """[rad/s] of the stator's voltages at rated speed."""
+        """[rad/s] electrical frequency of the stator at rated speed."""
         return self.pole_pairs * self.rated_speed
 
     @property
     def rated_voltage(self) -> float:
-        """[V] at the terminals at rated power without a current along the flux."""
+        """[V] at the terminals at rated power with zero d-axis current."""
         i, w = self.rated_current, self.rated_frequency
         return math.hypot(self.rated_emf - self.resistance * i, w * self.inductance * i)
 
@@ -81,16 +81,16 @@ class PermanentMagnetMachine(Record):
 
 
 class Converter(Record):
-    """Averaged converter: its limit of current, and losses p0 (V_dc/V_nominal)^2 + voltage_drop i + resistance i^2."""
+    """Averaged converter: current limit, and losses p0 (V_dc/V_nominal)^2 + voltage_drop i + resistance i^2."""
 
     current: float = Field(gt=0.0)
     """[A] limit of the current's peak value."""
     standing_loss: float = Field(default=0.0, ge=0.0)
-    """[W] without current, at the nominal voltage of the DC link."""
+    """[W] no-load loss at the nominal voltage of the DC link."""
     voltage_drop: float = Field(default=0.0, ge=0.0)
     """[V] loss for each ampere of the current's peak value."""
     resistance: float = Field(default=0.0, ge=0.0)
-    """[Ohm] loss for its square."""
+    """[Ohm] loss for the square of the current's peak value."""
 
     def loss(self, current: float) -> float:
         """[W] at the nominal voltage of the DC link."""
@@ -98,16 +98,16 @@ class Converter(Record):
 
 
 class Chopper(Record):
-    """Brake resistor in the DC link, switched by pulses: its mean power grows with the voltage."""
+    """Pulsed brake resistor in the DC link, averaged: its power increases with the voltage."""
 
     resistance: float = Field(gt=0.0)
     """[Ohm]."""
     begin: float = Field(default=1.06, gt=1.0, lt=2.0)
-    """Share of the nominal voltage from which it acts."""
+    """Voltage at which it starts, per unit of the nominal one."""
     full: float = Field(default=1.12, gt=1.0, lt=2.0)
-    """Share of the nominal voltage at which it is switched on all the time."""
+    """Voltage at which it is fully on, per unit of the nominal one."""
     heat: float = Field(gt=0.0)
-    """[J] it can take before it has to cool; more trips the turbine."""
+    """[J] heat capacity; more heat trips the turbine."""
     cooling_time: float = Field(default=120.0, gt=0.0)
     """[s] time constant of its cooling."""
 
@@ -128,9 +128,9 @@ class DCLink(Record):
     chopper: Chopper | None = None
     """Without it, power that the grid cannot take trips the turbine."""
     highest: float = Field(default=1.25, gt=1.0, lt=3.0)
-    """Share of the nominal voltage above which the turbine trips."""
+    """Voltage above which the turbine trips, per unit of the nominal one."""
     lowest: float = Field(default=0.7, ge=0.1, lt=1.0)
-    """Share below which it trips."""
+    """Voltage below which the turbine trips, per unit of the nominal one."""
 
 
 class GridFilter(Record):
@@ -143,18 +143,18 @@ class GridFilter(Record):
 
 
 class RideThrough(Record):
-    """What the grid code asks for when the voltage leaves its band (E.ON 2006; TransmissionCode 2007)."""
+    """Fault ride-through requirements of the grid code (E.ON 2006; TransmissionCode 2007)."""
 
     gain: float = Field(default=2.0, ge=0.0, le=10.0)
-    """Reactive current over rated current, for the voltage's distance from 1."""
+    """Reactive current over rated current, per voltage deviation from 1."""
     dead_band: float = Field(default=0.1, gt=0.0, lt=1.0)
-    """Distance of the voltage from 1, as a share, beyond which reactive current comes first."""
+    """Voltage deviation (per unit) beyond which reactive current has priority."""
     zero_time: float = Field(default=0.15, ge=0.0)
-    """[s] for which no voltage at all is ridden through."""
+    """[s] duration of zero voltage without a trip."""
     recovery_time: float = Field(default=1.5, gt=0.0)
     """[s] from the dip's begin at which the voltage must be back in the band; the limit rises linearly."""
     highest_voltage: float = Field(default=1.3, gt=1.0)
-    """Share of the nominal voltage above which the turbine trips."""
+    """Voltage above which the turbine trips, per unit of the nominal one."""
     lowest_frequency: float = Field(default=47.0, gt=0.0)
     """[Hz] below which the turbine trips."""
     highest_frequency: float = Field(default=52.0, gt=0.0)
@@ -207,7 +207,7 @@ class ConverterControl(Record):
 
 
 class ElectricalSystem(Record):
-    """From the generator's shaft to the grid."""
+    """Electrical system from the generator shaft to the grid."""
 
     machine: PermanentMagnetMachine
     machine_converter: Converter
@@ -221,7 +221,7 @@ class ElectricalSystem(Record):
     control: ConverterControl = ConverterControl()
     ride_through: RideThrough = RideThrough()
     forced: bool = False
-    """True accepts parameters with which it cannot work."""
+    """True disables the consistency checks."""
     source: str = ""
 
     @property
@@ -236,11 +236,11 @@ class ElectricalSystem(Record):
 
     @property
     def limit_voltage(self) -> float:
-        """[V] largest peak of a phase that the converters can make at the DC link's nominal voltage."""
+        """[V] largest peak phase voltage of the converters at nominal DC link voltage."""
         return self.dc_link.voltage / math.sqrt(3.0)
 
     def problems(self) -> list[str]:
-        """Why it cannot work, in words with numbers; nothing if it can."""
+        """Inconsistencies of the system, as messages; empty if there are none."""
         m, f, found = self.machine, self.filter, []
         P, limit, i = m.rated_power, RESERVE * self.limit_voltage, self.rated_grid_current
         if m.copper_loss > MOST_COPPER * P:
@@ -249,7 +249,9 @@ class ElectricalSystem(Record):
                 f"the rated current of {m.rated_current:.4g} A"
             )
         if m.iron_loss > MOST_COPPER * P:
-            found.append(f"machine.iron_loss {m.iron_loss / 1e6:.3g} MW is much of the rated power of {P / 1e6:.3g} MW")
+            found.append(
+                f"machine.iron_loss {m.iron_loss / 1e6:.3g} MW is too high for a rated power of {P / 1e6:.3g} MW"
+            )
         lost = 1.5 * f.resistance * i * i
         if lost > MOST_FILTER * P:
             found.append(
@@ -294,7 +296,7 @@ class ElectricalSystem(Record):
         return found + self._too_fast()
 
     def _too_fast(self) -> list[str]:
-        """What is faster than the controls, or than the steps they are marched in (E-27, E-28)."""
+        """Time scales that are too fast for the controls or their sub-steps (E-27, E-28)."""
         found, P, dc, rate = [], self.machine.rated_power, self.dc_link, 2.0 * math.pi * self.control.current_bandwidth
         h, wv = self.control.longest_step, 2.0 * math.pi * self.control.voltage_bandwidth
         for name, inductance, volts, amperes in (
@@ -305,7 +307,7 @@ class ElectricalSystem(Record):
             if swing > MOST_SWING:
                 found.append(
                     f"{name}.inductance {inductance:g} H is too small for control.current_bandwidth "
-                    f"{self.control.current_bandwidth:g} Hz: a loss of voltage would swing the current by {swing:.3g} "
+                    f"{self.control.current_bandwidth:g} Hz: a loss of voltage would change the current by {swing:.3g} "
                     f"times the rated one; at least {inductance * swing / MOST_SWING:.2g} H"
                 )
         store = 0.5 * dc.capacitance * dc.voltage**2 / P
@@ -336,7 +338,7 @@ class ElectricalSystem(Record):
         return found
 
     def unfit(self, torque: float, speed: float) -> str:
-        """Why it does not suit a turbine, in words; empty if it does, or is forced to.
+        """Why the system does not match a turbine, as messages; empty if it does, or if ``forced``.
 
         Args:
           torque: [N m] rated, on the generator's shaft.
@@ -353,7 +355,7 @@ class ElectricalSystem(Record):
             )
         if not 0.8 * m.rated_speed <= speed <= 1.2 * m.rated_speed:
             return (
-                f"machine.rated_speed {m.rated_speed:.4g} rad/s does not suit the rated speed of {speed:.4g} rad/s of "
+                f"machine.rated_speed {m.rated_speed:.4g} rad/s does not match the rated speed of {speed:.4g} rad/s of "
                 "the generator's shaft (forced: true accepts it)"
             )
         return ""
@@ -384,7 +386,7 @@ def size_electrical(
     resistance: float = 0.02,
     inductance: float = 0.5,
 ) -> ElectricalSystem:
-    """An electrical system by rule: per-unit values that are usual, on the machine's rated power, speed and voltage.
+    """Size an electrical system with typical per-unit values, based on rated power, speed and voltage.
 
     Args:
       rated_power: [W] on the generator's shaft.
@@ -414,7 +416,7 @@ def size_electrical(
         pole_pairs = max(1, round(2.0 * math.pi * hertz / rated_speed))
     pairs: Any = pole_pairs
     if not (isinstance(pairs, Integral) and int(pairs) >= 1):
-        raise InputError(f"size_electrical: pole_pairs must be a whole number from 1 on, found {pairs!r}")
+        raise InputError(f"size_electrical: pole_pairs must be an integer of at least 1, found {pairs!r}")
     peak, stator_frequency = voltage / LINE, int(pairs) * rated_speed
     current = rated_power / (1.5 * peak)
     base = peak / current
@@ -432,11 +434,11 @@ def size_electrical(
     except InputError as error:
         told = ", ".join(f"{name} {value:g}" for name, value in given.items())
         words = "; ".join(line.partition(": ")[2] for line in str(error).splitlines()).removesuffix(FORCE)
-        raise InputError(f"size_electrical: {told} make a system that cannot work: {words}") from None
+        raise InputError(f"size_electrical: {told} define an inconsistent system: {words}") from None
 
 
 def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float = 50.0) -> ElectricalSystem:
-    """Converters, DC link and filter by rule for a machine.
+    """Size converters, DC link and filter for a machine.
 
     Converters carry 1.15 times the rated current (1.2 at the grid) and lose 1 % each at it, the DC link holds the
     rated power's energy of 20 ms, the chopper takes 1.2 times rated power for 2 s, the filter and the
@@ -470,7 +472,7 @@ def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float =
 
 
 def converter(rated_power: float, rated_current: float, margin: float) -> Converter:
-    """A converter that loses 1 % at rated current: a tenth of it standing, half with the current, the rest squared."""
+    """A converter with 1 % loss at rated current: 10 % constant, 50 % linear in the current, the rest quadratic."""
     return Converter(
         current=margin * rated_current,
         standing_loss=0.001 * rated_power,

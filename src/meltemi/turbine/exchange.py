@@ -1,4 +1,4 @@
-"""What the parts of the machine tell each other: motion, loads, and what the control side does.
+"""Quantities exchanged between subsystems: motion, loads, actuator outputs.
 
 Structure, aerodynamics and control never see each other; they share these arrays.
 
@@ -99,11 +99,13 @@ class Drive(Table):
     yaw_command_rate: float = number("rad/s", "rate at which it turns")
     yaw_held: float = number("-", "1 when the drive holds the bearing through its spring and damper, 0 when it lets go")
     yaw_drive_rate: float = number("rad/s", "at which the drive turns; the command's, unless the brake slips")
-    yaw_rubs: float = number("-", "1 while the bearing's friction acts beside the drive: it turns or has let go")
+    yaw_rubs: float = number(
+        "-", "1 while the bearing's friction acts in parallel to the drive, which turns or is free"
+    )
     yaw_rest: float = number("rad", "yaw angle at which the friction's spring is free")
     yaw_rest_rate: float = number("rad/s", "of the same: the nacelle's while it slides, 0 while it sticks")
     yaw_drive_torque: float = number("N m", "of the drive and its brake on the nacelle, counter-clockwise from above")
-    yaw_friction_torque: float = number("N m", "of the friction beside it on the nacelle")
+    yaw_friction_torque: float = number("N m", "of the parallel friction on the nacelle")
     yaw_switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
 
 

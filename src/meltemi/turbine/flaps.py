@@ -59,5 +59,5 @@ def naca64618_flap() -> Flap:
 
 
 def with_flaps(turbine: Turbine, *flaps: Flap) -> Turbine:
-    """A turbine whose blades have these flaps; by default that of He et al. (2018)."""
+    """A turbine with these flaps; by default that of He et al. (2018)."""
     return turbine.replace(**{"blade.flaps": [flap.content() for flap in flaps or (naca64618_flap(),)]})

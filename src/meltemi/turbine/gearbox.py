@@ -1,4 +1,4 @@
-"""Gearbox of a turbine: planetary stages, then an optional parallel one, and a rule that sizes them.
+"""Gearbox: planetary stages, an optional parallel stage, and a sizing rule.
 
 A planetary stage is driven at its carrier, its ring is held by the housing and its sun is the output. With the radii
 of sun R_s and ring R_r = R_s + 2 r_p the output turns 1 + R_r/R_s times as fast (Willis 1841), in the same sense; a
@@ -20,7 +20,7 @@ from meltemi.core.record import Record
 
 
 class PlanetaryStage(Record):
-    """Carrier (input), planets, sun (output), and the shaft from the sun to what comes next."""
+    """Carrier (input), planets, sun (output), and the shaft from the sun to the next stage."""
 
     planets: int = Field(ge=1, le=12)
     """Number of planets; they share the load equally."""
@@ -29,20 +29,20 @@ class PlanetaryStage(Record):
     sun_radius: float = Field(gt=0.0)
     """[m] of the pitch circle; those of planets and ring follow from it and the ratio."""
     carrier_inertia: float = Field(ge=0.0)
-    """[kg m^2] of the carrier about the shaft without planets, with the shaft that comes in."""
+    """[kg m^2] of the carrier about the shaft without planets, with the input shaft."""
     planet_mass: float = Field(gt=0.0)
     """[kg] of one planet."""
     planet_inertia: float = Field(gt=0.0)
     """[kg m^2] of one planet about its own axis."""
     sun_inertia: float = Field(gt=0.0)
-    """[kg m^2] of the sun with half of the shaft that goes out."""
+    """[kg m^2] of the sun with half of the output shaft."""
     sun_mesh: float = Field(gt=0.0)
     """[N/m] stiffness of the mesh of the sun with one planet, along the pitch circle: that of the line of action
     times the square of the cosine of the pressure angle."""
     ring_mesh: float = Field(gt=0.0)
-    """[N/m] the same of one planet with the ring."""
+    """[N/m] stiffness of the mesh of one planet with the ring."""
     shaft_stiffness: float = Field(gt=0.0)
-    """[N m/rad] torsion of the shaft that goes out."""
+    """[N m/rad] torsional stiffness of the output shaft."""
     ring_stiffness: float | None = Field(default=None, gt=0.0)
     """[N m/rad] torsion of the ring in the housing; without it the ring is held rigidly."""
     ring_inertia: float | None = Field(default=None, gt=0.0)
@@ -56,7 +56,7 @@ class PlanetaryStage(Record):
 
     @property
     def orbit_radius(self) -> float:
-        """[m] of the planets' centres: the sun's rim is twice as fast as they are."""
+        """[m] orbit radius of the planet centres, which move at half the speed of the sun's pitch circle."""
         return 0.5 * self.ratio * self.sun_radius
 
     @property
@@ -71,7 +71,7 @@ class PlanetaryStage(Record):
 
     @property
     def compliance(self) -> float:
-        """[rad/(N m)] static, of meshes, ring and the shaft that goes out, seen from that shaft."""
+        """[rad/(N m)] static compliance of meshes, ring and output shaft, referred to that shaft."""
         meshes = (1.0 / self.sun_mesh + 1.0 / self.ring_mesh) / (self.planets * self.sun_radius**2)
         ring = 0.0 if self.ring_stiffness is None else (self.ratio - 1.0) ** 2 / self.ring_stiffness
         return meshes + ring + 1.0 / self.shaft_stiffness
@@ -85,17 +85,17 @@ class ParallelStage(Record):
     pinion_radius: float = Field(gt=0.0)
     """[m] of the pitch circle; that of the wheel is ``ratio`` times as large."""
     wheel_inertia: float = Field(gt=0.0)
-    """[kg m^2] of the wheel, with the shaft that comes in."""
+    """[kg m^2] of the wheel, with the input shaft."""
     pinion_inertia: float = Field(gt=0.0)
-    """[kg m^2] of the pinion with half of the shaft that goes out."""
+    """[kg m^2] of the pinion with half of the output shaft."""
     mesh: float = Field(gt=0.0)
     """[N/m] stiffness of the mesh along the pitch circle."""
     shaft_stiffness: float = Field(gt=0.0)
-    """[N m/rad] torsion of the shaft that goes out, with its coupling."""
+    """[N m/rad] torsional stiffness of the output shaft, with its coupling."""
 
     @property
     def compliance(self) -> float:
-        """[rad/(N m)] static, of mesh and the shaft that goes out, seen from that shaft."""
+        """[rad/(N m)] static compliance of mesh and output shaft, referred to that shaft."""
         return 1.0 / (self.mesh * self.pinion_radius**2) + 1.0 / self.shaft_stiffness
 
 
@@ -103,7 +103,7 @@ class Gearbox(Record):
     """Inertia and stiffness of a gearbox, for ``options.drivetrain`` ``quasi_static`` and ``multibody``."""
 
     planetary: tuple[PlanetaryStage, ...] = Field(min_length=1)
-    """Planetary stages, from the rotor on."""
+    """Planetary stages, from the rotor side."""
     parallel: ParallelStage | None = None
     """A last stage with parallel shafts."""
     damping_ratio: float = Field(default=0.05, ge=0.0, le=0.3)
@@ -118,22 +118,22 @@ class Gearbox(Record):
 
     @property
     def stages(self) -> tuple[PlanetaryStage | ParallelStage, ...]:
-        """All stages, from the rotor on."""
+        """All stages, from the rotor side."""
         return (*self.planetary, *(() if self.parallel is None else (self.parallel,)))
 
     @property
     def ratio(self) -> float:
-        """[-] of the whole gearbox, without sign."""
+        """[-] ratio of the complete gearbox, without sign."""
         return math.prod(self.ratios)
 
     @property
     def sense(self) -> float:
-        """1 when the generator turns as the rotor does, -1 when against it."""
+        """1 if generator and rotor turn in the same sense, otherwise -1."""
         return 1.0 if self.parallel is None else -1.0
 
     @property
     def compliance(self) -> float:
-        """[rad/(N m)] static, of everything behind the main shaft, seen from the rotor."""
+        """[rad/(N m)] static compliance of the gearbox without the main shaft, referred to the rotor."""
         speed, total = 1.0, 0.0
         for stage in self.stages:
             speed *= stage.ratio
@@ -171,7 +171,7 @@ def size_gearbox(
     parallel: float | None = None,
     width_ratio: float = 1.0,
 ) -> Gearbox:
-    """A gearbox of plausible inertia and stiffness for a turbine of which none is known.
+    """Size a gearbox of plausible inertia and stiffness for a turbine without gearbox data.
 
     Gears: the sun (pinion) is as large as the pitting of ISO 6336-2 asks for, with the constants of this module; mesh
     stiffness is 20 N/(mm um) of face width (ISO 6336-1); three to five planets, as many as have room. Shafts: solid, 50
@@ -224,7 +224,7 @@ def size_gearbox(
 
 
 def _pinion_diameter(torque: float, sharing: float, u: float, width_ratio: float) -> float:
-    """[m] at which the Hertzian pressure of a gear with a partner u times as large is the allowable one.
+    """[m] diameter with the permissible Hertzian pressure in a mesh with a gear u times as large.
 
     Args:
       torque: [N m] on the gear, through all its meshes.

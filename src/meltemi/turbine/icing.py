@@ -1,4 +1,4 @@
-"""Ice on blades as data: its mass along the span, and what it does to lift and drag.
+"""Blade icing: ice mass along the span, and penalties on lift and drag.
 
 Mass, at the leading edge and growing linearly from zero at the shaft: GL 2010 (Guideline for the Certification of Wind
 Turbines, section 4.2.4), to half the radius, constant from there on; or annex L of IEC 61400-1 ed. 4, to the tip. Lift
@@ -36,28 +36,28 @@ the flow comes from behind, the shape of the leading edge hardly matters."""
 
 
 class Icing(Record):
-    """Ice on some blades or all; without ice growth, melting or shedding."""
+    """Ice on selected blades, constant in time."""
 
     blades: tuple[int, ...] | None = None
-    """Blades that have ice, from 1; all without this key."""
+    """Numbers of the iced blades, from 1; by default all."""
     amount: float = Field(default=1.0, ge=0.0, le=10.0)
-    """Mass over that of the law (or over ``mass``), so that 0.5 is half of it; penalties are given by themselves."""
+    """Factor on the mass of the formula (or on ``mass``); penalties are independent of it."""
     law: Literal["gl2010", "iec"] = "gl2010"
-    """Of the mass along the span: linear to half the radius and then constant (GL 2010), or linear to the tip (IEC)."""
+    """Mass along the span: linear to half the radius and then constant (GL 2010), or linear to the tip (IEC)."""
     mass: float | None = Field(default=None, ge=0.0, le=2000.0)
-    """[kg/m] at the tip, in place of the law's value."""
+    """[kg/m] at the tip, in place of the value of the formula."""
     density: float = Field(default=700.0, gt=0.0, le=920.0)
     """[kg/m^3] of the ice, for the law of GL."""
     tip_chord: float | None = Field(default=None, gt=0.0, le=20.0)
     """[m] for the law of GL; without it the contour between 70 and 95 % of the radius, extrapolated to the tip."""
     lift_penalty: float = Field(default=0.2, ge=0.0, le=1.0)
-    """Share of the lift coefficient that is lost where the penalty is full."""
+    """Relative reduction of the lift coefficient at full penalty."""
     drag_penalty: float = Field(default=2.0, ge=0.0, le=20.0)
-    """What is added to the drag coefficient there, as a share of it: 2 triples it."""
+    """Relative increase of the drag coefficient at full penalty: 2 triples it."""
     penalty_begin: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Share of the rotor radius where penalties begin."""
+    """Fraction of the rotor radius where penalties start."""
     penalty_full: float = Field(default=0.5, ge=0.0, le=1.0)
-    """Share of the rotor radius from which they are full; linear between the two."""
+    """Fraction of the rotor radius from which penalties are full; linear between the two."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -73,7 +73,7 @@ class Icing(Record):
         return self
 
     def on(self, n_blades: int) -> tuple[int, ...]:
-        """The blades that have ice, from 1, of a rotor of so many.
+        """Numbers (from 1) of the iced blades of a rotor.
 
         Raises:
           ValueError: one of them is not there.
@@ -87,7 +87,7 @@ class Icing(Record):
 
 
 def with_ice(turbine: Turbine, icing: Icing | None) -> Turbine:
-    """The turbine with ice on its blades, in place of what it had; None takes it off.
+    """A turbine with this ice in place of its present ice; None removes it.
 
     Raises:
       InputError: the rotor does not have such a blade, or the turbine has no blades that could carry ice.
@@ -103,7 +103,7 @@ def with_ice(turbine: Turbine, icing: Icing | None) -> Turbine:
 
 
 def law_mass(turbine: Turbine, icing: Icing) -> float:
-    """mu_E [kg/m] of the law at the tip (I-2), times ``amount``.
+    """mu_E [kg/m] of the ice mass formula (I-2), times ``amount``.
 
     GL: rho k c_t (c_max + c_t), k = 0.00675 + 0.3 exp(-0.32 R / 1 m), with the chord c_t of the extrapolated contour at
     the tip. IEC: 0.125 kg/m^3 c_85 R with the chord at 85 % of the radius.
@@ -124,14 +124,14 @@ def law_mass(turbine: Turbine, icing: Icing) -> float:
 
 
 def ice_mass(turbine: Turbine, icing: Icing, position: Float) -> Float:
-    """(n,) [kg/m] of the blade's axis, mass of the ice at distances [m] from the blade root (I-1)."""
+    """(n,) [kg/m] ice mass per length at distances [m] from the blade root (I-1)."""
     radius = turbine.hub.radius + np.asarray(position, dtype=float)
     result: Float = law_mass(turbine, icing) * np.minimum(radius / (REACH[icing.law] * turbine.rotor_radius), 1.0)
     return result
 
 
 def ice_stations(turbine: Turbine) -> Float:
-    """(n,) [m] from the blade root, between which the ice's mass is linear."""
+    """(n,) [m] distances from the blade root between which the ice mass is linear."""
     kink = min(REACH.values()) * turbine.rotor_radius - turbine.hub.radius
     blade = turbine.blade
     found: Float = np.unique(np.concatenate([blade.aerodynamics.position, blade.structure.position, [kink]]))
@@ -153,7 +153,7 @@ def leading_edge(blade: Blade, position: Float) -> Float:
 
 
 def penalty_share(turbine: Turbine, icing: Icing, position: Float) -> Float:
-    """(n,) share of the full penalties at distances [m] from the blade root (I-4)."""
+    """(n,) fraction of the full penalties at distances [m] from the blade root (I-4)."""
     x = (turbine.hub.radius + np.asarray(position, dtype=float)) / turbine.rotor_radius
     # at the least a step
     width = max(icing.penalty_full - icing.penalty_begin, 1e-9)
@@ -162,7 +162,7 @@ def penalty_share(turbine: Turbine, icing: Icing, position: Float) -> Float:
 
 
 def penalty_factors(icing: Icing, share: float, angle_of_attack: Float) -> tuple[Float, Float]:
-    """(P,) factors of lift and of drag at angles of attack [rad], where the penalties have a share (I-4)."""
+    """(P,) factors of lift and drag at angles of attack [rad], for a fraction of the penalties (I-4)."""
     beyond = np.clip((np.abs(angle_of_attack) - FULL) / (GONE - FULL), 0.0, 1.0)
     weight = share * (0.5 + 0.5 * np.cos(math.pi * beyond))
     return 1.0 - icing.lift_penalty * weight, 1.0 + icing.drag_penalty * weight

@@ -1,4 +1,4 @@
-"""Turbines that come with the package, and turbines from files."""
+"""Library turbines, and turbines from files."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ WINDIO = "windIO/examples/turbine"
 
 
 class LibraryEntry(Record):
-    """What there is to know about a turbine of the library before it is loaded."""
+    """Summary of a library turbine, available without loading it."""
 
     file: str
     """The turbine, or what its windIO file lacks."""
     kind: Literal["aeroelastic", "power coefficient"] = "aeroelastic"
-    """Of blades and tower, or of a power coefficient."""
+    """Aeroelastic, or with a power coefficient."""
     windio: str | None = None
     """File of the windIO package that it is read from."""
     rated_power: float
@@ -45,7 +45,7 @@ class LibraryEntry(Record):
 
 @cache
 def library_entries() -> dict[str, LibraryEntry]:
-    """The turbines of the library by name."""
+    """Library turbines by name."""
     path = DATA / "library.yaml"
     data = read_mapping(path)
     return {name: validated(entry, LibraryEntry, f"{path}: {name}") for name, entry in data.items()}
@@ -63,7 +63,7 @@ def load_turbine(name: Literal["pmsg20mw", "pmsg20mw-bem"]) -> PowerTurbine: ...
 @overload
 def load_turbine(name: str | Path) -> AnyTurbine: ...
 def load_turbine(name: str | Path) -> AnyTurbine:
-    """A turbine from the library by its name, or from a YAML file or OpenFAST deck (.fst) by its path.
+    """Load a turbine from the library by name, or from a YAML file or OpenFAST deck (.fst) by path.
 
     Raises:
       InputError: no such turbine or file, or the file does not describe a valid turbine, or the turbine's data are in
@@ -93,7 +93,7 @@ def _from_library(name: str) -> AnyTurbine:
 
 
 def read_turbine(path: Path) -> AnyTurbine:
-    """A turbine of either kind from a YAML file: one of a power coefficient has the key ``coefficient``.
+    """Read a turbine from a YAML file; a power-coefficient turbine has the key ``coefficient``.
 
     Raises:
       InputError: the file is missing or does not describe a valid turbine, with every line and key.
@@ -105,7 +105,7 @@ def read_turbine(path: Path) -> AnyTurbine:
 
 
 def windio_file(name: str, wanted_for: str) -> Path:
-    """A turbine file of the windIO package, which is not imported.
+    """Path of a turbine file in the windIO package, without importing it.
 
     Raises:
       InputError: the package is not installed, or has no such file.

@@ -1,4 +1,4 @@
-"""Steady performance of a rotor, as controllers and turbines of a power coefficient take it."""
+"""Steady rotor performance, for controllers and power-coefficient turbines."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A monopile below the tower as springs at its top."""
+"""Equivalent springs of a monopile at its top."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Float = NDArray[np.float64]
 def pile_foundation(
     position: Float, bending: Float, shear: Float, axial: Float, torsion: Float, mass: Float, source: str = ""
 ) -> Foundation:
-    """Springs and mass at the top of an upright pile that is clamped at its foot.
+    """Equivalent springs and mass at the top of an upright pile that is clamped at its foot.
 
     The flexibility at the top is the integral along the pile of the sections' flexibilities, each seen through the
     lever z_top - z (a cantilever under end loads; shear-flexible beam). The mass that moves with the top is

@@ -1,4 +1,4 @@
-"""Is a turbine described as turbines of its size are? A slip of a unit or a power of ten is found so.
+"""Plausibility check of turbine data, to detect wrong units and powers of ten.
 
 Masses go by NREL's Cost and Scaling Model, frequencies by the speed of the rotor: similar rotors of the same tip speed
 have frequencies in proportion to it (Burton et al. 2011, section 5.1). Bands are so wide that a turbine beyond them is
@@ -32,7 +32,7 @@ TOWER = (0.4, 6.0)
 
 
 def plausibility(turbine: AnyTurbine) -> tuple[str, ...]:
-    """What of a turbine is so far from what is usual at its size that it may be a slip.
+    """Warnings about turbine data that are implausible for its size.
 
     Returns:
       One sentence each, with the key, what stands there and what is usual; empty if there is nothing to say.
@@ -81,7 +81,7 @@ def plausibility(turbine: AnyTurbine) -> tuple[str, ...]:
 
 
 def bending_frequency(position: ArrayLike, mass: ArrayLike, stiffness: ArrayLike, tip_mass: float = 0.0) -> float:
-    """[rad/s] of a cantilever's first mode by Rayleigh's quotient with its shape under its own weight.
+    """[rad/s] first bending frequency of a cantilever by Rayleigh's quotient, with its shape under self-weight.
 
     Args:
       position: (n,) [m]; mass: (n,) [kg/m]; stiffness: (n,) [N m^2].

@@ -23,7 +23,7 @@ from meltemi.turbine.electrical import ElectricalSystem
 
 
 class HeierCoefficient(Record):
-    """The exponential formula of Heier, stretched so that its maximum lies where it shall (P-2).
+    """Heier's exponential formula, scaled to a prescribed maximum (P-2).
 
     C_p = s (c1 (c2 x - c3 b - c4) exp(-c5 x) + c6 l),   x = 1/(l + 0.08 b) - 0.035/(b^3 + 1)
 
@@ -33,9 +33,9 @@ class HeierCoefficient(Record):
 
     kind: Literal["heier"] = "heier"
     tip_speed_ratio: float = Field(default=9.5085, ge=1.0, le=30.0)
-    """Where the maximum at zero pitch lies."""
+    """Tip-speed ratio of the maximum at zero pitch."""
     maximum: float = Field(default=0.48, gt=0.0, le=16.0 / 27.0)
-    """Of the power coefficient, at most that of Betz."""
+    """Maximum power coefficient, at most the Betz limit."""
     constants: tuple[float, float, float, float, float, float] = (0.5176, 116.0, 0.4, 5.0, 21.0, 0.0068)
     """c1 to c6."""
 
@@ -66,7 +66,7 @@ class HeierCoefficient(Record):
 
 
 class CalibratedCoefficient(Record):
-    """The formula at zero pitch with constants that give the gains printed for Figure 6 of Palanimuthu et al. (P-3).
+    """Heier's formula at zero pitch, calibrated to the gains of Figure 6 of Palanimuthu et al. (P-3).
 
     C_p = 0.979372 (116 x - 6.363840) exp(-37.744134 x) + 0.0375390 l,   x = 1/l - 0.035
 
@@ -77,7 +77,7 @@ class CalibratedCoefficient(Record):
 
 
 class TableCoefficient(Record):
-    """Coefficients in a table, between whose entries they are interpolated smoothly (P-4).
+    """Tabulated coefficients with smooth interpolation (P-4).
 
     Below the first tip-speed ratio the power falls to zero with it. Beyond the other edges coefficients go on in
     straight lines, but not below the table's smallest.
@@ -124,7 +124,7 @@ Coefficient = Annotated[HeierCoefficient | CalibratedCoefficient | TableCoeffici
 
 
 class Shaft(Record):
-    """Rotor, shaft and generator as they turn. Inertia of the rotor, stiffness, damping, friction: low-speed side."""
+    """Rotor, shaft and generator. Rotor inertia, stiffness, damping and friction refer to the low-speed side."""
 
     gear_ratio: float = Field(default=1.0, gt=0.0)
     """Generator speed over rotor speed [-]; 1 for a direct drive."""
@@ -152,12 +152,12 @@ class Shaft(Record):
 
     @property
     def inertia(self) -> float:
-        """[kg m^2] of rotor and generator about the low-speed shaft."""
+        """[kg m^2] inertia of rotor and generator, referred to the low-speed shaft."""
         return self.rotor_inertia + self.gear_ratio**2 * self.generator_inertia
 
 
 class PowerTurbine(Record):
-    """A horizontal-axis wind turbine of a power coefficient."""
+    """A horizontal-axis wind turbine described by a power coefficient."""
 
     name: str
     description: str = ""
@@ -165,26 +165,26 @@ class PowerTurbine(Record):
     n_blades: int = Field(default=3, ge=2, le=3)
     """Each has its pitch actuator; the rotor's coefficient is the mean of those at the blades' pitch angles."""
     rated_power: float = Field(gt=0.0)
-    """[W] electrical, for tables; the control law has its own (``control.torque.rated_power``)."""
+    """[W] electrical, for tables; the controller uses ``control.torque.rated_power``."""
     cut_in: float = Field(default=3.0, gt=0.0)
-    """[m/s] wind speed at hub height where power curves begin; a run does not look at it."""
+    """[m/s] wind speed at hub height where power curves start; not used in simulations."""
     cut_out: float = Field(default=25.0, gt=0.0)
-    """[m/s] wind speed at hub height where power curves end; a run does not look at it."""
+    """[m/s] wind speed at hub height where power curves end; not used in simulations."""
     rotor_radius: float = Field(gt=0.0)
     """[m] to which the coefficients refer."""
     hub_height: float = Field(gt=0.0)
     """[m] above ground."""
     coefficient: Coefficient
-    """Of power, and of thrust where a table has it."""
+    """Power coefficient, and thrust coefficient if a table contains it."""
     power_yaw_exponent: float = Field(default=3.0, ge=0.0, le=5.0)
-    """Power falls with this power of the cosine of the angle between wind and shaft."""
+    """Exponent of the cosine of the yaw misalignment in the power."""
     thrust_yaw_exponent: float = Field(default=2.0, ge=0.0, le=5.0)
-    """Thrust, the same."""
+    """Exponent of the cosine of the yaw misalignment in the thrust."""
     drivetrain: Shaft
     pitch_actuator: PitchActuator
     yaw: YawDrive = YawDrive()
     electrical: ElectricalSystem | None = None
-    """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` makes one."""
+    """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` sizes one."""
     control: BaselineControl
 
     @model_validator(mode="after")
@@ -213,14 +213,14 @@ AnyTurbine = Turbine | PowerTurbine
 
 
 def aeroelastic(turbine: AnyTurbine, what: str) -> Turbine:
-    """The turbine, which must have blades and a tower for ``what``.
+    """Check that a turbine has blades and a tower, as required for ``what``.
 
     Raises:
-      InputError: it is one of a power coefficient.
+      InputError: it is a power-coefficient turbine.
     """
     if isinstance(turbine, PowerTurbine):
         raise InputError(
-            f"{what}: {turbine.name} is a turbine of a power coefficient, without blades and tower; this needs an "
+            f"{what}: {turbine.name} is a power-coefficient turbine, without blades and tower; this needs an "
             "aeroelastic turbine, such as nrel5mw"
         )
     return turbine

@@ -1,4 +1,4 @@
-"""What a reader made of somebody else's description of a turbine."""
+"""Notes on the import of turbine data."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ KINDS: tuple[Kind, ...] = ("approximated", "ignored", "used", "equivalent", "not
 
 @dataclass(frozen=True)
 class Note:
-    """What became of one thing in a file.
+    """Note on the treatment of one item of an imported file.
 
     Attributes:
       kind: used as it is; approximated; ignored, although it asks for something; equivalent, since the model is like
@@ -34,7 +34,7 @@ class Note:
 
 @dataclass(frozen=True, repr=False)
 class Imported(Brief):
-    """A turbine from somebody else's files, and what became of everything in them."""
+    """An imported turbine, with notes on the treatment of the input."""
 
     turbine: Turbine
     notes: tuple[Note, ...]
@@ -45,7 +45,7 @@ class Imported(Brief):
 
 
 def report_text(notes: Sequence[Note], title: str) -> str:
-    """The notes as a page of Markdown, what matters first."""
+    """The notes as a Markdown page, most important first."""
     lines = [f"# {title}", ""]
     for kind in KINDS:
         chosen = [note for note in notes if note.kind == kind]

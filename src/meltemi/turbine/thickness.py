@@ -1,4 +1,4 @@
-"""Relative thickness of airfoils, which only rain asks for."""
+"""Relative thickness of airfoils, used by the rain model."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def relative_thickness(turbine: Turbine) -> NDArray[np.float64]:
 
 
 def thickness_in(name: str) -> float | None:
-    """Thickness over chord that an airfoil's name says, as in ``DU40_A17``, ``FFA-W3-241`` or ``27.1 % thick``.
+    """Relative thickness encoded in an airfoil's name, as in ``DU40_A17``, ``FFA-W3-241`` or ``27.1 % thick``.
 
     None for a name that is not understood, rather than a guess.
     """
@@ -49,7 +49,7 @@ def _of(turbine: Turbine, name: str) -> float:
     found = thickness_in(name) if given is None else given
     if found is None:
         raise InputError(
-            f"{turbine.name}: airfoils.{name}: relative_thickness is missing, and the name does not say it; drops hit "
-            "a section as it is seen along the flow, so rain needs it"
+            f"{turbine.name}: airfoils.{name}: relative_thickness is missing, and the name does not contain it; "
+            "rain requires it for the projected height of the section"
         )
     return found

@@ -1,1 +1,1 @@
-"""Inflow: what the user describes, files, and the velocity at any point and time."""
+"""Wind: descriptions, files, turbulence, and the velocity at any point and time."""

@@ -1,4 +1,4 @@
-"""Winds as a user describes them."""
+"""Wind descriptions."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from meltemi.wind.velocity import WindNow, WindParameters
 
 
 class SteadyWind(Record):
-    """Constant wind, uniform across the rotor but for shear and veer."""
+    """Steady wind, uniform over the rotor except for shear and veer."""
 
     speed: float = Field(ge=0.0, le=100.0)
     """[m/s] at the reference height."""
     shear_exponent: float = Field(default=0.0, gt=-1.0, lt=1.0)
-    """Of the power law [-]; 0 is no shear."""
+    """Exponent of the power law [-]; 0 is no shear."""
     roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
     """[m] length of the logarithmic profile, used instead of the power law when above zero."""
     direction: float = Field(default=0.0, ge=-3.2, le=3.2)
     """[rad] clockwise seen from above: the wind then blows towards -y."""
     veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
-    """[rad/m] turning of the direction with height."""
+    """[rad/m] change of the direction with height."""
     upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
     """[rad] inclination of the flow, upwards when positive."""
     reference_height: float | None = Field(default=None, gt=0.0)
@@ -38,7 +38,7 @@ class SteadyWind(Record):
 
     @property
     def label(self) -> str:
-        """What it is, for titles and meta data."""
+        """Short description, for titles and metadata."""
         parts = [f"steady wind {self.speed:g} m/s"]
         if self.roughness:
             parts.append(f"roughness {self.roughness:g} m")
@@ -53,7 +53,7 @@ class SteadyWind(Record):
 
 
 class WindSeries(Record):
-    """Wind that changes in time, uniform across the rotor but for shear: the content of a ``.wnd`` file."""
+    """Time-varying wind, uniform over the rotor except for shear: the content of a ``.wnd`` file."""
 
     time: Vector
     """(T,) [s] increasing; constant before and after."""
@@ -98,7 +98,7 @@ class WindSeries(Record):
     @model_validator(mode="before")
     @classmethod
     def _fill(cls, data: Any) -> Any:
-        """Columns left out are zero, numbers are constant in time."""
+        """Omitted columns are zero, scalars are constant in time."""
         if not isinstance(data, dict) or "time" not in data:
             return data
         n = np.size(data["time"])
@@ -123,7 +123,7 @@ class WindSeries(Record):
 
     @property
     def label(self) -> str:
-        """What it is, for titles and meta data."""
+        """Short description, for titles and metadata."""
         return self.source or "wind series"
 
 
@@ -137,7 +137,7 @@ MOST = 1e3
 
 @dataclass(frozen=True, repr=False)
 class WindBox(Brief):
-    """A turbulent field on a grid, carried past the turbine with its mean speed.
+    """A turbulent field on a grid, convected past the turbine at its mean speed.
 
     At time 0 the first plane stands half the grid's width downwind of the tower, so that a yawed rotor is inside; of
     a periodic field it stands at the tower. So it is in OpenFAST, too. The wind at (x, y, z) and time t is that of
@@ -180,13 +180,13 @@ class WindBox(Brief):
         if not abs(self.direction) <= np.pi + 1e-9:
             raise InputError(f"wind box: direction must be an angle within pi rad, found {self.direction!r}")
         if not np.all(np.isfinite(v)):
-            raise InputError(f"wind box: {int(np.sum(~np.isfinite(v)))} velocities are not numbers")
+            raise InputError(f"wind box: {int(np.sum(~np.isfinite(v)))} velocities are not finite")
         if max(v.max(), -v.min()) > FASTEST:
             raise InputError(f"wind box: velocities reach {max(v.max(), -v.min()):g} m/s, expected at most {FASTEST:g}")
 
     @property
     def label(self) -> str:
-        """What it is, for titles and meta data."""
+        """Short description, for titles and metadata."""
         return self.source or "wind box"
 
     @property
@@ -196,7 +196,7 @@ class WindBox(Brief):
 
     @property
     def lead(self) -> float:
-        """[m] downwind of the tower axis, where the first plane stands at time 0."""
+        """[m] distance of the first plane downwind of the tower axis at time 0."""
         return 0.0 if self.periodic else 0.5 * self.width
 
     @property
@@ -228,7 +228,7 @@ class WindBox(Brief):
 
 
 def at_speed(box: WindBox, speed: float) -> WindBox:
-    """The same eddies carried past by another mean wind.
+    """The same turbulence with another mean wind speed.
 
     Planes keep their distance and pass faster or slower; the mean profile grows with the speed, the fluctuations stay.
     (``dataclasses.replace(box, speed=...)`` keeps the time between planes instead, and stretches the eddies.)
@@ -252,7 +252,7 @@ Wind = SteadyWind | WindSeries | WindBox
 
 @dataclass(frozen=True)
 class WindArrays:
-    """A wind as kernels take it: table WIND, series (rows, 8), box (planes, rows, columns, 3)."""
+    """Kernel arrays of a wind: table WIND, series (rows, 8), box (planes, rows, columns, 3)."""
 
     wind: NDArray[np.float64]
     series: NDArray[np.float64]
@@ -264,7 +264,7 @@ NO_SERIES = np.zeros((1, len(WindNow.fields)))
 
 
 def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArrays:
-    """Arrays of a described wind for a turbine."""
+    """Kernel arrays of a wind for a turbine."""
     array = WindParameters.zeros()
     view = View(WindParameters, array)
     view["reference_height"], view["reference_length"] = hub_height, rotor_diameter
@@ -289,7 +289,7 @@ def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArr
 
 
 def mean_speed(wind: Wind, hub_height: float) -> float:
-    """[m/s] at hub height, to start a run with: of a series at its begin (without linear shear), of a box the mean.
+    """[m/s] initial wind speed at hub height: of a series at its start (without linear shear), of a box the mean.
 
     The mean of a box is that of the horizontal speed, which drives the rotor.
     """
@@ -305,13 +305,13 @@ def mean_speed(wind: Wind, hub_height: float) -> float:
 
 
 def _at_hub(box: WindBox, hub_height: float) -> NDArray[np.floating[Any]]:
-    """(T, 2) [m/s] horizontal velocities of a box in the point next to the hub."""
+    """(T, 2) [m/s] horizontal velocities of a box at the grid point nearest to the hub."""
     row = int(np.clip(round((hub_height - box.bottom) / box.dz), 0, box.velocity.shape[1] - 1))
     return box.velocity[:, row, box.velocity.shape[2] // 2, :2]
 
 
 def mean_before(wind: Wind, hub_height: float) -> float:
-    """[m/s] at hub height, the mean of the time before a run.
+    """[m/s] mean wind speed at hub height assumed before a run.
 
     Of a box it is that of the vector, which is the mean wind speed of a case: the mean of the horizontal speed is
     larger, by the turbulence across. A series that fluctuates from its begin has its own mean.
@@ -330,7 +330,7 @@ USUAL_EXPONENT, USUAL_UPFLOW = (-0.3, 0.7), np.radians(20.0)
 
 
 def unusual(wind: Any) -> list[str]:
-    """Sentences about shear and upflow of a described wind that hardly any site has."""
+    """Warnings about implausible shear and upflow of a wind."""
     exponent = np.atleast_1d(getattr(wind, "shear_exponent", getattr(wind, "exponent", 0.0)))
     upflow = np.atleast_1d(getattr(wind, "upflow", 0.0))
     if isinstance(wind, WindSeries):
@@ -346,7 +346,7 @@ def unusual(wind: Any) -> list[str]:
 
 
 def check_coverage(wind: Wind, *, hub_height: float, radius: float, reach: float, duration: float) -> None:
-    """Refuse a box that is too small or too short for the turbine.
+    """Raise an error for a box that is too small or too short for the turbine.
 
     Args:
       hub_height, radius: [m] of the rotor.
@@ -370,8 +370,8 @@ def check_coverage(wind: Wind, *, hub_height: float, radius: float, reach: float
         )
     if wind.hub_height is not None and abs(wind.hub_height - hub_height) > 0.02 * hub_height:
         problems.append(
-            f"it was made for a hub height of {wind.hub_height:g} m, the turbine's is {hub_height:.1f} m "
-            "(in Python, dataclasses.replace(box, hub_height=None) uses it all the same)"
+            f"it was generated for a hub height of {wind.hub_height:g} m, the turbine's is {hub_height:.1f} m "
+            "(in Python, dataclasses.replace(box, hub_height=None) overrides this)"
         )
     needed = duration + (wind.lead + reach) / wind.speed
     if not wind.periodic and wind.duration < needed:

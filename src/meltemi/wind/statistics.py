@@ -1,4 +1,4 @@
-"""What a wind is like: moments, scales, spectra and coherence of a field, and the range of a uniform series.
+"""Wind statistics: moments, scales, spectra and coherence of a field, range of a uniform series.
 
 A field is judged in the axes of its box: u along the box's direction, v to the left looking downwind, w upwards. With
 veer the mean wind of a row turns away from u; its mean then shows in v, and the deviations of that row are still those
@@ -77,7 +77,7 @@ class FieldStatistics:
 
     @property
     def hub_length_scale(self) -> Float:
-        """(3,) [m] time scale times the speed with which the field is carried."""
+        """(3,) [m] time scale times the convection speed."""
         return self.hub_time_scale * self.travel
 
     @property
@@ -88,7 +88,7 @@ class FieldStatistics:
 
 @dataclass(frozen=True)
 class SeriesStatistics:
-    """Range and moments of a wind that is uniform across the rotor but for shear.
+    """Range and moments of a wind that is uniform over the rotor except for shear.
 
     Attributes:
       names: columns; those of a series, after ``hub_speed``, which is speed and gust together.
@@ -112,7 +112,7 @@ class SeriesStatistics:
 
 @dataclass(frozen=True)
 class SpectrumEstimate:
-    """An estimated one-sided density.
+    """Estimate of a one-sided spectral density.
 
     Attributes:
       f: (B,) [Hz] geometric middle of each band.
@@ -128,7 +128,7 @@ class SpectrumEstimate:
 
 @dataclass(frozen=True)
 class CoherenceEstimate:
-    """An estimated co-coherence: real part of the cross-spectrum over the auto-spectra.
+    """Estimate of the co-coherence: real part of the cross-spectrum over the auto-spectra.
 
     Attributes:
       separation: (S,) [m] multiples of the grid's step.
@@ -165,7 +165,7 @@ def hub_point(box: WindBox, hub_height: float | None = None) -> tuple[int, int]:
 
 
 def field_statistics(box: WindBox, hub_height: float | None = None) -> FieldStatistics:
-    """Mean, deviation, extremes and integral scales of a field, at the hub and over the grid.
+    """Mean, standard deviation, extremes and integral scales of a field, at the hub and over the grid.
 
     The integral time scale is the autocorrelation integrated up to its first zero; the length scale is that times the
     speed of the box (Taylor). A sample's own mean is taken off first, so both are too small where the sample is not
@@ -204,7 +204,7 @@ def field_statistics(box: WindBox, hub_height: float | None = None) -> FieldStat
 
 
 def _moments(box: WindBox) -> tuple[Float, Float, Float, Float]:
-    """(Z, Y, 3) mean, deviation, lowest and highest, a few planes at a time."""
+    """(Z, Y, 3) mean, standard deviation, minimum and maximum, computed in blocks of planes."""
     v = box.velocity.reshape(len(box.velocity), -1)
     step = max(VALUES_AT_ONCE // v.shape[1], 1)
     first = v[0].astype(np.float64)  # near the mean: no digits are lost in the squares
@@ -251,7 +251,7 @@ def _to_first_zero(correlation: Float) -> float:
 
 
 def series_statistics(wind: WindSeries | SteadyWind) -> SeriesStatistics:
-    """Range, mean and deviation of a wind that is uniform but for shear, at its reference height.
+    """Range, mean and standard deviation of a wind that is uniform except for shear, at its reference height.
 
     Averages are over time, with values linear in between; directions are not wrapped, as a run does not wrap them.
 
@@ -293,7 +293,7 @@ def wind_spectrum(
     per_decade: int | None = PER_DECADE,
     hub_height: float | None = None,
 ) -> SpectrumEstimate:
-    """One-sided density of a component, at the hub or as the mean over the grid.
+    """One-sided spectral density of a component, at the hub or averaged over the grid.
 
     Args:
       box: a field.
@@ -335,7 +335,7 @@ def wind_coherence(
     direction: Literal["lateral", "vertical"] = "lateral",
     per_decade: int = PER_DECADE,
 ) -> CoherenceEstimate:
-    """Real part of the coherence, averaged over all pairs of points of the same separation and over bands.
+    """Real part of the coherence, averaged over all pairs of points of equal separation and over bands.
 
     Args:
       box: a field.

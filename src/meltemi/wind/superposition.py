@@ -1,4 +1,4 @@
-"""A coherent gust on turbulence: what changes in a series, added to a turbulent box.
+"""Superposition of a coherent gust on turbulence.
 
 Reference: docs/theory/iec.md (I-1); the axes and the time of a plane are those of docs/theory/wind.md (W-2, W-5).
 """
@@ -14,7 +14,7 @@ from meltemi.wind.fields import WindBox, WindSeries
 
 
 def with_gust(box: WindBox, gust: WindSeries) -> WindBox:
-    """A turbulent box with the gust, direction change and shear of a series.
+    """A turbulent box plus the gust, direction change and shear of a series.
 
     Each plane gets what the series has when the plane passes the tower axis. Mean speed, profile and direction are
     the box's; of the series counts what it adds: its gust, vertical speed and linear shears, and the change of speed
@@ -34,7 +34,7 @@ def with_gust(box: WindBox, gust: WindSeries) -> WindBox:
     if np.ptp(gust.exponent) > 0.0:
         raise InputError(f"{gust.label}: a power law that changes in time cannot be added to a box")
     if box.periodic:
-        raise InputError(f"{box.label}: it is periodic, and the gust would come again: make it with periodic=False")
+        raise InputError(f"{box.label}: it is periodic, and the gust would repeat: generate it with periodic=False")
     velocity, time = box.velocity, box.passing
 
     def now(name: str, *, change: bool = False) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

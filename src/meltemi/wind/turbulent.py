@@ -1,4 +1,4 @@
-"""Turbulent wind as a user describes it; the field itself is made when a run or a file asks for it."""
+"""Description of turbulent wind; its field is generated when a simulation or a file needs it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from meltemi.core.record import Record, Vector
 
 
 class HubSeries(Record):
-    """Wind measured at the hub, which a turbulent field shall pass through."""
+    """Measured hub-height wind that constrains a turbulent field."""
 
     time: Vector
-    """(T,) [s] increasing; time 0 is the begin of the run."""
+    """(T,) [s] increasing; time 0 is the start of the simulation."""
     u: Vector
-    """(T,) [m/s] along the mean wind, mean included."""
+    """(T,) [m/s] along the mean wind, including the mean."""
     v: Vector | None = None
-    """(T,) [m/s] to the left looking downwind; free if not given."""
+    """(T,) [m/s] to the left looking downwind; unconstrained by default."""
     w: Vector | None = None
-    """(T,) [m/s] upwards; free if not given."""
+    """(T,) [m/s] upwards; unconstrained by default."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -48,18 +48,18 @@ class TurbulentWind(Record):
     """The same seed gives the same field."""
     spectrum: Literal["kaimal", "vonkarman", "mann"] = "kaimal"
     edition: Literal[2, 3, 4] = 3
-    """Of IEC 61400-1, whose scale, coherence and constants are used."""
+    """Edition of IEC 61400-1 for length scales, coherence and constants."""
     coherent: Literal["u", "all"] = "u"
     """Components that are coherent across the rotor: u alone, as the standard has it, or v and w like u. Mann's
-    turbulence has a coherence of its own."""
+    turbulence has its own coherence."""
     shear_exponent: float = Field(default=0.2, gt=-1.0, lt=1.0)
-    """Of the mean wind's power law [-]."""
+    """Exponent of the power law of the mean wind [-]."""
     roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
     """[m] length of the logarithmic profile, used instead of the power law when above zero."""
     direction: float = Field(default=0.0, ge=-3.2, le=3.2)
     """[rad] clockwise seen from above."""
     veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
-    """[rad/m] turning of the mean direction with height."""
+    """[rad/m] change of the mean direction with height."""
     scaled: bool = True
     """The standard deviation at the hub is exactly the one asked for. If not, it scatters as that of any sample of
     this length."""
@@ -71,7 +71,7 @@ class TurbulentWind(Record):
     dt: float = Field(default=0.1, gt=0.0, le=10.0)
     """[s] between planes."""
     hub_series: HubSeries | None = None
-    """Measured wind that the field has at the hub."""
+    """Measured hub-height wind that constrains the field."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -81,7 +81,7 @@ class TurbulentWind(Record):
 
     @property
     def label(self) -> str:
-        """What it is, for titles and meta data."""
+        """Short description, for titles and metadata."""
         name = {"kaimal": "Kaimal", "vonkarman": "von Karman", "mann": "Mann"}[self.spectrum]
         parts = [f"{name} turbulence {self.speed:g} m/s", f"intensity {100.0 * self.intensity:.3g} %"]
         parts.append(f"roughness {self.roughness:g} m" if self.roughness else f"shear exponent {self.shear_exponent:g}")

@@ -1,4 +1,4 @@
-"""Wind velocity at a point and time; the one wind function that kernels call.
+"""Wind velocity at a point and time, for kernels.
 
 Two kinds: a *series*, uniform across the rotor but for shear and veer, given by a table in time;
 and a *box*, a turbulent field that is carried past the turbine by its mean speed (Taylor).
@@ -126,7 +126,7 @@ def box_velocity(p: Vec, t: float, wind: Float, box: NDArray[float32]) -> Vec:
         i1 = i + 1
     yi = min(max((y - wind[BOX_Y]) / wind[BOX_DY], 0.0), ny - 1.000001)
     zi = min(max((p.z - wind[BOX_Z]) / wind[BOX_DZ], 0.0), nz - 1.000001)
-    # what is no number must not lead out of the box
+    # NaN must not index outside the box
     j, k = min(max(whole(yi), 0), ny - 2), min(max(whole(zi), 0), nz - 2)
     a, b, d = ti - i, yi - j, zi - k
     w00, w01, w10, w11 = (1.0 - d) * (1.0 - b), (1.0 - d) * b, d * (1.0 - b), d * b

@@ -1,4 +1,4 @@
-"""Files of results: one module a format, and a table of them."""
+"""Result files: one module per format, and a table of the formats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which files of results there are, and which one is meant."""
+"""Formats of result files, and their detection."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WRITERS = {".nc": write_netcdf, ".outb": write_outb, ".out": write_out}
 
 
 def read_result(path: str | Path) -> Result:
-    """Read a result from our netCDF or from OpenFAST's output, binary or text, whatever the file is called.
+    """Read a result from meltemi's netCDF or from OpenFAST's binary or text output, detected by content.
 
     Of OpenFAST's channels those that the catalogue has get our names, units and signs; the others keep their name, with
     SI units where they are known.

@@ -1,4 +1,4 @@
-"""Results in netCDF files, and back."""
+"""Results as netCDF files."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def write_netcdf(result: Result, path: str | Path) -> Path:
-    """Write a result as netCDF4; the file appears only when it is complete.
+    """Write a result as netCDF4, atomically.
 
     Raises:
       InputError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""What the columns of OpenFAST's output files are: names, signs and units, there and back."""
+"""Conversion of names, signs and units of OpenFAST's output files, in both directions."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ EVEN = 0.1
 
 @dataclass(frozen=True)
 class Columns:
-    """A table as it stands in a file of OpenFAST.
+    """The table of an OpenFAST output file.
 
     Attributes:
       names, units: of the columns, as they are written; units without parentheses.
@@ -92,7 +92,7 @@ class Columns:
 
 
 def si_unit(text: str) -> tuple[str, float]:
-    """SI unit and factor to it of a unit as OpenFAST writes it; what is not known is kept as it is."""
+    """SI unit and conversion factor of a unit in OpenFAST's spelling; unknown units are kept."""
     unit = text.strip().strip("()").strip()
     for theirs, ours in _SPELLINGS:
         unit = unit.replace(theirs, ours)
@@ -100,7 +100,7 @@ def si_unit(text: str) -> tuple[str, float]:
 
 
 def result_of(columns: Columns, path: Path) -> Result:
-    """A result in SI, with our channels where the catalogue has them.
+    """A result in SI units, with meltemi's channels where the catalogue contains them.
 
     Names are those of the catalogue, with their sign where OpenFAST's was turned round by a leading ``-``, ``_``, ``M``
     or ``m``. Channels of numbered nodes and stations keep their names, since the numbers are those of another
@@ -129,7 +129,7 @@ def result_of(columns: Columns, path: Path) -> Result:
     meta: dict[str, object] = {"file": path.name, "description": columns.description}
     warnings = [columns.warning] if columns.warning else []
     if invalid:
-        warnings.append(f"left out, since OpenFAST could not compute them: {', '.join(invalid)}")
+        warnings.append(f"omitted, since OpenFAST could not compute them: {', '.join(invalid)}")
     if warnings:
         meta["warnings"] = warnings
     series = [x for _, x in found.values()]
@@ -138,7 +138,7 @@ def result_of(columns: Columns, path: Path) -> Result:
 
 
 def columns_of(result: Result) -> Columns:
-    """A result under OpenFAST's names and in its units; names that it has not are ours, with ``_`` for blanks."""
+    """A result in OpenFAST's names and units; other channels keep their names, with ``_`` for blanks."""
     found = [_written(c) for c in result.channels]
     factors = np.array([factor for _, _, factor in found])
     about = f"{result.meta.get('turbine', '')}: {result.meta.get('wind', '')}".strip(": ")
@@ -160,7 +160,7 @@ def _written(channel: Channel) -> tuple[str, str, float]:
 
 
 def _known(names: tuple[str, ...]) -> dict[str, Channel]:
-    """Channels by all their names in small letters, with as many nodes, stations and flaps as ``names`` tell of."""
+    """Channels by all their lower-case names, with as many nodes, stations and flaps as ``names`` require."""
     last = min(max((int(n) for name in names for n in re.findall(r"\d+", name)), default=0), MOST)
     every = catalogue(3, disk=True)
     if names:
@@ -178,7 +178,7 @@ def _known(names: tuple[str, ...]) -> dict[str, Channel]:
 
 
 def _mapped(name: str, known: dict[str, Channel]) -> tuple[int, Channel | None]:
-    """Sign and channel of a column; OpenFAST takes a leading ``M`` for a sign only where the whole is no name."""
+    """Sign and channel of a column; a leading ``M`` is a sign only if the whole is not a channel name."""
     lower = name.lower()
     if lower in known:
         return 1, known[lower]
@@ -186,7 +186,7 @@ def _mapped(name: str, known: dict[str, Channel]) -> tuple[int, Channel | None]:
 
 
 def _even(time: Float) -> Float:
-    """The times, on an even grid if they lie on one but for their last digits."""
+    """The times, restored to a uniform grid if they differ from one by rounding only."""
     if len(time) < 3 or not np.all(np.isfinite(time)):
         return time
     grid = np.linspace(time[0], time[-1], len(time))

@@ -1,4 +1,4 @@
-"""OpenFAST's output as text (``.out``): a line of names that begins with ``Time``, a line of units, rows of numbers."""
+"""OpenFAST's text output (``.out``): a row of names that begins with ``Time``, a row of units, rows of numbers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CLOSED = "This output file was closed"
 
 
 def read_out(path: str | Path) -> Result:
-    """Read a text output of OpenFAST 2 to 5, in SI; see :func:`meltemi.postprocess.files.openfast.result_of`.
+    """Read a text output of OpenFAST 2 to 5, in SI units; see :func:`meltemi.postprocess.files.openfast.result_of`.
 
     Numbers that Fortran could not write (``****``) become NaN. A last row that is cut, as by a run that was ended, is
     left out; the result's ``warnings`` say so.
@@ -36,7 +36,7 @@ def read_out(path: str | Path) -> Result:
     lines = text_of(path, LARGEST).splitlines()
     head = next((i for i, line in enumerate(lines[:HEAD]) if line.split()[:1] and _begins(line)), None)
     if head is None or head + 1 >= len(lines):
-        raise InputError(f"{path}: no text output of OpenFAST: there is no line of names that begins with 'Time'")
+        raise InputError(f"{path}: not an OpenFAST text output: no row of names that begins with 'Time'")
     names, units = lines[head].split(), re.findall(r"\(([^()]*)\)", lines[head + 1])
     if len(names) != len(units):
         raise InputError(
@@ -54,7 +54,7 @@ def _begins(line: str) -> bool:
 
 
 def _numbers(lines: list[str], first: int, n: int, path: Path) -> tuple[NDArray[np.float64], str]:
-    """The rows, and a warning if the last one is cut."""
+    """The rows, and a warning if the last one is truncated."""
     rows: list[NDArray[np.float64]] = []
     warning = ""
     for i, line in enumerate(lines[first:], first + 1):
@@ -71,7 +71,7 @@ def _numbers(lines: list[str], first: int, n: int, path: Path) -> tuple[NDArray[
         try:
             rows.append(np.array(words, dtype=float))
         except ValueError:
-            raise InputError(f"{path}:{i}: {_first_bad(words)!r} is no number") from None
+            raise InputError(f"{path}:{i}: {_first_bad(words)!r} is not a number") from None
     return np.stack(rows) if rows else np.zeros((0, n)), warning
 
 
@@ -85,7 +85,7 @@ def _first_bad(words: list[str]) -> str:
 
 
 def write_out(result: Result, path: str | Path) -> Path:
-    """Write a result as OpenFAST's text output, under its names and in its units, with seven digits.
+    """Write a result as OpenFAST's text output, in its names and units, with seven digits.
 
     Raises:
       InputError: the file cannot be written.

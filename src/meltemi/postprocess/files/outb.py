@@ -45,7 +45,7 @@ LARGEST_OFFSET = 2.0**23
 
 
 def read_outb(path: str | Path) -> Result:
-    """Read a binary output of OpenFAST 2 to 5, in SI; see :func:`meltemi.postprocess.files.openfast.result_of`.
+    """Read a binary output of OpenFAST 2 to 5, in SI units; see :func:`meltemi.postprocess.files.openfast.result_of`.
 
     Of a file that ends before its header says, as a run that was ended leaves it, the whole rows are read; the result's
     ``warnings`` say so.
@@ -74,7 +74,7 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
 
     kind = int(take("<i2", 1, "kind")[0])
     if kind not in KINDS:
-        raise InputError(f"{path}: no binary output of OpenFAST, which begins with 1, 2, 3 or 4; this with {kind}")
+        raise InputError(f"{path}: not an OpenFAST binary output (its first number is {kind}, expected 1 to 4)")
     width = int(take("<i2", 1, "length of names")[0]) if kind == LONG_NAMES else SHORT
     if width < 1:
         raise InputError(f"{path}: damaged: names of {width} characters")
@@ -82,7 +82,7 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     if n < 1:
         raise InputError(f"{path}: damaged: it tells of {n} channels")
     first, second = (float(v) for v in take("<f8", 2, "times"))
-    with np.errstate(invalid="ignore"):  # damaged ones may be no numbers
+    with np.errstate(invalid="ignore"):  # damaged values may be NaN
         scale, offset = (take("<f4", n, "scales").astype(float) for _ in range(2)) if kind != UNPACKED else (1.0, 0.0)
     description = _text(take("u1", int(take("<i4", 1, "description")[0]), "description"))
     names, units = (
@@ -97,7 +97,7 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     packed = take("<f8" if kind == UNPACKED else "<i2", rows * n, "data")
     if place != size:
         raise InputError(f"{path}: damaged: {size - place} bytes more than its header tells of")
-    with np.errstate(all="ignore"):  # a channel of no numbers has no scale
+    with np.errstate(all="ignore"):  # a channel of NaN has no scale
         data = (packed.reshape(rows, n).astype(float) - offset) / scale
         time = first + second * np.arange(rows, dtype=float) if ticks is None else (ticks - second) / first
     return Columns(tuple(names[1:]), tuple(u.strip("()") for u in units[1:]), time, data, description, warning)
@@ -108,7 +108,7 @@ def _text(codes: NDArray[np.generic]) -> str:
 
 
 def write_outb(result: Result, path: str | Path) -> Path:
-    """Write a result as OpenFAST's binary output, under its names and in its units; tools for OpenFAST read it.
+    """Write a result as OpenFAST's binary output, in its names and units.
 
     Numbers are packed into 16 bits, which leaves an error of at most 1/131064 of the range of a channel, or 6e-8 of
     its largest value if that is more (:func:`packed`). Of names and units with up to ten characters the file is of

@@ -1,4 +1,4 @@
-"""OpenFAST decks as turbines."""
+"""Import of OpenFAST decks."""
 
 from meltemi.turbine.openfast.deck import Deck as Deck
 from meltemi.turbine.openfast.deck import read_deck as read_deck

@@ -1,4 +1,4 @@
-"""Airfoil files of AeroDyn."""
+"""AeroDyn airfoil files."""
 
 from __future__ import annotations
 

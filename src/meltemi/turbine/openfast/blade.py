@@ -1,4 +1,4 @@
-"""Blades: sections of ElastoDyn or BeamDyn, outer shape of AeroDyn."""
+"""Blades: sections from ElastoDyn or BeamDyn, outer shape from AeroDyn."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from meltemi.turbine.report import Note
 
 
 def read_elastodyn_blade(file: InputFile, length: float, notes: list[Note]) -> dict[str, Any]:
-    """Classical section properties of a straight blade that does not twist.
+    """Read ElastoDyn section properties: a straight blade without torsion.
 
     Raises:
       InputError: with file and line.
@@ -50,7 +50,7 @@ def read_elastodyn_blade(file: InputFile, length: float, notes: list[Note]) -> d
 
 
 def add_torsion(structure: dict[str, Any], matrices: dict[str, Any], where: str, notes: list[Note]) -> None:
-    """Stiffness and inertia in torsion from BeamDyn's sections: ElastoDyn has none."""
+    """Add torsional stiffness and inertia from BeamDyn's sections, which ElastoDyn lacks."""
     z, K, M = matrices["position"], matrices["stiffness_matrix"], matrices["mass_matrix"]
     at = structure["position"]
     structure["torsion_stiffness"] = np.interp(at, z, K[:, 5, 5])
@@ -70,7 +70,7 @@ def add_torsion(structure: dict[str, Any], matrices: dict[str, Any], where: str,
 
 
 def read_beamdyn(file: InputFile, length: float, notes: list[Note]) -> dict[str, Any]:
-    """Curved axis and 6 x 6 section matrices.
+    """Read a BeamDyn blade: curved axis and 6 x 6 section matrices.
 
     BeamDyn's section axes are ours: x towards the suction side, y towards the trailing edge, z along the axis. Its
     stations are shares of the length of the axis.
@@ -113,7 +113,7 @@ def read_beamdyn(file: InputFile, length: float, notes: list[Note]) -> dict[str,
 
 
 def _sections(file: InputFile, notes: list[Note]) -> tuple[Float, Float, Float, dict[str, Any]]:
-    """Shares of the length, stiffness (S, 6, 6), mass (S, 6, 6), and what a structure has of damping."""
+    """Relative stations, stiffness (S, 6, 6), mass (S, 6, 6), and structural damping."""
     values = Values(notes)
     values.read(file)
     entry = file.require(["station_total"], "number of stations")
@@ -183,7 +183,7 @@ def _sections(file: InputFile, notes: list[Note]) -> tuple[Float, Float, Float, 
 
 
 def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[Note]) -> dict[str, Any]:
-    """Outer shape.
+    """Read the outer shape of an AeroDyn blade.
 
     Raises:
       InputError: with file and line.

@@ -1,4 +1,4 @@
-"""The baseline law's numbers from ROSCO's DISCON.IN or from ServoDyn."""
+"""Parameters of the baseline controller from ROSCO's DISCON.IN or from ServoDyn."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ UNUSED = 9999.0
 
 
 def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Control and pitch actuator from the settings of ROSCO.
+    """Controller and pitch actuator from ROSCO's settings.
 
     ROSCO's gains by pitch angle become K / (1 + pitch / halving), fitted by least squares of the relative errors.
 
@@ -55,7 +55,7 @@ def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str,
         v.note("approximated", "torque_control", "optimal torque by speed squared, VS_Rgn2K; no wind estimate")
     if v.given("constant_power", 1) != 1:
         v.note("approximated", "constant_power", "above rated the power is constant, not the torque")
-    v.note("approximated", "minimum_speed", "a straight line of torque from there, instead of a PI loop that holds it")
+    v.note("approximated", "minimum_speed", "a torque ramp from there, instead of a PI loop at this speed")
     rated = v["reference_speed"]
     low = max(v["minimum_speed"], 0.05 * rated)
     fine = v.given("fine_pitch", v["minimum_pitch"])
@@ -82,7 +82,7 @@ def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str,
             "maximum": v["maximum_pitch"],
             "rate_limit": v["pitch_rate"],
         },
-        "source": f"{where}: settings of ROSCO, as the baseline law has them",
+        "source": f"{where}: settings of ROSCO, mapped to the baseline controller",
     }
     actuator = {
         "rate_limit": v["pitch_rate"],
@@ -96,7 +96,7 @@ def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str,
     if v.given("actuator", 0) != 2:
         v.unneeded("of PA_Mode 2", "actuator_frequency", "actuator_damping")
         if v.given("actuator", 0) == 1:
-            v.note("approximated", "actuator", "the pitch follows at once, instead of with a lag of first order")
+            v.note("approximated", "actuator", "the pitch follows without delay, instead of with a first-order lag")
     if v.given("actuator", 0) == 2 and v.given("actuator_frequency", 0.0) > 0.0:
         actuator |= {"kind": "second_order", "natural_frequency": v["actuator_frequency"]}
         if v.given("actuator_damping", 0.0) > 0.0:

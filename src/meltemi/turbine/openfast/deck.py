@@ -1,4 +1,4 @@
-"""An OpenFAST deck as a turbine, and as the model and run that OpenFAST would make of it."""
+"""An OpenFAST deck as a turbine, with the equivalent model options and case."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LEAST_YAW_FREQUENCY = 2.0 * math.pi * 2.0
 
 @dataclass(frozen=True, repr=False)
 class Deck(Imported):
-    """What an OpenFAST deck says.
+    """Content of an OpenFAST deck.
 
     Attributes:
       options: what to give to ``ModelOptions`` to have the degrees of freedom and aerodynamic models that the deck
@@ -127,7 +127,7 @@ def read_deck(
     _nacelle(data, v)
     data["hub"]["source"] = data["nacelle"]["source"] = elastodyn.path.name
     if v["air_density"] is not None:
-        aero_values.unneeded("that of the main file counts", "air_density")
+        aero_values.unneeded("that of the main file is used", "air_density")
     if v.given("comp_sub", 0) != 1:
         v.unneeded("of CompSub 1", "sub")
     if not fixed_base and v.given("comp_sub", 0) == 1:
@@ -139,7 +139,7 @@ def read_deck(
         names = ("pitch_inertia", "bearing_inertia", "pitch_stiffness", "pitch_damping")
         v.unneeded("of PitchDOF, with ROSCO", *names)
         if v.given("pitch_free", False):
-            v.note("ignored", "pitch_free", "the pitch follows the actuator of the controller")
+            v.note("ignored", "pitch_free", "the pitch actuator is that of the controller")
     _drivetrain(data, v)
     if control_of is not None:
         for name in ("control", "pitch_actuator", "rated_power"):
@@ -149,7 +149,7 @@ def read_deck(
 
     for target, value in (extra or {}).items():
         set_keys(data, target, value)
-        notes.append(Note("used", "extra", f"{target}", "given beside the deck"))
+        notes.append(Note("used", "extra", f"{target}", "given in addition to the deck"))
     _ask(path, data)
     turbine = _validated(data, path, v)
     inflow = v.file(main, "inflow") if v.given("comp_inflow", 1) == 1 else None
@@ -220,10 +220,10 @@ def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
     if fixed_base:
         for target in ("comp_mooring", "comp_sub"):
             if v.given(target, 0) != 0:
-                v.note("ignored", target, "the tower is clamped at its base, as asked for")
+                v.note("ignored", target, "the tower base is clamped, as requested")
 
 
-FIXED = "floating platforms are not modelled; fixed_base=True (--fixed-base) clamps the tower at its base instead"
+FIXED = "floating platforms are not modelled; fixed_base=True (--fixed-base) clamps the tower base instead"
 
 
 def _refuse_platform(path: Path, v: Values, fixed_base: bool) -> None:
@@ -233,7 +233,7 @@ def _refuse_platform(path: Path, v: Values, fixed_base: bool) -> None:
             v.note(
                 "ignored" if v[f"platform_{name}"] else "equivalent",
                 f"platform_{name}",
-                "the foundation is a spring, or stands still",
+                "the foundation is a spring, or fixed",
             )
     if free and v.given("comp_sub", 0) == 0 and not fixed_base:
         raise UnsupportedError(
@@ -246,20 +246,20 @@ def _refuse_wake(aero: InputFile, values: Values, momentum_wake: bool) -> None:
         if not momentum_wake:
             raise UnsupportedError(
                 f"{aero.path.parent / values.source['wake']} = 3: a vortex wake (OLAF) is not modelled; "
-                "momentum_wake=True (--momentum-wake) takes momentum theory instead"
+                "momentum_wake=True (--momentum-wake) uses momentum theory instead"
             )
-        values.note("approximated", "wake", "momentum theory instead of a vortex wake, as asked for")
+        values.note("approximated", "wake", "momentum theory instead of a vortex wake, as requested")
     for name in ("tangential", "use_moment"):
         if values.given(name, True) is False:
             values.note("ignored", name, "always on")
     if values.given("bem", 1) != 1:
-        values.note("approximated", "bem", "our own momentum theory, see docs/theory/aerodynamics.md")
+        values.note("approximated", "bem", "momentum theory of meltemi, see docs/theory/aerodynamics.md")
     if values.given("tower_potential", 0) == 2:
         values.note("approximated", "tower_potential", "potential flow without Bak's correction")
     if values.given("table_mode", 1) == 2:
         values.note("approximated", "table_mode", "polars are taken at one Reynolds number, the first")
     if values.given("dynamic_wake", 0) == -1:
-        values.note("approximated", "dynamic_wake", "a wake without dynamics: a frozen one is for linearisation")
+        values.note("approximated", "dynamic_wake", "a quasi-steady wake: a frozen wake is for linearisation only")
     if _dynamic(values, momentum_wake) not in (1, 3):
         values.unneeded("of DBEMT_Mod 1 and 3", "wake_time")
     if values.given("wake", 1) == 0:
@@ -311,7 +311,7 @@ def _structure(
         if matrices:
             raise
         path = None
-        v.note("ignored", "beamdyn", "there is no such file, and the deck computes without it")
+        v.note("ignored", "beamdyn", "the file does not exist, and the deck does not need it")
     if matrices:
         if path is None:
             raise InputError(f"{main.path}: BDBldFile(1) names no BeamDyn file")
@@ -340,7 +340,7 @@ def _drivetrain(data: dict[str, Any], v: Values) -> None:
 def _control(
     main: InputFile, data: dict[str, Any], v: Values, discon: Path | None, notes: list[Note]
 ) -> dict[str, Any]:
-    """Control, actuator, yaw drive; gives the controller library that the deck names."""
+    """Set controller, actuator and yaw drive; returns the controller library of the deck."""
     library: dict[str, Any] = {}
     given = discon is not None
     servo = v.file(main, "servo") if v.given("comp_servo", 1) == 1 else None
@@ -375,7 +375,7 @@ def _control(
     if not yaw.get("stiffness"):
         yaw["stiffness"] = LEAST_YAW_FREQUENCY**2 * max(data["nacelle"]["yaw_inertia"], 1.0)
         yaw["damping"] = 0.02 * yaw["stiffness"] / LEAST_YAW_FREQUENCY
-        notes.append(Note("approximated", "yaw bearing", "no YawSpr", "the nacelle turns on it at 2 Hz, 1 % damped"))
+        notes.append(Note("approximated", "yaw bearing", "no YawSpr", "yaw frequency 2 Hz, damping ratio 1 %"))
     yaw.setdefault("damping", 0.0)
     if yaw.get("rate") and yaw["rate"] >= 0.2:
         yaw.pop("rate")
@@ -383,7 +383,7 @@ def _control(
 
 
 def _named_settings(file: InputFile, v: Values) -> Path | None:
-    """The controller's input file that ServoDyn names, if it is there."""
+    """The controller input file named by ServoDyn, if it exists."""
     try:
         return v.file(file, "library_input")
     except InputError:
@@ -392,7 +392,7 @@ def _named_settings(file: InputFile, v: Values) -> Path | None:
 
 
 def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[Note], *, must: bool) -> None:
-    """Control and actuator from ROSCO's settings; ``must``: they were given for it."""
+    """Controller and actuator from ROSCO's settings; with ``must`` they were explicitly given."""
     discon = read_input(path, "DISCON")
     if discon.find("PC_GS_KP") is None:
         if must:
@@ -411,7 +411,7 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[Note], *, m
     )
     if own["yaw_rate"]:
         data.setdefault("yaw", {})["rate"] = own["yaw_rate"]
-        v.unneeded("that of ROSCO's settings counts", "yaw_rate")
+        v.unneeded("that of ROSCO's settings is used", "yaw_rate")
     stiffness, inertia = (
         v.given("pitch_stiffness", 0.0),
         v.given("pitch_inertia", 0.0) + v.given("bearing_inertia", 0.0),
@@ -426,7 +426,7 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[Note], *, m
 
 
 def _ask(path: Path, data: dict[str, Any]) -> None:
-    """Ask by name for what the deck does not say."""
+    """Raise an error that names the data missing in the deck."""
     control = data.get("control", {})
     wanted = {
         "drivetrain.stiffness": ("[N m/rad]", "stiffness" in data["drivetrain"]),
@@ -438,10 +438,10 @@ def _ask(path: Path, data: dict[str, Any]) -> None:
     missing = [f"  {name}: {what}" for name, (what, there) in wanted.items() if not there]
     if missing:
         raise InputError(
-            f"{path}: the deck does not say (its controller is not ROSCO with a DISCON.IN that can be read):\n"
+            f"{path}: missing in the deck (its controller is not ROSCO with a readable DISCON.IN):\n"
             + "\n".join(missing)
-            + "\ngive ROSCO's settings (discon='DISCON.IN'), a turbine with such control (control_of=...), or values "
-            "by these key paths (extra={...}); to `meltemi import`: --discon, --control-of, --extra"
+            + "\nspecify ROSCO's settings (discon='DISCON.IN'), a turbine with such control (control_of=...), or "
+            "values by these key paths (extra={...}); to `meltemi import`: --discon, --control-of, --extra"
         )
     if "rated_power" not in data:
         efficiency = data["drivetrain"].get("generator_efficiency", 1.0)
@@ -468,7 +468,7 @@ def _validated(data: dict[str, Any], path: Path, v: Values) -> Turbine:
 
 
 def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum_wake: bool) -> dict[str, Any]:
-    """Degrees of freedom and models of the deck; for the rest what OpenFAST 5 does."""
+    """Degrees of freedom and models of the deck, with OpenFAST 5 defaults."""
     locked = [name for name in ("drivetrain", "generator", "yaw") if v.given(name, True) is False]
     flexible = turbine.blade.structure.stiffness_matrix is not None
     options: dict[str, Any] = {

@@ -1,11 +1,10 @@
-"""Which keyword of an OpenFAST deck goes where: one table for all files, ``keywords.csv``.
+"""Mapping of OpenFAST keywords: one table for all files, ``keywords.csv``.
 
-Its columns: file; names of the keyword (today's first, older ones after it); what is expected ("?" if the line may
-be missing or say "default"); unit in the file; target; values with which the model does the same anyway; remark. A
-target with a dot is a key path of ``Turbine``, a minus turns the sign (OpenFAST counts tilt, cone and overhang of an
-upwind rotor negative); one without a dot goes to what is put together in ``deck.py``; none means that the keyword is
-read by nobody here, for the reason beside it. Of values with which the model does the same, ``blade 1`` is that of
-blade 1, and ``>TMax`` a time after the end of the run.
+Its columns: file; names of the keyword (current name first, then older ones); expected value ("?" if the line is
+optional or may be "default"); unit in the file; target; values that are equivalent to the model; remark. A target with
+a dot is a key path of ``Turbine``, a minus changes the sign (tilt, cone and overhang of an upwind rotor are negative in
+OpenFAST); a target without a dot is processed in ``deck.py``; without a target the keyword is not used, for the reason
+in the remark. Of equivalent values, ``blade 1`` is that of blade 1, and ``>TMax`` a time after the end of the run.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ class Row:
       target: key path, local name, or empty.
       turned: the sign is turned.
       same: values with which the model does the same, whether it reads them or not; empty if there are none.
-      remark: for people.
+      remark: explanation for the user.
     """
 
     names: tuple[str, ...]

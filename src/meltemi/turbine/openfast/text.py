@@ -1,4 +1,4 @@
-"""OpenFAST's text files: values found by their keywords, tables by their headers.
+"""Parser of OpenFAST's input files: values by keyword, tables by header.
 
 OpenFAST reads by position; versions differ in order, spelling and number of lines. Here a line is
 ``value(s)  Keyword  - comment``, wherever it stands; brackets and case of keywords do not matter.
@@ -32,12 +32,12 @@ LARGEST = 64_000_000
 
 @lru_cache(maxsize=4096)
 def key(name: str) -> str:
-    """A keyword as it is compared: ``BldFile(1)``, ``BldFile1`` and ``bldfile[1]`` are one."""
+    """Normalised keyword: ``BldFile(1)``, ``BldFile1`` and ``bldfile[1]`` are one."""
     return re.sub(r"[()\[\]]", "", name).lower()
 
 
 def number(text: str) -> float | None:
-    """A finite number as Fortran reads it, or None."""
+    """A finite number in Fortran notation, or None."""
     for spelled in (text, re.sub(r"(?<=[\d.])[dDqQ](?=[+-]?\d)", "e", text)):
         with suppress(ValueError):
             value = float(spelled)
@@ -62,7 +62,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class InputFile:
-    """A file of a deck, cut into keywords and lines.
+    """A parsed file of a deck: keywords and lines.
 
     Attributes:
       path: where it is.
@@ -77,7 +77,7 @@ class InputFile:
     entries: dict[str, list[Entry]] = field(default_factory=dict)
 
     def at(self, line: int) -> str:
-        """File and line for a message."""
+        """File and line for error messages."""
         return f"{self.path}:{line}" if line else str(self.path)
 
     def find(self, *names: str) -> Entry | None:
@@ -187,7 +187,7 @@ class InputFile:
         return int(value)
 
     def file(self, text: str, line: int) -> Path | None:
-        """A path that the file names, or None for "unused" and the like; those of other systems are understood.
+        """A path named in the file, or None for "unused" etc.; separators of all systems are accepted.
 
         Raises:
           InputError: there is no such file.
@@ -203,13 +203,13 @@ class InputFile:
             names = [p.name for p in folder.iterdir()] if folder.is_dir() else []
             near = closest(path.name, names, n=1)
             raise InputError(
-                f"{self.at(line)}: there is no file {path}" + (f"; did you mean {near[0]!r}?" if near else "")
+                f"{self.at(line)}: the file does not exist: {path}" + (f"; did you mean {near[0]!r}?" if near else "")
             )
         return found
 
 
 def _any_case(folder: Path, parts: Sequence[str]) -> Path | None:
-    """The file if it is there but for upper and lower case, as systems differ in it."""
+    """The file with this name regardless of case, which depends on the operating system."""
     for part in parts:
         if part in (".", "..") or (folder / part).exists():
             folder = folder / part
@@ -225,7 +225,7 @@ def _any_case(folder: Path, parts: Sequence[str]) -> Path | None:
 
 
 def split(line: str) -> list[str]:
-    """Values and words of a line; what is quoted is one."""
+    """Split a line into words; quoted text is one word."""
     return _TOKEN.findall(line)
 
 
@@ -268,7 +268,7 @@ def read_input(path: Path, module: str) -> InputFile:
 
 
 def _is_header(tokens: list[str]) -> bool:
-    """Three words in a row that are no value: names of columns, or prose."""
+    """Whether a line is a table header (or text): three consecutive words that are not values."""
     first = tokens[0].lower()
     return first not in WORDS and len(tokens) > 2 and all(_NAME.match(t) and number(t) is None for t in tokens[:3])
 

@@ -1,4 +1,4 @@
-"""Tower of ElastoDyn and AeroDyn, and the monopile of SubDyn below it."""
+"""Tower from ElastoDyn and AeroDyn, monopile from SubDyn."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def read_tower(file: InputFile, values: Values, notes: list[Note]) -> dict[str, 
 
 
 def shapes(file: InputFile, wanted: dict[str, tuple[str, ...]]) -> dict[str, Any] | None:
-    """Coefficients of mode shapes by their keywords, if the file has them all."""
+    """Mode shape coefficients, if the file contains all of them."""
     found: dict[str, Any] = {}
     for kind, modes in wanted.items():
         polynomials = []
@@ -88,7 +88,7 @@ def _coefficient(file: InputFile, entry: Entry) -> float:
 
 
 def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: list[Note]) -> None:
-    """Diameter and drag of the tower from the table of the AeroDyn file, or a diameter from stiffness over mass.
+    """Add tower diameter and drag from the AeroDyn file, or estimate the diameter from stiffness over mass.
 
     Raises:
       InputError: with file and line.
@@ -119,7 +119,7 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
 
 
 def read_pile(file: InputFile, notes: list[Note]) -> Foundation:
-    """The springs at the tower base that an upright pile gives.
+    """Springs at the tower base that represent an upright pile.
 
     Raises:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.
@@ -152,7 +152,7 @@ def read_pile(file: InputFile, notes: list[Note]) -> Foundation:
         for joint, prop in ((a, first), (b, second)):
             if int(joint) not in joint_height or int(prop) not in which:
                 raise InputError(
-                    f"{file.path}: a member names joint {int(joint)} or property set {int(prop)}: not there"
+                    f"{file.path}: a member names joint {int(joint)} or property set {int(prop)}; it is not defined"
                 )
             stations.append((joint_height[int(joint)], which[int(prop)]))
     stations.sort()
@@ -184,7 +184,7 @@ def read_pile(file: InputFile, notes: list[Note]) -> Foundation:
 
 
 def read_substructure(main: InputFile, values: Values, notes: list[Note]) -> Foundation | None:
-    """The foundation that SubDyn describes."""
+    """Read the foundation from SubDyn."""
     path = values.file(main, "sub")
     if path is None:
         raise InputError(f"{main.path}: CompSub is 1, but SubFile names no file")

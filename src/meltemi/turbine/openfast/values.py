@@ -1,4 +1,4 @@
-"""Values of a file by the table of keywords, in SI, with a note for every keyword."""
+"""Values of a deck by the table of keywords, in SI units, with a note on every keyword."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ EXPECTED = {
 
 
 class Values:
-    """What the files of a deck say: values by target, where each came from, and the notes.
+    """Values of a deck by target, with their sources and notes.
 
     ``values["name"]`` is None where the deck says "default" or nothing.
     """
@@ -39,19 +39,19 @@ class Values:
         return self.data.get(target)
 
     def given(self, target: str, default: Any) -> Any:
-        """A value, or another where the deck has none."""
+        """A value, or a default if the deck has none."""
         value = self.data.get(target)
         return default if value is None else value
 
     def note(self, kind: Any, target: str, why: str, what: str | None = None) -> None:
-        """What became of a value, in place of the note that it was used."""
+        """Replace the note on a value, by default "used"."""
         where, name = self.source.get(target, " ").split(" ", 1)
         self.notes[:] = [n for n in self.notes if not (n.where == where and n.what.startswith(f"{name} ="))]
         shown = what if what is not None else f"{name} = {self._shown.get(target, '')}"
         self.notes.append(Note(kind, where, shown, why))
 
     def read(self, file: InputFile) -> InputFile:
-        """Add what a file says; every keyword in it gets a note.
+        """Add the values of a file, with a note on every keyword.
 
         Raises:
           InputError: a keyword is missing or its value is not what it should be.
@@ -93,7 +93,7 @@ class Values:
         return file
 
     def _same(self, file: InputFile, entry: Entry, row: Row) -> bool:
-        """Whether a value is one with which the model does the same anyway."""
+        """Whether a value is equivalent to the behaviour of the model."""
         value = entry.values[0].lower()
         if row.same == "blade 1":
             first = file.find(re.sub(r"\d", "1", entry.name))
@@ -106,13 +106,13 @@ class Values:
         ]
 
     def unneeded(self, why: str, *targets: str) -> None:
-        """Say of values that nothing asks for them."""
+        """Add notes on values that are not needed."""
         for target in targets:
             if target in self.source:
                 self.note("not needed", target, why)
 
     def file(self, file: InputFile, target: str) -> Path | None:
-        """The file that a value names, or None for "unused".
+        """The file named by a value, or None for "unused".
 
         Raises:
           InputError: it is not there.

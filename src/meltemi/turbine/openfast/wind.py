@@ -1,4 +1,4 @@
-"""The wind of a deck, as a case file names it."""
+"""The wind of a deck, as keys of a case file."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from meltemi.turbine.report import Note
 
 
 def read_inflow(file: InputFile, hub_height: float, notes: list[Note]) -> dict[str, Any] | None:
-    """The ``wind`` of a case file, with absolute paths; None for kinds of wind that a case file cannot name.
+    """The ``wind`` of a case file, with absolute paths; None for unsupported kinds of wind.
 
     Raises:
       InputError: with file, line, keyword.
@@ -46,9 +46,9 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[Note]) -> dict[s
         v["wind_type"], ("", "")
     )
     if v.given("direction", 0.0):
-        v.note("ignored", "direction", "only a steady wind is turned; turn the nacelle instead")
+        v.note("ignored", "direction", "only a steady wind can have a direction; yaw the nacelle instead")
     if not target or v[target] is None:
-        v.note("ignored", "wind_type", "this kind of wind is not read from a deck; name a wind file for the run")
+        v.note("ignored", "wind_type", "this kind of wind is not supported in a deck; specify a wind file for the run")
         return None
     text = v[target]
     if suffix and not text.lower().endswith(suffix):
@@ -57,6 +57,6 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[Note]) -> dict[s
     try:
         found: Path | None = file.file(text, line)
     except InputError:
-        v.note("ignored", target, "there is no such file; name a wind file for the run")
+        v.note("ignored", target, "the file does not exist; specify a wind file for the run")
         return None
     return None if found is None else {"kind": "file", "file": str(found.absolute())}

@@ -1,4 +1,4 @@
-"""Turbines made from a reference turbine and a dozen numbers."""
+"""Scaling of a reference turbine to main parameters."""
 
 from meltemi.turbine.scaling.turbine import scale_turbine as scale_turbine
 from meltemi.turbine.scaling.typical import Masses as Masses

@@ -1,4 +1,4 @@
-"""The scaled blade: outer shape of the optimum rotor, walls for equal strain."""
+"""Scaled blade: outer shape of the optimum rotor, shell thickness for equal strain."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def blade_moments(structure: BladeStructure, hub_radius: float) -> tuple[float, 
 
 
 def _sections(structure: dict[str, Any], size: Float, wall: Float) -> None:
-    """Multiply the size of sections and the thickness of their walls."""
+    """Scale the size and the shell thickness of sections."""
     multiply(structure, AREA, size * wall)
     multiply(structure, SECOND_MOMENT, size**3 * wall)
     multiply(structure, "mass_centre_x mass_centre_y", size)
@@ -85,6 +85,6 @@ def _sections(structure: dict[str, Any], size: Float, wall: Float) -> None:
 
 
 def _mass(structure: dict[str, Any]) -> float:
-    """[kg] along the reference's length."""
+    """[kg] blade mass over the length of the reference."""
     mass = structure["mass"] if structure["mass"] is not None else np.asarray(structure["mass_matrix"])[:, 0, 0]
     return float(np.trapezoid(mass, structure["position"]))

@@ -1,4 +1,4 @@
-"""What a scaled turbine is to its reference, as factors from which every rule is made.
+"""Scaling factors between a scaled turbine and its reference.
 
 Geometric similarity with equal materials and tip speed multiplies lengths and times by s and masses by s^3, and with
 them everything else by the units it has: forces by s^2, moments by s^3, bending stiffness by s^4, frequencies by 1/s.
@@ -30,7 +30,7 @@ USUAL_POWER_COEFFICIENT = 0.48
 
 @dataclass(frozen=True)
 class Factors:
-    """New over reference.
+    """Ratios of new to reference values.
 
     Attributes:
       length: of the rotor, and all that is drawn to its scale.
@@ -50,26 +50,26 @@ class Factors:
 
     @property
     def pressure(self) -> float:
-        """Of the dynamic pressure of rated wind, at equal power coefficient: (P / s^2)^(2/3)."""
+        """Factor of the dynamic pressure at rated wind speed, at equal power coefficient: (P / s^2)^(2/3)."""
         return float((self.power / self.length**2) ** (2.0 / 3.0))
 
     @property
     def thrust(self) -> float:
-        """Of the rotor's thrust in rated wind."""
+        """Factor of the rotor thrust at rated wind speed."""
         return self.pressure * self.length**2
 
     @property
     def moment(self) -> float:
-        """Of the blade's root moment in rated wind."""
+        """Factor of the blade root moment at rated wind speed."""
         return self.pressure * self.length**3
 
     @property
     def torque(self) -> float:
-        """Of the rotor's rated torque."""
+        """Factor of the rated rotor torque."""
         return self.power * self.time
 
     def chord(self, share: Float) -> Float:
-        """Of the chord beyond geometric similarity, at shares of the radius, with the lift coefficient kept.
+        """Factor of the chord beyond geometric similarity, at relative radii, for an equal lift coefficient.
 
         The optimum rotor has the chord 8 pi r (1 - cos phi) / (B C_l).
         """
@@ -77,7 +77,7 @@ class Factors:
         return np.asarray((1.0 - np.cos(new)) / (1.0 - np.cos(old)))
 
     def twist(self, share: Float) -> Float:
-        """[rad] to be added to the twist, so that the angle of attack is kept."""
+        """[rad] increment of the twist for an equal angle of attack."""
         old, new = self._inflow(share)
         return new - old
 
@@ -88,14 +88,14 @@ class Factors:
 
 
 def design_ratio(turbine: Turbine) -> float:
-    """Tip-speed ratio that the torque law holds below rated, where the rotor has a power coefficient of 0.48."""
+    """Tip-speed ratio of the optimal torque law at a power coefficient of 0.48."""
     slow_gain = turbine.control.torque.optimal_gain * turbine.drivetrain.gear_ratio**3
     power = 0.5 * AIR * math.pi * turbine.rotor_radius**5 * USUAL_POWER_COEFFICIENT
     return float((power * turbine.drivetrain.gearbox_efficiency / slow_gain) ** (1.0 / 3.0))
 
 
 def multiply(content: dict[str, Any], names: str, factor: Any) -> None:
-    """Multiply values of a record's content, numbers or lists, where it has them."""
+    """Multiply existing values of a record's content, numbers or lists, by factors."""
     for name in names.split():
         if content[name] is not None:
             product = np.asarray(content[name]) * factor

@@ -21,7 +21,7 @@ GEARBOX = {"radius": 1, "inertia": 5, "mass": 3, "mesh": 1, "stiffness": 3}
 
 @dataclass(frozen=True)
 class Inertia:
-    """Of a turbine.
+    """Masses and inertias of a turbine.
 
     Attributes:
       blade: [kg] one of them.
@@ -37,14 +37,14 @@ class Inertia:
 
 
 def inertia_of(n_blades: int, blade: BladeStructure, hub: Hub, nacelle: Nacelle) -> Inertia:
-    """Masses and inertias of these parts."""
+    """Masses and inertias of the parts of a turbine."""
     mass, about_shaft = blade_moments(blade, hub.radius)
     rotor, shaft = n_blades * mass + hub.mass, n_blades * about_shaft + hub.inertia
     return Inertia(mass, rotor, shaft, nacelle.yaw_inertia + 0.5 * shaft + rotor * nacelle.overhang**2)
 
 
 def scaled_hub(hub: Hub, factors: Factors, blade_masses: float, mass: float | None) -> dict[str, Any]:
-    """Content of ``Turbine.hub``: its mass goes with that of the blades (``blade_masses``, a factor)."""
+    """Content of ``Turbine.hub``: its mass is proportional to that of the blades (``blade_masses``, a factor)."""
     found = hub.mass * blade_masses if mass is None else mass
     content = hub.content()
     content["radius"] = hub.radius * factors.length
@@ -112,7 +112,7 @@ def scaled_drivetrain(
 
 
 def _similar(gearbox: dict[str, Any], torque: float) -> dict[str, Any]:
-    """A gearbox whose stresses are the same under another torque (a factor): lengths go with its cube root."""
+    """A gearbox scaled to another torque (a factor) at equal stresses: lengths scale with the cube root."""
     for stage in (*gearbox["planetary"], gearbox["parallel"] or {}):
         for key in stage:
             if power := GEARBOX.get(key.rsplit("_", 1)[-1]):
@@ -121,7 +121,7 @@ def _similar(gearbox: dict[str, Any], torque: float) -> dict[str, Any]:
 
 
 def scaled_yaw(reference: Turbine, factors: Factors, inertias: float, rate: float | None) -> dict[str, Any]:
-    """Content of ``Turbine.yaw``: frequency over rotor speed and damping ratio of the locked bearing are kept.
+    """Content of ``Turbine.yaw``: constant ratio of frequency to rotor speed, constant damping ratio.
 
     Friction and brake go with the rotor's bending moment.
 
@@ -141,7 +141,7 @@ def scaled_yaw(reference: Turbine, factors: Factors, inertias: float, rate: floa
 
 
 def scaled_foundation(foundation: Foundation, factors: Factors) -> dict[str, Any]:
-    """Content of ``Turbine.foundation``: of geometric similarity."""
+    """Content of ``Turbine.foundation``, by geometric similarity."""
     s = factors.length
     arm = np.array([1.0, 1.0, 1.0, s, s, s])
     content = foundation.content()
@@ -151,7 +151,7 @@ def scaled_foundation(foundation: Foundation, factors: Factors) -> dict[str, Any
 
 
 def scaled_actuator(reference: Turbine, factors: Factors) -> dict[str, Any]:
-    """Content of ``Turbine.pitch_actuator``: as fast in the time of a revolution."""
+    """Content of ``Turbine.pitch_actuator``: time constants proportional to the time of a revolution."""
     content = reference.pitch_actuator.content()
     multiply(content, "rate_limit natural_frequency", 1.0 / factors.time)
     return content
@@ -165,7 +165,7 @@ def scaled_control(
     inertias: float,
     minimum_speed: float | None,
 ) -> dict[str, Any]:
-    """Content of ``Turbine.control``: the reference's law in the new turbine's units of speed, torque and time.
+    """Content of ``Turbine.control``: the reference controller, scaled in speed, torque and time.
 
     The optimal gain is that of the same power coefficient at the new tip-speed ratio, and at most what reaches rated
     power at rated speed. Pitch gains follow from the same sensitivity of power to pitch, over power.
@@ -204,11 +204,11 @@ def scaled_control(
 
 
 def _most(reference: Turbine) -> float:
-    """Power of the optimal law at rated speed over rated power, where a reference passes it; otherwise 1."""
+    """Power of the optimal law at rated speed over rated power, if the reference exceeds it; otherwise 1."""
     law = reference.control.torque
     return max(1.0, law.optimal_gain * law.rated_speed**3 / law.rated_power)
 
 
 def _over(found: float, reference: float, usual: float) -> float:
-    """Factor of a mass; the usual one where the reference has none."""
+    """Factor of a mass; the default factor if the reference has none."""
     return found / reference if reference > 0.0 else usual

@@ -1,4 +1,4 @@
-"""The scaled tower: equal stress in rated wind, or a first frequency that is asked for."""
+"""Scaled tower: equal stress at rated wind speed, or a prescribed first frequency."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Top:
-    """What a tower carries, as a rigid body.
+    """Rigid body on top of the tower.
 
     Attributes:
       mass: [kg] of nacelle, rotor and what is fixed to the tower top.
@@ -33,7 +33,7 @@ class Top:
 def scaled_tower(
     reference: Tower, factors: Factors, length: float, top: Top, frequency: float | None
 ) -> dict[str, Any]:
-    """Content of ``Turbine.tower``: a tube of the reference's taper and diameter over wall.
+    """Content of ``Turbine.tower``: a tube with the reference's taper and ratio of diameter to wall thickness.
 
     Its diameter goes with the cube root of the base moment, thrust times length: the stress in rated wind is kept. A
     frequency asks for another diameter.
@@ -71,7 +71,7 @@ def first_frequency(tower: Tower, top: Top) -> float:
 
 
 def _diameter(reference: Tower, stretch: float, top: Top, frequency: float) -> float:
-    """Factor of the diameter with which the tower has this frequency [Hz]; it grows with the diameter."""
+    """Factor of the diameter for a prescribed tower frequency [Hz], which increases with it."""
     low, high = 0.01, 100.0
     for _ in range(60):
         middle = math.sqrt(low * high)

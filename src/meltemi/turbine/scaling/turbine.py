@@ -1,4 +1,4 @@
-"""``scale_turbine``: a turbine from a reference turbine and the dozen numbers one knows of it."""
+"""``scale_turbine``: scaling of a reference turbine to main parameters."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def scale_turbine(
     name: str | None = None,
     description: str | None = None,
 ) -> Turbine:
-    """A turbine that is similar to a reference, of another size and rating.
+    """Scale a reference turbine to another size and rating.
 
     What is not given follows by the rules of docs/guide/scaling.md: geometric similarity at equal tip speed and
     specific power, and where a number departs from it, equal lift coefficient, strain, twist of the shaft and damping
@@ -118,7 +118,7 @@ def scale_turbine(
     length = tower_height or hub_above_ground - ground - above
     if length <= 0.0:
         raise InputError(
-            f"{WHERE}: a hub height of {hub_above_ground:g} m leaves nothing for the tower: its base is at "
+            f"{WHERE}: a hub height of {hub_above_ground:g} m leaves no length for the tower: its base is at "
             f"{ground:g} m and the hub {above:.3g} m above its top"
         )
     mass = now.rotor + nacelle.mass + reference.tower.top_mass * factors.moment
@@ -169,7 +169,7 @@ def _factors(reference: Turbine, given: dict[str, Any], power: float, drive: dic
 
 
 def _speed(turbine: Turbine) -> float:
-    """[rad/s] rated, of the rotor."""
+    """[rad/s] rated rotor speed."""
     return turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
 
 
@@ -182,7 +182,7 @@ def _check(given: dict[str, Any]) -> None:
 
 
 def _plausible(given: dict[str, Any], reference: Turbine, factors: Factors, power: float) -> None:
-    """Refuse rotor speeds in rpm and powers in kW."""
+    """Raise errors for implausible values, such as rotor speeds in rpm and powers in kW."""
     rated, radius = _speed(reference) / factors.time, reference.rotor_radius * factors.length
     if not TIP_SPEEDS[0] < rated * radius < TIP_SPEEDS[1]:
         raise InputError(
@@ -198,12 +198,12 @@ def _plausible(given: dict[str, Any], reference: Turbine, factors: Factors, powe
     if not SPECIFIC_POWERS[0] < specific < SPECIFIC_POWERS[1]:
         raise InputError(
             f"{WHERE}: rated_power is in W, and {power:g} is {specific:.3g} W per m^2 of the rotor, "
-            "expected 100 to 600; look at the unit"
+            "expected 100 to 600; check the unit"
         )
 
 
 def _sources(content: dict[str, Any], reference: Turbine) -> None:
-    """Say where the numbers come from, instead of where the reference's come from."""
+    """Replace the sources of the reference by the scaling."""
     words = f"scaled from {reference.name}: docs/guide/scaling.md"
     content["source"] = f"scaled from {reference.name} by scale_turbine; {reference.source}".rstrip("; ")
     for key in ("blade", "hub", "nacelle", "drivetrain", "yaw", "tower", "pitch_actuator", "control", "foundation"):

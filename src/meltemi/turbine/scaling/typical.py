@@ -1,4 +1,4 @@
-"""What blades, hubs, nacelles and towers usually weigh: NREL's Cost and Scaling Model.
+"""Typical masses of blades, hubs, nacelles and towers: NREL's Cost and Scaling Model.
 
 The laws are regressions over turbines of 0.75 to 5 MW, in the form of 2015. The report of 2006 has the first ones.
 
@@ -16,7 +16,7 @@ from meltemi.turbine.scaling.blade import blade_moments
 
 @dataclass(frozen=True)
 class Masses:
-    """Usual masses [kg]: one blade, the hub with pitch system and spinner, nacelle, tower."""
+    """Typical masses [kg]: one blade, hub with pitch system and spinner, nacelle, tower."""
 
     blade: float
     hub: float
@@ -25,7 +25,7 @@ class Masses:
 
 
 def typical_masses(turbine: Turbine) -> Masses:
-    """What the parts of a turbine of this diameter, power, rotor speed, hub height and blade mass usually weigh.
+    """Typical masses for a turbine's diameter, power, rotor speed, hub height and blade mass.
 
     Blades are of glass and for low winds (class II and below); hub and shaft go by the turbine's own blades.
     """

@@ -59,7 +59,7 @@ def import_windio(
     mudline: float | None = None,
     reynolds: float | None = None,
 ) -> Imported:
-    """As :func:`read_windio`, with notes on what was used, approximated and ignored.
+    """As :func:`read_windio`, with notes on the data that were used, approximated and ignored.
 
     Raises:
       InputError: as :func:`read_windio`.
@@ -73,7 +73,7 @@ def import_windio(
         if mudline is None:
             raise InputError(
                 f"{path}: foundation 'pile' needs mudline, the height [m] (negative under water) where the monopile is "
-                "clamped; windIO does not have it"
+                "clamped; windIO files do not contain it"
             )
         data["foundation"] = read_pile(tree, mudline)
     elif tree.get("components.monopile") is not None or tree.get("components.floating_platform") is not None:
@@ -86,7 +86,7 @@ def import_windio(
 
 
 def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[str, Any]:
-    """Content of a turbine, as far as the file has it."""
+    """Content of a turbine, as far as available in the file."""
     if str(tree.get("assembly.rotor_orientation") or "upwind").lower() != "upwind":
         raise InputError(f"{tree.where}: assembly.rotor_orientation: upwind rotors only")
     blades = int(tree.number("assembly.number_of_blades") or 3)
@@ -127,7 +127,7 @@ def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[s
 
 
 def _extra(extra: Extra) -> dict[str, Any]:
-    """What is given beside the file, nested."""
+    """Supplementary data, as nested keys."""
     if extra is None:
         return {}
     if isinstance(extra, (str, Path)):
@@ -139,7 +139,7 @@ def _extra(extra: Extra) -> dict[str, Any]:
 
 
 def _merged(below: dict[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """Dictionaries key by key; what stands above wins."""
+    """Merge dictionaries by key; the first one takes precedence."""
     result = dict(below)
     for key, value in above.items():
         inner = result.get(key)
@@ -152,5 +152,5 @@ def _validated(data: dict[str, Any], where: str, extra: Extra) -> Turbine:
     try:
         return validated(data, Turbine, " with ".join(names))
     except InputError as error:
-        hint = "give what it lacks by extra, a YAML file or a dictionary of these keys"
-        raise InputError(f"{where}: not a whole turbine; {hint}:\n{error}") from None
+        hint = "supply the missing data with extra, a YAML file or a dictionary of these keys"
+        raise InputError(f"{where}: incomplete turbine; {hint}:\n{error}") from None

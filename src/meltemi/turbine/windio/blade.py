@@ -1,4 +1,4 @@
-"""The blade of a windIO file: axis, outer shape, sections of the beam.
+"""Blade of a windIO file: axis, outer shape, beam sections.
 
 Frames. The reference axis has x towards the suction side, y towards the trailing edge, z along the pitch axis from the
 blade root: the axes of docs/conventions.md. Twist is positive towards feather. The 6 x 6 matrices stand in axes
@@ -52,7 +52,7 @@ class Axis:
 
 
 def read_blade(tree: Tree, reynolds: float | None) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Content of ``Turbine.blade`` and ``Turbine.airfoils``, as far as the file has it.
+    """Content of ``Turbine.blade`` and ``Turbine.airfoils``, as far as available in the file.
 
     Args:
       reynolds: where an airfoil has polars of several Reynolds numbers, the nearest is taken; by default the highest.
@@ -117,17 +117,17 @@ def _structure(tree: Tree, axis: Axis) -> dict[str, Any]:
     mu = tree.get(f"{ELASTIC}.structural_damping.mu")
     if mu is not None and np.any(times := tree.numbers(f"{ELASTIC}.structural_damping.mu", 6)):
         content["damping_time"] = {"flap": times[4], "edge": times[3], "torsion": times[5]}
-        why = "as BeamDyn counts: 4th entry about the flap axis (edge), 5th about the edge axis (flap), 6th torsion"
+        why = "numbering of BeamDyn: 4th entry about the flap axis (edge), 5th about the edge axis (flap), 6th torsion"
         tree.note("used", f"{ELASTIC}.structural_damping.mu", "damping over stiffness", why)
     elif mu is not None:
         tree.note("ignored", f"{ELASTIC}.structural_damping.mu", "structural damping", "all zero: not given")
     if tree.get(f"{ELASTIC}.point_mass") is not None:
-        tree.note("ignored", f"{ELASTIC}.point_mass", "point masses on the blade", "the beam has mass per length only")
+        tree.note("ignored", f"{ELASTIC}.point_mass", "point masses on the blade", "the beam has distributed mass only")
     return content
 
 
 def _stiffness(tree: Tree, grid: Float) -> Float:
-    """(S, 6, 6) section stiffness; entries that the file leaves out are zero."""
+    """(S, 6, 6) section stiffness; missing entries are zero."""
     path = f"{ELASTIC}.stiffness_matrix"
     K = np.zeros((len(grid), 6, 6))
     for i in range(6):
@@ -150,7 +150,7 @@ def _check_axes(tree: Tree, grid: Float, K: Float) -> None:
 
 
 def _mass(tree: Tree, grid: Float) -> Float:
-    """(S, 6, 6) section mass about the reference axis; the file's moments of inertia are about it, too."""
+    """(S, 6, 6) section mass about the reference axis, like the moments of inertia of the file."""
     path = f"{ELASTIC}.inertia_matrix"
     m, x, y, edge, flap, polar, product = (
         tree.at(path, grid, name) for name in ("mass", "cm_x", "cm_y", "i_edge", "i_flap", "i_plr", "i_cp")

@@ -1,4 +1,4 @@
-"""The control of a windIO file as the baseline law: speeds, limits and a first guess of the gains.
+"""Baseline controller from a windIO file: speeds, limits and initial gains.
 
 windIO has the schedules of one controller (ROSCO), whose gains hold for its own filters and torque law. They
 are not taken. The pitch gains are those of the NREL 5 MW by similarity (docs/migrate/windio.md): a start, which
@@ -32,7 +32,7 @@ TORQUE_BEGINS = 0.95
 
 
 def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inertia: float, efficiency: float) -> Any:
-    """Content of ``Turbine.control``, as far as the file has it.
+    """Content of ``Turbine.control``, as far as available in the file.
 
     Args:
       rotor_inertia: [kg m^2] of blades and hub about the shaft.
@@ -82,19 +82,19 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
 
 
 IGNORED = {
-    "min_pitch_table": "the baseline law has one smallest pitch",
-    "optimal_tsr": "the baseline law has optimal_gain",
-    "gen_torque_kp": "the baseline law has a line in region 2 1/2",
-    "gen_torque_ki": "the baseline law has a line in region 2 1/2",
+    "min_pitch_table": "the baseline controller has a constant minimum pitch",
+    "optimal_tsr": "the baseline controller uses optimal_gain",
+    "gen_torque_kp": "the baseline controller has a torque ramp in region 2 1/2",
+    "gen_torque_ki": "the baseline controller has a torque ramp in region 2 1/2",
     "lpf_damping": "first-order filter",
-    "constant_power": "the baseline law holds the power",
+    "constant_power": "the baseline controller holds constant power",
     "max_rotor_speed": "there is no shutdown",
-    "gen_actuator_frequency": "torque follows at once, within its rate limit",
+    "gen_actuator_frequency": "torque follows without delay, within its rate limit",
 }
 
 
 def _similar(rated: float, power: float, rotor: float, ratio: float, generator: float) -> dict[str, float]:
-    """Pitch gains by Jonkman et al. (2009), section 7, with the sensitivity of the NREL 5 MW over its power."""
+    """Pitch gains by Jonkman et al. (2009), section 7, with the pitch sensitivity of the NREL 5 MW per power."""
     inertia = rotor + ratio**2 * generator
     frequency = BANDWIDTH * rated
     unit = inertia * rated / (ratio * SENSITIVITY * power)

@@ -13,17 +13,17 @@ DEGREE = math.pi / 180.0
 
 
 def given(**values: Any) -> dict[str, Any]:
-    """Only what is there."""
+    """Dictionary of the available values only."""
     return {name: value for name, value in values.items() if value is not None}
 
 
 def scaled(value: float | None, factor: float) -> float | None:
-    """A number that may be missing, in other units."""
+    """Convert an optional number to other units."""
     return None if value is None else value * factor
 
 
 def read_hub(tree: Tree) -> dict[str, Any]:
-    """Content of ``Turbine.hub``, as far as the file has it."""
+    """Content of ``Turbine.hub``, as far as available in the file."""
     body = "components.hub.elastic_properties"
     inertia = tree.get(f"{body}.inertia")
     centre = tree.get(f"{body}.location")
@@ -58,7 +58,7 @@ def read_nacelle(tree: Tree) -> dict[str, Any]:
         return content
     centre, J = tree.numbers(f"{body}.location", 3), tree.numbers(f"{body}.inertia")[:3]
     tree.note("used", body, "nacelle", f"{mass:.6g} kg")
-    tree.note("ignored", body, "products of inertia of the nacelle", "its axes count as principal axes")
+    tree.note("ignored", body, "products of inertia of the nacelle", "its axes are assumed to be principal axes")
     return content | {
         "mass": mass,
         "mass_centre": tuple(float(c) for c in centre),
@@ -69,7 +69,7 @@ def read_nacelle(tree: Tree) -> dict[str, Any]:
 
 
 def read_drivetrain(tree: Tree) -> dict[str, Any]:
-    """Content of ``Turbine.drivetrain``, as far as the file has it."""
+    """Content of ``Turbine.drivetrain``, as far as available in the file."""
     inertia = f"{DRIVE}.generator.elastic_properties.inertia"
     stiffness = tree.number(f"{DRIVE}.elastic_properties.spring_constant")
     damping = tree.number(f"{DRIVE}.elastic_properties.damping_coefficient")
@@ -77,7 +77,7 @@ def read_drivetrain(tree: Tree) -> dict[str, Any]:
     if tree.get(f"{DRIVE}.generator.rpm_efficiency") is not None:
         efficiency = float(tree.curve(f"{DRIVE}.generator.rpm_efficiency")[1][-1])
         tree.note(
-            "approximated", f"{DRIVE}.generator.rpm_efficiency", "efficiency", "that of the highest speed, always"
+            "approximated", f"{DRIVE}.generator.rpm_efficiency", "efficiency", "that of the highest speed at all speeds"
         )
     else:
         efficiency = None
@@ -97,7 +97,7 @@ def read_yaw(tree: Tree) -> dict[str, Any]:
 
 
 def read_actuator(tree: Tree) -> dict[str, Any]:
-    """Content of ``Turbine.pitch_actuator``, as far as the file has it."""
+    """Content of ``Turbine.pitch_actuator``, as far as available in the file."""
     frequency = tree.number("control.pitch_actuator_frequency")
     content = given(
         natural_frequency=frequency,

@@ -1,4 +1,4 @@
-"""Polars of a windIO file, blended along the blade by relative thickness."""
+"""Polars of a windIO file, interpolated along the blade by relative thickness."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def _thickness(tree: Tree, shape: str, grid: Float, masters: list[dict[str, Any]
 
 
 def _masters(tree: Tree, shape: str, reynolds: float | None) -> list[dict[str, Any]]:
-    """The airfoils that the blade names."""
+    """The airfoils used by the blade."""
     library = {str(a.get("name")): a for a in tree.need("airfoils")}
     found = []
     for i, entry in enumerate(tree.need(f"{shape}.airfoils")):
@@ -105,7 +105,7 @@ def _masters(tree: Tree, shape: str, reynolds: float | None) -> list[dict[str, A
 def _polar(
     tree: Tree, where: str, airfoil: dict[str, Any], entry: dict[str, Any], reynolds: float | None
 ) -> dict[str, Any]:
-    """Angles [rad] and coefficients: the configurations that the blade names, by their weights."""
+    """Angles [rad] and coefficients: weighted mean of the configurations used by the blade."""
     sets = {str(p.get("configuration", "default")): p for p in airfoil.get("polars", [])}
     if not sets:
         raise InputError(f"{tree.where}: {where}: polars are missing")
@@ -132,7 +132,7 @@ def _polar(
 def _chosen(
     tree: Tree, where: str, sets: list[dict[str, Any]], reynolds: float | None
 ) -> dict[str, tuple[Float, Float]]:
-    """The polar of the Reynolds number that is nearest by ratio."""
+    """The polar with the nearest Reynolds number (by ratio)."""
     if not sets:
         raise InputError(f"{tree.where}: {where}: re_sets are missing")
     numbers = [float(s.get("re", 1.0)) for s in sets]

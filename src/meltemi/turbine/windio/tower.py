@@ -1,4 +1,4 @@
-"""Tower and monopile of a windIO file: upright tubes, from section properties or from their walls."""
+"""Tower and monopile of a windIO file: upright tubes, from section properties or wall layers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SHEAR_FACTOR = 0.5
 
 @dataclass(frozen=True)
 class Tube:
-    """Walls of a tube, as beam properties.
+    """Beam properties of a tube.
 
     Attributes:
       height: (S,) [m] of the stations.
@@ -40,7 +40,7 @@ class Tube:
 
 
 def tube(tree: Tree, part: str) -> Tube:
-    """The walls of ``components.tower`` or ``components.monopile``; layers lie inside one another.
+    """The tube of ``components.tower`` or ``components.monopile``; layers are nested.
 
     Raises:
       InputError: something is missing, or a wall is thicker than the tube.
@@ -91,7 +91,7 @@ def _constant(tree: Tree, material: dict[str, Any], key: str) -> float:
 
 
 def read_tower(tree: Tree) -> dict[str, Any]:
-    """Content of ``Turbine.tower``, as far as the file has it.
+    """Content of ``Turbine.tower``, as far as available in the file.
 
     The file's section properties where it has them, otherwise those of its walls.
     """
@@ -146,14 +146,14 @@ def read_tower(tree: Tree) -> dict[str, Any]:
 
 
 def read_pile(tree: Tree, mudline: float) -> dict[str, Any]:
-    """Content of ``Turbine.foundation``: the monopile from its top down to the mudline, where it is clamped.
+    """Content of ``Turbine.foundation``: the monopile, clamped at the mudline.
 
     Raises:
       InputError: there is no monopile, or it does not reach from the mudline to the tower base.
     """
     part = "components.monopile"
     if tree.get(part) is None:
-        raise InputError(f"{tree.where}: foundation 'pile' is asked for, but {part} is missing")
+        raise InputError(f"{tree.where}: foundation is 'pile', but {part} is missing")
     walls = tube(tree, part)
     low, high = walls.height[0], walls.height[-1]
     if not low <= mudline < high:

@@ -1,4 +1,4 @@
-"""A windIO file as a tree, and what is taken from it."""
+"""A windIO file as a tree of data."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class Tree:
         self.notes: list[Note] = []
 
     def note(self, kind: Literal["used", "approximated", "ignored"], where: str, what: str, why: str = "") -> None:
-        """Keep a note."""
+        """Add a note."""
         self.notes.append(Note(kind, where, what, why))
 
     def get(self, path: str) -> Any:
-        """What stands at a path, or None."""
+        """The value at a path, or None."""
         found: Any = self.data
         for key in path.split("."):
             if not isinstance(found, dict) or key not in found:
@@ -44,7 +44,7 @@ class Tree:
         return found
 
     def need(self, path: str) -> Any:
-        """What stands at a path.
+        """The value at a path; an error if it is missing.
 
         Raises:
           InputError: nothing stands there.
@@ -91,7 +91,7 @@ class Tree:
         return grid, self.numbers(f"{path}.{values}", len(grid))
 
     def at(self, path: str, grid: Float, values: str = "values") -> Float:
-        """A distributed quantity at other grid points, linear in between."""
+        """A distributed quantity, interpolated linearly at other grid points."""
         return np.interp(grid, *self.curve(path, values))
 
 
@@ -118,7 +118,7 @@ TOKEN = re.compile(r"~list(\d+)~")
 
 
 def parse_quickly(text: str, path: Path) -> dict[str, Any]:
-    """A YAML text as :func:`~meltemi.core.yamlfile.parse` gives it, with its lists of numbers read beside YAML."""
+    """Parse YAML like :func:`~meltemi.core.yamlfile.parse`, but with a fast path for lists of numbers."""
     lists: list[str] = []
 
     def take(match: re.Match[str]) -> str:
@@ -151,7 +151,7 @@ def load(path: Path) -> Tree:
     components = data.get("components")
     if not isinstance(components, dict) or not isinstance(components.get("blade"), dict):
         found = ", ".join(str(key) for key in list(data)[:6])
-        raise InputError(f"{path}: no windIO turbine: components.blade is missing (found: {found})")
+        raise InputError(f"{path}: not a windIO turbine: components.blade is missing (found: {found})")
     if "outer_shape_bem" in components["blade"]:
         raise InputError(f"{path}: this is windIO 1; convert it to windIO 2 with windIO.converters.windIO2windIO first")
     return Tree(data, str(path))

@@ -1,4 +1,4 @@
-"""Wind files: one module a format, and a table of them."""
+"""Wind files: one module per format, and a table of the formats."""
 
 from __future__ import annotations
 

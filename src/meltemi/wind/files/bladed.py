@@ -1,4 +1,4 @@
-"""Bladed-style binary fields (``.wnd``) with the summary (``.sum``) that TurbSim writes beside them."""
+"""Bladed-style binary fields (``.wnd``) with the summary file (``.sum``) of TurbSim."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class _Summary:
 
 
 def read_bladed(path: str | Path) -> WindBox:
-    """Read a Bladed-style field as TurbSim and InflowWind write it: ``NAME.wnd`` and ``NAME.sum`` beside it.
+    """Read a Bladed-style field of TurbSim or InflowWind: ``NAME.wnd`` and ``NAME.sum`` in the same folder.
 
     The file holds 16-bit integers, thousandths of a standard deviation about the mean speed: u, v, w of a point
     together, points from right to left (looking downwind), from left to right if the summary says *clockwise*, rows
@@ -87,7 +87,7 @@ def read_bladed(path: str | Path) -> WindBox:
         if abs(summary.speed - h.speed) > 0.1:
             raise InputError(
                 f"{path}: its mean speed is {h.speed:g} m/s, but {path.with_suffix('.sum').name} has "
-                f"{summary.speed:g} m/s: the two files were not made together"
+                f"{summary.speed:g} m/s: the two files do not belong together"
             )
         per_plane = h.rows * h.columns * h.components
         planes = 2 * h.half
@@ -124,7 +124,7 @@ def read_bladed(path: str | Path) -> WindBox:
 
 
 def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
-    """Write a Bladed-style field and its summary, which OpenFAST reads (InflowWind, WindType 4).
+    """Write a Bladed-style field and its summary file for OpenFAST (InflowWind, WindType 4).
 
     Type 4, three components, from right to left, with Bladed's left-hand rule for v, which InflowWind knows since
     2022. The standard deviation that scales a component is its mean over the grid, or 1/20 of the largest deviation
@@ -152,7 +152,8 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
     note = path.with_suffix(".sum")
     if note.is_file() and MADE_HERE not in text_of(note):
         raise InputError(
-            f"{path}: {note.name} beside it was made by another program and would be lost: give the field another name"
+            f"{path}: {note.name} in the same folder is of another program and would be lost: "
+            "choose another name for the field"
         )
     nt, nz, ny, _ = box.velocity.shape
     speed = float(np.float32(box.speed))
@@ -209,19 +210,19 @@ BLADED-style binary scaling parameters:
 
 
 def _header(file: BinaryIO, size: int, path: Path) -> _Header:
-    """The header; the file is then at the first plane."""
+    """Read the header, up to the first plane."""
 
     def take(layout: struct.Struct) -> tuple[float, ...]:
         data = file.read(layout.size)
         if len(data) < layout.size:
-            raise InputError(f"{path}: not a Bladed .wnd file (cut off in its header, only {size} bytes)")
+            raise InputError(f"{path}: not a Bladed .wnd file (truncated in its header, only {size} bytes)")
         return layout.unpack(data)
 
     (first,) = take(struct.Struct("<h"))
     if first in (-1, -2, -3):
         raise InputError(
-            f"{path}: the old Bladed format (its first number is {first}) is not read, only the new one ({ID}): "
-            "let TurbSim or Bladed write it again"
+            f"{path}: the old Bladed format (its first number is {first}) is not supported, only the new one ({ID}): "
+            "write it again with TurbSim or Bladed"
         )
     if first != ID:
         raise InputError(f"{path}: not a Bladed .wnd file (its first number is {first}, expected {ID})")
@@ -254,10 +255,10 @@ def _header(file: BinaryIO, size: int, path: Path) -> _Header:
 
 
 def _summary(path: Path, field: Path) -> _Summary:
-    """What InflowWind takes from the summary; each entry is looked for after the one before, as it does."""
+    """Data of the summary file used by InflowWind; entries are searched in sequence, as in InflowWind."""
     if not path.is_file():
         raise InputError(
-            f"{field}: needs {path.name} beside it, the summary that TurbSim writes, with hub height and intensities"
+            f"{field}: requires {path.name} in the same folder, the summary of TurbSim with hub height and intensities"
         )
     lines = iter(text_of(path).splitlines())
     clockwise = False
@@ -302,7 +303,7 @@ def _summary(path: Path, field: Path) -> _Summary:
 
 
 def _scales(percent: list[float], speed: float, left_handed: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """[m/s] of a count, and velocity at count 0, of each component."""
+    """[m/s] velocity per count, and velocity at count 0, of each component."""
     scale = 0.001 * speed * np.array(percent) / 100.0
     scale[1] *= -1.0 if left_handed else 1.0
     return scale, np.array([speed, 0.0, 0.0])

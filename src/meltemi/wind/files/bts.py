@@ -1,4 +1,4 @@
-"""TurbSim's full fields (``.bts``)."""
+"""TurbSim full-field files (``.bts``)."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def read_bts(path: str | Path) -> WindBox:
 
 
 def write_bts(box: WindBox, path: str | Path) -> list[Path]:
-    """Write a TurbSim full-field file, which OpenFAST reads (InflowWind, WindType 3).
+    """Write a TurbSim full-field file for OpenFAST (InflowWind, WindType 3).
 
     Each component is scaled so that it fills the range of 16-bit integers; velocities are kept within half a step,
     1/131070 of the component's range. Number 7, or 8 for a periodic box; no tower points. A box without a hub

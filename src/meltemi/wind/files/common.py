@@ -1,4 +1,4 @@
-"""What the readers and writers of wind files share."""
+"""Shared functions of the readers and writers of wind files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def numbers(file: BinaryIO, kind: str, count: int, path: Path) -> NDArray[Any]:
     """The next ``count`` numbers of a file whose size has been checked."""
     values = np.fromfile(file, kind, count)
     if values.size < count:
-        raise InputError(f"{path}: cut off: it became shorter while it was read")
+        raise InputError(f"{path}: cut off: it was shortened while being read")
     return values
 
 
@@ -39,7 +39,7 @@ def decimal(value: float) -> float:
 
 
 def is_number(word: str) -> bool:
-    """The word can be read as a number."""
+    """Whether a word is a number."""
     try:
         float(word)
     except ValueError:
@@ -48,22 +48,22 @@ def is_number(word: str) -> bool:
 
 
 def middle(box: WindBox) -> float:
-    """[m] hub height to write: that of the box or, for want of it, of the grid's middle."""
+    """[m] hub height to write: that of the box or, if missing, of the grid centre."""
     return box.hub_height if box.hub_height is not None else 0.5 * (box.bottom + box.top)
 
 
 def refuse_direction(box: WindBox, what: str) -> None:
-    """Refuse a turned box where a format has no place for the direction."""
+    """Raise an error for a box with a direction if the format cannot store it."""
     if box.direction:
         raise InputError(
-            f"{box.label}: {what} cannot hold the direction of {np.degrees(box.direction):g} deg: write "
-            "dataclasses.replace(box, direction=0.0) and give the direction to the program that reads the file "
-            "(or write .nc, which holds it)"
+            f"{box.label}: {what} cannot store the direction of {np.degrees(box.direction):g} deg: write "
+            "dataclasses.replace(box, direction=0.0) and specify the direction in the program that reads the file "
+            "(or write .nc, which stores it)"
         )
 
 
 def box_or_error(path: Path, box: dict[str, object]) -> WindBox:
-    """A wind box; what it refuses is said with the file's name."""
+    """Create a wind box; errors name the file."""
     try:
         return WindBox(**box)  # type: ignore[arg-type]
     except InputError as error:

@@ -1,4 +1,4 @@
-"""Which wind files there are, and which one is meant."""
+"""Formats of wind files, and their detection."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ FORMATS = (
 
 
 def read_wind(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox | WindSeries:
-    """Read a wind file of any format, told by its suffix: ``.bts``, ``.wnd``, ``.bin``, ``.nc``.
+    """Read a wind file; the suffix determines the format: ``.bts``, ``.wnd``, ``.bin``, ``.nc``.
 
     A ``.wnd`` file is a Bladed-style field if it begins with the number -99 in 16 bits, else uniform wind as text.
     Wind at the hub (``.csv``) is no wind by itself: see :func:`read_hub_csv`.
 
     Args:
       path: of the file; of a box of HAWC2 any of the three.
-      grid: for HAWC2's files that have no ``.hawc2.yaml`` beside them.
+      grid: for HAWC2 files without a ``.hawc2.yaml`` in their folder.
 
     Raises:
       InputError: there is no such format, or the file is missing, damaged or of another kind.
@@ -65,10 +65,10 @@ def read_wind(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox | Wind
     path = Path(path)
     found = _by_suffix(path)
     if grid is not None and found[0].name != "hawc2":
-        raise InputError(f"{path}: grid= is for files of HAWC2 (.bin), this is a {found[0].text} ({path.suffix})")
+        raise InputError(f"{path}: grid= applies to HAWC2 files (.bin) only, this is a {found[0].text} ({path.suffix})")
     if found[0].name == "hub_csv":
         raise InputError(
-            f"{path}: holds wind at the hub only: read it with meltemi.read_hub_csv, and give it as hub_series to "
+            f"{path}: contains hub-height wind only: read it with meltemi.read_hub_csv, and pass it as hub_series to "
             "meltemi.TurbulentWind"
         )
     if found[0].name == "hawc2":
@@ -81,7 +81,7 @@ def read_wind(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox | Wind
 
 
 def write_wind(wind: WindBox | WindSeries | HubSeries, path: str | Path, format: str | None = None) -> list[Path]:  # noqa: A002
-    """Write a wind file; it appears under its name when it is complete.
+    """Write a wind file, atomically.
 
     Args:
       wind: a box, or a series (``.wnd``), or wind at the hub (``.csv``).
@@ -101,13 +101,13 @@ def write_wind(wind: WindBox | WindSeries | HubSeries, path: str | Path, format:
     else:
         found = [f for f in FORMATS if f.name == format]
         if not found:
-            raise InputError(f"there is no format {format!r} of wind files; {_hint(format, [f.name for f in FORMATS])}")
+            raise InputError(f"unknown wind file format {format!r}; {_hint(format, [f.name for f in FORMATS])}")
     for one in found:
         if isinstance(wind, one.holds):
             return one.write(wind, path)
     able = ", ".join(f"{f.suffix} ({f.text})" for f in FORMATS if isinstance(wind, f.holds))
     raise InputError(
-        f"{path}: {found[0].text} ({found[0].suffix}) does not hold a {type(wind).__name__}; "
+        f"{path}: {found[0].text} ({found[0].suffix}) cannot store a {type(wind).__name__}; "
         + (f"one is written as {able}" if able else "only WindBox, WindSeries and HubSeries are written")
     )
 
@@ -117,14 +117,14 @@ def _by_suffix(path: Path) -> list[WindFormat]:
     found = [f for f in FORMATS if f.suffix == path.suffix.lower()]
     if not found:
         raise InputError(
-            f"{path}: {path.suffix or 'a name without suffix'!r} is no suffix of a wind file; "
+            f"{path}: {path.suffix or 'a name without suffix'!r} is not the suffix of a wind file; "
             f"{_hint(path.suffix, [f.suffix for f in FORMATS])}"
         )
     return found
 
 
 def _hint(name: str, valid: list[str]) -> str:
-    """What was perhaps meant, and all there is."""
+    """Hint with the closest and all valid names."""
     valid = list(dict.fromkeys(valid))
     near = did_you_mean(name, valid)
     return f"{near} " * near.startswith("did") + f"supported are {', '.join(valid)}"

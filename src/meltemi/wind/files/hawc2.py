@@ -1,4 +1,4 @@
-"""Turbulence boxes of HAWC2: three files of single-precision numbers without a header."""
+"""HAWC2 turbulence boxes: three files of single-precision numbers without a header."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NAME = re.compile(r"(?P<base>.*?)(?P<sign>[-_.]?)(?P<component>[uvwUVW])(?P<suff
 
 
 class Hawc2Grid(Record):
-    """What the files of a HAWC2 box do not say; written as ``NAME.hawc2.yaml`` beside those of meltemi."""
+    """Grid data missing in the files of a HAWC2 box; meltemi writes them as ``NAME.hawc2.yaml``."""
 
     planes: int = Field(ge=2)
     """Points along the wind."""
@@ -35,13 +35,13 @@ class Hawc2Grid(Record):
     dz: float = Field(gt=0.0)
     """[m] between rows."""
     speed: float = Field(gt=0.0)
-    """[m/s] mean wind that carries the box."""
+    """[m/s] mean wind speed, at which the box is convected."""
     hub_height: float | None = Field(default=None, gt=0.0)
-    """[m]; the box fits every turbine if not given."""
+    """[m]; by default the box suits any turbine."""
     bottom: float | None = Field(default=None, gt=0.0)
     """[m] height of the lowest row; by default the grid is centred on the hub."""
     profile: Literal["power", "none"] = "power"
-    """Mean wind that is added: a power law, or none because the files hold it."""
+    """Mean wind to be added: a power law, or none if the files contain it."""
     shear_exponent: float = Field(default=0.0, gt=-1.0, lt=1.0)
     """Of the power law [-]; 0 adds the speed at every height."""
     mean_u: Vector | None = None
@@ -51,7 +51,7 @@ class Hawc2Grid(Record):
     mean_w: Vector | None = None
     """[m/s] likewise."""
     periodic: bool = True
-    """The field begins again after its last plane."""
+    """The field repeats after its last plane."""
     direction: float = 0.0
     """[rad] from which the box is turned."""
 
@@ -66,7 +66,7 @@ class Hawc2Grid(Record):
             if values is not None and len(values) != self.rows:
                 raise ValueError(f"{name} must have {self.rows} entries, one for each row, found {len(values)}")
         if self.lowest <= 0.0:
-            raise ValueError(f"the lowest row would be at {self.lowest:g} m, below the ground: give bottom")
+            raise ValueError(f"the lowest row would be at {self.lowest:g} m, below the ground: specify bottom")
         return self
 
     @property
@@ -77,7 +77,7 @@ class Hawc2Grid(Record):
         return (self.hub_height or 0.0) - 0.5 * (self.rows - 1) * self.dz
 
     def means(self) -> NDArray[np.float64]:
-        """(rows, 3) [m/s] to add to what the files hold."""
+        """(rows, 3) [m/s] mean wind to be added to the velocities of the files."""
         mean = np.zeros((self.rows, 3))
         if self.mean_u is None and self.profile == "power":
             z = self.lowest + self.dz * np.arange(self.rows)
@@ -89,7 +89,7 @@ class Hawc2Grid(Record):
 
 
 def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
-    """Read a turbulence box of HAWC2, as HAWC2 and InflowWind (WindType 5) do.
+    """Read a HAWC2 turbulence box, as HAWC2 and InflowWind (WindType 5) do.
 
     Each file holds one component: planes in the order in which they pass the turbine, in each the columns from left
     to right looking downwind (against y), in each column the rows from bottom to top. u is positive downwind, v to
@@ -116,7 +116,7 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
                 with reading(path):
                     pass
             raise InputError(
-                f"{path}: files of HAWC2 do not hold their grid and there is no {note.name} beside them: give "
+                f"{path}: HAWC2 files do not contain their grid, and {note.name} is missing in their folder: specify "
                 "grid=meltemi.Hawc2Grid(planes=..., columns=..., rows=..., dx=..., dy=..., dz=..., speed=..., "
                 "hub_height=...)"
             )

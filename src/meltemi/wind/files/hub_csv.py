@@ -1,4 +1,4 @@
-"""Wind at the hub as comma-separated values (``.csv``)."""
+"""Hub-height wind as comma-separated values (``.csv``)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HEADING = re.compile(r"(?P<name>[^\[(]*)(?:[\[(](?P<unit>[^\])]*)[\])])?")
 
 
 def read_hub_csv(path: str | Path) -> HubSeries:
-    """Read wind measured at the hub: columns ``time [s]``, ``u [m/s]`` and, if there, ``v [m/s]``, ``w [m/s]``.
+    """Read measured hub-height wind: columns ``time [s]``, ``u [m/s]`` and optionally ``v [m/s]``, ``w [m/s]``.
 
     Columns stand in any order under a line of names; units in brackets are checked if there. Without names the
     columns are time, u, v, w. They are separated by commas, semicolons (numbers may then have decimal commas) or
@@ -40,7 +40,7 @@ def read_hub_csv(path: str | Path) -> HubSeries:
             named = any(re.match(r"\s*[^\W\d]", cell) and not is_number(cell) for cell in cells)
             names = _names(line, f"{path}:{number}") if named else ["time", "u", "v", "w"][: len(cells)]
             if len(names) < 2 or (not named and len(cells) > 4):
-                raise InputError(f"{path}:{number}: expected time, u and perhaps v, w, found {line.strip()[:60]!r}")
+                raise InputError(f"{path}:{number}: expected time, u and optionally v, w, found {line.strip()[:60]!r}")
             if named:
                 continue
         try:
@@ -55,7 +55,7 @@ def read_hub_csv(path: str | Path) -> HubSeries:
 
 
 def write_hub_csv(wind: WindBox | HubSeries, path: str | Path) -> list[Path]:
-    """Write wind at the hub, with the units in the line of names.
+    """Write hub-height wind, with the units in the header.
 
     Of a box it is the wind of each plane at its hub height (the middle of the grid for want of it), in the middle of
     its width, linear between grid points, in the axes of the box. The time is that at which the plane passes the
@@ -80,7 +80,7 @@ def write_hub_csv(wind: WindBox | HubSeries, path: str | Path) -> list[Path]:
 
 
 def hub_series(box: WindBox, height: float | None = None) -> HubSeries:
-    """The wind in the middle of a box, at the times at which its planes pass the tower.
+    """The hub-height wind of a box, at the times at which its planes pass the tower.
 
     Args:
       box: any.
@@ -102,7 +102,7 @@ def hub_series(box: WindBox, height: float | None = None) -> HubSeries:
 
 
 def _cells(line: str) -> list[str]:
-    """A line's cells; what separates them is told by the line itself."""
+    """Split a line into cells; the separator is detected."""
     if ";" in line:
         return [cell.strip(' "').replace(",", ".") for cell in line.strip().rstrip(";").split(";")]
     if "," in line:
@@ -124,9 +124,9 @@ def _names(line: str, where: str) -> list[str]:
         if unit is not None and unit.strip() not in UNITS[name]:
             raise InputError(f"{where}: {name} is in {unit.strip()!r}, expected {UNITS[name][0]!r}")
         if name in names:
-            raise InputError(f"{where}: the column {name!r} is there twice")
+            raise InputError(f"{where}: the column {name!r} appears twice")
         names.append(name)
     for name in ("time", "u"):
         if name not in names:
-            raise InputError(f"{where}: no column {name!r}; expected 'time [s]', 'u [m/s]' and perhaps v, w")
+            raise InputError(f"{where}: no column {name!r}; expected 'time [s]', 'u [m/s]' and optionally v, w")
     return names

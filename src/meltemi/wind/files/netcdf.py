@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import h5py
 
 SCALARS = {"dt": "s", "dy": "m", "dz": "m", "bottom": "m", "speed": "m s-1", "hub_height": "m", "direction": "rad"}
-"""Attributes with their units, which are written beside them as ``NAME_units``."""
+"""Attributes with their units, which are written as ``NAME_units``."""
 AXES = {
     "u": "wind downwind, in the axes of the box",
     "v": "wind to the left looking downwind, in the axes of the box",

@@ -32,7 +32,7 @@ def read_wnd(path: str | Path) -> WindSeries:
     path = Path(path)
     with reading(path) as (file, _):
         if file.read(2) == b"\x9d\xff":  # -99
-            raise InputError(f"{path}: a Bladed-style field, no uniform wind: read it with meltemi.read_wind")
+            raise InputError(f"{path}: a Bladed-style field, not uniform wind: read it with meltemi.read_wind")
     lines = text_of(path).splitlines()
     rows: list[list[float]] = []
     for number, line in enumerate(lines, 1):
@@ -68,7 +68,7 @@ def read_wnd(path: str | Path) -> WindSeries:
 
 
 def write_wnd(wind: WindSeries, path: str | Path) -> list[Path]:
-    """Write a uniform wind file, which OpenFAST reads (InflowWind, WindType 2).
+    """Write a uniform wind file for OpenFAST (InflowWind, WindType 2).
 
     Nine columns with twelve digits; the upflow angle is zero, as it is part of the vertical speed. The reference
     height and length are not in such a file: they stand in InflowWind's own input.

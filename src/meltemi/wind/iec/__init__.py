@@ -1,1 +1,1 @@
-"""The wind conditions of IEC 61400-1: classes, normal and extreme winds, transients."""
+"""Wind models of IEC 61400-1: classes, normal and extreme winds, gusts."""

@@ -45,18 +45,18 @@ STORM_INTENSITY = 0.11
 
 
 class WindClass(Record):
-    """A wind turbine class. Those of the standard come from :func:`wind_class`; class S is made of one's own values."""
+    """A wind turbine class. :func:`wind_class` returns those of the standard; class S has user-defined values."""
 
     name: str
-    """As on the type plate: ``IIB``."""
+    """Name, e.g. ``IIB``."""
     edition: Edition = 3
-    """Of IEC 61400-1."""
+    """Edition of IEC 61400-1."""
     v_ref: float = Field(gt=0.0, le=70.0)
     """V_ref [m/s]: 10 min mean of 50 years at hub height."""
     v_ave: float = Field(gt=0.0, le=50.0)
     """V_ave [m/s]: annual mean at hub height; 0.2 V_ref by default."""
     v_storm: float = Field(gt=0.0, le=70.0)
-    """[m/s] that takes the place of V_ref in the extreme wind speed model: V_ref,T of edition 4; V_ref by default."""
+    """[m/s] that replaces V_ref in the extreme wind speed model: V_ref,T of edition 4; V_ref by default."""
     i_ref: float = Field(gt=0.0, lt=1.0)
     """I_ref [-]: expected turbulence intensity at 15 m/s; in edition 2 I_15, the characteristic one."""
     a: float | None = Field(default=None, gt=0.0)
@@ -91,7 +91,7 @@ class WindClass(Record):
 
     @property
     def label(self) -> str:
-        """What it is, for titles and meta data."""
+        """Short description, for titles and metadata."""
         return f"class {self.name}, edition {self.edition}"
 
 
@@ -140,7 +140,7 @@ def wind_class(name: str, edition: Edition = 3) -> WindClass:
 
 
 def as_class(of: str | WindClass, edition: Edition | None) -> WindClass:
-    """A class given by name (of edition 3 unless said otherwise) or as a record, which has an edition of its own."""
+    """A class given by name (edition 3 by default) or as a record with its own edition."""
     if isinstance(of, WindClass):
         if edition not in (None, of.edition):
             raise InputError(f"edition: the {of.label} cannot be used with edition {edition}")
@@ -149,7 +149,7 @@ def as_class(of: str | WindClass, edition: Edition | None) -> WindClass:
 
 
 def positive_speed(model: str, speed: float) -> float:
-    """The speed, if it can be one at hub height."""
+    """Validate a wind speed at hub height."""
     if not 0.0 < speed <= 100.0:
         raise InputError(f"{model}: speed must be above 0 and at most 100 m/s, found {speed!r}")
     return float(speed)
@@ -162,7 +162,7 @@ def sigma_ntm(
 
     Args:
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       edition: of the name: 2, 3 or 4; 3 by default.
       intensity: of the longitudinal component [-], in place of the class's turbulence.
 
@@ -183,7 +183,7 @@ def sigma_ntm(
 
 
 def positive_intensity(intensity: float) -> float:
-    """The intensity, if it can be one."""
+    """Validate a turbulence intensity."""
     if not 0.0 <= intensity < 2.0:
         raise InputError(f"intensity must be from 0 to less than 2 (0.14 is 14 %), found {intensity!r}")
     return float(intensity)
@@ -194,7 +194,7 @@ def sigma_etm(speed: float, wind_class: str | WindClass, *, edition: Edition | N
 
     Args:
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       edition: of the name: 3 (default) or 4.
 
     Returns:
@@ -217,7 +217,7 @@ def extreme_speed(
     """Speed of the extreme wind speed model at hub height.
 
     Args:
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       years: recurrence period: 1 or 50.
       steady: the 3 s gust of the steady model; if not, the 10 min mean of the turbulent one.
       edition: of the name: 2, 3 or 4; 3 by default.
@@ -235,11 +235,11 @@ def extreme_speed(
     if years not in (1, 50):
         raise InputError(f"EWM: years: expected 1 or 50, found {years!r}")
     if c.edition == 2 and not (steady and years == 50):
-        raise UnsupportedError("EWM: of edition 2 there is only the steady wind of 50 years; expected edition 3 or 4")
+        raise UnsupportedError("EWM: edition 2 has the steady 50-year wind only; expected edition 3 or 4")
     speed = c.v_storm * (GUST_FACTOR if steady else 1.0)
     return speed * (ONE_YEAR if years == 1 else 1.0)
 
 
 def operating_gust_limit(k: WindClass) -> float:
-    """V_e1 [m/s] as it bounds the operating gust: of V_ref also where the storms are tropical."""
+    """V_e1 [m/s] for the operating gust: based on V_ref also for tropical cyclones."""
     return ONE_YEAR * GUST_FACTOR * k.v_ref

@@ -1,4 +1,4 @@
-"""Transients of IEC 61400-1: EOG, EDC, ECD, ECG and EWS, as series on the normal wind profile.
+"""Gusts of IEC 61400-1: EOG, EDC, ECD, ECG and EWS, as series on the normal wind profile.
 
 Signs: a direction change is positive clockwise seen from above, as a compass has it: the wind then blows towards
 -y. A positive horizontal shear makes the wind faster to the left looking downwind (+y), a positive vertical one
@@ -62,7 +62,7 @@ def eog(
     Args:
       turbine: whose hub height and rotor diameter count.
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       edition: of the name: 2, 3 or 4; 3 by default.
       years: recurrence period of the gust, 1 or 50: edition 2 alone, where it must be given.
       intensity: of turbulence [-], in place of the class's.
@@ -108,12 +108,12 @@ def edc(
     begin: float = 60.0,
     direction: float = 0.0,
 ) -> WindSeries:
-    """Extreme direction change: the wind turns by theta_e within 6 s and stays there.
+    """Extreme direction change: the wind direction changes by theta_e within 6 s, permanently.
 
     Args:
       turbine: whose hub height and rotor diameter count.
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       sign: +1 turns the wind clockwise seen from above, -1 counter-clockwise.
       edition: of the name: 2, 3 or 4; 3 by default.
       years: recurrence period, 1 or 50: edition 2 alone, where it must be given.
@@ -150,7 +150,7 @@ def ecd(
     begin: float = 60.0,
     direction: float = 0.0,
 ) -> WindSeries:
-    """Extreme coherent gust with direction change: V_cg more and theta_cg within 10 s, both of which stay.
+    """Extreme coherent gust with direction change: increase by V_cg and theta_cg within 10 s, permanently.
 
     Args:
       turbine: whose hub height counts.
@@ -172,7 +172,7 @@ def ecd(
     """
     v_hub = positive_speed("ECD", speed)
     if not -v_hub < gust < math.inf:
-        raise InputError(f"ECD: gust must be a rise in m/s that leaves some wind, found {gust!r}")
+        raise InputError(f"ECD: gust must be an increase in m/s that leaves a positive wind speed, found {gust!r}")
     if change is not None and not 0.0 <= change <= math.pi:
         raise InputError(f"ECD: change must be an angle from 0 to pi rad, found {change!r}")
     theta_cg = math.pi if v_hub < 4.0 else math.radians(720.0 / v_hub)
@@ -183,7 +183,7 @@ def ecd(
 
 
 def ecg(turbine: AnyTurbine, speed: float, *, begin: float = 60.0, direction: float = 0.0) -> WindSeries:
-    """Extreme coherent gust of edition 2: 15 m/s more within 10 s, which stay.
+    """Extreme coherent gust of edition 2: increase by 15 m/s within 10 s, permanently.
 
     Args:
       turbine: whose hub height counts.
@@ -216,12 +216,12 @@ def ews_horizontal(
     begin: float = 60.0,
     direction: float = 0.0,
 ) -> WindSeries:
-    """Extreme wind shear, horizontal: a shear across the rotor that comes and goes within 12 s.
+    """Extreme wind shear, horizontal: a transient linear shear across the rotor of 12 s.
 
     Args:
       turbine: whose hub height and rotor diameter count.
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       sign: +1 makes the wind faster to the left looking downwind (+y), -1 to the right.
       edition: of the name: 2, 3 or 4; 3 by default.
       intensity: of turbulence [-], in place of the class's.
@@ -253,12 +253,12 @@ def ews_vertical(
     begin: float = 60.0,
     direction: float = 0.0,
 ) -> WindSeries:
-    """Extreme wind shear, vertical: a shear over the rotor, added to the normal profile, that comes and goes in 12 s.
+    """Extreme wind shear, vertical: a transient linear shear of 12 s, added to the normal profile.
 
     Args:
       turbine: whose hub height and rotor diameter count.
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       sign: +1 makes the wind faster above the hub, -1 below.
       edition: of the name: 2, 3 or 4; 3 by default.
       intensity: of turbulence [-], in place of the class's.
@@ -280,7 +280,7 @@ def ews_vertical(
 
 
 def _shear(model: str, turbine: AnyTurbine, speed: float, k: WindClass, intensity: float | None) -> NDArray[np.float64]:
-    """Over the rotor diameter, as a share of the speed: a series has its shears so, the standard has m/s."""
+    """Shear over the rotor diameter relative to the speed, as in a series; the standard gives m/s."""
     v_hub = positive_speed(model, speed)
     ratio = turbine.rotor_diameter / scale_parameter(k.edition, turbine.hub_height)
     amplitude = 2.5 + 0.2 * BETA[50] * sigma_ntm(v_hub, k, intensity=intensity) * ratio**0.25
@@ -292,15 +292,15 @@ def _beta(model: str, k: WindClass, years: int | None) -> float | None:
     """beta of edition 2; None since edition 3."""
     if k.edition != 2:
         if years is not None:
-            raise InputError(f"{model}: years belongs to edition 2; edition {k.edition} has one {model} only")
+            raise InputError(f"{model}: years applies to edition 2 only; edition {k.edition} has one {model} only")
         return None
     if years not in BETA:
-        raise InputError(f"{model}: edition 2 has one of 1 year and one of 50 years; expected years 1 or 50")
+        raise InputError(f"{model}: edition 2 has recurrence periods of 1 and 50 years; expected years 1 or 50")
     return BETA[years]
 
 
 def _size(turbine: AnyTurbine, k: WindClass) -> float:
-    """1 + 0.1 D / Lambda_1: a large rotor averages over the gust."""
+    """Size factor 1 + 0.1 D / Lambda_1: a large rotor averages over the gust."""
     return 1.0 + 0.1 * turbine.rotor_diameter / scale_parameter(k.edition, turbine.hub_height)
 
 
@@ -332,7 +332,7 @@ def _series(
     sign: int | None = None,
     **columns: Any,
 ) -> WindSeries:
-    """The columns from the begin on; a series is constant before and after by itself."""
+    """The columns from the start on; a series is constant before and after."""
     if not 0.0 <= begin < math.inf:
         raise InputError(f"{model}: begin must be zero or a positive time in seconds, found {begin!r}")
     if begin > LATEST:

@@ -1,6 +1,6 @@
-"""The winds of IEC 61400-1 by name, for the command line and case files.
+"""Wind models of IEC 61400-1 by name, for the command line and case files.
 
-One table names every model with its clause; one function makes any of them and refuses options it does not take.
+One table lists every model with its clause; one function creates any of them and checks its options.
 
 Reference: docs/theory/iec.md.
 """
@@ -50,7 +50,7 @@ class IecModel:
     editions: tuple[Edition, ...] = (2, 3, 4)
 
     def takes(self, *, steady: bool = False) -> tuple[str, ...]:
-        """Names of what it takes, from its function."""
+        """Names of its arguments."""
         make = _function(self, steady)
         fixed = make.keywords if isinstance(make, partial) else {}
         names = [p.name for p in inspect.signature(make).parameters.values() if p.kind is not p.VAR_KEYWORD]
@@ -59,7 +59,7 @@ class IecModel:
         return (*(n for n in names if n not in fixed), *both, *free)
 
     def needs(self, *, steady: bool = False) -> tuple[str, ...]:
-        """Names of what it cannot do without."""
+        """Names of its required arguments."""
         parameters = inspect.signature(_function(self, steady)).parameters.values()
         return tuple(p.name for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD)
 
@@ -116,15 +116,15 @@ def iec_wind(
     steady: bool | None = None,
     **turbulence: Any,
 ) -> IecWind:
-    """A wind of IEC 61400-1 by its name.
+    """A wind of IEC 61400-1 by name.
 
     Turbine, class and edition describe the situation and are ignored by models that do not depend on them. All
-    else is an option of the model, and refused by others.
+    else is an option of the model, and an error for others.
 
     Args:
       model: NWP, NTM, ETM, EWM1, EWM50, EOG, EDC, ECD, ECG, EWSH or EWSV.
       turbine: whose hub height and rotor diameter count, for transients.
-      wind_class: its name (``IIB``), or a class of one's own.
+      wind_class: its name (``IIB``), or a user-defined class.
       edition: of IEC 61400-1: 2, 3 or 4; 3 by default, 2 for ECG, that of the class if it is a record.
       speed: V_hub [m/s]; EWM has that of the class.
       sign: of EDC, ECD, EWSH and EWSV: +1 (default) or -1.
@@ -143,7 +143,7 @@ def iec_wind(
       UnsupportedError: a wind of edition 2 that is not here.
     """
     if model not in MODELS:
-        raise InputError(f"IEC wind: no model {model!r}; {did_you_mean(str(model), MODELS)}")
+        raise InputError(f"IEC wind: unknown model {model!r}; {did_you_mean(str(model), MODELS)}")
     m, steady_form = MODELS[model], bool(steady)
     situation: dict[str, Any] = {"turbine": turbine, "wind_class": wind_class, "edition": edition}
     options = {"speed": speed, "sign": sign, "begin": begin, "years": years, "intensity": intensity, "steady": steady}
@@ -153,7 +153,7 @@ def iec_wind(
         if name not in takes:
             valid = [n for n in takes if n not in SITUATION]
             hint = did_you_mean(name, valid) if name not in options else f"valid are: {', '.join(valid)}"
-            raise InputError(f"{model} ({m.title}) takes no {name!r}; {hint}")
+            raise InputError(f"{model} ({m.title}) has no argument {name!r}; {hint}")
     given.pop("steady", None)
     given |= {name: value for name, value in situation.items() if value is not None and name in takes}
     if missing := [name for name in m.needs(steady=steady_form) if name not in given]:

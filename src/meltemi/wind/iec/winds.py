@@ -1,4 +1,4 @@
-"""Winds of IEC 61400-1 that are steady or turbulent: NWP, NTM, ETM and EWM. The transients are in ``gusts.py``.
+"""Steady and turbulent winds of IEC 61400-1: NWP, NTM, ETM and EWM. The gusts are in ``gusts.py``.
 
 Reference: docs/theory/iec.md; IEC 61400-1 ed. 3, clauses 6.3.1 and 6.3.2.
 """
@@ -59,7 +59,7 @@ def ntm(
 
     Args:
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own; not needed with an intensity.
+      wind_class: its name, or a user-defined class; not needed with an intensity.
       edition: of the name and of the spectrum's constants: 2, 3 or 4; 3 by default.
       intensity: of the longitudinal component [-], in place of the class's: the old way to describe a site.
       turbulence: further fields of a :class:`TurbulentWind`: ``seed``, ``spectrum``, ``points`` and so on.
@@ -89,7 +89,7 @@ def etm(
 
     Args:
       speed: V_hub [m/s].
-      wind_class: its name, or a class of one's own.
+      wind_class: its name, or a user-defined class.
       edition: of the name: 3 (default) or 4.
       turbulence: further fields of a :class:`TurbulentWind`: ``seed``, ``spectrum``, ``points`` and so on.
 
@@ -111,7 +111,7 @@ def ewm_turbulent(
     """Extreme wind speed model, turbulent: the 10 min mean of 50 years or 1 year.
 
     Args:
-      wind_class: its name, or a class of one's own; it gives the speed.
+      wind_class: its name, or a user-defined class; it gives the speed.
       years: recurrence period: 50 or 1.
       edition: of the name: 3 (default) or 4.
       turbulence: further fields of a :class:`TurbulentWind`: ``seed``, ``direction``, ``points`` and so on.
@@ -141,7 +141,7 @@ def ewm_steady(
     """Extreme wind speed model, steady: the 3 s gust of 50 years or 1 year.
 
     Args:
-      wind_class: its name, or a class of one's own; it gives the speed.
+      wind_class: its name, or a user-defined class; it gives the speed.
       years: recurrence period: 50 or 1.
       edition: of the name: 2, 3 or 4; 3 by default.
       direction: [rad] clockwise seen from above. The standard asks for constant yaw misalignments of up to +-15

@@ -1,4 +1,4 @@
-"""Turbulent fields: from a described wind, a grid and a duration to a box.
+"""Generation of turbulent fields from a wind description, a grid and a duration.
 
 Reference: docs/theory/wind.md (W-7 to W-22).
 """
@@ -37,13 +37,13 @@ def generate_field(
     duration: float,
     progress: Callable[[float], None] = lambda share: None,
 ) -> WindBox:
-    """The field of a turbulent wind.
+    """Generate the field of a turbulent wind.
 
     Args:
       wind: what it shall be.
       size: a turbine, which the grid then covers with its tower, or the grid itself.
       duration: [s] of the run it is for.
-      progress: called with the share that is done.
+      progress: callback with the completed fraction.
 
     Raises:
       InputError: the field does not fit into memory, or the rotor comes too close to the ground.
@@ -56,7 +56,7 @@ def generate_field(
     if planes * grid.points_y * grid.points_z > MOST_POINTS:
         raise InputError(
             f"turbulence: a field of {planes:.3g} planes with {grid.points_z} x {grid.points_y} points does not fit "
-            "into memory: a higher speed, a shorter duration, fewer points or a larger dt make it smaller"
+            "into memory: a higher speed, a shorter duration, fewer points or a larger dt reduce its size"
         )
     n = max(2 * round(0.5 * planes), 4) if wind.periodic else exponential.even_fast(math.ceil(planes), real=True)
     mean = mean_profile(wind, grid)
@@ -104,7 +104,7 @@ def _targets(wind: TurbulentWind) -> tuple[float | None, float | None, float | N
 
 
 def spectrum_of(wind: TurbulentWind, grid: Grid, n: int) -> Spectrum:
-    """What the field of a wind shall have at the frequencies of ``n`` planes."""
+    """Target spectrum of a wind's field at the frequencies of ``n`` planes."""
     f, variances = amplitude_variances(wind, grid.hub_height, n)
     return (_mann if wind.spectrum == "mann" else _exponential)(wind, grid, f, variances)
 
@@ -157,7 +157,7 @@ AnyWind = Wind | TurbulentWind
 
 
 def realised(wind: float | AnyWind, turbine: AnyTurbine, duration: float) -> Wind:
-    """The wind as kernels can take it: a speed [m/s] is steady wind, a turbulent one becomes a field for the run."""
+    """The wind for a simulation: a speed [m/s] becomes a steady wind, a turbulent wind becomes a field."""
     if isinstance(wind, int | float):
         return SteadyWind(speed=wind)
     return generate_field(wind, turbine, duration) if isinstance(wind, TurbulentWind) else wind

@@ -1,4 +1,4 @@
-"""Grids of wind fields, sized by the turbine."""
+"""Grids of wind fields, sized for the turbine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LOWEST = 0.02
 
 
 class Grid(Record):
-    """Points across the wind, upright and centred on the rotor axis."""
+    """Vertical grid of points across the wind, centred on the rotor axis."""
 
     points_y: int = Field(ge=2, le=MOST_ROWS)
     """Columns."""
@@ -68,12 +68,12 @@ class Grid(Record):
 
     @property
     def hub(self) -> tuple[int, int]:
-        """Row and column of the point that is nearest to the hub."""
+        """Row and column of the point nearest to the hub."""
         return int(np.argmin(np.abs(self.z - self.hub_height))), self.points_y // 2
 
 
 def grid_for(turbine: AnyTurbine, points: int = 25, *, width: float | None = None, tower: bool = True) -> Grid:
-    """A grid that covers rotor and tower, with a point at the hub if ``points`` is odd.
+    """Grid that covers rotor and tower, with a point at the hub if ``points`` is odd.
 
     Args:
       turbine: gives hub height and rotor diameter.
@@ -93,7 +93,7 @@ def grid_for(turbine: AnyTurbine, points: int = 25, *, width: float | None = Non
     lowest = LOWEST * hub
     if hub - 0.5 * diameter < lowest:
         raise InputError(
-            f"grid: the rotor reaches down to {hub - 0.5 * diameter:.1f} m, the lowest row stands at {lowest:.1f} m"
+            f"grid: the rotor reaches down to {hub - 0.5 * diameter:.1f} m, the lowest row is at {lowest:.1f} m"
         )
     dy = width / (points - 1)
     below = hub - (lowest if tower else max(hub - 0.5 * width, lowest))

@@ -1,4 +1,4 @@
-"""A series that was measured at the hub, as amplitudes of a field's frequencies.
+"""Fourier amplitudes of a series measured at the hub, for constrained turbulence.
 
 Reference: docs/theory/wind.md (W-21).
 """
@@ -48,7 +48,7 @@ def hub_amplitudes(wind: TurbulentWind, grid: Grid, n: int) -> dict[int, Complex
 
 
 def _continued(series: Float, known: NDArray[np.bool_], variance: Float, seed: int, component: int) -> Float:
-    """A series (n,) on a ring, of given variances of its amplitudes (n / 2 + 1,), as it is where it is known."""
+    """Extend a periodic series (n,) of given amplitude variances (n / 2 + 1,) from its known values."""
     if known.all():
         return series
     n = len(series)

@@ -17,7 +17,7 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Edition:
-    """What an edition of IEC 61400-1 says about turbulence.
+    """Turbulence parameters of an edition of IEC 61400-1.
 
     Attributes:
       scale_slope, scale_height: the scale parameter is slope times height below that height [m], constant above.
@@ -44,7 +44,7 @@ OFFSET = 0.12
 
 @dataclass(frozen=True)
 class Constants:
-    """Of a spectrum: standard deviations of u, v, w over that of u, and lengths over the scale parameter."""
+    """Constants of a spectrum: standard deviations of u, v, w over that of u, and lengths over the scale parameter."""
 
     sigmas: tuple[float, float, float]
     lengths: tuple[float, float, float]

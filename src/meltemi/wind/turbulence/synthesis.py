@@ -1,4 +1,4 @@
-"""Turbulent fields on a grid from what a spectrum says, frequency by frequency, and by FFT in time.
+"""Synthesis of turbulent fields on a grid from a spectrum, by frequency, and by FFT in time.
 
 Every frequency has a complex field across the wind, a sum of two parts: one that is coherent, made by ``exponential``
 or ``mann``, and one that is independent from point to point. From the frequency on at which neighbours are
@@ -35,7 +35,7 @@ POINTS_AT_ONCE = 32
 
 @dataclass(frozen=True)
 class Spectrum:
-    """What a turbulent field shall have at frequencies m / (n dt), m = 1 ... B.
+    """Target spectrum of a turbulent field at frequencies m / (n dt), m = 1 ... B.
 
     Attributes:
       variances: (4, B) [m^2/s^2] mean squared magnitudes of the complex amplitudes of u, v, w, and of u times w
@@ -56,7 +56,7 @@ class Spectrum:
 
 @dataclass(frozen=True)
 class Factors:
-    """Lower triangular factor of what is independent from point to point: amplitudes (B,) of u, v, w, and u in w."""
+    """Lower triangular factor of the spatially uncorrelated part: amplitudes (B,) of u, v, w, and u in w."""
 
     uu: Float
     vv: Float
@@ -64,7 +64,7 @@ class Factors:
     wu: Float
 
     def of(self, component: int) -> list[tuple[int, Float]]:
-        """Streams of random numbers and their factors that make up a component."""
+        """Random number streams of a component, and their factors."""
         return [[(0, self.uu)], [(1, self.vv)], [(0, self.wu), (2, self.ww)]][component]
 
 
@@ -103,7 +103,7 @@ def synthesise(
     measured: dict[int, Complex],
     progress: Callable[[float], None],
 ) -> NDArray[np.float32]:
-    """A field in time.
+    """Synthesise the field in time.
 
     Args:
       spectrum: what it shall have; n / 2 - 1 frequencies.
@@ -113,7 +113,7 @@ def synthesise(
       mean: (Z, 3) [m/s] added to each row.
       sigmas: [m/s] standard deviations of u, v, w to be met at the hub; None leaves a component as it comes.
       measured: components whose amplitudes (n / 2 + 1,) at the hub are given.
-      progress: called with the share that is done.
+      progress: callback with the completed fraction.
 
     Returns:
       (n, Z, Y, 3) velocities [m/s].
@@ -180,7 +180,7 @@ def _condition(
     seed: int,
     hub: int,
 ) -> Complex:
-    """Make fields those among all random ones that are as measured at the hub (W-20); the hub itself is set later.
+    """Condition random fields on the measurement at the hub (W-20); the hub itself is set later.
 
     Returns:
       (3, b) what is measured less what was there, over its covariance: times a covariance it is the change.

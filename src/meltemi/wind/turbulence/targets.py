@@ -1,4 +1,4 @@
-"""What a turbulent wind shall have: standard deviations, spectra, coherence.
+"""Targets of a turbulent wind: standard deviations, spectra, coherence.
 
 Reference: docs/theory/wind.md (W-8, W-9, W-13 to W-19).
 """
@@ -23,7 +23,7 @@ FORGOTTEN = 10.0
 
 
 def sigmas(wind: TurbulentWind) -> tuple[float, float, float]:
-    """[m/s] standard deviations of u, v, w that the spectra stand for."""
+    """[m/s] standard deviations of u, v, w of the target spectra."""
     sigma = wind.intensity * wind.speed
     if wind.spectrum == "mann":
         u, v, w = np.sqrt(mann.one_point(mann.GAMMA).variances[:3])
@@ -55,7 +55,7 @@ def amplitude_variances(wind: TurbulentWind, hub_height: float, n: int) -> tuple
 
 
 def target_coherence(wind: TurbulentWind, hub_height: float, f: Float, dy: float, dz: float = 0.0) -> Float:
-    """Real part of the coherence that two points of a wind's field shall have.
+    """Target of the real part of the coherence of two points of a field.
 
     Mann's is the tensor's integral over the wave vectors across the wind (W-14), on wave numbers graded for the
     separation; what lies beyond CUTOFF counts as incoherent, which makes it too small by less than 0.01.

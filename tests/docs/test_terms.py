@@ -1,0 +1,54 @@
+"""Phrases foreign to the field stay out of source, documentation and README; docs/glossary.md has the terms."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+INSTEAD = {
+    r"what became of": "status, outcome, treatment",
+    r"share that is done": "completed fraction",
+    r"door for": "interface",
+    r"hears (?:its|the|him|it)\b": "measures, receives",
+    r"\b(?:is|are) no numbers?\b": "is not a number, is NaN, is not finite",
+    r"moving in\b": "migration",
+    r"done again": "reproduced",
+    r"\bto be had\b": "available",
+    r"for people\b": "for the user; engineering units",
+    r"\bsays so\b": "reports, warns",
+    r"\bto the (?:bit|digit)\b": "bitwise, exactly",
+    r"of one's own": "user-defined",
+    r"turbines? of a power coefficient": "power-coefficient turbine",
+    r"averages? over (?:a|the|each) revolution": "azimuthal average",
+    r"the (?:first|last) word of the operator|operator's words?\b": "operator request",
+    r"swings? without end": "limit cycle",
+    r"tuned by margins": "tuned for stability margins",
+}
+"""Banned phrases and the standard terms in their place."""
+
+GENERATED = ("docs/papers", "docs/verification", "docs/performance.md")
+"""Pages whose text comes from the studies."""
+
+NOT_SWEPT = tuple(
+    f"src/meltemi/{folder}/"
+    for folder in ("aero", "control", "electrical", "maths", "numbers", "simulation", "structure", "studies")
+)
+"""Source folders that still use some of the phrases; take one out when it no longer does."""
+
+TEXTS = {
+    name: path
+    for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src").rglob("*.py"))
+    if not (name := path.relative_to(ROOT).as_posix()).startswith((*GENERATED, *NOT_SWEPT, "CHANGELOG.md"))
+}
+
+
+@pytest.mark.parametrize("phrase", INSTEAD)
+def test_standard_terms(phrase: str) -> None:
+    pattern = re.compile(r"\s+".join(phrase.split(" ")), re.IGNORECASE)
+    for name, path in TEXTS.items():
+        text = path.read_text(encoding="utf-8")
+        found = [f"{name}:{text.count(chr(10), 0, m.start()) + 1}: {m[0]!r}" for m in pattern.finditer(text)]
+        assert not found, f"{found}: use {INSTEAD[phrase]}"
