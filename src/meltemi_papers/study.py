@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Found = TypeVar("Found")
 Progress = Callable[[float, str], None]
-"""Called with the share that is done and what is under way."""
+"""Called with the completed fraction and the current step."""
 PACKAGE = "meltemi_papers"
 
 
@@ -185,7 +185,7 @@ def reproduce(
       out: folder for page, tables and figures; it must exist.
       quick: few and short runs: a look, nothing to judge by.
       workers: threads.
-      progress: called with the share that is done and what is under way.
+      progress: called with the completed fraction and the current step.
       parts: of what lies beyond the paper.
     """
     began, drawings = time.perf_counter(), dict[str, Drawing]()

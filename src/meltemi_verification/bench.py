@@ -242,7 +242,7 @@ def beyond() -> dict[str, float]:
     fast = Controller(numba.njit(_individual_pitch), init=lambda start: [start.generator_torque, start.pitch])
     timed("a compiled controller of 30 lines", lambda: simulate(model, wind, duration=1.0, controller=fast))
     slow = Controller(_nothing)
-    timed("the door for controllers in plain Python", lambda: simulate(model, wind, duration=1.0, controller=slow))
+    timed("the interface of controllers in plain Python", lambda: simulate(model, wind, duration=1.0, controller=slow))
     timed("load control", lambda: simulate(model, wind, duration=1.0, controller=load_control(model.turbine)))
     point = operating_point(model, wind)
     timed("derivatives of an evaluation (linear models)", lambda: linearise(model, point, azimuth=0.0))

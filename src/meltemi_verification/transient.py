@@ -61,7 +61,7 @@ def gust() -> Comparison:
 
 
 def step() -> Comparison:
-    """Means before and after a wind step, and the largest average over a revolution."""
+    """Means before and after a wind step, and the largest azimuthal average."""
     rows: list[Row] = []
     for aero in "AB":
         result = simulate(deck_model(aero), step_wind(), duration=200.0, channels=CHANNELS)

@@ -309,5 +309,5 @@ def test_progress_is_no_more_than_is_known() -> None:
     assert waiting._share() == 0.0
     waiting.total = 6
     assert waiting._share() == pytest.approx(1.0 / 6.0)
-    with pytest.raises(InputError, match="at least 1 to 1000, found 1000000000"):
+    with pytest.raises(InputError, match="workers must be an integer from 1 to 1000, found 1000000000"):
         simulate_batch([], workers=10**9)

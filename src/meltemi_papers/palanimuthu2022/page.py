@@ -110,7 +110,7 @@ def _lead(runs: Runs) -> str:
     one_size, all_sizes = (float(loss(r, WIND)[0]) * 1e-6 for r in (STORM, Rain(rate=RATE)))
     saved = 100.0 * (1.0 - travel_ratio(runs, PHYSICAL, "A2").mean)
     return (
-        "The paper's formulas give its numbers to the digit once its slips are "
+        "The paper's formulas give its numbers exactly once its slips are "
         "mended; what differs most is what its text says of them, and its inertia taken literally. Figure 6 differs, "
         f"too: for its gains of 58 and 71 kW the air gives {won[0]:.0f} and {won[1]:.0f} kW at the end of the "
         "intervals, with the inertia of the blades and the usual curve of the power coefficient, and the generator "

@@ -27,7 +27,7 @@ def ramps() -> WindSeries:
 
 
 def turbulent(hub_height: float, seed: int, length: float = LENGTH) -> WindSeries:
-    """Kaimal turbulence at the hub, seen by the whole rotor: what a turbine of a power coefficient takes as its wind.
+    """Kaimal turbulence at the hub, seen by the whole rotor: the wind of a power-coefficient turbine.
 
     A rotor of 276 m averages gusts that are smaller than itself; this wind is rougher than what it would feel.
     """

@@ -41,7 +41,7 @@ class Gust:
     results: Mapping[str, Result] = field(repr=False)
 
     def peak(self, strategy: str, load: str) -> float:
-        """Largest size of a load after the gust began, in its unit for people."""
+        """Largest size of a load after the gust began, in engineering units."""
         return extreme(self.results[strategy].between(GUST_BEGIN, np.inf), load)
 
     def ratio(self, load: str, against: str, strategy: str = DERATE) -> float:
