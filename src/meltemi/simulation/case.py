@@ -26,7 +26,6 @@ from meltemi.aero.tables import (
     StallState,
     TowerFlow,
 )
-from meltemi.control.actuators import PitchMotion
 from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.faults import healthy
 from meltemi.control.signals import (
@@ -81,7 +80,7 @@ from meltemi.structure.tables import (
     TowerStationLoad,
 )
 from meltemi.turbine.electrical import nominal_frequency
-from meltemi.turbine.exchange import BladeFrame, BladeLoad, BladeMotion, Drive, Machine
+from meltemi.turbine.exchange import BladeFrame, BladeLoad, BladeMotion, Drive, Machine, PitchMotion
 from meltemi.wind.fields import Wind, wind_arrays
 
 Float = NDArray[np.float64]

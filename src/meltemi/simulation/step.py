@@ -122,7 +122,7 @@ def equations(t: float, dt: float, m: System) -> None:
       dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first, and at whose end the modes
         of a gearbox were predicted; 0 leaves them.
     """
-    q, v, columns, shape, second, partial = m.q, m.v, m.columns, m.shape, m.second, m.partial
+    q, v, columns, shape, partial = m.q, m.v, m.columns.array, m.shape.array, m.partial.array
     structure, nodes, body, link = m.structure.array, m.blade_nodes.array, m.body.array, m.link
     machine, frame, motion, load = m.machine.array, m.frame.array, m.motion.array, m.load.array
     aero, options, aero_nodes, flow = m.aero.array, m.aero_options.array, m.aero_nodes.array, m.flow.array
@@ -130,12 +130,12 @@ def equations(t: float, dt: float, m: System) -> None:
     memory, inflow, stall, rotor = m.memory.array, m.inflow.array, m.stall.array, m.rotor.array
     wind, now, box, pitch, tower = m.wind.array, m.now.array, m.box, m.pitch.array, m.tower_lanes.array
     arm_mass, arm_force = m.arm_mass, m.arm_force
-    n_core = columns.shape[1]
+    n_core = m.columns.coordinates
     # motion
-    tower_top(q, v, structure, m.top_shape, m.top_second, columns, machine)
-    nacelle_and_hub(q, v, structure, columns, machine)
-    blade_frames(structure, pitch, machine, frame)
-    blade_motion(q, v, n_core, shape, second, nodes, frame, partial, motion)
+    tower_top(m)
+    nacelle_and_hub(m)
+    blade_frames(m)
+    blade_motion(m)
     # wind and aerodynamic loads
     series_now(t, m.series, now)
     tower_wind(t, q, v, m.tower_shape, wind, now, box, tower)
@@ -203,8 +203,8 @@ def evaluate(t: float, dt: float, m: System, solve: bool) -> None:
     equations(t, dt, m)
     if solve:
         accelerations(m.locked, m.core_mass, m.core_force, m.arm_mass, m.coupling, m.arm_force, m.a)
-        n_tower = m.columns.shape[1] - N_SHAFT
-        gear_accelerations(dt, n_tower, m.a, m.gear_modes.array, m.gears.array, m.columns, m.machine.array)
+        n_tower = m.columns.coordinates - N_SHAFT
+        gear_accelerations(dt, n_tower, m.a, m.gear_modes.array, m.gears.array, m.columns.array, m.machine.array)
 
 
 @kernel
@@ -318,7 +318,7 @@ def whole_machine(
 @kernel
 def section_loads(everywhere: bool, m: System, s: SectionLoads) -> None:
     """Section loads after an evaluation: at roots, hub and yaw bearing, and ``everywhere`` along tower and blades."""
-    q, a, structure, columns, machine = m.q, m.a, m.structure.array, m.columns, m.machine.array
+    q, a, structure, columns, machine = m.q, m.a, m.structure.array, m.columns.array, m.machine.array
     frame, body, link, apex = m.frame.array, m.body.array, m.link, s.apex
     blade_loads(q, a, structure, columns, machine, frame, body, link, s.tip_shape, s.tip_second, apex, s.root.array)
     chain_loads(
@@ -333,7 +333,7 @@ def section_loads(everywhere: bool, m: System, s: SectionLoads) -> None:
         columns,
         machine,
         apex,
-        m.top_shape,
+        m.top_shape.array,
         s.chain.array,
         s.gear_loads.array,
     )
@@ -357,8 +357,8 @@ def section_loads(everywhere: bool, m: System, s: SectionLoads) -> None:
         columns,
         m.blade_nodes.array,
         s.blade_edges,
-        m.shape,
-        m.partial,
+        m.shape.array,
+        m.partial.array,
         frame,
         m.motion.array,
         m.load.array,
@@ -379,7 +379,7 @@ def observe(t: float, efficiency: float, m: System, s: SectionLoads, everywhere:
         t,
         m.machine.hub_position,
         m.v,
-        m.columns.shape[1],
+        m.columns.coordinates,
         m.structure.array,
         m.wind.array,
         m.series,
@@ -448,7 +448,7 @@ def advance(
         output,
         watch,
     ) = view_run(kinds, run)
-    q, v, a, n_core = m.q, m.v, m.a, m.columns.shape[1]
+    q, v, a, n_core = m.q, m.v, m.a, m.columns.coordinates
     aero, structure, gear_modes, gears = m.aero.array, m.structure.array, m.gear_modes.array, m.gears.array
     pitch, drive, flap = m.pitch.array, m.drive.array, m.flap.array
     root, chain, summary = sections.root.array, sections.chain.array, sections.summary

@@ -45,8 +45,9 @@ from meltemi.structure.dynamics import (
     SENSE,
 )
 from meltemi.structure.gears import gear_loads, gear_momentum
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, NODE_POSITION, TILT, TORSION, TOWER_BASE
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.structure.tables import (
+    BladeNode,
     BladeRootLoad,
     BladeStationLoad,
     MachineLoad,
@@ -58,7 +59,10 @@ from meltemi.turbine import exchange as ex
 
 Float = NDArray[float64]
 
-HUB_RADIUS, TIP, TOWER_LENGTH, TOP_MASS = StructureParameters.slots("hub_radius tip tower_length top_mass")
+HUB_RADIUS, TIP, TILT, TOWER_BASE, TOWER_LENGTH, TOP_MASS = StructureParameters.slots(
+    "hub_radius tip tilt tower_base tower_length top_mass"
+)
+(NODE_POSITION,) = BladeNode.slots("position")
 R_FORCE, R_MOMENT, R_PITCHED_FORCE, R_PITCHED_MOMENT, R_TIP, R_PITCHED_TIP, R_TIP_ROTATION, R_CLEARANCE = (
     BladeRootLoad.slots("force moment pitched_force pitched_moment tip pitched_tip tip_rotation clearance")
 )

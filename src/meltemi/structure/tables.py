@@ -6,7 +6,9 @@ What structure and aerodynamics exchange is in ``turbine.exchange``.
 from __future__ import annotations
 
 from meltemi.maths.algebra import Sym, Vec
+from meltemi.maths.records import Array1, Array2, Array3, Array4, Nodes
 from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
+from meltemi.turbine.exchange import Exchange
 
 
 class StructureParameters(Table, title="structure"):
@@ -139,3 +141,71 @@ class TowerStationLoad(Table, axes="station"):
 
     force: Vectors = xyz("N", "of the upper part on the lower one, inertial axes")
     moment: Vectors = xyz("N m", "the same")
+
+
+class Columns(Table, axes="coordinate"):
+    """Partial velocities of the rotor apex in the coordinates below the blades."""
+
+    linear: Vectors = xyz("- or m", "of the apex, inertial axes")
+    angular: Vectors = xyz("rad/m or -", "of the body that moves with the coordinate, inertial axes")
+
+
+class TopShape(Table, axes="mode"):
+    """Tower modes at the tower top."""
+
+    displacement: Vectors = xyz("-", "of the top")
+    rotation: Vectors = xyz("rad/m", "of the top")
+
+
+class BladeShape(Table, axes="mode blade node", outer=1):
+    """Modes of the blades."""
+
+    displacement: Vectors = xyz("-", "of the nodes, blade axes")
+    rotation: Vectors = xyz("rad/m", "of the sections, blade axes")
+
+
+class BladeSecond(Table, axes="pair blade node", outer=1):
+    """Displacements of second order for pairs of modes, k modes + j."""
+
+    displacement: Vectors = xyz("1/m", "of the nodes, blade axes")
+
+
+class BladePartial(Table, axes="mode blade node", outer=1):
+    """Partial velocities of the blade nodes relative to the blade root."""
+
+    velocity: Vectors = xyz("-", "of the nodes in the mode, blade axes")
+
+
+class Structure(Exchange):
+    """What the kernels of the structure read and write."""
+
+    # state
+    q: Array1
+    v: Array1
+    a: Array1
+    gears: Gears
+    # parameters
+    locked: Array1
+    structure: StructureParameters
+    blade_nodes: BladeNode
+    shape: BladeShape
+    second: BladeSecond
+    modal: Array4
+    top_shape: TopShape
+    top_second: Array3
+    tower_matrix: Array3
+    tower_weight: Array1
+    tower_shape: Nodes[Array2]
+    gear_modes: GearModes
+    # motion
+    columns: Columns
+    partial: BladePartial
+    # equations of motion
+    tower_push: Array1
+    body: BladeBody
+    link: Array3
+    arm_mass: Array3
+    arm_force: Array2
+    core_mass: Array2
+    core_force: Array1
+    coupling: Array3
