@@ -122,15 +122,11 @@ def equations(t: float, dt: float, m: System) -> None:
       dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first, and at whose end the modes
         of a gearbox were predicted; 0 leaves them.
     """
-    q, v, columns, shape, partial = m.q, m.v, m.columns.array, m.shape.array, m.partial.array
-    structure, nodes, body, link = m.structure.array, m.blade_nodes.array, m.body.array, m.link
     machine, frame, motion, load = m.machine.array, m.frame.array, m.motion.array, m.load.array
     aero, options, aero_nodes, flow = m.aero.array, m.aero_options.array, m.aero_nodes.array, m.flow.array
     polars, section, flap_nodes, increments, flap = m.polars, m.section, m.flap_nodes, m.increments, m.flap.array
     memory, inflow, stall, rotor = m.memory.array, m.inflow.array, m.stall.array, m.rotor.array
     wind, now, box, pitch, tower = m.wind.array, m.now.array, m.box, m.pitch.array, m.tower_lanes.array
-    arm_mass, arm_force = m.arm_mass, m.arm_force
-    n_core = m.columns.coordinates
     # motion
     tower_top(m)
     nacelle_and_hub(m)
@@ -138,7 +134,7 @@ def equations(t: float, dt: float, m: System) -> None:
     blade_motion(m)
     # wind and aerodynamic loads
     series_now(t, m.series, now)
-    tower_wind(t, q, v, m.tower_shape, wind, now, box, tower)
+    tower_wind(t, m.q, m.v, m.tower_shape, wind, now, box, tower)
     relative_wind(t, aero, options, aero_nodes, wind, now, box, m.tower_flow.array, machine, frame, pitch, motion, flow)
     disk_averages(aero, aero_nodes, machine, flow, rotor)
     quasi_steady(aero, options, aero_nodes, polars, section, flap_nodes, increments, flap, flow, memory, rotor)
@@ -164,29 +160,8 @@ def equations(t: float, dt: float, m: System) -> None:
     )
     tower_load(m.aero_options.tower_drag * m.aero.air_density, tower, m.tower_shape, m.tower_push)
     # equations of motion
-    collect_blades(
-        q, v, n_core, structure, shape, nodes, m.modal, frame, partial, motion, load, body, link, arm_mass, arm_force
-    )
-    assemble(
-        dt,
-        q,
-        v,
-        structure,
-        m.drive.array,
-        m.gear_modes.array,
-        m.gears.array,
-        columns,
-        m.tower_matrix,
-        m.tower_weight,
-        m.tower_push,
-        machine,
-        frame,
-        body,
-        link,
-        m.core_mass,
-        m.core_force,
-        m.coupling,
-    )
+    collect_blades(m)
+    assemble(dt, m)
 
 
 view_run = viewer()
@@ -202,9 +177,8 @@ def evaluate(t: float, dt: float, m: System, solve: bool) -> None:
     """
     equations(t, dt, m)
     if solve:
-        accelerations(m.locked, m.core_mass, m.core_force, m.arm_mass, m.coupling, m.arm_force, m.a)
-        n_tower = m.columns.coordinates - N_SHAFT
-        gear_accelerations(dt, n_tower, m.a, m.gear_modes.array, m.gears.array, m.columns.array, m.machine.array)
+        accelerations(m)
+        gear_accelerations(dt, m)
 
 
 @kernel
@@ -319,7 +293,7 @@ def whole_machine(
 def section_loads(everywhere: bool, m: System, s: SectionLoads) -> None:
     """Section loads after an evaluation: at roots, hub and yaw bearing, and ``everywhere`` along tower and blades."""
     q, a, structure, columns, machine = m.q, m.a, m.structure.array, m.columns.array, m.machine.array
-    frame, body, link, apex = m.frame.array, m.body.array, m.link, s.apex
+    frame, body, link, apex = m.frame.array, m.body.array, m.link.array, s.apex
     blade_loads(q, a, structure, columns, machine, frame, body, link, s.tip_shape, s.tip_second, apex, s.root.array)
     chain_loads(
         q,
@@ -449,7 +423,7 @@ def advance(
         watch,
     ) = view_run(kinds, run)
     q, v, a, n_core = m.q, m.v, m.a, m.columns.coordinates
-    aero, structure, gear_modes, gears = m.aero.array, m.structure.array, m.gear_modes.array, m.gears.array
+    aero, structure = m.aero.array, m.structure.array
     pitch, drive, flap = m.pitch.array, m.drive.array, m.flap.array
     root, chain, summary = sections.root.array, sections.chain.array, sections.summary
     yaw = n_core - N_SHAFT + YAW
@@ -522,7 +496,7 @@ def advance(
                 for j in range(q.shape[0]):
                     v[j] = v_old[j] + 0.5 * dt * (a_old[j] + a[j])
         if step > 0:
-            gear_end(dt, gear_modes, gears)
+            gear_end(dt, m)
         if diverged(q, v):
             clock[STATUS] = DIVERGED
             return
@@ -564,7 +538,7 @@ def advance(
             v[j] = v_now + dt * (1.5 * a_now - 0.5 * before)
             v_old[j] = v_now
             a_old[j] = a_now
-        gear_begin(dt, gear_modes, gears)
+        gear_begin(dt, m)
         pitch_advance(actuators, demands, faults, pitch, dt)
         yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], dt)
         flap_advance(flap_actuators, demands, faults, flap, dt)

@@ -24,29 +24,10 @@ from meltemi.maths.vectors import (
     dot,
     turn,
 )
-from meltemi.structure.dynamics import (
-    B_FORCE,
-    B_INERTIA,
-    B_MASS,
-    B_MOMENT,
-    B_TORQUE,
-    GEAR_RATIO,
-    GENERATOR_INERTIA,
-    GRAVITY,
-    HUB_CENTRE,
-    HUB_INERTIA,
-    HUB_MASS,
-    NACELLE_CENTRE,
-    NACELLE_INERTIA,
-    NACELLE_MASS,
-    NODE_INERTIA,
-    NODE_MASS,
-    NODE_MOMENT,
-    SENSE,
-)
 from meltemi.structure.gears import gear_loads, gear_momentum
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.structure.tables import (
+    BladeBody,
     BladeNode,
     BladeRootLoad,
     BladeStationLoad,
@@ -62,7 +43,11 @@ Float = NDArray[float64]
 HUB_RADIUS, TIP, TILT, TOWER_BASE, TOWER_LENGTH, TOP_MASS = StructureParameters.slots(
     "hub_radius tip tilt tower_base tower_length top_mass"
 )
-(NODE_POSITION,) = BladeNode.slots("position")
+GRAVITY, HUB_MASS, HUB_CENTRE, HUB_INERTIA = StructureParameters.slots("gravity hub_mass hub_centre hub_inertia")
+NACELLE_MASS, NACELLE_CENTRE, NACELLE_INERTIA = StructureParameters.slots("nacelle_mass nacelle_centre nacelle_inertia")
+GEAR_RATIO, SENSE, GENERATOR_INERTIA = StructureParameters.slots("gear_ratio generator_sense generator_inertia")
+NODE_POSITION, NODE_MASS, NODE_MOMENT, NODE_INERTIA = BladeNode.slots("position mass moment inertia")
+B_MASS, B_MOMENT, B_INERTIA, B_FORCE, B_TORQUE = BladeBody.slots("mass moment inertia force torque")
 R_FORCE, R_MOMENT, R_PITCHED_FORCE, R_PITCHED_MOMENT, R_TIP, R_PITCHED_TIP, R_TIP_ROTATION, R_CLEARANCE = (
     BladeRootLoad.slots("force moment pitched_force pitched_moment tip pitched_tip tip_rotation clearance")
 )

@@ -176,6 +176,13 @@ class BladePartial(Table, axes="mode blade node", outer=1):
     velocity: Vectors = xyz("-", "of the nodes in the mode, blade axes")
 
 
+class BladeLink(Table, axes="blade mode"):
+    """Momentum of a blade about the apex for each mode at unit speed, blade axes."""
+
+    linear: Vectors = xyz("kg", "momentum")
+    angular: Vectors = xyz("kg m", "angular momentum")
+
+
 class Structure(Exchange):
     """What the kernels of the structure read and write."""
 
@@ -203,7 +210,7 @@ class Structure(Exchange):
     # equations of motion
     tower_push: Array1
     body: BladeBody
-    link: Array3
+    link: BladeLink
     arm_mass: Array3
     arm_force: Array2
     core_mass: Array2
