@@ -49,22 +49,13 @@ from meltemi.environment.conditions import conditions_now
 from meltemi.maths.algebra import Vec
 from meltemi.maths.tables import MAX_BLADES, Table, number, xyz
 from meltemi.numbers.views import viewer
-from meltemi.simulation.system import SectionLoads, System
+from meltemi.simulation.system import Outputs, System
 from meltemi.simulation.validity import watch_blades, watch_shaft
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
-from meltemi.structure.section_loads import (
-    APEX_MOMENT,
-    R_MOMENT,
-    TOP_TOTAL_ACCELERATION,
-    YAW_MOMENT,
-    blade_loads,
-    chain_loads,
-    station_loads,
-    tower_loads,
-)
-from meltemi.structure.tables import StructureParameters
+from meltemi.structure.section_loads import blade_loads, chain_loads, station_loads, tower_loads
+from meltemi.structure.tables import BladeRootLoad, MachineLoad, StructureParameters
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import series_now, wind_velocity
 
@@ -93,6 +84,8 @@ STEP, STATUS, ROW, NEXT_EVENT, EVERY_OUTPUT, EVERY_CONTROL, CORRECTIONS, WANT_LO
 N_CLOCK = 8
 N_OUTSIDE = sg.GRID - sg.AIR_TEMPERATURE
 """Measurements of what is around the turbine, in the order of the conditions."""
+(R_MOMENT,) = BladeRootLoad.slots("moment")
+APEX_MOMENT, YAW_MOMENT, TOP_TOTAL_ACCELERATION = MachineLoad.slots("apex_moment yaw_moment top_acceleration")
 SHAFT_TORQUE = APEX_MOMENT
 """The first component of the apex moment is the torque."""
 OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND = 0, 1, 2, 3
@@ -134,7 +127,7 @@ def equations(t: float, dt: float, m: System) -> None:
     blade_motion(m)
     # wind and aerodynamic loads
     series_now(t, m.series, now)
-    tower_wind(t, m.q, m.v, m.tower_shape, wind, now, box, tower)
+    tower_wind(t, m.q, m.v, m.tower_shape.array, wind, now, box, tower)
     relative_wind(t, aero, options, aero_nodes, wind, now, box, m.tower_flow.array, machine, frame, pitch, motion, flow)
     disk_averages(aero, aero_nodes, machine, flow, rotor)
     quasi_steady(aero, options, aero_nodes, polars, section, flap_nodes, increments, flap, flow, memory, rotor)
@@ -158,7 +151,7 @@ def equations(t: float, dt: float, m: System) -> None:
         stall,
         load,
     )
-    tower_load(m.aero_options.tower_drag * m.aero.air_density, tower, m.tower_shape, m.tower_push)
+    tower_load(m.aero_options.tower_drag * m.aero.air_density, tower, m.tower_shape.array, m.tower_push)
     # equations of motion
     collect_blades(m)
     assemble(dt, m)
@@ -290,59 +283,17 @@ def whole_machine(
 
 
 @kernel
-def section_loads(everywhere: bool, m: System, s: SectionLoads) -> None:
+def section_loads(everywhere: bool, m: System, s: Outputs) -> None:
     """Section loads after an evaluation: at roots, hub and yaw bearing, and ``everywhere`` along tower and blades."""
-    q, a, structure, columns, machine = m.q, m.a, m.structure.array, m.columns.array, m.machine.array
-    frame, body, link, apex = m.frame.array, m.body.array, m.link.array, s.apex
-    blade_loads(q, a, structure, columns, machine, frame, body, link, s.tip_shape, s.tip_second, apex, s.root.array)
-    chain_loads(
-        q,
-        m.v,
-        a,
-        structure,
-        m.gear_modes.array,
-        m.gears.array,
-        s.gear_rows.array,
-        s.gear_shape,
-        columns,
-        machine,
-        apex,
-        m.top_shape.array,
-        s.chain.array,
-        s.gear_loads.array,
-    )
-    if not everywhere:
-        return
-    tower_loads(
-        q,
-        a,
-        structure,
-        machine,
-        apex,
-        s.tower_nodes.array,
-        m.tower_shape,
-        s.tower_drag,
-        s.tower_stations,
-        s.tower_station.array,
-    )
-    station_loads(
-        a,
-        structure,
-        columns,
-        m.blade_nodes.array,
-        s.blade_edges,
-        m.shape.array,
-        m.partial.array,
-        frame,
-        m.motion.array,
-        m.load.array,
-        s.blade_stations,
-        s.station.array,
-    )
+    blade_loads(m, s)
+    chain_loads(m, s)
+    if everywhere:
+        tower_loads(m, s)
+        station_loads(m, s)
 
 
 @kernel
-def observe(t: float, efficiency: float, m: System, s: SectionLoads, everywhere: bool) -> None:
+def observe(t: float, efficiency: float, m: System, s: Outputs, everywhere: bool) -> None:
     """Section loads and summary after an evaluation; only ``everywhere`` for outputs, for controllers the nearest.
 
     Args:
@@ -389,7 +340,7 @@ def advance(
     m: System,
     one: System,
     plain: System,
-    sections: SectionLoads,
+    sections: Outputs,
 ) -> None:
     """March ``n_steps`` instants, or until something ends the run (``clock[STATUS]``).
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import meltemi.numbers.records  # noqa: F401 - by it kernels know what a record is
 from meltemi.aero.flaps import FlapParameters
 from meltemi.aero.tables import (
     AeroMemory,
@@ -15,16 +16,9 @@ from meltemi.aero.tables import (
     TowerFlow,
 )
 from meltemi.maths.records import Array1, Array2, Array3, Box, Constant, Nodes, Single
-from meltemi.numbers.records import Record
 from meltemi.structure.tables import (
-    BladeRootLoad,
-    BladeStationLoad,
-    GearLoads,
-    GearRows,
-    MachineLoad,
+    SectionLoads,
     Structure,
-    TowerNode,
-    TowerStationLoad,
 )
 from meltemi.wind.velocity import WindNow, WindParameters
 
@@ -59,22 +53,7 @@ class System(Structure):
     tower_lanes: TowerFlow
 
 
-class SectionLoads(Record):
-    """What section loads need beside the system, and the loads; never in lanes."""
+class Outputs(SectionLoads):
+    """Section loads and the summary of the turbine."""
 
-    gear_rows: GearRows
-    gear_shape: Array2
-    blade_edges: Array1
-    tip_shape: Array2
-    tip_second: Array3
-    tower_nodes: TowerNode
-    tower_drag: Array2
-    blade_stations: Constant[Array1]
-    tower_stations: Constant[Array1]
-    apex: Array1
-    root: BladeRootLoad
-    chain: MachineLoad
-    gear_loads: GearLoads
-    station: BladeStationLoad
-    tower_station: TowerStationLoad
     summary: Array1

@@ -11,23 +11,10 @@ from __future__ import annotations
 
 from math import exp, sqrt
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from meltemi.core.kernel import kernel
-from meltemi.maths.access import sym1, vec2
 from meltemi.maths.vectors import Sym, Vec, cross, dot
 from meltemi.structure.kinematics import GENERATOR, TORSION
-from meltemi.structure.tables import GearLoads, GearModes, GearRows, Gears, Structure, StructureParameters
-
-Float = NDArray[float64]
-
-(INERTIA,) = StructureParameters.slots("gears")
-SHAFT_STIFFNESS, SHAFT_DAMPING = StructureParameters.slots("shaft_stiffness shaft_damping")
-FREQUENCY, DAMPING, MODAL_INERTIA, COUPLING = GearModes.slots("frequency damping inertia coupling")
-ANGLE, RATE, ACCELERATION = Gears.slots("angle rate acceleration")
-FACTOR, ROW_INERTIA = GearRows.slots("factor inertia")
-(LOAD,) = GearLoads.slots("load")
+from meltemi.structure.tables import SectionLoads, Structure
 
 
 @kernel
@@ -59,24 +46,24 @@ def mode_resistance(dt: float, w: float, z: float) -> float:
 
 
 @kernel
-def restoring(gear_modes: Float, gears: Float, k: int) -> float:
+def restoring(m: Structure, k: int) -> float:
     """[rad/s^2] acceleration of a mode from its own spring and damper."""
-    w, z = gear_modes[FREQUENCY, k], gear_modes[DAMPING, k]
-    return -w * (2.0 * z * gears[RATE, k] + w * gears[ANGLE, k])
+    w, z = m.gear_modes.frequency[k], m.gear_modes.damping[k]
+    return -w * (2.0 * z * m.gears.rate[k] + w * m.gears.angle[k])
 
 
 @kernel
-def gear_momentum(p: Float, gear_modes: Float, gears: Float, spins: Vec, spin_rates: Vec) -> tuple[float, float]:
+def gear_momentum(m: Structure, spins: Vec, spin_rates: Vec) -> tuple[float, float]:
     """Angular momentum of the gears about the shaft [kg m^2/s] and its rate (S-55).
 
     Args:
       spins, spin_rates: of the nacelle along the shaft, the generator seen from the rotor, the torsion.
     """
-    J = sym1(p, INERTIA)
+    J = m.structure.gears
     momentum, turning = (J @ spins).x, (J @ spin_rates).x
-    for k in range(gear_modes.shape[1]):
-        momentum += gear_modes[COUPLING, k] * gears[RATE, k]
-        turning += gear_modes[COUPLING, k] * gears[ACCELERATION, k]
+    for k in range(m.gears.modes):
+        momentum += m.gear_modes.coupling[k].x * m.gears.rate[k]
+        turning += m.gear_modes.coupling[k].x * m.gears.acceleration[k]
     return momentum, turning
 
 
@@ -100,7 +87,7 @@ def gear_equations(dt: float, m: Structure, n_tower: int) -> None:
         P = modes.coupling[k]
         share = 1.0 / mode_resistance(dt, modes.frequency[k], modes.damping[k])
         momentum += P.x * gears.rate[k]
-        F -= share * restoring(modes.array, gears.array, k) * P
+        F -= share * restoring(m, k) * P
         s = share / modes.inertia[k]
         J = Sym(
             J.xx - s * P.x * P.x,
@@ -138,7 +125,7 @@ def gear_accelerations(dt: float, m: Structure) -> None:
     for k in range(modes.modes):
         push = dot(modes.coupling[k], rates) / modes.inertia[k]
         resistance = mode_resistance(dt, modes.frequency[k], modes.damping[k])
-        m.gears.acceleration[k] = (restoring(modes.array, m.gears.array, k) - push) / resistance
+        m.gears.acceleration[k] = (restoring(m, k) - push) / resistance
 
 
 @kernel
@@ -164,27 +151,17 @@ def gear_end(dt: float, m: Structure) -> None:
 
 
 @kernel
-def gear_loads(
-    twist: float,
-    twist_rate: float,
-    spin_rates: Vec,
-    p: Float,
-    gear_modes: Float,
-    gears: Float,
-    rows: Float,
-    shape: Float,
-    out: Float,
-) -> None:
+def gear_loads(m: Structure, s: SectionLoads, twist: float, twist_rate: float, spin_rates: Vec) -> None:
     """Torques of shafts and forces of meshes (S-57).
 
     Args:
       twist, twist_rate: torsion of the drivetrain [rad] and its rate.
       spin_rates: accelerations of nacelle's spin along the shaft, generator and torsion [rad/s^2].
     """
-    static = p[SHAFT_STIFFNESS] * twist + p[SHAFT_DAMPING] * twist_rate
-    for e in range(out.shape[1]):
-        load = rows[FACTOR, e] * static + dot(vec2(rows, ROW_INERTIA, e), spin_rates)
-        for k in range(gear_modes.shape[1]):
-            w, z = gear_modes[FREQUENCY, k], gear_modes[DAMPING, k]
-            load += shape[e, k] * (gears[ANGLE, k] + 2.0 * z / w * gears[RATE, k])
-        out[LOAD, e] = load
+    static = m.structure.shaft_stiffness * twist + m.structure.shaft_damping * twist_rate
+    for e in range(s.gear_loads.parts):
+        load = s.gear_rows.factor[e] * static + dot(s.gear_rows.inertia[e], spin_rates)
+        for k in range(m.gears.modes):
+            w, z = m.gear_modes.frequency[k], m.gear_modes.damping[k]
+            load += s.gear_shape[e, k] * (m.gears.angle[k] + 2.0 * z / w * m.gears.rate[k])
+        s.gear_loads.load[e] = load

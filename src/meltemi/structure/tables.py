@@ -6,7 +6,7 @@ What structure and aerodynamics exchange is in ``turbine.exchange``.
 from __future__ import annotations
 
 from meltemi.maths.algebra import Sym, Vec
-from meltemi.maths.records import Array1, Array2, Array3, Array4, Nodes
+from meltemi.maths.records import Array1, Array2, Array3, Array4, Constant, Record
 from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
 from meltemi.turbine.exchange import Exchange
 
@@ -157,6 +157,33 @@ class TopShape(Table, axes="mode"):
     rotation: Vectors = xyz("rad/m", "of the top")
 
 
+class TipShape(Table, axes="mode"):
+    """Modes of a blade at its tip."""
+
+    displacement: Vectors = xyz("-", "of the tip, blade axes")
+    rotation: Vectors = xyz("rad/m", "of the tip, blade axes")
+
+
+class TowerShape(Table, axes="mode node", outer=1):
+    """Modes of the tower."""
+
+    displacement: Vectors = xyz("-", "of the nodes, inertial axes")
+    rotation: Vectors = xyz("rad/m", "of the nodes, inertial axes")
+
+
+class TowerDrag(Table, axes="node"):
+    """Wind loads on the tower."""
+
+    force: Vectors = xyz("N", "on the node, inertial axes")
+
+
+class ApexLoad(Table):
+    """Load that goes down the chain: of the blades at the apex, then at the yaw bearing."""
+
+    force: Vec = xyz("N", "inertial axes")
+    moment: Vec = xyz("N m", "inertial axes")
+
+
 class BladeShape(Table, axes="mode blade node", outer=1):
     """Modes of the blades."""
 
@@ -202,7 +229,7 @@ class Structure(Exchange):
     top_second: Array3
     tower_matrix: Array3
     tower_weight: Array1
-    tower_shape: Nodes[Array2]
+    tower_shape: TowerShape
     gear_modes: GearModes
     # motion
     columns: Columns
@@ -216,3 +243,23 @@ class Structure(Exchange):
     core_mass: Array2
     core_force: Array1
     coupling: Array3
+
+
+class SectionLoads(Record):
+    """What section loads need beside the structure, and the loads; never in lanes."""
+
+    gear_rows: GearRows
+    gear_shape: Array2
+    blade_edges: Array1
+    tip_shape: TipShape
+    tip_second: Array3
+    tower_nodes: TowerNode
+    tower_drag: TowerDrag
+    blade_stations: Constant[Array1]
+    tower_stations: Constant[Array1]
+    apex: ApexLoad
+    root: BladeRootLoad
+    chain: MachineLoad
+    gear_loads: GearLoads
+    station: BladeStationLoad
+    tower_station: TowerStationLoad
