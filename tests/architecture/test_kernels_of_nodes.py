@@ -14,7 +14,7 @@ from meltemi.maths.records import members
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
 from meltemi.simulation.case import CONSTANT, Case
-from meltemi.simulation.system import SectionLoads, System
+from meltemi.simulation.system import Outputs, System
 from meltemi.turbine.library import load_turbine
 
 SOURCES = Path(meltemi.__file__).parent
@@ -190,7 +190,7 @@ def test_every_array_of_a_derivative_run_has_derivatives() -> None:
     # the controller's state gets its derivatives with the controller, the output with the run
     later = {"controller_state", "output"}
     arrays = {**case.arrays, **run}
-    names = {*members(System), *members(SectionLoads), *step.RUN_PARTS}
+    names = {*members(System), *members(Outputs), *step.RUN_PARTS}
     assert names - later <= set(arrays)
     kept = {}
     for name in names - later:

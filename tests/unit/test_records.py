@@ -38,6 +38,13 @@ class Body(Table, axes="blade"):
     moment: Vectors = xyz("kg m", "first moment")
 
 
+class Shape(Table, axes="mode blade node", outer=1):
+    """Modes along the blades: the first axis stands before the fields."""
+
+    displacement: Vectors = xyz("-", "of the nodes")
+    rotation: Vectors = xyz("rad/m", "of the sections")
+
+
 class Hub(Table):
     """A table without axes."""
 
@@ -60,6 +67,7 @@ class Rotor(Record):
     body: Body
     hub: Hub
     choice: Choice
+    shape: Shape
     weight: Nodes[Array2]
     fixed: Constant[Array1]
     root: Single[Section]
@@ -77,6 +85,9 @@ def motion(m: Rotor) -> None:
         m.body.moment[b] = Vec(0.0, 0.0, 0.0)
         for n in range(section.nodes):
             r, mass = section.place[b, n], m.weight[b, n] * section.mass[b, n]
+            for k in range(m.shape.modes):
+                r += m.q[k] * (m.shape.displacement[k, b, n] - cross(m.shape.rotation[k, b, n], r))
+            m.shape.rotation[1, b, n] = r
             section.place[b, n] = r + cross(spin, r) + section.inertia[b, n] @ hub.spin
             m.body.mass[b] += total(mass)
             m.body.moment[b] += total(mass * r)
@@ -91,6 +102,7 @@ def arrays() -> dict[str, NDArray[np.generic]]:
         "section": Section.shape(blade=BLADES, node=NODES),
         "body": Body.shape(blade=BLADES),
         "hub": Hub.shape(),
+        "shape": Shape.shape(mode=2, blade=BLADES, node=NODES),
         "weight": (BLADES, NODES),
         "fixed": (1,),
     }
@@ -135,7 +147,7 @@ def test_duals_carry_derivatives_through_tables() -> None:
     high["q"][1] += step  # type: ignore[operator]
     for each in (low, high):
         motion(Rotor("floats", each))
-    for name in ("section", "hub", "body"):
+    for name in ("section", "hub", "body", "shape"):
         difference = (high[name] - low[name]) / (2.0 * step)  # type: ignore[operator]
         np.testing.assert_allclose(slopes[name][..., 3], difference, rtol=0.0, atol=1e-8, err_msg=name)
         assert not slopes[name][..., :3].any()
@@ -145,10 +157,10 @@ def test_duals_carry_derivatives_through_tables() -> None:
 def test_arrays_of_tables_are_those_of_the_host() -> None:
     @jit
     def whole(m: Rotor) -> float:
-        return m.body.array[1, 2] + m.body.array.shape[0] + m.hub.array[0]
+        return m.body.array[1, 2] + m.body.array.shape[0] + m.hub.array[0] + m.shape.array.shape[0]
 
     of = arrays()
-    assert whole(Rotor("floats", of)) == of["body"][1, 2] + 4 + of["hub"][0]  # type: ignore[operator]
+    assert whole(Rotor("floats", of)) == of["body"][1, 2] + 4 + of["hub"][0] + 12  # type: ignore[operator]
 
 
 def test_an_unknown_member_or_field_does_not_compile() -> None:

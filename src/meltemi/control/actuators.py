@@ -54,16 +54,7 @@ BRAKE_TORQUE, YAW_RATE, YAW_ACCELERATION, YAW_FRICTION, YAW_HOLD, OFFSET = Actua
 )
 
 
-class PitchMotion(Table, axes="blade", title="pitch"):
-    """State of the pitch actuators."""
-
-    angle: Numbers = number("rad", "pitch angle")
-    rate: Numbers = number("rad/s", "its rate")
-    acceleration: Numbers = number("rad/s^2", "its acceleration over the last step")
-    switches: Numbers = number("-", "limits that a difference step would have reached or left, in derivative runs")
-
-
-ANGLE, RATE, ACCELERATION, SWITCHES = PitchMotion.slots("angle rate acceleration switches")
+ANGLE, RATE, ACCELERATION, SWITCHES = ex.PitchMotion.slots("angle rate acceleration switches")
 
 
 @kernel

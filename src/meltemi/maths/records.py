@@ -93,7 +93,7 @@ class Record:
             if not (array.flags.c_contiguous and array.dtype == member.dtype):
                 raise TypeError(f"{type(self).__name__}.{name}: expected a contiguous array of {member.dtype.__name__}")
             setattr(self, name, array if member.table is None else member.table(array))
-            shape = list(array.shape if member.table is None else array.shape[1:])
+            shape = list(array.shape if member.table is None else member.table.lengths(array))
             if len(shape) != member.ndim:
                 raise TypeError(f"{type(self).__name__}.{name}: expected {member.ndim} axes, found {len(shape)}")
             if kind == "lanes" and member.in_lanes:

@@ -80,6 +80,7 @@ class _Rows:
 
     def __init__(self, table: Table, field: Field) -> None:
         self.array, self.field = table.array, field
+        self.outer = len(type(table)) if table.outer else 0
 
     def __getitem__(self, index: Index) -> Any:
         return self._entry(index) if self.field.kind is None else self.field.kind(*self._rows(index))
@@ -92,10 +93,15 @@ class _Rows:
 
     def _rows(self, index: Index) -> Any:
         at = index if isinstance(index, tuple) else (index,)
-        return self.array[(slice(self.field.row, self.field.row + len(self.field)), *at)]
+        first = self.field.row
+        if self.outer:
+            first, at = first + self.outer * at[0], at[1:]
+        return self.array[(slice(first, first + len(self.field)), *at)]
 
     def _place(self, index: Index) -> tuple[int, ...]:
         at = index if isinstance(index, tuple) else (index,)
+        if self.outer:
+            return (self.field.row + self.outer * at[0], *at[1:])
         if not self.field.parts:
             return (self.field.row, *at)
         flap, *others = (0, *at) if len(self.field) == MAX_BLADES else at  # one number a blade, or a flap and blade
@@ -164,6 +170,7 @@ class Table(metaclass=TableType):
       rows: of the array, in its order; of a vector or matrix one for each component.
       names: of the rows.
       integer: its numbers are whole.
+      outer: 1 if the first axis stands before the fields: ``array[len(table) * mode + row, blade, node]``.
     """
 
     title: ClassVar[str]
@@ -172,10 +179,11 @@ class Table(metaclass=TableType):
     rows: ClassVar[tuple[Row, ...]]
     names: ClassVar[tuple[str, ...]]
     integer: ClassVar[bool]
+    outer: ClassVar[int]
 
-    def __init_subclass__(cls, axes: str = "", title: str = "", integer: bool = False) -> None:
+    def __init_subclass__(cls, axes: str = "", title: str = "", integer: bool = False, outer: int = 0) -> None:
         cls.title = title or re.sub(r"(?<=.)([A-Z])", r" \1", cls.__name__).lower()
-        cls.axes, cls.integer = tuple(axes.split()), integer
+        cls.axes, cls.integer, cls.outer = tuple(axes.split()), integer, outer
         cls.fields = {name: field for name, field in vars(cls).items() if isinstance(field, Field)}
         rows: list[Row] = []
         for name, field in cls.fields.items():
@@ -192,11 +200,18 @@ class Table(metaclass=TableType):
     flaps: int
     parts: int
     stations: int
+    pairs: int
+    coordinates: int
 
     def __init__(self, array: Any) -> None:
         self.array = array
-        for axis, n in zip(self.axes, array.shape[1:], strict=True):
+        for axis, n in zip(self.axes, self.lengths(array), strict=True):
             setattr(self, f"{axis}s", n)
+
+    @classmethod
+    def lengths(cls, array: Any) -> tuple[int, ...]:
+        """Lengths of the axes of an array of this table."""
+        return (array.shape[0] // len(cls), *array.shape[1:]) if cls.outer else array.shape[1:]
 
     @classmethod
     def index(cls, name: str) -> int:
@@ -215,7 +230,8 @@ class Table(metaclass=TableType):
     @classmethod
     def shape(cls, **sizes: int) -> tuple[int, ...]:
         """Shape of this table's array; ``sizes`` gives the length of every axis."""
-        return (len(cls), *(sizes[axis] for axis in cls.axes))
+        lengths = [sizes[axis] for axis in cls.axes]
+        return (len(cls) * lengths[0], *lengths[1:]) if cls.outer else (len(cls), *lengths)
 
     @classmethod
     def zeros(cls, **sizes: int) -> NDArray[np.float64]:

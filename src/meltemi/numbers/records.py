@@ -33,11 +33,11 @@ ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
 
 
 class FieldType(types.Type):
-    """Entries of one field of a table: kind of number, what an entry is, and how many axes."""
+    """Entries of one field of a table: kind of number, what an entry is, how many axes, and rows of an outer axis."""
 
-    def __init__(self, kind: str, cls: Any, ndim: int) -> None:
-        self.kind, self.cls, self.ndim = kind, cls, ndim
-        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim}]")
+    def __init__(self, kind: str, cls: Any, ndim: int, outer: int) -> None:
+        self.kind, self.cls, self.ndim, self.outer = kind, cls, ndim, outer
+        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim},{outer}]")
 
     @property
     def entry(self) -> Any:
@@ -115,9 +115,11 @@ def _places(builder: Any, kind: Any, proxy: Any, at: list[Any]) -> list[tuple[An
     """Pointers to the parts of an entry, and to their derivatives."""
     shape = _shape(kind, proxy)
     flat = at[0] if at else ir.Constant(_I64, 0)
+    if kind.outer:
+        flat = builder.mul(flat, flat.type(kind.outer))
     for n, k in zip(shape[1:], at[1:], strict=True):
         flat = builder.add(builder.mul(flat, n), k)
-    rows = _product(builder, shape)
+    rows = _product(builder, shape[1:] if kind.outer else shape)
     result = []
     for part in range(kind.parts):
         place = flat if part == 0 else builder.add(flat, builder.mul(rows, ir.Constant(_I64, part)))
@@ -214,12 +216,12 @@ def _field(kind: Any, name: str) -> Any:
     declared = kind.table.fields.get(name)
     if declared is None or (declared.parts and not declared.kind):
         return None
-    return FieldType(kind.kind, declared.kind, kind.ndim)
+    return FieldType(kind.kind, declared.kind, kind.ndim, len(kind.table) * kind.table.outer)
 
 
 def _array_type(kind: Any) -> Any:
     """Type of the whole array of a table, the field first."""
-    ndim = kind.ndim + 1
+    ndim = kind.ndim + 1 - kind.table.outer
     if kind.kind == LANES:
         return LaneArrayType(ndim)
     if kind.kind == DUALS:
@@ -251,7 +253,8 @@ def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tu
     field = _field(kind, name)
     result = cgutils.create_struct_proxy(field)(context, builder)
     shape = _shape(kind, proxy)
-    before = _product(builder, [*shape, ir.Constant(_I64, kind.table.fields[name].row)])
+    inner = shape[kind.table.outer :]
+    before = _product(builder, [*inner, ir.Constant(_I64, kind.table.fields[name].row)])
     result.data = _onwards(builder, kind.kind, proxy.data, before)
     if kind.kind == DUALS:
         result.slopes = _slopes_onwards(builder, proxy.slopes, before)
@@ -297,7 +300,8 @@ def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> 
     if axis is not None:
         return getattr(proxy, f"n{axis}")
     if name == "array":
-        shape = [ir.Constant(_I64, len(kind.table)), *_shape(kind, proxy)]
+        n, lengths = ir.Constant(_I64, len(kind.table)), _shape(kind, proxy)
+        shape = [builder.mul(lengths[0], n), *lengths[1:]] if kind.table.outer else [n, *lengths]
         slopes = proxy.slopes if kind.kind == DUALS else None
         return _array(context, builder, _array_type(kind), proxy.data, slopes, shape)
     field, rows = _rows_of(context, builder, kind, proxy, name)

@@ -26,7 +26,6 @@ from meltemi.aero.tables import (
     StallState,
     TowerFlow,
 )
-from meltemi.control.actuators import PitchMotion
 from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.faults import healthy
 from meltemi.control.signals import (
@@ -68,7 +67,7 @@ from meltemi.simulation.step import (
     observe,
     surroundings,
 )
-from meltemi.simulation.system import SectionLoads, System
+from meltemi.simulation.system import Outputs, System
 from meltemi.simulation.validity import new_watch
 from meltemi.structure.tables import (
     BladeBody,
@@ -81,7 +80,7 @@ from meltemi.structure.tables import (
     TowerStationLoad,
 )
 from meltemi.turbine.electrical import nominal_frequency
-from meltemi.turbine.exchange import BladeFrame, BladeLoad, BladeMotion, Drive, Machine
+from meltemi.turbine.exchange import BladeFrame, BladeLoad, BladeMotion, Drive, Machine, PitchMotion
 from meltemi.wind.fields import Wind, wind_arrays
 
 Float = NDArray[np.float64]
@@ -549,7 +548,7 @@ class Case(BaseCase):
         one: Kind = "duals" if duals else "floats"
         self.system = System("lanes" if lanes else one, arrays, self.slopes)
         self.one, self.plain = System(one, arrays, self.slopes), System("floats", arrays)
-        self.sections = SectionLoads(one, arrays, self.slopes)
+        self.sections = Outputs(one, arrays, self.slopes)
         self._electric_parts = tuple(arrays[name] for name in ELECTRIC_PARTS)
         self._electric_numbers = self.kinds(ELECTRIC_PARTS) if duals else FLOATS
         if duals:

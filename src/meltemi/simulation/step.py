@@ -49,22 +49,13 @@ from meltemi.environment.conditions import conditions_now
 from meltemi.maths.algebra import Vec
 from meltemi.maths.tables import MAX_BLADES, Table, number, xyz
 from meltemi.numbers.views import viewer
-from meltemi.simulation.system import SectionLoads, System
+from meltemi.simulation.system import Outputs, System
 from meltemi.simulation.validity import watch_blades, watch_shaft
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
-from meltemi.structure.section_loads import (
-    APEX_MOMENT,
-    R_MOMENT,
-    TOP_TOTAL_ACCELERATION,
-    YAW_MOMENT,
-    blade_loads,
-    chain_loads,
-    station_loads,
-    tower_loads,
-)
-from meltemi.structure.tables import StructureParameters
+from meltemi.structure.section_loads import blade_loads, chain_loads, station_loads, tower_loads
+from meltemi.structure.tables import BladeRootLoad, MachineLoad, StructureParameters
 from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import series_now, wind_velocity
 
@@ -93,6 +84,8 @@ STEP, STATUS, ROW, NEXT_EVENT, EVERY_OUTPUT, EVERY_CONTROL, CORRECTIONS, WANT_LO
 N_CLOCK = 8
 N_OUTSIDE = sg.GRID - sg.AIR_TEMPERATURE
 """Measurements of what is around the turbine, in the order of the conditions."""
+(R_MOMENT,) = BladeRootLoad.slots("moment")
+APEX_MOMENT, YAW_MOMENT, TOP_TOTAL_ACCELERATION = MachineLoad.slots("apex_moment yaw_moment top_acceleration")
 SHAFT_TORQUE = APEX_MOMENT
 """The first component of the apex moment is the torque."""
 OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND = 0, 1, 2, 3
@@ -122,23 +115,19 @@ def equations(t: float, dt: float, m: System) -> None:
       dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first, and at whose end the modes
         of a gearbox were predicted; 0 leaves them.
     """
-    q, v, columns, shape, second, partial = m.q, m.v, m.columns, m.shape, m.second, m.partial
-    structure, nodes, body, link = m.structure.array, m.blade_nodes.array, m.body.array, m.link
     machine, frame, motion, load = m.machine.array, m.frame.array, m.motion.array, m.load.array
     aero, options, aero_nodes, flow = m.aero.array, m.aero_options.array, m.aero_nodes.array, m.flow.array
     polars, section, flap_nodes, increments, flap = m.polars, m.section, m.flap_nodes, m.increments, m.flap.array
     memory, inflow, stall, rotor = m.memory.array, m.inflow.array, m.stall.array, m.rotor.array
     wind, now, box, pitch, tower = m.wind.array, m.now.array, m.box, m.pitch.array, m.tower_lanes.array
-    arm_mass, arm_force = m.arm_mass, m.arm_force
-    n_core = columns.shape[1]
     # motion
-    tower_top(q, v, structure, m.top_shape, m.top_second, columns, machine)
-    nacelle_and_hub(q, v, structure, columns, machine)
-    blade_frames(structure, pitch, machine, frame)
-    blade_motion(q, v, n_core, shape, second, nodes, frame, partial, motion)
+    tower_top(m)
+    nacelle_and_hub(m)
+    blade_frames(m)
+    blade_motion(m)
     # wind and aerodynamic loads
     series_now(t, m.series, now)
-    tower_wind(t, q, v, m.tower_shape, wind, now, box, tower)
+    tower_wind(t, m.q, m.v, m.tower_shape.array, wind, now, box, tower)
     relative_wind(t, aero, options, aero_nodes, wind, now, box, m.tower_flow.array, machine, frame, pitch, motion, flow)
     disk_averages(aero, aero_nodes, machine, flow, rotor)
     quasi_steady(aero, options, aero_nodes, polars, section, flap_nodes, increments, flap, flow, memory, rotor)
@@ -162,31 +151,10 @@ def equations(t: float, dt: float, m: System) -> None:
         stall,
         load,
     )
-    tower_load(m.aero_options.tower_drag * m.aero.air_density, tower, m.tower_shape, m.tower_push)
+    tower_load(m.aero_options.tower_drag * m.aero.air_density, tower, m.tower_shape.array, m.tower_push)
     # equations of motion
-    collect_blades(
-        q, v, n_core, structure, shape, nodes, m.modal, frame, partial, motion, load, body, link, arm_mass, arm_force
-    )
-    assemble(
-        dt,
-        q,
-        v,
-        structure,
-        m.drive.array,
-        m.gear_modes.array,
-        m.gears.array,
-        columns,
-        m.tower_matrix,
-        m.tower_weight,
-        m.tower_push,
-        machine,
-        frame,
-        body,
-        link,
-        m.core_mass,
-        m.core_force,
-        m.coupling,
-    )
+    collect_blades(m)
+    assemble(dt, m)
 
 
 view_run = viewer()
@@ -202,9 +170,8 @@ def evaluate(t: float, dt: float, m: System, solve: bool) -> None:
     """
     equations(t, dt, m)
     if solve:
-        accelerations(m.locked, m.core_mass, m.core_force, m.arm_mass, m.coupling, m.arm_force, m.a)
-        n_tower = m.columns.shape[1] - N_SHAFT
-        gear_accelerations(dt, n_tower, m.a, m.gear_modes.array, m.gears.array, m.columns, m.machine.array)
+        accelerations(m)
+        gear_accelerations(dt, m)
 
 
 @kernel
@@ -316,59 +283,17 @@ def whole_machine(
 
 
 @kernel
-def section_loads(everywhere: bool, m: System, s: SectionLoads) -> None:
+def section_loads(everywhere: bool, m: System, s: Outputs) -> None:
     """Section loads after an evaluation: at roots, hub and yaw bearing, and ``everywhere`` along tower and blades."""
-    q, a, structure, columns, machine = m.q, m.a, m.structure.array, m.columns, m.machine.array
-    frame, body, link, apex = m.frame.array, m.body.array, m.link, s.apex
-    blade_loads(q, a, structure, columns, machine, frame, body, link, s.tip_shape, s.tip_second, apex, s.root.array)
-    chain_loads(
-        q,
-        m.v,
-        a,
-        structure,
-        m.gear_modes.array,
-        m.gears.array,
-        s.gear_rows.array,
-        s.gear_shape,
-        columns,
-        machine,
-        apex,
-        m.top_shape,
-        s.chain.array,
-        s.gear_loads.array,
-    )
-    if not everywhere:
-        return
-    tower_loads(
-        q,
-        a,
-        structure,
-        machine,
-        apex,
-        s.tower_nodes.array,
-        m.tower_shape,
-        s.tower_drag,
-        s.tower_stations,
-        s.tower_station.array,
-    )
-    station_loads(
-        a,
-        structure,
-        columns,
-        m.blade_nodes.array,
-        s.blade_edges,
-        m.shape,
-        m.partial,
-        frame,
-        m.motion.array,
-        m.load.array,
-        s.blade_stations,
-        s.station.array,
-    )
+    blade_loads(m, s)
+    chain_loads(m, s)
+    if everywhere:
+        tower_loads(m, s)
+        station_loads(m, s)
 
 
 @kernel
-def observe(t: float, efficiency: float, m: System, s: SectionLoads, everywhere: bool) -> None:
+def observe(t: float, efficiency: float, m: System, s: Outputs, everywhere: bool) -> None:
     """Section loads and summary after an evaluation; only ``everywhere`` for outputs, for controllers the nearest.
 
     Args:
@@ -379,7 +304,7 @@ def observe(t: float, efficiency: float, m: System, s: SectionLoads, everywhere:
         t,
         m.machine.hub_position,
         m.v,
-        m.columns.shape[1],
+        m.columns.coordinates,
         m.structure.array,
         m.wind.array,
         m.series,
@@ -415,7 +340,7 @@ def advance(
     m: System,
     one: System,
     plain: System,
-    sections: SectionLoads,
+    sections: Outputs,
 ) -> None:
     """March ``n_steps`` instants, or until something ends the run (``clock[STATUS]``).
 
@@ -448,8 +373,8 @@ def advance(
         output,
         watch,
     ) = view_run(kinds, run)
-    q, v, a, n_core = m.q, m.v, m.a, m.columns.shape[1]
-    aero, structure, gear_modes, gears = m.aero.array, m.structure.array, m.gear_modes.array, m.gears.array
+    q, v, a, n_core = m.q, m.v, m.a, m.columns.coordinates
+    aero, structure = m.aero.array, m.structure.array
     pitch, drive, flap = m.pitch.array, m.drive.array, m.flap.array
     root, chain, summary = sections.root.array, sections.chain.array, sections.summary
     yaw = n_core - N_SHAFT + YAW
@@ -522,7 +447,7 @@ def advance(
                 for j in range(q.shape[0]):
                     v[j] = v_old[j] + 0.5 * dt * (a_old[j] + a[j])
         if step > 0:
-            gear_end(dt, gear_modes, gears)
+            gear_end(dt, m)
         if diverged(q, v):
             clock[STATUS] = DIVERGED
             return
@@ -564,7 +489,7 @@ def advance(
             v[j] = v_now + dt * (1.5 * a_now - 0.5 * before)
             v_old[j] = v_now
             a_old[j] = a_now
-        gear_begin(dt, gear_modes, gears)
+        gear_begin(dt, m)
         pitch_advance(actuators, demands, faults, pitch, dt)
         yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], dt)
         flap_advance(flap_actuators, demands, faults, flap, dt)

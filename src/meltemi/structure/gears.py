@@ -11,24 +11,10 @@ from __future__ import annotations
 
 from math import exp, sqrt
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from meltemi.core.kernel import kernel
-from meltemi.maths.access import sym1, vec1, vec2
 from meltemi.maths.vectors import Sym, Vec, cross, dot
 from meltemi.structure.kinematics import GENERATOR, TORSION
-from meltemi.structure.tables import GearLoads, GearModes, GearRows, Gears, StructureParameters
-from meltemi.turbine import exchange as ex
-
-Float = NDArray[float64]
-
-(INERTIA,) = StructureParameters.slots("gears")
-SHAFT_STIFFNESS, SHAFT_DAMPING = StructureParameters.slots("shaft_stiffness shaft_damping")
-FREQUENCY, DAMPING, MODAL_INERTIA, COUPLING = GearModes.slots("frequency damping inertia coupling")
-ANGLE, RATE, ACCELERATION = Gears.slots("angle rate acceleration")
-FACTOR, ROW_INERTIA = GearRows.slots("factor inertia")
-(LOAD,) = GearLoads.slots("load")
+from meltemi.structure.tables import SectionLoads, Structure
 
 
 @kernel
@@ -60,59 +46,49 @@ def mode_resistance(dt: float, w: float, z: float) -> float:
 
 
 @kernel
-def restoring(gear_modes: Float, gears: Float, k: int) -> float:
+def restoring(m: Structure, k: int) -> float:
     """[rad/s^2] acceleration of a mode from its own spring and damper."""
-    w, z = gear_modes[FREQUENCY, k], gear_modes[DAMPING, k]
-    return -w * (2.0 * z * gears[RATE, k] + w * gears[ANGLE, k])
+    w, z = m.gear_modes.frequency[k], m.gear_modes.damping[k]
+    return -w * (2.0 * z * m.gears.rate[k] + w * m.gears.angle[k])
 
 
 @kernel
-def gear_momentum(p: Float, gear_modes: Float, gears: Float, spins: Vec, spin_rates: Vec) -> tuple[float, float]:
+def gear_momentum(m: Structure, spins: Vec, spin_rates: Vec) -> tuple[float, float]:
     """Angular momentum of the gears about the shaft [kg m^2/s] and its rate (S-55).
 
     Args:
       spins, spin_rates: of the nacelle along the shaft, the generator seen from the rotor, the torsion.
     """
-    J = sym1(p, INERTIA)
+    J = m.structure.gears
     momentum, turning = (J @ spins).x, (J @ spin_rates).x
-    for k in range(gear_modes.shape[1]):
-        momentum += gear_modes[COUPLING, k] * gears[RATE, k]
-        turning += gear_modes[COUPLING, k] * gears[ACCELERATION, k]
+    for k in range(m.gears.modes):
+        momentum += m.gear_modes.coupling[k].x * m.gears.rate[k]
+        turning += m.gear_modes.coupling[k].x * m.gears.acceleration[k]
     return momentum, turning
 
 
 @kernel
-def gear_equations(
-    dt: float,
-    n_tower: int,
-    v: Float,
-    p: Float,
-    gear_modes: Float,
-    gears: Float,
-    columns: Float,
-    machine: Float,
-    core_mass: Float,
-    core_force: Float,
-) -> None:
+def gear_equations(dt: float, m: Structure, n_tower: int) -> None:
     """Add the gears to the equations of the core, their modes eliminated (S-55, S-56; M-33).
 
     Args:
       dt: [s] of the implicit step at whose end the modes' acceleration is wanted; 0 for the present state.
     """
-    if p[INERTIA + 1] <= 0.0:
+    J = m.structure.gears
+    if J.yy <= 0.0:
         return
+    v, modes, gears, machine, columns = m.v, m.gear_modes, m.gears, m.machine, m.columns
     g, t = n_tower + GENERATOR, n_tower + TORSION
-    shaft, w_n = vec1(machine, ex.SHAFT), vec1(machine, ex.NACELLE_SPIN)
-    J = sym1(p, INERTIA)
-    known = Vec(dot(vec1(machine, ex.NACELLE_SPIN_RATE), shaft), 0.0 * v[g], 0.0 * v[g])
+    shaft, w_n = machine.shaft, machine.nacelle_spin
+    known = Vec(dot(machine.nacelle_spin_rate, shaft), 0.0, 0.0)
     momentum = (J @ Vec(dot(w_n, shaft), v[g], v[t])).x
-    F = Vec(0.0 * v[g], 0.0 * v[g], 0.0 * v[g])
-    for k in range(gear_modes.shape[1]):
-        P, m = vec2(gear_modes, COUPLING, k), gear_modes[MODAL_INERTIA, k]
-        share = 1.0 / mode_resistance(dt, gear_modes[FREQUENCY, k], gear_modes[DAMPING, k])
-        momentum += P.x * gears[RATE, k]
-        F -= share * restoring(gear_modes, gears, k) * P
-        s = share / m
+    F = Vec(0.0, 0.0, 0.0)
+    for k in range(modes.modes):
+        P = modes.coupling[k]
+        share = 1.0 / mode_resistance(dt, modes.frequency[k], modes.damping[k])
+        momentum += P.x * gears.rate[k]
+        F -= share * restoring(m, k) * P
+        s = share / modes.inertia[k]
         J = Sym(
             J.xx - s * P.x * P.x,
             J.yy - s * P.y * P.y,
@@ -124,78 +100,68 @@ def gear_equations(
     F -= J @ known
     whirl = cross(w_n, shaft)
     for i in range(n_tower + 1):
-        W = vec2(columns, 3, i)
+        W = columns.angular[i]
         along = dot(W, shaft)
-        core_force[i] += along * F.x - momentum * dot(W, whirl)
-        core_mass[g, i] += J.xy * along
-        core_mass[t, i] += J.xz * along
+        m.core_force[i] += along * F.x - momentum * dot(W, whirl)
+        m.core_mass[g, i] += J.xy * along
+        m.core_mass[t, i] += J.xz * along
         for j in range(i + 1):
-            core_mass[i, j] += J.xx * along * dot(vec2(columns, 3, j), shaft)
-    core_force[g] += F.y
-    core_force[t] += F.z
-    core_mass[g, g] += J.yy
-    core_mass[t, g] += J.yz
-    core_mass[t, t] += J.zz
+            m.core_mass[i, j] += J.xx * along * dot(columns.angular[j], shaft)
+    m.core_force[g] += F.y
+    m.core_force[t] += F.z
+    m.core_mass[g, g] += J.yy
+    m.core_mass[t, g] += J.yz
+    m.core_mass[t, t] += J.zz
 
 
 @kernel
-def gear_accelerations(
-    dt: float, n_tower: int, a: Float, gear_modes: Float, gears: Float, columns: Float, machine: Float
-) -> None:
+def gear_accelerations(dt: float, m: Structure) -> None:
     """Accelerations of the modes, when those of the core are known (S-56; M-33)."""
-    shaft = vec1(machine, ex.SHAFT)
-    turning = dot(vec1(machine, ex.NACELLE_SPIN_RATE), shaft)
+    modes, n_tower, shaft = m.gear_modes, m.top_shape.modes, m.machine.shaft
+    turning = dot(m.machine.nacelle_spin_rate, shaft)
     for i in range(n_tower + 1):
-        turning += a[i] * dot(vec2(columns, 3, i), shaft)
-    rates = Vec(turning, a[n_tower + GENERATOR], a[n_tower + TORSION])
-    for k in range(gear_modes.shape[1]):
-        push = dot(vec2(gear_modes, COUPLING, k), rates) / gear_modes[MODAL_INERTIA, k]
-        resistance = mode_resistance(dt, gear_modes[FREQUENCY, k], gear_modes[DAMPING, k])
-        gears[ACCELERATION, k] = (restoring(gear_modes, gears, k) - push) / resistance
+        turning += m.a[i] * dot(m.columns.angular[i], shaft)
+    rates = Vec(turning, m.a[n_tower + GENERATOR], m.a[n_tower + TORSION])
+    for k in range(modes.modes):
+        push = dot(modes.coupling[k], rates) / modes.inertia[k]
+        resistance = mode_resistance(dt, modes.frequency[k], modes.damping[k])
+        m.gears.acceleration[k] = (restoring(m, k) - push) / resistance
 
 
 @kernel
-def gear_begin(dt: float, gear_modes: Float, gears: Float) -> None:
+def gear_begin(dt: float, m: Structure) -> None:
     """Predict the modes at the end of a step (M-31)."""
-    for k in range(gear_modes.shape[1]):
-        beta, gamma = implicit_step(gear_modes[FREQUENCY, k] * dt, gear_modes[DAMPING, k])
-        acceleration = gears[ACCELERATION, k]
-        gears[ANGLE, k] += dt * (gears[RATE, k] + (0.5 - beta) * dt * acceleration)
-        gears[RATE, k] += (1.0 - gamma) * dt * acceleration
+    gears = m.gears
+    for k in range(gears.modes):
+        beta, gamma = implicit_step(m.gear_modes.frequency[k] * dt, m.gear_modes.damping[k])
+        acceleration = gears.acceleration[k]
+        gears.angle[k] += dt * (gears.rate[k] + (0.5 - beta) * dt * acceleration)
+        gears.rate[k] += (1.0 - gamma) * dt * acceleration
 
 
 @kernel
-def gear_end(dt: float, gear_modes: Float, gears: Float) -> None:
+def gear_end(dt: float, m: Structure) -> None:
     """Complete the step of the modes with their accelerations at its end (M-31)."""
-    for k in range(gear_modes.shape[1]):
-        beta, gamma = implicit_step(gear_modes[FREQUENCY, k] * dt, gear_modes[DAMPING, k])
-        acceleration = gears[ACCELERATION, k]
-        gears[ANGLE, k] += beta * dt * dt * acceleration
-        gears[RATE, k] += gamma * dt * acceleration
+    gears = m.gears
+    for k in range(gears.modes):
+        beta, gamma = implicit_step(m.gear_modes.frequency[k] * dt, m.gear_modes.damping[k])
+        acceleration = gears.acceleration[k]
+        gears.angle[k] += beta * dt * dt * acceleration
+        gears.rate[k] += gamma * dt * acceleration
 
 
 @kernel
-def gear_loads(
-    twist: float,
-    twist_rate: float,
-    spin_rates: Vec,
-    p: Float,
-    gear_modes: Float,
-    gears: Float,
-    rows: Float,
-    shape: Float,
-    out: Float,
-) -> None:
+def gear_loads(m: Structure, s: SectionLoads, twist: float, twist_rate: float, spin_rates: Vec) -> None:
     """Torques of shafts and forces of meshes (S-57).
 
     Args:
       twist, twist_rate: torsion of the drivetrain [rad] and its rate.
       spin_rates: accelerations of nacelle's spin along the shaft, generator and torsion [rad/s^2].
     """
-    static = p[SHAFT_STIFFNESS] * twist + p[SHAFT_DAMPING] * twist_rate
-    for e in range(out.shape[1]):
-        load = rows[FACTOR, e] * static + dot(vec2(rows, ROW_INERTIA, e), spin_rates)
-        for k in range(gear_modes.shape[1]):
-            w, z = gear_modes[FREQUENCY, k], gear_modes[DAMPING, k]
-            load += shape[e, k] * (gears[ANGLE, k] + 2.0 * z / w * gears[RATE, k])
-        out[LOAD, e] = load
+    static = m.structure.shaft_stiffness * twist + m.structure.shaft_damping * twist_rate
+    for e in range(s.gear_loads.parts):
+        load = s.gear_rows.factor[e] * static + dot(s.gear_rows.inertia[e], spin_rates)
+        for k in range(m.gears.modes):
+            w, z = m.gear_modes.frequency[k], m.gear_modes.damping[k]
+            load += s.gear_shape[e, k] * (m.gears.angle[k] + 2.0 * z / w * m.gears.rate[k])
+        s.gear_loads.load[e] = load

@@ -10,141 +10,74 @@ from __future__ import annotations
 
 from math import sqrt
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from meltemi.core.kernel import kernel
-from meltemi.maths.access import put1, put2, put3, rot1, rot2, sym2, sym3, vec1, vec2, vec3
-from meltemi.maths.vectors import (
-    Sym,
-    Vec,
-    about_x,
-    about_y,
-    cross,
-    dot,
-    turn,
-)
-from meltemi.structure.dynamics import (
-    B_FORCE,
-    B_INERTIA,
-    B_MASS,
-    B_MOMENT,
-    B_TORQUE,
-    GEAR_RATIO,
-    GENERATOR_INERTIA,
-    GRAVITY,
-    HUB_CENTRE,
-    HUB_INERTIA,
-    HUB_MASS,
-    NACELLE_CENTRE,
-    NACELLE_INERTIA,
-    NACELLE_MASS,
-    NODE_INERTIA,
-    NODE_MASS,
-    NODE_MOMENT,
-    SENSE,
-)
+from meltemi.maths.vectors import Sym, Vec, about_x, about_y, cross, dot, turn
 from meltemi.structure.gears import gear_loads, gear_momentum
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, NODE_POSITION, TILT, TORSION, TOWER_BASE
-from meltemi.structure.tables import (
-    BladeRootLoad,
-    BladeStationLoad,
-    MachineLoad,
-    StructureParameters,
-    TowerNode,
-    TowerStationLoad,
-)
-from meltemi.turbine import exchange as ex
-
-Float = NDArray[float64]
-
-HUB_RADIUS, TIP, TOWER_LENGTH, TOP_MASS = StructureParameters.slots("hub_radius tip tower_length top_mass")
-R_FORCE, R_MOMENT, R_PITCHED_FORCE, R_PITCHED_MOMENT, R_TIP, R_PITCHED_TIP, R_TIP_ROTATION, R_CLEARANCE = (
-    BladeRootLoad.slots("force moment pitched_force pitched_moment tip pitched_tip tip_rotation clearance")
-)
-APEX_FORCE, APEX_MOMENT, ROTATING_FORCE, ROTATING_MOMENT, YAW_FORCE, YAW_MOMENT = MachineLoad.slots(
-    "apex_force apex_moment rotating_force rotating_moment yaw_force yaw_moment"
-)
-NACELLE_FORCE, NACELLE_MOMENT = MachineLoad.slots("nacelle_force nacelle_moment")
-TOP_DEFLECTION, TOP_ROTATION, TOP_TOTAL_ACCELERATION, ROTOR_ACCELERATION = MachineLoad.slots(
-    "top_deflection top_rotation top_acceleration rotor_acceleration"
-)
-S_FORCE, S_MOMENT = BladeStationLoad.slots("force moment")
-T_FORCE, T_MOMENT = TowerStationLoad.slots("force moment")
-T_HEIGHT, T_LENGTH, T_MASS, T_INERTIA = TowerNode.slots("height length mass inertia")
+from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.structure.tables import SectionLoads, Structure
 
 
 @kernel
-def from_core(columns: Float, a: Float, n: int, row: int) -> Vec:
-    """Sum of the first ``n`` columns times the second derivatives: linear (row 0) or angular (row 3)."""
+def apex_acceleration(m: Structure) -> Vec:
+    """Acceleration of the rotor apex by the second derivatives."""
     x = Vec(0.0, 0.0, 0.0)
-    for j in range(n):
-        x += a[j] * vec2(columns, row, j)
+    for j in range(m.columns.coordinates):
+        x += m.a[j] * m.columns.linear[j]
     return x
 
 
 @kernel
-def blade_loads(
-    q: Float,
-    a: Float,
-    p: Float,
-    columns: Float,
-    machine: Float,
-    frame: Float,
-    body: Float,
-    link: Float,
-    tip_shape: Float,
-    tip_second: Float,
-    apex: Float,
-    root: Float,
-) -> None:
+def angular_acceleration(m: Structure, n: int) -> Vec:
+    """Angular acceleration by the second derivatives of the first ``n`` coordinates."""
+    x = Vec(0.0, 0.0, 0.0)
+    for j in range(n):
+        x += m.a[j] * m.columns.angular[j]
+    return x
+
+
+@kernel
+def blade_loads(m: Structure, s: SectionLoads) -> None:
     """Loads at the blade roots, tip deflections, and the blades' share of the apex loads (S-41, S-42).
 
-    Args:
-      tip_shape: (6, modes) shapes at the tip; tip_second: (3, modes, modes).
-      apex: (6,) becomes force and moment of all blades on the hub at the apex, inertial axes.
+    ``apex`` becomes force and moment of all blades on the hub at the apex, inertial axes.
     """
-    n_core = columns.shape[1]
-    n_modes = link.shape[2]
-    a_h, b_r = from_core(columns, a, n_core, 0), from_core(columns, a, n_core, 3)
+    q, a, machine, frame, body, link, root = m.q, m.a, m.machine, m.frame, m.body, m.link, s.root
+    a_h, b_r = apex_acceleration(m), angular_acceleration(m, m.columns.coordinates)
     total_force, total_moment = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
-    R_in = rot1(machine, ex.NACELLE)
-    top, hub = vec1(machine, ex.TOP_POSITION), vec1(machine, ex.HUB_POSITION)
-    for b in range(frame.shape[1]):
-        R = rot2(frame, ex.ROOT_ORIENTATION, b)
+    for b in range(frame.blades):
+        R = frame.orientation[b]
         acceleration, spin_rate = R.T @ a_h, R.T @ b_r
-        m, s, J = body[B_MASS, b], vec2(body, B_MOMENT, b), sym2(body, B_INERTIA, b)
-        F = vec2(body, B_FORCE, b) - (m * acceleration + cross(spin_rate, s))
-        M = vec2(body, B_TORQUE, b) - (cross(s, acceleration) + J @ spin_rate)
-        first = n_core + n_modes * b
+        moment = body.moment[b]
+        F = body.force[b] - (body.mass[b] * acceleration + cross(spin_rate, moment))
+        M = body.torque[b] - (cross(moment, acceleration) + body.inertia[b] @ spin_rate)
+        first = m.columns.coordinates + link.modes * b
         u, theta = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
-        for k in range(n_modes):
-            F -= a[first + k] * Vec(link[0, b, k], link[1, b, k], link[2, b, k])
-            M -= a[first + k] * Vec(link[3, b, k], link[4, b, k], link[5, b, k])
-            t = Vec(tip_shape[0, k], tip_shape[1, k], tip_shape[2, k])
-            for j in range(n_modes):
-                Z = Vec(tip_second[0, k, j], tip_second[1, k, j], tip_second[2, k, j])
+        for k in range(link.modes):
+            F -= a[first + k] * link.linear[b, k]
+            M -= a[first + k] * link.angular[b, k]
+            t = s.tip_shape.displacement[k]
+            for j in range(link.modes):
+                Z = Vec(s.tip_second[0, k, j], s.tip_second[1, k, j], s.tip_second[2, k, j])
                 t += 0.5 * q[first + j] * Z
             u += q[first + k] * t
-            theta += q[first + k] * Vec(tip_shape[3, k], tip_shape[4, k], tip_shape[5, k])
+            theta += q[first + k] * s.tip_shape.rotation[k]
         total_force += R @ F
         total_moment += R @ M
-        arm = Vec(0.0, 0.0, p[HUB_RADIUS])
-        M_root = M - cross(arm, F)
-        cp, sp = frame[ex.COS_PITCH, b], frame[ex.SIN_PITCH, b]
-        put2(root, R_PITCHED_FORCE, b, F)
-        put2(root, R_PITCHED_MOMENT, b, M_root)
-        put2(root, R_PITCHED_TIP, b, u)
-        put2(root, R_FORCE, b, unpitched(cp, sp, F))
-        put2(root, R_MOMENT, b, unpitched(cp, sp, M_root))
-        put2(root, R_TIP, b, unpitched(cp, sp, u))
-        put2(root, R_TIP_ROTATION, b, theta)
+        M_root = M - cross(Vec(0.0, 0.0, m.structure.hub_radius), F)
+        cp, sp = frame.cos_pitch[b], frame.sin_pitch[b]
+        root.pitched_force[b] = F
+        root.pitched_moment[b] = M_root
+        root.pitched_tip[b] = u
+        root.force[b] = unpitched(cp, sp, F)
+        root.moment[b] = unpitched(cp, sp, M_root)
+        root.tip[b] = unpitched(cp, sp, u)
+        root.tip_rotation[b] = theta
         # tip from the tower top, nacelle axes
-        place = R_in.T @ (hub - top + R @ (vec1(p, TIP) + u))
+        place = machine.nacelle.T @ (machine.hub_position - machine.top_position + R @ (m.structure.tip + u))
         flat = place.x * place.x + place.y * place.y
-        root[R_CLEARANCE, b] = sqrt(flat + place.z * place.z) if place.z > 0.0 else sqrt(flat)
-    put1(apex, 0, total_force)
-    put1(apex, 3, total_moment)
+        root.clearance[b] = sqrt(flat + place.z * place.z) if place.z > 0.0 else sqrt(flat)
+    s.apex.force = total_force
+    s.apex.moment = total_moment
 
 
 @kernel
@@ -154,238 +87,176 @@ def unpitched(cp: float, sp: float, v: Vec) -> Vec:
 
 
 @kernel
-def chain_loads(
-    q: Float,
-    v: Float,
-    a: Float,
-    p: Float,
-    gear_modes: Float,
-    gears: Float,
-    gear_rows: Float,
-    gear_shape: Float,
-    columns: Float,
-    machine: Float,
-    apex: Float,
-    top_shape: Float,
-    out: Float,
-    gear_load: Float,
-) -> None:
+def chain_loads(m: Structure, s: SectionLoads) -> None:
     """Loads at the apex, at the yaw bearing (S-43, S-44) and in the gearbox (S-57).
 
-    Args:
-      gear_modes, gears, gear_rows, gear_load: tables GEAR_MODE, GEARS, GEAR_ROW, GEAR_LOAD.
-      gear_shape: (parts, modes) [N m/rad or N/rad] load of a unit amplitude.
-      apex: (6,) from :func:`blade_loads`; becomes force and moment at the yaw bearing, inertial axes.
-      out: table MACHINE_LOAD.
+    ``apex`` becomes force and moment at the yaw bearing, inertial axes.
     """
-    n_core = columns.shape[1]
-    n_tower = n_core - N_SHAFT
-    gravity = Vec(0.0, 0.0, -p[GRAVITY])
-    shaft = vec1(machine, ex.SHAFT)
-    w_n, w_r = vec1(machine, ex.NACELLE_SPIN), vec1(machine, ex.ROTOR_SPIN)
-    rotor_rate = vec1(machine, ex.ROTOR_SPIN_RATE) + from_core(columns, a, n_core, 3)
-    hub_acceleration = vec1(machine, ex.HUB_ACCELERATION) + from_core(columns, a, n_core, 0)
+    q, v, a, p, machine, columns, out = m.q, m.v, m.a, m.structure, m.machine, m.columns, s.chain
+    n_tower = m.top_shape.modes
+    gravity = Vec(0.0, 0.0, -p.gravity)
+    shaft, w_n, w_r = machine.shaft, machine.nacelle_spin, machine.rotor_spin
+    rotor_rate = machine.rotor_spin_rate + angular_acceleration(m, columns.coordinates)
+    hub_acceleration = machine.hub_acceleration + apex_acceleration(m)
     # hub
-    c = p[HUB_CENTRE] * shaft
+    c = p.hub_centre * shaft
     centre = hub_acceleration + (cross(rotor_rate, c) + cross(w_r, cross(w_r, c)))
-    F_hub = p[HUB_MASS] * (gravity - centre)
+    F_hub = p.hub_mass * (gravity - centre)
     spin = dot(rotor_rate, shaft) * shaft + dot(w_r, shaft) * cross(w_n, shaft)
-    F = vec1(apex, 0) + F_hub
-    M = vec1(apex, 3) + (cross(c, F_hub) - p[HUB_INERTIA] * spin)
-    R_is = rot1(machine, ex.NACELLE) @ about_y(p[TILT])
-    R_ia = R_is @ about_x(machine[ex.AZIMUTH])
-    put1(out, APEX_FORCE, R_is.T @ F)
-    put1(out, APEX_MOMENT, R_is.T @ M)
-    put1(out, ROTATING_FORCE, R_ia.T @ F)
-    put1(out, ROTATING_MOMENT, R_ia.T @ M)
+    F = s.apex.force + F_hub
+    M = s.apex.moment + (cross(c, F_hub) - p.hub_inertia * spin)
+    R_in, R_it = machine.nacelle, machine.top
+    R_is = R_in @ about_y(p.tilt)
+    R_ia = R_is @ about_x(machine.azimuth)
+    out.apex_force = R_is.T @ F
+    out.apex_moment = R_is.T @ M
+    out.rotating_force = R_ia.T @ F
+    out.rotating_moment = R_ia.T @ M
     # generator and nacelle
-    nacelle_rate = vec1(machine, ex.NACELLE_SPIN_RATE) + from_core(columns, a, n_tower + 1, 3)
-    arm = vec1(machine, ex.HUB_POSITION) - vec1(machine, ex.TOP_POSITION)
-    top = vec1(machine, ex.TOP_ACCELERATION)
+    nacelle_rate = machine.nacelle_spin_rate + angular_acceleration(m, n_tower + 1)
+    arm = machine.hub_position - machine.top_position
+    top = machine.top_acceleration
     for k in range(n_tower):
-        at_top = vec2(columns, 0, k) - cross(vec2(columns, 3, k), arm)
+        at_top = columns.linear[k] - cross(columns.angular[k], arm)
         top += a[k] * at_top
-    R_in = rot1(machine, ex.NACELLE)
-    d = R_in @ vec1(p, NACELLE_CENTRE)
-    J = turn(R_in, Sym(p[NACELLE_INERTIA], p[NACELLE_INERTIA + 1], p[NACELLE_INERTIA + 2], 0.0, 0.0, 0.0))
+    d, own = R_in @ p.nacelle_centre, p.nacelle_inertia
+    J = turn(R_in, Sym(own.x, own.y, own.z, 0.0, 0.0, 0.0))
     centre = top + (cross(nacelle_rate, d) + cross(w_n, cross(w_n, d)))
-    F_n = p[NACELLE_MASS] * (gravity - centre)
+    F_n = p.nacelle_mass * (gravity - centre)
     M_n = cross(d, F_n) - (J @ nacelle_rate + cross(w_n, J @ w_n))
-    turns, Jg = p[SENSE] * p[GEAR_RATIO], p[GENERATOR_INERTIA]
+    turns, Jg = p.generator_sense * p.gear_ratio, p.generator_inertia
     g, t = n_tower + GENERATOR, n_tower + TORSION
     spin_rates = Vec(dot(nacelle_rate, shaft), a[g], a[t])
     turning = spin_rates.x + turns * a[g]
     momentum = dot(w_n, shaft) + turns * v[g]
     M_g = -Jg * (turning * shaft + momentum * cross(w_n, shaft))
-    if gear_load.shape[1] > 0:
+    if s.gear_loads.parts > 0:
         spins = Vec(dot(w_n, shaft), v[g], v[t])
-        momentum, turning = gear_momentum(p, gear_modes, gears, spins, spin_rates)
+        momentum, turning = gear_momentum(m, spins, spin_rates)
         M_g -= turning * shaft + momentum * cross(w_n, shaft)
-        gear_loads(q[t], v[t], spin_rates, p, gear_modes, gears, gear_rows, gear_shape, gear_load)
+        gear_loads(m, s, q[t], v[t], spin_rates)
     F_o = F + F_n
     M_o = M + cross(arm, F) + (M_n + M_g)
-    R_it = rot1(machine, ex.TOP)
-    put1(out, YAW_FORCE, R_it.T @ F_o)
-    put1(out, YAW_MOMENT, R_it.T @ M_o)
-    put1(out, NACELLE_FORCE, R_in.T @ F_o)
-    put1(out, NACELLE_MOMENT, R_in.T @ M_o)
-    put1(out, TOP_TOTAL_ACCELERATION, R_it.T @ top)
-    put1(out, TOP_DEFLECTION, vec1(machine, ex.TOP_POSITION) - Vec(0.0, 0.0, p[TOWER_BASE] + p[TOWER_LENGTH]))
+    out.yaw_force = R_it.T @ F_o
+    out.yaw_moment = R_it.T @ M_o
+    out.nacelle_force = R_in.T @ F_o
+    out.nacelle_moment = R_in.T @ M_o
+    out.top_acceleration = R_it.T @ top
+    out.top_deflection = machine.top_position - Vec(0.0, 0.0, p.tower_base + p.tower_length)
     theta = Vec(0.0, 0.0, 0.0)
     for k in range(n_tower):
-        theta += q[k] * Vec(top_shape[3, k], top_shape[4, k], top_shape[5, k])
-    put1(out, TOP_ROTATION, theta)
-    out[ROTOR_ACCELERATION] = a[n_tower + GENERATOR] + a[n_tower + TORSION]
-    put1(apex, 0, F_o)
-    put1(apex, 3, M_o)
+        theta += q[k] * m.top_shape.rotation[k]
+    out.top_rotation = theta
+    out.rotor_acceleration = a[g] + a[t]
+    s.apex.force = F_o
+    s.apex.moment = M_o
 
 
 @kernel
-def tower_loads(
-    q: Float,
-    a: Float,
-    p: Float,
-    machine: Float,
-    apex: Float,
-    nodes: Float,
-    shape: Float,
-    drag: Float,
-    stations: Float,
-    out: Float,
-) -> None:
-    """Loads at stations of the tower (S-45, S-46).
-
-    Args:
-      apex: (6,) force and moment at the yaw bearing, inertial axes.
-      nodes: table TOWER_NODE.
-      shape: (6 modes, nodes).
-      drag: (3, nodes) wind force on each node, inertial axes.
-      stations: (stations,) [m] heights above the base.
-      out: table TOWER_STATION_LOAD.
-    """
-    gravity = Vec(0.0, 0.0, -p[GRAVITY])
-    n_modes = shape.shape[0] // 6
-    top = vec1(machine, ex.TOP_POSITION)
+def tower_loads(m: Structure, s: SectionLoads) -> None:
+    """Loads at stations of the tower, from those at the yaw bearing down (S-45, S-46)."""
+    q, a, p, shape, nodes, out = m.q, m.a, m.structure, m.tower_shape, s.tower_nodes, s.tower_station
+    gravity = Vec(0.0, 0.0, -p.gravity)
+    top = m.machine.top_position
     # below the yaw bearing: with the mass that is fixed there
     rising = Vec(0.0, 0.0, 0.0)
-    for k in range(n_modes):
-        rising += a[k] * vec2(shape, 6 * k, shape.shape[1] - 1)
-    F_top, M_top = vec1(apex, 0) + p[TOP_MASS] * (gravity - rising), vec1(apex, 3)
-    for i in range(out.shape[1]):
-        cut = stations[i]
+    for k in range(shape.modes):
+        rising += a[k] * shape.displacement[k, shape.nodes - 1]
+    F_top, M_top = s.apex.force + p.top_mass * (gravity - rising), s.apex.moment
+    for i in range(out.stations):
+        cut = s.tower_stations[i]
         # deflected place of the cut
-        place = Vec(0.0, 0.0, p[TOWER_BASE] + cut)
-        for n in range(nodes.shape[1] - 1):
-            low, high = nodes[T_HEIGHT, n], nodes[T_HEIGHT, n + 1]
+        place = Vec(0.0, 0.0, p.tower_base + cut)
+        for n in range(nodes.nodes - 1):
+            low, high = nodes.height[n], nodes.height[n + 1]
             if cut >= low and cut <= high:
                 w = (cut - low) / (high - low)
-                for k in range(n_modes):
-                    x = shape[6 * k, n] + w * (shape[6 * k, n + 1] - shape[6 * k, n])
-                    y = shape[6 * k + 1, n] + w * (shape[6 * k + 1, n + 1] - shape[6 * k + 1, n])
-                    place += q[k] * Vec(x, y, 0.0)
+                for k in range(shape.modes):
+                    here, there = shape.displacement[k, n], shape.displacement[k, n + 1]
+                    place += q[k] * Vec(here.x + w * (there.x - here.x), here.y + w * (there.y - here.y), 0.0)
                 break
         F = F_top
         M = M_top + cross(top - place, F_top)
         edge = 0.0
-        for n in range(nodes.shape[1]):
-            length = nodes[T_LENGTH, n]
+        for n in range(nodes.nodes):
+            length = nodes.length[n]
             low, high = edge, edge + length
             edge = high
             share = min(max((high - cut) / length, 0.0), 1.0)
             if share <= 0.0:
                 continue
             u, acceleration, turning = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
-            for k in range(n_modes):
-                phi = vec2(shape, 6 * k, n)
+            for k in range(shape.modes):
+                phi = shape.displacement[k, n]
                 u += q[k] * phi
                 acceleration += a[k] * phi
-                turning += a[k] * vec2(shape, 6 * k + 3, n)
+                turning += a[k] * shape.rotation[k, n]
             middle = 0.5 * (max(low, cut) + high)
-            r = u + Vec(0.0, 0.0, p[TOWER_BASE] + middle) - place
-            f = nodes[T_MASS, n] * (gravity - acceleration) + vec2(drag, 0, n)
-            J = vec2(nodes, T_INERTIA, n)
+            r = u + Vec(0.0, 0.0, p.tower_base + middle) - place
+            f = nodes.mass[n] * (gravity - acceleration) + s.tower_drag.force[n]
+            J = nodes.inertia[n]
             inertial = Vec(J.x * turning.x, J.y * turning.y, J.z * turning.z)
             F += share * f
             M = M + share * cross(r, f) - share * inertial
-        put2(out, T_FORCE, i, F)
-        put2(out, T_MOMENT, i, M)
+        out.force[i] = F
+        out.moment[i] = M
 
 
 @kernel
-def station_loads(
-    a: Float,
-    p: Float,
-    columns: Float,
-    nodes: Float,
-    edges: Float,
-    shape: Float,
-    partial: Float,
-    frame: Float,
-    motion: Float,
-    load: Float,
-    stations: Float,
-    out: Float,
-) -> None:
-    """Loads at stations of the blades (S-47).
-
-    Args:
-      edges: (nodes + 1,) [m] cuts between the pieces of blade, from the root.
-      stations: (stations,) [m] from the root.
-      out: table STATION_LOAD.
-    """
+def station_loads(m: Structure, s: SectionLoads) -> None:
+    """Loads at stations of the blades (S-47)."""
+    stations, edges, out = s.blade_stations, s.blade_edges, s.station
     if stations.shape[0] == 0:
         return
-    n_core = columns.shape[1]
-    n_modes = shape.shape[0] // 6
+    a, p, shape, motion = m.a, m.structure, m.shape, m.motion
     n_nodes = edges.shape[0] - 1
-    a_h, b_r = from_core(columns, a, n_core, 0), from_core(columns, a, n_core, 3)
-    for b in range(frame.shape[1]):
-        R = rot2(frame, ex.ROOT_ORIENTATION, b)
-        gravity = R.T @ Vec(0.0, 0.0, -p[GRAVITY])
+    a_h, b_r = apex_acceleration(m), angular_acceleration(m, m.columns.coordinates)
+    for b in range(motion.blades):
+        R = m.frame.orientation[b]
+        gravity = R.T @ Vec(0.0, 0.0, -p.gravity)
         a_b, b_b = R.T @ a_h, R.T @ b_r
-        first = n_core + n_modes * b
+        first = m.columns.coordinates + shape.modes * b
         for i in range(stations.shape[0]):
-            put3(out, S_FORCE, b, i, Vec(0.0, 0.0, 0.0))
-            put3(out, S_MOMENT, b, i, Vec(0.0, 0.0, 0.0))
+            out.force[b, i] = Vec(0.0, 0.0, 0.0)
+            out.moment[b, i] = Vec(0.0, 0.0, 0.0)
         for n in range(n_nodes):
-            m, J = nodes[NODE_MASS, b, n], sym3(nodes, NODE_INERTIA, b, n)
-            r = vec3(motion, ex.POSITION, b, n)
-            theta, s0 = vec3(motion, ex.ROTATION, b, n), vec3(nodes, NODE_MOMENT, b, n)
-            s = s0 + cross(theta, s0)
-            acceleration = vec3(motion, ex.ACCELERATION, b, n) + (a_b + cross(b_b, r))
-            spin_rate = vec3(motion, ex.SPIN_RATE, b, n) + b_b
-            for k in range(n_modes):
-                acceleration += a[first + k] * vec3(partial, 3 * k, b, n)
-                spin_rate += a[first + k] * vec3(shape, 6 * k + 3, b, n)
-            w = vec3(motion, ex.SPIN, b, n)
+            J, s0 = m.blade_nodes.inertia[b, n], m.blade_nodes.moment[b, n]
+            r, w = motion.position[b, n], motion.spin[b, n]
+            moment = s0 + cross(motion.rotation[b, n], s0)
+            acceleration = motion.acceleration[b, n] + (a_b + cross(b_b, r))
+            spin_rate = motion.spin_rate[b, n] + b_b
+            for k in range(shape.modes):
+                acceleration += a[first + k] * m.partial.velocity[k, b, n]
+                spin_rate += a[first + k] * shape.rotation[k, b, n]
             fall = gravity - acceleration
-            F = m * fall - (cross(spin_rate, s) + cross(w, cross(w, s)))
-            F += vec3(load, ex.FORCE, b, n)
-            M = cross(s, fall) - (J @ spin_rate + cross(w, J @ w))
-            M += vec3(load, ex.MOMENT, b, n)
+            F = m.blade_nodes.mass[b, n] * fall - (cross(spin_rate, moment) + cross(w, cross(w, moment)))
+            F += m.load.force[b, n]
+            M = cross(moment, fall) - (J @ spin_rate + cross(w, J @ w))
+            M += m.load.moment[b, n]
             for i in range(stations.shape[0]):
                 share = min(max((edges[n + 1] - stations[i]) / (edges[n + 1] - edges[n]), 0.0), 1.0)
                 if share <= 0.0:
                     continue
                 # the outer part of a cut piece has its middle further out
                 shift = 0.5 * (1.0 - share) * (edges[n + 1] - edges[n])
-                root = p[HUB_RADIUS]
-                arm = r + Vec(0.0, 0.0, shift) - station_place(nodes, motion, root, root + stations[i], b, n_nodes)
-                put3(out, S_FORCE, b, i, vec3(out, S_FORCE, b, i) + share * F)
-                put3(out, S_MOMENT, b, i, vec3(out, S_MOMENT, b, i) + share * (M + cross(arm, F)))
+                arm = r + Vec(0.0, 0.0, shift) - station_place(m, stations[i], b, n_nodes)
+                out.force[b, i] += share * F
+                out.moment[b, i] += share * (M + cross(arm, F))
 
 
 @kernel
-def station_place(nodes: Float, motion: Float, root: float, z: float, b: int, n_nodes: int) -> Vec:
-    """Deflected place of a station at ``z`` [m] from the apex, linear between root, nodes and beyond the last."""
-    first = nodes[NODE_POSITION + 2, b, 0]
+def station_place(m: Structure, station: float, b: int, n_nodes: int) -> Vec:
+    """Deflected place of a ``station`` [m] from the root, linear between root, nodes and beyond the last."""
+    root, nodes, motion = m.structure.hub_radius, m.blade_nodes, m.motion
+    z = root + station
+    first = nodes.position[b, 0].z
     if z < first:
         w = (z - root) / (first - root)
-        return Vec(0.0, 0.0, (1.0 - w) * root) + w * vec3(motion, ex.POSITION, b, 0)
+        return Vec(0.0, 0.0, (1.0 - w) * root) + w * motion.position[b, 0]
     n = 0
     for i in range(1, n_nodes - 1):
-        if z >= nodes[NODE_POSITION + 2, b, i]:
+        if z >= nodes.position[b, i].z:
             n = i
-    z0, z1 = nodes[NODE_POSITION + 2, b, n], nodes[NODE_POSITION + 2, b, n + 1]
+    z0, z1 = nodes.position[b, n].z, nodes.position[b, n + 1].z
     w = (z - z0) / (z1 - z0)
-    return (1.0 - w) * vec3(motion, ex.POSITION, b, n) + w * vec3(motion, ex.POSITION, b, n + 1)
+    return (1.0 - w) * motion.position[b, n] + w * motion.position[b, n + 1]

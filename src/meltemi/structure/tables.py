@@ -6,7 +6,9 @@ What structure and aerodynamics exchange is in ``turbine.exchange``.
 from __future__ import annotations
 
 from meltemi.maths.algebra import Sym, Vec
+from meltemi.maths.records import Array1, Array2, Array3, Array4, Constant, Record
 from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, symmetric, xyz
+from meltemi.turbine.exchange import Exchange
 
 
 class StructureParameters(Table, title="structure"):
@@ -139,3 +141,125 @@ class TowerStationLoad(Table, axes="station"):
 
     force: Vectors = xyz("N", "of the upper part on the lower one, inertial axes")
     moment: Vectors = xyz("N m", "the same")
+
+
+class Columns(Table, axes="coordinate"):
+    """Partial velocities of the rotor apex in the coordinates below the blades."""
+
+    linear: Vectors = xyz("- or m", "of the apex, inertial axes")
+    angular: Vectors = xyz("rad/m or -", "of the body that moves with the coordinate, inertial axes")
+
+
+class TopShape(Table, axes="mode"):
+    """Tower modes at the tower top."""
+
+    displacement: Vectors = xyz("-", "of the top")
+    rotation: Vectors = xyz("rad/m", "of the top")
+
+
+class TipShape(Table, axes="mode"):
+    """Modes of a blade at its tip."""
+
+    displacement: Vectors = xyz("-", "of the tip, blade axes")
+    rotation: Vectors = xyz("rad/m", "of the tip, blade axes")
+
+
+class TowerShape(Table, axes="mode node", outer=1):
+    """Modes of the tower."""
+
+    displacement: Vectors = xyz("-", "of the nodes, inertial axes")
+    rotation: Vectors = xyz("rad/m", "of the nodes, inertial axes")
+
+
+class TowerDrag(Table, axes="node"):
+    """Wind loads on the tower."""
+
+    force: Vectors = xyz("N", "on the node, inertial axes")
+
+
+class ApexLoad(Table):
+    """Load that goes down the chain: of the blades at the apex, then at the yaw bearing."""
+
+    force: Vec = xyz("N", "inertial axes")
+    moment: Vec = xyz("N m", "inertial axes")
+
+
+class BladeShape(Table, axes="mode blade node", outer=1):
+    """Modes of the blades."""
+
+    displacement: Vectors = xyz("-", "of the nodes, blade axes")
+    rotation: Vectors = xyz("rad/m", "of the sections, blade axes")
+
+
+class BladeSecond(Table, axes="pair blade node", outer=1):
+    """Displacements of second order for pairs of modes, k modes + j."""
+
+    displacement: Vectors = xyz("1/m", "of the nodes, blade axes")
+
+
+class BladePartial(Table, axes="mode blade node", outer=1):
+    """Partial velocities of the blade nodes relative to the blade root."""
+
+    velocity: Vectors = xyz("-", "of the nodes in the mode, blade axes")
+
+
+class BladeLink(Table, axes="blade mode"):
+    """Momentum of a blade about the apex for each mode at unit speed, blade axes."""
+
+    linear: Vectors = xyz("kg", "momentum")
+    angular: Vectors = xyz("kg m", "angular momentum")
+
+
+class Structure(Exchange):
+    """What the kernels of the structure read and write."""
+
+    # state
+    q: Array1
+    v: Array1
+    a: Array1
+    gears: Gears
+    # parameters
+    locked: Array1
+    structure: StructureParameters
+    blade_nodes: BladeNode
+    shape: BladeShape
+    second: BladeSecond
+    modal: Array4
+    top_shape: TopShape
+    top_second: Array3
+    tower_matrix: Array3
+    tower_weight: Array1
+    tower_shape: TowerShape
+    gear_modes: GearModes
+    # motion
+    columns: Columns
+    partial: BladePartial
+    # equations of motion
+    tower_push: Array1
+    body: BladeBody
+    link: BladeLink
+    arm_mass: Array3
+    arm_force: Array2
+    core_mass: Array2
+    core_force: Array1
+    coupling: Array3
+
+
+class SectionLoads(Record):
+    """What section loads need beside the structure, and the loads; never in lanes."""
+
+    gear_rows: GearRows
+    gear_shape: Array2
+    blade_edges: Array1
+    tip_shape: TipShape
+    tip_second: Array3
+    tower_nodes: TowerNode
+    tower_drag: TowerDrag
+    blade_stations: Constant[Array1]
+    tower_stations: Constant[Array1]
+    apex: ApexLoad
+    root: BladeRootLoad
+    chain: MachineLoad
+    gear_loads: GearLoads
+    station: BladeStationLoad
+    tower_station: TowerStationLoad

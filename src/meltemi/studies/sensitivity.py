@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroMemory
-from meltemi.control.actuators import Actuators, PitchMotion
+from meltemi.control.actuators import Actuators
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import Controller, StartPoint, dual_entry
 from meltemi.core.display import Brief
@@ -41,7 +41,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, first_point, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.turbine.exchange import Drive
+from meltemi.turbine.exchange import Drive, PitchMotion
 from meltemi.wind.turbulence.field import AnyWind, realised
 
 Float = NDArray[np.float64]

@@ -10,6 +10,7 @@ derivatives of the generalised coordinates are zero.
 from __future__ import annotations
 
 from meltemi.maths.algebra import Rot, Vec
+from meltemi.maths.records import Record
 from meltemi.maths.tables import Numbers, Rotations, Table, Vectors, number, rotation, xyz
 
 
@@ -115,3 +116,23 @@ GENERATOR_TORQUE, BRAKE_TORQUE, BRAKE_SPEED, YAW_COMMAND, YAW_COMMAND_RATE, YAW_
 YAW_DRIVE_RATE, YAW_RUBS, YAW_REST, YAW_REST_RATE, YAW_DRIVE_TORQUE, YAW_FRICTION_TORQUE, YAW_SWITCHES = Drive.slots(
     "yaw_drive_rate yaw_rubs yaw_rest yaw_rest_rate yaw_drive_torque yaw_friction_torque yaw_switches"
 )
+
+
+class PitchMotion(Table, axes="blade", title="pitch"):
+    """State of the pitch actuators."""
+
+    angle: Numbers = number("rad", "pitch angle")
+    rate: Numbers = number("rad/s", "its rate")
+    acceleration: Numbers = number("rad/s^2", "its acceleration over the last step")
+    switches: Numbers = number("-", "limits that a difference step would have reached or left, in derivative runs")
+
+
+class Exchange(Record):
+    """What structure and aerodynamics read of each other and of the control side."""
+
+    machine: Machine
+    frame: BladeFrame
+    motion: BladeMotion
+    load: BladeLoad
+    pitch: PitchMotion
+    drive: Drive

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from meltemi.aero.flaps import FlapParameters
 from meltemi.aero.tables import RotorFlow
-from meltemi.control.actuators import PitchMotion
 from meltemi.control.faults import healthy
 from meltemi.control.signals import Demands
 from meltemi.core.errors import InputError
@@ -29,7 +28,7 @@ from meltemi.simulation.step import Summary
 from meltemi.simulation.validity import new_watch
 from meltemi.structure.tables import BladeRootLoad, Gears, MachineLoad
 from meltemi.turbine.electrical import nominal_frequency
-from meltemi.turbine.exchange import Drive, Machine
+from meltemi.turbine.exchange import Drive, Machine, PitchMotion
 from meltemi.wind.fields import Wind, WindBox, wind_arrays
 
 Float = NDArray[np.float64]
