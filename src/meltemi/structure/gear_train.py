@@ -160,7 +160,7 @@ def reduced(train: GearTrain) -> ReducedTrain:
 
 
 def gear_arrays(drivetrain: Drivetrain, kind: str) -> tuple[Float, Float, Float, Float]:
-    """What kernels take: inertia (6,), tables GEAR_MODE and GEAR_ROW, and the loads' shape (parts, modes).
+    """What kernels take: inertia (6,), tables ``GearModes`` and ``GearRows``, and the loads' shape (parts, modes).
 
     Args:
       kind: "two_mass" (nothing), "quasi_static" (no modes) or "multibody".
