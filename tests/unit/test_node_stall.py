@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from meltemi.aero.flaps import FlapParameters
 from meltemi.aero.polars import ATTACHED, ATTACHMENT, DRAG, LIFT, MOMENT, SEPARATED
 from meltemi.aero.rotor import section_coefficients
 from meltemi.aero.stall import (
@@ -56,6 +57,8 @@ from meltemi.aero.tables import (
     BladeFlow,
     StallState,
 )
+from meltemi.maths.records import Array2, Array3
+from meltemi.numbers.records import Record
 
 Float = NDArray[np.float64]
 steady = settings(derandomize=True, deadline=None, max_examples=200)
@@ -486,10 +489,37 @@ def node(model: int, alpha: float, speed: float = 60.0, turn: float = 0.0) -> di
     return {"options": options, "nodes": nodes, "flow": flow, "memory": memory, "stall": stall}
 
 
+class Node(Record):
+    """What a node's coefficients take of the record of the aerodynamics."""
+
+    aero: AeroParameters
+    aero_options: AeroOptions
+    aero_nodes: AeroNode
+    polars: Array3
+    section: Array2
+    flap_nodes: Array3
+    increments: Array3
+    flap: FlapParameters
+    flow: BladeFlow
+    memory: AeroMemory
+    stall: StallState
+
+
 def evaluated(aero: Float, foil: tuple[Float, Float], at: dict[str, Float], dt: float = 0.0) -> Coefficients:
-    none = np.zeros((0, 1, 1)), np.zeros((0, 1, 3)), np.zeros((4, 0, 1))  # flaps
-    arrays = *foil, *none, at["flow"], at["memory"], at["stall"]
-    section_coefficients(dt, aero, at["options"], at["nodes"], *arrays, 0, 0)
+    no_flaps = {"flap_nodes": (0, 1, 1), "increments": (0, 1, 3), "flap": (4, 0, 1)}
+    m = Node(
+        "floats",
+        {
+            "aero": aero,
+            "aero_options": at["options"],
+            "aero_nodes": at["nodes"],
+            "polars": foil[0],
+            "section": foil[1],
+            **{name: np.zeros(shape) for name, shape in no_flaps.items()},
+            **{name: at[name] for name in ("flow", "memory", "stall")},
+        },
+    )
+    section_coefficients(dt, m, 0, 0)
     return Coefficients(*(float(at["flow"][BladeFlow.index(name), 0, 0]) for name in ("lift", "drag", "moment")))
 
 

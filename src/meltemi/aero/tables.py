@@ -32,6 +32,9 @@ class AeroParameters(Table, title="aerodynamics"):
     tower_cut: float = number("-", "1: tower influence only on the lower half of the rotor")
 
 
+(AIR_DENSITY,) = AeroParameters.slots("air_density")
+
+
 class AeroOptions(Table, title="aerodynamic options", integer=True):
     """Options, run-time integers."""
 

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.flaps import FlapParameters
-from meltemi.aero.rotor import AIR_DENSITY, derivatives, settle
+from meltemi.aero.rotor import derivatives, settle
 from meltemi.aero.tables import (
+    AIR_DENSITY,
     AeroMemory,
     AeroNode,
     BladeFlow,
@@ -41,7 +42,7 @@ from meltemi.control.signals import (
     Measurements,
 )
 from meltemi.core.errors import InputError
-from meltemi.core.kernel import announce, kernel
+from meltemi.core.kernel import announce
 from meltemi.electrical.tables import TRIPS, ElectricState
 from meltemi.environment.conditions import Conditions, conditions_array
 from meltemi.environment.grid import PowerGrid
@@ -165,46 +166,6 @@ def filled(name: str, array: Float, nodes: int) -> Float:
     for row in WEIGHTS.get(name, ()):
         result[row, ..., nodes - missing :] = 0.0
     return result
-
-
-@kernel
-def settled(m: System) -> None:
-    """Steady states of inflow and stall."""
-    settle(
-        m.aero.array,
-        m.aero_options.array,
-        m.aero_nodes.array,
-        m.polars,
-        m.section,
-        m.flap_nodes,
-        m.increments,
-        m.flap.array,
-        m.flow.array,
-        m.rotor.array,
-        m.inflow.array,
-        m.stall.array,
-    )
-
-
-@kernel
-def rates(m: System) -> None:
-    """Time derivatives of the states of inflow and stall."""
-    derivatives(
-        m.aero.array,
-        m.aero_options.array,
-        m.aero_nodes.array,
-        m.polars,
-        m.section,
-        m.flap_nodes,
-        m.increments,
-        m.flap.array,
-        m.flow.array,
-        m.rotor.array,
-        m.inflow.array,
-        m.stall.array,
-        m.d_inflow.array,
-        m.d_stall.array,
-    )
 
 
 @dataclass(frozen=True)
@@ -580,12 +541,12 @@ class Case(BaseCase):
         """Bring inflow and stall into the steady state of the present motion."""
         for _ in range(6):
             self.evaluate(t)
-            settled(self.system)
+            settle(self.system)
         self.evaluate(t)
 
     def rates(self) -> None:
         """Compute the time derivatives of the states of inflow and stall after an evaluation."""
-        rates(self.system)
+        derivatives(self.system)
 
     def loads(self, t: float) -> None:
         """Compute section loads and the summary after an evaluation."""

@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.rotor import AIR_DENSITY
+from meltemi.aero.tables import AIR_DENSITY
 from meltemi.control.baseline import REFERENCE, parameters
 from meltemi.core.errors import InputError
 from meltemi.core.threads import one_blas_thread

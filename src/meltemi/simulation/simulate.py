@@ -20,7 +20,7 @@ import numba
 import numpy as np
 from numba import types
 
-from meltemi.aero.rotor import AIR_DENSITY
+from meltemi.aero.tables import AIR_DENSITY
 from meltemi.control import fixed
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, Entry, LogEntry, StartPoint

@@ -34,8 +34,8 @@ from numpy import float32, float64, int64
 from numpy.typing import NDArray
 
 from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
-from meltemi.aero.rotor import AIR_DENSITY, disk_averages, loads, quasi_steady, relative_wind
-from meltemi.aero.tables import AeroOptions
+from meltemi.aero.rotor import disk_averages, loads, quasi_steady, relative_wind
+from meltemi.aero.tables import AIR_DENSITY, AeroOptions
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control import faults as ft
 from meltemi.control import signals as sg
@@ -115,43 +115,20 @@ def equations(t: float, dt: float, m: System) -> None:
       dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first, and at whose end the modes
         of a gearbox were predicted; 0 leaves them.
     """
-    machine, frame, motion, load = m.machine.array, m.frame.array, m.motion.array, m.load.array
-    aero, options, aero_nodes, flow = m.aero.array, m.aero_options.array, m.aero_nodes.array, m.flow.array
-    polars, section, flap_nodes, increments, flap = m.polars, m.section, m.flap_nodes, m.increments, m.flap.array
-    memory, inflow, stall, rotor = m.memory.array, m.inflow.array, m.stall.array, m.rotor.array
-    wind, now, box, pitch, tower = m.wind.array, m.now.array, m.box, m.pitch.array, m.tower_lanes.array
     # motion
     tower_top(m)
     nacelle_and_hub(m)
     blade_frames(m)
     blade_motion(m)
     # wind and aerodynamic loads
-    series_now(t, m.series, now)
-    tower_wind(t, m.q, m.v, m.tower_shape.array, wind, now, box, tower)
-    relative_wind(t, aero, options, aero_nodes, wind, now, box, m.tower_flow.array, machine, frame, pitch, motion, flow)
-    disk_averages(aero, aero_nodes, machine, flow, rotor)
-    quasi_steady(aero, options, aero_nodes, polars, section, flap_nodes, increments, flap, flow, memory, rotor)
-    loads(
-        dt,
-        aero,
-        options,
-        aero_nodes,
-        polars,
-        section,
-        flap_nodes,
-        increments,
-        flap,
-        machine,
-        frame,
-        motion,
-        flow,
-        rotor,
-        memory,
-        inflow,
-        stall,
-        load,
-    )
-    tower_load(m.aero_options.tower_drag * m.aero.air_density, tower, m.tower_shape.array, m.tower_push)
+    series_now(t, m.series, m.now.array)
+    tower_wind(t, m.q, m.v, m.tower_shape.array, m.wind.array, m.now.array, m.box, m.tower_lanes.array)
+    relative_wind(t, m)
+    disk_averages(m)
+    quasi_steady(m)
+    loads(dt, m)
+    drag = m.aero_options.tower_drag * m.aero.air_density
+    tower_load(drag, m.tower_lanes.array, m.tower_shape.array, m.tower_push)
     # equations of motion
     collect_blades(m)
     assemble(dt, m)

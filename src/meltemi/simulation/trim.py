@@ -24,8 +24,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.rotor import AIR_DENSITY
-from meltemi.aero.tables import AeroOptions, InflowState
+from meltemi.aero.tables import AIR_DENSITY, AeroOptions, InflowState
 from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
 from meltemi.core.display import Brief

@@ -17,8 +17,7 @@ from numpy import float32, float64, int64
 from numpy.typing import NDArray
 
 from meltemi.aero.coefficient import known, power_coefficient, thrust_coefficient
-from meltemi.aero.rotor import AIR_DENSITY
-from meltemi.aero.tables import RotorFlow
+from meltemi.aero.tables import AIR_DENSITY, RotorFlow
 from meltemi.control import signals as sg
 from meltemi.control.actuators import ANGLE, drive_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import happen, report

@@ -1,0 +1,49 @@
+"""The record of the aerodynamics: what its kernels read and write."""
+
+from __future__ import annotations
+
+from meltemi.aero.flaps import FlapParameters
+from meltemi.aero.tables import (
+    AeroMemory,
+    AeroNode,
+    AeroOptions,
+    AeroParameters,
+    BladeFlow,
+    InflowState,
+    RotorFlow,
+    StallState,
+    TowerFlow,
+)
+from meltemi.maths.records import Array2, Array3, Box, Constant, Nodes, Single
+from meltemi.turbine.exchange import Exchange
+from meltemi.wind.velocity import WindNow, WindParameters
+
+
+class Air(Exchange):
+    """Wind, parameters, states and flow of the rotor and the tower."""
+
+    # wind
+    wind: WindParameters
+    series: Array2
+    now: WindNow
+    box: Box
+    # parameters
+    aero: AeroParameters
+    aero_options: AeroOptions
+    aero_nodes: AeroNode
+    polars: Array3
+    section: Array2
+    flap_nodes: Constant[Nodes[Array3]]
+    increments: Constant[Array3]
+    flap: FlapParameters
+    # states
+    inflow: InflowState
+    stall: StallState
+    memory: AeroMemory
+    d_inflow: InflowState
+    d_stall: StallState
+    # flow
+    flow: BladeFlow
+    rotor: RotorFlow
+    tower_flow: Single[TowerFlow]
+    tower_lanes: TowerFlow
