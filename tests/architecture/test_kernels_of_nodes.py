@@ -37,6 +37,9 @@ SAME_FOR_ALL = {"t", "dt"}
 """Arguments that are one number for all nodes, besides whole numbers."""
 ARRAYS_WITHOUT_NODES = {"options", "aero", "wind", "now", "series", "frame", "machine", "rotor", "structure"}
 """Arrays in which nothing belongs to a single node."""
+TABLES_WITHOUT_NODES = ARRAYS_WITHOUT_NODES | {"aero_options", "pitch", "drive"}
+"""Tables of a record, or names for them, in which nothing belongs to a single node."""
+LENGTHS = {"blades", "nodes", "modes", "coordinates"}
 ADVICE = (
     "{place}: `{code}` decides for one node, but may see eight. Write where(condition, a, b) for `a if condition else "
     "b`, & and | for `and` and `or`, and `if anywhere(condition):` to skip work that no node needs. If it is the same "
@@ -72,11 +75,12 @@ class Reader:
         if isinstance(e, ast.Name):
             return e.id in self.known or e.id.isupper()
         if isinstance(e, ast.Attribute):
-            return e.attr == "shape" or e.attr.isupper()
+            return e.attr == "shape" or e.attr.isupper() or e.attr in LENGTHS or self.without_nodes(e.value)
         if isinstance(e, ast.Subscript):
             of = e.value
             plain = isinstance(of, ast.Name) and of.id in ARRAYS_WITHOUT_NODES
-            return (plain or (isinstance(of, ast.Attribute) and of.attr == "shape")) and self.same(e.slice)
+            field = isinstance(of, ast.Attribute) and (of.attr == "shape" or self.without_nodes(of.value))
+            return (plain or field) and self.same(e.slice)
         if isinstance(e, ast.Call):
             if isinstance(e.func, ast.Name) and e.func.id == "anywhere":
                 return True
@@ -84,6 +88,11 @@ class Reader:
         if isinstance(e, ast.BinOp | ast.Compare | ast.BoolOp | ast.UnaryOp | ast.IfExp | ast.Tuple):
             return all(self.same(c) for c in ast.iter_child_nodes(e) if isinstance(c, ast.expr))
         return False
+
+    def without_nodes(self, e: ast.expr) -> bool:
+        """The expression is a table without nodes: ``m.aero_options`` or a name for it."""
+        name = e.attr if isinstance(e, ast.Attribute) else e.id if isinstance(e, ast.Name) else ""
+        return name in TABLES_WITHOUT_NODES
 
     def check(self, node: ast.AST) -> None:
         """Note the expressions in which a choice is made by something that is not the same for all nodes."""
@@ -160,6 +169,8 @@ BAD = [
     "g = whole(x)\n    return section[g, 0] if section[g, 1] > 0.0 else 0.0",
     "if g := x > 0.0:\n        return x\n    return g",
     "return polars[int(x)]",
+    "return 1.0 if m.flow.speed[b, n] > 0.0 else x",
+    "flow = m.flow\n    if flow.lift[b, n] > 1.0:\n        x = 0.0 * x\n    return x",
     "return x**2",
 ]
 GOOD = [
@@ -171,6 +182,8 @@ GOOD = [
     "for k in range(3):\n        if k == b:\n            x += 1.0\n    return x",
     "influenced = cos(frame[ex.AZIMUTH, b]) <= 0.0\n    if influenced:\n        x = 0.0 * x\n    return x",
     "lost = x > 0.0\n    return where(lost & (x < 2.0), x, 0.0)",
+    "options = m.aero_options\n    return x if options.wake == 1 or m.aero.tower_cut == 0.0 else 1.0 * x",
+    "influenced = cos(m.frame.azimuth[b]) <= 0.0 and b < m.motion.blades\n    return 0.0 * x if influenced else x",
 ]
 
 

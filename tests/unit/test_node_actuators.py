@@ -18,7 +18,6 @@ from meltemi.control.actuators import (
     ANGLE,
     RATE,
     Actuators,
-    PitchMotion,
     drive_advance,
     pitch_advance,
     second_order_step,
@@ -27,6 +26,7 @@ from meltemi.control.actuators import (
 from meltemi.control.faults import PITCH_STUCK, healthy
 from meltemi.maths.tables import View
 from meltemi.turbine import exchange as ex
+from meltemi.turbine.exchange import PitchMotion
 
 Float = NDArray[np.float64]
 steady = settings(derandomize=True, deadline=None, max_examples=100)
