@@ -108,7 +108,7 @@ class Contents:
 
 @dataclass(frozen=True)
 class Study(Generic[Found]):
-    """A paper, and how it is done again.
+    """A paper, and how it is reproduced.
 
     Attributes:
       name: of its folder here, of its page and of its files.
@@ -150,7 +150,7 @@ class Study(Generic[Found]):
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A study that was done again.
+    """A study that was reproduced.
 
     Attributes:
       tables: for the terminal.

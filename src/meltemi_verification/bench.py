@@ -473,7 +473,7 @@ def _peak_resident() -> float:
 
 
 def report_lines(figures: dict[str, Any]) -> list[str]:
-    """The figures for people."""
+    """The figures for the terminal."""
     f = figures
     m = f["machine"]
     ratio = f["derivatives"]["us_per_step"] / f["floats"]["us_per_step"]

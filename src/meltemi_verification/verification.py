@@ -64,7 +64,7 @@ def verification(
     Args:
       quick: only what takes less than two minutes.
       reference: folder with the series and wind boxes of the reference runs, for turbulence.
-      progress: called with the share that is done.
+      progress: called with the completed fraction.
 
     Raises:
       InputError: the folder has no reference runs.

@@ -200,7 +200,7 @@ def test_a_warning_of_the_library_is_one_of_the_result(make: Any, model: Model) 
 def test_a_batch_goes_on(make: Any, model: Model) -> None:
     orders = ["count", "crash 0.2", "count", "hang 0.2", "count", "fail 0.2", "count", "exit 0.2"]
     cases = [
-        meltemi.BatchCase(model, WIND, SHORT, make(order, timeout=0.4), ["generator_torque"], name=f"{i} {order}")
+        meltemi.BatchCase(model, WIND, SHORT, make(order, timeout=2.0), ["generator_torque"], name=f"{i} {order}")
         for i, order in enumerate(orders)
     ]
     outcomes = meltemi.simulate_batch(cases, workers=4)

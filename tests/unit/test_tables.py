@@ -161,7 +161,7 @@ def all_tables() -> list[type[Table]]:
 def test_every_table_of_the_package_describes_every_field() -> None:
     tables = all_tables()
     assert len(tables) > 20
-    allowed = {"blade", "node", "mode", "station", "flap", "part"}
+    allowed = {"blade", "node", "mode", "pair", "station", "flap", "part", "coordinate"}
     for t in tables:
         assert set(t.axes) <= allowed, t.title
         for field in t.rows:

@@ -33,7 +33,7 @@ class Load:
     """A load that is judged.
 
     Attributes:
-      unit: for people.
+      unit: engineering unit.
       factor: from SI to it.
       size: of which the extreme is taken.
       component: channel of which the fatigue is counted, that in the direction of the wind at the start.
@@ -64,13 +64,13 @@ CHANNELS = (
 
 
 def extreme(result: Result, name: str) -> float:
-    """Largest size of a load, in its unit for people."""
+    """Largest size of a load, in engineering units."""
     load = LOADS[name]
     return float(load.size(result).max() * load.factor)
 
 
 def fatigue(result: Result, name: str) -> float:
-    """Damage-equivalent load at 1 Hz over the run, in its unit for people."""
+    """Damage-equivalent load at 1 Hz over the run, in engineering units."""
     load = LOADS[name]
     duration = float(result.time[-1] - result.time[0])
     return load.factor * damage_equivalent_load(result[load.component], duration=duration, slope=load.slope)

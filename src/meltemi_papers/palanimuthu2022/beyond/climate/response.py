@@ -119,7 +119,7 @@ def respond(
       turbine: with clean blades.
       icing: what the iced blades have; by default all that ``Icing`` has by default.
       workers: threads.
-      progress: called with the share that is done and what is under way.
+      progress: called with the completed fraction and what is under way.
 
     Raises:
       LostError: no seed is left.
