@@ -17,7 +17,7 @@ import pytest
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import FAST_MATH
-from meltemi.maths.access import put3, vec3
+from meltemi.maths.access import vec3
 from meltemi.maths.generic import anywhere, floor, largest, split, total, two_to, where, whole, zero
 from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.numbers.lanes import WIDTH
@@ -336,7 +336,7 @@ def nodes_kernel(A: Any, box: Any, out: Any) -> None:
             if anywhere(bounded > 2.0):
                 bounded = where(bounded > 2.0, 2.0 + 0.1 * (bounded - 2.0), bounded)
             running += bounded * z
-            put3(out, 0, b, n, running)
+            out[0, b, n], out[1, b, n], out[2, b, n] = running.x, running.y, running.z
             out[3, b, n] = bounded
 
 

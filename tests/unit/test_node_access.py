@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from meltemi.maths import access
-from meltemi.maths.vectors import Rot, Sym, Vec
+from meltemi.maths.vectors import Vec
 
 A1 = np.arange(20.0)
 A2 = np.arange(60.0).reshape(20, 3)
@@ -25,12 +25,7 @@ def test_vectors_are_read_from_three_rows(read, A) -> None:  # type: ignore[no-u
     assert tuple(read(A, 4, *PLACE[A.ndim])) == tuple(column(A, 4, 3))
 
 
-@pytest.mark.parametrize(("read", "A"), [(access.sym2, A2), (access.sym3, A3)])
-def test_symmetric_matrices_are_read_from_six_rows(read, A) -> None:  # type: ignore[no-untyped-def]
-    assert tuple(read(A, 4, *PLACE[A.ndim])) == tuple(column(A, 4, 6))
-
-
-@pytest.mark.parametrize(("read", "A"), [(access.rot1, A1), (access.rot2, A2)])
+@pytest.mark.parametrize(("read", "A"), [(access.rot2, A2)])
 def test_rotations_are_read_row_by_row(read, A) -> None:  # type: ignore[no-untyped-def]
     assert tuple(read(A, 4, *PLACE[A.ndim])) == tuple(column(A, 4, 9))
 
@@ -38,26 +33,11 @@ def test_rotations_are_read_row_by_row(read, A) -> None:  # type: ignore[no-unty
 @pytest.mark.parametrize(
     ("write", "A", "value"),
     [
-        (access.put1, A1, V),
         (access.put2, A2, V),
-        (access.put3, A3, V),
-        (access.put_rot1, A1, Rot(*np.linspace(0.1, 0.9, 9))),
-        (access.put_rot2, A2, Rot(*np.linspace(0.1, 0.9, 9))),
     ],
 )
 def test_writing_sets_the_rows_and_nothing_else(write, A, value) -> None:  # type: ignore[no-untyped-def]
     B, expected = A.copy(), A.copy()
     column(expected, 4, len(value))[:] = value
     write(B, 4, *PLACE[A.ndim], value)
-    np.testing.assert_array_equal(B, expected)
-
-
-@pytest.mark.parametrize(
-    ("add", "A", "value"),
-    [(access.add2, A2, V), (access.add3, A3, V), (access.add_sym2, A2, Sym(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))],
-)
-def test_adding_changes_the_rows_and_nothing_else(add, A, value) -> None:  # type: ignore[no-untyped-def]
-    B, expected = A.copy(), A.copy()
-    column(expected, 4, len(value))[:] += tuple(value)
-    add(B, 4, *PLACE[A.ndim], value)
     np.testing.assert_array_equal(B, expected)

@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
 from meltemi.aero.rotor import disk_averages, loads, quasi_steady, relative_wind
-from meltemi.aero.tables import AIR_DENSITY, AeroOptions
+from meltemi.aero.tables import AIR_DENSITY
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control import faults as ft
 from meltemi.control import signals as sg
@@ -98,7 +98,6 @@ RUN_PARTS = (
     "a_old spare aero_state signals output watch"
 ).split()
 """Arrays of a run under way, see :func:`advance`."""
-(TOWER_DRAG,) = AeroOptions.slots("tower_drag")
 GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, YAW_STIFFNESS = StructureParameters.slots(
     "gear_ratio tower_base tower_length shaft_height overhang tilt yaw_stiffness"
 )

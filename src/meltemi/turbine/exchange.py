@@ -36,12 +36,9 @@ class Machine(Table):
     rotor_speed: float = number("rad/s", "of the rotor end of the shaft, relative to the nacelle")
 
 
-TOP_POSITION, TOP_VELOCITY, TOP_ACCELERATION, TOP_SPIN, TOP_SPIN_RATE, TOP = Machine.slots(
-    "top_position top_velocity top_acceleration top_spin top_spin_rate top"
-)
-NACELLE, NACELLE_SPIN, NACELLE_SPIN_RATE, SHAFT = Machine.slots("nacelle nacelle_spin nacelle_spin_rate shaft")
-HUB_POSITION, HUB_VELOCITY, HUB_ACCELERATION = Machine.slots("hub_position hub_velocity hub_acceleration")
-ROTOR_SPIN, ROTOR_SPIN_RATE, AZIMUTH, ROTOR_SPEED = Machine.slots("rotor_spin rotor_spin_rate azimuth rotor_speed")
+(SHAFT,) = Machine.slots("shaft")
+(HUB_POSITION,) = Machine.slots("hub_position")
+AZIMUTH, ROTOR_SPEED = Machine.slots("azimuth rotor_speed")
 
 
 class BladeFrame(Table, axes="blade"):
@@ -58,10 +55,7 @@ class BladeFrame(Table, axes="blade"):
     azimuth: Numbers = number("rad", "of the blade, 0 when it points up")
 
 
-ROOT_ORIENTATION, APEX_VELOCITY, APEX_ACCELERATION, ROOT_SPIN, ROOT_SPIN_RATE, ROOT_SHAFT = BladeFrame.slots(
-    "orientation velocity acceleration spin spin_rate shaft"
-)
-COS_PITCH, SIN_PITCH, BLADE_AZIMUTH = BladeFrame.slots("cos_pitch sin_pitch azimuth")
+(ROOT_ORIENTATION,) = BladeFrame.slots("orientation")
 
 
 class BladeMotion(Table, axes="blade node"):
@@ -75,9 +69,7 @@ class BladeMotion(Table, axes="blade node"):
     spin_rate: Vectors = xyz("rad/s^2", "its derivative, known part")
 
 
-POSITION, VELOCITY, ACCELERATION, ROTATION, SPIN, SPIN_RATE = BladeMotion.slots(
-    "position velocity acceleration rotation spin spin_rate"
-)
+POSITION, ACCELERATION = BladeMotion.slots("position acceleration")
 
 
 class BladeLoad(Table, axes="blade node"):
@@ -87,7 +79,7 @@ class BladeLoad(Table, axes="blade node"):
     moment: Vectors = xyz("N m", "aerodynamic moment about the node, blade axes")
 
 
-FORCE, MOMENT = BladeLoad.slots("force moment")
+(MOMENT,) = BladeLoad.slots("moment")
 
 
 class Drive(Table):
@@ -113,8 +105,8 @@ class Drive(Table):
 GENERATOR_TORQUE, BRAKE_TORQUE, BRAKE_SPEED, YAW_COMMAND, YAW_COMMAND_RATE, YAW_HELD = Drive.slots(
     "generator_torque brake_torque brake_speed yaw_command yaw_command_rate yaw_held"
 )
-YAW_DRIVE_RATE, YAW_RUBS, YAW_REST, YAW_REST_RATE, YAW_DRIVE_TORQUE, YAW_FRICTION_TORQUE, YAW_SWITCHES = Drive.slots(
-    "yaw_drive_rate yaw_rubs yaw_rest yaw_rest_rate yaw_drive_torque yaw_friction_torque yaw_switches"
+YAW_DRIVE_RATE, YAW_RUBS, YAW_REST, YAW_REST_RATE, YAW_SWITCHES = Drive.slots(
+    "yaw_drive_rate yaw_rubs yaw_rest yaw_rest_rate yaw_switches"
 )
 
 
