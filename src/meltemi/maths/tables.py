@@ -52,12 +52,16 @@ class Field:
       doc: meaning.
       kind: ``Vec``, ``Rot`` or ``Sym``; None for plain numbers.
       parts: ends of the names of its rows; empty for one row.
+      lengths: of the axes of a field of plain numbers before those of its table: blades, flaps and blades.
       row: the first one.
     """
 
-    def __init__(self, unit: str, doc: str, kind: Any = None, parts: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, unit: str, doc: str, kind: Any = None, parts: tuple[str, ...] = (), lengths: tuple[int, ...] = ()
+    ) -> None:
         self.unit, self.doc, self.kind = unit, doc, kind
         self.parts = kind.__slots__ if kind else parts
+        self.lengths = lengths
         self.row = -1
 
     def __len__(self) -> int:
@@ -102,10 +106,10 @@ class _Rows:
         at = index if isinstance(index, tuple) else (index,)
         if self.outer:
             return (self.field.row + self.outer * at[0], *at[1:])
-        if not self.field.parts:
-            return (self.field.row, *at)
-        flap, *others = (0, *at) if len(self.field) == MAX_BLADES else at  # one number a blade, or a flap and blade
-        return (self.field.row + MAX_BLADES * flap + others[0], *others[1:])
+        part = 0
+        for length in self.field.lengths:
+            part, at = length * part + at[0], at[1:]
+        return (self.field.row + part, *at)
 
     def _entry(self, index: Index) -> Any:
         return self.array[self._place(index)]
@@ -133,13 +137,18 @@ def symmetric(unit: str, doc: str) -> Any:
 
 def blades(unit: str, doc: str) -> Any:
     """A field of one number a blade: ``demands.pitch[b]``."""
-    return Field(unit, doc, parts=tuple(f"{b + 1}" for b in range(MAX_BLADES)))
+    return each(tuple(f"{b + 1}" for b in range(MAX_BLADES)), unit, doc)
 
 
 def flaps(unit: str, doc: str) -> Any:
     """A field of one number for each of up to four flaps of each blade: ``demands.flap[flap, b]``."""
     parts = tuple(f"{flap + 1}_{b + 1}" for flap in range(MAX_FLAPS) for b in range(MAX_BLADES))
-    return Field(unit, doc, parts=parts)
+    return Field(unit, doc, parts=parts, lengths=(MAX_FLAPS, MAX_BLADES))
+
+
+def each(names: tuple[str, ...], unit: str, doc: str) -> Any:
+    """A field of one number for each of some names."""
+    return Field(unit, doc, parts=names, lengths=(len(names),))
 
 
 @dataclass(frozen=True, slots=True)

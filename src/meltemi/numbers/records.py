@@ -214,9 +214,11 @@ def _set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 def _field(kind: Any, name: str) -> Any:
     declared = kind.table.fields.get(name)
-    if declared is None or (declared.parts and not declared.kind):
+    if declared is None:
         return None
-    return FieldType(kind.kind, declared.kind, kind.ndim, len(kind.table) * kind.table.outer)
+    return FieldType(
+        kind.kind, declared.kind, len(declared.lengths) + kind.ndim, len(kind.table) * kind.table.outer
+    )
 
 
 def _array_type(kind: Any) -> Any:
@@ -245,7 +247,7 @@ class _TableAttributes(AttributeTemplate):
         if name == "array":
             return _array_type(kind)
         field = _field(kind, name)
-        return None if field is None else field if kind.ndim else field.entry
+        return None if field is None else field if field.ndim else field.entry
 
 
 def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tuple[Any, Any]:
@@ -258,7 +260,8 @@ def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tu
     result.data = _onwards(builder, kind.kind, proxy.data, before)
     if kind.kind == DUALS:
         result.slopes = _slopes_onwards(builder, proxy.slopes, before)
-    for i, n in enumerate(shape):
+    lengths = [ir.Constant(_I64, n) for n in kind.table.fields[name].lengths]
+    for i, n in enumerate([*lengths, *shape]):
         setattr(result, f"n{i}", n)
     return field, result
 
@@ -305,7 +308,7 @@ def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> 
         slopes = proxy.slopes if kind.kind == DUALS else None
         return _array(context, builder, _array_type(kind), proxy.data, slopes, shape)
     field, rows = _rows_of(context, builder, kind, proxy, name)
-    return rows._getvalue() if kind.ndim else _read(context, builder, field, rows, [])
+    return rows._getvalue() if field.ndim else _read(context, builder, field, rows, [])
 
 
 @lower_setattr_generic(TableType)
