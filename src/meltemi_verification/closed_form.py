@@ -200,7 +200,7 @@ def _inertia(turbine: Turbine) -> Row:
     blade = quad(piece, 0.0, s.position[-1], limit=400, points=s.position[1:-1])[0]
     exact = 3.0 * blade + h.inertia + turbine.drivetrain.generator_inertia * ratio**2
     case = vacuum_case(model)
-    case.clock[:] = 0
+    case.clock.array[:] = 0
     Start(generator_torque=-torque / ratio).put(case)
     case.evaluate(0.0)
     acceleration = case["a"][model.coordinates.index("generator")]

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from meltemi.control.actuators import ANGLE
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
@@ -113,7 +112,7 @@ def _far_wake(turbine: Turbine, loss: bool) -> tuple[float, float]:
     speed, ratio = 8.0, 7.0
     case = Case(model, SteadyWind(speed=speed))
     case["v"][len(model.tower.names) + GENERATOR] = ratio * speed / rigid.rotor_radius
-    case["pitch"][ANGLE] = 0.0
+    case.view("pitch")["angle"] = 0.0
     case.evaluate(0.0)
     flow = case.view("flow")
     a, phi, r, width = flow["axial"][0], flow["phi"][0], flow["radius"][0], model.blade_layout.length

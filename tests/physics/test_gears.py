@@ -157,9 +157,9 @@ def test_linear_model_has_the_modes_of_the_chain(geared: Turbine) -> None:
 
 
 def meltemi_evaluate(case: Case) -> None:
-    from meltemi.simulation.step import evaluate
+    from meltemi.simulation.step import equations
 
-    evaluate(0.0, 0.0, case.system, False)
+    equations(0.0, 0.0, case.system)
 
 
 def test_gears_move_the_first_mode_by_their_inertia_only(turbine: Turbine, geared: Turbine) -> None:

@@ -127,7 +127,7 @@ def energy_control(p: Float, incoming: float, energy: float, hold: float, reacti
 
 
 @kernel
-def electric_begin(
+def electric_begin_(
     p: Float, torque: float, reactive: float, speed: float, voltage: float, frequency: float, electric: Float, dt: float
 ) -> None:
     """Steady operation; the arguments are those of :func:`electric_advance`, ``dt`` is that of the steps to come, or 0
@@ -182,7 +182,7 @@ def present(p: Float, speed: float, voltage: float, electric: Float) -> None:
 
 
 @kernel
-def electric_rates(
+def electric_rates_(
     p: Float,
     torque: float,
     reactive: float,
@@ -230,7 +230,7 @@ def electric_rates(
 
 
 @kernel
-def electric_advance(
+def electric_advance_(
     p: Float, torque: float, reactive: float, speed: float, voltage: float, frequency: float, electric: Float, dt: float
 ) -> None:
     """March the electrical system by ``dt``, everything else held.
@@ -324,3 +324,18 @@ def electric_advance(
     store(electric, GRID_HOLD, g_hold)
     electric[ENERGY], electric[DC_HOLD], electric[ANGLE], electric[LOCK_HOLD] = energy, dc_hold, angle, lock_hold
     electric[HEAT], electric[LOW_TIME], electric[TRIP] = heat, low_time, trip
+
+
+@kernel
+def electric_begin(dt, torque, reactive, speed, voltage, frequency, e):
+    electric_begin_(e.electrical.array, torque, reactive, speed, voltage, frequency, e.electric.array, dt)
+
+
+@kernel
+def electric_advance(dt, torque, reactive, speed, voltage, frequency, e):
+    electric_advance_(e.electrical.array, torque, reactive, speed, voltage, frequency, e.electric.array, dt)
+
+
+@kernel
+def electric_rates(torque, reactive, speed, voltage, frequency, e):
+    electric_rates_(e.electrical.array, torque, reactive, speed, voltage, frequency, e.electric.array, e.d_electric.array)

@@ -10,9 +10,11 @@ from __future__ import annotations
 import operator
 from typing import Any
 
+import numba
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
+from numba.core.boxing import unbox_unsupported
 from numba.core.imputils import lower_builtin, lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
 from numba.extending import NativeValue, models, register_model, typeof_impl, unbox
@@ -20,6 +22,7 @@ from numba.extending import NativeValue, models, register_model, typeof_impl, un
 from meltemi.maths.groups import GroupType, join, split
 from meltemi.maths.records import Member, members
 from meltemi.maths.records import Record as Record
+from meltemi.maths.tables import Table
 from meltemi.numbers.duals import DualArrayType, dual, make_dual
 from meltemi.numbers.lanes import WIDTH, LaneArrayType, int_lanes, lanes
 
@@ -296,6 +299,29 @@ def _array(context: Any, builder: Any, kind: Any, data: Any, slopes: Any, shape:
     return proxy._getvalue()
 
 
+@typeof_impl.register(Table)
+def _typeof_table(value: Any, context: Any) -> Any:
+    return TableType(type(value), INTS if type(value).integer else FLOATS)
+
+
+@unbox(TableType)
+def _unbox_table(kind: Any, value: Any, c: Any) -> Any:
+    """A table that the host passes: plain numbers in a contiguous array."""
+    if kind.kind not in (FLOATS, INTS):
+        return unbox_unsupported(kind, value, c)
+    made, array = _array_type(kind), c.pyapi.object_getattr_string(value, "array")
+    native = c.context.make_array(made)(c.context, c.builder, c.unbox(made, array).value)
+    proxy = cgutils.create_struct_proxy(kind)(c.context, c.builder)
+    proxy.data = native.data
+    shape = cgutils.unpack_tuple(c.builder, native.shape)
+    if kind.table.outer:
+        shape[0] = c.builder.sdiv(shape[0], ir.Constant(_I64, len(kind.table)))
+    for i, n in enumerate(shape[1 - kind.table.outer :]):
+        setattr(proxy, f"n{i}", n)
+    c.pyapi.decref(array)
+    return NativeValue(proxy._getvalue())
+
+
 @lower_getattr_generic(TableType)
 def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
     proxy = cgutils.create_struct_proxy(kind)(context, builder, value)
@@ -341,7 +367,7 @@ def _type_of(record: Any, member: Member) -> Any:
         return LaneArrayType(member.ndim)
     if kind == DUALS:
         return DualArrayType(member.ndim)
-    return types.Array(types.float64 if member.dtype is np.float64 else types.float32, member.ndim, "C")
+    return types.Array(numba.from_dtype(np.dtype(member.dtype)), member.ndim, "C")
 
 
 def _begin(record: Any, wanted: str) -> int:

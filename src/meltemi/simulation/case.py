@@ -7,7 +7,6 @@ the kernels see are views of them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -18,7 +17,6 @@ from numpy.typing import NDArray
 from meltemi.aero.flaps import FlapParameters
 from meltemi.aero.rotor import derivatives, settle
 from meltemi.aero.tables import (
-    AIR_DENSITY,
     AeroMemory,
     AeroNode,
     BladeFlow,
@@ -29,18 +27,7 @@ from meltemi.aero.tables import (
 )
 from meltemi.control.controller import Controller, Entry, StartPoint
 from meltemi.control.faults import healthy
-from meltemi.control.signals import (
-    GRID,
-    MOST_FLAP,
-    MOST_PITCH,
-    MOST_REACTIVE,
-    MOST_TORQUE,
-    N_BLADES,
-    POWER_LIMIT,
-    REPORTS,
-    Demands,
-    Measurements,
-)
+from meltemi.control.signals import MOST_FLAP, MOST_PITCH, MOST_REACTIVE, MOST_TORQUE, REPORTS, Demands, Measurements
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import announce
 from meltemi.electrical.tables import TRIPS, ElectricState
@@ -50,25 +37,14 @@ from meltemi.maths.records import Kind, members
 from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.lanes import WIDTH
-from meltemi.numbers.views import FLOATS
 from meltemi.simulation import step
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.electric import ELECTRIC_PARTS, begin_electric, deliver, rates_of_electric
+from meltemi.simulation.electric import begin_electric, rates_of_electric
 from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model
-from meltemi.simulation.step import (
-    CORRECTIONS,
-    EVERY_CONTROL,
-    EVERY_OUTPUT,
-    N_CLOCK,
-    RUN_PARTS,
-    WANT_LOADS,
-    Summary,
-    evaluate,
-    observe,
-    surroundings,
-)
-from meltemi.simulation.system import Outputs, System
+from meltemi.simulation.step import evaluate, observe, surroundings
+from meltemi.simulation.system import Control, Outputs, Run, System
+from meltemi.simulation.tables import Clock, Settings, Summary
 from meltemi.simulation.validity import new_watch
 from meltemi.structure.tables import (
     BladeBody,
@@ -194,16 +170,17 @@ class BaseCase:
     """
 
     tables: ClassVar[dict[str, type[Table]]]
-    time_loop: ClassVar[staticmethod[..., Any]]
-    run_parts: ClassVar[tuple[str, ...]]
     model: AnyModel
+    system: Any
+    one: Any
+    plain: Any
+    sections: Any
+    control: Control
     signals: Arena
     aero_state: Arena
     arrays: dict[str, Any]
     slopes: dict[str, Float]
     spare: Float
-    _electric_parts: tuple[Any, ...]
-    _electric_numbers: Any
     controller: Controller
     controller_state: Float
     entry: Entry
@@ -212,7 +189,6 @@ class BaseCase:
         """Vectors between machine and controller, and those of a run."""
         nq = len(model.coordinates)
         self.measured, self.limits = Measurements.zeros(), Demands.zeros()
-        self.measured[N_BLADES] = model.n_blades
         most, actuator = View(Demands, self.limits), model.turbine.pitch_actuator
         most["generator_torque"] = MOST_TORQUE * model.turbine.control.torque.maximum_torque
         most["pitch"] = MOST_PITCH + max(abs(actuator.minimum), abs(actuator.maximum))
@@ -221,18 +197,23 @@ class BaseCase:
         most["reactive_power"] = MOST_REACTIVE * model.turbine.rated_power
         for name in REPORTS:
             most[name] = np.inf
-        self.measured[GRID], self.measured[POWER_LIMIT] = 1.0, np.inf
+        measured = Measurements(self.measured)
+        measured.n_blades, measured.grid, measured.power_limit = model.n_blades, 1.0, np.inf
         self.events = np.zeros((0, 3))
         self.v_old, self.a_old = np.zeros(nq), np.zeros(nq)
-        self.clock = np.zeros(N_CLOCK, dtype=np.int64)
-        self.clock[[EVERY_OUTPUT, EVERY_CONTROL]] = 1
+        self.clock = Clock(np.zeros(len(Clock), dtype=np.int64))
+        self.clock.every_output = self.clock.every_control = 1
+        self.settings = Settings(Settings.zeros())
+        self.settings.efficiency = model.turbine.drivetrain.generator_efficiency
+
+    def _control(self, arrays: dict[str, Any], numbers: Kind) -> Control:
+        """The record of what lies between controller and turbine."""
+        return Control(
+            numbers, {**arrays, "measured": self.measured, "settings": self.settings.array}, self.slopes
+        )
 
     def __getitem__(self, name: str) -> Any:
         return self.arrays[name]
-
-    def kinds(self, names: Sequence[str]) -> tuple[Any, ...]:
-        """Arrays of derivatives, None for an array that has none: duals as a kind of number."""
-        return tuple(self.slopes.get(name) for name in names)
 
     def view(self, name: str) -> View:
         """A signal array with its rows by name."""
@@ -249,7 +230,7 @@ class BaseCase:
         """Give the case a controller, started at an operating point."""
         self.controller = controller = controller if controller.fresh is None else controller.fresh()
         self.controller_state = controller.initial_state(start)
-        self.clock[WANT_LOADS] = int(controller.uses_loads)
+        self.clock.want_loads = int(controller.uses_loads)
         duals = bool(self.slopes)
         if duals:
             self.slopes["controller_state"] = np.zeros((*self.controller_state.shape, N_DERIVATIVES))
@@ -284,14 +265,14 @@ class BaseCase:
         Args:
           dt: [s] of the steps that follow.
         """
-        surroundings(0.0, self["conditions"], float(self["aero"][AIR_DENSITY]), self["faults"], self["outside"])
+        surroundings(0.0, self.control, self.system)
         if self.model.has_electrical:
-            begin_electric(dt, self._electric_numbers, self._electric_parts)
+            begin_electric(dt, self.control, self.system)
 
     def electric_rates(self) -> None:
         """Time derivatives of the electrical system, and its torque on the shaft; before an evaluation."""
         if self.model.has_electrical:
-            rates_of_electric(self._electric_numbers, self._electric_parts)
+            rates_of_electric(self.control, self.system)
 
     @property
     def trip(self) -> str:
@@ -299,63 +280,23 @@ class BaseCase:
         number = int(self.view("electric")["trip"])
         return TRIPS[number] if number else ""
 
-    def sample(self, t: float) -> None:
-        """What the sensors give at time ``t`` into ``measured``."""
-        step.sample(t, *self.sample_arguments())
-
-    def sample_arguments(self) -> tuple[Any, ...]:
-        """Arguments of ``step.sample`` after the time."""
-        return (
-            self["q"],
-            self["v"],
-            self.model.n_core,
-            self["structure"],
-            self["drive"],
-            self["pitch"],
-            self["flap"],
-            self["actuators"],
-            self["root"],
-            self["chain"],
-            self["summary"],
-            self.model.turbine.drivetrain.generator_efficiency,
-            self["outside"],
-            self["electrical"],
-            self["electric"],
-            self.measured,
-        )
-
-    def run_arrays(self, names: Sequence[str], output: Float) -> tuple[Any, ...]:
-        """The arrays of a run under way."""
+    def run(self, places: Any, output: Float) -> Run:
+        """The record of a run that records signals at ``places`` in ``output``."""
         arrays = {
             **self.arrays,
-            "spare": self.spare,
-            "aero_state": self.aero_state.vector,
+            "clock": self.clock.array,
+            "events": self.events,
+            "limits": self.limits,
             "controller_state": self.controller_state,
-            "measured": self.measured,
             "v_old": self.v_old,
             "a_old": self.a_old,
+            "aero_state": self.aero_state.vector,
+            "spare": self.spare,
             "signals": self.signals.vector,
+            "places": places,
             "output": output,
         }
-        return tuple(arrays[name] for name in names)
-
-    def kernel_parts(self) -> tuple[Any, ...]:
-        """The machine as the time loop takes it."""
-        raise NotImplementedError
-
-    def advance_arguments(self, dt: float, places: Any, output: Float) -> tuple[Any, ...]:
-        """Arguments of the time loop after the number of steps and the controller."""
-        return (
-            dt,
-            self.model.turbine.drivetrain.generator_efficiency,
-            self.clock,
-            self.limits,
-            self.events,
-            places,
-            self.kinds(self.run_parts) if self.slopes else FLOATS,
-            self.run_arrays(self.run_parts, output),
-            *self.kernel_parts(),
-        )
+        return Run(self.one.kind, arrays, self.slopes)
 
 
 class Case(BaseCase):
@@ -370,8 +311,6 @@ class Case(BaseCase):
     """
 
     tables: ClassVar[dict[str, type[Table]]] = SIGNAL_TABLES
-    time_loop: ClassVar[staticmethod[..., Any]] = staticmethod(step.advance)
-    run_parts: ClassVar[tuple[str, ...]] = tuple(RUN_PARTS)
     model: Model
 
     def __init__(
@@ -492,7 +431,7 @@ class Case(BaseCase):
         assert len(model.tower_layout.position) == NT
         self._prepare(model)
         self.spare = np.zeros_like(self.aero_state.vector)
-        self.clock[CORRECTIONS] = model.options.corrections
+        self.clock.corrections = model.options.corrections
         ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in FILLED}}
         self.arrays = {name: array[..., : ends[name]] if name in ends else array for name, array in arrays.items()}
         self.arrays["drive"][Drive.index("brake_speed")] = LEAST_BRAKE_SPEED
@@ -506,16 +445,14 @@ class Case(BaseCase):
                     self.slopes[name] = np.zeros((*array.shape, N_DERIVATIVES))
             self.slopes["tower_lanes"] = self.slopes["tower_flow"]
             self.slopes["tower_drag"] = self.slopes["tower_flow"][-3:]
+            for name in ("measured", "v_old", "a_old", "spare"):
+                self.slopes[name] = np.zeros((*getattr(self, name).shape, N_DERIVATIVES))
+            self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
         one: Kind = "duals" if duals else "floats"
         self.system = System("lanes" if lanes else one, arrays, self.slopes)
         self.one, self.plain = System(one, arrays, self.slopes), System("floats", arrays)
         self.sections = Outputs(one, arrays, self.slopes)
-        self._electric_parts = tuple(arrays[name] for name in ELECTRIC_PARTS)
-        self._electric_numbers = self.kinds(ELECTRIC_PARTS) if duals else FLOATS
-        if duals:
-            for name in ("measured", "v_old", "a_old", "spare"):
-                self.slopes[name] = np.zeros((*getattr(self, name).shape, N_DERIVATIVES))
-            self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
+        self.control = self._control(arrays, one)
 
     def air(self) -> Float:
         """States and memory of inflow and stall as one vector, whatever the kind of number."""
@@ -535,7 +472,7 @@ class Case(BaseCase):
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""
-        evaluate(t, dt, self.system, True)
+        evaluate(t, dt, self.system)
 
     def settle(self, t: float) -> None:
         """Bring inflow and stall into the steady state of the present motion."""
@@ -550,10 +487,4 @@ class Case(BaseCase):
 
     def loads(self, t: float) -> None:
         """Compute section loads and the summary after an evaluation."""
-        observe(t, self.model.turbine.drivetrain.generator_efficiency, self.one, self.sections, True)
-        if self.model.has_electrical:
-            deliver(self._electric_numbers, self._electric_parts)
-
-    def kernel_parts(self) -> tuple[Any, ...]:
-        """The machine as the time loop takes it."""
-        return self.system, self.one, self.plain, self.sections
+        observe(t, self.control, self.one, self.sections, True)

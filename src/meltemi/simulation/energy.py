@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
-from meltemi.simulation.step import evaluate
+from meltemi.simulation.step import equations
 from meltemi.structure.dynamics import STIFFNESS, WEIGHT
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.structure.tables import BladeNode, GearModes, StructureParameters
@@ -18,7 +18,7 @@ from meltemi.turbine.exchange import YAW_COMMAND, YAW_HELD, YAW_REST, YAW_RUBS, 
 
 def mechanical_energy(case: Case) -> tuple[float, float, float]:
     """Kinetic, elastic and gravitational energy [J] for the present coordinates and velocities."""
-    evaluate(0.0, 0.0, case.system, False)
+    equations(0.0, 0.0, case.system)
     model = case.model
     q, v, n = case["q"], case["v"], model.n_core
     A, D = (np.tril(m) + np.tril(m, -1).swapaxes(-1, -2) for m in (case["core_mass"], case["arm_mass"]))

@@ -29,7 +29,7 @@ from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.threads import one_blas_thread
 from meltemi.electrical.tables import N_STATES, ElectricState
-from meltemi.environment.conditions import GRID_FREQUENCY, GRID_VOLTAGE
+from meltemi.environment.conditions import Conditions
 from meltemi.maths.multiblade import rotating_frame
 from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
@@ -438,12 +438,12 @@ def _inputs(case: BaseCase, point: OperatingPoint, names: Sequence[str]) -> list
 def _of_the_grid(case: BaseCase, point: OperatingPoint) -> dict[str, Variable]:
     """Inputs of an electrical system: its demands and the grid."""
     case.begin_electric()
-    found = {}
+    found, outside = {}, case.control.outside
     for name, unit, array, place, value in (
         ("generator_torque", "N m", "demands", GENERATOR_TORQUE, point.generator_torque),
         ("reactive_power", "var", "demands", REACTIVE_POWER, 0.0),
-        ("grid_voltage", "-", "outside", GRID_VOLTAGE, float(case["outside"][GRID_VOLTAGE])),
-        ("grid_frequency", "Hz", "outside", GRID_FREQUENCY, float(case["outside"][GRID_FREQUENCY])),
+        ("grid_voltage", "-", "outside", Conditions.index("grid_voltage"), outside.grid_voltage),
+        ("grid_frequency", "Hz", "outside", Conditions.index("grid_frequency"), outside.grid_frequency),
     ):
         found[name] = Variable("", unit, (((array, place), 1.0),), value=value)
     return found

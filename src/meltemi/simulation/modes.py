@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroOptions
-from meltemi.control.actuators import ANGLE
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.threads import one_blas_thread
 from meltemi.maths.multiblade import fixed_frame
@@ -120,7 +119,7 @@ def natural_modes(
     """
     model = with_blades(model, "natural_modes")
     case = vacuum_case(model)
-    case["pitch"][ANGLE] = pitch
+    case.view("pitch")["angle"] = pitch
     core, modes = model.n_core, len(model.blade.names)
     generator = len(model.tower.names) + GENERATOR
     if rotor_speed and model.n_blades != 3:

@@ -27,7 +27,7 @@ from meltemi.simulation.machine import AnyModel
 from meltemi.simulation.model import Model, with_blades
 from meltemi.simulation.modes import growing
 from meltemi.simulation.start import hold
-from meltemi.simulation.step import evaluate
+from meltemi.simulation.step import equations
 from meltemi.simulation.trim import (
     FARTHEST,
     FULL,
@@ -202,7 +202,7 @@ def _stand(
     case.settle(0.0)
     case.begin_electric()
     case.loads(0.0)
-    evaluate(0.0, 0.0, case.system, False)  # with the forces in place
+    equations(0.0, 0.0, case.system)  # with the forces in place
     left_over = float(case["core_force"][generator])
     channels = channels_of(model)
     state = case["q"].copy()

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from meltemi.aero.coefficient import coefficient_arrays, power_coefficient, thrust_coefficient
-from meltemi.control.actuators import ANGLE
 from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import build
@@ -71,7 +70,7 @@ def rotor_performance(
     for i, ratio in enumerate(ratios):
         case["v"][generator] = ratio * wind_speed / R
         for j, angle in enumerate(pitches):
-            case["pitch"][ANGLE] = angle
+            case.view("pitch")["angle"] = angle
             for psi in 2.0 * np.pi / model.n_blades / azimuths * np.arange(azimuths):
                 case["q"][generator] = psi
                 for _ in range(8):

@@ -20,17 +20,15 @@ import numba
 import numpy as np
 from numba import types
 
-from meltemi.aero.tables import AIR_DENSITY
 from meltemi.control import fixed
 from meltemi.control.baseline import baseline
 from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, Entry, LogEntry, StartPoint
-from meltemi.control.faults import happen, report
-from meltemi.control.signals import GRID, Demands, Measurements
+from meltemi.control.faults import happen
+from meltemi.control.signals import Demands, Measurements
 from meltemi.control.supervisor.tables import STATES
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds, kernel_for
-from meltemi.electrical.advance import TRIP
 from meltemi.environment.grid import PowerGrid
 from meltemi.maths.records import Kind
 from meltemi.maths.tables import View
@@ -231,7 +229,7 @@ class Simulation:
         start.put(case)
         case.begin_electric(dt)
         begin(case)
-        case.clock[step.EVERY_OUTPUT], case.clock[step.EVERY_CONTROL] = every_output, every_control
+        case.clock.every_output, case.clock.every_control, case.settings.time_step = every_output, every_control, dt
         self.model, self.wind, self.case, self.controller = model, wind, case, case.controller
         self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
         self.start = {
@@ -248,8 +246,9 @@ class Simulation:
         if numbers == "duals":
             case.slopes["output"] = np.zeros((*self._output.shape, N_DERIVATIVES))
         places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
-        self._arguments = (entry.function, *case.advance_arguments(dt, places, self._output))
-        self._march = compiled_advance(case.time_loop, *self._arguments)
+        self._run = case.run(places, self._output)
+        self._arguments = (entry.function, self._run, case.control, case.system, case.one, case.plain, case.sections)
+        self._march = compiled_advance(*self._arguments)
         self._march(0, *self._arguments)
         self._moving = (
             case.signals.vector,
@@ -257,7 +256,7 @@ class Simulation:
             case.measured,
             case.v_old,
             case.a_old,
-            case.clock,
+            case.clock.array,
             case.controller_state,
             case["faults"],
             case["watch"],
@@ -270,31 +269,31 @@ class Simulation:
     @property
     def time(self) -> float:
         """[s] that have been simulated."""
-        return float(self.case.clock[step.STEP]) * self.dt
+        return float(self.case.clock.step) * self.dt
 
     @property
     def share(self) -> float:
         """Share of the run that is done."""
-        return float(self.case.clock[step.STEP]) / self.n_steps
+        return float(self.case.clock.step) / self.n_steps
 
     @property
     def status(self) -> Status:
         """How the run stands."""
         if self.interrupted:
             return Status.INTERRUPTED
-        status = Status(int(self.case.clock[step.STATUS]))
+        status = Status(int(self.case.clock.status))
         return Status.DOUBTFUL if status is Status.OK and found(self.case["watch"]) else status
 
     @property
     def finished(self) -> bool:
         """The end is reached, or something ended the run early."""
-        stopped = self.interrupted or self.case.clock[step.STATUS] != step.OK
-        return bool(stopped or self.case.clock[step.STEP] >= self.n_steps)
+        stopped = self.interrupted or self.case.clock.status != step.OK
+        return bool(stopped or self.case.clock.step >= self.n_steps)
 
     def advance(self, n_steps: int) -> None:
         """March some time steps, no further than to the end."""
         began = clock_time.perf_counter()
-        self._march(min(n_steps, self.n_steps - int(self.case.clock[step.STEP])), *self._arguments)
+        self._march(min(n_steps, self.n_steps - int(self.case.clock.step)), *self._arguments)
         self.run_seconds += clock_time.perf_counter() - began
         if isinstance(self.case.entry.exception, KeyboardInterrupt):  # came while a controller in Python ran
             self.interrupted = True
@@ -334,9 +333,8 @@ class Simulation:
             raise InputError(f"step: the run has ended ({self.status.name}); reset() begins it anew")
         if demands is not None:
             self._demand(demands)
-        clock[step.WANT_LOADS] = 1
-        every = int(clock[step.EVERY_CONTROL])
-        self.advance(every - int(clock[step.STEP]) % every)
+        clock.want_loads, every = 1, int(clock.every_control)
+        self.advance(every - int(clock.step) % every)
         return self._measure()
 
     def _demand(self, demands: Mapping[str, float] | Sequence[float]) -> None:
@@ -355,17 +353,11 @@ class Simulation:
         now[:] = demands
 
     def _measure(self) -> View:
-        case = self.case
-        now = int(case.clock[step.STEP])
-        if len(case.events):
-            case.clock[step.NEXT_EVENT] = happen(now, int(case.clock[step.NEXT_EVENT]), case.events, case["faults"])
-        density = float(case["aero"][AIR_DENSITY])
-        step.surroundings(now * self.dt, case["conditions"], density, case["faults"], case["outside"])
-        case.sample(now * self.dt)
-        if case.clock[step.NEXT_EVENT] > 0:
-            report(now * self.dt, case["faults"], case.measured)
-        if case["electric"][TRIP] > 0.0:
-            case.measured[GRID] = 0.0
+        case, clock = self.case, self.case.clock
+        clock.next_event = happen(int(clock.step), int(clock.next_event), case.events, case.control.faults)
+        t = int(clock.step) * self.dt
+        step.surroundings(t, case.control, case.system)
+        step.sense(t, int(clock.next_event), case.control, case.system)
         return View(Measurements, case.measured.copy())  # of its own, so it stays as it is
 
     def motion(self) -> tuple[Any, Any]:
@@ -375,7 +367,7 @@ class Simulation:
 
     def log(self) -> list[LogEntry]:
         """What has happened so far, by time; an event comes before what a controller makes of it."""
-        entries = [entry for at, entry in self._planned if at < self.case.clock[step.STEP]]
+        entries = [entry for at, entry in self._planned if at < self.case.clock.step]
         if self.case.trip:
             since = float(self.case.view("electric")["off_time"])
             entries.append(LogEntry(self.time - since, "protection", "electrical system tripped", self.case.trip))
@@ -385,7 +377,7 @@ class Simulation:
 
     def result(self) -> Result:
         """What has been recorded so far."""
-        rows = int(self.case.clock[step.ROW])
+        rows = int(self.case.clock.row)
         data = self._output[:rows].copy()
         for j, channel in enumerate(self.channels):
             if channel.wrap:
@@ -482,12 +474,13 @@ def _loop_for(function: Any, signature: Any) -> Any:
     return kernel_for(signature)(function)
 
 
-def compiled_advance(advance: Any, *arguments: Any) -> Any:
+def compiled_advance(*arguments: Any) -> Any:
     """The time loop compiled for its arguments but the first; the controller has the type of all controllers."""
     if numba.config.DISABLE_JIT:
-        return advance
+        return step.advance
     entry = ENTRY_DUALS if arguments[0].signatures == [UPDATE_DUALS.args] else ENTRY
-    return _loop_for(advance, types.void(types.int64, entry, *(numba.typeof(argument) for argument in arguments[1:])))
+    types_ = (numba.typeof(argument) for argument in arguments[1:])
+    return _loop_for(step.advance, types.void(types.int64, entry, *types_))
 
 
 def explain(case: BaseCase, status: Status, t: float, dt: float) -> str:

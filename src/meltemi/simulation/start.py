@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from meltemi.control.actuators import ANGLE
 from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel
@@ -80,7 +79,7 @@ def hold(case: BaseCase, pitch: float, torque: float) -> None:
     if not abs(pitch) <= math.pi:
         raise InputError(f"pitch {pitch:g} rad is not between -pi and pi; from degrees: math.radians")
     case["pitch"][:] = 0.0
-    case["pitch"][ANGLE] = pitch
+    case.view("pitch")["angle"] = pitch
     case["drive"][ex.GENERATOR_TORQUE] = torque
     case["gears"][:] = 0.0
     demands = case["demands"]

@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AIR_DENSITY, AeroOptions, InflowState
-from meltemi.control.actuators import ANGLE
 from meltemi.control.baseline import REFERENCE, parameters, steady_torque
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
@@ -38,7 +37,7 @@ from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import growing
 from meltemi.simulation.start import hold
-from meltemi.simulation.step import ABSURD, evaluate
+from meltemi.simulation.step import ABSURD, equations
 from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.turbine import exchange as ex
@@ -408,7 +407,7 @@ def along(
     for i in range(motion.shape[1]):
         for j in range(q.shape[0]):
             q[j], v[j], a[j] = motion[0, i, j], motion[1, i, j], motion[2, i, j]
-        evaluate(0.0, dt, m, False)
+        equations(0.0, dt, m)
         for k in range(5):
             for j in range(left[k].shape[0]):
                 kept[k][i, j] = left[k][j]
@@ -602,7 +601,7 @@ class _Orbit:
         case = self.case
         self.speed = speed
         case["pitch"][:] = 0.0
-        case["pitch"][ANGLE] = self.pitch = pitch
+        case.view("pitch")["angle"] = self.pitch = pitch
         case["drive"][ex.GENERATOR_TORQUE] = self.torque = torque
 
     def sweep(self, speed: float, pitch: float, torque: float) -> float:
@@ -687,7 +686,7 @@ class _Orbit:
         rows = []
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
-            evaluate(0.0, step / self.speed, case.system, False)
+            equations(0.0, step / self.speed, case.system)
             case["drive"][ex.GENERATOR_TORQUE] = self.torque
             case.begin_electric()
             made += float(case["drive"][ex.GENERATOR_TORQUE]) / (B * SAMPLES)

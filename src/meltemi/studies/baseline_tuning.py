@@ -28,7 +28,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.actuators import ANGLE
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.units import rpm
@@ -198,7 +197,7 @@ def _sensitivity(model: AnyModel, point: OperatingPoint) -> float:
     for psi in 2.0 * math.pi / model.n_blades / AZIMUTHS * np.arange(AZIMUTHS):
         for side, sign in enumerate((-1.0, 1.0)):
             point.put(case, float(psi))
-            case["pitch"][ANGLE] = point.pitch + sign * STEP
+            case.view("pitch")["angle"] = point.pitch + sign * STEP
             for _ in range(3):
                 case.evaluate(0.0)
             torque[side] += rotor["torque"] / AZIMUTHS

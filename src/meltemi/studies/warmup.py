@@ -120,15 +120,15 @@ def _turbulence() -> None:
 
 def _stepping() -> None:
     """Runs that are stepped from outside."""
-    from meltemi.control.faults import happen, report
+    from meltemi.control.faults import happen
     from meltemi.control.fixed import fixed
     from meltemi.simulation.case import Case
+    from meltemi.simulation.step import sense
 
     fixed()
     case = Case(*_machine())
-    case.sample(0.0)
-    happen(0, 0, case.events, case["faults"])
-    report(0.0, case["faults"], case.measured)
+    happen(0, 0, case.events, case.control.faults)
+    sense(0.0, 0, case.control, case.system)
 
 
 def _section_loads() -> None:

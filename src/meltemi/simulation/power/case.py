@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.flaps import FlapParameters
 from meltemi.aero.tables import RotorFlow
+from meltemi.control.actuators import FlapActuators
 from meltemi.control.faults import healthy
 from meltemi.control.signals import Demands
 from meltemi.core.errors import InputError
@@ -19,12 +20,11 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.maths.records import Kind
 from meltemi.maths.tables import Table
 from meltemi.numbers.duals import N_DERIVATIVES
-from meltemi.numbers.views import FLOATS
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Arena, BaseCase, Stations
-from meltemi.simulation.electric import ELECTRIC_PARTS, deliver
-from meltemi.simulation.power import step
+from meltemi.simulation.disk import DiskFlow, DiskSystem
 from meltemi.simulation.power.model import PowerModel
-from meltemi.simulation.step import Summary
+from meltemi.simulation.step import evaluate, observe
+from meltemi.simulation.tables import Summary
 from meltemi.simulation.validity import new_watch
 from meltemi.structure.tables import BladeRootLoad, Gears, MachineLoad
 from meltemi.turbine.electrical import nominal_frequency
@@ -48,7 +48,7 @@ class PowerCase(BaseCase):
         "summary": Summary,
         "machine": Machine,
         "rotor": RotorFlow,
-        "disk_flow": step.DiskFlow,
+        "disk_flow": DiskFlow,
         "chain": MachineLoad,
         "root": BladeRootLoad,
         "pitch": PitchMotion,
@@ -59,8 +59,6 @@ class PowerCase(BaseCase):
         "outside": Conditions,
         "electric": ElectricState,
     }
-    time_loop: ClassVar[staticmethod[..., Any]] = staticmethod(step.advance)
-    run_parts: ClassVar[tuple[str, ...]] = tuple(step.RUN_PARTS)
     model: PowerModel
 
     def __init__(
@@ -111,35 +109,28 @@ class PowerCase(BaseCase):
             "electrical": model.electrical,
             "d_electric": ElectricState.zeros(),
             "columns": np.zeros((6, n)),
+            "flap_actuators": FlapActuators.zeros(flap=0),
         }
         self._prepare(model)
         self.arrays["drive"][Drive.index("brake_speed")] = LEAST_BRAKE_SPEED
         self.arrays["drive"][Drive.index("yaw_held")] = 1.0
-        self.parts = tuple(self.arrays[name] for name in step.PARTS)
-        self._electric_parts = tuple(self.arrays[name] for name in ELECTRIC_PARTS)
-        self.numbers: tuple[Any, ...] = (FLOATS, FLOATS)
-        self._electric_numbers = FLOATS
         self.slopes: dict[str, Float] = dict(self.signals.slope_views)
         if duals:
             for name, array in self.arrays.items():
                 if name not in self.slopes and name not in CONSTANT:
                     self.slopes[name] = np.zeros((*array.shape, N_DERIVATIVES))
-            for name in ("measured", "v_old", "a_old"):
+            for name in ("measured", "v_old", "a_old", "spare"):
                 self.slopes[name] = np.zeros((*getattr(self, name).shape, N_DERIVATIVES))
-            self.slopes["signals"] = self.signals.slopes
-            self._electric_numbers = self.kinds(ELECTRIC_PARTS)
-            self.numbers = (FLOATS, self.kinds(step.PARTS))
+            self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
+        one: Kind = "duals" if duals else "floats"
+        self.system = self.one = self.sections = DiskSystem(one, self.arrays, self.slopes)
+        self.plain = DiskSystem("floats", self.arrays)
+        self.control = self._control(self.arrays, one)
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""
-        step.evaluate(t, self.numbers, self.parts)
+        evaluate(t, dt, self.system)
 
     def loads(self, t: float) -> None:
         """Compute the summary after an evaluation."""
-        step.observe(t, self.model.turbine.drivetrain.generator_efficiency, self.numbers, self.parts)
-        if self.model.has_electrical:
-            deliver(self._electric_numbers, self._electric_parts)
-
-    def kernel_parts(self) -> tuple[Any, ...]:
-        """Kinds of number, and the machine's arrays."""
-        return self.numbers, self.parts
+        observe(t, self.control, self.one, self.sections, True)

@@ -18,7 +18,7 @@ from meltemi.maths.tables import Table, View
 from meltemi.simulation.machine import Parameters
 from meltemi.simulation.model import electrical_of
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.power.step import Disk
+from meltemi.simulation.disk import Disk
 from meltemi.structure.kinematics import N_SHAFT
 from meltemi.structure.tables import StructureParameters
 from meltemi.turbine.power_turbine import PowerTurbine
@@ -138,7 +138,7 @@ def build_power(
         ratios=known.ratios,
         pitches=known.pitches,
         values=known.values,
-        rain=rain_parameters(environment.rain, turbine.rotor_radius),
+        rain=rain_parameters(environment.rain, turbine.rotor_radius).array,
         points=disk_points(turbine.rotor_radius, options.disk_points),
         actuators=_actuators(turbine, options),
         electrical=electrical_of(turbine, options),
