@@ -252,8 +252,8 @@ def beyond() -> dict[str, float]:
 
 
 def _model(**options: Any) -> Any:
-    from meltemi.simulation.model import build
     from meltemi.simulation.options import ModelOptions
+    from meltemi.simulation.rotors import build
     from meltemi.turbine.library import load_turbine
 
     return build(load_turbine("nrel5mw"), ModelOptions(**options))
@@ -311,7 +311,7 @@ def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
     from math import radians
 
     from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, load_control
-    from meltemi.simulation.model import build
+    from meltemi.simulation.rotors import build
     from meltemi.turbine.flaps import with_flaps
     from meltemi.turbine.library import load_turbine
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,11 +12,12 @@ from scipy.special import ellipk
 
 from meltemi.control.fixed import fixed
 from meltemi.environment.site import Environment
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
-from meltemi.simulation.model import Model, build
 from meltemi.simulation.modes import equilibrium, natural_modes, vacuum_case
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import Simulation, simulate
 from meltemi.simulation.start import Start
 from meltemi.structure.tables import BladeNode
@@ -79,7 +79,7 @@ def structure() -> Comparison:
     return Comparison("closed form", "Structure against closed forms", "closed forms, see docs/verification", rows)
 
 
-def _blade_model(turbine: Turbine, flap: int, edge: int, nodes: int = 40) -> Model:
+def _blade_model(turbine: Turbine, flap: int, edge: int, nodes: int = 40) -> BladedModel:
     options = ModelOptions(
         flap_modes=flap, edge_modes=edge, torsion_modes=0, blade_nodes=nodes, locked=("tower", "yaw", "drivetrain")
     )
@@ -207,14 +207,14 @@ def _inertia(turbine: Turbine) -> Row:
     return relative("rigid rotor inertia", "with generator", "kg m^2", exact, torque / float(acceleration), 0.5)
 
 
-def _one_blade(turbine: Turbine) -> tuple[Model, float, float]:
+def _one_blade(turbine: Turbine) -> tuple[BladedModel, float, float]:
     """A rigid rotor that has lost two blades: a pendulum; its moment m g d and its inertia."""
     options = ModelOptions(
         torsion_modes=0, locked=("tower", "yaw", "drivetrain", "blades"), time_step=0.005, blade_nodes=40
     )
     straight = turbine.replace(**{"nacelle.tilt": 0.0, "hub.precone": 0.0})
     model = build(straight, options).with_parameters(**{"aerodynamics.air_density": 0.0})
-    nodes = model.blade_nodes.copy()
+    nodes = model.rotor.blade_nodes.copy()
     for name in ("mass", "moment_x", "moment_y", "moment_z"):
         nodes[BladeNode.index(name), 1:] = 0.0
     nodes[BladeNode.index("inertia_xx") :, 1:] = 0.0
@@ -225,7 +225,7 @@ def _one_blade(turbine: Turbine) -> tuple[Model, float, float]:
     moment = np.trapezoid(m * (h.radius + x), x) * model.environment.gravity
     inertia = np.trapezoid(m * (h.radius + x) ** 2, x) + h.inertia
     inertia += turbine.drivetrain.generator_inertia * turbine.drivetrain.gear_ratio**2
-    return replace(model, blade_nodes=nodes), float(moment), float(inertia)
+    return model.with_arrays(blade_nodes=nodes), float(moment), float(inertia)
 
 
 def _pendulum(turbine: Turbine) -> list[Row]:

@@ -13,9 +13,10 @@ from meltemi.control.signals import PITCH_DEMAND, TIME
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, style
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
-from meltemi.simulation.model import Model, build
 from meltemi.simulation.performance import RIGID, rotor_performance
+from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.definition import Turbine
@@ -129,7 +130,7 @@ def spin() -> Comparison:
     return Comparison("spin", "Spinning in vacuum against OpenFAST", source_of("spin"), rows)
 
 
-def spinning(model: Model, channels: Sequence[str], band: float, prefix: str = "") -> list[Row]:
+def spinning(model: BladedModel, channels: Sequence[str], band: float, prefix: str = "") -> list[Row]:
     """Mean, amplitude and phase over the azimuth of a machine that turns in vacuum."""
     result = simulate(
         model,

@@ -109,13 +109,13 @@ def test_in_steady_flow_the_lift_is_that_of_the_polar_and_the_increment(flapped:
         view = case.view("flow")
         found.append((view["alpha"][0].copy(), view["lift"][0].copy(), case["flap"].copy()))
     alpha, lift, flap = found[1]
-    angles = np.linspace(-np.pi, np.pi, model.polars.shape[1])
-    for n in np.flatnonzero(model.flap_nodes[0, 0] > 0.0):
-        added = flap_increment(model.flap_nodes, model.increments, flap, alpha[n], 0, n)
-        polar = model.polars[int(model.aero_nodes[AeroNode.index("polar"), 0, n])]
+    angles = np.linspace(-np.pi, np.pi, model.rotor.polars.shape[1])
+    for n in np.flatnonzero(model.rotor.flap_nodes[0, 0] > 0.0):
+        added = flap_increment(model.rotor.flap_nodes, model.rotor.increments, flap, alpha[n], 0, n)
+        polar = model.rotor.polars[int(model.rotor.aero_nodes[AeroNode.index("polar"), 0, n])]
         # the curved flow of a coned blade turns it a little
         assert lift[n] == pytest.approx(np.interp(alpha[n], angles, polar[:, 0]) + added.lift, abs=0.02)
-        assert added.moment < -0.02 * model.flap_nodes[0, 0, n]
+        assert added.moment < -0.02 * model.rotor.flap_nodes[0, 0, n]
 
 
 def deflected(model: Model, wind: SteadyWind, demand: Any, duration: float, **more: Any) -> meltemi.Result:

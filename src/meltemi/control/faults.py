@@ -23,7 +23,6 @@ SENSORS = Measurements.names[Measurements.index("time") + 1 : Measurements.index
 SENSOR_UNITS = {row.name: row.unit for row in Measurements.rows if row.name in SENSORS}
 
 
-
 class Faults(Table):
     """Numbers that events change."""
 

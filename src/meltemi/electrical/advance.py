@@ -338,4 +338,6 @@ def electric_advance(dt, torque, reactive, speed, voltage, frequency, e):
 
 @kernel
 def electric_rates(torque, reactive, speed, voltage, frequency, e):
-    electric_rates_(e.electrical.array, torque, reactive, speed, voltage, frequency, e.electric.array, e.d_electric.array)
+    electric_rates_(
+        e.electrical.array, torque, reactive, speed, voltage, frequency, e.electric.array, e.d_electric.array
+    )

@@ -56,7 +56,8 @@ class Variants(Generic[P, R]):
         return getattr(text, "py_func", text)
 
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
-        return self.of(type(args[self.place]))(*args, **kwargs)
+        record: Any = args[self.place]
+        return self.of(type(record))(*args, **kwargs)
 
 
 def by_record(function: Callable[P, R]) -> Variants[P, R]:

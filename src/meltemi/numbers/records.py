@@ -219,9 +219,7 @@ def _field(kind: Any, name: str) -> Any:
     declared = kind.table.fields.get(name)
     if declared is None:
         return None
-    return FieldType(
-        kind.kind, declared.kind, len(declared.lengths) + kind.ndim, len(kind.table) * kind.table.outer
-    )
+    return FieldType(kind.kind, declared.kind, len(declared.lengths) + kind.ndim, len(kind.table) * kind.table.outer)
 
 
 def _array_type(kind: Any) -> Any:

@@ -33,11 +33,11 @@ from meltemi.environment.conditions import Conditions
 from meltemi.maths.multiblade import rotating_frame
 from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
-from meltemi.simulation.case import SIGNAL_TABLES, BaseCase, Case, Stations
+from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.engines import engine_of, new_case
-from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.modes import Mode
+from meltemi.simulation.rotors import kind_of
 from meltemi.simulation.trim import SAMPLES, OperatingPoint
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.turbine import exchange as ex
@@ -179,7 +179,7 @@ class LinearModel(Brief):
 
 @one_blas_thread
 def linearise(
-    model: AnyModel,
+    model: Model[Any],
     point: OperatingPoint,
     inputs: Sequence[str] = ("generator_torque", "pitch", "wind_speed"),
     outputs: Sequence[str] = ("rotor_speed", "tower_top_fore_aft"),
@@ -213,9 +213,9 @@ def linearise(
     if azimuths < 1 or SAMPLES % azimuths:
         raise InputError(f"linearise: azimuths must divide {SAMPLES}, found {azimuths!r}")
     case = linear_case(model, point)
-    engine = engine_of(model)
-    channels = engine.channels(model, Stations())
-    outputs = [engine.channel(name, model, channels).name for name in outputs]
+    kind = kind_of(model)
+    channels = kind.channels(model, Stations())
+    outputs = [kind.channel(name, model, channels).name for name in outputs]
     u = _inputs(case, point, _of_all_blades(inputs) if fixed else inputs)
     y = _outputs(case, [channels[name] for name in (_of_all_blades(outputs) if fixed else outputs)])
     places = [azimuth] if azimuth is not None else list(2.0 * np.pi / 3.0 / azimuths * np.arange(azimuths))
@@ -255,15 +255,15 @@ def linearise(
     return LinearModel(*blocks, names[0], names[1], names[2], units[0], units[1], units[2], x0, u0, y0, azimuth, point)
 
 
-def linear_case(model: AnyModel, point: OperatingPoint) -> BaseCase:
+def linear_case(model: Model[Any], point: OperatingPoint) -> Case:
     """A case that computes with derivatives, its momentum balance converged to rounding."""
-    case = new_case(model, point.wind, numbers="duals")
-    if isinstance(case, Case):
+    case = Case(model, point.wind, numbers="duals")
+    if "aero_options" in case.arrays:
         case["aero_options"][AeroOptions.index("iterations")] = ITERATIONS
     return case
 
 
-def jacobian(case: BaseCase, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
+def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
     """(rows, columns) exact derivatives of rates and outputs with respect to states and inputs.
 
     Args:
@@ -291,7 +291,7 @@ def jacobian(case: BaseCase, columns: Sequence[Variable], rows: Sequence[Variabl
     return J
 
 
-def evaluate_rates(case: BaseCase, loads: bool) -> None:
+def evaluate_rates(case: Case, loads: bool) -> None:
     """Rates of all states, and section loads where outputs need them."""
     case.electric_rates()
     case.evaluate(0.0)
@@ -300,7 +300,7 @@ def evaluate_rates(case: BaseCase, loads: bool) -> None:
         case.loads(0.0)
 
 
-def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
+def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
     """All states that move."""
     model, names = case.model, case.model.coordinates
     generator, torsion = (model.n_core - N_SHAFT + i for i in (GENERATOR, TORSION))
@@ -338,28 +338,26 @@ def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], ya
 
 
 def _air(
-    case: BaseCase, point: OperatingPoint, azimuths: Sequence[float]
+    case: Case, point: OperatingPoint, azimuths: Sequence[float]
 ) -> tuple[tuple[str, type[Table], NDArray[np.bool_]], ...]:
     """States of inflow and stall, and where they act."""
-    if not isinstance(case, Case):
+    if not case.aero_state.views:
         return ()
     return ("inflow", InflowState, _lagging(case)), ("stall", StallState, _stalling(case, point, azimuths))
 
 
-def _flap_actuator(case: BaseCase, j: int) -> tuple[bool, float, float]:
+def _flap_actuator(case: Case, j: int) -> tuple[bool, float, float]:
     """Whether flap j follows at once; natural frequency [rad/s] and damping ratio of its actuator."""
     v = View(FlapActuators, case["flap_actuators"])
     return bool(v["ideal"][j]), float(v["frequency"][j]), float(v["damping"][j])
 
 
-def _place(case: BaseCase, array: str, field: str, *index: int) -> Place:
-    row = SIGNAL_TABLES[array].index(field)
+def _place(case: Case, array: str, field: str, *index: int) -> Place:
+    row = case.model.rotor.signals[array].index(field)
     return (array, int(np.ravel_multi_index((row, *index), case[array].shape)))
 
 
-def _actuator_states(
-    case: BaseCase, name: str, array: str, which: tuple[int, ...], w: float, z: float
-) -> list[Variable]:
+def _actuator_states(case: Case, name: str, array: str, which: tuple[int, ...], w: float, z: float) -> list[Variable]:
     """Angle and rate of second-order actuators, one a blade: w natural frequency [rad/s], z damping ratio."""
     x = []
     for row, rate, what, unit, slope in (
@@ -395,7 +393,7 @@ def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> N
     return active
 
 
-def _inputs(case: BaseCase, point: OperatingPoint, names: Sequence[str]) -> list[Variable]:
+def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Variable]:
     model, B = case.model, case.model.n_blades
     wind = point.wind
     w2 = model.parameter("actuators.pitch_frequency") ** 2
@@ -435,7 +433,7 @@ def _inputs(case: BaseCase, point: OperatingPoint, names: Sequence[str]) -> list
     return found
 
 
-def _of_the_grid(case: BaseCase, point: OperatingPoint) -> dict[str, Variable]:
+def _of_the_grid(case: Case, point: OperatingPoint) -> dict[str, Variable]:
     """Inputs of an electrical system: its demands and the grid."""
     case.begin_electric()
     found, outside = {}, case.control.outside
@@ -449,7 +447,7 @@ def _of_the_grid(case: BaseCase, point: OperatingPoint) -> dict[str, Variable]:
     return found
 
 
-def _outputs(case: BaseCase, channels: Sequence[Channel]) -> list[Variable]:
+def _outputs(case: Case, channels: Sequence[Channel]) -> list[Variable]:
     found = []
     for channel in channels:
         array, what = channel.source

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from meltemi.aero.coefficient import coefficient_arrays, power_coefficient, thrust_coefficient
 from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
-from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.performance import Float, Performance
 from meltemi.turbine.power_turbine import AnyTurbine, CalibratedCoefficient, PowerTurbine, TableCoefficient, aeroelastic
@@ -63,7 +63,7 @@ def rotor_performance(
     model = build(turbine, chosen)
     case = Case(model, SteadyWind(speed=wind_speed))
     rotor = case.view("rotor")
-    generator = len(model.tower.names) + GENERATOR
+    generator = len(model.rotor.tower.names) + GENERATOR
     R, rho = turbine.rotor_radius, model.environment.density
     area = np.pi * R**2
     thrust, torque = np.zeros((2, len(ratios), len(pitches)))

@@ -34,14 +34,14 @@ from meltemi.maths.records import Kind
 from meltemi.maths.tables import View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
-from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Stations
+from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.electric import check_grid
-from meltemi.simulation.engines import default_step, engine_of, new_case
 from meltemi.simulation.events import Happening, ignored, out_of_place, read_events, refuse_dips, schedule
-from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Finding, Result
+from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.simulation.validity import found
@@ -54,7 +54,7 @@ CHUNK_SECONDS = 0.1
 
 
 def simulate(
-    model: AnyModel,
+    model: Model[Any],
     wind: float | AnyWind,
     *,
     duration: float,
@@ -157,7 +157,7 @@ class Simulation:
 
     def __init__(
         self,
-        model: AnyModel,
+        model: Model[Any],
         wind: float | AnyWind,
         *,
         duration: float,
@@ -170,9 +170,9 @@ class Simulation:
         grid: PowerGrid | None = None,
         transient: float = 0.0,
         numbers: Kind = "lanes",
-        prepare: Callable[[BaseCase], None] | None = None,
+        prepare: Callable[[Case], None] | None = None,
     ) -> None:
-        turbine, engine = model.turbine, engine_of(model)
+        turbine, kind = model.turbine, kind_of(model)
         if not (math.isfinite(duration) and duration > 0.0):
             raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
         if not 0.0 <= transient < duration:
@@ -199,7 +199,7 @@ class Simulation:
         if controller is None:
             self._noticed += ignored(self.events)
         wind = realised(wind, turbine, duration)
-        reach = engine.reach(turbine)
+        reach = kind.reach(turbine)
         check_coverage(
             wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
         )
@@ -215,14 +215,14 @@ class Simulation:
 
         start, words = begin_in(model, wind, start)
         self._noticed += words
-        case = new_case(model, wind, stations, numbers=numbers, grid=grid)
+        case = Case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log
         entry = case.bind(controller, first_point(model, wind, start))
         if case.controller.close is not None:
             weakref.finalize(self, case.controller.close)  # of a run that nobody marches to its end
         # dry friction acts over a speed that a step of full braking cannot jump across: as a damper on the generator
         # it has h c / J = 0.4, below the bound of 0.5 with room for the shaft (docs/theory/simulation.md, M-7)
-        brake_step = turbine.drivetrain.brake_torque * dt / engine.brake_inertia(turbine)
+        brake_step = turbine.drivetrain.brake_torque * dt / kind.brake_inertia(turbine)
         case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.5 * brake_step)
         if prepare is not None:
             prepare(case)
@@ -409,7 +409,7 @@ class Simulation:
         )
 
 
-def first_point(model: AnyModel, wind: Wind, start: OperatingPoint | Start) -> StartPoint:
+def first_point(model: Model[Any], wind: Wind, start: OperatingPoint | Start) -> StartPoint:
     """Where the controller of a run starts."""
     turbine = model.turbine
     speed = float(start.rotor_speed) * turbine.drivetrain.gear_ratio
@@ -436,12 +436,12 @@ def _multiple(value: float, dt: float, name: str) -> int:
     return n
 
 
-def model_channels(model: AnyModel, stations: Stations | None = None) -> dict[str, Channel]:
+def model_channels(model: Model[Any], stations: Stations | None = None) -> dict[str, Channel]:
     """Everything that can be recorded of a model."""
-    return engine_of(model).channels(model, stations or Stations())
+    return kind_of(model).channels(model, stations or Stations())
 
 
-def choose(model: AnyModel, names: Sequence[str], stations: Stations) -> list[Channel]:
+def choose(model: Model[Any], names: Sequence[str], stations: Stations) -> list[Channel]:
     """Channels by name, each once; those of stations that are asked for without any channel of theirs, too.
 
     Raises:
@@ -458,7 +458,7 @@ def choose(model: AnyModel, names: Sequence[str], stations: Stations) -> list[Ch
             continue
         if name in DEFAULT and name not in available and (whole or name.endswith("_3")):
             continue  # of a blade that a two-bladed turbine does not have, or of blades where there are none
-        channel = engine_of(model).channel(name, model, available)
+        channel = kind_of(model).channel(name, model, available)
         found[channel.name] = channel
     for wanted, beginning in ((stations.blade, "station_"), (stations.tower, "tower_station_")):
         if wanted and not any(name.startswith(beginning) for name in found):
@@ -483,7 +483,7 @@ def compiled_advance(*arguments: Any) -> Any:
     return _loop_for(step.advance, types.void(types.int64, entry, *types_))
 
 
-def explain(case: BaseCase, status: Status, t: float, dt: float) -> str:
+def explain(case: Case, status: Status, t: float, dt: float) -> str:
     """Why a run ended, with time, state and a hint."""
     if status.complete:
         return ""

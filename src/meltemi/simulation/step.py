@@ -32,7 +32,7 @@ from math import atan2, sin, sqrt
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.aero.rotor import disk_averages, loads, quasi_steady, relative_wind
+from meltemi.aero.rotor import derivatives, disk_averages, loads, quasi_steady, relative_wind, settle
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control.actuators import drive_advance, flap_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import happen, report
@@ -55,7 +55,7 @@ Controller = Callable[[Float, Float, Float, float], None]
 OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND, UNKNOWN_ROTOR = 0, 1, 2, 3, 6
 """Values of the run's status, as in ``core.errors.Status``."""
 ABSURD = 1e6
-"""Coordinates (m, rad) and velocities beyond this have diverged; a million radians are more than a day at rated speed."""
+"""Coordinates (m, rad) and velocities beyond this have diverged; a million radians are a day at rated speed."""
 
 
 # what depends on the rotor ------------------------------------------------------------------------------
@@ -82,6 +82,16 @@ def section_loads(m: AnySystem, s: Outputs, everywhere: bool) -> None:
 
 
 @by_record
+def settle_inflow(m: AnySystem) -> None:
+    """Bring the states of inflow and stall to their steady values for the last evaluation."""
+
+
+@by_record
+def inflow_rates(m: AnySystem) -> None:
+    """Time derivatives of these states after an evaluation."""
+
+
+@by_record
 def begin_step(dt: float, m: AnySystem) -> None:
     """Predict what follows from nothing else at the next instant, after coordinates and actuators."""
 
@@ -94,6 +104,7 @@ def end_step(dt: float, m: AnySystem) -> None:
 @by_record
 def check_rotor(t: float, m: AnySystem, run: Run) -> bool:
     """Check the criteria of validity of the rotor; False if its model knows no loads here."""
+    raise NotImplementedError
 
 
 # blades and tower ---------------------------------------------------------------------------------------
@@ -141,6 +152,18 @@ def _(m: System, s: Outputs, everywhere: bool) -> None:
     if everywhere:
         tower_loads(m, s)
         station_loads(m, s)
+
+
+@settle_inflow.variant
+@kernel
+def _(m: System) -> None:
+    settle(m)
+
+
+@inflow_rates.variant
+@kernel
+def _(m: System) -> None:
+    derivatives(m)
 
 
 @begin_step.variant

@@ -32,9 +32,9 @@ from meltemi.core.kernel import kernel
 from meltemi.core.threads import one_blas_thread
 from meltemi.core.yamlfile import validated
 from meltemi.environment.drops import MM_PER_HOUR
-from meltemi.simulation.case import BaseCase, Case
+from meltemi.simulation.bladed.rotor import BladedModel, with_static_gears
+from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, catalogue, find
-from meltemi.simulation.model import Model
 from meltemi.simulation.modes import growing
 from meltemi.simulation.start import hold
 from meltemi.simulation.step import ABSURD, equations
@@ -124,7 +124,7 @@ class OperatingPoint(Brief):
         told = {c.name: f"{self[c.name] * c.display_unit[1]:.5g} {c.display_unit[0]}" for c in known}
         return {"wind_speed": f"{self.wind.speed:g} m/s", **told}
 
-    def put(self, case: BaseCase, azimuth: float | None = None) -> None:
+    def put(self, case: Case, azimuth: float | None = None) -> None:
         """Write the state at an azimuth [rad] of blade 1, by default the point's own, into a case of the same model."""
         azimuth = self.azimuth if azimuth is None else azimuth
         hold(case, self.pitch, self.generator_torque)
@@ -147,7 +147,7 @@ class OperatingPoint(Brief):
 
 @one_blas_thread
 def operating_point(
-    model: Model, wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
+    model: BladedModel, wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
 ) -> OperatingPoint:
     """Steady operation of a turbine in steady wind.
 
@@ -178,7 +178,7 @@ def operating_point(
     return replace(point, warnings=(f"steady operation is unstable: {unstable}",)) if unstable else point
 
 
-def rigid_point(model: Model, wind: AnyWind) -> OperatingPoint:
+def rigid_point(model: BladedModel, wind: AnyWind) -> OperatingPoint:
     """Steady operation of the same machine if nothing in it could deform: a start where there is no better one."""
     orbit = _Orbit(model, steady_wind(wind, model.turbine.hub_height))
     orbit.free_core, orbit.free_blade = orbit.free_core[:0], orbit.free_blade[:0]
@@ -422,14 +422,14 @@ class _Orbit:
 
     careful = False
 
-    def __init__(self, model: Model, wind: SteadyWind) -> None:
+    def __init__(self, model: BladedModel, wind: SteadyWind) -> None:
         self.model, self.wind = model, wind
-        self.case = Case(model.with_static_gears(), wind)
+        self.case = Case(with_static_gears(model), wind)
         self.case["drive"][ex.YAW_HELD] = 1.0  # a free nacelle has no steady direction of its own
-        self.B, self.K = model.n_blades, len(model.blade.names)
+        self.B, self.K = model.n_blades, len(model.rotor.blade.names)
         self.core = model.n_core
-        self.generator = len(model.tower.names) + GENERATOR
-        self.torsion = len(model.tower.names) + TORSION
+        self.generator = len(model.rotor.tower.names) + GENERATOR
+        self.torsion = len(model.rotor.tower.names) + TORSION
         free = model.locked == 0.0
         self.free_core = np.flatnonzero(free[: self.core] & (np.arange(self.core) != self.generator))
         self.free_blade = np.flatnonzero(free[self.core : self.core + self.K])
@@ -720,14 +720,14 @@ class _Orbit:
         )
 
 
-def channels_of(model: Model) -> dict[str, Channel]:
+def channels_of(model: BladedModel) -> dict[str, Channel]:
     """What an operating point has."""
     return catalogue(
         model.n_blades,
-        model.n_nodes,
+        model.rotor.n_nodes,
         coordinates=model.coordinates,
         flaps=model.n_flaps,
-        gears=model.n_gear_stages,
+        gears=model.rotor.gear_stages,
         electrical=model.has_electrical,
     )
 
@@ -762,7 +762,7 @@ class CarefulOrbit(_Orbit):
 
     careful = True
 
-    def __init__(self, model: Model, wind: SteadyWind) -> None:
+    def __init__(self, model: BladedModel, wind: SteadyWind) -> None:
         super().__init__(model, wind)
         self.farthest = FARTHEST * model.turbine.rotor_radius
         self.air = float(self.case["aero"][AIR_DENSITY])
@@ -836,7 +836,7 @@ class CarefulOrbit(_Orbit):
         )
         if density < self.air:
             where += f", with {100.0 * density / self.air:.0f} % of the air's loads"
-        tip = float(np.linalg.norm(self.model.tip_shape[:3] @ self.blade_c[0]))
+        tip = float(np.linalg.norm(self.model.rotor.tip_shape[:3] @ self.blade_c[0]))
         unstable = self.unstable()
         begin = f"operating_point: no steady operation {where}: "
         if unstable:

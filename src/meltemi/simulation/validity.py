@@ -21,7 +21,7 @@ from meltemi.simulation.system import AnySystem, System, generator_speed, rotor_
 from meltemi.simulation.tables import Watch
 
 if TYPE_CHECKING:
-    from meltemi.simulation.machine import AnyModel
+    from meltemi.simulation.model import Model
 
 Float = NDArray[float64]
 
@@ -50,8 +50,7 @@ BENDING = 0.3
 MOST_PITCH = np.pi
 
 
-
-def new_watch(model: AnyModel) -> Float:
+def new_watch(model: Model[Any]) -> Float:
     """(columns of ``Watch``, criteria) for a run that has not begun."""
     turbine = model.turbine
     rated, power = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio, turbine.rated_power

@@ -30,8 +30,8 @@ from meltemi.postprocess.spectra import (
     power_spectrum,
     rotor_frequency,
 )
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
-from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.studies.journal import SizedCases, current, resumed
 from meltemi.wind.fields import Wind
@@ -280,7 +280,7 @@ class Comparison(Brief):
 
 
 def compare(
-    model: Model,
+    model: BladedModel,
     controllers: Mapping[str, Controller | Callable[[Wind], Controller]],
     winds: Sequence[AnyWind],
     *,
@@ -384,7 +384,7 @@ def failure_line(outcome: Outcome) -> str:
 class _Shared:
     """A wind whose field is made when the first run asks for it and let go when the last has taken it."""
 
-    def __init__(self, wind: AnyWind, model: Model, duration: float, takers: int) -> None:
+    def __init__(self, wind: AnyWind, model: BladedModel, duration: float, takers: int) -> None:
         self.wind, self.model, self.duration, self.left = wind, model, duration, takers
         self.field: Wind | None = None
         self.lock = threading.Lock()

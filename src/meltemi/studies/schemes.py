@@ -15,7 +15,7 @@ from types import ModuleType
 from meltemi.control.controller import Controller
 from meltemi.control.load_control import FeedForward, LoadControl, load_control
 from meltemi.core.errors import InputError
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.studies.scheme_names import SCHEMES, check_schemes, is_file, label
 from meltemi.studies.tuning import Tuning, linear_models, speed_notch, tune_loops
 from meltemi.turbine.definition import Turbine
@@ -42,7 +42,7 @@ def equipped(turbine: Turbine, names: Iterable[str]) -> Turbine:
 
 
 def design_controllers(
-    model: Model,
+    model: BladedModel,
     names: Sequence[str],
     *,
     shear_exponent: float = 0.2,

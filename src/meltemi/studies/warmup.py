@@ -86,7 +86,7 @@ def _process(name: str) -> Stage:
 
 def _machine() -> tuple[Any, Any]:
     """A model and a wind: all turbines, options and winds use the same machine code."""
-    from meltemi.simulation.model import build
+    from meltemi.simulation.rotors import build
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
 
@@ -97,7 +97,7 @@ def _runs() -> None:
     """Trim, time loops, built-in controllers and those in plain Python."""
     from meltemi.control.controller import Controller
     from meltemi.control.load_control import load_control
-    from meltemi.simulation.engines import build
+    from meltemi.simulation.rotors import build
     from meltemi.simulation.simulate import simulate
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind

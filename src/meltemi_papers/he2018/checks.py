@@ -11,7 +11,7 @@ from meltemi.aero.flaps import ALPHAS, DELTAS, LIFT, STEP
 from meltemi.control.feedforward import blade_wind, weight, weight_settings
 from meltemi.control.filters import response
 from meltemi.control.multiblade import blade_angle, to_blade, to_fixed
-from meltemi.simulation.model import build
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.flaps import DEFLECTION
 from meltemi.turbine.flaps import LIFT as LIFT_TABLE
@@ -126,7 +126,7 @@ def _steady(runs: Runs) -> list[Check]:
 
 def _polars(runs: Runs) -> list[Check]:
     """Largest difference of the flap's lift increments from the table, at all its angles."""
-    grid = runs.bench.model.increments[0, :, LIFT].reshape(ALPHAS, DELTAS)
+    grid = runs.bench.model.rotor.increments[0, :, LIFT].reshape(ALPHAS, DELTAS)
     worst = 0.0
     for row in LIFT_TABLE.strip().splitlines():
         alpha, *lift = (float(word) for word in row.split())

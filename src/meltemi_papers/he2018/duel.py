@@ -16,7 +16,7 @@ from meltemi.control.bladed.controller import bladed_controller
 from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
 from meltemi.report.html import Table
-from meltemi.simulation.model import build
+from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi.turbine.definition import Turbine

@@ -10,9 +10,10 @@ import numpy as np
 
 from meltemi.control.controller import Controller
 from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, SpeedNotch, load_control
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel
-from meltemi.simulation.model import Model, build
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.journal import Lost, attempt
 from meltemi.studies.preview import preview_of, steady_pitch
@@ -87,7 +88,7 @@ class Bench:
       tunings: loops tuned together, by what they move.
     """
 
-    model: Model
+    model: BladedModel
     linear: tuple[LinearModel, ...] = field(repr=False)
     notch: SpeedNotch
     tunings: Mapping[tuple[Target, ...], tuple[Tuning, ...]]
@@ -110,7 +111,7 @@ def paper_turbine() -> Turbine:
     return with_flaps(load_turbine("nrel5mw")).replace(**{"pitch_actuator.kind": "second_order"})
 
 
-def bench(model: Model, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
+def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
     """Tune everything for a model."""
     linear = tuple(linear_models(model))
     wanted = {SCHEMES[name].loops for name in schemes}
@@ -169,7 +170,7 @@ def run_all(
     b = bench(build(paper_turbine()))
 
     def run(
-        what: str, size: int, controllers: Mapping[str, Made], winds: list[AnyWind], model: Model | None = None
+        what: str, size: int, controllers: Mapping[str, Made], winds: list[AnyWind], model: BladedModel | None = None
     ) -> Comparison:
         nonlocal done
         begin = done

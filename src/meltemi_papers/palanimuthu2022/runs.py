@@ -15,10 +15,10 @@ from meltemi.environment.air import Air
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.loadcases.batch import BatchCase
-from meltemi.simulation.engines import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.start import Start
 from meltemi.studies.journal import cells
 from meltemi.turbine.power_turbine import PowerTurbine

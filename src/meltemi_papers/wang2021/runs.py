@@ -13,9 +13,9 @@ from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.environment.site import Environment
 from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.events import Request
-from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.start import Start
 from meltemi.studies.journal import Lost, attempt, cells
 from meltemi.turbine.definition import Turbine

@@ -31,7 +31,7 @@ from meltemi.control.sensors import normal, philox
 from meltemi.control.supervisor.threshold import YawProtection, threshold
 from meltemi.control.yaw import FILTERED, YawControl, wrap, yaw_settings, yaw_step
 from meltemi.core.threads import available_cores
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, LostError, attempt
 from meltemi.turbine.definition import Turbine
@@ -100,7 +100,7 @@ class PowerCurve:
     rated: float
 
 
-def power_curve(model: Model) -> PowerCurve:
+def power_curve(model: BladedModel) -> PowerCurve:
     """Of a turbine, from cut-in to where it is rated."""
     turbine = model.turbine
     speeds, powers = [], []

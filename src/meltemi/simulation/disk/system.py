@@ -16,7 +16,15 @@ from meltemi.environment.rain import RainParameters, rain_power_loss
 from meltemi.maths.algebra import Vec
 from meltemi.maths.records import Array1, Array2, Array4, Box, Constant, Record
 from meltemi.maths.tables import Table, number
-from meltemi.simulation.step import begin_step, check_rotor, end_step, evaluate, section_loads
+from meltemi.simulation.step import (
+    begin_step,
+    check_rotor,
+    end_step,
+    evaluate,
+    inflow_rates,
+    section_loads,
+    settle_inflow,
+)
 from meltemi.simulation.system import Outputs, Run
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.tables import Columns, MachineLoad, StructureParameters
@@ -185,6 +193,18 @@ def _(t: float, dt: float, m: DiskSystem) -> None:
 @kernel
 def _(m: DiskSystem, s: Outputs, everywhere: bool) -> None:
     """None."""
+
+
+@settle_inflow.variant
+@kernel
+def _(m: DiskSystem) -> None:
+    """No states."""
+
+
+@inflow_rates.variant
+@kernel
+def _(m: DiskSystem) -> None:
+    """No states."""
 
 
 @begin_step.variant
