@@ -12,7 +12,7 @@ from meltemi import InputError, Model, ModelOptions, Stations, build
 from meltemi.core.units import FIELD
 from meltemi.report.plots import EVERYBODY
 from meltemi.report.tables import POWER_CURVE
-from meltemi.simulation.case import SIGNALS
+from meltemi.simulation.bladed.rotor import SIGNALS
 from meltemi.simulation.channels import DEFAULT, Channel, catalogue, every_kind, find, standard
 from meltemi.simulation.simulate import choose, model_channels
 from meltemi.turbine.definition import Turbine
