@@ -346,7 +346,7 @@ def test_a_batch_takes_models_and_what_makes_them(model: Model) -> None:
 
 def test_channels_of_blades_and_options_of_modes_are_refused_by_name(model: Model, turbine: PowerTurbine) -> None:
     calm = SteadyWind(speed=8.0)
-    with pytest.raises(InputError, match="'TwrBsMyt': pmsg20mw is a turbine of a power coefficient, without blades"):
+    with pytest.raises(InputError, match="'TwrBsMyt': pmsg20mw is a power-coefficient turbine, without blades"):
         simulate(model, calm, duration=1.0, channels=["TwrBsMyt"])
     with pytest.raises(InputError, match="did you mean rotor_speed"):
         simulate(model, calm, duration=1.0, channels=["rotor_spped"])
