@@ -35,7 +35,7 @@ MODULES: dict[str, tuple[str, ...]] = {
 
 SAME_FOR_ALL = {"t", "dt"}
 """Arguments that are one number for all nodes, besides whole numbers."""
-ARRAYS_WITHOUT_NODES = {"options", "aero", "wind", "now", "series", "frame", "machine", "rotor", "structure"}
+ARRAYS_WITHOUT_NODES = {"options", "aero", "wind", "now", "times", "series", "frame", "machine", "rotor", "structure"}
 """Arrays in which nothing belongs to a single node."""
 TABLES_WITHOUT_NODES = ARRAYS_WITHOUT_NODES | {"aero_options", "pitch", "drive"}
 """Tables of a record, or names for them, in which nothing belongs to a single node."""

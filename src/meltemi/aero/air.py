@@ -14,19 +14,14 @@ from meltemi.aero.tables import (
     StallState,
     TowerFlow,
 )
-from meltemi.maths.records import Array2, Array3, Box, Constant, Nodes, Single
+from meltemi.maths.records import Array2, Array3, Constant, Nodes, Single
 from meltemi.turbine.exchange import Exchange
-from meltemi.wind.velocity import WindNow, WindParameters
+from meltemi.wind.velocity import WindField
 
 
-class Air(Exchange):
-    """Wind, parameters, states and flow of the rotor and the tower."""
+class Air(Exchange, WindField):
+    """Parameters, states and flow of the rotor and the tower, and the wind."""
 
-    # wind
-    wind: WindParameters
-    series: Array2
-    now: WindNow
-    box: Box
     # parameters
     aero: AeroParameters
     aero_options: AeroOptions

@@ -87,9 +87,9 @@ def relative_wind(t: float, m: Air) -> None:
             offset = turned_centre(m, theta, b, n)
             r = motion.position[b, n] + offset
             p = hub + R @ r
-            u = wind_velocity(p, t, m.wind.array, m.now.array, m.box)
+            u = wind_velocity(p, t, m)
             if influenced:
-                u += tower_influence(m.tower_flow.array, p)
+                u += tower_influence(p, m)
             flow.wind[b, n] = u
             w = R.T @ u - (motion.velocity[b, n] + cross(spin, offset))
             # unpitched blade axes, then along the bent blade: elastic slopes in and out of plane, and those of prebend

@@ -146,7 +146,9 @@ SIGNAL_TABLES: dict[str, type[Table]] = {
 """Arrays a channel may ask for, by the table that describes them; q, v and a come on top."""
 
 
-CONSTANT = frozenset("box conditions aero_options flap_nodes increments blade_stations tower_stations watch".split())
+CONSTANT = frozenset(
+    "times box conditions aero_options flap_nodes increments blade_stations tower_stations watch".split()
+)
 """Arrays that have no derivatives."""
 FILLED = [name for name, member in members(System).items() if member.in_lanes]
 """Arrays whose last axis are the nodes of a blade or of the tower, which fill up the last lanes."""
@@ -424,7 +426,6 @@ class Case(BaseCase):
             },
             duals=duals,
         )
-        described = wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter)
         tower_fill = -(-NT // WIDTH) * WIDTH if lanes else NT
         tower_flow = filled("tower_flow", model.tower_flow, tower_fill)
         arrays: dict[str, Any] = {
@@ -462,10 +463,7 @@ class Case(BaseCase):
             "increments": model.increments,
             "flap_actuators": model.flap_actuators,
             "section": model.section,
-            "wind": described.wind,
-            "series": described.series,
-            "now": np.zeros(described.series.shape[1]),
-            "box": described.box,
+            **wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter),
             "electrical": model.electrical,
             "d_electric": ElectricState.zeros(),
             "columns": np.zeros((6, nc)),

@@ -30,7 +30,7 @@ from collections.abc import Callable
 from math import atan2, sin, sqrt
 from typing import Any
 
-from numpy import float32, float64, int64
+from numpy import float64, int64
 from numpy.typing import NDArray
 
 from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
@@ -57,7 +57,7 @@ from meltemi.structure.kinematics import GENERATOR, N_SHAFT, YAW, blade_frames, 
 from meltemi.structure.section_loads import blade_loads, chain_loads, station_loads, tower_loads
 from meltemi.structure.tables import BladeRootLoad, MachineLoad, StructureParameters
 from meltemi.turbine import exchange as ex
-from meltemi.wind.velocity import series_now, wind_velocity
+from meltemi.wind.velocity import WindField, series_now, wind_velocity
 
 Float = NDArray[float64]
 Int = NDArray[int64]
@@ -120,14 +120,13 @@ def equations(t: float, dt: float, m: System) -> None:
     blade_frames(m)
     blade_motion(m)
     # wind and aerodynamic loads
-    series_now(t, m.series, m.now.array)
-    tower_wind(t, m.q, m.v, m.tower_shape.array, m.wind.array, m.now.array, m.box, m.tower_lanes.array)
+    series_now(t, m)
+    tower_wind(t, m)
     relative_wind(t, m)
     disk_averages(m)
     quasi_steady(m)
     loads(dt, m)
-    drag = m.aero_options.tower_drag * m.aero.air_density
-    tower_load(drag, m.tower_lanes.array, m.tower_shape.array, m.tower_push)
+    tower_load(m)
     # equations of motion
     collect_blades(m)
     assemble(dt, m)
@@ -230,13 +229,10 @@ def sensible(demands: Float, limits: Float) -> bool:
 def whole_machine(
     t: float,
     hub: Vec,
+    m: WindField,
     v: Float,
     n_core: int,
     structure: Float,
-    wind: Float,
-    series: Float,
-    now: Float,
-    box: NDArray[float32],
     drive: Float,
     efficiency: float,
     shaft_torque: float,
@@ -244,10 +240,10 @@ def whole_machine(
 ) -> None:
     """Fill the summary; ``hub`` [m] is the place of the hub, ``shaft_torque`` [N m] that of the rotor on the shaft."""
     n = n_core - N_SHAFT
-    series_now(t, series, now)
+    series_now(t, m)
     height = structure[TOWER_BASE] + structure[TOWER_LENGTH] + structure[SHAFT_HEIGHT]
-    u = wind_velocity(Vec(0.0, 0.0, height + structure[OVERHANG] * sin(structure[TILT])), t, wind, now, box)
-    seen = wind_velocity(hub, t, wind, now, box)
+    u = wind_velocity(Vec(0.0, 0.0, height + structure[OVERHANG] * sin(structure[TILT])), t, m)
+    seen = wind_velocity(hub, t, m)
     speed = structure[GEAR_RATIO] * v[n + GENERATOR]
     summary[TIME] = t
     summary[WIND], summary[WIND + 1], summary[WIND + 2] = u.x, u.y, u.z
@@ -279,13 +275,10 @@ def observe(t: float, efficiency: float, m: System, s: Outputs, everywhere: bool
     whole_machine(
         t,
         m.machine.hub_position,
+        m,
         m.v,
         m.columns.coordinates,
         m.structure.array,
-        m.wind.array,
-        m.series,
-        m.now.array,
-        m.box,
         m.drive.array,
         efficiency,
         s.chain.array[SHAFT_TORQUE],

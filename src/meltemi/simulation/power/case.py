@@ -30,10 +30,11 @@ from meltemi.structure.tables import BladeRootLoad, Gears, MachineLoad
 from meltemi.turbine.electrical import nominal_frequency
 from meltemi.turbine.exchange import Drive, Machine, PitchMotion
 from meltemi.wind.fields import Wind, WindBox, wind_arrays
+from meltemi.wind.velocity import WindField
 
 Float = NDArray[np.float64]
 
-CONSTANT = frozenset("box conditions ratios pitches rain points watch".split())
+CONSTANT = frozenset("times box conditions ratios pitches rain points watch".split())
 """Arrays that have no derivatives."""
 
 
@@ -85,7 +86,6 @@ class PowerCase(BaseCase):
         shapes = {name: table.shape(**sizes) for name, table in self.tables.items()}
         self.signals = Arena({"q": (n,), "v": (n,), "a": (n,), **shapes}, duals=duals)
         self.aero_state, self.spare = Arena({}), np.zeros(0)
-        described = wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter)
         self.arrays = {
             **self.signals.views,
             "locked": model.locked.copy(),
@@ -104,10 +104,7 @@ class PowerCase(BaseCase):
                 model.environment, grid, turbine.rated_power, nominal_frequency(turbine.electrical)
             ),
             "actuators": model.actuators,
-            "wind": described.wind,
-            "series": described.series,
-            "now": np.zeros(described.series.shape[1]),
-            "box": described.box,
+            **wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter),
             "electrical": model.electrical,
             "d_electric": ElectricState.zeros(),
             "columns": np.zeros((6, n)),
@@ -115,7 +112,6 @@ class PowerCase(BaseCase):
         self._prepare(model)
         self.arrays["drive"][Drive.index("brake_speed")] = LEAST_BRAKE_SPEED
         self.arrays["drive"][Drive.index("yaw_held")] = 1.0
-        self.parts = tuple(self.arrays[name] for name in step.PARTS)
         self._electric_parts = tuple(self.arrays[name] for name in ELECTRIC_PARTS)
         self.numbers: tuple[Any, ...] = (FLOATS, FLOATS)
         self._electric_numbers = FLOATS
@@ -129,6 +125,8 @@ class PowerCase(BaseCase):
             self.slopes["signals"] = self.signals.slopes
             self._electric_numbers = self.kinds(ELECTRIC_PARTS)
             self.numbers = (FLOATS, self.kinds(step.PARTS))
+        field = WindField(numbers, self.arrays, self.slopes)
+        self.parts = tuple(field if name == "field" else self.arrays[name] for name in step.PARTS)
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
         """Compute everything at time ``t`` for the present state."""

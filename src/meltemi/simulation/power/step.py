@@ -13,7 +13,7 @@ from collections.abc import Callable
 from math import atan2, cos, exp, log, pi, sin, sqrt, tanh
 from typing import Any
 
-from numpy import float32, float64, int64
+from numpy import float64, int64
 from numpy.typing import NDArray
 
 from meltemi.aero.coefficient import known, power_coefficient, thrust_coefficient
@@ -52,7 +52,7 @@ from meltemi.simulation.validity import watch_shaft
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.structure.tables import MachineLoad, StructureParameters
 from meltemi.turbine import exchange as ex
-from meltemi.wind.velocity import series_now, wind_velocity
+from meltemi.wind.velocity import WindField, series_now, wind_velocity
 
 Float = NDArray[float64]
 Int = NDArray[int64]
@@ -90,7 +90,7 @@ WIND_SPEED, COEFFICIENT, AERODYNAMIC_POWER, RAIN_LOSS = DiskFlow.slots(
 )
 
 PARTS = (
-    "q v a locked structure aero disk coefficient ratios pitches values rain wind series now box points pitch drive "
+    "q v a locked structure aero disk coefficient ratios pitches values rain field points pitch drive "
     "machine rotor disk_flow chain summary"
 ).split()
 """Arrays of :func:`equations`, in the order of its arguments after t."""
@@ -102,8 +102,8 @@ RUN_PARTS = (
 Q, V, A, P_STRUCTURE, P_AERO, P_DISK, P_COEFFICIENT, P_RATIOS = (
     PARTS.index(name) for name in "q v a structure aero disk coefficient ratios".split()
 )
-P_WIND, P_SERIES, P_NOW, P_BOX, P_PITCH, P_DRIVE, P_ROTOR, P_CHAIN, P_SUMMARY = (
-    PARTS.index(name) for name in "wind series now box pitch drive rotor chain summary".split()
+P_FIELD, P_PITCH, P_DRIVE, P_ROTOR, P_CHAIN, P_SUMMARY = (
+    PARTS.index(name) for name in "field pitch drive rotor chain summary".split()
 )
 GEAR_RATIO, GENERATOR_INERTIA, STIFFNESS, DAMPING, TOWER_LENGTH, YAW_STIFFNESS = StructureParameters.slots(
     "gear_ratio generator_inertia shaft_stiffness shaft_damping tower_length yaw_stiffness"
@@ -123,20 +123,18 @@ def to_the(x: float, n: float) -> float:
 
 
 @kernel
-def disk_wind(
-    t: float, yaw: float, height: float, points: Float, wind: Float, now: Float, box: NDArray[float32]
-) -> Vec:
+def disk_wind(t: float, yaw: float, height: float, points: Float, field: WindField) -> Vec:
     """Mean of the wind over points of the disk (P-5).
 
     Args:
       points: (2, n) [m] from the hub, to the left looking downwind and up.
     """
     c, s = cos(yaw), sin(yaw)
-    u = wind_velocity(Vec(-s * points[0, 0], c * points[0, 0], height + points[1, 0]), t, wind, now, box)
+    u = wind_velocity(Vec(-s * points[0, 0], c * points[0, 0], height + points[1, 0]), t, field)
     n = points.shape[1]
     x, y, z = u.x, u.y, u.z
     for i in range(1, n):
-        u = wind_velocity(Vec(-s * points[0, i], c * points[0, i], height + points[1, i]), t, wind, now, box)
+        u = wind_velocity(Vec(-s * points[0, i], c * points[0, i], height + points[1, i]), t, field)
         x, y, z = x + u.x, y + u.y, z + u.z
     return Vec(x / n, y / n, z / n)
 
@@ -156,10 +154,7 @@ def equations(
     pitches: Float,
     values: Float,
     rain: Float,
-    wind: Float,
-    series: Float,
-    now: Float,
-    box: NDArray[float32],
+    field: WindField,
     points: Float,
     pitch: Float,
     drive: Float,
@@ -173,8 +168,8 @@ def equations(
     speed = v[GENERATOR] + v[TORSION]
     machine[ex.AZIMUTH], machine[ex.ROTOR_SPEED] = q[GENERATOR] + q[TORSION], speed
     # wind on the disk
-    series_now(t, series, now)
-    u = disk_wind(t, q[YAW], structure[TOWER_LENGTH], points, wind, now, box)
+    series_now(t, field)
+    u = disk_wind(t, q[YAW], structure[TOWER_LENGTH], points, field)
     along = u.x * cos(q[YAW]) + u.y * sin(q[YAW])
     across = u.y * cos(q[YAW]) - u.x * sin(q[YAW])
     wind_speed = sqrt(max(along * along + across * across, 1e-12))
@@ -243,13 +238,10 @@ def observe(t: float, efficiency: float, numbers: tuple[Any, ...], parts: tuple[
     whole_machine(
         t,
         Vec(0.0, 0.0, seen[P_STRUCTURE][TOWER_LENGTH]),
+        seen[P_FIELD],
         seen[V],
         N_SHAFT,
         seen[P_STRUCTURE],
-        seen[P_WIND],
-        seen[P_SERIES],
-        seen[P_NOW],
-        seen[P_BOX],
         seen[P_DRIVE],
         efficiency,
         seen[P_CHAIN][SHAFT_TORQUE],
