@@ -18,14 +18,14 @@ from meltemi.simulation.system import Outputs, System
 from meltemi.turbine.library import load_turbine
 
 SOURCES = Path(meltemi.__file__).parent
+VARIANTS = sorted((SOURCES / "aero").glob("*/*.py"))
+"""Models of stall, inflow and tower influence."""
 MODULES: dict[str, tuple[str, ...]] = {
     "aero/rotor.py": (),
     "aero/bem.py": (),
-    "aero/stall.py": (),
-    "aero/inflow.py": (),
+    **{f"aero/{path.parent.name}/{path.name}": () for path in VARIANTS},
     "aero/lag.py": (),
     "aero/polars.py": (),
-    "aero/tower_flow.py": (),
     "wind/velocity.py": (),
     "maths/access.py": (),
     "structure/kinematics.py": ("node_motion",),

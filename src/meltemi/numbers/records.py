@@ -21,7 +21,7 @@ from meltemi.maths.groups import GroupType, join, split
 from meltemi.maths.records import Member, members
 from meltemi.maths.records import Record as Record
 from meltemi.numbers.duals import DualArrayType, dual, make_dual
-from meltemi.numbers.lanes import WIDTH, LaneArrayType, int_lanes, lanes
+from meltemi.numbers.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF, _VL = ir.VectorType(_F64, WIDTH), ir.VectorType(_I64, WIDTH)
@@ -33,11 +33,12 @@ ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
 
 
 class FieldType(types.Type):
-    """Entries of one field of a table: kind of number, what an entry is, how many axes, and rows of an outer axis."""
+    """Entries of one field of a table: kind of number, what an entry is, how many axes, rows of an outer axis, and
+    ``step`` from one entry to the next: 1, or the number of fields where they stand last."""
 
-    def __init__(self, kind: str, cls: Any, ndim: int, outer: int) -> None:
-        self.kind, self.cls, self.ndim, self.outer = kind, cls, ndim, outer
-        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim},{outer}]")
+    def __init__(self, kind: str, cls: Any, ndim: int, outer: int, step: int) -> None:
+        self.kind, self.cls, self.ndim, self.outer, self.step = kind, cls, ndim, outer, step
+        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim},{outer},{step}]")
 
     @property
     def entry(self) -> Any:
@@ -119,6 +120,8 @@ def _places(builder: Any, kind: Any, proxy: Any, at: list[Any]) -> list[tuple[An
         flat = builder.mul(flat, flat.type(kind.outer))
     for n, k in zip(shape[1:], at[1:], strict=True):
         flat = builder.add(builder.mul(flat, n), k)
+    if kind.step > 1:
+        flat = builder.mul(flat, flat.type(kind.step))
     rows = _product(builder, shape[1:] if kind.outer else shape)
     result = []
     for part in range(kind.parts):
@@ -145,6 +148,8 @@ def _index(field: Any, index: Any) -> Any:
     if field.ndim == 1 and index == int_lanes and field.kind == FLOATS:
         return index
     if field.ndim > 1 and isinstance(index, types.BaseTuple) and len(index) == field.ndim:
+        if int_lanes in tuple(index):
+            return PlacesType(int_lanes, field.ndim) if field.kind == FLOATS and field.cls is None else None
         return types.UniTuple(types.intp, field.ndim) if all(isinstance(i, types.Integer) for i in index) else None
     return None
 
@@ -157,7 +162,7 @@ class _GetItem(AbstractTemplate):
         if at is None:
             return None
         entry = field.entry
-        if at == int_lanes:
+        if at == int_lanes or isinstance(at, PlacesType):
             entry = GroupType(field.cls, lanes) if field.cls else lanes
         return signature(entry, field, at)
 
@@ -184,11 +189,17 @@ def _get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 @lower_builtin(operator.getitem, FieldType, type(int_lanes))
+@lower_builtin(operator.getitem, FieldType, PlacesType)
 def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     """Eight places at once."""
     kind = sig.args[0]
     proxy = cgutils.create_struct_proxy(kind)(context, builder, args[0])
-    at = builder.sext(args[1], _VL)
+    index = cgutils.unpack_tuple(builder, args[1]) if isinstance(sig.args[1], PlacesType) else [args[1]]
+    at = builder.sext(index[0], _VL)
+    for n, i in zip(_shape(kind, proxy)[1:], index[1:], strict=True):
+        at = builder.add(builder.mul(at, splat(builder, n)), builder.sext(i, _VL))
+    if kind.step > 1:
+        at = builder.mul(at, ir.Constant(_VL, [kind.step] * WIDTH))
     parts = []
     for part in range(kind.parts):
         offset = builder.mul(proxy.n0, ir.Constant(_I64, part))
@@ -216,7 +227,8 @@ def _field(kind: Any, name: str) -> Any:
     declared = kind.table.fields.get(name)
     if declared is None or (declared.parts and not declared.kind):
         return None
-    return FieldType(kind.kind, declared.kind, kind.ndim, len(kind.table) * kind.table.outer)
+    step = len(kind.table) if kind.table.fields_last else 1
+    return FieldType(kind.kind, declared.kind, kind.ndim, len(kind.table) * kind.table.outer, step)
 
 
 def _array_type(kind: Any) -> Any:
@@ -253,7 +265,7 @@ def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tu
     field = _field(kind, name)
     result = cgutils.create_struct_proxy(field)(context, builder)
     shape = _shape(kind, proxy)
-    inner = shape[kind.table.outer :]
+    inner = [] if kind.table.fields_last else shape[kind.table.outer :]
     before = _product(builder, [*inner, ir.Constant(_I64, kind.table.fields[name].row)])
     result.data = _onwards(builder, kind.kind, proxy.data, before)
     if kind.kind == DUALS:
@@ -302,6 +314,8 @@ def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> 
     if name == "array":
         n, lengths = ir.Constant(_I64, len(kind.table)), _shape(kind, proxy)
         shape = [builder.mul(lengths[0], n), *lengths[1:]] if kind.table.outer else [n, *lengths]
+        if kind.table.fields_last:
+            shape = [*lengths, n]
         slopes = proxy.slopes if kind.kind == DUALS else None
         return _array(context, builder, _array_type(kind), proxy.data, slopes, shape)
     field, rows = _rows_of(context, builder, kind, proxy, name)
