@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroOptions, AeroParameters, TowerFlow
-from meltemi.aero.tower_flow import tower_influence, tower_load, tower_wind
+from meltemi.aero.tower_flow import tower_load, tower_wind
+from meltemi.aero.tower_flow.potential import influence as added_by
 from meltemi.maths.records import Array1, Single
 from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
@@ -68,7 +69,7 @@ def seen(tower: Float, q: Float = STANDING, v: Float = STANDING, shape: Float = 
 
 def influence(tower: Float, p: Vec) -> Vec:
     """[m/s] that the tower adds to the wind at a point."""
-    return tower_influence(p, seen(tower))
+    return added_by(p, seen(tower), 0)
 
 
 def cylinder(wind: Any = (10.0, 0.0), **rows: Any) -> Float:
