@@ -18,7 +18,7 @@ from meltemi.simulation.system import Outputs, System
 from meltemi.turbine.library import load_turbine
 
 SOURCES = Path(meltemi.__file__).parent
-VARIANTS = sorted((SOURCES / "aero").glob("*/*.py"))
+VARIANTS = [path for path in sorted((SOURCES / "aero").glob("*/*.py")) if "@kernel" in path.read_text(encoding="utf-8")]
 """Models of stall, inflow and tower influence."""
 MODULES: dict[str, tuple[str, ...]] = {
     "aero/rotor.py": (),
@@ -182,7 +182,7 @@ GOOD = [
     "for k in range(3):\n        if k == b:\n            x += 1.0\n    return x",
     "influenced = cos(frame[ex.AZIMUTH, b]) <= 0.0\n    if influenced:\n        x = 0.0 * x\n    return x",
     "lost = x > 0.0\n    return where(lost & (x < 2.0), x, 0.0)",
-    "options = m.aero_options\n    return x if options.wake == 1 or m.aero.tower_cut == 0.0 else 1.0 * x",
+    "options = m.aero_options\n    return x if options.wake == 1 or m.aero.fade_end == 0.0 else 1.0 * x",
     "influenced = cos(m.frame.azimuth[b]) <= 0.0 and b < m.motion.blades\n    return 0.0 * x if influenced else x",
 ]
 

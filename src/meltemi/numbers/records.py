@@ -58,6 +58,11 @@ class TableType(types.Type):
         self.table, self.kind, self.ndim = table, kind, len(table.axes)
         super().__init__(name=f"{table.__name__}[{kind}]")
 
+    @property
+    def key(self) -> Any:
+        """What makes two types equal: a name may be used in two modules."""
+        return self.table, self.kind
+
 
 @register_model(FieldType)
 @register_model(TableType)
@@ -339,6 +344,11 @@ class RecordType(types.Type):
     def __init__(self, cls: Any, kind: str) -> None:
         self.cls, self.kind = cls, kind
         super().__init__(name=f"{cls.__name__}[{kind}]")
+
+    @property
+    def key(self) -> Any:
+        """What makes two types equal: a name may be used in two modules."""
+        return self.cls, self.kind
 
 
 def _type_of(record: Any, member: Member) -> Any:
