@@ -17,14 +17,14 @@ from meltemi.simulation.system import Control, Outputs, Run, System
 from meltemi.turbine.library import load_turbine
 
 SOURCES = Path(meltemi.__file__).parent
+VARIANTS = [path for path in sorted((SOURCES / "aero").glob("*/*.py")) if "@kernel" in path.read_text(encoding="utf-8")]
+"""Models of stall, inflow and tower influence."""
 MODULES: dict[str, tuple[str, ...]] = {
     "aero/rotor.py": (),
     "aero/bem.py": (),
-    "aero/stall.py": (),
-    "aero/inflow.py": (),
+    **{f"aero/{path.parent.name}/{path.name}": () for path in VARIANTS},
     "aero/lag.py": (),
     "aero/polars.py": (),
-    "aero/tower_flow.py": (),
     "wind/velocity.py": (),
     "maths/access.py": (),
     "structure/kinematics.py": ("node_motion",),
@@ -35,7 +35,7 @@ MODULES: dict[str, tuple[str, ...]] = {
 RECORDS = (System, Outputs, Control, Run)
 SAME_FOR_ALL = {"t", "dt"}
 """Arguments that are one number for all nodes, besides whole numbers."""
-ARRAYS_WITHOUT_NODES = {"options", "aero", "wind", "now", "series", "frame", "machine", "rotor", "structure"}
+ARRAYS_WITHOUT_NODES = {"options", "aero", "wind", "now", "times", "series", "frame", "machine", "rotor", "structure"}
 """Arrays in which nothing belongs to a single node."""
 TABLES_WITHOUT_NODES = ARRAYS_WITHOUT_NODES | {"aero_options", "pitch", "drive"}
 """Tables of a record, or names for them, in which nothing belongs to a single node."""
@@ -182,7 +182,7 @@ GOOD = [
     "for k in range(3):\n        if k == b:\n            x += 1.0\n    return x",
     "influenced = cos(frame[ex.AZIMUTH, b]) <= 0.0\n    if influenced:\n        x = 0.0 * x\n    return x",
     "lost = x > 0.0\n    return where(lost & (x < 2.0), x, 0.0)",
-    "options = m.aero_options\n    return x if options.wake == 1 or m.aero.tower_cut == 0.0 else 1.0 * x",
+    "options = m.aero_options\n    return x if options.wake == 1 or m.aero.fade_end == 0.0 else 1.0 * x",
     "influenced = cos(m.frame.azimuth[b]) <= 0.0 and b < m.motion.blades\n    return 0.0 * x if influenced else x",
 ]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from meltemi.aero.flaps import FlapParameters
+from meltemi.aero.tables import FlapParameters
 from meltemi.control.actuators import (
     Actuation,
     Actuators,

@@ -29,7 +29,7 @@ from meltemi.control.filters import low_pass
 from meltemi.control.preview import SERIES, between, preview_change, preview_settings
 from meltemi.maths.vectors import Vec
 from meltemi.studies.preview import FREQUENCY, rotor_average
-from meltemi.wind.fields import wind_arrays
+from meltemi.wind.fields import wind_field
 from meltemi.wind.velocity import wind_velocity
 
 Float = NDArray[np.float64]
@@ -177,14 +177,12 @@ def test_planes_pass_the_rotor_when_preview_says_so(model: Model, periodic: bool
     """The series of the preview is the wind at the rotor's centre, an overhang upwind of the tower."""
     wind = gust(periodic=periodic)
     preview = preview_of(model, wind, (4.0, np.zeros(20)))
-    arrays = wind_arrays(wind, 90.0, 126.0)
+    kernel_wind = wind_field(wind, 90.0, 126.0)
     times = 0.05 * np.arange(1001)
     said = np.interp(times, preview.time_step * np.arange(len(preview.wind)), preview.wind)
 
     def at(x: float) -> Float:
-        return np.array(
-            [wind_velocity(Vec(x, 0.0, 90.0), t, arrays.wind, np.zeros(8), arrays.box).x for t in times.tolist()]
-        )
+        return np.array([wind_velocity(Vec(x, 0.0, 90.0), t, kernel_wind).x for t in times.tolist()])
 
     assert said.max() > 22.5
     assert np.abs(at(-model.turbine.nacelle.overhang) - said).max() < 0.1

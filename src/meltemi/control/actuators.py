@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from math import cos, cosh, exp, sin, sinh, sqrt
 
-from meltemi.aero.flaps import FlapParameters
+from meltemi.aero.tables import FlapParameters
 from meltemi.control.faults import Faults
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.kernel import kernel

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import overload
 
 
-class _Components:
+class Components:
     """In Python a group is also the sequence of its components."""
 
     __slots__: tuple[str, ...] = ()
@@ -28,7 +28,7 @@ class _Components:
 
 
 @dataclass(frozen=True, slots=True)
-class Vec(_Components):
+class Vec(Components):
     """A vector by its components."""
 
     x: float
@@ -49,7 +49,7 @@ class Vec(_Components):
 
 
 @dataclass(frozen=True, slots=True)
-class Rot(_Components):
+class Rot(Components):
     """A rotation matrix by its rows: ``xy`` is row x, column y."""
 
     xx: float
@@ -98,7 +98,7 @@ class Rot(_Components):
 
 
 @dataclass(frozen=True, slots=True)
-class Sym(_Components):
+class Sym(Components):
     """A symmetric 3 x 3 matrix, e.g. an inertia."""
 
     xx: float

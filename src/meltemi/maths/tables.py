@@ -6,7 +6,8 @@
 A table lists fields (name, unit, meaning) that share one shape. From it come the places of the fields in the array, the
 host-side views, the channel catalogue, perturbation by name, and the reference pages of the docs. Nowhere else is the
 layout of an array written down. An array of a table is contiguous ``float64`` with the field first: ``array[row]``,
-``array[row, blade]`` or ``array[row, blade, node]``.
+``array[row, blade]`` or ``array[row, blade, node]``. What is looked up as a whole at one place, such as a polar, has
+the fields last.
 
 On an instance a field is its entries, ``motion.position[b, n]``, or without axes a number, vector or matrix;
 ``motion.blades`` and ``motion.nodes`` are the lengths of its axes.
@@ -83,7 +84,7 @@ class _Rows:
     """Entries of one field in a table's array."""
 
     def __init__(self, table: Table, field: Field) -> None:
-        self.array, self.field = table.array, field
+        self.array, self.field, self.last = table.array, field, table.fields_last
         self.outer = len(type(table)) if table.outer else 0
 
     def __getitem__(self, index: Index) -> Any:
@@ -104,6 +105,8 @@ class _Rows:
 
     def _place(self, index: Index) -> tuple[int, ...]:
         at = index if isinstance(index, tuple) else (index,)
+        if self.last:
+            return (*at, self.field.row)
         if self.outer:
             return (self.field.row + self.outer * at[0], *at[1:])
         part = 0
@@ -180,6 +183,7 @@ class Table(metaclass=TableType):
       names: of the rows.
       integer: its numbers are whole.
       outer: 1 if the first axis stands before the fields: ``array[len(table) * mode + row, blade, node]``.
+      fields_last: the fields, numbers all of them, stand last: ``array[polar, angle, row]``.
     """
 
     title: ClassVar[str]
@@ -189,10 +193,13 @@ class Table(metaclass=TableType):
     names: ClassVar[tuple[str, ...]]
     integer: ClassVar[bool]
     outer: ClassVar[int]
+    fields_last: ClassVar[bool]
 
-    def __init_subclass__(cls, axes: str = "", title: str = "", integer: bool = False, outer: int = 0) -> None:
+    def __init_subclass__(
+        cls, axes: str = "", title: str = "", integer: bool = False, outer: int = 0, fields_last: bool = False
+    ) -> None:
         cls.title = title or re.sub(r"(?<=.)([A-Z])", r" \1", cls.__name__).lower()
-        cls.axes, cls.integer, cls.outer = tuple(axes.split()), integer, outer
+        cls.axes, cls.integer, cls.outer, cls.fields_last = tuple(axes.split()), integer, outer, fields_last
         cls.fields = {name: field for name, field in vars(cls).items() if isinstance(field, Field)}
         rows: list[Row] = []
         for name, field in cls.fields.items():
@@ -202,6 +209,8 @@ class Table(metaclass=TableType):
         cls.rows, cls.names = tuple(rows), tuple(row.name for row in rows)
         if len(set(cls.names)) != len(rows) or any(hasattr(Table, name) or name == "array" for name in cls.fields):
             raise ValueError(f"table {cls.title!r} has a field twice, or one with a name of its own attributes")
+        if fields_last and (outer or any(len(field) > 1 for field in cls.fields.values())):
+            raise ValueError(f"table {cls.title!r}: only numbers can stand last")
 
     blades: int
     nodes: int
@@ -211,6 +220,8 @@ class Table(metaclass=TableType):
     stations: int
     pairs: int
     coordinates: int
+    polars: int
+    angles: int
 
     def __init__(self, array: Any) -> None:
         self.array = array
@@ -220,6 +231,9 @@ class Table(metaclass=TableType):
     @classmethod
     def lengths(cls, array: Any) -> tuple[int, ...]:
         """Lengths of the axes of an array of this table."""
+        if cls.fields_last:
+            lengths: tuple[int, ...] = array.shape[:-1]
+            return lengths
         return (array.shape[0] // len(cls), *array.shape[1:]) if cls.outer else array.shape[1:]
 
     @classmethod
@@ -240,6 +254,8 @@ class Table(metaclass=TableType):
     def shape(cls, **sizes: int) -> tuple[int, ...]:
         """Shape of this table's array; ``sizes`` gives the length of every axis."""
         lengths = [sizes[axis] for axis in cls.axes]
+        if cls.fields_last:
+            return (*lengths, len(cls))
         return (len(cls) * lengths[0], *lengths[1:]) if cls.outer else (len(cls), *lengths)
 
     @classmethod

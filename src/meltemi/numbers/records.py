@@ -24,7 +24,7 @@ from meltemi.maths.records import Member, members
 from meltemi.maths.records import Record as Record
 from meltemi.maths.tables import Table
 from meltemi.numbers.duals import DualArrayType, dual, make_dual
-from meltemi.numbers.lanes import WIDTH, LaneArrayType, int_lanes, lanes
+from meltemi.numbers.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF, _VL = ir.VectorType(_F64, WIDTH), ir.VectorType(_I64, WIDTH)
@@ -36,11 +36,12 @@ ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
 
 
 class FieldType(types.Type):
-    """Entries of one field of a table: kind of number, what an entry is, how many axes, and rows of an outer axis."""
+    """Entries of one field of a table: kind of number, what an entry is, how many axes, rows of an outer axis, and
+    ``step`` from one entry to the next: 1, or the number of fields where they stand last."""
 
-    def __init__(self, kind: str, cls: Any, ndim: int, outer: int) -> None:
-        self.kind, self.cls, self.ndim, self.outer = kind, cls, ndim, outer
-        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim},{outer}]")
+    def __init__(self, kind: str, cls: Any, ndim: int, outer: int, step: int) -> None:
+        self.kind, self.cls, self.ndim, self.outer, self.step = kind, cls, ndim, outer, step
+        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim},{outer},{step}]")
 
     @property
     def entry(self) -> Any:
@@ -59,6 +60,11 @@ class TableType(types.Type):
     def __init__(self, table: Any, kind: str) -> None:
         self.table, self.kind, self.ndim = table, kind, len(table.axes)
         super().__init__(name=f"{table.__name__}[{kind}]")
+
+    @property
+    def key(self) -> Any:
+        """What makes two types equal: a name may be used in two modules."""
+        return self.table, self.kind
 
 
 @register_model(FieldType)
@@ -122,6 +128,8 @@ def _places(builder: Any, kind: Any, proxy: Any, at: list[Any]) -> list[tuple[An
         flat = builder.mul(flat, flat.type(kind.outer))
     for n, k in zip(shape[1:], at[1:], strict=True):
         flat = builder.add(builder.mul(flat, n), k)
+    if kind.step > 1:
+        flat = builder.mul(flat, flat.type(kind.step))
     rows = _product(builder, shape[1:] if kind.outer else shape)
     result = []
     for part in range(kind.parts):
@@ -148,6 +156,8 @@ def _index(field: Any, index: Any) -> Any:
     if field.ndim == 1 and index == int_lanes and field.kind == FLOATS:
         return index
     if field.ndim > 1 and isinstance(index, types.BaseTuple) and len(index) == field.ndim:
+        if int_lanes in tuple(index):
+            return PlacesType(int_lanes, field.ndim) if field.kind == FLOATS and field.cls is None else None
         return types.UniTuple(types.intp, field.ndim) if all(isinstance(i, types.Integer) for i in index) else None
     return None
 
@@ -160,7 +170,7 @@ class _GetItem(AbstractTemplate):
         if at is None:
             return None
         entry = field.entry
-        if at == int_lanes:
+        if at == int_lanes or isinstance(at, PlacesType):
             entry = GroupType(field.cls, lanes) if field.cls else lanes
         return signature(entry, field, at)
 
@@ -187,11 +197,17 @@ def _get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 @lower_builtin(operator.getitem, FieldType, type(int_lanes))
+@lower_builtin(operator.getitem, FieldType, PlacesType)
 def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     """Eight places at once."""
     kind = sig.args[0]
     proxy = cgutils.create_struct_proxy(kind)(context, builder, args[0])
-    at = builder.sext(args[1], _VL)
+    index = cgutils.unpack_tuple(builder, args[1]) if isinstance(sig.args[1], PlacesType) else [args[1]]
+    at = builder.sext(index[0], _VL)
+    for n, i in zip(_shape(kind, proxy)[1:], index[1:], strict=True):
+        at = builder.add(builder.mul(at, splat(builder, n)), builder.sext(i, _VL))
+    if kind.step > 1:
+        at = builder.mul(at, ir.Constant(_VL, [kind.step] * WIDTH))
     parts = []
     for part in range(kind.parts):
         offset = builder.mul(proxy.n0, ir.Constant(_I64, part))
@@ -219,7 +235,9 @@ def _field(kind: Any, name: str) -> Any:
     declared = kind.table.fields.get(name)
     if declared is None:
         return None
-    return FieldType(kind.kind, declared.kind, len(declared.lengths) + kind.ndim, len(kind.table) * kind.table.outer)
+    step = len(kind.table) if kind.table.fields_last else 1
+    ndim = len(declared.lengths) + kind.ndim
+    return FieldType(kind.kind, declared.kind, ndim, len(kind.table) * kind.table.outer, step)
 
 
 def _array_type(kind: Any) -> Any:
@@ -256,7 +274,7 @@ def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tu
     field = _field(kind, name)
     result = cgutils.create_struct_proxy(field)(context, builder)
     shape = _shape(kind, proxy)
-    inner = shape[kind.table.outer :]
+    inner = [] if kind.table.fields_last else shape[kind.table.outer :]
     before = _product(builder, [*inner, ir.Constant(_I64, kind.table.fields[name].row)])
     result.data = _onwards(builder, kind.kind, proxy.data, before)
     if kind.kind == DUALS:
@@ -329,6 +347,8 @@ def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> 
     if name == "array":
         n, lengths = ir.Constant(_I64, len(kind.table)), _shape(kind, proxy)
         shape = [builder.mul(lengths[0], n), *lengths[1:]] if kind.table.outer else [n, *lengths]
+        if kind.table.fields_last:
+            shape = [*lengths, n]
         slopes = proxy.slopes if kind.kind == DUALS else None
         return _array(context, builder, _array_type(kind), proxy.data, slopes, shape)
     field, rows = _rows_of(context, builder, kind, proxy, name)
@@ -352,6 +372,11 @@ class RecordType(types.Type):
     def __init__(self, cls: Any, kind: str) -> None:
         self.cls, self.kind = cls, kind
         super().__init__(name=f"{cls.__name__}[{kind}]")
+
+    @property
+    def key(self) -> Any:
+        """What makes two types equal: a name may be used in two modules."""
+        return self.cls, self.kind
 
 
 def _type_of(record: Any, member: Member) -> Any:

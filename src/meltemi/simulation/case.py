@@ -78,7 +78,6 @@ class Case:
         coordinates = {"q": (nq,), "v": (nq,), "a": (nq,)}
         self.signals = Arena({**coordinates, **rotor.shapes(turbine, stations, lanes)}, duals=duals)
         self.aero_state = Arena(rotor.states(turbine, lanes), duals=duals)
-        described = wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter)
         self.measured, self.limits = Measurements.zeros(), _largest_demands(model)
         self.settings, self.clock = Settings(Settings.zeros()), Clock(np.zeros(len(Clock), dtype=np.int64))
         self.v_old, self.a_old, self.events = np.zeros(nq), np.zeros(nq), np.zeros((0, 3))
@@ -96,10 +95,7 @@ class Case:
             "faults": healthy(),
             "watch": new_watch(model),
             "conditions": conditions_array(model.environment, grid, turbine.rated_power, frequency),
-            "wind": described.wind,
-            "series": described.series,
-            "now": np.zeros(described.series.shape[1]),
-            "box": described.box,
+            **wind_arrays(wind, turbine.hub_height, turbine.rotor_diameter),
             "measured": self.measured,
             "settings": self.settings.array,
             "v_old": self.v_old,

@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from meltemi.aero.stall import model_weight
+from meltemi.aero import stall
+from meltemi.aero.stall.section import model_weight
 from meltemi.aero.tables import AeroNode, AeroOptions, BladeFlow, InflowState, StallState
 from meltemi.control.actuators import FlapActuators
 from meltemi.control.signals import GENERATOR_TORQUE, REACTIVE_POWER
@@ -318,11 +319,11 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
             own, grows = (_place(case, "gears", r, k) for r in (row, rate))
             x.append(Variable(f"{begins} gear mode {k + 1}", units, ((own, 1.0),), grows))
     for array, table, active in _air(case, point, azimuths):
-        for f, entry in enumerate(table.rows):
-            for b, n in np.argwhere(active):
-                place = int(np.ravel_multi_index((f, b, n), case[array].shape))
-                name = f"blade {b + 1} node {n + 1} {array} {entry.name}"
-                x.append(Variable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
+        for f, b, n in np.argwhere(active):
+            entry = table.rows[f]
+            place = int(np.ravel_multi_index((f, b, n), case[array].shape))
+            name = f"blade {b + 1} node {n + 1} {array} {entry.name}"
+            x.append(Variable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
     if model.turbine.pitch_actuator.kind != "ideal":
         w, z = model.parameter("actuators.pitch_frequency"), model.parameter("actuators.pitch_damping")
         x += _actuator_states(case, "pitch", "pitch", (), w, z)
@@ -340,10 +341,16 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
 def _air(
     case: Case, point: OperatingPoint, azimuths: Sequence[float]
 ) -> tuple[tuple[str, type[Table], NDArray[np.bool_]], ...]:
-    """States of inflow and stall, and where they act."""
+    """States of inflow and stall, and (states, blades, nodes) where they act."""
     if not case.aero_state.views:
         return ()
-    return ("inflow", InflowState, _lagging(case)), ("stall", StallState, _stalling(case, point, azimuths))
+    lagging, stalling = _lagging(case), _stalling(case, point, azimuths)
+    model = stall.MODELS[case["aero_options"][AeroOptions.index("stall")]]
+    used = np.array([name in model.STATES for name in StallState.names])
+    return (
+        ("inflow", InflowState, np.broadcast_to(lagging, (len(InflowState), *lagging.shape))),
+        ("stall", StallState, used[:, None, None] & stalling),
+    )
 
 
 def _flap_actuator(case: Case, j: int) -> tuple[bool, float, float]:
@@ -387,7 +394,7 @@ def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> N
         for (b, n), now in np.ndenumerate(weight):
             alpha, speed = flow[BladeFlow.index("alpha"), b, n], flow[BladeFlow.index("speed"), b, n]
             polar = int(nodes[AeroNode.index("polar"), b, n])
-            weight[b, n] = min(now, model_weight(case["section"], polar, alpha, speed))
+            weight[b, n] = min(now, model_weight(alpha, speed, polar, case.plain))
     # all blades come by everywhere
     active: NDArray[np.bool_] = np.broadcast_to(weight.min(axis=0) > 0.0, weight.shape)
     return active

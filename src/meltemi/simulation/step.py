@@ -123,14 +123,13 @@ def equations(t: float, dt: float, m: System) -> None:
     blade_frames(m)
     blade_motion(m)
     # wind and aerodynamic loads
-    series_now(t, m.series, m.now.array)
-    tower_wind(t, m.q, m.v, m.tower_shape.array, m.wind.array, m.now.array, m.box, m.tower_lanes.array)
+    series_now(t, m)
+    tower_wind(t, m)
     relative_wind(t, m)
     disk_averages(m)
     quasi_steady(m)
     loads(dt, m)
-    drag = m.aero_options.tower_drag * m.aero.air_density
-    tower_load(drag, m.tower_lanes.array, m.tower_shape.array, m.tower_push)
+    tower_load(m)
     # equations of motion
     collect_blades(m)
     assemble(dt, m)
@@ -258,11 +257,11 @@ def sense(t: float, following: int, c: Control, m: AnySystem) -> None:
 def whole_machine(t: float, c: Control, m: AnySystem) -> None:
     """Fill the summary after section loads; ``m`` node by node."""
     s, p = c.summary, m.structure
-    series_now(t, m.series, m.now.array)
+    series_now(t, m)
     undeflected = p.tower_base + p.tower_length + p.shaft_height + p.overhang * sin(p.tilt)
     s.time = t
-    s.wind = wind_velocity(Vec(0.0, 0.0, undeflected), t, m.wind.array, m.now.array, m.box)
-    s.hub_wind = wind_velocity(m.machine.hub_position, t, m.wind.array, m.now.array, m.box)
+    s.wind = wind_velocity(Vec(0.0, 0.0, undeflected), t, m)
+    s.hub_wind = wind_velocity(m.machine.hub_position, t, m)
     s.generator_speed = generator_speed(m)
     s.generator_torque = m.drive.generator_torque
     s.power = electrical_power(m.drive.generator_torque * generator_speed(m), c.settings.efficiency)

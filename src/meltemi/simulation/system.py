@@ -2,43 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from meltemi.aero.air import Air
 from meltemi.aero.tables import AeroParameters, RotorFlow
 from meltemi.control.actuators import Actuation
 from meltemi.core.kernel import kernel
 from meltemi.electrical.tables import ElectricalParameters, ElectricState
 from meltemi.environment.conditions import Conditions
-from meltemi.maths.records import Array1, Array2, Box, Constant, Ints, Record
+from meltemi.maths.records import Array1, Array2, Constant, Ints, Record
 from meltemi.simulation.tables import Clock, Settings, Summary, Watch
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.structure.tables import BladeRootLoad, Columns, MachineLoad, SectionLoads, Structure, StructureParameters
 from meltemi.turbine.exchange import Drive, Machine, PitchMotion
-from meltemi.wind.velocity import WindNow, WindParameters
+from meltemi.wind.velocity import WindField
 
 
-class System(Structure, Air):
-    """Coordinates, parameters, and what an evaluation leaves; the coordinates are in the order of the model's."""
-
-
-class AnySystem(Protocol):
+class AnySystem(WindField):
     """What turbines with any kind of rotor have."""
 
     q: Array1
     v: Array1
     a: Array1
+    locked: Array1
     structure: StructureParameters
     columns: Columns
-    wind: WindParameters
-    series: Array2
-    now: WindNow
-    box: Box
     aero: AeroParameters
     rotor: RotorFlow
     machine: Machine
     pitch: PitchMotion
     drive: Drive
+
+
+class System(Structure, Air, AnySystem):
+    """A turbine with flexible blades and tower; the coordinates are in the order of the model's."""
 
 
 @kernel

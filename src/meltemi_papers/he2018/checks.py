@@ -7,7 +7,8 @@ from math import atan2, hypot, pi
 
 import numpy as np
 
-from meltemi.aero.flaps import ALPHAS, DELTAS, LIFT, STEP
+from meltemi.aero.flaps import ALPHAS, DELTAS, STEP
+from meltemi.aero.tables import FlapIncrement
 from meltemi.control.feedforward import blade_wind, weight, weight_settings
 from meltemi.control.filters import response
 from meltemi.control.multiblade import blade_angle, to_blade, to_fixed
@@ -126,7 +127,7 @@ def _steady(runs: Runs) -> list[Check]:
 
 def _polars(runs: Runs) -> list[Check]:
     """Largest difference of the flap's lift increments from the table, at all its angles."""
-    grid = runs.bench.model.rotor.increments[0, :, LIFT].reshape(ALPHAS, DELTAS)
+    grid = runs.bench.model.rotor.increments[0, :, FlapIncrement.index("lift")].reshape(ALPHAS, DELTAS)
     worst = 0.0
     for row in LIFT_TABLE.strip().splitlines():
         alpha, *lift = (float(word) for word in row.split())

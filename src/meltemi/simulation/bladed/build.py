@@ -11,7 +11,7 @@ from contextlib import contextmanager
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero import stall_tables
+from meltemi.aero import stall_tables, variants
 from meltemi.aero.flaps import ALPHAS, DELTAS
 from meltemi.aero.flaps import STEP as INCREMENT_STEP
 from meltemi.aero.tables import (
@@ -366,7 +366,6 @@ def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, option
     v["stall_a1"], v["stall_a2"], v["stall_b1"], v["stall_b2"] = c.a1, c.a2, c.b1, c.b2
     v["stall_pressure"], v["stall_separation"] = c.pressure_lag, c.separation_lag
     v["sweep_flap"] = -0.5 if options.chord_angle == "section" else 0.5
-    v["tower_cut"] = float(options.tower_influence == "lower_half")
     return array
 
 
@@ -376,10 +375,10 @@ def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
         "wake": ("none", "momentum").index(options.wake),
         "high_induction": ("none", "buhl").index(options.high_induction),
         "skew": ("none", "glauert").index(options.skew),
-        "inflow": ("quasi_steady", "constant", "variable").index(options.inflow),
-        "stall": ("static", "hansen").index(options.stall),
+        "inflow": variants.number(variants.InflowModel, options.inflow),
+        "stall": variants.number(variants.StallModel, options.stall),
         "stall_rotation": ("none", "camber", "openfast").index(options.stall_rotation),
-        "tower": int(options.tower_influence != "none"),
+        "tower": variants.number(variants.TowerInfluence, options.tower_influence),
         "tower_drag": int(options.tower_drag),
         "iterations": options.induction_iterations,
     }
@@ -478,7 +477,7 @@ def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float,
     polar = np.zeros((len(grid), len(PolarPoint)))
     for name in ("lift", "drag", "moment"):
         polar[:, PolarPoint.index(name)] = np.interp(grid, airfoil.angle_of_attack, getattr(airfoil, name))
-    section = SectionConstants.zeros()
+    section = np.zeros(len(SectionConstants))
     if not airfoil.dynamic_stall or np.ptp(airfoil.lift) < 0.01:
         return polar, section
     section[SectionConstants.index("dynamic")] = 1.0

@@ -8,12 +8,12 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.flaps import FlapParameters
 from meltemi.aero.tables import (
     AeroMemory,
     AeroNode,
     AeroParameters,
     BladeFlow,
+    FlapParameters,
     InflowState,
     RotorFlow,
     StallState,

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.coefficient import RotorCoefficient, coefficient_arrays
-from meltemi.aero.flaps import FlapParameters
-from meltemi.aero.tables import AeroParameters, RotorFlow
+from meltemi.aero.tables import AeroParameters, FlapParameters, RotorFlow
 from meltemi.control.actuators import FlapActuators
 from meltemi.control.signals import Demands
 from meltemi.core.errors import InputError, did_you_mean

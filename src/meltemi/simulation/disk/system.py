@@ -10,11 +10,10 @@ from __future__ import annotations
 from math import atan2, cos, exp, log, pi, sin, sqrt, tanh
 
 from meltemi.aero.coefficient import known, power_coefficient, thrust_coefficient
-from meltemi.aero.tables import AeroParameters, RotorFlow
 from meltemi.core.kernel import kernel
 from meltemi.environment.rain import RainParameters, rain_power_loss
 from meltemi.maths.algebra import Vec
-from meltemi.maths.records import Array1, Array2, Array4, Box, Constant, Record
+from meltemi.maths.records import Array1, Array2, Array4, Constant
 from meltemi.maths.tables import Table, number
 from meltemi.simulation.step import (
     begin_step,
@@ -25,11 +24,10 @@ from meltemi.simulation.step import (
     section_loads,
     settle_inflow,
 )
-from meltemi.simulation.system import Outputs, Run
+from meltemi.simulation.system import AnySystem, Outputs, Run
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
-from meltemi.structure.tables import Columns, MachineLoad, StructureParameters
-from meltemi.turbine.exchange import Drive, Machine, PitchMotion
-from meltemi.wind.velocity import WindNow, WindParameters, series_now, wind_velocity
+from meltemi.structure.tables import MachineLoad
+from meltemi.wind.velocity import series_now, wind_velocity
 
 LEAST_WIND = 0.1
 """[m/s] below which the tip-speed ratio is that of this wind."""
@@ -56,20 +54,9 @@ class DiskFlow(Table):
     rain_loss: float = number("W", "of power, to rain")
 
 
-class DiskSystem(Record):
+class DiskSystem(AnySystem):
     """A turbine with such a rotor; its coordinates are yaw, generator, torsion of the shaft."""
 
-    q: Array1
-    v: Array1
-    a: Array1
-    locked: Array1
-    structure: StructureParameters
-    columns: Columns
-    wind: WindParameters
-    series: Array2
-    now: WindNow
-    box: Box
-    aero: AeroParameters
     disk: Disk
     coefficient: Array1
     ratios: Constant[Array1]
@@ -77,11 +64,7 @@ class DiskSystem(Record):
     values: Array4
     rain: Constant[RainParameters]
     points: Constant[Array2]
-    rotor: RotorFlow
     disk_flow: DiskFlow
-    pitch: PitchMotion
-    drive: Drive
-    machine: Machine
     chain: MachineLoad
 
 
@@ -98,8 +81,7 @@ def disk_wind(t: float, m: DiskSystem) -> Vec:
     u = Vec(0.0, 0.0, 0.0)
     for i in range(n):
         left, up = m.points[0, i], m.points[1, i]
-        place = Vec(-s * left, c * left, m.structure.tower_length + up)
-        u += wind_velocity(place, t, m.wind.array, m.now.array, m.box)
+        u += wind_velocity(Vec(-s * left, c * left, m.structure.tower_length + up), t, m)
     return Vec(u.x / n, u.y / n, u.z / n)
 
 
@@ -184,7 +166,7 @@ def _(t: float, dt: float, m: DiskSystem) -> None:
     follow_drive(m)
     m.machine.azimuth, m.machine.rotor_speed = m.q[GENERATOR] + m.q[TORSION], m.v[GENERATOR] + m.v[TORSION]
     m.machine.hub_position = Vec(0.0, 0.0, m.structure.tower_length)
-    series_now(t, m.series, m.now.array)
+    series_now(t, m)
     aerodynamics(t, m)
     shaft(m)
 
