@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.maths.algebra import Rot, Sym, Vec
+from meltemi.maths.algebra import Phasor, Rot, Sym, Vec
 
 if TYPE_CHECKING:
     import numpy as np
@@ -51,7 +51,7 @@ class Field:
     Attributes:
       unit: of its numbers.
       doc: meaning.
-      kind: ``Vec``, ``Rot`` or ``Sym``; None for plain numbers.
+      kind: ``Vec``, ``Rot``, ``Sym`` or ``Phasor``; None for plain numbers.
       parts: ends of the names of its rows; empty for one row.
       lengths: of the axes of a field of plain numbers before those of its table: blades, flaps and blades.
       row: the first one.
@@ -136,6 +136,11 @@ def rotation(unit: str, doc: str) -> Any:
 def symmetric(unit: str, doc: str) -> Any:
     """A field of symmetric matrices."""
     return Field(unit, doc, Sym)
+
+
+def dq(unit: str, doc: str) -> Any:
+    """A field of phasors."""
+    return Field(unit, doc, Phasor)
 
 
 def blades(unit: str, doc: str) -> Any:
