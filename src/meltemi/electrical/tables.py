@@ -68,7 +68,7 @@ class ElectricState(Table, title="electric"):
 
     stator: Phasor = dq("A", "state: stator current, d along the magnets' flux, q ahead of it, which makes the torque")
     stator_hold: Phasor = dq("V", "state: integral part of its control")
-    grid: Phasor = dq("A", "state: grid current in the axes of the phase-locked loop, d in phase with the voltage")
+    grid: Phasor = dq("A", "state: grid current, d in phase with the phase-locked loop, q a quarter period ahead")
     grid_hold: Phasor = dq("V", "state: integral part of its control")
     dc_energy: float = number("J", "state: of the DC link")
     dc_hold: float = number("W", "state: integral part of the control of its voltage")
