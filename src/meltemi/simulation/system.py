@@ -6,7 +6,7 @@ from meltemi.aero.air import Air
 from meltemi.aero.tables import AeroParameters, RotorFlow
 from meltemi.control.actuators import Actuation
 from meltemi.core.kernel import kernel
-from meltemi.electrical.tables import ElectricalParameters, ElectricState
+from meltemi.electrical.tables import Electrical
 from meltemi.environment.conditions import Conditions
 from meltemi.maths.records import Array1, Array2, Constant, Ints, Record
 from meltemi.simulation.tables import Clock, Settings, Summary, Watch
@@ -55,15 +55,12 @@ def rotor_speed(m: AnySystem) -> float:
     return m.v[n + GENERATOR] + m.v[n + TORSION]
 
 
-class Control(Actuation):
+class Control(Actuation, Electrical):
     """What lies between controller and turbine: signals, actuators, electrical system, conditions, measured loads."""
 
     settings: Constant[Settings]
     conditions: Constant[Array2]
     outside: Conditions
-    electrical: ElectricalParameters
-    electric: ElectricState
-    d_electric: ElectricState
     root: BladeRootLoad
     chain: MachineLoad
     summary: Summary
