@@ -120,7 +120,7 @@ class Sym(Components):
 
 
 @dataclass(frozen=True, slots=True)
-class Phasor(_Components):
+class Phasor(Components):
     """A complex number d + j q."""
 
     d: float
