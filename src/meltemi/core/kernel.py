@@ -138,7 +138,7 @@ FEATURES = {
     "control.coordinated": "coordinated control",
     "control.load_control": "load control",
     "control.yaw": "the yaw control",
-    "simulation.power": "power-coefficient turbines",
+    "simulation.disk": "power-coefficient turbines",
     "wind.turbulence": "turbulent wind",
     "electrical": "the electrical system",
     "structure.section_loads": "section loads",
