@@ -1,14 +1,14 @@
-"""The section of the power control in a state vector: settings, states, two loops, then tables of the rotor."""
+"""State of the power control: settings, states, two loops, tables of the rotor."""
 
 from __future__ import annotations
 
-from meltemi.control.integrator import IntegratorState
+from meltemi.control.integrator import Integrator
 from meltemi.control.power_control.tables import CONDITIONS
-from meltemi.maths.tables import Table, number
+from meltemi.maths.tables import Numbers, Table, number, numbers, part, series
 
 
 class PowerControlState(Table, title="power control"):
-    """Settings, states and the sizes of tables."""
+    """Settings, states, loops and tables."""
 
     filter_frequency: float = number("rad/s", "of the generator speed's low-pass")
     cut_in_speed: float = number("rad/s", "of the generator, below which there is no torque")
@@ -79,81 +79,9 @@ class PowerControlState(Table, title="power control"):
     share_step: float = number("-", "its step")
     shares: float = number("-", "how many")
 
-
-(
-    FILTER,
-    CUT_IN,
-    OPTIMAL,
-    RATED,
-    SYNCHRONOUS,
-    SLOPE,
-    RATED_POWER,
-    GRID_RATING,
-    MAX_TORQUE,
-    TORQUE_RATE,
-    REFERENCE_SPEED,
-    MIN_PITCH,
-    MAX_PITCH,
-    PITCH_RATE,
-    EFFICIENCY,
-    GEAR_RATIO,
-    GEAR_EFFICIENCY,
-    RADIUS,
-    INERTIA,
-    LOOP_INERTIA,
-    BEST_RATIO,
-    BEST_COEFFICIENT,
-    TRACKS_RATIO,
-    AIR,
-    ASSUMED_PRESSURE,
-    SCHEME,
-    RECOVERY_MARGIN,
-    REFERENCE_RATE,
-    FREQUENCY,
-    DAMPING,
-    ESTIMATOR_GAIN,
-    DROOP_GAIN,
-    DEAD_BAND,
-    NOMINAL_FREQUENCY,
-    RESERVE,
-    INERTIA_GAIN,
-    INERTIA_TIME,
-    AVAILABLE_TIME,
-    SPEED,
-    TORQUE,
-    PITCH,
-    SLOW_PITCH,
-    DENSITY,
-    WIND,
-    LAST_SPEED,
-    HEARD_TORQUE,
-    HEARD_PITCH,
-    AVAILABLE,
-    SLOW_FREQUENCY,
-    REFERENCE,
-    SETPOINT,
-    LOWER,
-    UPPER,
-    RECOVERY,
-    STATE,
-    SPARES,
-    LIMITED,
-    OVER,
-    SWITCHES,
-    RATIO_FIRST,
-    RATIO_STEP,
-    RATIOS,
-    PITCH_FIRST,
-    PITCH_STEP,
-    PITCHES,
-    SHARE_FIRST,
-    SHARE_STEP,
-    SHARES,
-) = range(len(PowerControlState))
-
-HOLDS = len(PowerControlState)
-"""Conditions of the machine, 1 where one holds."""
-PITCH_LOOP = HOLDS + len(CONDITIONS)
-TORQUE_LOOP = PITCH_LOOP + len(IntegratorState)
-TABLES = TORQUE_LOOP + len(IntegratorState)
-"""Power coefficients by ratio and pitch, sensitivities by pitch and share, optimal gains by pitch."""
+    holds: Numbers = numbers("-", "1 where a condition of the machine holds", CONDITIONS)
+    pitch_loop: Integrator = part(Integrator, "speed by pitch")
+    torque_loop: Integrator = part(Integrator, "speed by torque")
+    power_coefficient: Numbers = series("-", "by tip-speed ratio and pitch", "ratios", "pitches")
+    sensitivity: Numbers = series("1/rad", "of the power to pitch, by pitch and speed share", "pitches", "shares")
+    optimal_gain: Numbers = series("N m s^2/rad^2", "over density, by pitch", "pitches")

@@ -20,6 +20,8 @@ from pydantic import Field, model_validator
 
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Record, Vector
+from meltemi.maths.generic import whole
+from meltemi.maths.tables import Numbers, Table, number, series
 
 Float = NDArray[float64]
 
@@ -72,24 +74,35 @@ class YawProtection(Record):
         return self
 
 
-@kernel
-def threshold(x: Float, at: int, n: int, stepwise: float, wind: float) -> float:
-    """Threshold [rad] at a mean wind speed [m/s] (C-61, C-62).
+class YawThreshold(Table):
+    """The threshold for kernels."""
 
-    Args:
-      x: vector that holds n wind speeds and then n thresholds from the place ``at`` on.
-      stepwise: 1: the stepwise law, 0: the interpolated one.
-    """
-    b = at + n
-    if wind <= x[at]:
-        return x[b]
+    stepwise: float = number("-", "1: stepwise law, 0: interpolated")
+    points: float = number("-", "base points; 0: no protection")
+    wind_speed: Numbers = series("m/s", "of the base points", "points")
+    threshold: Numbers = series("rad", "at the base points", "points")
+
+
+@kernel
+def threshold(x: YawThreshold, wind: float) -> float:
+    """Threshold [rad] at a mean wind speed [m/s] (C-61, C-62)."""
+    c, b, n = x.wind_speed, x.threshold, whole(x.points)
+    if wind <= c[0]:
+        return b[0]
     for i in range(n - 1):
-        if wind <= x[at + i + 1]:
-            if stepwise > 0.0:
-                return x[b + i]
-            share = (wind - x[at + i]) / (x[at + i + 1] - x[at + i])
-            return x[b + i] + (x[b + i + 1] - x[b + i]) * share
-    return x[b + n - 1]
+        if wind <= c[i + 1]:
+            if x.stepwise > 0.0:
+                return b[i]
+            share = (wind - c[i]) / (c[i + 1] - c[i])
+            return b[i] + (b[i + 1] - b[i]) * share
+    return b[n - 1]
+
+
+def threshold_settings(protection: YawProtection) -> YawThreshold:
+    """The threshold of a protection for kernels."""
+    return YawThreshold.of(
+        stepwise=protection.law == "stepwise", wind_speed=protection.wind_speeds, threshold=protection.thresholds
+    )
 
 
 def yaw_threshold(protection: YawProtection, wind_speed: ArrayLike) -> Float:
