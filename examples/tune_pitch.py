@@ -80,7 +80,7 @@ def law(model: meltemi.Model, factors: np.ndarray) -> meltemi.Controller:
     gains = {
         f"pitch.{name}": factor * getattr(control.pitch, name) for name, factor in zip(GAINS, factors, strict=True)
     }
-    return meltemi.baseline(control.replace(**gains))
+    return meltemi.BaselineController(control.replace(**gains))
 
 
 def measures(run: meltemi.Result) -> dict[str, float]:

@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Droop, InputError, PowerControl, PowerGrid, StartPoint, power_control
+from meltemi import Droop, InputError, PowerControl, PowerController, PowerGrid, StartPoint
 from meltemi.control import signals as s
 from meltemi.control.controller import new_vectors
 from meltemi.control.power_control import state as p
@@ -129,7 +129,7 @@ class Run:
         def at(series: Series, time: float) -> float:
             return series(time) if callable(series) else series
 
-        controller = power_control(machine, rotor, settings)
+        controller = PowerController(machine, rotor, settings)
         speed, torque, pitch = begin
         self.x = x = controller.initial_state(StartPoint(at(wind, 0.0), speed, pitch, torque))
         assert len(controller.state_names) == len(x)
@@ -428,7 +428,7 @@ def test_a_signal_above_rating_is_taken_as_rated_and_said_once(machine: PowerTur
 def test_a_loop_faster_than_the_filter_of_the_speed_is_refused(machine: PowerTurbine) -> None:
     for name in ("frequency", "tracking_frequency"):
         with pytest.raises(InputError, match=rf"{name} 3 rad/s is not below the 2 rad/s"):
-            power_control(machine, meltemi.performance_of(machine), PowerControl.model_validate({name: 3.0}))
+            PowerController(machine, meltemi.performance_of(machine), PowerControl.model_validate({name: 3.0}))
 
 
 def test_the_set_point_moves_at_its_rate_from_the_power_there_is(machine: PowerTurbine) -> None:
@@ -555,9 +555,9 @@ def test_wrong_settings_are_refused(wrong: dict[str, Any], words: str) -> None:
 
 def test_what_does_not_suit_the_turbine_is_refused(machine: PowerTurbine) -> None:
     with pytest.raises(InputError, match="recovery_speed"):
-        power_control(machine, BLADED, PowerControl(recovery_speed=0.8))
+        PowerController(machine, BLADED, PowerControl(recovery_speed=0.8))
     with pytest.raises(InputError, match="more tip-speed ratios"):
-        power_control(machine, performance(BEM[:5], RATIOS[:5]))
+        PowerController(machine, performance(BEM[:5], RATIOS[:5]))
 
 
 def test_a_reference_above_rating_is_refused_before_the_run() -> None:

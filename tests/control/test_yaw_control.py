@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, ModelOptions, SteadyWind, Turbine, YawControl, yaw_control
+from meltemi import InputError, ModelOptions, SteadyWind, Turbine, YawControl, YawController
 from meltemi.control import signals as s
 from meltemi.control import yaw
 from meltemi.loadcases.case import case_controller, read_case
@@ -156,7 +156,7 @@ def test_settings_that_cannot_work_are_refused() -> None:
 
 def test_a_turbine_turns_into_the_wind(turbine: Turbine) -> None:
     model = meltemi.build(turbine.replace(**{"yaw.rate": 0.01}), ModelOptions(yaw="driven"))
-    controller = yaw_control(model.turbine, YawControl(average_time=5.0, start_time=2.0))
+    controller = YawController(model.turbine, YawControl(average_time=5.0, start_time=2.0))
     wind = SteadyWind(speed=10.0, direction=0.3)
     channels = ["nacelle_yaw", "yaw_error", "yaw_threshold", "GenPwr"]
     result = meltemi.simulate(model, wind, duration=60.0, controller=controller, channels=channels)
@@ -179,7 +179,7 @@ def test_a_held_nacelle_and_a_yaw_control_do_not_go_together(turbine: Turbine, k
             meltemi.build(turbine, ModelOptions(yaw=kind)),
             SteadyWind(speed=10.0),
             duration=1.0,
-            controller=yaw_control(turbine),
+            controller=YawController(turbine),
         )
 
 
@@ -193,7 +193,7 @@ def test_beside_load_control(turbine: Turbine) -> None:
             model,
             wind,
             duration=20.0,
-            controller=yaw_control(turbine, settings, chosen),
+            controller=YawController(turbine, settings, chosen),
             channels=["nacelle_yaw", "BldPitch1"],
         )
         for chosen in (None, load)

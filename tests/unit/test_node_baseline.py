@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from meltemi.control import baseline as law
 from meltemi.control import signals as s
-from meltemi.control.baseline import BaselineState, baseline, parameters, steady_torque
+from meltemi.control.baseline import BaselineController, BaselineState, parameters, steady_torque
 from meltemi.control.controller import StartPoint
 from meltemi.core.errors import InputError
 from meltemi.maths.tables import View
@@ -92,7 +92,7 @@ class Ours:
     """The package's controller, called as the simulation calls it."""
 
     def __init__(self, control: BaselineControl, start: StartPoint, n_blades: int = 3) -> None:
-        controller = baseline(control)
+        controller = BaselineController(control)
         self.state = controller.initial_state(start)
         self.update: Callable[..., None] = controller.update
         self.measured, self.demands = s.Measurements.zeros(), s.Demands.zeros()
@@ -327,15 +327,15 @@ def test_numbers_of_another_turbine_are_used(turbine: Turbine) -> None:
 
 
 def test_a_sample_time_is_handed_on(control: BaselineControl) -> None:
-    assert baseline(control).sample_time is None
-    assert baseline(control, sample_time=0.1).sample_time == 0.1
-    assert baseline(control).name == "baseline"
+    assert BaselineController(control).sample_time is None
+    assert BaselineController(control, sample_time=0.1).sample_time == 0.1
+    assert BaselineController(control).name == "baseline"
 
 
 def test_smoothing(control: BaselineControl) -> None:
     """Held power comes gradually (C-5a); without smoothing the law is the published one to the bit."""
     start = StartPoint(11.0, 118.0, 0.0, 3.5e4)
-    assert View(BaselineState, baseline(control).initial_state(start))["smoothing"] == 0.0
+    assert View(BaselineState, BaselineController(control).initial_state(start))["smoothing"] == 0.0
     sharp, smooth = parameters(control), parameters(control)
     width = 0.005
     smooth[law.SMOOTHING] = width
@@ -356,4 +356,4 @@ def test_smoothing(control: BaselineControl) -> None:
 @pytest.mark.parametrize("width", [-0.01, np.inf, np.nan])
 def test_smoothing_is_an_angle(control: BaselineControl, width: float) -> None:
     with pytest.raises(InputError, match="smoothing"):
-        baseline(control, smoothing=width)
+        BaselineController(control, smoothing=width)

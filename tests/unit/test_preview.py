@@ -12,13 +12,13 @@ import meltemi
 from meltemi import (
     InputError,
     LoadControl,
+    LoadController,
     Model,
     Preview,
     Result,
     SteadyWind,
     Turbine,
     WindBox,
-    load_control,
     preview_of,
     simulate,
     steady_pitch,
@@ -115,7 +115,7 @@ def test_numbers_that_cannot_be_are_refused(turbine: Turbine, change: dict[str, 
     with pytest.raises(InputError, match=f"preview: {words}"):
         preview_settings(**{**GIVEN, **change})
     with pytest.raises(InputError):
-        load_control(turbine, LoadControl(preview=Preview(**{**GIVEN, **change})))
+        LoadController(turbine, LoadControl(preview=Preview(**{**GIVEN, **change})))
 
 
 def test_the_integral_moves_the_pitch_by_the_change(turbine: Turbine) -> None:
@@ -124,7 +124,7 @@ def test_the_integral_moves_the_pitch_by_the_change(turbine: Turbine) -> None:
     settings = Preview(
         **{**GIVEN, "wind": (12.0, 12.0, 16.0, 16.0, 14.0, 14.0), "lead": 0.0, "pitch": (0.0, 0.1, 0.2, 0.3)}
     )
-    controller = load_control(turbine, LoadControl(preview=settings))
+    controller = LoadController(turbine, LoadControl(preview=settings))
     x = controller.initial_state(meltemi.StartPoint(12.0, reference, 0.1, 4e4))
     measured, demands = s.Measurements.zeros(), s.Demands.zeros()
     measured[s.GENERATOR_SPEED], measured[s.N_BLADES] = reference, 3
@@ -234,7 +234,7 @@ def field(turbine: Turbine) -> WindBox:
 
 
 def run(model: Model, wind: WindBox, preview: Preview | None, seconds: float = 150.0) -> Result:
-    controller = load_control(model.turbine, LoadControl(preview=preview))
+    controller = LoadController(model.turbine, LoadControl(preview=preview))
     return simulate(
         model, wind, duration=seconds, channels=["rotor_speed", "TwrBsMyt", "pitch_1"], controller=controller
     ).raise_for_status()

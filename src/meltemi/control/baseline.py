@@ -24,6 +24,7 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.generic import crossed, whole
 from meltemi.maths.tables import Table, number
 from meltemi.turbine.definition import BaselineControl
+from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[float64]
 
@@ -194,21 +195,24 @@ def start_state(control: BaselineControl, start: StartPoint, smoothing: float = 
     return x
 
 
-def baseline(control: BaselineControl, sample_time: float | None = None, *, smoothing: float = 0.0) -> Controller:
+def BaselineController(turbine: AnyTurbine, *, sample_time: float | None = None, smoothing: float = 0.0) -> Controller:
     """The baseline controller with the settings of a turbine.
 
     Args:
+      turbine: gives the settings, ``turbine.control``.
       sample_time: [s] between calls; by default every time step.
       smoothing: [rad] of pitch, zero or more: half the width over which the torque goes from the law of region 2 1/2 to
         held power (C-5a); zero, the published law, jumps there, where it has no derivative.
-    """
 
+    Raises:
+      InputError: ``smoothing`` is negative or not finite.
+    """
     if not (math.isfinite(smoothing) and smoothing >= 0.0):
-        raise InputError(f"baseline: smoothing must be zero or a positive angle [rad], found {smoothing!r}")
+        raise InputError(f"BaselineController: smoothing must be zero or a positive angle [rad], found {smoothing!r}")
 
     return Controller(
         update=update,
-        init=lambda start: start_state(control, start, smoothing),
+        init=lambda start: start_state(turbine.control, start, smoothing),
         sample_time=sample_time,
         name="baseline",
         uses_loads=False,

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.control.load_control import LoadControl, LoadControlState, individual, limit_warnings, load_control
+from meltemi.control.load_control import LoadControl, LoadController, LoadControlState, individual, limit_warnings
 from meltemi.control.power_control.controller import power_settings, power_start, power_warnings
 from meltemi.control.power_control.law import power_step, third_root
 from meltemi.control.power_control.settings import PowerControl
@@ -131,7 +131,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
         own.switches = 0.0
 
 
-def coordinated(
+def CoordinatedController(
     turbine: Turbine | PowerTurbine,
     performance: Performance,
     *,
@@ -159,18 +159,22 @@ def coordinated(
         with a notch or preview, or whatever the parts refuse.
     """
     if relief is not None and yaw is None:
-        raise InputError("coordinated: relief changes the dead band of the yaw control, so it needs yaw=YawControl()")
+        raise InputError(
+            "CoordinatedController: relief changes the dead band of the yaw control, so it needs yaw=YawControl()"
+        )
     if relief is not None and yaw is not None and relief.widest_band <= yaw.dead_band:
         raise InputError(
-            f"coordinated: relief.widest_band {relief.widest_band:g} rad is not more than the dead_band "
+            f"CoordinatedController: relief.widest_band {relief.widest_band:g} rad is not more than the dead_band "
             f"{yaw.dead_band:g} rad of the yaw control, so nothing could change"
         )
     if load is not None and not isinstance(turbine, Turbine):
-        raise InputError(f"coordinated: load control acts on blades, which {turbine.name!r} does not have")
+        raise InputError(f"CoordinatedController: load control acts on blades, which {turbine.name!r} does not have")
     if load is not None and (load.notch is not None or load.preview is not None):
-        raise InputError("coordinated: notch and preview belong to a collective law that power control replaces")
+        raise InputError(
+            "CoordinatedController: notch and preview belong to a collective law that power control replaces"
+        )
     template = power_settings(turbine, performance, power or PowerControl())
-    blades = load_control(turbine, load, sample_time=sample_time) if load and isinstance(turbine, Turbine) else None
+    blades = LoadController(turbine, load, sample_time=sample_time) if load and isinstance(turbine, Turbine) else None
     own = yaw_settings(yaw or YawControl(), turbine.yaw)
     settings = relief or Coordination()
     coordination = CoordinationState.of(

@@ -275,7 +275,7 @@ def individual(x: LoadControlState, measured: Measurements, demands: Demands, dt
                 take_back(x.loop[k], x.missing, blades, azimuth, dt)
 
 
-def load_control(
+def LoadController(
     turbine: AnyTurbine,
     settings: LoadControl | None = None,
     *,
@@ -297,9 +297,9 @@ def load_control(
     settings = settings or LoadControl()
     flaps = turbine.flaps
     if settings.loops:
-        aeroelastic(turbine, "load_control: loops, which need loads of the blades")
+        aeroelastic(turbine, "LoadController: loops, which need loads of the blades")
     for i, loop in enumerate(settings.loops):
-        where = f"load_control: loops[{i}]"
+        where = f"LoadController: loops[{i}]"
         if loop.actuator == "flap" and loop.flap > len(flaps):
             raise InputError(
                 f"{where}: flap {loop.flap} is asked for, the blades of {turbine.name!r} have {len(flaps) or 'none'}: "
@@ -311,7 +311,7 @@ def load_control(
             raise InputError(f"{where}: {error}") from None
     if settings.notch is not None and settings.notch.frequency * (sample_time or 0.0) >= math.pi:
         raise InputError(
-            f"load_control: notch.frequency {settings.notch.frequency:g} rad/s is not below half the sampling rate, "
+            f"LoadController: notch.frequency {settings.notch.frequency:g} rad/s is not below half the sampling rate, "
             f"{math.pi / (sample_time or 1.0):g} rad/s"
         )
     template = load_settings(turbine, settings)
@@ -407,7 +407,7 @@ def _weights(turbine: AnyTurbine, f: FeedForward) -> FeedforwardWeights:
     radius = f.radius if f.radius is not None else 2.0 / 3.0 * turbine.rotor_radius
     tower_radius = clearance = 0.0
     if f.tower_shadow:
-        turbine = aeroelastic(turbine, "load_control: feedforward.tower_shadow")
+        turbine = aeroelastic(turbine, "LoadController: feedforward.tower_shadow")
         tower = turbine.tower
         above_base = turbine.hub_height - radius - tower.base_height
         tower_radius = 0.5 * float(np.interp(above_base, tower.position, tower.diameter))

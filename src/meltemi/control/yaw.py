@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.control.load_control import LoadControl, LoadControlState, limit_warnings, load_control, load_step
+from meltemi.control.load_control import LoadControl, LoadController, LoadControlState, limit_warnings, load_step
 from meltemi.control.sensors import Noise, noise, noise_start
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
@@ -214,7 +214,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
     x.yaw.switches = 0.0
 
 
-def yaw_control(
+def YawController(
     turbine: AnyTurbine,
     settings: YawControl | None = None,
     load: LoadControl | None = None,
@@ -234,7 +234,7 @@ def yaw_control(
     Raises:
       InputError: settings that contradict each other or the turbine.
     """
-    inner = load_control(turbine, load, sample_time=sample_time, name=name)
+    inner = LoadController(turbine, load, sample_time=sample_time, name=name)
     template = yaw_settings(settings or YawControl(), turbine.yaw)
 
     def init(start: StartPoint) -> YawingState:

@@ -340,8 +340,8 @@ class Table(metaclass=TableType):
     coordinates: int
 
     def __init__(self, array: Any) -> None:
-        self.array = array
-        for axis, n in zip(self.axes, self.lengths(array), strict=True):
+        self.array = array.array if isinstance(array, Table) else array
+        for axis, n in zip(self.axes, self.lengths(self.array), strict=True):
             setattr(self, f"{axis}s", n)
 
     def __getitem__(self, place: Any) -> Any:

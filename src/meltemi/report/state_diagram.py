@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from meltemi.control.machine import Transition
 from meltemi.control.power_control import tables as power
 from meltemi.control.supervisor.tables import (
     GROUPS,
@@ -11,7 +12,6 @@ from meltemi.control.supervisor.tables import (
     TRANSITIONS,
     YAW_STATES,
     YAW_TRANSITIONS,
-    Transition,
 )
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.report.palette import FACES, FAINT, SOFT

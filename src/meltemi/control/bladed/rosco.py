@@ -15,7 +15,7 @@ SUFFIXES = (".so", ".dylib", ".dll")
 
 
 def find_rosco() -> Path:
-    """Path of ROSCO's controller library, for :func:`bladed_controller`.
+    """Path of ROSCO's controller library, for :func:`BladedController`.
 
     The rosco package is looked up, not imported: its Python side needs packages that the library does not.
 

@@ -1,4 +1,4 @@
-"""``power_control``: the power control of a turbine as a controller, and its settings for others that contain it."""
+"""``PowerController``: the power control of a turbine as a controller, and its settings for others that contain it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
     power_step(PowerControlState(state), Measurements(measurements), Demands(demands), dt)
 
 
-def power_control(
+def PowerController(
     turbine: AnyTurbine,
     performance: Performance,
     settings: PowerControl | None = None,
@@ -51,7 +51,7 @@ def power_control(
 ) -> Controller:
     """A controller that follows a power reference, and the wind where there is less than is asked for.
 
-    ``coordinated`` puts a yaw control and individual pitch beside it.
+    ``CoordinatedController`` puts a yaw control and individual pitch beside it.
 
     Args:
       turbine: gives speeds, limits of torque and pitch, and inertia; its gains are not used.
@@ -83,7 +83,7 @@ def power_settings(turbine: AnyTurbine, performance: Performance, settings: Powe
     """Settings and tables of a power control, to be set to a start by ``power_start``.
 
     Raises:
-      InputError: as ``power_control``.
+      InputError: as ``PowerController``.
     """
     torque, pitch, drive = turbine.control.torque, turbine.control.pitch, turbine.drivetrain
     rotor = rotor_tables(performance, pitch.minimum)
@@ -125,7 +125,8 @@ def power_settings(turbine: AnyTurbine, performance: Performance, settings: Powe
     x.recovery_margin = margin * ratio
     if margin * ratio >= reference:
         raise InputError(
-            f"power_control: recovery_speed {margin:g} rad/s must be less than the rotor's {reference / ratio:g} rad/s"
+            f"PowerController: recovery_speed {margin:g} rad/s must be less than the rotor's "
+            f"{reference / ratio:g} rad/s"
         )
     x.reference_rate = (settings.reference_rate or 0.1 * torque.rated_power * efficiency) / efficiency
     x.frequency, x.damping_ratio = frequency, settings.damping_ratio

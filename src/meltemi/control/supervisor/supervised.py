@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from meltemi.control.baseline import BaselineState, law_torque, parameters
 from meltemi.control.baseline import law as collective_step
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.control.load_control import PITCH, LoadControl, LoadControlState, limit_warnings, load_control, load_step
+from meltemi.control.load_control import PITCH, LoadControl, LoadController, LoadControlState, limit_warnings, load_step
 from meltemi.control.machine import FIRST, FROM, LINE, TO, Int, transition
 from meltemi.control.moving_mean import MovingMean, mean_start, moving_mean
 from meltemi.control.signals import REQUESTS, Demands, Measurements
@@ -524,7 +524,7 @@ def supervise(x: SupervisedState, measured: Measurements, demands: Demands, dt: 
     x.yaw.switches = 0.0
 
 
-def supervised(
+def SupervisedController(
     turbine: AnyTurbine,
     settings: Supervision | None = None,
     *,
@@ -553,7 +553,7 @@ def supervised(
     """
     settings = settings or Supervision()
     found = limits(turbine, settings)
-    work = load_control(turbine, load, sample_time=sample_time, name=name)
+    work = LoadController(turbine, load, sample_time=sample_time, name=name)
     template = _settings(turbine, settings, found, yaw is not None, protection)
     vane = yaw_settings(yaw or YawControl(), turbine.yaw)
     if protection is not None:

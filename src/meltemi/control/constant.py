@@ -1,4 +1,4 @@
-"""No control: demands keep the values of the start, or those given from outside. The null variant of a controller."""
+"""Constant demands: those of the start, or those given from outside. The null variant of a controller."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ def update() -> Any:
     """The compiled update, for the entry's signature."""
 
     @kernel_for(UPDATE)
-    def fixed(state: Float, measurements: Float, demands: Float, dt: float) -> None:
+    def constant(state: Float, measurements: Float, demands: Float, dt: float) -> None:
         pass
 
-    return fixed
+    return constant
 
 
-def fixed(sample_time: float | None = None) -> Controller:
+def ConstantController(sample_time: float | None = None) -> Controller:
     """A controller that never changes a demand; with it a run is stepped from outside.
 
     Args:
       sample_time: [s] that ``Simulation.step`` advances; None is one time step.
     """
-    return Controller(update=update(), sample_time=sample_time, name="fixed", uses_loads=False)
+    return Controller(update=update(), sample_time=sample_time, name="constant", uses_loads=False)
