@@ -36,7 +36,7 @@ from meltemi import (
 )
 from meltemi.control import signals as s
 from meltemi.control.feedforward import weight, weight_settings
-from meltemi.control.filters import low_pass
+from meltemi.control.filters import LowPass, low_pass
 from meltemi.control.multiblade import to_blade
 from meltemi.simulation.simulate import march
 
@@ -154,7 +154,7 @@ def still(t: float, psi: float) -> Float:
 
 def shares(psi: float, **changes: float) -> Float:
     x = weight_settings(**{"radius": 42.0, "hub_height": 90.0, "shear": 0.2, **changes})
-    return np.array([weight(x, 0, i, 3, psi) for i in range(3)])
+    return np.array([weight(x, i, 3, psi) for i in range(3)])
 
 
 def forward(turbine: Turbine, **settings: Any) -> Float:
@@ -476,9 +476,9 @@ def test_tracking_time_matters_at_limits_only(flapped: Turbine) -> None:
 
 def test_sensors_low_pass(flapped: Turbine) -> None:
     """It is the part's filter before the loop."""
-    state = np.zeros(3)
+    state = [LowPass.of() for _ in range(3)]
     filtered = Driven(flapped, one(PITCH)).turn(
-        lambda t, psi: [low_pass(state, i, m, 4.0, DT) for i, m in enumerate(shear(t, psi))]
+        lambda t, psi: [low_pass(state[i], m, 4.0, DT) for i, m in enumerate(shear(t, psi))]
     )
     settings = LoadControl(loops=(PITCH,), sensor=LoadSensor(low_pass=4.0))
     found = Driven(flapped, settings).turn(shear)
@@ -655,19 +655,19 @@ def test_state_names(flapped: Turbine) -> None:
         "weights_shear": 0.2,
         "notch_frequency": 10.55,
         "notch_second": flapped.control.pitch.reference_speed,
-        "sensor_delay": 3.0,
+        "delay_2_samples": 3.0,
         "noise_2_stream": 1.0,
         "blade_pitch_rate": flapped.control.pitch.rate_limit,
         "blade_pitch_last_2": 0.26,
         "flap_1_maximum": naca64618_flap().maximum,
         "flap_2_maximum": 0.0,
-        "delay_3_3": 0.0,
+        "delay_3_value_3": 0.0,
     }.items():
         assert driven.entry(name) == value, name
     driven.step(0.3, [1e6, 2e6, 3e6])
     assert [driven.entry(f"moment_{i}") for i in (1, 2, 3)] == [0.0, 0.0, 0.0]
     assert [driven.entry(f"delay_{i}_oldest") for i in (1, 2, 3)] == [1.0, 1.0, 1.0]
-    assert driven.entry("delay_3_1") == pytest.approx(3e6, rel=0.01)
+    assert driven.entry("delay_3_value_1") == pytest.approx(3e6, rel=0.01)
     assert driven.entry("blade_pitch_last_2") == driven.demands[s.PITCH_DEMAND + 1]
 
 

@@ -27,9 +27,9 @@ from meltemi import (
     read_case,
 )
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.control.moving_mean import mean_start, mean_states, moving_mean
+from meltemi.control.moving_mean import mean_start, moving_mean
 from meltemi.control.supervisor.settings import limits
-from meltemi.control.supervisor.supervised import GUST_MEAN, LENGTH, LONG_MEAN, PROTECTION_MEAN, WIND_MEAN
+from meltemi.control.supervisor.supervised import SupervisedState
 from meltemi.loadcases.case import case_controller, case_start
 from meltemi.studies.sensitivity import differences, sensitivity
 from meltemi.wind.fields import mean_before
@@ -313,9 +313,9 @@ def test_means_begin_with_the_mean_wind_of_the_case(model: Model) -> None:
     assert mean_before(series([0.0, 20.0, 30.0], [10.0, 10.0, 25.0]), 90.0) == 10.0  # a change that comes later
     start = StartPoint(26.0, 122.9, 0.3, 4e4, 24.0)
     protection = YawProtection(window=30.0)
-    x = SupervisedController(model.turbine, protection=protection).initial_state(start)
-    for place in (GUST_MEAN, WIND_MEAN, LONG_MEAN, PROTECTION_MEAN):
-        assert moving_mean(x, len(x) - LENGTH + place, 24.0, 0.0125) == pytest.approx(24.0)
+    x = SupervisedState(SupervisedController(model.turbine, protection=protection).initial_state(start))
+    for mean in (x.gust_mean, x.wind_mean, x.long_mean, x.protection_mean):
+        assert moving_mean(mean, 24.0, 0.0125) == pytest.approx(24.0)
 
 
 def test_ten_minutes_of_normal_turbulence_at_cut_out_are_no_storm(model: Model) -> None:
@@ -323,9 +323,8 @@ def test_ten_minutes_of_normal_turbulence_at_cut_out_are_no_storm(model: Model) 
     wind = iec_wind(turbine=model.turbine, model="NTM", wind_class="IA", speed=25.0, seed=3, points=5)
     box = meltemi.generate_field(wind, model.turbine, 700.0)
     size = np.hypot(*np.moveaxis(box.velocity[:, 2, 2, :2].astype(float), -1, 0))
-    x = np.zeros(mean_states(600))
-    mean_start(x, 0, 600.0, 600, before=mean_before(box, model.turbine.hub_height))
-    most = max(moving_mean(x, 0, float(u), box.dt) for u in size)
+    x = mean_start(600.0, 600, before=mean_before(box, model.turbine.hub_height))
+    most = max(moving_mean(x, float(u), box.dt) for u in size)
     assert 25.0 < most < limits(model.turbine, Supervision())["cut_out_mean"]
 
 

@@ -27,14 +27,13 @@ from meltemi import (
 )
 from meltemi.control import signals as s
 from meltemi.control.controller import Controller, LogEntry
-from meltemi.control.moving_mean import MovingMean, mean_start, mean_states, moving_mean
+from meltemi.control.moving_mean import mean_start, moving_mean
 from meltemi.control.power_control.tables import STATES as POWER_STATES
 from meltemi.control.supervisor import tables as t
-from meltemi.control.supervisor.log import LOG_ROOM, EntryRow
+from meltemi.control.supervisor.log import LOG_ROOM
 from meltemi.control.supervisor.settings import limits
-from meltemi.control.supervisor.supervised import JOURNAL, LENGTH, YAW, Q
-from meltemi.control.supervisor.threshold import threshold
-from meltemi.control.yaw import FILTERED
+from meltemi.control.supervisor.supervised import SupervisedState
+from meltemi.control.supervisor.threshold import threshold, threshold_settings
 
 Float = NDArray[np.float64]
 often = hypothesis(derandomize=True, deadline=None, max_examples=100)
@@ -115,11 +114,10 @@ def protections(draw: st.DrawFn) -> YawProtection:
 @often
 @given(protections(), st.lists(st.floats(-10.0, 90.0), min_size=1, max_size=20))
 def test_kernel_and_function_give_the_same_threshold(protection: YawProtection, winds: list[float]) -> None:
-    points = np.concatenate([protection.wind_speeds, protection.thresholds])
-    n = len(protection.wind_speeds)
+    points = threshold_settings(protection)
     winds = [*winds, *protection.wind_speeds]
     expected = yaw_threshold(protection, winds)
-    found = [threshold(points, 0, n, float(protection.law == "stepwise"), wind) for wind in winds]
+    found = [threshold(points, wind) for wind in winds]
     np.testing.assert_allclose(found, expected, rtol=4e-16, atol=0)  # fused multiply-add
     assert np.all(np.diff(yaw_threshold(protection, np.linspace(-10.0, 99.0, 400))) <= 1e-15)
     ends = yaw_threshold(protection, [-100.0, 200.0])
@@ -162,30 +160,27 @@ def test_protections_that_are_refused(changes: dict[str, Any], words: str) -> No
 @often
 @given(st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=120), st.integers(1, 40))
 def test_moving_mean_is_that_of_the_window(signal: list[float], samples: int) -> None:
-    x = np.zeros(mean_states(40))
-    mean_start(x, 0, samples * 0.25, 40)
+    x = mean_start(samples * 0.25, 40)
     for k, value in enumerate(signal):
-        found = moving_mean(x, 0, value, 0.25)
+        found = moving_mean(x, value, 0.25)
         assert found == pytest.approx(np.mean(signal[max(k + 1 - samples, 0) : k + 1]), rel=1e-12, abs=1e-11)
 
 
 def test_a_window_may_begin_full() -> None:
-    x = np.zeros(mean_states(10))
-    mean_start(x, 0, 10.0, 10, before=4.0)
-    assert [moving_mean(x, 0, 14.0, 1.0) for _ in range(12)] == [*range(5, 15), 14.0, 14.0]
+    x = mean_start(10.0, 10, before=4.0)
+    assert [moving_mean(x, 14.0, 1.0) for _ in range(12)] == [*range(5, 15), 14.0, 14.0]
 
 
 def test_moving_mean_by_blocks_and_for_long() -> None:
-    x = np.zeros(mean_states(10))
-    mean_start(x, 0, 3.0, 10)  # 30 samples in 10 blocks of 3
+    x = mean_start(3.0, 10)  # 30 samples in 10 blocks of 3
     rng = np.random.default_rng(1)
     signal = rng.normal(1e6, 1.0, 8000)
     for k, value in enumerate(signal):
-        found = moving_mean(x, 0, value, 0.1)
+        found = moving_mean(x, value, 0.1)
         whole = (k + 1) // 3 * 3
         if k >= 30:
             assert found == pytest.approx(signal[whole - 30 : whole].mean(), rel=1e-14)
-    assert x[MovingMean.index("per_block")] == 3
+    assert x.per_block == 3
 
 
 # the tables ------------------------------------------------------------------------------------------------
@@ -280,10 +275,10 @@ def test_yaw_protection_is_the_law(
     margin = np.abs(np.abs(filtered) - b).min()
     if margin < 1e-9:
         return  # a tie to rounding has no one answer between two codes
-    place = len(run.x) - LENGTH + Q["yaw_state"]
+    own = SupervisedState(run.x).supervisor
     for k, (error, wind) in enumerate(zip(errors, winds, strict=True)):
         run.call(wind_direction=error, wind_speed=wind)
-        assert t.YAW_STATES[int(run.x[place]) - 1].name == expected[k], k
+        assert t.YAW_STATES[int(own.now.yaw_state) - 1].name == expected[k], k
         assert run.demands[s.YAW_ERROR] == pytest.approx(filtered[k], abs=1e-12)
         assert run.demands[s.YAW_THRESHOLD] == pytest.approx(b[k], rel=1e-12)
         if expected[k] == "shutdown":
@@ -638,7 +633,7 @@ def test_a_log_that_overflows_says_so(turbine: Turbine) -> None:
     assert len(run.log) == LOG_ROOM
     assert run.controller.warnings is not None
     assert "of which the log has the first 300" in run.controller.warnings(run.x)[0]
-    assert len(run.x) - LENGTH + JOURNAL + LOG_ROOM * len(EntryRow) < len(run.x)
+    assert SupervisedState(run.x).supervisor.log.written > LOG_ROOM
 
 
 def test_yaw_control_is_followed_where_states_say_so(turbine: Turbine) -> None:
@@ -646,7 +641,7 @@ def test_yaw_control_is_followed_where_states_say_so(turbine: Turbine) -> None:
     assert controller.yaws
     run = Script(controller).call(5, wind_direction=0.3)
     assert run.demands[s.YAW_RATE_DEMAND] == -turbine.yaw.rate  # against a clockwise error
-    assert run.x[len(run.x) - LENGTH + YAW + FILTERED] > 0.0
+    assert SupervisedState(run.x).yaw.filtered > 0.0
     run.call(1, request=3)
     assert run.demands[s.YAW_RATE_DEMAND] == 0.0
     run = Script(SupervisedController(turbine)).call(5, wind_direction=0.3)

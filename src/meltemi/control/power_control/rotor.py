@@ -128,8 +128,8 @@ def rotor_tables(performance: Performance, fine: float) -> RotorTables:
     if not ratios[0] < top_ratio < ratios[-1] or top_power <= 0.0:
         raise InputError(
             f"PowerController: the largest power coefficient at the smallest pitch, {top_power:.3g}, lies at a "
-            f"tip-speed ratio of {top_ratio:.3g}, which is not inside the {ratios[0]:g} to {ratios[-1]:g} of the performance: "
-            "give more tip-speed ratios"
+            f"tip-speed ratio of {top_ratio:.3g}, which is not inside the {ratios[0]:g} to {ratios[-1]:g} of the "
+            "performance: give more tip-speed ratios"
         )
     share = np.arange(SHARES[0], SHARES[1] + 1e-9, SHARE_STEP)
     table = coefficient(*np.meshgrid(ratio, pitch, indexing="ij"))
