@@ -29,7 +29,7 @@ from meltemi.control.filters import (
     response,
     second_order_start,
 )
-from meltemi.control.integrator import Integrator, give_back, integrator, integrator_settings
+from meltemi.control.integrator import Integrator, back_calculate, integrator, integrator_settings
 from meltemi.control.multiblade import add_to_blades, blade_angle, to_blade, to_fixed
 from meltemi.control.sensors import Delay, Noise, delay, delay_start, noise, noise_start, normal, philox
 from meltemi.core.errors import InputError
@@ -381,10 +381,10 @@ def test_recovery_from_a_limit(tracking_time: float) -> None:
 def test_giving_back_draws_the_integral_to_what_was_done() -> None:
     x = integrator_settings(integral_gain=1.0, tracking_time=2.0, integral=3.0)
     for _ in range(40):
-        give_back(x, x.integral, 1.0, 0.05)
+        back_calculate(x, x.integral, 1.0, 0.05)
     assert x.integral == pytest.approx(1.0 + 2.0 * math.exp(-1.0), abs=1e-12)
     x = integrator_settings(integral_gain=1.0, integral=3.0)
-    give_back(x, 3.0, 1.0, 0.05)
+    back_calculate(x, 3.0, 1.0, 0.05)
     assert x.integral == 1.0
 
 

@@ -179,3 +179,18 @@ def test_refusals() -> None:
 
     with pytest.raises(InputError, match="did you mean 'speed'"):
         Law.of(sped=1.0)
+
+
+def test_places_as_of_the_array() -> None:
+    """A user-defined controller may take entries by number and in slices."""
+
+    @kernel
+    def swap(array: Any) -> float:
+        x = Law(array)
+        x[1:4] = x[1] + x[2]
+        x[0] = float(len(x))
+        return x[0] - 1.0
+
+    x = example()
+    assert swap(x.array) == len(x) - 1.0
+    assert list(x[:4]) == [len(x.array), 3.0, 3.0, 3.0]

@@ -30,7 +30,7 @@ Float = NDArray[float64]
 
 
 class BaselineState(Table, title="baseline controller"):
-    """State vector: parameters first, so that another turbine needs no other compilation."""
+    """Parameters and states; parameters are data, so another turbine needs no new compilation."""
 
     filter_frequency: float = number("rad/s", "of the generator speed's low-pass")
     cut_in_speed: float = number("rad/s", "below which there is no torque")
@@ -56,7 +56,7 @@ class BaselineState(Table, title="baseline controller"):
     integral: float = number("rad", "state: integral of the speed error, rad/s times s")
     torque: float = number("N m", "state: last torque")
     pitch: float = number("rad", "state: last pitch")
-    switches: float = number("-", "state: branches that a difference step would have changed, in derivative runs")
+    switches: float = number("-", "state: switches within the difference step of a parameter, in derivative runs")
 
 
 @kernel
@@ -110,7 +110,7 @@ def steady_torque(x: BaselineState, speed: float, pitch: float) -> float:
 
 @kernel
 def switches_near(x: BaselineState, speed: float, torque_change: float, pitch: float, low: float, high: float) -> float:
-    """How many of the law's switches a difference step would change, in derivative runs.
+    """Number of switches of the law within the difference step of a parameter, in derivative runs.
 
     Args:
       torque_change, pitch: what the limits are applied to.
@@ -134,7 +134,7 @@ def switches_near(x: BaselineState, speed: float, torque_change: float, pitch: f
 
 @kernel
 def law(x: BaselineState, speed: float, measured: Measurements, demands: Demands, dt: float) -> None:
-    """One call of the law for a generator speed [rad/s], which may be a filtered one."""
+    """One call of the law with a generator speed [rad/s], measured or filtered."""
     alpha = exp(-dt * x.filter_frequency)
     x.speed = (1.0 - alpha) * speed + alpha * x.speed
     # torque
@@ -167,7 +167,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 
 
 def parameters(control: BaselineControl) -> BaselineState:
-    """The law's parameters, its states zero."""
+    """Parameters of the law, with zero states."""
     t, p = control.torque, control.pitch
     x = BaselineState.of(filter_frequency=control.filter_frequency)
     for name in ("cut_in_speed", "optimal_speed", "rated_speed", "optimal_gain", "rated_power", "maximum_torque"):
@@ -186,7 +186,7 @@ def parameters(control: BaselineControl) -> BaselineState:
 
 
 def start_state(control: BaselineControl, start: StartPoint, smoothing: float = 0.0) -> BaselineState:
-    """Parameters, and the states at an operating point, from which nothing jumps."""
+    """Parameters, and states at an operating point, for a start without a jump of the demands."""
     x = parameters(control)
     x.smoothing = smoothing
     schedule = 1.0 / (1.0 + start.pitch / control.pitch.gain_halving_pitch)
@@ -196,7 +196,7 @@ def start_state(control: BaselineControl, start: StartPoint, smoothing: float = 
 
 
 def BaselineController(turbine: AnyTurbine, *, sample_time: float | None = None, smoothing: float = 0.0) -> Controller:
-    """The baseline controller with the settings of a turbine.
+    """Baseline controller of a turbine.
 
     Args:
       turbine: gives the settings, ``turbine.control``.

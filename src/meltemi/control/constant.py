@@ -16,7 +16,7 @@ Float = NDArray[float64]
 
 @cache
 def update() -> Any:
-    """The compiled update, for the entry's signature."""
+    """Compiled update for the signature of the entry."""
 
     @kernel_for(UPDATE)
     def constant(state: Float, measurements: Float, demands: Float, dt: float) -> None:
@@ -26,7 +26,7 @@ def update() -> Any:
 
 
 def ConstantController(sample_time: float | None = None) -> Controller:
-    """A controller that never changes a demand; with it a run is stepped from outside.
+    """Controller that keeps the demands of the start, for runs that are stepped from outside.
 
     Args:
       sample_time: [s] that ``Simulation.step`` advances; None is one time step.

@@ -1,4 +1,4 @@
-"""The plug-in contract: what a controller is, and how one in plain Python enters a compiled run.
+"""Interface of controllers: compiled ones and callbacks in plain Python.
 
 A controller owns a state vector made by ``init`` and an ``update`` that is called every
 ``sample_time`` seconds. ``update`` may be a plain Python function or one compiled by Numba
@@ -44,7 +44,7 @@ ENTRY_DUALS = types.FunctionType(UPDATE_DUALS)
 
 @dataclass(frozen=True)
 class StartPoint:
-    """Steady operating point from which a controller starts, bumpless.
+    """Steady operating point from which a controller starts without a jump of its demands.
 
     Attributes:
       wind_speed: [m/s] at hub height.
@@ -63,11 +63,11 @@ class StartPoint:
 
 @dataclass(frozen=True)
 class LogEntry:
-    """Something that happened in a run, for people.
+    """Entry of the log of a run.
 
     Attributes:
       time: [s].
-      source: who says so: "supervisor", "event".
+      source: "supervisor", "yaw protection" or "event".
       what: e.g. ``"power limit -> normal stop"``.
       reason: why, e.g. ``"wind above cut-out"``.
     """
@@ -80,7 +80,7 @@ class LogEntry:
 
 @dataclass(frozen=True)
 class Controller:
-    """A controller as the simulation takes it.
+    """Controller of a simulation.
 
     Attributes:
       update: ``update(state, measurements, demands, dt)``, changes state, a vector, and demands in place; see
@@ -132,7 +132,7 @@ class Controller:
 
 
 class Entry:
-    """A controller bound to the vectors of one case, ready for the time loop.
+    """Controller bound to the vectors of one case, for the time loop.
 
     Attributes:
       function: what the loop calls, of type ENTRY.
@@ -175,7 +175,7 @@ _ENTRIES: dict[Any, Any] = {}
 
 
 def _compiled(update: Any, signature: Any, *, cached: bool = True) -> Any:
-    """An update compiled for the signature of an entry; users' ones get tables in place of vectors."""
+    """Update compiled for the signature of an entry; user-defined ones get tables in place of vectors."""
     if update.__module__.startswith("meltemi."):
         return kernel_for(signature)(update.py_func)
     inner = numba.njit(cache=cached)(update.py_func)
@@ -229,7 +229,7 @@ def compiled_entry(update: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _call_address(typing_context: Any, address: Any, dt: Any) -> Any:
-    """Call the C function ``int64 f(double)`` whose address is hidden in the bits of a float."""
+    """Call the C function ``int64 f(double)`` whose address is stored in the bits of a float."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         i64, f64 = ir.IntType(64), ir.DoubleType()

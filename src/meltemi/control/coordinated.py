@@ -1,4 +1,4 @@
-"""Pitch, yaw and torque under one controller: power control, yaw control that knows of it, and individual pitch.
+"""Coordinated pitch, yaw and torque control: power control, a yaw control that uses it, and individual pitch.
 
 Power control gives torque and collective pitch (C-80 to C-90), load control what each blade adds (C-27 to C-31), yaw
 control the rate of the yaw drive (C-50 to C-54). Coordinated they are by what each may leave to the others:
@@ -46,7 +46,7 @@ Float = NDArray[float64]
 
 
 class Coordination(Record):
-    """What the yaw control makes of power that is not asked for."""
+    """Dead band of the yaw control as a function of the power in excess of the reference."""
 
     widest_band: float = Field(default=math.radians(15.0), gt=0.0, lt=0.8)
     """[rad] dead band beyond which loads forbid to leave the nacelle, however much power there is."""
@@ -57,7 +57,7 @@ class Coordination(Record):
 
 
 class CoordinationState(Table, title="coordination"):
-    """Settings and state beside those of the parts."""
+    """Settings and state of the coordination."""
 
     individual: float = number("-", "1: with load control")
     yaws: float = number("-", "1: with yaw control")
@@ -68,11 +68,11 @@ class CoordinationState(Table, title="coordination"):
     mean_time: float = number("s", "of mean and standard deviation")
     mean: float = number("m/s", "state: mean of the estimated wind")
     variance: float = number("m^2/s^2", "state: variance of the estimated wind")
-    switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
+    switches: float = number("-", "limits within the difference step of a parameter, in derivative runs")
 
 
 class CoordinatedState(Table, title="coordinated control"):
-    """State of all parts; load control and yaw control rest where they are not asked for."""
+    """State of all parts; load control and yaw control are idle unless requested."""
 
     coordination: CoordinationState = part(CoordinationState, "of the parts")
     yaw: YawControlState = part(YawControlState, "yaw control")
@@ -86,7 +86,7 @@ LEAST_WIND = 0.1
 
 @kernel
 def dead_band(x: CoordinationState, power: PowerControlState, error: float, dt: float) -> float:
-    """Yaw error [rad] that may be left while power is to spare (C-91 to C-93).
+    """Dead band [rad] of the yaw error with power in excess of the reference (C-91 to C-93).
 
     Args:
       error: [rad] averaged yaw error, by whose cosine the wind along its direction is stronger than the estimate.
@@ -142,7 +142,7 @@ def CoordinatedController(
     sample_time: float | None = None,
     name: str = "coordinated",
 ) -> Controller:
-    """Pitch, yaw and torque in one controller (Fig. 16 of Palanimuthu et al. 2022).
+    """Controller of pitch, yaw and torque (Fig. 16 of Palanimuthu et al. 2022).
 
     Args:
       turbine: of blades, or of a power coefficient.

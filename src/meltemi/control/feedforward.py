@@ -1,4 +1,4 @@
-"""Feed-forward of the collective pitch by azimuth: each blade's share of what shear and tower shadow do to the wind.
+"""Azimuth-dependent feed-forward of the collective pitch against shear and tower shadow.
 
     K_i = N V_i^m / sum V_j^m,   sum K_i = N,   theta_i = K_i theta_collective
 
@@ -20,7 +20,7 @@ from meltemi.maths.tables import Table, number
 
 
 class FeedforwardWeights(Table, title="feed-forward weights"):
-    """Settings of the weights."""
+    """Settings of the feed-forward weights."""
 
     exponent: float = number("-", "m, of the wind in the weights")
     radius: float = number("m", "from the rotor axis, at which a blade's wind is taken")
@@ -36,7 +36,7 @@ _LEAST = 0.01
 
 @kernel
 def blade_wind(x: FeedforwardWeights, angle: float) -> float:
-    """Wind at the blade at an azimuth [rad], over that at the hub (C-22)."""
+    """Ratio of the wind speed at a blade at an azimuth [rad] to that at the hub (C-22)."""
     above, aside = x.radius * cos(angle), x.radius * sin(angle)
     height = max(1.0 + above / x.hub_height, _LEAST)
     wind = exp(x.shear * log(height))
@@ -51,7 +51,7 @@ def blade_wind(x: FeedforwardWeights, angle: float) -> float:
 
 @kernel
 def weight(x: FeedforwardWeights, blade: int, blades: int, azimuth: float) -> float:
-    """Weight of blade 0, 1, ... (C-23).
+    """Feed-forward weight of a blade (C-23).
 
     Args:
       x: settings.
@@ -76,7 +76,7 @@ def weight_settings(
     clearance: float = 0.0,
     exponent: float = 2.0,
 ) -> FeedforwardWeights:
-    """Checked settings of the weights.
+    """Validated settings of the feed-forward weights.
 
     Args:
       radius: [m] at which a blade's wind is taken; two thirds of the rotor radius is the torque-weighted mean.

@@ -1,4 +1,4 @@
-"""Discrete filters for controllers: low-pass, band-pass and notch, whose centre may move at every call.
+"""Discrete low-pass, band-pass and notch filters with a variable centre frequency, for controllers.
 
 With s the Laplace variable, w the corner or centre frequency and zeta the damping ratio:
 
@@ -28,13 +28,13 @@ from meltemi.maths.tables import Table, number
 
 
 class LowPass(Table, title="low-pass filter"):
-    """State of a low-pass."""
+    """State of a low-pass filter."""
 
     integrator: float = number("signal", "state of the integrator")
 
 
 class SecondOrder(Table, title="second-order filter"):
-    """States of a band-pass or notch."""
+    """States of a band-pass or notch filter."""
 
     first: float = number("signal", "state of the first integrator")
     second: float = number("signal", "state of the second integrator")
@@ -46,7 +46,7 @@ _LAST = 1.5
 
 @kernel
 def half_angle(w: float, dt: float) -> float:
-    """Prewarped g = tan(w dt / 2) of a frequency [rad/s], of either sign, kept below half the sampling rate."""
+    """Prewarped g = tan(w dt / 2) of a frequency [rad/s] of either sign, limited to half the sampling rate."""
     return tan(min(0.5 * abs(w) * dt, _LAST))
 
 
@@ -100,25 +100,25 @@ def band_pass(x: SecondOrder, signal: float, w: float, zeta: float, dt: float) -
 
 @kernel
 def notch(x: SecondOrder, signal: float, w: float, zeta: float, dt: float) -> float:
-    """One call of a notch, which is the signal without its band-pass part; arguments as for ``band_pass`` (C-16)."""
+    """One call of a notch: the signal minus its band-pass part; arguments as for ``band_pass`` (C-16)."""
     return signal - band(x, signal, w, zeta, dt)
 
 
 @kernel
 def low_pass_start(x: LowPass, signal: float) -> None:
-    """State of a low-pass that has had a constant signal for long."""
+    """Set a low-pass to its steady state for a constant signal."""
     x.integrator = signal
 
 
 @kernel
 def second_order_start(x: SecondOrder, signal: float) -> None:
-    """States of a band-pass or notch that has had a constant signal for long."""
+    """Set a band-pass or notch to its steady state for a constant signal."""
     x.first = 0.0
     x.second = signal
 
 
 def response(kind: str, frequency: float, w: float, zeta: float, dt: float) -> complex:
-    """Frequency response of a filter as it is computed, for the design of phase offsets (C-17).
+    """Frequency response of a discrete filter, for the design of phase offsets (C-17).
 
     Args:
       kind: ``low_pass``, ``band_pass`` or ``notch``.
@@ -146,7 +146,7 @@ def lag(*responses: complex) -> float:
 
 
 def check_harmonic(harmonic: int, speed: float, sample_time: float, blades: int = 3) -> None:
-    """Refuse a multiple of the rotor speed that a sampled controller cannot see or the blades cannot make.
+    """Check that sample time and number of blades allow control at a multiple of the rotor speed.
 
     Args:
       harmonic: multiple n of the rotor speed.

@@ -1,4 +1,4 @@
-"""One feedback loop at a multiple of the rotor speed: blade moments in, pitch or flap demands of the blades out.
+"""Individual pitch or flap control at a multiple of the rotor speed, from the blade root moments.
 
     moments -> band-pass about nP -> multi-blade coordinates of nP -> PI or PID law for tilt and for yaw
             -> back to the blades, ahead by the phase offset
@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import cos, sin
 
 from meltemi.control.filters import SecondOrder, band_pass
-from meltemi.control.integrator import Integrator, give_back, integrator
+from meltemi.control.integrator import Integrator, back_calculate, integrator
 from meltemi.control.multiblade import add_to_blades, to_fixed
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
@@ -23,7 +23,7 @@ from meltemi.maths.tables import MAX_BLADES, Entries, Numbers, Table, blades, nu
 
 
 class HarmonicState(Table, title="harmonic loop"):
-    """Settings of a loop and what the last call gave."""
+    """Settings and state of a loop."""
 
     harmonic: float = number("-", "multiple n of the rotor speed")
     damping: float = number("-", "damping ratio of the band-pass about nP; 0: none")
@@ -75,13 +75,13 @@ def add_demands(x: HarmonicState, demand: Numbers, blades: int, azimuth: float) 
 
 
 @kernel
-def take_back(x: HarmonicState, missing: Numbers, blades: int, azimuth: float, dt: float) -> None:
-    """Draw both integrals to what the actuators can do (C-30).
+def back_calculate_loop(x: HarmonicState, missing: Numbers, blades: int, azimuth: float, dt: float) -> None:
+    """Anti-windup of both integrals by the demands after the limits of the actuators (C-30).
 
     Args:
       missing: [rad] demand of each blade after the limits, less that before.
     """
     tilt, yaw = to_fixed(missing, blades, azimuth, whole(x.harmonic))
     c, s = cos(x.offset), sin(x.offset)
-    give_back(x.tilt_axis, 0.0, c * tilt - s * yaw, dt)
-    give_back(x.yaw_axis, 0.0, s * tilt + c * yaw, dt)
+    back_calculate(x.tilt_axis, 0.0, c * tilt - s * yaw, dt)
+    back_calculate(x.yaw_axis, 0.0, s * tilt + c * yaw, dt)

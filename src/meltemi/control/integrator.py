@@ -1,4 +1,4 @@
-"""A PI or PID law with limits that does not wind up, one for each axis of a controller.
+"""PI or PID law with limits and anti-windup, one for each axis of a controller.
 
     wanted = k_p e + I + k_d de/dt,   demand = wanted within [low, high]
 
@@ -9,7 +9,7 @@ share. The integral I is in the unit of the demand, so gains may change without 
 - back-calculation (``tracking_time`` T > 0): the integral is drawn towards the limit with the time constant T.
 
 Where the limits act later, as on the blades after the inverse of the multi-blade coordinates, leave those here wide
-and call ``give_back`` with what was done. Settings and state are a table, ``Integrator``.
+and call ``back_calculate`` with what was done. Settings and state are a table, ``Integrator``.
 
 Reference: docs/theory/control.md (C-24 to C-26); Åström and Hägglund (2006), section 3.5.
 """
@@ -25,7 +25,7 @@ from meltemi.maths.tables import Table, number
 
 
 class Integrator(Table):
-    """Settings and state of one axis."""
+    """Settings and state of an axis."""
 
     proportional_gain: float = number("demand/error", "k_p")
     integral_gain: float = number("demand/error/s", "k_i")
@@ -35,7 +35,7 @@ class Integrator(Table):
     integral: float = number("demand", "state: integral part I of the demand")
     derivative: float = number("error/s", "state: filtered derivative of the error")
     error: float = number("error", "state: that of the last call")
-    switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
+    switches: float = number("-", "limits within the difference step of a parameter, in derivative runs")
 
 
 @kernel
@@ -61,15 +61,15 @@ def integrator(x: Integrator, error: float, low: float, high: float, dt: float) 
     demand = min(max(wanted, low), high)
     if x.tracking_time > 0.0:
         x.integral += step
-        give_back(x, wanted, demand, dt)
+        back_calculate(x, wanted, demand, dt)
     elif (demand - wanted) * step >= 0.0:
         x.integral += step
     return demand
 
 
 @kernel
-def give_back(x: Integrator, wanted: float, done: float, dt: float) -> None:
-    """Draw the integral towards what was done of what was wanted, by back-calculation (C-26).
+def back_calculate(x: Integrator, wanted: float, done: float, dt: float) -> None:
+    """Anti-windup by back-calculation from the limited demand (C-26).
 
     Without ``tracking_time`` the integral follows at once.
     """
@@ -89,7 +89,7 @@ def integrator_settings(
     integral: float = 0.0,
     error: float = 0.0,
 ) -> Integrator:
-    """Checked settings and state of an axis.
+    """Validated settings and initial state of an axis.
 
     Args:
       proportional_gain: k_p, of any sign, as the other gains.

@@ -1,12 +1,12 @@
-"""Load control: the collective law, with feed-forward by azimuth and feedback of blade moments at multiples of 1P.
+"""Load control: collective law, azimuth-dependent feed-forward, feedback of blade moments at multiples of 1P.
 
     pitch of blade i = collective (1 + g (K_i - 1)) + the demands of the pitch loops
     flap of blade i  = the demands of its loops
 
 Every part is optional and stands alone in a module of its own; here they are put together. With none the controller is
-the collective law to the bit. Each blade's demand is limited as its actuator is, in angle and in rate, and what the
-limits took away is taken back from the integrals, so nothing winds up. The time that demands spend at their limits is
-counted: gains that are too high show there.
+exactly the collective law. Each blade's demand is limited as its actuator is, in angle and in rate, and the
+integrals have anti-windup by the limited demands. The time that demands spend at their limits is counted: gains that
+are too high show there.
 
 Reference: docs/theory/control.md (C-27 to C-31, C-39, C-40); He et al. (2018); Bossanyi (2003).
 """
@@ -26,7 +26,7 @@ from meltemi.control.baseline import law as collective_step
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.feedforward import FeedforwardWeights, weight, weight_settings
 from meltemi.control.filters import LowPass, SecondOrder, check_harmonic, low_pass, notch
-from meltemi.control.harmonic import HarmonicState, add_demands, harmonic_loop, take_back
+from meltemi.control.harmonic import HarmonicState, add_demands, back_calculate_loop, harmonic_loop
 from meltemi.control.integrator import integrator_settings
 from meltemi.control.preview import PreviewState, preview_change, preview_settings
 from meltemi.control.sensors import Delay, Noise, delay, delay_start, noise, noise_start
@@ -42,7 +42,7 @@ Float = NDArray[float64]
 
 
 class FeedForward(Record):
-    """Each blade's share of the collective pitch by its azimuth (C-22, C-23)."""
+    """Azimuth-dependent feed-forward of the collective pitch (C-22, C-23)."""
 
     gain: float = Field(default=1.0, ge=0.0, le=2.0)
     """Share of the weights that is used; 1: pitch in proportion to the weights, 0: none."""
@@ -94,7 +94,7 @@ class HarmonicLoop(Record):
 
 
 class LoadSensor(Record):
-    """How the blades' root moments reach the controller; by default as they are."""
+    """Sensor of the blade root moments; ideal by default."""
 
     low_pass: float = Field(default=0.0, ge=0.0)
     """[rad/s] bandwidth of the sensor; 0: not limited."""
@@ -107,7 +107,7 @@ class LoadSensor(Record):
 
 
 class SpeedNotch(Record):
-    """A notch in the generator speed that the collective law sees."""
+    """Notch filter of the generator speed of the collective law."""
 
     frequency: float = Field(gt=0.0)
     """[rad/s] that is taken out."""
@@ -116,7 +116,7 @@ class SpeedNotch(Record):
 
 
 class Preview(Record):
-    """Rotor-averaged wind that is known beforehand, and the pitch that steady operation has in it."""
+    """Preview of the rotor-averaged wind, with the pitch of steady operation."""
 
     wind: Vector
     """(T,) [m/s] averaged over the rotor, from time zero on."""
@@ -135,7 +135,7 @@ class Preview(Record):
 
 
 class LoadControl(Record):
-    """Settings of a load controller: which parts it has beside the collective law, and their numbers."""
+    """Settings of a load controller: its parts beside the collective law."""
 
     feedforward: FeedForward | None = None
     """Of the pitch by azimuth; none by default."""
@@ -154,7 +154,7 @@ PITCH, *FLAPS = range(1 + MAX_FLAPS)
 
 
 class ActuatorLimits(Table):
-    """Limits of one group of actuators, and its demands."""
+    """Limits and demands of a group of actuators."""
 
     minimum: float = number("rad", "of a demand")
     maximum: float = number("rad", "of a demand")
@@ -195,7 +195,7 @@ MOST_HELD = 0.35
 
 @kernel
 def sense(x: LoadControlState, moment: float, blade: int, dt: float) -> float:
-    """What the sensor of a blade gives for its moment [N m]."""
+    """Measured moment [N m] of a blade."""
     if x.sensor_frequency > 0.0:
         moment = low_pass(x.low_pass[blade], moment, x.sensor_frequency, dt)
     if x.sensor_noise > 0.0:
@@ -205,7 +205,7 @@ def sense(x: LoadControlState, moment: float, blade: int, dt: float) -> float:
 
 @kernel
 def limited(x: LoadControlState, group: ActuatorLimits, blade: int, dt: float) -> float:
-    """Demand of a blade within its actuator's limits (C-30)."""
+    """Demand of a blade within the limits of its actuator (C-30)."""
     wanted, last, step = group.wanted[blade], group.last[blade], group.rate * dt
     x.collective.switches += crossed(wanted - group.minimum) + crossed(wanted - group.maximum)
     demand = min(max(wanted, group.minimum), group.maximum)
@@ -235,7 +235,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 
 @kernel
 def individual(x: LoadControlState, measured: Measurements, demands: Demands, dt: float) -> None:
-    """What is added to the collective pitch of each blade, and the flaps (C-28 to C-31)."""
+    """Individual pitch, added to the collective pitch, and flap demands (C-28 to C-31)."""
     blades, loops = whole(measured.n_blades), whole(x.loop_count)
     azimuth, collective = measured.azimuth, x.collective.pitch
     if loops == 0 and x.feedforward <= 0.0:
@@ -272,7 +272,7 @@ def individual(x: LoadControlState, measured: Measurements, demands: Demands, dt
                 demands.flap[g - 1, b] = demand
         for k in range(loops):
             if whole(x.loop[k].group) == g:
-                take_back(x.loop[k], x.missing, blades, azimuth, dt)
+                back_calculate_loop(x.loop[k], x.missing, blades, azimuth, dt)
 
 
 def LoadController(
@@ -282,7 +282,7 @@ def LoadController(
     sample_time: float | None = None,
     name: str = "load control",
 ) -> Controller:
-    """A load controller for a turbine.
+    """Load controller of a turbine.
 
     Args:
       turbine: gives the collective law, the limits of its actuators, and the places of the weights.
@@ -331,7 +331,7 @@ def LoadController(
 
 
 def limit_warnings(x: LoadControlState) -> list[str]:
-    """What is to be said about demands that were at their limits for much of a run."""
+    """Warnings about demands at their limits for much of a run."""
     found = []
     for g in range(1 + MAX_FLAPS):
         share = x.group[g].held / max(x.time, 1e-9)
@@ -344,12 +344,12 @@ def limit_warnings(x: LoadControlState) -> list[str]:
 
 
 def _top_speed(turbine: AnyTurbine) -> float:
-    """[rad/s] of the rotor that the collective law holds."""
+    """Rotor speed [rad/s] that the collective law holds."""
     return turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
 
 
 def load_settings(turbine: AnyTurbine, settings: LoadControl) -> LoadControlState:
-    """The state at its beginning, but for that of the collective law."""
+    """Initial state without that of the collective law."""
     flaps, pitch, sensor = turbine.flaps, turbine.control.pitch, settings.sensor
     limits = [(pitch.minimum, pitch.maximum, pitch.rate_limit), *((f.minimum, f.maximum, f.rate) for f in flaps)]
     preview, notch = settings.preview, settings.notch
@@ -374,10 +374,11 @@ def load_settings(turbine: AnyTurbine, settings: LoadControl) -> LoadControlStat
 
 
 def load_start(template: LoadControlState, law: BaselineState, start: StartPoint) -> LoadControlState:
-    """A copy of the settings, set to an operating point."""
+    """Initial state at an operating point."""
     x = LoadControlState(template.array.copy())
     x.collective = law
-    x.group[PITCH].last = start.pitch
+    for b in range(MAX_BLADES):
+        x.group[PITCH].last[b] = start.pitch
     if x.notch_frequency > 0.0:
         x.notch.second = start.generator_speed
     return x

@@ -1,4 +1,4 @@
-"""Look-up tables in the state of a controller: uniform grids, straight lines between entries, held beyond the edge."""
+"""Look-up tables on uniform grids: linear between entries, constant beyond the edge."""
 
 from __future__ import annotations
 

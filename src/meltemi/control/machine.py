@@ -1,4 +1,4 @@
-"""State machines as tables that a person reads, and the one kernel that walks them.
+"""State machines as readable tables, and the kernel that steps them.
 
 A machine has states, conditions and transitions. At every call it takes at most one transition: the first line of its
 table whose state is the present one and whose conditions all hold. The numbers of states begin with 1.

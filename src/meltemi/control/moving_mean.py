@@ -1,4 +1,4 @@
-"""The mean of a signal over a window that moves with time, exact.
+"""Exact moving average of a signal.
 
 The window is a ring of blocks. A block is one sample where the ring has room for all of the window; else as many as
 needed, and the window moves block by block. Before the window is full the mean is that since the start, unless the
@@ -18,7 +18,7 @@ from meltemi.maths.tables import Numbers, Table, number, series
 
 
 class MovingMean(Table):
-    """Settings, state and ring."""
+    """Settings, state and ring buffer."""
 
     window: float = number("s", "over which the mean is taken")
     room: float = number("-", "of the ring, in blocks")
@@ -35,7 +35,7 @@ class MovingMean(Table):
 
 
 def mean_start(window: float, room: int, before: float | None = None) -> MovingMean:
-    """A moving mean at its beginning.
+    """Initial state of a moving mean.
 
     Args:
       window: [s] over which the mean is taken.

@@ -1,4 +1,4 @@
-"""Multi-blade coordinates at any multiple n of the rotor speed, for controllers.
+"""Coleman (multiblade) transformation at any multiple n of the rotor speed, for controllers.
 
     x_tilt = 2/N sum x_i cos(n psi_i),   x_yaw = 2/N sum x_i sin(n psi_i),   psi_i = psi + 2 pi (i - 1) / N
     x_i = x_tilt cos(n psi_i + phi) + x_yaw sin(n psi_i + phi)
@@ -29,7 +29,7 @@ def blade_angle(azimuth: float, blade: int, blades: int) -> float:
 
 @kernel
 def to_fixed(values: Numbers, blades: int, azimuth: float, harmonic: int) -> tuple[float, float]:
-    """Tilt (cosine) and yaw (sine) part of a quantity of the blades (C-18).
+    """Tilt (cosine) and yaw (sine) component of a blade quantity (C-18).
 
     Args:
       values: of the blades, such as ``measured.out_of_plane_moment``.
@@ -50,7 +50,7 @@ def to_fixed(values: Numbers, blades: int, azimuth: float, harmonic: int) -> tup
 
 @kernel
 def to_blade(tilt: float, yaw: float, blade: int, blades: int, azimuth: float, harmonic: int, offset: float) -> float:
-    """Value for one blade from tilt and yaw part (C-19).
+    """Value for one blade from the tilt and yaw component (C-19).
 
     Args:
       tilt: cosine part, of any unit.

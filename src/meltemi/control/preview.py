@@ -1,4 +1,4 @@
-"""Preview of the rotor-averaged wind: the collective pitch moves before the wind arrives.
+"""Feed-forward of the collective pitch from a preview of the rotor-averaged wind.
 
     theta_p = theta_ss(V_f(t + lead)),   the integral of the collective law moves with the change of theta_p
 
@@ -45,7 +45,7 @@ class PreviewState(Table, title="preview"):
 
 @kernel
 def preview_change(x: PreviewState, time: float, dt: float) -> float:
-    """Change of the steady pitch [rad] that the coming wind asks for, since the last call (C-39)."""
+    """Change of the steady pitch [rad] for the previewed wind since the last call (C-39)."""
     coming = linear(x.wind, whole(x.samples), (time + x.lead) / x.time_step)
     speed = low_pass(x.speed, coming, x.frequency, dt)
     pitch = linear(x.steady_pitch, whole(x.entries), (speed - x.first_speed) / x.spacing)
@@ -64,7 +64,7 @@ def preview_settings(
     spacing: float,
     pitch: Sequence[float] | Float,
 ) -> PreviewState:
-    """Checked settings, series and table.
+    """Validated settings, series and table.
 
     Args:
       wind: (T,) [m/s] averaged over the rotor, from time zero on.

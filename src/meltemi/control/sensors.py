@@ -1,4 +1,4 @@
-"""What real sensors do to a signal: noise and transport delay, as parts for controllers.
+"""Measurement noise and transport delay of sensors, as parts of controllers.
 
 The sampling of a sensor is the ``sample_time`` of the controller, its bandwidth a ``low_pass`` of
 ``meltemi.control.filters``. State and settings of a part are a table, ``Noise`` or ``Delay``.
@@ -21,7 +21,7 @@ from meltemi.maths.tables import Numbers, Table, number, series
 
 
 class Noise(Table):
-    """A white noise."""
+    """Settings and state of white noise."""
 
     seed: float = number("-", "of a run, from 0 to 2^32 - 1")
     stream: float = number("-", "of a sensor, from 0 to 2^32 - 1")
@@ -29,7 +29,7 @@ class Noise(Table):
 
 
 class Delay(Table):
-    """A transport delay."""
+    """Settings and state of a transport delay."""
 
     samples: float = number("-", "sample times")
     oldest: float = number("-", "place of the oldest value")
@@ -61,7 +61,7 @@ def normal(count: int, stream: int, seed: int) -> float:
 
 @kernel
 def noise(x: Noise, deviation: float) -> float:
-    """The next number of a white noise; add it to a signal.
+    """Next sample of white noise, to be added to a signal.
 
     Args:
       x: settings and state, see ``noise_start``.
@@ -73,7 +73,7 @@ def noise(x: Noise, deviation: float) -> float:
 
 
 def noise_start(seed: int, stream: int = 0) -> Noise:
-    """A noise at its first number.
+    """Initial state of a noise.
 
     Args:
       seed: of a run, from 0 to 2^32 - 1.
@@ -107,7 +107,7 @@ def delay(x: Delay, signal: float) -> float:
 
 
 def delay_start(samples: int, signal: float = 0.0) -> Delay:
-    """A delay that has had a constant signal for long.
+    """Steady state of a delay for a constant signal.
 
     Args:
       samples: number of sample times.

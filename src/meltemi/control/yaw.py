@@ -1,4 +1,4 @@
-"""Yaw control: a vane with bias and noise, filters, a dead band, and the start and stop of the yaw drive.
+"""Yaw control: vane with bias and noise, filters, dead band, start and stop of the yaw drive.
 
     error          e = wrap(wind direction - nacelle direction) + bias, clockwise from above
     filtered       low-pass of e, fast: for protection and reports
@@ -88,11 +88,11 @@ class YawControlState(Table, title="yaw control"):
     begun: float = number("-", "state: 0 nothing is known, 1 the error is, 2 all is")
     starts: float = number("-", "state: how often the drive has started")
     vane: Noise = part(Noise, "noise of the vane", prefix="")
-    switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
+    switches: float = number("-", "limits within the difference step of a parameter, in derivative runs")
 
 
 class YawingState(Table, title="load control and yaw control"):
-    """State of both."""
+    """State of load control and yaw control."""
 
     yaw: YawControlState = part(YawControlState, "yaw control")
     load: LoadControlState = part(LoadControlState, "load control", prefix="")
@@ -100,7 +100,7 @@ class YawingState(Table, title="load control and yaw control"):
 
 @kernel
 def wrap(angle: float) -> float:
-    """The angle within (-pi, pi]."""
+    """Angle within (-pi, pi]."""
     return angle + 2.0 * math.pi * floor((math.pi - angle) / (2.0 * math.pi))
 
 
@@ -112,13 +112,13 @@ def yaw_error(measured: Measurements) -> float:
 
 @kernel
 def share(time: float, dt: float) -> float:
-    """By which a low-pass of a time constant [s] moves towards its input in ``dt``; exact for a constant input."""
+    """Step of a low-pass with a time constant [s] over ``dt``, exact for a constant input."""
     return 1.0 - exp(-dt / time) if time > 0.0 else 1.0
 
 
 @kernel
 def yaw_start(x: YawControlState, error: float) -> None:
-    """State after a constant yaw error [rad] for long, the drive at rest; without it, the first call's error counts."""
+    """Set the steady state of a constant yaw error [rad] with the drive at rest; by default that of the first call."""
     x.filtered = wrap(error)
     x.averaged = wrap(error)
     x.outside = 0.0
@@ -175,7 +175,7 @@ def yaw_step(x: YawControlState, measured: Measurements, dt: float) -> float:
 
 
 def yaw_settings(settings: YawControl, turbine_yaw: YawDrive) -> YawControlState:
-    """Settings of a yaw control for a turbine's drive, its state at nothing known yet.
+    """Settings and initial state of a yaw control for the drive of a turbine.
 
     Raises:
       InputError: the stop band, with the angle in which the drive brakes, is not within the dead band, or the demanded
@@ -222,7 +222,7 @@ def YawController(
     sample_time: float | None = None,
     name: str = "yaw control",
 ) -> Controller:
-    """The baseline law, or a load controller, and beside it a yaw control. The model needs ``yaw="driven"``.
+    """Baseline or load controller with a yaw control. The model needs ``yaw="driven"``.
 
     Args:
       turbine: gives the collective law and the limits of its actuators.

@@ -330,6 +330,7 @@ class Table(metaclass=TableType):
         if len(set(cls.names)) != len(rows) or any(hasattr(Table, name) or name == "array" for name in cls.fields):
             raise ValueError(f"table {cls.title!r} has a field twice, or one with a name of its own attributes")
 
+    array: Any
     blades: int
     nodes: int
     modes: int
@@ -349,6 +350,9 @@ class Table(metaclass=TableType):
 
     def __setitem__(self, place: Any, value: Any) -> None:
         self.array[place] = value
+
+    def __len__(self) -> int:
+        return len(self.array)
 
     def __array__(self, *args: Any, **kwargs: Any) -> Any:
         return self.array.__array__(*args, **kwargs)

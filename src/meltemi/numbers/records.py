@@ -383,13 +383,13 @@ def _make_again(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return args[0]
 
 
-@overload(operator.getitem)
+@overload(operator.getitem, strict=False)
 def _read_place(table: Any, place: Any) -> Any:
-    """An entry of a vector by its place, or several."""
+    """Entries of a vector by place, as of the array."""
     return (lambda table, place: table.array[place]) if isinstance(table, TableType) else None
 
 
-@overload(operator.setitem)
+@overload(operator.setitem, strict=False)
 def _write_place(table: Any, place: Any, value: Any) -> Any:
     if not isinstance(table, TableType):
         return None
@@ -398,6 +398,11 @@ def _write_place(table: Any, place: Any, value: Any) -> Any:
         table.array[place] = value
 
     return write
+
+
+@overload(len, strict=False)
+def _length_of(table: Any) -> Any:
+    return (lambda table: table.array.shape[0]) if isinstance(table, TableType) else None
 
 
 @typeof_impl.register(Table)

@@ -1,4 +1,4 @@
-"""A Bladed-style controller library as a controller of a run."""
+"""Controller from a Bladed-style shared library."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def _unbound(state: Vector, measured: Measurements, demands: Demands, dt: float)
 
 
 class _Run:
-    """The library of one run."""
+    """Instance of the library for one run."""
 
     def __init__(self, turbine: AnyTurbine, library: Library, individual_pitch: bool) -> None:
         self.turbine, self.library = turbine, library

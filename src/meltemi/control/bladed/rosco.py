@@ -1,4 +1,4 @@
-"""ROSCO: where the library of an installed package lies, and its input file with other values."""
+"""ROSCO: path of the library of an installed package, and edited copies of its input file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``PowerController``: the power control of a turbine as a controller, and its settings for others that contain it."""
+"""``PowerController``, and the settings of a power control for controllers that contain one."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def PowerController(
     sample_time: float | None = None,
     name: str = "power control",
 ) -> Controller:
-    """A controller that follows a power reference, and the wind where there is less than is asked for.
+    """Controller that tracks a power reference, and maximises power below it.
 
     ``CoordinatedController`` puts a yaw control and individual pitch beside it.
 
@@ -80,7 +80,7 @@ def PowerController(
 
 
 def power_settings(turbine: AnyTurbine, performance: Performance, settings: PowerControl) -> PowerControlState:
-    """Settings and tables of a power control, to be set to a start by ``power_start``.
+    """Settings and tables of a power control; ``power_start`` adds the initial state.
 
     Raises:
       InputError: as ``PowerController``.
@@ -90,18 +90,18 @@ def power_settings(turbine: AnyTurbine, performance: Performance, settings: Powe
     ratio, efficiency = drive.gear_ratio, drive.generator_efficiency
     inertia = settings.inertia or shaft_inertia(turbine)
     reference = pitch.reference_speed
-    heard = turbine.control.filter_frequency
+    corner = turbine.control.filter_frequency
     for name in ("frequency", "tracking_frequency"):
         given = getattr(settings, name)
-        if given is not None and given >= heard:
+        if given is not None and given >= corner:
             raise InputError(
-                f"power control: {name} {given:g} rad/s is not below the {heard:g} rad/s (control.filter_frequency) of "
-                f"the filter through which {turbine.name} hears its speed"
+                f"power control: {name} {given:g} rad/s must be below the corner frequency of the speed filter of "
+                f"{turbine.name}, control.filter_frequency = {corner:g} rad/s"
             )
-    frequency = settings.frequency or own_frequency(turbine, rotor, inertia)
+    frequency = settings.frequency or default_frequency(turbine, rotor, inertia)
     n, m, k = len(rotor.tip_speed_ratio), len(rotor.pitch), len(rotor.share)
     x = PowerControlState.of(ratios=n, pitches=m, shares=k, power_coefficient=rotor.power)
-    x.filter_frequency, x.reference_speed = heard, reference
+    x.filter_frequency, x.reference_speed = corner, reference
     for name in ("cut_in_speed", "optimal_speed", "rated_power", "maximum_torque"):
         setattr(x, name, getattr(torque, name))
     x.torque_rate = torque.rate_limit
@@ -170,13 +170,13 @@ def _set_droop(x: PowerControlState, settings: PowerControl, turbine: AnyTurbine
 
 
 def power_start(template: PowerControlState, start: StartPoint) -> PowerControlState:
-    """A copy of the settings, set to an operating point, from which no demand jumps."""
+    """Initial state at an operating point, without a jump of the demands."""
     x = PowerControlState(template.array.copy())
     x.speed, x.pitch, x.torque = start.generator_speed, start.pitch, start.generator_torque
     x.slow_pitch = start.pitch
     x.upper = x.recovery = start.generator_speed
     x.wind, x.last_speed = max(start.wind_speed, 0.5), start.generator_speed / x.gear_ratio
-    x.heard_torque, x.heard_pitch = start.generator_torque, start.pitch
+    x.filtered_torque, x.filtered_pitch = start.generator_torque, start.pitch
     x.setpoint = x.rated_power
     area = 0.5 * math.pi * float(x.density * x.radius**2 * x.best_coefficient)
     x.available = min(area * start.wind_speed**3, x.rated_power)
@@ -189,14 +189,14 @@ def power_start(template: PowerControlState, start: StartPoint) -> PowerControlS
 
 
 def power_warnings(x: PowerControlState) -> list[str]:
-    """What is to be said at the end of a run."""
+    """Warnings at the end of a run."""
     if x.over < 0.5:
         return []
-    return [f"power control: a reference above rated power was asked for; it was taken as {x.grid_rating:.4g} W"]
+    return [f"power control: the power reference exceeds rated power; it is limited to {x.grid_rating:.4g} W"]
 
 
-def own_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -> float:
-    """[rad/s] of the speed loop that the turbine's own collective law makes at rated power (C-86a).
+def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -> float:
+    """Frequency [rad/s] of the speed loop of the turbine's collective law at rated power (C-86a).
 
     At the pitch where its gains are halved, with the sensitivity that the rotor has there; where the rotor is known at
     one pitch only, in proportion to rated speed as for the NREL 5 MW.
@@ -215,7 +215,7 @@ def own_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -> fl
 
 
 def shaft_inertia(turbine: AnyTurbine) -> float:
-    """[kg m^2] of blades, hub and generator about the low-speed shaft."""
+    """Moment of inertia [kg m^2] of blades, hub and generator about the low-speed shaft."""
     if isinstance(turbine, PowerTurbine):
         return turbine.drivetrain.inertia
     hub, drive = turbine.hub, turbine.drivetrain

@@ -1,4 +1,4 @@
-"""The law of the power control: one call after the other of ``power_step`` (C-80 to C-90).
+"""Law of the power control (C-80 to C-90).
 
 Each call: filtered speed, density, wind estimate; the set-point of the power from reference, limit and frequency; the
 speeds that bound the states; the machine; pitch; torque. Everything is on the generator's side of the gearbox but for
@@ -26,7 +26,7 @@ SPARED = 0.9
 """Share of the power at fine pitch that A3 may take below the lower speed after a held pitch; the rest brings the speed
 back."""
 LEAST_SHARE, LEAST_VOLTAGE = 0.05, 0.9
-"""Of rated power and of the grid's voltage, from which the efficiency is heard."""
+"""Of rated power and of the grid voltage, above which the efficiency is estimated."""
 FINE = 1e-6
 """[rad] within which the pitch is at its smallest."""
 ABOVE_LOWER, ABOVE_UPPER, BELOW_RECOVERY, AT_FINE, HOLDING = range(len(t.CONDITIONS))
@@ -36,13 +36,13 @@ PITCH_FINE, PITCH_HELD, PITCH_UPPER, PITCH_RECOVERY = range(len(t.PITCHES))
 
 @kernel
 def third_root(a: float) -> float:
-    """Of a number above zero."""
+    """Cubic root of a positive number."""
     return exp(log(a) / 3.0)
 
 
 @kernel
 def air_density(x: PowerControlState, measured: Measurements) -> float:
-    """Density [kg/m^3] that the law takes (C-81); a sensor that gives nonsense leaves the last one."""
+    """Air density [kg/m^3] of the law (C-81); after a sensor failure the last one."""
     kind = whole(x.air)
     if kind == 0:
         return x.density
@@ -56,7 +56,7 @@ def air_density(x: PowerControlState, measured: Measurements) -> float:
 
 @kernel
 def optimal_gain(x: PowerControlState) -> float:
-    """K [N m s^2/rad^2] on the generator's side (C-80)."""
+    """Optimal torque gain K [N m s^2/rad^2] on the generator side (C-80)."""
     area = 0.5 * pi * x.density * x.radius * x.radius
     tip = x.radius / (x.best_ratio * x.gear_ratio)
     return area * x.best_coefficient * x.gear_efficiency * tip * tip * tip
@@ -110,12 +110,12 @@ def estimate_wind(x: PowerControlState, measured: Measurements, dt: float) -> No
     blades, keep = whole(measured.n_blades), exp(-dt * x.filter_frequency)
     for b in range(blades):
         angle = angle + measured.pitch[b] / blades
-    x.heard_torque = (1.0 - keep) * measured.torque + keep * x.heard_torque
-    x.heard_pitch = (1.0 - keep) * angle + keep * x.heard_pitch
+    x.filtered_torque = (1.0 - keep) * measured.torque + keep * x.filtered_torque
+    x.filtered_pitch = (1.0 - keep) * angle + keep * x.filtered_pitch
     w, wind = max(speed, 1e-3), x.wind
     disk = 0.5 * x.density * pi * radius * radius
-    driving = disk * power_coefficient(x, w * radius / wind, x.heard_pitch) * wind * wind * wind / w
-    braking = ratio * x.heard_torque / x.gear_efficiency
+    driving = disk * power_coefficient(x, w * radius / wind, x.filtered_pitch) * wind * wind * wind / w
+    braking = ratio * x.filtered_torque / x.gear_efficiency
     gain = x.estimator_gain
     wind = wind + gain * (speed - x.last_speed + dt / inertia * (braking - driving))
     # the table's largest tip-speed ratio bounds the estimate from below
@@ -141,8 +141,8 @@ def fine_power(x: PowerControlState) -> float:
 
 
 @kernel
-def hear_efficiency(x: PowerControlState, measured: Measurements, dt: float) -> None:
-    """Electrical over mechanical power, slowly followed: a reference is one of power into the grid (C-86b)."""
+def estimate_efficiency(x: PowerControlState, measured: Measurements, dt: float) -> None:
+    """Filtered ratio of electrical to mechanical power, since the reference is one of power into the grid (C-86b)."""
     shaft = measured.torque * measured.generator_speed
     if shaft < LEAST_SHARE * x.rated_power or measured.grid_voltage < LEAST_VOLTAGE:
         return
@@ -152,7 +152,7 @@ def hear_efficiency(x: PowerControlState, measured: Measurements, dt: float) -> 
 
 @kernel
 def wanted_power(x: PowerControlState, measured: Measurements) -> float:
-    """Mechanical power [W] that the operator and the frequency ask for, not more than rated (C-87)."""
+    """Mechanical power [W] requested by the operator and by droop, at most rated power (C-87)."""
     rated, efficiency = x.rated_power, x.efficiency
     if measured.power_reference == measured.power_reference:  # else the link is lost: the last one holds
         x.reference = measured.power_reference
@@ -181,7 +181,7 @@ def wanted_power(x: PowerControlState, measured: Measurements) -> float:
 
 @kernel
 def set_point(x: PowerControlState, measured: Measurements, dt: float) -> None:
-    """Move the set-point towards the wanted power, at its rate; downwards from the power that there is (C-87)."""
+    """Rate-limited power set-point; it falls from the present power (C-87)."""
     wanted, now = wanted_power(x, measured), x.setpoint
     if wanted < now:
         now = min(now, max(wanted, x.torque * x.speed))
@@ -192,7 +192,7 @@ def set_point(x: PowerControlState, measured: Measurements, dt: float) -> None:
 
 @kernel
 def inertial_power(x: PowerControlState, measured: Measurements, dt: float) -> float:
-    """Mechanical power [W] of synthetic inertia, against the filtered rate of the frequency (C-88).
+    """Mechanical power [W] of synthetic inertia, by the filtered rate of change of frequency (C-88).
 
     It fades where the speed falls to the begin of the optimal torque: the rotor keeps what it needs to recover.
     """
@@ -210,7 +210,7 @@ def inertial_power(x: PowerControlState, measured: Measurements, dt: float) -> f
 
 @kernel
 def bound_speeds(x: PowerControlState, gain: float, dt: float) -> float:
-    """The speeds that bound the states; returns the gain of the torque law at the present pitch (C-82 to C-84)."""
+    """Speeds that bound the states; returns the gain of the torque law at the present pitch (C-82 to C-84)."""
     scheme, power = whole(x.scheme), x.setpoint
     reference, lower = x.reference_speed, lower_speed(x, gain, power)
     if scheme == 3:
@@ -252,8 +252,8 @@ def tune_pitch_loop(x: PowerControlState, gain: float, dt: float) -> None:
 
 
 @kernel
-def walk(x: PowerControlState) -> None:
-    """Conditions, and at most one transition of the machine (C-83)."""
+def step_machine(x: PowerControlState) -> None:
+    """Conditions and step of the state machine (C-83)."""
     speed, state = x.speed, whole(x.state)
     above = speed - x.upper
     for c in range(len(t.CONDITIONS)):
@@ -278,7 +278,7 @@ def walk(x: PowerControlState) -> None:
 
 @kernel
 def pitch_error(x: PowerControlState) -> float:
-    """Speed [rad/s] above the one that the state holds; zero where it holds none."""
+    """Speed error [rad/s] of the state; zero where no speed is held."""
     mode = t.MODES[whole(x.state) - 1]
     if mode == PITCH_UPPER:
         return x.speed - x.upper
@@ -289,7 +289,7 @@ def pitch_error(x: PowerControlState) -> float:
 
 @kernel
 def move_pitch(x: PowerControlState, dt: float) -> None:
-    """Pitch demand of the state, within angle and rate."""
+    """Pitch demand of the state within the limits of angle and rate."""
     mode, step, last = t.MODES[whole(x.state) - 1], x.pitch_rate * dt, x.pitch
     if mode == PITCH_HELD:
         return
@@ -304,7 +304,7 @@ def move_pitch(x: PowerControlState, dt: float) -> None:
 
 @kernel
 def least_torque(x: PowerControlState, gain: float) -> float:
-    """Torque [N m] below the lower speed: the optimal one; for A3 more, until the speed is back (C-80, C-84)."""
+    """Torque [N m] below the lower speed: the optimal one; with A3 more, until the speed has recovered (C-80, C-84)."""
     law = optimal_torque(x, gain, x.speed)
     if whole(x.scheme) != 3:
         return law
@@ -393,13 +393,13 @@ def power_step(x: PowerControlState, measured: Measurements, demands: Demands, d
     x.speed = (1.0 - keep) * measured.generator_speed + keep * x.speed
     x.density = air_density(x, measured)
     estimate_wind(x, measured, dt)
-    hear_efficiency(x, measured, dt)
+    estimate_efficiency(x, measured, dt)
     set_point(x, measured, dt)
     more = inertial_power(x, measured, dt)
     optimal = optimal_gain(x)
     gain = bound_speeds(x, optimal, dt)
     tune_pitch_loop(x, optimal, dt)
-    walk(x)
+    step_machine(x)
     move_pitch(x, dt)
     move_torque(x, gain, more, dt)
     if measured.grid < 0.5:

@@ -1,4 +1,4 @@
-"""What the power control knows of the rotor: tables from its steady performance, and the kernels that read them.
+"""Look-up tables of the rotor for the power control, from its steady performance.
 
 With the density rho, R and the gear ratio N, and K of (C-80):
 
@@ -38,7 +38,7 @@ LEAST_SENSITIVITY, LEAST_PITCH = 0.5, math.radians(6.0)
 
 @kernel
 def power_coefficient(x: PowerControlState, ratio: float, pitch: float) -> float:
-    """C_p of a tip-speed ratio and a pitch [rad]; below the table the torque coefficient is that of its edge."""
+    """Power coefficient by tip-speed ratio and pitch [rad]; below the table with the torque coefficient of its edge."""
     row = (ratio - x.ratio_first) / x.ratio_step
     column = (pitch - x.pitch_first) / x.pitch_step
     found = bilinear(x.power_coefficient, whole(x.ratios), whole(x.pitches), row, column)
@@ -47,7 +47,7 @@ def power_coefficient(x: PowerControlState, ratio: float, pitch: float) -> float
 
 @kernel
 def sensitivity(x: PowerControlState, pitch: float, share: float) -> float:
-    """-dP/dpitch over K omega^3 [1/rad] at a pitch [rad] and a share r of speed (C-86)."""
+    """Pitch sensitivity -dP/dpitch over K omega^3 [1/rad] at a pitch [rad] and a speed ratio r (C-86)."""
     row = (pitch - x.pitch_first) / x.pitch_step
     column = (share - x.share_first) / x.share_step
     return bilinear(x.sensitivity, whole(x.pitches), whole(x.shares), row, column)
@@ -61,7 +61,7 @@ def gain_at_pitch(x: PowerControlState, pitch: float) -> float:
 
 @dataclass(frozen=True)
 class RotorTables:
-    """The tables of a rotor.
+    """Look-up tables of a rotor.
 
     Attributes:
       tip_speed_ratio: (n,) uniform.
@@ -86,7 +86,7 @@ class RotorTables:
 
 
 def rotor_tables(performance: Performance, fine: float) -> RotorTables:
-    """Tables of a rotor for its power control.
+    """Look-up tables of a rotor for its power control.
 
     Args:
       performance: with the tip-speed ratio of the largest power coefficient inside.

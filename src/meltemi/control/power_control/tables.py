@@ -1,4 +1,4 @@
-"""The machine of the power control as tables that a person reads: states, conditions, transitions.
+"""State machine of the power control: states, conditions, transitions.
 
 The four schemes share the table: A0 and A1 do not hold the pitch, A2 and A3 do.
 
@@ -16,7 +16,7 @@ from meltemi.control.machine import cells, machine, transitions
 
 @dataclass(frozen=True)
 class State:
-    """What pitch and torque do; numbers of the states begin with 1.
+    """State of the power control.
 
     Attributes:
       pitch: ``fine``; ``held``; ``upper`` or ``recovery``: holds that speed.

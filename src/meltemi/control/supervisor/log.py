@@ -1,4 +1,4 @@
-"""The log of the supervisor: transitions in the state vector, and their words."""
+"""Log of the supervisor: transitions in its state, and their description."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from meltemi.maths.tables import Entries, Table, number, parts
 
 
 class EntryRow(Table, title="log entry"):
-    """One transition."""
+    """Entry of the log."""
 
     time: float = number("s", "of the transition")
     machine: float = number("-", "0 operation, 1 yaw protection")
@@ -30,7 +30,7 @@ HOUR = 3600.0
 
 
 class Log(Table):
-    """Transitions, one after the other."""
+    """Transitions in the order of time."""
 
     written: float = number("-", "how many there were")
     entry: Entries[EntryRow] = parts(EntryRow, LOG_ROOM, "those that are kept")
@@ -45,7 +45,7 @@ def new_entry(log: Log) -> int:
 
 
 def log_entries(log: Log) -> list[LogEntry]:
-    """The log in words."""
+    """Entries with description."""
     entries, derated = [], []
     for n in range(min(int(log.written), LOG_ROOM)):
         row = log.entry[n]

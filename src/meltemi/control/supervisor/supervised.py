@@ -1,8 +1,8 @@
-"""The supervised controller: load control in production, and around it start, stop, protection and derating.
+"""Supervised controller: start, stop, protection and derating around load control.
 
 Each call: means of the wind and the yaw control; the quantities; the conditions, each with the time for which it has
 held; the machine of yaw protection, then that of operation; then what the state asks for. In production load control
-works as it is, to the bit when nothing limits the power. The supervisor turns the knobs of the collective law: its
+is unchanged while nothing limits the power. The supervisor sets parameters of the collective law: its
 reference speed (which rises during a start), its lowest pitch, its pitch rate, and its rated power, which is the
 set-point. Stops pitch each blade from where it stands; a start sets the law's integral so that nothing jumps.
 
@@ -44,7 +44,7 @@ Float = NDArray[float64]
 
 
 class MachineState(Table):
-    """Where a machine is."""
+    """State of a machine."""
 
     state: float = number("-", "state: number")
     since: float = number("-", "state: calls in this state")
@@ -107,7 +107,7 @@ class SupervisorState(Table, title="supervisor"):
 
 
 class SupervisedState(Table, title="supervised controller"):
-    """State of the supervisor and of what works under it."""
+    """State of the supervisor, of load control and of yaw control."""
 
     supervisor: SupervisorState = part(SupervisorState, "supervisor")
     yaw: YawControlState = part(YawControlState, "yaw control")
@@ -147,14 +147,14 @@ AHEAD = 5.0
 
 @kernel
 def samples(time: float, dt: float) -> int:
-    """Calls after which a time [s] has passed: the first one at or after it."""
+    """Number of calls after which a time [s] has passed."""
     n = whole(time / dt)
     return n if n * dt >= time * (1.0 - 1e-9) else n + 1
 
 
 @kernel
-def look(own: SupervisorState, first: int, last: int, dt: float) -> None:
-    """Conditions first to last - 1 of the present quantities, with the time for which they have held (C-63)."""
+def evaluate_conditions(own: SupervisorState, first: int, last: int, dt: float) -> None:
+    """Evaluate conditions first to last - 1, with the time for which they have held (C-63)."""
     for c in range(first, last):
         value, limit = own.now.array[t.COMPARED[c, 0]], own.limit[c]
         true = not (value <= limit) if t.COMPARED[c, 1] > 0 else value < limit
@@ -168,8 +168,8 @@ def look(own: SupervisorState, first: int, last: int, dt: float) -> None:
 
 
 @kernel
-def near(own: SupervisorState, state: int) -> float:
-    """How many of the comparisons that could end a state a difference step would change, in derivative runs."""
+def switches_near(own: SupervisorState, state: int) -> float:
+    """Number of conditions that end a state within the difference step of a parameter, in derivative runs."""
     found = 0.0
     for row in range(t.MACHINE.shape[0]):
         if t.MACHINE[row, FROM] == state and t.REPORTED[t.MACHINE[row, LINE]] == 0:
@@ -179,8 +179,8 @@ def near(own: SupervisorState, state: int) -> float:
 
 
 @kernel
-def enter(own: SupervisorState, machine: Int, row: int, which: int, time: float) -> None:
-    """Write a transition into the log: when, which machine, which line, value and limit of its first condition."""
+def log_transition(own: SupervisorState, machine: Int, row: int, which: int, time: float) -> None:
+    """Log a transition with value and limit of its first condition."""
     n = new_entry(own.log)
     if n < 0:
         return
@@ -193,18 +193,18 @@ def enter(own: SupervisorState, machine: Int, row: int, which: int, time: float)
 
 @kernel
 def step_machine(own: SupervisorState, at: MachineState, machine: Int, which: int, time: float) -> int:
-    """One call of a machine: the row of the transition that it takes, -1 for none (C-63)."""
+    """Step of a machine: the row of the transition that it takes, -1 for none (C-63)."""
     at.since += 1.0
     row = transition(machine, whole(at.state), own.holds)
     if row >= 0:
-        enter(own, machine, row, which, time)
+        log_transition(own, machine, row, which, time)
         at.state, at.since = float(machine[row, TO]), 0.0
     return row
 
 
 @kernel
-def law_pitch(x: LoadControlState, pitch: float, speed: float) -> None:
-    """Set the law to a pitch [rad] and a generator speed [rad/s], so that its next call does not jump (C-66)."""
+def set_collective(x: LoadControlState, pitch: float, speed: float) -> None:
+    """Set the collective law to a pitch [rad] and a generator speed [rad/s], without a jump at its next call (C-66)."""
     law = x.collective
     schedule = 1.0 / (1.0 + pitch / law.gain_halving_pitch)
     law.speed, law.pitch = speed, pitch
@@ -216,8 +216,8 @@ def law_pitch(x: LoadControlState, pitch: float, speed: float) -> None:
 
 
 @kernel
-def forget_loops(x: LoadControlState) -> None:
-    """Integrals of the load loops at nothing, for a new start."""
+def reset_loops(x: LoadControlState) -> None:
+    """Reset the integrals of the load loops for a new start."""
     for k in range(whole(x.loop_count)):
         x.loop[k].tilt_axis.integral = 0.0
         x.loop[k].yaw_axis.integral = 0.0
@@ -225,7 +225,7 @@ def forget_loops(x: LoadControlState) -> None:
 
 @kernel
 def region(law: BaselineState) -> float:
-    """Region of the collective law as it is: 3 power limit, 2 speed limit, 1 below (C-67)."""
+    """Region of the collective law: 3 power limit, 2 speed limit, 1 below (C-67)."""
     speed, setpoint = law.speed, law.rated_power
     if speed >= law.rated_speed or (law.pitch >= law.power_pitch and law.pitch > law.minimum_pitch):
         return 3.0
@@ -238,7 +238,7 @@ def region(law: BaselineState) -> float:
 def quantities(
     x: SupervisedState, speed: float, twin: float, measured: Measurements, demands: Demands, dt: float
 ) -> None:
-    """What conditions compare, from the measurements; of yaw protection's state only what stood before this call."""
+    """Quantities of the conditions from the measurements, with the state of yaw protection before this call."""
     own, law, now = x.supervisor, x.load.collective, x.supervisor.now
     state, blades = whole(own.operation.state), whole(measured.n_blades)
     now.yaw_error = abs(x.yaw.filtered)
@@ -320,7 +320,7 @@ def set_point(own: SupervisorState, law: BaselineState, measured: Measurements, 
 
 @kernel
 def begin_state(x: SupervisedState, state: int, speed: float, demands: Demands, blades: int) -> None:
-    """What happens once when a state of operation begins."""
+    """Actions at the entry of a state of operation."""
     own, law = x.supervisor, x.load.collective
     if state == START_UP:
         own.share, law.torque, own.latched, own.fresh = 0.0, 0.0, 0.0, 0.0
@@ -328,9 +328,9 @@ def begin_state(x: SupervisedState, state: int, speed: float, demands: Demands, 
         for b in range(blades):
             mean = mean + demands.pitch[b] / blades
         law.reference_speed = min(max(speed, 0.0), own.reference)
-        law_pitch(x.load, mean, speed)
+        set_collective(x.load, mean, speed)
         own.lowering = 1.0
-        forget_loops(x.load)
+        reset_loops(x.load)
     if state == CONNECTION:
         law.torque = 0.0
     if state in (NORMAL_STOP, EMERGENCY_STOP):
@@ -341,7 +341,7 @@ def begin_state(x: SupervisedState, state: int, speed: float, demands: Demands, 
 
 @kernel
 def start_law(x: SupervisedState, state: int, speed: float, dt: float) -> None:
-    """Knobs of the collective law while it starts: reference and lowest pitch follow the speed (C-66)."""
+    """Parameters of the collective law during start-up: reference and minimum pitch follow the speed (C-66)."""
     own, law = x.supervisor, x.load.collective
     step = own.start_acceleration * dt
     ahead = max(speed, 0.0) + AHEAD * own.start_acceleration
@@ -353,20 +353,20 @@ def start_law(x: SupervisedState, state: int, speed: float, dt: float) -> None:
 
 
 @kernel
-def lower(x: SupervisedState, speed: float, measured: Measurements, demands: Demands, dt: float) -> None:
-    """Lower the pitch until the rotor has its reference speed or the pitch is lowest; then the law has it (C-66)."""
+def lower_pitch(x: SupervisedState, speed: float, measured: Measurements, demands: Demands, dt: float) -> None:
+    """Lower the pitch to its minimum or until the rotor reaches its reference speed; then the law takes over (C-66)."""
     own, law = x.supervisor, x.load.collective
     pitch = max(law.pitch - law.pitch_rate * dt, law.minimum_pitch)
     if speed >= law.reference_speed or pitch <= law.minimum_pitch:
         own.lowering = 0.0
-    law_pitch(x.load, pitch, speed)
+    set_collective(x.load, pitch, speed)
     for b in range(whole(measured.n_blades)):
         demands.pitch[b] = pitch
 
 
 @kernel
-def usual_law(x: SupervisedState, dt: float) -> None:
-    """The knobs back where they belong; nothing is written where nothing differs."""
+def restore_law(x: SupervisedState, dt: float) -> None:
+    """Restore the parameters of the collective law; written only where they differ."""
     own, law = x.supervisor, x.load.collective
     if law.reference_speed < own.reference:
         law.reference_speed = min(law.reference_speed + own.start_acceleration * dt, own.reference)
@@ -378,7 +378,7 @@ def usual_law(x: SupervisedState, dt: float) -> None:
 
 @kernel
 def limit_torque(law: BaselineState, most: float, demands: Demands) -> None:
-    """Torque demand and the law's memory of it within a limit [N m]."""
+    """Limit the torque demand and the torque state of the law [N m]."""
     law.switches += crossed(law.torque - most)
     law.torque = min(law.torque, most)
     demands.generator_torque = law.torque
@@ -386,11 +386,11 @@ def limit_torque(law: BaselineState, most: float, demands: Demands) -> None:
 
 @kernel
 def produce(x: SupervisedState, state: int, measured: Measurements, demands: Demands, dt: float) -> None:
-    """States whose pitch is the law's."""
+    """States with the pitch of the collective law."""
     own, law = x.supervisor, x.load.collective
     mode = t.MODES[state - 1, M_TORQUE]
     if mode == TORQUE_LAW:
-        usual_law(x, dt)
+        restore_law(x, dt)
         load_step(x.load, measured, demands, dt)
         if law.rated_power < own.rated_power:
             limit_torque(law, law.rated_power / max(law.speed, 1e-3), demands)
@@ -398,7 +398,7 @@ def produce(x: SupervisedState, state: int, measured: Measurements, demands: Dem
     speed = measured.generator_speed
     start_law(x, state, law.speed, dt)
     if own.lowering > 0.5 and mode == TORQUE_NONE:
-        lower(x, speed, measured, demands, dt)
+        lower_pitch(x, speed, measured, demands, dt)
     else:
         collective_step(law, speed, measured, demands, dt)
     for b in range(MAX_BLADES):
@@ -414,10 +414,10 @@ def produce(x: SupervisedState, state: int, measured: Measurements, demands: Dem
 
 
 @kernel
-def rest(
+def shut_down(
     x: SupervisedState, state: int, speed: float, twin: float, measured: Measurements, demands: Demands, dt: float
 ) -> None:
-    """States that pitch to feather: torque falls with speed, or there is none (C-68).
+    """States that pitch to feather: torque falls with speed, or is zero (C-68).
 
     Of the two sensors of speed the lower one counts for the torque, the higher one for the brake: one that is stuck can
     neither drive the rotor backwards nor brake it at full speed.
@@ -447,7 +447,7 @@ def rest(
 @kernel
 def protect(own: SupervisorState, time: float, dt: float) -> None:
     """One step of the machine of yaw protection (C-64)."""
-    look(own, 0, N_YAW, dt)
+    evaluate_conditions(own, 0, N_YAW, dt)
     row = step_machine(own, own.protection, t.YAW_MACHINE, YAW_PROTECTION, time)
     if row >= 0 and t.YAW_MACHINE[row, TO] == DERATED:
         own.derates += 1.0
@@ -458,8 +458,8 @@ def protect(own: SupervisorState, time: float, dt: float) -> None:
 def operate(x: SupervisedState, speed: float, demands: Demands, blades: int, time: float, dt: float) -> None:
     """One step of the machine of operation (C-63)."""
     own = x.supervisor
-    look(own, N_YAW, N_CONDITIONS, dt)
-    x.load.collective.switches += near(own, whole(own.operation.state))
+    evaluate_conditions(own, N_YAW, N_CONDITIONS, dt)
+    x.load.collective.switches += switches_near(own, whole(own.operation.state))
     row = step_machine(own, own.operation, t.MACHINE, OPERATION, time)
     if row < 0:
         return
@@ -479,7 +479,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 
 @kernel
 def supervise(x: SupervisedState, measured: Measurements, demands: Demands, dt: float) -> None:
-    """Means of the wind and yaw control, the machines, then what the state asks for (C-60 to C-68)."""
+    """Means of the wind, yaw control, machines, demands of the state (C-60 to C-68)."""
     own, law, blades, time = x.supervisor, x.load.collective, whole(measured.n_blades), measured.time
     # a sensor that gives no number is lost: its twin stands in for it until the stop that follows
     speed, twin = measured.generator_speed, own.gear_ratio * measured.rotor_speed
@@ -504,7 +504,7 @@ def supervise(x: SupervisedState, measured: Measurements, demands: Demands, dt: 
         measured.generator_speed = speed
     state = whole(own.operation.state)
     if t.MODES[state - 1, M_PITCH] == PITCH_FEATHER:
-        rest(x, state, speed, twin, measured, demands, dt)
+        shut_down(x, state, speed, twin, measured, demands, dt)
     else:
         produce(x, state, measured, demands, dt)
         demands.brake = 0.0
@@ -534,7 +534,7 @@ def SupervisedController(
     sample_time: float | None = None,
     name: str = "supervised",
 ) -> Controller:
-    """A controller that starts and stops the turbine, protects it, derates it and turns it into the wind.
+    """Controller with start, stop, protection, derating and yaw control.
 
     Args:
       turbine: gives the collective law, cut-in and cut-out, and the limits of the actuators.
@@ -600,7 +600,7 @@ def _crowded(log: Log) -> list[str]:
 
 
 def _first_state(turbine: AnyTurbine, settings: Supervision, numbers: dict[str, float], start: StartPoint) -> int:
-    """Number of the state in which a run begins."""
+    """Number of the initial state."""
     torque = turbine.control.torque
     if settings.begin != "automatic":
         return t.NUMBER[settings.begin]
@@ -614,7 +614,7 @@ def _first_state(turbine: AnyTurbine, settings: Supervision, numbers: dict[str, 
 def _settings(
     turbine: AnyTurbine, settings: Supervision, found: dict[str, float], follow: bool, protection: YawProtection | None
 ) -> SupervisorState:
-    """The supervisor at its beginning."""
+    """Initial state of the supervisor, without that of operation."""
     control, drivetrain = turbine.control, turbine.drivetrain
     rated = control.torque.rated_power
     same = "connect_speed start_acceleration start_pitch connect_time feather brake brake_speed".split()

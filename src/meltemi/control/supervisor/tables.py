@@ -1,4 +1,4 @@
-"""The supervisor as tables that a person reads: states, conditions, transitions; two machines that share conditions.
+"""State machines of the supervisor: states, conditions, transitions of operation and of yaw protection.
 
 The machine of operation has the states of the turbine. The machine of yaw protection stands beside it: it derates,
 waits and looks again, or asks for a stop (Wang et al. 2021, Fig. 8). At every call each machine takes at most one
@@ -23,7 +23,7 @@ from meltemi.maths.tables import Table, number
 
 @dataclass(frozen=True)
 class State:
-    """What the turbine does in a state; numbers of the states begin with 1.
+    """State of the turbine.
 
     Attributes:
       torque: ``none``; ``law``: of the collective law; ``join``: that, its limit rising from zero; ``fall``: in
@@ -45,14 +45,14 @@ class State:
 
 @dataclass(frozen=True)
 class Condition:
-    """A comparison that a machine looks at.
+    """Comparison of a quantity with a limit.
 
     Attributes:
       quantity: of ``QUANTITIES``.
-      sense: ``above`` (and what is no number) or ``below``; equality is neither.
+      sense: ``above`` (and NaN) or ``below``; equality is neither.
       limit: a number, or the name of a limit of ``Supervision`` and ``YawProtection``.
       hold: [s] for which it has to hold without a break, or the name of a setting.
-      latches: a stop for this reason lasts until the operator's word "start".
+      latches: a stop for this reason lasts until the operator requests "start".
       doc: the reason in words, with value and limit in places.
     """
 
@@ -66,7 +66,7 @@ class Condition:
 
 
 class Quantities(Table, title="quantities of the supervisor"):
-    """What is compared."""
+    """Quantities that conditions compare."""
 
     yaw_error: float = number("rad", "filtered yaw error, absolute")
     producing: float = number("-", "1 while the generator is connected")

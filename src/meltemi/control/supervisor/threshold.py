@@ -1,4 +1,4 @@
-"""Yaw protection: the largest yaw error that is tolerated, by the mean wind, and what is done beyond it.
+"""Yaw protection: permissible yaw error by mean wind speed, with derating or stop beyond it.
 
     stepwise       b = b_i of the last base point below c; b_1 up to the first one and at it
     interpolated   b = b_i + (b_{i+1} - b_i) (c - c_i) / (c_{i+1} - c_i) between base points, constant beyond them
@@ -50,7 +50,7 @@ class YawProtection(Record):
     derate_rate: float = Field(default=0.1, gt=0.0)
     """[1/s] share of rated power a second by which the set-point falls and rises."""
     latched: bool = True
-    """Whether a stop lasts until the operator's word "start"; else until the error is within the threshold."""
+    """Whether a stop lasts until the operator requests "start"; else until the error is within the threshold."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -75,7 +75,7 @@ class YawProtection(Record):
 
 
 class YawThreshold(Table):
-    """The threshold for kernels."""
+    """Base points of the threshold."""
 
     stepwise: float = number("-", "1: stepwise law, 0: interpolated")
     points: float = number("-", "base points; 0: no protection")
@@ -99,14 +99,14 @@ def threshold(x: YawThreshold, wind: float) -> float:
 
 
 def threshold_settings(protection: YawProtection) -> YawThreshold:
-    """The threshold of a protection for kernels."""
+    """Base points of a protection."""
     return YawThreshold.of(
         stepwise=protection.law == "stepwise", wind_speed=protection.wind_speeds, threshold=protection.thresholds
     )
 
 
 def yaw_threshold(protection: YawProtection, wind_speed: ArrayLike) -> Float:
-    """Largest yaw error that is tolerated.
+    """Permissible yaw error.
 
     Args:
       wind_speed: [m/s] mean over the protection's window, of any shape.
