@@ -288,11 +288,18 @@ def _first(builder: Any, field: Any, data: Any) -> Any:
 
 def _step(builder: Any, field: Any, data: Any) -> Any:
     """Numbers of one entry of a field of a table without axes."""
-    if field.table is None or not field.table.tail:
-        return ir.Constant(_I64, len(field.table) if field.table else 1)
-    begin, last = _onwards(builder, FLOATS, data, _first(builder, field, data)), field.table.tail[-1]
-    numbers = [*_lengths(builder, last, begin), _step(builder, last, begin)]
-    return builder.add(_first(builder, last, begin), _product(builder, numbers))
+    if field.table is None:
+        return ir.Constant(_I64, 1)
+    return _extent(builder, field.table, _onwards(builder, FLOATS, data, _first(builder, field, data)))
+
+
+def _extent(builder: Any, table: Any, data: Any) -> Any:
+    """Numbers of the table without axes that begins at ``data``."""
+    if not table.tail:
+        return ir.Constant(_I64, len(table))
+    last = table.tail[-1]
+    numbers = [*_lengths(builder, last, data), _step(builder, last, data)]
+    return builder.add(_first(builder, last, data), _product(builder, numbers))
 
 
 def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tuple[Any, Any]:
@@ -461,7 +468,7 @@ def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> 
     if axis is not None:
         return getattr(proxy, f"n{axis}")
     if name == "array":
-        n, lengths = ir.Constant(_I64, len(kind.table)), _shape(kind, proxy)
+        n, lengths = _extent(builder, kind.table, proxy.data), _shape(kind, proxy)
         shape = [builder.mul(lengths[0], n), *lengths[1:]] if kind.table.outer else [n, *lengths]
         slopes = proxy.slopes if kind.kind == DUALS else None
         return _array(context, builder, _array_type(kind), proxy.data, slopes, shape)
