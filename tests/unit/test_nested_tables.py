@@ -194,3 +194,19 @@ def test_places_as_of_the_array() -> None:
     x = example()
     assert swap(x.array) == len(x) - 1.0
     assert list(x[:4]) == [len(x.array), 3.0, 3.0, 3.0]
+
+
+def test_a_table_may_be_declared_anew() -> None:
+    """As by a cell of a notebook that runs again: the layout is that of the new class."""
+
+    def place(names: str) -> float:
+        fields = {name: number("-", name) for name in names.split()}
+        again: Any = type(Table)("Again", (Table,), fields)
+
+        @kernel
+        def read(array: Any) -> Any:
+            return again(array).wanted
+
+        return float(read(np.arange(3.0)))
+
+    assert [place("wanted other last"), place("other last wanted"), place("other wanted last")] == [0.0, 2.0, 1.0]

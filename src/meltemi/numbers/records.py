@@ -60,6 +60,11 @@ class TableType(types.Type):
         self.table, self.kind, self.ndim = table, kind, len(table.axes)
         super().__init__(name=f"{table.__name__}[{kind}]")
 
+    @property
+    def key(self) -> Any:
+        """Identity: a class that is declared anew under its name, as in a notebook, is another one."""
+        return self.table, self.kind
+
 
 @register_model(FieldType)
 @register_model(TableType)
@@ -221,6 +226,11 @@ class PartsType(types.Type):
     def __init__(self, table: Any, kind: str) -> None:
         self.table, self.kind, self.ndim = table, kind, 1
         super().__init__(name=f"Parts[{table.__name__},{kind}]")
+
+    @property
+    def key(self) -> Any:
+        """Identity, as of the table."""
+        return self.table, self.kind
 
 
 register_model(PartsType)(_EntriesModel)  # its one length is that of an entry
