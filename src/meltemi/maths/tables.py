@@ -112,20 +112,22 @@ class Field:
         count = math.prod(self.lengths(array))
         return len(self) if self.fixed else count and count * self.step(array)
 
-    def rows(self, array: Any = None) -> list[Row]:
-        """Its rows; those of a field of variable length follow from an array of the table."""
-        if not self.table and (self.parts or not self.shape):
-            return [Row(f"{self.name}_{part}", self.unit, self.doc) for part in self.parts] or [
-                Row(self.name, self.unit, self.doc)
-            ]
-        places = itertools.product(*(range(1, n + 1) for n in self.lengths(array)))
-        ends = ["".join(f"_{i}" for i in place) for place in places]
-        if not self.table:
-            return [Row(f"{self.name}{end}", self.unit, self.doc) for end in ends]
+    def names(self, array: Any = None) -> list[str]:
+        """Names of its rows; those of a field of variable length follow from an array of the table."""
+        ends = [""]
+        for n in () if self.parts else self.lengths(array):
+            ends = [f"{end}_{i}" for end in ends for i in range(1, n + 1)]
+        if self.table is None:
+            return [f"{self.name}_{part}" for part in self.parts] or [f"{self.name}{end}" for end in ends]
         prefix = self.name if self.prefix is None else self.prefix
         begins = self.parts or [f"{prefix}{end}" for end in ends]
-        inner = self.table.rows_of(None if self.fixed else array[self.first(array) :]) if begins else ()
-        return [Row(f"{begin}_{r.name}".lstrip("_"), r.unit, r.doc) for begin in begins for r in inner]
+        inner = self.table.names_of(None if self.fixed else array[self.first(array) :]) if begins else ()
+        return [f"{begin}_{name}" if begin else name for begin in begins for name in inner]
+
+    def rows(self) -> list[Row]:
+        """Its rows, of a field of fixed length."""
+        inner = self.table.rows if self.table else (Row(self.name, self.unit, self.doc),)
+        return [Row(name, row.unit, row.doc) for name, row in zip(self.names(), itertools.cycle(inner), strict=False)]
 
     def __get__(self, table: Table | None, owner: Any) -> Any:
         if table is None:
@@ -393,14 +395,9 @@ class Table(metaclass=TableType):
         return len(cls) + sum(field.extent(array) for field in cls.tail)
 
     @classmethod
-    def rows_of(cls, array: Any) -> list[Row]:
-        """All rows of the table at the beginning of an array, with those of the fields of variable length."""
-        return [*cls.rows, *(row for field in cls.tail for row in field.rows(array))]
-
-    @classmethod
     def names_of(cls, array: Any) -> tuple[str, ...]:
         """Names of all numbers of the table at the beginning of an array."""
-        return tuple(row.name for row in cls.rows_of(array))
+        return (*cls.names, *(name for field in cls.tail for name in field.names(array)))
 
     @classmethod
     def lengths(cls, array: Any) -> tuple[int, ...]:
