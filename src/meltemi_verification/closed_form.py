@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from meltemi.control.fixed import fixed
+from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
@@ -239,7 +239,13 @@ def _pendulum(turbine: Turbine) -> list[Row]:
     amplitude = np.radians(60.0)
     begin = Start(coordinates={"generator": np.pi - amplitude})
     result = simulate(
-        model, CALM, duration=60.0, controller=fixed(), start=begin, channels=["azimuth"], output_step=0.005
+        model,
+        CALM,
+        duration=60.0,
+        controller=ConstantController(),
+        start=begin,
+        channels=["azimuth"],
+        output_step=0.005,
     )
     hanging = np.sin(result["azimuth"])  # zero when the blade hangs down; falls when it swings on
     at = np.flatnonzero((hanging[:-1] > 0.0) & (hanging[1:] <= 0.0))
@@ -265,7 +271,7 @@ def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: fl
     )
     model = build(free, options).with_parameters(**{"aerodynamics.air_density": 0.0})
     duration = round(100 * TURN / SPEED)
-    run = Simulation(model, CALM, duration=duration, controller=fixed(), start=start, channels=["azimuth"])
+    run = Simulation(model, CALM, duration=duration, controller=ConstantController(), start=start, channels=["azimuth"])
     probe, energies = Case(model, CALM), []
     run.advance(1)
     while True:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from meltemi.control.fixed import fixed
+from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.modes import natural_modes
@@ -70,7 +70,7 @@ def decays() -> Comparison:
             model,
             SteadyWind(speed=0.0),
             duration=duration,
-            controller=fixed(),
+            controller=ConstantController(),
             start=Start(coordinates=deflection),
             channels=[r["channel"]],
         )

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
-from meltemi.control.fixed import fixed
 from meltemi.control.signals import PITCH_DEMAND, TIME
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
@@ -98,7 +98,7 @@ def fixed_rotor() -> Comparison:
             model,
             wind,
             duration=60.0,
-            controller=fixed(),
+            controller=ConstantController(),
             start=Start(rotor_speed=SPEED, pitch=PITCH, coordinates={}),
             channels=["azimuth", *names],
         ).between(30.0, 60.0)  # the window, and so the azimuths, of the reference
@@ -136,7 +136,7 @@ def spinning(model: BladedModel, channels: Sequence[str], band: float, prefix: s
         model,
         SteadyWind(speed=0.0),
         duration=120.0,
-        controller=fixed(),
+        controller=ConstantController(),
         start=Start(rotor_speed=SPEED, coordinates={}),
         channels=["azimuth", *channels],
     ).between(60.0, 120.0)

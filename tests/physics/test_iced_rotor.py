@@ -32,7 +32,13 @@ def test_imbalance_of_one_iced_blade(turbine: Turbine) -> None:
     start, still = Start(rotor_speed=speed), SteadyWind(speed=0.0)
     clean, iced = (
         meltemi.simulate(
-            m, still, duration=6.0, controller=meltemi.fixed(), start=start, channels=channels, output_step=0.05
+            m,
+            still,
+            duration=6.0,
+            controller=meltemi.ConstantController(),
+            start=start,
+            channels=channels,
+            output_step=0.05,
         )
         for m in models
     )

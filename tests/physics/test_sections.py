@@ -136,7 +136,9 @@ def test_momentum_is_balanced_at_any_yaw_and_speed(turbine: Turbine, yaw: float,
     start = Start(rotor_speed=speed)
     names = ["induction_residual", "mean_induction"]
     model = meltemi.build(turbine, options)
-    result = meltemi.simulate(model, wind, duration=6.0, controller=meltemi.fixed(), start=start, channels=names)
+    result = meltemi.simulate(
+        model, wind, duration=6.0, controller=meltemi.ConstantController(), start=start, channels=names
+    )
     assert np.abs(result["induction_residual"]).max() < 1e-6
 
 

@@ -145,7 +145,7 @@ def test_values_are_those_of_the_usual_functions(found: Sensitivity) -> None:
 
 
 def test_near_rated_with_smoothing(model: Model) -> None:
-    wind, law = box(11.4, 4), meltemi.baseline(model.turbine.control, smoothing=0.01)
+    wind, law = box(11.4, 4), meltemi.BaselineController(model.turbine, smoothing=0.01)
     assert simulate(model, wind, duration=SECONDS)["pitch_1"].min() == 0.0
     names = PARAMETERS[:8]
     found = sensitivity(model, wind, names, duration=SECONDS, channels=CHANNELS, controller=law)
@@ -196,7 +196,7 @@ def test_switches_are_counted(model: Model) -> None:
         ["pitch_offset"],
         steps={"pitch_offset": 0.05},
         duration=10.0,
-        controller=meltemi.fixed(),
+        controller=meltemi.ConstantController(),
         start=Start(rotor_speed=0.3, pitch=0.9),
     )
     assert storm.switches["stall"] > 0  # type: ignore[operator]
@@ -283,7 +283,7 @@ def test_own_controllers(model: Model, wind: WindBox) -> None:
 
 
 def test_a_compiled_controller_around_the_baseline(model: Model, wind: WindBox) -> None:
-    law = meltemi.baseline(model.turbine.control)
+    law = meltemi.BaselineController(model.turbine)
     inner = law.update
 
     @numba.njit

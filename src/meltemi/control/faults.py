@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.signals import Measurements
 from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Numbers, Table, blades, each, flaps, number
+from meltemi.maths.tables import Numbers, Table, blades, flaps, number, numbers
 
 Float = NDArray[float64]
 
@@ -37,11 +37,11 @@ class Faults(Table):
     pitch_stuck: Numbers = blades("-", "1: the blade keeps its angle")
     pitch_run: Numbers = blades("rad/s", "rate of a pitch runaway, towards feather when positive; 0: none")
     flap_stuck: Numbers = flaps("-", "1: the flap keeps its deflection")
-    offset: Numbers = each(SENSORS, "unit of the sensor", "added to the measurement")
-    drift: Numbers = each(SENSORS, "unit of the sensor/s", "rate of the sensor's drift")
-    drift_begin: Numbers = each(SENSORS, "s", "begin of the drift")
-    lost: Numbers = each(SENSORS, "-", "1: the next value is kept, 2: the kept value is given, 3: zero is given")
-    held: Numbers = each(SENSORS, "unit of the sensor", "value that is kept")
+    offset: Numbers = numbers("unit of the sensor", "added to the measurement", SENSORS)
+    drift: Numbers = numbers("unit of the sensor/s", "rate of the sensor's drift", SENSORS)
+    drift_begin: Numbers = numbers("s", "begin of the drift", SENSORS)
+    lost: Numbers = numbers("-", "1: the next value is kept, 2: the kept value is given, 3: zero is given", SENSORS)
+    held: Numbers = numbers("unit of the sensor", "value that is kept", SENSORS)
 
 
 FIRST, N_SENSORS = Measurements.index(SENSORS[0]), len(SENSORS)

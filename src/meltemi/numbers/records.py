@@ -8,6 +8,7 @@ does not make it read them again.
 from __future__ import annotations
 
 import operator
+from functools import cache
 from typing import Any
 
 import numba
@@ -17,12 +18,13 @@ from numba.core import cgutils, types
 from numba.core.boxing import unbox_unsupported
 from numba.core.imputils import lower_builtin, lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
-from numba.extending import NativeValue, models, register_model, typeof_impl, unbox
+from numba.extending import NativeValue, models, overload, register_model, typeof_impl, unbox
 
 from meltemi.maths.groups import GroupType, join, split
 from meltemi.maths.records import Member, members
 from meltemi.maths.records import Record as Record
 from meltemi.maths.tables import Table
+from meltemi.maths.tables import TableType as TableClass
 from meltemi.numbers.duals import DualArrayType, dual, make_dual
 from meltemi.numbers.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
 
@@ -231,12 +233,31 @@ def _set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 # tables ---------------------------------------------------------------------------------------------
 
 
+class PartsType(types.Type):
+    """Tables within a table."""
+
+    def __init__(self, table: Any, kind: str) -> None:
+        self.table, self.kind, self.ndim = table, kind, 1
+        super().__init__(name=f"Parts[{table.__name__},{kind}]")
+
+    @property
+    def key(self) -> Any:
+        """Identity, as of the table."""
+        return self.table, self.kind
+
+
+register_model(PartsType)(_EntriesModel)  # its one length is that of an entry
+
+
 def _field(kind: Any, name: str) -> Any:
+    """Type of a field."""
     declared = kind.table.fields.get(name)
     if declared is None:
         return None
+    if declared.table is not None:
+        return PartsType(declared.table, kind.kind) if declared.shape else TableType(declared.table, kind.kind)
     step = len(kind.table) if kind.table.fields_last else 1
-    ndim = len(declared.lengths) + kind.ndim
+    ndim = len(declared.shape) + kind.ndim
     return FieldType(kind.kind, declared.kind, ndim, len(kind.table) * kind.table.outer, step)
 
 
@@ -266,23 +287,154 @@ class _TableAttributes(AttributeTemplate):
         if name == "array":
             return _array_type(kind)
         field = _field(kind, name)
-        return None if field is None else field if field.ndim else field.entry
+        return field.entry if isinstance(field, FieldType) and not field.ndim else field
+
+
+def _lengths(builder: Any, field: Any, data: Any) -> list[Any]:
+    """Lengths of a field's own axes in the table that begins at ``data``."""
+
+    def held(name: str) -> Any:
+        place = _onwards(builder, FLOATS, data, ir.Constant(_I64, field.owner.fields[name].row))
+        return builder.fptosi(builder.load(place, typ=_F64), _I64)
+
+    return [held(n) if isinstance(n, str) else ir.Constant(_I64, n) for n in field.shape]
+
+
+def _first(builder: Any, field: Any, data: Any) -> Any:
+    """Where a field of a table without axes begins; behind a field of variable length only the run knows."""
+    if field.fixed:
+        return ir.Constant(_I64, field.row)
+    place = ir.Constant(_I64, len(field.owner))
+    for other in field.owner.tail[: field.owner.tail.index(field)]:
+        numbers = [*_lengths(builder, other, data), _step(builder, other, data)]
+        place = builder.add(place, _product(builder, numbers))
+    return place
+
+
+def _step(builder: Any, field: Any, data: Any) -> Any:
+    """Numbers of one entry of a field of a table without axes."""
+    if field.table is None:
+        return ir.Constant(_I64, 1)
+    return _extent(builder, field.table, _onwards(builder, FLOATS, data, _first(builder, field, data)))
+
+
+def _extent(builder: Any, table: Any, data: Any) -> Any:
+    """Numbers of the table without axes that begins at ``data``."""
+    if not table.tail:
+        return ir.Constant(_I64, len(table))
+    last = table.tail[-1]
+    numbers = [*_lengths(builder, last, data), _step(builder, last, data)]
+    return builder.add(_first(builder, last, data), _product(builder, numbers))
 
 
 def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tuple[Any, Any]:
     """Type and proxy of a field."""
-    field = _field(kind, name)
+    field, declared = _field(kind, name), kind.table.fields[name]
     result = cgutils.create_struct_proxy(field)(context, builder)
     shape = _shape(kind, proxy)
     inner = [] if kind.table.fields_last else shape[kind.table.outer :]
-    before = _product(builder, [*inner, ir.Constant(_I64, kind.table.fields[name].row)])
+    before = _product(builder, [*inner, _first(builder, declared, proxy.data)])
     result.data = _onwards(builder, kind.kind, proxy.data, before)
     if kind.kind == DUALS:
         result.slopes = _slopes_onwards(builder, proxy.slopes, before)
-    lengths = [ir.Constant(_I64, n) for n in kind.table.fields[name].lengths]
-    for i, n in enumerate([*lengths, *shape]):
+    if isinstance(field, PartsType):
+        shape = [_step(builder, declared, proxy.data)]
+    elif isinstance(field, FieldType):
+        shape = [*_lengths(builder, declared, proxy.data), *shape]
+    for i, n in enumerate(shape):
         setattr(result, f"n{i}", n)
     return field, result
+
+
+@infer_global(operator.getitem)
+class _GetPart(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        parts, index = args
+        if not (isinstance(parts, PartsType) and isinstance(index, types.Integer)):
+            return None
+        return signature(TableType(parts.table, parts.kind), parts, types.intp)
+
+
+@lower_builtin(operator.getitem, PartsType, types.Integer)
+def _part(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    proxy = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
+    before = builder.mul(args[1], proxy.n0)
+    result = cgutils.create_struct_proxy(sig.return_type)(context, builder)
+    result.data = _onwards(builder, sig.args[0].kind, proxy.data, before)
+    if sig.args[0].kind == DUALS:
+        result.slopes = _slopes_onwards(builder, proxy.slopes, before)
+    return result._getvalue()
+
+
+# tables of the vectors of a controller: made in kernels from arrays, and passed to them from Python
+
+
+@typeof_impl.register(TableClass)
+def _typeof_class(table: Any, context: Any) -> Any:
+    return types.Function(_maker(table))
+
+
+@cache
+def _maker(table: Any) -> Any:
+    """How a kernel makes a table without axes of a vector."""
+
+    class Rule(AbstractTemplate):
+        key = _MAKE
+
+        def generic(self, args: Any, kws: Any) -> Any:
+            if kws or len(args) != 1 or table.axes:
+                return None
+            (array,) = args
+            if isinstance(array, TableType) and array.table is table:
+                return signature(array, array)
+            if isinstance(array, types.Array) and (array.ndim, array.layout, array.dtype) == (1, "C", types.float64):
+                return signature(TableType(table, FLOATS), array)
+            return signature(TableType(table, DUALS), array) if array == DualArrayType(1) else None
+
+    return Rule
+
+
+def _MAKE() -> None:
+    """Stands for the class of a table where kernels call it."""
+
+
+@lower_builtin(_MAKE, types.Array)
+@lower_builtin(_MAKE, DualArrayType)
+def _make(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    result = cgutils.create_struct_proxy(sig.return_type)(context, builder)
+    if isinstance(sig.args[0], DualArrayType):
+        vector = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
+        result.data, result.slopes = vector.values, vector.slopes
+    else:
+        result.data = context.make_array(sig.args[0])(context, builder, args[0]).data
+    return result._getvalue()
+
+
+@lower_builtin(_MAKE, TableType)
+def _make_again(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return args[0]
+
+
+@overload(operator.getitem, strict=False)
+def _read_place(table: Any, place: Any) -> Any:
+    """Entries of a vector by place, as of the array."""
+    return (lambda table, place: table.array[place]) if isinstance(table, TableType) else None
+
+
+@overload(operator.setitem, strict=False)
+def _write_place(table: Any, place: Any, value: Any) -> Any:
+    if not isinstance(table, TableType):
+        return None
+
+    def write(table: Any, place: Any, value: Any) -> None:
+        table.array[place] = value
+
+    return write
+
+
+@overload(len, strict=False)
+def _length_of(table: Any) -> Any:
+    return (lambda table: table.array.shape[0]) if isinstance(table, TableType) else None
 
 
 def _numpy_array(context: Any, builder: Any, kind: Any, data: Any, shape: Any) -> Any:
@@ -317,6 +469,8 @@ def _array(context: Any, builder: Any, kind: Any, data: Any, slopes: Any, shape:
 
 @typeof_impl.register(Table)
 def _typeof_table(value: Any, context: Any) -> Any:
+    if not value.array.flags.c_contiguous:
+        raise TypeError(f"kernels take a {type(value).__name__} of a contiguous array only")
     return TableType(type(value), INTS if type(value).integer else FLOATS)
 
 
@@ -326,7 +480,8 @@ def _unbox_table(kind: Any, value: Any, c: Any) -> Any:
     if kind.kind not in (FLOATS, INTS):
         return unbox_unsupported(kind, value, c)
     made, array = _array_type(kind), c.pyapi.object_getattr_string(value, "array")
-    native = c.context.make_array(made)(c.context, c.builder, c.unbox(made, array).value)
+    taken = c.unbox(made, array)
+    native = c.context.make_array(made)(c.context, c.builder, taken.value)
     proxy = cgutils.create_struct_proxy(kind)(c.context, c.builder)
     proxy.data = native.data
     shape = cgutils.unpack_tuple(c.builder, native.shape)
@@ -334,8 +489,8 @@ def _unbox_table(kind: Any, value: Any, c: Any) -> Any:
         shape[0] = c.builder.sdiv(shape[0], ir.Constant(_I64, len(kind.table)))
     for i, n in enumerate(shape[1 - kind.table.outer :]):
         setattr(proxy, f"n{i}", n)
-    c.pyapi.decref(array)
-    return NativeValue(proxy._getvalue())
+    c.pyapi.decref(array)  # the table holds it
+    return NativeValue(proxy._getvalue(), is_error=taken.is_error)
 
 
 @lower_getattr_generic(TableType)
@@ -345,14 +500,15 @@ def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> 
     if axis is not None:
         return getattr(proxy, f"n{axis}")
     if name == "array":
-        n, lengths = ir.Constant(_I64, len(kind.table)), _shape(kind, proxy)
+        n, lengths = _extent(builder, kind.table, proxy.data), _shape(kind, proxy)
         shape = [builder.mul(lengths[0], n), *lengths[1:]] if kind.table.outer else [n, *lengths]
         if kind.table.fields_last:
             shape = [*lengths, n]
         slopes = proxy.slopes if kind.kind == DUALS else None
         return _array(context, builder, _array_type(kind), proxy.data, slopes, shape)
     field, rows = _rows_of(context, builder, kind, proxy, name)
-    return rows._getvalue() if field.ndim else _read(context, builder, field, rows, [])
+    entry = isinstance(field, FieldType) and not field.ndim
+    return _read(context, builder, field, rows, []) if entry else rows._getvalue()
 
 
 @lower_setattr_generic(TableType)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AIR_DENSITY
-from meltemi.control.baseline import REFERENCE, parameters
+from meltemi.control.baseline import parameters
 from meltemi.core.errors import InputError
 from meltemi.core.threads import one_blas_thread
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
@@ -136,7 +136,7 @@ def _swing_out(
 def _idle(orbit: CarefulOrbit, way: float, pitch: float, torque: float) -> None:
     """Bring an orbit to the speed, in one sense or the other, at which its mean torque balances."""
     model, wind = orbit.model, orbit.wind
-    reference = float(parameters(model.turbine.control)[REFERENCE]) / model.turbine.drivetrain.gear_ratio
+    reference = float(parameters(model.turbine.control).reference_speed) / model.turbine.drivetrain.gear_ratio
 
     def drives(x: float) -> float:
         return way * orbit.sweep(way * x, pitch, torque)

@@ -20,8 +20,8 @@ import numba
 import numpy as np
 from numba import types
 
-from meltemi.control import fixed
-from meltemi.control.baseline import baseline
+from meltemi.control import constant
+from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, Entry, LogEntry, StartPoint
 from meltemi.control.faults import happen
 from meltemi.control.signals import Demands, Measurements
@@ -152,7 +152,7 @@ class Simulation:
       prepare: called with the case before it is set to its start.
 
     ``advance`` marches under the run's own controller. For co-simulation and learning make it with
-    ``controller=meltemi.fixed(sample_time)`` and call ``reset`` and then ``step`` with demands.
+    ``controller=meltemi.ConstantController(sample_time)`` and call ``reset`` and then ``step`` with demands.
     """
 
     def __init__(
@@ -192,7 +192,7 @@ class Simulation:
         if controller is None and grid is not None and grid.power_reference is not None:
             raise InputError(
                 "grid: power_reference is given, but the baseline controller does not follow it: "
-                "give controller=meltemi.power_control(turbine, meltemi.performance_of(turbine)) or one of your own"
+                "give controller=meltemi.PowerController(turbine, meltemi.performance_of(turbine)) or one of your own"
             )
         began, compiled = clock_time.perf_counter(), compile_seconds()
         self._noticed = [*plausibility(turbine), *unusual(wind)]
@@ -203,7 +203,7 @@ class Simulation:
         check_coverage(
             wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
         )
-        controller = controller or baseline(turbine.control)
+        controller = controller or BaselineController(turbine)
         if not isinstance(controller, Controller):
             raise InputError(f"controller: expected a meltemi.Controller, found {type(controller).__name__}")
         if controller.yaws and model.options.yaw != "driven":
@@ -319,7 +319,7 @@ class Simulation:
 
         Args:
           demands: by name (``"pitch"`` stands for all blades; those left out keep their values) or all of
-            ``control.signals.Demands`` as a vector, in SI. Demands need ``controller=meltemi.fixed()``.
+            ``control.signals.Demands`` as a vector, in SI. Demands need ``controller=meltemi.ConstantController()``.
 
         Returns:
           Measurements at that instant, a copy: ``measurements["generator_speed"]``, or all as ``measurements.array``.
@@ -338,10 +338,10 @@ class Simulation:
         return self._measure()
 
     def _demand(self, demands: Mapping[str, float] | Sequence[float]) -> None:
-        if self.controller.update is not fixed.update():
+        if self.controller.update is not constant.update():
             raise InputError(
                 f"step: the controller {self.controller.name!r} makes the demands; "
-                "to give them from outside, make the Simulation with controller=meltemi.fixed()"
+                "to give them from outside, make the Simulation with controller=meltemi.ConstantController()"
             )
         now = self.case["demands"]
         if isinstance(demands, Mapping):

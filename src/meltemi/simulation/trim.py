@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AIR_DENSITY, AeroOptions, InflowState
-from meltemi.control.baseline import REFERENCE, parameters, steady_torque
+from meltemi.control.baseline import parameters, steady_torque
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
@@ -195,7 +195,7 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
     control = model.turbine.control
     law = parameters(control)
     ratio = model.turbine.drivetrain.gear_ratio
-    reference = float(law[REFERENCE]) / ratio
+    reference = float(law.reference_speed) / ratio
     free = model.locked[model.coordinates.index("generator")] == 0.0
 
     def left_over(speed: float, angle: float) -> float:

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 from meltemi.control.controller import Controller
-from meltemi.control.load_control import FeedForward, LoadControl, load_control
+from meltemi.control.load_control import FeedForward, LoadControl, LoadController
 from meltemi.core.errors import InputError
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.studies.scheme_names import SCHEMES, check_schemes, is_file, label
@@ -81,7 +81,7 @@ def design_controllers(
                 loops=tuple(tuning.loop for tuning in tuned[schemes[name].loops]),
                 notch=notch,
             )
-            controllers[name] = load_control(model.turbine, settings, name=name)
+            controllers[name] = LoadController(model.turbine, settings, name=name)
         else:
             controllers[label(name)] = own[name]
     tunings = {

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroMemory
 from meltemi.control.actuators import Actuators
-from meltemi.control.baseline import baseline
+from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint, dual_entry
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
@@ -165,7 +165,7 @@ def sensitivity(
     """
     if numba.config.DISABLE_JIT:
         raise InputError("sensitivity: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
-    controller = controller or baseline(model.turbine.control)
+    controller = controller or BaselineController(model.turbine)
     dual_entry(controller)  # refuses those that have no derivatives
     wind, events = realised(wind, model.turbine, duration), tuple(events)
     start, _ = begin_in(model, wind, start)
@@ -230,7 +230,7 @@ def differences(
       step: by default 1e-7 of the value, 1e-8 rad for pitch offsets: small, since polars and wind boxes have kinks.
       arguments: others of ``simulate``.
     """
-    controller = controller or baseline(model.turbine.control)
+    controller = controller or BaselineController(model.turbine)
     wind = realised(wind, model.turbine, arguments["duration"])
     start, _ = begin_in(model, wind, start)
     steps = {} if step is None else {parameter: step}

@@ -96,7 +96,7 @@ def _machine() -> tuple[Any, Any]:
 def _runs() -> None:
     """Trim, time loops, built-in controllers and those in plain Python."""
     from meltemi.control.controller import Controller
-    from meltemi.control.load_control import load_control
+    from meltemi.control.load_control import LoadController
     from meltemi.simulation.rotors import build
     from meltemi.simulation.simulate import simulate
     from meltemi.turbine.library import load_turbine
@@ -105,7 +105,7 @@ def _runs() -> None:
     simulate(build(load_turbine("pmsg20mw")), SteadyWind(speed=10.0), duration=0.1)
     model, wind = _machine()
     simulate(model, wind, duration=0.1)
-    simulate(model, wind, duration=0.1, controller=load_control(model.turbine))
+    simulate(model, wind, duration=0.1, controller=LoadController(model.turbine))
     simulate(model, wind, duration=0.1, controller=Controller(lambda state, measurements, demands, dt: None))
 
 
@@ -120,12 +120,12 @@ def _turbulence() -> None:
 
 def _stepping() -> None:
     """Runs that are stepped from outside."""
+    from meltemi.control.constant import ConstantController
     from meltemi.control.faults import happen
-    from meltemi.control.fixed import fixed
     from meltemi.simulation.case import Case
     from meltemi.simulation.step import sense
 
-    fixed()
+    ConstantController()
     case = Case(*_machine())
     happen(0, 0, case.events, case.control.faults)
     sense(0.0, 0, case.control, case.system)
@@ -141,7 +141,7 @@ def _section_loads() -> None:
 def _derivatives() -> None:
     """Linear models and sensitivities: the kernels with dual numbers."""
     from meltemi.control.controller import dual_entry
-    from meltemi.control.load_control import load_control
+    from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
     from meltemi.simulation.trim import operating_point
     from meltemi.studies.sensitivity import sensitivity
@@ -150,7 +150,7 @@ def _derivatives() -> None:
     start = operating_point(model, wind)
     linearise(model, start, azimuth=0.0)
     sensitivity(model, wind, ["pitch_offset"], duration=0.1, start=start)
-    dual_entry(load_control(model.turbine))
+    dual_entry(LoadController(model.turbine))
 
 
 STAGES: dict[str, Callable[[], None]] = {

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.control.controller import Controller
-from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, SpeedNotch, load_control
+from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController, SpeedNotch
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel
 from meltemi.simulation.options import ModelOptions
@@ -103,7 +103,7 @@ class Bench:
         """A load controller with these loops."""
         weights = FeedForward(shear_exponent=SHEAR) if feedforward else None
         settings = LoadControl(feedforward=weights, loops=tuple(loops), notch=self.notch, **more)
-        return load_control(self.model.turbine, settings, name=name)
+        return LoadController(self.model.turbine, settings, name=name)
 
 
 def paper_turbine() -> Turbine:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.power_control.controller import power_control
+from meltemi.control.power_control.controller import PowerController
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
 from meltemi.environment.air import Air
@@ -169,7 +169,7 @@ def _case(
         model=build(machine, options, Environment(air=air)),
         wind=wind,
         duration=duration,
-        controller=power_control(machine, performance_of(machine), settings),
+        controller=PowerController(machine, performance_of(machine), settings),
         start=Start(rotor_speed=speed, generator_torque=power / speed),
         channels=CHANNELS,
         output_step=0.25,

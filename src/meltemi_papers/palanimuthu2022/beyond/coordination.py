@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller
-from meltemi.control.coordinated import Coordination, coordinated
+from meltemi.control.coordinated import CoordinatedController, Coordination
 from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
@@ -138,7 +138,7 @@ def controllers(model: BladedModel, performance: Performance) -> dict[str, Contr
     assert isinstance(model.turbine, Turbine)
     loop = tune_ipc(model).loop
     return {
-        name: coordinated(
+        name: CoordinatedController(
             model.turbine,
             performance,
             power=PowerControl.model_validate({"scheme": candidate.scheme}),

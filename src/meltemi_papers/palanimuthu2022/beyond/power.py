@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.power_control.controller import power_control
+from meltemi.control.power_control.controller import PowerController
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
@@ -144,7 +144,7 @@ def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
         for signal, level in asked:
             grid = PowerGrid(power_reference=reference(setup, turbine.rated_power, level, signal, seed))
             for scheme in schemes:
-                law = power_control(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
+                law = PowerController(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
                 given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
                 yield BatchCase(model, wind, duration, law, name=f"{signal} {level:g} {scheme}", **given)
 
