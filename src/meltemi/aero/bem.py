@@ -29,19 +29,19 @@ from meltemi.maths.generic import anywhere, where
 
 PHI_LOW, PHI_HIGH = -0.25 * pi, 0.75 * pi
 RESCUE, BISECTIONS = 1e-7, 48
-"""Residual beyond which bisections follow, and their number: to the last digit of the bracket."""
+"""Residual beyond which bisections follow, and their number: to the resolution of the bracket."""
 ROUNDING = 1e-12
 """[rad] by which a step may leave the bracket: at convergence the bracket has no width."""
 LOSS_FLOOR = 1e-4
 """Smallest loss factor."""
 LEAST_FLOW, TINY = 0.3, 1e-6
-"""Least flow through the annulus over |s|, below all that occurs where a > 1 (A-10), and least of all."""
+"""Minimum flow through the annulus over |s|, below all that occurs where a > 1 (A-10), and absolute minimum."""
 STILL = 1e-3
-"""[m/s] below which the wind counts as still."""
+"""[m/s] below which the air counts as still."""
 
 
 class Strip(NamedTuple):
-    """What a strip of the rotor is to the momentum balance.
+    """Input of the momentum balance at a strip of the rotor.
 
     Attributes:
       vx, vy: [m/s] relative wind without induction, normal to the strip and along it.
@@ -113,7 +113,7 @@ def loss_factor(tip_number: float, hub_number: float, sin_phi: float) -> float:
 
 @kernel
 def end_angle(number: float, s: float) -> float:
-    """arc cos(exp(-number / s)): the loss at one end; far from it a right angle to the last digit."""
+    """Loss at one end: arc cos(exp(-number / s)), which is a right angle far from it."""
     angle = 0.5 * pi
     if anywhere(number < 40.0 * s):
         angle = acos(exp(-number / s))

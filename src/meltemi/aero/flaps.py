@@ -1,4 +1,4 @@
-"""Trailing-edge flaps: what a deflection adds to the coefficients of a section.
+"""Trailing-edge flaps: increments of the coefficients of a section.
 
 The increments of lift, drag and moment are tables in angle of attack and deflection. Static coefficients are the
 polar's plus the increments. In dynamic stall the lift of a flap is unsteady as if it were camber: as an angle
@@ -34,7 +34,7 @@ ALPHAS, DELTAS = 81, 61
 
 @kernel
 def flap_increment(alpha: float, m: Air, b: int, n: int) -> Coefficients:
-    """Sum over the flaps of a node at angle of attack ``alpha`` [rad], each by the share of the node it covers."""
+    """Increments of a node at angle of attack ``alpha`` [rad]: sum over its flaps, weighted by the covered share."""
     added, table = Coefficients(0.0, 0.0, 0.0), m.increments
     x = min(max(alpha / STEP + 0.5 * (ALPHAS - 1), 0.0), ALPHAS - 1.0)
     i = min(max(whole(x), 0), ALPHAS - 2)
@@ -50,20 +50,20 @@ def flap_increment(alpha: float, m: Air, b: int, n: int) -> Coefficients:
 
 @kernel
 def between(table: Numbers, j: int, here: int, w: float, u: float) -> float:
-    """Linear in the angle of attack, and cubic in the deflection: its slope has no steps, not at zero either."""
+    """Interpolation linear in the angle of attack and cubic in the deflection, with a continuous slope there."""
     low = along(table, j, here, u)
     return low + w * (along(table, j, here + DELTAS, u) - low)
 
 
 @kernel
 def along(table: Numbers, j: int, here: int, u: float) -> float:
-    """Cubic through the entries at 0 and 1, with the slopes of their neighbours (Catmull and Rom 1974)."""
+    """Cubic interpolation in the deflection, slopes from the neighbours (Catmull and Rom 1974)."""
     a, b, c, d = table[j, here - 1], table[j, here], table[j, here + 1], table[j, here + 2]
     return b + 0.5 * u * ((c - a) + u * ((2.0 * a - 5.0 * b + 4.0 * c - d) + u * (3.0 * (b - c) + d - a)))
 
 
 @kernel
 def equivalent_angle(lift: float, slope: float) -> float:
-    """Delta alpha [rad] of an increment of the lift (A-48)."""
+    """Equivalent angle Delta alpha [rad] of an increment of the lift (A-48)."""
     attached = slope > 0.1
     return where(attached, lift / where(attached, slope, 1.0), 0.0)

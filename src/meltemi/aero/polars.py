@@ -16,7 +16,7 @@ from meltemi.maths.tables import Numbers
 
 
 class Place(NamedTuple):
-    """A place between two points of a polar."""
+    """Place in a polar: the point before it, and the weight of the next one."""
 
     point: int
     weight: float
@@ -57,7 +57,7 @@ operators(
 
 @kernel
 def locate(alpha: float, m: Air) -> Place:
-    """Points around the angle of attack ``alpha`` [rad], any angle."""
+    """Place of the angle of attack ``alpha`` [rad] in the polars; any angle is allowed."""
     last = m.polars.angles - 1
     turns = (alpha + pi) * (0.5 / pi)
     x = (turns - floor(turns)) * last
@@ -67,14 +67,14 @@ def locate(alpha: float, m: Air) -> Place:
 
 @kernel
 def coefficient(values: Numbers, g: int, at: Place) -> float:
-    """One of the fields of polar ``g`` at a place, linear between points."""
+    """Coefficient of polar ``g`` at a place, by linear interpolation."""
     a = values[g, at.point]
     return a + at.weight * (values[g, at.point + 1] - a)
 
 
 @kernel
 def static_coefficients(alpha: float, g: int, m: Air) -> Coefficients:
-    """Coefficients of polar ``g`` at ``alpha`` [rad]."""
+    """Static coefficients of polar ``g`` at ``alpha`` [rad]."""
     at, polars = locate(alpha, m), m.polars
     return Coefficients(
         coefficient(polars.lift, g, at), coefficient(polars.drag, g, at), coefficient(polars.moment, g, at)
@@ -89,7 +89,7 @@ def wrap(angle: float) -> float:
 
 @kernel
 def ramp(x: float, low: float, high: float) -> float:
-    """0 below ``low``, 1 above ``high``, half a cosine between."""
+    """Blending function: 0 below ``low``, 1 above ``high``, half a cosine between."""
     t = min(max((x - low) / (high - low), 0.0), 1.0)
     if anywhere((t > 0.0) & (t < 1.0)):
         return 0.5 - 0.5 * cos(pi * t)

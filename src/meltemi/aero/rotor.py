@@ -1,14 +1,16 @@
-"""From the motion of the blade nodes to the loads on them: the aerodynamic entry point.
+"""Aerodynamic loads of the rotor from the motion of the blade nodes.
 
 Three passes over the nodes, because the rotor's averages stand between them:
 
 1. ``relative_wind``: wind at the nodes (tower influence included) minus their velocity, in strip axes;
    then ``disk_averages``: mean wind, skew, tip-speed ratio;
-2. ``quasi_steady``: the momentum balance at each node; then the mean induction and the time of the inflow;
+2. ``quasi_steady``: the momentum balance at each node; then the mean induction and the time constant of the inflow;
 3. ``loads``: dynamic inflow, skewed wake, dynamic stall, coefficients, loads.
 
-Pass 3 moves the states of inflow and stall over the step that led here (``dt``); with dt = 0 it
-evaluates the loads for the states as they are.
+Pass 3 advances the states of inflow and stall by the step that ends here (``dt``); with dt = 0 it
+evaluates the loads for the present states.
+
+Models of inflow, stall and tower influence are called by their number: see ``variants``.
 
 Reference: docs/theory/aerodynamics.md (A-1 to A-47).
 """
@@ -100,14 +102,14 @@ def disk_averages(m: Air) -> None:
 
 @kernel
 def quotient(x: float, speed: float) -> float:
-    """x / speed [m/s], zero in still air."""
+    """Quotient x / speed [m/s], zero in still air."""
     moves = abs(speed) > STILL
     return where(moves, x / where(moves, speed, 1.0), 0.0)
 
 
 @kernel
 def flapped(alpha: float, m: Air, b: int, n: int) -> tuple[Coefficients, float]:
-    """What the flaps add at a node, at any angle of attack, and the angle [rad] that stands for their lift."""
+    """Increments of the flaps at a node, at any angle of attack, and their equivalent angle [rad]."""
     added, angle = flap_increment(wrap(alpha), m, b, n), 0.0
     if m.flap_nodes.shape[0] > 0:
         angle = equivalent_angle(added.lift, m.section.slope[whole(m.aero_nodes.polar[b, n])])
@@ -116,7 +118,7 @@ def flapped(alpha: float, m: Air, b: int, n: int) -> tuple[Coefficients, float]:
 
 @kernel
 def quasi_steady(m: Air) -> None:
-    """Pass 2: momentum balance at every node, mean induction, time of the inflow."""
+    """Pass 2: momentum balance at every node, mean induction, time constant of the inflow."""
     options, nodes, flow, memory, rotor = m.aero_options, m.aero_nodes, m.flow, m.memory, m.rotor
     mean, worst = 0.0, 0.0
     curved = 0.5 if options.stall != stall.STATIC and options.stall_rotation == CAMBER else 0.0
@@ -240,7 +242,7 @@ def section_coefficients(dt: float, m: Air, b: int, n: int) -> None:
 def settle(m: Air) -> None:
     """Set the states of inflow and stall to their steady values for the flow of the last evaluation.
 
-    Call it, evaluate, and call it again: the second time the induction it saw was its own.
+    Alternate with evaluations: the induction changes with the states.
     """
     flow, options = m.flow, m.aero_options
     for b in range(flow.blades):

@@ -1,4 +1,4 @@
-"""Layout of the arrays that the aerodynamic kernels use.
+"""Tables of the aerodynamics.
 
 The *strip frame* w of a blade node: x normal to the local blade axis, y towards the trailing edge, z
 along the blade as it is coned, prebent and bent; pitch, twist and torsion are not part of it.
@@ -35,7 +35,7 @@ class AeroParameters(Table, title="aerodynamics"):
 
 
 class AeroOptions(Table, title="aerodynamic options", integer=True):
-    """Options, run-time integers."""
+    """Options of the model, selected at run time."""
 
     wake: int = number("-", "0: no induction, 1: blade-element momentum")
     high_induction: int = number("-", "0: momentum theory throughout, 1: Buhl")
@@ -98,7 +98,7 @@ class FlapParameters(Table, axes="flap blade", title="flap"):
 
 
 class FlapIncrement(Table, title="flap increment", axes="flap angle", fields_last=True):
-    """What flaps add to the coefficients, on a uniform grid: deflections, angle of attack by angle of attack."""
+    """Increments of the coefficients by flaps, on a uniform grid: deflections, angle of attack by angle of attack."""
 
     lift: Numbers = number("-", "lift coefficient")
     drag: Numbers = number("-", "drag coefficient")
@@ -124,7 +124,7 @@ class StallState(Table, axes="blade node"):
 
 
 class AeroMemory(Table, axes="blade node", title="aerodynamic memory"):
-    """What integrator and solver remember of the last step; not part of the physical state."""
+    """Memory of integrator and solver from the last step; not part of the physical state."""
 
     phi: Numbers = number("rad", "inflow angle of the last evaluation: where the solver begins")
     slope: Numbers = number("1/rad", "slope of the residual there")

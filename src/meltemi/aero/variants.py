@@ -1,7 +1,7 @@
-"""Models of which a turbine has one at a time: each name is a file, and this is where it is registered.
+"""Registered models of stall, inflow and tower influence.
 
-``aero/stall/hansen.py`` is the stall model "hansen". The place of a name is the number by which kernels know the model
-(``AeroOptions``). docs/development.md shows how to add one.
+The name of a model is that of its file: ``aero/stall/hansen.py`` is the stall model "hansen". The place of the name is
+the number of the model in kernels (``AeroOptions``). docs/variants.md explains how to add one.
 """
 
 from __future__ import annotations

@@ -289,7 +289,12 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
         except OSError:
             return None
         seal, content = content[:SEAL], content[SEAL:]
-        return pickle.loads(content) if hashlib.sha256(content).digest() == seal else None
+        if hashlib.sha256(content).digest() != seal:
+            return None
+        try:
+            return pickle.loads(content)
+        except (ImportError, AttributeError):  # of a record or table that another program defines
+            return None
 
     def _write(self, path: str, data: Any) -> None:
         content = self._dump(data)

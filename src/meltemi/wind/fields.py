@@ -288,7 +288,7 @@ def _arrays(
 
 
 def wind_field(wind: Wind, hub_height: float, rotor_diameter: float) -> WindField:
-    """A wind for a turbine as kernels see it, in plain numbers."""
+    """Record of a wind for a turbine, in plain numbers."""
     return WindField("floats", wind_arrays(wind, hub_height, rotor_diameter))
 
 

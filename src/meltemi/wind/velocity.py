@@ -59,7 +59,7 @@ class WindNow(Table, title="wind series"):
 
 
 class WindField(Record):
-    """A wind as the kernels see it: a series (its box is a dummy) or a box (its series is one row of zeros).
+    """Arrays of a wind for kernels: a series (its box is a dummy) or a box (its series is one row of zeros).
 
     ``series`` has shape (rows, columns) with the columns of :class:`WindNow`, of which ``times`` [s] (rows,) is the
     first; ``box`` has shape (planes, rows, columns, 3) [m/s]. ``now`` is the series at the time of the last

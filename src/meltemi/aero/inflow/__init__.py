@@ -3,9 +3,9 @@
 A model is a module with one kernel of the rotor and three of a node:
 
 * ``time_constant(m)`` [s] of the inflow from the averages of the rotor;
-* ``advance(dt, m, b, n)`` moves the induced velocities ``m.inflow`` of the node over ``dt`` [s], towards those of the
+* ``advance(dt, m, b, n)`` advances the induced velocities ``m.inflow`` of the node by ``dt`` [s] towards those of the
   momentum balance; with ``dt`` = 0 they stay;
-* ``settle(m, b, n)`` sets them to those in which nothing changes;
+* ``settle(m, b, n)`` sets them to their steady values;
 * ``derivative(m, b, n)`` leaves their time derivatives in ``m.d_inflow``.
 """
 

@@ -11,5 +11,5 @@ from meltemi.core.kernel import kernel
 
 @kernel
 def time_constant(m: Air) -> float:
-    """[s] of the first lag, as given."""
+    """Time constant [s] of the first lag, as given by the option."""
     return m.aero.inflow_time

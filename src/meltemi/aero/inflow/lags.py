@@ -29,7 +29,7 @@ class Inflow(NamedTuple):
 
 @kernel
 def advance(dt: float, m: Air, b: int, n: int) -> None:
-    """Move the states of a node over ``dt``."""
+    """Advance the states of a node by ``dt``."""
     rotor, memory, k = m.rotor, m.memory, m.aero.inflow_lead
     V_x, V_y = quasi_steady(m, b, n)
     # the time constant changes over the step: its mean keeps the second order
@@ -45,7 +45,7 @@ def advance(dt: float, m: Air, b: int, n: int) -> None:
 
 @kernel
 def settle(m: Air, b: int, n: int) -> None:
-    """Set the states of a node to the steady ones."""
+    """Set the states of a node to their steady values."""
     k = m.aero.inflow_lead
     V_x, V_y = quasi_steady(m, b, n)
     put(m.inflow, inflow_steady(k, V_x), inflow_steady(k, V_y), b, n)
@@ -53,7 +53,7 @@ def settle(m: Air, b: int, n: int) -> None:
 
 @kernel
 def derivative(m: Air, b: int, n: int) -> None:
-    """Time derivatives of the states of a node; zero where they are set."""
+    """Time derivatives of the states of a node; zero where the flow is blocked."""
     k, tau_1 = m.aero.inflow_lead, m.rotor.inflow_time
     tau_2 = second_time(tau_1, m.flow.radius[b, n] / m.rotor.tip_radius)
     V_x, V_y = quasi_steady(m, b, n)
@@ -65,14 +65,14 @@ def derivative(m: Air, b: int, n: int) -> None:
 
 @kernel
 def quasi_steady(m: Air, b: int, n: int) -> tuple[float, float]:
-    """Induced velocities [m/s] of the momentum balance at a node, normal and tangential."""
+    """Quasi-steady induced velocities [m/s] at a node, normal and tangential."""
     flow = m.flow
     return flow.steady_axial[b, n] * flow.vx[b, n], flow.steady_tangential[b, n] * flow.vy[b, n]
 
 
 @kernel
 def remember(m: Air, b: int, n: int) -> None:
-    """Keep what the next step begins with."""
+    """Store the inputs of this step for the next one."""
     memory = m.memory
     memory.induced_x[b, n], memory.induced_y[b, n] = quasi_steady(m, b, n)
     memory.time[b, n] = m.rotor.inflow_time
@@ -80,13 +80,13 @@ def remember(m: Air, b: int, n: int) -> None:
 
 @kernel
 def blocked(m: Air, b: int, n: int) -> bool:
-    """No load can be balanced by momentum at the node."""
+    """Whether the loss factor vanishes at the node: momentum cannot balance a load there."""
     return m.aero_nodes.end[b, n] > 0.0
 
 
 @kernel
 def either(condition: bool, yes: Inflow, no: Inflow) -> Inflow:
-    """One of two states."""
+    """``yes`` where the condition holds, else ``no``."""
     return Inflow(where(condition, yes.reduced, no.reduced), where(condition, yes.velocity, no.velocity))
 
 
@@ -98,7 +98,7 @@ def state(inflow: InflowState, b: int, n: int) -> tuple[Inflow, Inflow]:
 
 @kernel
 def put(inflow: InflowState, normal: Inflow, tangential: Inflow, b: int, n: int) -> None:
-    """Write them, or their derivatives."""
+    """Store the states of a node, or their derivatives."""
     inflow.reduced_x[b, n] = normal.reduced
     inflow.x[b, n] = normal.velocity
     inflow.reduced_y[b, n] = tangential.reduced
@@ -119,7 +119,7 @@ def second_time(tau_1: float, r_R: float) -> float:
 
 @kernel
 def inflow_steady(k: float, V_s: float) -> Inflow:
-    """State in which nothing changes for quasi-steady induced velocity ``V_s``."""
+    """Steady state for the quasi-steady induced velocity ``V_s``."""
     return Inflow((1.0 - k) * V_s, V_s)
 
 

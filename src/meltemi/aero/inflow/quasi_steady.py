@@ -11,12 +11,12 @@ from meltemi.core.kernel import kernel
 
 @kernel
 def advance(dt: float, m: Air, b: int, n: int) -> None:
-    """Nothing lags."""
+    """Set the induced velocities to those of the momentum balance."""
     settle(m, b, n)
     remember(m, b, n)
 
 
 @kernel
 def derivative(m: Air, b: int, n: int) -> None:
-    """There is no state."""
+    """Zero: the model has no state."""
     put(m.d_inflow, Inflow(0.0, 0.0), Inflow(0.0, 0.0), b, n)

@@ -12,5 +12,5 @@ from meltemi.core.kernel import kernel
 
 @kernel
 def time_constant(m: Air) -> float:
-    """[s] of the first lag, from mean induction, rotor radius and wind."""
+    """Time constant [s] of the first lag from mean induction, rotor radius and wind."""
     return first_time(m.rotor.induction, m.rotor.tip_radius, m.rotor.axial_wind)

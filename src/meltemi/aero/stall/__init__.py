@@ -2,13 +2,13 @@
 
 A model is a module with three kernels of a node and a list:
 
-* ``advance(dt, flap, m, b, n)`` moves the states of the node over ``dt`` [s] and returns its coefficients, without the
+* ``advance(dt, flap, m, b, n)`` advances the states of the node by ``dt`` [s] and returns its coefficients, without the
   increments of the flaps; with ``dt`` = 0 the states stay;
-* ``settle(flap, m, b, n)`` sets the states to those in which nothing changes;
+* ``settle(flap, m, b, n)`` sets the states to their steady values;
 * ``derivative(flap, m, b, n)`` leaves their time derivatives in ``m.d_stall``;
 * ``STATES``: the fields of ``StallState`` that it uses, for linear models.
 
-``flap`` [rad] is the angle that stands for the lift of the flaps (A-48).
+``flap`` [rad] is the equivalent angle of the flaps (A-48).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from meltemi.core.kernel import choice
 
 MODELS = models(__name__, StallModel)
 STATIC = 0
-"""Number of the model without states."""
+"""Number of the model of static polars."""
 
 advance = choice([model.advance for model in MODELS])
 settle = choice([model.settle for model in MODELS])

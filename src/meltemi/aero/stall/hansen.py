@@ -9,7 +9,7 @@ section relative to the rotor (nose up), f_st the static degree of attachment:
     x_4' = (f_st(x_3 / C_La + alpha_0) - x_4) / (T_f T)
     C_L  = x_4 C_L,fa(alpha_E) + (1 - x_4) C_L,fs(alpha_E) + pi T omega_p,  C_L,fa = C_La (alpha_E - alpha_0)
 
-The coefficients blend into the static polar where ``section`` says so.
+The coefficients blend into those of the static polar in deep stall and at low speed (``section``).
 
 Reference: docs/theory/aerodynamics.md (A-30 to A-42); Hansen, Gaunaa & Madsen (2004), Risoe-R-1354, Eqs. 5-40.
 """
@@ -40,7 +40,7 @@ class Stall(NamedTuple):
 
 
 class StallInput(NamedTuple):
-    """What drives the states: alpha [rad], U / (c/2) [1/s], attached lift, static attachment."""
+    """Inputs of the lags: alpha [rad], U / (c/2) [1/s], attached lift, static attachment."""
 
     alpha: float
     rate: float
@@ -50,7 +50,7 @@ class StallInput(NamedTuple):
 
 @kernel
 def advance(dt: float, flap: float, m: Air, b: int, n: int) -> Coefficients:
-    """Move the state of a node over ``dt``; its coefficients."""
+    """Advance the state of a node by ``dt`` and return its coefficients."""
     memory, x = m.memory, section_flow(flap, m, b, n)
     count_switches(m, b, n)
     old = StallInput(memory.alpha[b, n], memory.rate[b, n], memory.pressure[b, n], memory.attachment[b, n])
@@ -66,7 +66,7 @@ def advance(dt: float, flap: float, m: Air, b: int, n: int) -> Coefficients:
 
 @kernel
 def settle(flap: float, m: Air, b: int, n: int) -> None:
-    """Set the state of a node to the steady one."""
+    """Set the state of a node to its steady value."""
     put(m.stall, stall_steady(section_flow(flap, m, b, n), m), b, n)
 
 
@@ -96,7 +96,7 @@ def state(stall: StallState, b: int, n: int) -> Stall:
 
 @kernel
 def put(stall: StallState, y: Stall, b: int, n: int) -> None:
-    """Write it, or its derivative."""
+    """Store the state of a node, or its derivative."""
     stall.wake_1[b, n] = y.wake_1
     stall.wake_2[b, n] = y.wake_2
     stall.pressure[b, n] = y.pressure
@@ -105,7 +105,7 @@ def put(stall: StallState, y: Stall, b: int, n: int) -> None:
 
 @kernel
 def effective_angle(y: Stall, x: SectionFlow, m: Air) -> float:
-    """alpha_E [rad] (A-33), without the angle that stands for a flap's lift (A-48)."""
+    """Effective angle of attack alpha_E [rad] (A-33), without the equivalent angle of the flaps (A-48)."""
     lagged_share = m.aero.stall_a1 + m.aero.stall_a2
     return x.alpha * (1.0 - lagged_share) + y.wake_1 + y.wake_2 - lagged_share * x.flap
 
@@ -126,7 +126,7 @@ def static_attachment(pressure: float, g: int, m: Air) -> float:
 
 @kernel
 def stall_steady(x: SectionFlow, m: Air) -> Stall:
-    """State in which nothing changes."""
+    """Steady state."""
     aero, driving = m.aero, x.alpha + x.flap
     x1, x2 = aero.stall_a1 * driving, aero.stall_a2 * driving
     pressure = attached_lift(effective_angle(Stall(x1, x2, 0.0, 0.0), x, m), x, m)
@@ -183,7 +183,7 @@ def stall_derivative(y: Stall, x: SectionFlow, m: Air) -> Stall:
 
 @kernel
 def stall_coefficients(y: Stall, x: SectionFlow, m: Air) -> Coefficients:
-    """Coefficients from state and flow (A-39 to A-40), the flaps' increments apart."""
+    """Coefficients from state and flow (A-39 to A-40), without the increments of the flaps."""
     g, polars, rotation = x.polar, m.polars, x.rotation
     alpha_E = effective_angle(y, x, m)
     at = locate(alpha_E, m)

@@ -1,10 +1,10 @@
 """Flow past a section in unsteady motion, for the stall models: angle of attack, rotation, fading into the polar.
 
 A coned or bent blade turns about its span with the rotor: the flow is curved, which acts like camber (in
-alpha and in the moment). It is no pitching: the air beside the section is not accelerated, so there is no
-added mass in it. OpenFAST takes both for the same; that is a variant.
+alpha and in the moment). It is not pitching: the air beside the section is not accelerated, so there is no
+added mass in it. OpenFAST does not distinguish the two; that is a variant.
 
-The models give way to the static polar between 40 and 45 degrees and below 1 m/s.
+The models fade into the static polar between 40 and 45 degrees and below 1 m/s.
 
 Reference: docs/theory/aerodynamics.md (A-31, A-32, A-41); curved flow as Migliore, Wolfe & Fanucci (1980), J. Energy
 4(2).
@@ -25,15 +25,15 @@ NO_ROTATION, CAMBER, OPENFAST = 0, 1, 2
 """Values of ``AeroOptions.stall_rotation``."""
 
 FADE_FROM, FADE_TO = 40.0 * pi / 180.0, 45.0 * pi / 180.0
-"""[rad] angles of attack between which the model gives way to the static polar."""
+"""[rad] angles of attack between which the model fades into the static polar."""
 SLOW_FROM, SLOW_TO = 0.01, 1.0
-"""[m/s] the same for the relative speed."""
+"""[m/s] relative speeds between which it does the same."""
 MAX_REDUCED_RATE = 1.5
-"""Limit of T omega: beyond, the section turns faster than the air passes it."""
+"""Limit of T omega, beyond which the section turns faster than the air passes it."""
 
 
 class Rotation(NamedTuple):
-    """Rotation of a section about its span, in angles: T omega in all, T omega of pitching, tilt of the lift."""
+    """Reduced rotation of a section about its span: total T omega, T omega of pitching, tilt of the lift [rad]."""
 
     turning: float
     pitching: float
@@ -41,14 +41,14 @@ class Rotation(NamedTuple):
 
 
 class SectionFlow(NamedTuple):
-    """What drives a stall model.
+    """Input of a stall model at a node.
 
     Attributes:
       polar: its number.
       alpha: [rad] angle of attack at 3/4 chord.
       rate: [1/s] relative speed over half the chord.
       rotation: of the section.
-      flap: [rad] angle that stands for the lift of its flaps (A-48).
+      flap: [rad] equivalent angle of its flaps (A-48).
       weight: of the model against the static polar (A-41).
     """
 
@@ -62,7 +62,7 @@ class SectionFlow(NamedTuple):
 
 @kernel
 def section_flow(flap: float, m: Air, b: int, n: int) -> SectionFlow:
-    """Flow past the section at a node; ``flap`` [rad] is the angle that stands for the lift of its flaps."""
+    """Flow past the section at a node; ``flap`` [rad] is the equivalent angle of its flaps."""
     flow, variant, chord = m.flow, m.aero_options.stall_rotation, m.aero_nodes.chord[b, n]
     g, alpha, speed = whole(m.aero_nodes.polar[b, n]), flow.alpha[b, n], flow.speed[b, n]
     rate = 2.0 * max(speed, STILL) / chord
@@ -81,7 +81,7 @@ def model_weight(alpha: float, speed: float, g: int, m: Air) -> float:
 
 @kernel
 def count_switches(m: Air, b: int, n: int) -> None:
-    """Count that the model comes or goes within the difference step of a derivative run."""
+    """Count where the model would switch on or off within the difference step of a derivative run."""
     flow, g = m.flow, whole(m.aero_nodes.polar[b, n])
     crossings = crossed(abs(flow.alpha[b, n]) - FADE_TO) + crossed(flow.speed[b, n] - SLOW_FROM)
     m.memory.switches[b, n] += m.section.dynamic[g] * crossings
@@ -95,13 +95,13 @@ def angle_at_three_quarters(alpha: float, speed: float, rotation: float, chord: 
 
 @kernel
 def reduced_rate(rotation: float, rate: float) -> float:
-    """T omega, limited."""
+    """Reduced rotation T omega, limited."""
     return min(max(rotation / rate, -MAX_REDUCED_RATE), MAX_REDUCED_RATE)
 
 
 @kernel
 def section_rotation(variant: int, rotation: float, pitching: float, rate: float) -> Rotation:
-    """What the rotation of a section [rad/s], and the pitching in it, do (A-32)."""
+    """Effect of the rotation of a section [rad/s] and of its part from pitching, by the chosen variant (A-32)."""
     turning = where(variant == NO_ROTATION, 0.0, reduced_rate(rotation, rate))
     return Rotation(
         turning,

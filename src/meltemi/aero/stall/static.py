@@ -18,11 +18,11 @@ def advance(dt: float, flap: float, m: Air, b: int, n: int) -> Coefficients:
 
 @kernel
 def settle(flap: float, m: Air, b: int, n: int) -> None:
-    """There is no state."""
+    """Nothing to settle: the model has no state."""
 
 
 @kernel
 def derivative(flap: float, m: Air, b: int, n: int) -> None:
-    """There is no state."""
+    """Zero: the model has no state."""
     rate = m.d_stall
     rate.wake_1[b, n] = rate.wake_2[b, n] = rate.pressure[b, n] = rate.attachment[b, n] = 0.0

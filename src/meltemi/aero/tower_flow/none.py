@@ -9,5 +9,5 @@ from meltemi.maths.vectors import Vec
 
 @kernel
 def influence(p: Vec, m: Air, b: int) -> Vec:
-    """Nothing is added."""
+    """Zero velocity."""
     return Vec(0.0, 0.0, 0.0)
