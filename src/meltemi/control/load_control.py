@@ -375,7 +375,7 @@ def load_settings(turbine: AnyTurbine, settings: LoadControl) -> LoadControlStat
 
 def load_start(template: LoadControlState, law: BaselineState, start: StartPoint) -> LoadControlState:
     """Initial state at an operating point."""
-    x = LoadControlState(template.array.copy())
+    x = template.copy()
     x.collective = law
     for b in range(MAX_BLADES):
         x.group[PITCH].last[b] = start.pitch

@@ -372,6 +372,10 @@ class Table(metaclass=TableType):
     def __len__(self) -> int:
         return len(self.array)
 
+    def copy(self) -> Self:
+        """A table of a copy of the array."""
+        return type(self)(self.array.copy())
+
     def __array__(self, *args: Any, **kwargs: Any) -> Any:
         return self.array.__array__(*args, **kwargs)
 

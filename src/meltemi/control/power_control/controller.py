@@ -171,7 +171,7 @@ def _set_droop(x: PowerControlState, settings: PowerControl, turbine: AnyTurbine
 
 def power_start(template: PowerControlState, start: StartPoint) -> PowerControlState:
     """Initial state at an operating point, without a jump of the demands."""
-    x = PowerControlState(template.array.copy())
+    x = template.copy()
     x.speed, x.pitch, x.torque = start.generator_speed, start.pitch, start.generator_torque
     x.slow_pitch = start.pitch
     x.upper = x.recovery = start.generator_speed
