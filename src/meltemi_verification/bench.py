@@ -14,12 +14,28 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from math import cos, sin
+from math import cos, radians, sin
 from pathlib import Path
 from typing import Any
 
+import numba
+
 from meltemi.control import signals as s
+from meltemi.control.baseline import baseline
+from meltemi.control.controller import Controller
+from meltemi.control.fixed import fixed
 from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.kernel import statistics
+from meltemi.simulation.case import Case
+from meltemi.simulation.model import build
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.simulate import Simulation, first_point, march, simulate
+from meltemi.simulation.trim import operating_point
+from meltemi.turbine.library import load_turbine
+from meltemi.wind.fields import SteadyWind
+from meltemi.wind.turbulence.field import generate_field
+from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulent import TurbulentWind
 
 CHANNELS = (
     "time wind_x azimuth rotor_speed generator_torque generator_power pitch_1 rotor_aero_thrust rotor_torque "
@@ -142,7 +158,6 @@ def machine() -> dict[str, str]:
 
     import llvmlite
     import llvmlite.binding
-    import numba
     import numpy
 
     import meltemi
@@ -189,12 +204,6 @@ def _child(call: str, folder: str) -> dict[str, Any]:
 
 def stages(duration: float) -> dict[str, tuple[float, int]]:
     """A first run in stages: seconds each takes, and the number of signatures it compiles."""
-    from meltemi.core.kernel import statistics
-    from meltemi.simulation.case import Case
-    from meltemi.simulation.simulate import simulate
-    from meltemi.simulation.trim import operating_point
-    from meltemi.wind.fields import SteadyWind
-
     found: dict[str, tuple[float, int]] = {}
     model, wind = _model(), SteadyWind(speed=12.0)
     case = Case(model, wind)
@@ -220,15 +229,9 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
 
 def beyond() -> dict[str, float]:
     """Seconds that compile only where they are used, after a first run."""
-    import numba
-
-    from meltemi.control.controller import Controller
     from meltemi.control.load_control import load_control
     from meltemi.simulation.linear import linearise
-    from meltemi.simulation.simulate import simulate
-    from meltemi.simulation.trim import operating_point
     from meltemi.studies.sensitivity import sensitivity
-    from meltemi.wind.fields import SteadyWind
 
     model, wind = _model(), SteadyWind(speed=12.0)
     simulate(model, wind, duration=1.0)
@@ -252,25 +255,15 @@ def beyond() -> dict[str, float]:
 
 
 def _model(**options: Any) -> Any:
-    from meltemi.simulation.model import build
-    from meltemi.simulation.options import ModelOptions
-    from meltemi.turbine.library import load_turbine
-
     return build(load_turbine("nrel5mw"), ModelOptions(**options))
 
 
 def _turbulence(duration: float, **settings: Any) -> Any:
-    from meltemi.turbine.library import load_turbine
-    from meltemi.wind.turbulence.field import generate_field
-    from meltemi.wind.turbulent import TurbulentWind
-
     return generate_field(TurbulentWind(speed=12.0, intensity=0.14, **settings), load_turbine("nrel5mw"), duration)
 
 
 def _timed(model: Any, wind: Any, duration: float, **arguments: Any) -> dict[str, float]:
     """The fastest of some runs."""
-    from meltemi.simulation.simulate import Simulation, march
-
     best = float("inf")
     for _ in range(REPEATS):
         run = Simulation(model, wind, duration=duration, channels=CHANNELS, **arguments)
@@ -286,9 +279,6 @@ def _timed(model: Any, wind: Any, duration: float, **arguments: Any) -> dict[str
 
 def timed_runs(duration: float) -> dict[str, Any]:
     """Time a step of each variant, and peak memory of the first."""
-    from meltemi.control.baseline import baseline
-    from meltemi.simulation.simulate import first_point
-    from meltemi.simulation.trim import operating_point
     from meltemi.studies.sensitivity import directions, seed
 
     wind = _turbulence(duration)
@@ -308,12 +298,8 @@ def timed_runs(duration: float) -> dict[str, Any]:
 
 def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
     """Time a step of CPFC (docs/guide/controllers.md), with flaps that the other runs do not have."""
-    from math import radians
-
     from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, load_control
-    from meltemi.simulation.model import build
     from meltemi.turbine.flaps import with_flaps
-    from meltemi.turbine.library import load_turbine
 
     degree = radians(1.0)
     pitch = HarmonicLoop(harmonic=1, integral_gain=0.4 * degree / 1190e3, offset=30 * degree)
@@ -325,10 +311,6 @@ def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
 
 def timed_field(name: str) -> dict[str, float]:
     """Seconds that a turbulent field takes, the fastest of some, and the peak memory of the process, field included."""
-    from meltemi.wind.turbulence.field import generate_field
-    from meltemi.wind.turbulence.grid import Grid
-    from meltemi.wind.turbulent import TurbulentWind
-
     points, settings = FIELDS[name]
     step = 151.2 / (points - 1)
     grid = Grid(points_y=points, points_z=points, dy=step, dz=step, bottom=14.4, hub_height=90.0)
@@ -382,13 +364,6 @@ def _individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) ->
 
 def timed_controllers(duration: float) -> dict[str, float]:
     """What controllers cost beyond the built-in one, and a step from outside."""
-    import numba
-
-    from meltemi.control.baseline import baseline
-    from meltemi.control.controller import Controller
-    from meltemi.control.fixed import fixed
-    from meltemi.simulation.simulate import Simulation
-
     model, wind = _model(), _turbulence(duration)
     law = baseline(model.turbine.control)
     built_in = _timed(model, wind, duration)["us_per_step"]
@@ -430,9 +405,6 @@ def timed_batch(duration: float) -> dict[str, Any]:
     """Time a batch on all cores against one core: making the winds and preparing the cases count, too."""
     from meltemi.core.threads import available_cores
     from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
-    from meltemi.simulation.simulate import simulate
-    from meltemi.wind.fields import SteadyWind
-    from meltemi.wind.turbulent import TurbulentWind
 
     model = _model()
 

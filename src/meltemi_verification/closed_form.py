@@ -169,8 +169,7 @@ def _static(turbine: Turbine) -> list[Row]:
     )
     model = build(uniform_blade(turbine), options, Environment(gravity=light))
     case = vacuum_case(model)
-    generator = model.coordinates.index("generator")
-    case["q"][generator] = 0.5 * np.pi
+    case["q"][model.coordinates.index("generator")] = 0.5 * np.pi
     equilibrium(case, np.flatnonzero(model.locked == 0.0))
     case.evaluate(0.0)
     case.loads(0.0)

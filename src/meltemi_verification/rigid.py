@@ -45,27 +45,21 @@ def performance() -> Comparison:
     pitches = sorted({float(r["pitch_deg"]) for r in table})
     ours = rotor_performance(turbine, ratios, np.radians(pitches).tolist(), options=deck_options(turbine, "A"))
     rows: list[Row] = []
-    for name, column, values in (
-        ("power coefficient", "power_coefficient", ours.power),
-        ("thrust coefficient", "thrust_coefficient", ours.thrust),
-    ):
+    figure, axes = new_figure(1, 2, size=(9.0, 3.6))
+    for ax, quantity, values in zip(axes[0], ("power", "thrust"), (ours.power, ours.thrust), strict=True):
+        name, column = f"{quantity} coefficient", f"{quantity}_coefficient"
         largest = max(float(r[column]) for r in table)
         for r in table:
             i, j = ratios.index(float(r["tip_speed_ratio"])), pitches.index(float(r["pitch_deg"]))
             case = f"tip-speed ratio {ratios[i]:g}, pitch {pitches[j]:g} deg"
             reference, value = float(r[column]), float(values[i, j])
             rows.append(Row(name, case, "-", reference, value, 100.0 * (value - reference) / largest, "%", 1.0))
-    figure, axes = new_figure(1, 2, size=(9.0, 3.6))
-    for ax, column, values in (
-        (axes[0, 0], "power_coefficient", ours.power),
-        (axes[0, 1], "thrust_coefficient", ours.thrust),
-    ):
         for j, pitch in enumerate(pitches):
             points = [(float(r["tip_speed_ratio"]), float(r[column])) for r in table if float(r["pitch_deg"]) == pitch]
             ax.plot(ratios, values[:, j], color=COLOURS[j], label=f"{pitch:g} deg")
             ax.plot(*zip(*sorted(points), strict=True), "o", ms=3.5, mfc="none", color=COLOURS[j])
         ax.set_xlabel("tip-speed ratio [-]")
-        ax.set_ylabel(column.replace("_", " ") + " [-]")
+        ax.set_ylabel(f"{name} [-]")
         ax.set_ylim(bottom=0.0)
         style(ax)
     axes[0, 0].legend(fontsize=7, title="pitch (circles: OpenFAST)", title_fontsize=7)

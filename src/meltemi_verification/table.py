@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from fnmatch import fnmatch
 from functools import cache
@@ -76,16 +76,13 @@ class Row:
 
     def judged(self, table: str, known: Sequence[Known]) -> Row:
         """The row with its verdict."""
-        verdict, why = Verdict.REPORTED, ""
-        if self.band is not None:
-            verdict = Verdict.PASS if abs(self.deviation) <= self.band else Verdict.FAIL
-            if verdict is Verdict.FAIL:
-                for k in known:
-                    fits = fnmatch(table, k.table) and fnmatch(self.what, k.what) and fnmatch(self.case, k.case)
-                    if fits and abs(self.deviation) <= k.bound:
-                        verdict, why = Verdict.KNOWN, k.why
-                        break
-        return Row(**{**self.__dict__, "verdict": verdict, "why": why})
+        if self.band is None or abs(self.deviation) <= self.band:
+            return replace(self, verdict=Verdict.REPORTED if self.band is None else Verdict.PASS, why="")
+        for k in known:
+            fits = fnmatch(table, k.table) and fnmatch(self.what, k.what) and fnmatch(self.case, k.case)
+            if fits and abs(self.deviation) <= k.bound:
+                return replace(self, verdict=Verdict.KNOWN, why=k.why)
+        return replace(self, verdict=Verdict.FAIL, why="")
 
 
 def relative(
@@ -161,8 +158,7 @@ class Comparison:
 
     def judged(self, known: Sequence[Known]) -> Comparison:
         """The comparison with the verdict of each row."""
-        rows = [row.judged(self.name, known) for row in self.rows]
-        return Comparison(self.name, self.title, self.source, rows, self.beside, self.figures)
+        return replace(self, rows=[row.judged(self.name, known) for row in self.rows])
 
     def head_and_rows(self) -> tuple[list[str], list[list[str]]]:
         """For the terminal: one line a quantity, with the case that deviates most."""
@@ -248,7 +244,7 @@ def reference_table(name: str, **where: str) -> list[dict[str, str]]:
 
 
 def source_of(name: str) -> str:
-    """What the comments of a reference table say of its source."""
+    """Source of a reference table, from its comments."""
     text = (files("meltemi_verification") / "data" / f"{name}.csv").read_text(encoding="utf-8")
     comments = [line.removeprefix("#").strip() for line in text.splitlines() if line.startswith("#")]
     return "; ".join(comments).replace("Source: ", "")
