@@ -21,6 +21,7 @@ import numpy as np
 
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation.channels import standard
+from meltemi.turbine.openfast.text import key, read_input
 from meltemi.wind.files import read_bts
 from meltemi_verification.measure import decay, extremes, harmonic, undershoot
 from meltemi_verification.turbulent import CHANNELS, SHORT
@@ -48,6 +49,18 @@ NODES = "Alpha AxInd TnInd Cl Cd Fx Fy".split()
 WIND_SECONDS, WIND_STEP = 70.0, 0.1
 REACH = 68.0
 """[m] of the blade tips from the middle of the rotor, with deflections."""
+DECK = {
+    "main": "5MW.fst",
+    "ElastoDyn": "ElastoDyn.dat",
+    "ElastoDyn blade": "ElastoDyn_blade.dat",
+    "ElastoDyn tower": "ElastoDyn_tower.dat",
+    "BeamDyn": "BeamDyn.dat",
+    "AeroDyn": "AeroDyn.dat",
+    "AeroDyn blade": "AeroDyn_blade.dat",
+    "airfoil": "Airfoils/DU21_A17.dat",
+    "InflowWind": "InflowWind.dat",
+    "ServoDyn": "ServoDyn.dat",
+}
 TURBULENCE = "the NREL 5 MW at 20 m/s, turbulence intensity 14 % (von Karman, IEC 61400-1 ed. 2)"
 
 
@@ -215,8 +228,21 @@ def main(folder: Path) -> None:
     gusts: list[list[object]] = [[n[0], n[7]] for n in lines if 80.0 <= float(n[0]) <= 90.5]
     write("gust_wind", "extreme operating gust, added to 12 m/s", "time gust", gusts)
 
+    keywords(folder / "decks/nrel5mw-land")
     thinned_wind(openfast)
     thinned_runs(openfast)
+
+
+def keywords(deck: Path) -> None:
+    """Keywords of the deck's files in their order."""
+    rows: list[list[object]] = []
+    for module, name in DECK.items():
+        entries = [entry for several in read_input(deck / name, module).entries.values() for entry in several]
+        rows += [[module, key(entry.name)] for entry in sorted(entries, key=lambda e: e.line)]
+    rows = [row for row in rows if not str(row[1]).startswith("bldnd")]
+    write(
+        "openfast_keywords", "keywords of input files in the order in which OpenFAST reads them", "module keyword", rows
+    )
 
 
 def thinned_wind(openfast: Path) -> None:
