@@ -240,9 +240,8 @@ def keywords(deck: Path) -> None:
         entries = [entry for several in read_input(deck / name, module).entries.values() for entry in several]
         rows += [[module, key(entry.name)] for entry in sorted(entries, key=lambda e: e.line)]
     rows = [row for row in rows if not str(row[1]).startswith("bldnd")]
-    write(
-        "openfast_keywords", "keywords of input files in the order in which OpenFAST reads them", "module keyword", rows
-    )
+    what = "keywords of input files in the order in which OpenFAST reads them"
+    write("openfast_keywords", what, "module keyword", rows, units="")
 
 
 def thinned_wind(openfast: Path) -> None:
@@ -303,9 +302,9 @@ def pack(name: str, about: str, **content: np.ndarray) -> None:
     print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
 
 
-def write(name: str, what: str, head: str, rows: list[list[object]]) -> None:
+def write(name: str, what: str, head: str, rows: list[list[object]], units: str = "; SI units") -> None:
     with (DATA / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
-        file.write(f"# {what}; SI units\n# Source: {SOURCE}\n")
+        file.write(f"# {what}{units}\n# Source: {SOURCE}\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head.split())
         writer.writerows(rows)

@@ -1,4 +1,4 @@
-"""``meltemi bench``: what a run costs, each part apart.
+"""``meltemi bench``: compile time, run time and memory, part by part.
 
 Everything that start-up could hide is measured in new processes: import, compilation into an empty cache,
 start from a filled one.
@@ -180,7 +180,7 @@ def _environment(folder: str | None) -> dict[str, str]:
 
 
 def _run(code: str, folder: str | None) -> str:
-    """What a new process prints."""
+    """Output of a new process."""
     done = subprocess.run([sys.executable, "-c", code], env=_environment(folder), capture_output=True, text=True)
     if done.returncode:
         raise MeltemiError(f"bench: {done.stderr.strip().splitlines()[-1] if done.stderr else 'a process failed'}")
@@ -228,7 +228,7 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
 
 
 def beyond() -> dict[str, float]:
-    """Seconds that compile only where they are used, after a first run."""
+    """[s] compile time of features that compile on first use, after a first run."""
     from meltemi.control.load_control import load_control
     from meltemi.simulation.linear import linearise
     from meltemi.studies.sensitivity import sensitivity
@@ -263,7 +263,7 @@ def _turbulence(duration: float, **settings: Any) -> Any:
 
 
 def _timed(model: Any, wind: Any, duration: float, **arguments: Any) -> dict[str, float]:
-    """The fastest of some runs."""
+    """Time step of the fastest of several runs."""
     best = float("inf")
     for _ in range(REPEATS):
         run = Simulation(model, wind, duration=duration, channels=CHANNELS, **arguments)
@@ -310,7 +310,7 @@ def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
 
 
 def timed_field(name: str) -> dict[str, float]:
-    """Seconds that a turbulent field takes, the fastest of some, and the peak memory of the process, field included."""
+    """Time to generate a turbulent field, the fastest of several, and peak memory of the process, field included."""
     points, settings = FIELDS[name]
     step = 151.2 / (points - 1)
     grid = Grid(points_y=points, points_z=points, dy=step, dz=step, bottom=14.4, hub_height=90.0)
@@ -325,7 +325,7 @@ def timed_field(name: str) -> dict[str, float]:
 
 
 def _nothing(state: Any, measurements: Any, demands: Any, dt: float) -> None:
-    """The shortest controller."""
+    """A controller that does nothing."""
 
 
 def _individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) -> None:
@@ -363,7 +363,7 @@ def _individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) ->
 
 
 def timed_controllers(duration: float) -> dict[str, float]:
-    """What controllers cost beyond the built-in one, and a step from outside."""
+    """Time of controllers beyond the built-in one, and of a step called from Python."""
     model, wind = _model(), _turbulence(duration)
     law = baseline(model.turbine.control)
     built_in = _timed(model, wind, duration)["us_per_step"]
@@ -402,7 +402,7 @@ def timed_controllers(duration: float) -> dict[str, float]:
 
 
 def timed_batch(duration: float) -> dict[str, Any]:
-    """Time a batch on all cores against one core: making the winds and preparing the cases count, too."""
+    """Time a batch on all cores and on one core, generation of winds and preparation of cases included."""
     from meltemi.core.threads import available_cores
     from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
 
@@ -433,7 +433,7 @@ def timed_batch(duration: float) -> dict[str, Any]:
 
 
 def _peak_resident() -> float:
-    """[bytes]"""
+    """[bytes] peak resident memory of the process."""
     import psutil
 
     try:

@@ -1,4 +1,4 @@
-"""Deviations beyond their band that are understood, each with a bound of its own.
+"""Known deviations: beyond their band, understood, each with its own bound.
 
 How each was established stands in docs/verification/index.md.
 """

@@ -50,7 +50,7 @@ def report_steady() -> Comparison:
 
 
 def report_modes() -> Comparison:
-    """The 13 lowest modes of the machine at rest, deflected by its weight."""
+    """The 13 lowest natural frequencies at standstill, about equilibrium under gravity."""
     model = build(load_turbine("nrel5mw"), ModelOptions(locked=("yaw",)), Environment())
     modes = natural_modes(model)
     rows = []

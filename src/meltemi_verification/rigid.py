@@ -31,7 +31,7 @@ SPEED, PITCH = 12.1 * np.pi / 30.0, np.radians(3.83)
 
 
 def straight(turbine: Turbine) -> Turbine:
-    """Without tilt and cone, hub at 90 m."""
+    """The turbine without tilt and cone, hub at 90 m."""
     return turbine.replace(
         **{"nacelle.tilt": 0.0, "hub.precone": 0.0, "nacelle.shaft_height": 90.0 - turbine.tower.length}
     )
@@ -78,7 +78,7 @@ FIXED = {
 
 
 def fixed_rotor() -> Comparison:
-    """Everything rigid at 12.1 rpm: kinematics, momentum theory and section loads alone."""
+    """Rigid turbine at 12.1 rpm: kinematics, momentum theory and section loads."""
     turbine = deck_turbine(load_turbine("nrel5mw"))
     rows: list[Row] = []
     for case, (plain, changes, wind) in FIXED.items():
@@ -110,21 +110,21 @@ def fixed_rotor() -> Comparison:
 
 
 def _ours(channel: str) -> str:
-    """Our name of an OpenFAST channel."""
+    """Name of an OpenFAST channel in meltemi."""
     if channel.startswith("B1N"):
         return f"node_{NODES[int(channel[3]) - 1]}_{NODE_FIELDS[channel[4:]][0]}_1"
     return find(channel, standard()).name
 
 
 def spin() -> Comparison:
-    """Turning in vacuum under gravity, flexible: mean and first harmonic."""
+    """Flexible rotor turning in vacuum under gravity: mean and first harmonic."""
     model = deck_model("A", locked=("yaw", "generator")).with_parameters(**{"aerodynamics.air_density": 0.0})
     rows = spinning(model, [r["channel"] for r in reference_table("spin")], 1.5)
     return Comparison("spin", "Spinning in vacuum against OpenFAST", source_of("spin"), rows)
 
 
 def spinning(model: Model, channels: Sequence[str], band: float, prefix: str = "") -> list[Row]:
-    """Mean, amplitude and phase over the azimuth of a machine that turns in vacuum."""
+    """Mean, amplitude and phase over the azimuth of a rotor turning in vacuum."""
     result = simulate(
         model,
         SteadyWind(speed=0.0),

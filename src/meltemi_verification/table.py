@@ -1,4 +1,4 @@
-"""Rows of a comparison, their verdicts, and how they are written."""
+"""Rows, verdicts and reports of comparisons."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Verdict(StrEnum):
-    """What a row shows; only FAIL is an error."""
+    """Verdict of a row; only FAIL is an error."""
 
     PASS = "pass"
     KNOWN = "known deviation"
@@ -32,7 +32,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Known:
-    """A deviation beyond its band that is understood.
+    """A known deviation: beyond its band, and understood.
 
     Attributes:
       table, what, case: patterns (``*`` fits everything) of the rows it belongs to.
@@ -49,7 +49,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Row:
-    """One number against its reference.
+    """A value and its reference.
 
     Attributes:
       what: the quantity.
@@ -96,7 +96,7 @@ def relative(
     floor: float = 0.0,
     beside: float | None = None,
 ) -> Row:
-    """A row whose deviation is percent of the reference's magnitude, at least of ``floor``."""
+    """A row with the deviation in percent of the reference's magnitude, at least of ``floor``."""
     scale = max(abs(reference), abs(floor), 1e-300)
     return Row(what, case, unit, reference, ours, 100.0 * (ours - reference) / scale, "%", band, beside)
 
@@ -125,20 +125,20 @@ def angle(
 
 
 def phase(what: str, case: str, reference: float, ours: float, band: float) -> Row:
-    """The same where whole turns count for nothing."""
+    """A row of a phase angle [rad], whose deviation is modulo a full turn."""
     turn = (ours - reference + math.pi) % (2.0 * math.pi) - math.pi
     return angle(what, case, reference, reference + turn, band)
 
 
 def at_least(what: str, case: str, unit: str, bound: float, ours: float) -> Row:
-    """A row that passes when the value reaches the bound; the deviation is what is missing, in percent."""
+    """A row that passes if the value reaches the bound; the deviation is the shortfall in percent."""
     missing = max(0.0, 100.0 * (bound - ours) / abs(bound))
     return Row(what, case, unit, bound, ours, missing, "%", 0.0)
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A table of rows with one source.
+    """Rows against one source.
 
     Attributes:
       name: short, for patterns and files.
@@ -161,7 +161,7 @@ class Comparison:
         return replace(self, rows=[row.judged(self.name, known) for row in self.rows])
 
     def head_and_rows(self) -> tuple[list[str], list[list[str]]]:
-        """For the terminal: one line a quantity, with the case that deviates most."""
+        """Table for the terminal: for each quantity the case with the largest deviation."""
         head = ["quantity", "worst case", "cases", "reference", "ours", "unit", "deviation", "band", "verdict"]
         if self.beside:
             head.insert(7, self.beside)
@@ -194,11 +194,11 @@ class Report:
 
     @property
     def failed(self) -> bool:
-        """Some row fails."""
+        """Any row fails."""
         return self.count(Verdict.FAIL) > 0
 
     def summary(self) -> str:
-        """One line."""
+        """Number of rows by verdict, in one line."""
         counts = [f"{self.count(v)} {v}" for v in (Verdict.PASS, Verdict.KNOWN, Verdict.FAIL, Verdict.REPORTED)]
         return f"{sum(len(t.rows) for t in self.tables)} comparisons: {', '.join(counts)}"
 

@@ -1,4 +1,4 @@
-"""``meltemi verify``: closed forms, published tables and OpenFAST, with deviations and verdicts."""
+"""``meltemi verify``: comparison with closed forms, published tables and OpenFAST."""
 
 from __future__ import annotations
 
