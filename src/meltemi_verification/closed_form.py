@@ -169,8 +169,7 @@ def _static(turbine: Turbine) -> list[Row]:
     )
     model = build(uniform_blade(turbine), options, Environment(gravity=light))
     case = vacuum_case(model)
-    generator = model.coordinates.index("generator")
-    case["q"][generator] = 0.5 * np.pi
+    case["q"][model.coordinates.index("generator")] = 0.5 * np.pi
     equilibrium(case, np.flatnonzero(model.locked == 0.0))
     case.evaluate(0.0)
     case.loads(0.0)
@@ -208,7 +207,7 @@ def _inertia(turbine: Turbine) -> Row:
 
 
 def _one_blade(turbine: Turbine) -> tuple[BladedModel, float, float]:
-    """A rigid rotor that has lost two blades: a pendulum; its moment m g d and its inertia."""
+    """A rigid rotor with one blade, a pendulum; its moment m g d and its inertia."""
     options = ModelOptions(
         torsion_modes=0, locked=("tower", "yaw", "drivetrain", "blades"), time_step=0.005, blade_nodes=40
     )
@@ -291,7 +290,7 @@ def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: fl
 
 
 def energy_to_the_last_digit() -> Comparison:
-    """The energy once more, with half the step and corrected velocities: what is left is not the step's."""
+    """Energy with half the time step and corrected velocities: the remaining error does not stem from the step."""
     options = ModelOptions(time_step=0.005, corrections=1)
     rows = _energy(load_turbine("nrel5mw"), "half step, corrected velocity", options, 0.5)
     return Comparison("energy", "Energy with a finer step", "closed form", rows)

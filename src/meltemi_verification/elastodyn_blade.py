@@ -1,4 +1,4 @@
-"""Why deflections differ a little from ElastoDyn's: a blade integrated as ElastoDyn does it.
+"""ElastoDyn's discretisation of the blade in our equations, which explains differences in deflections.
 
 ElastoDyn cuts the blade into 17 equal elements and takes everything at their middles: mass, stiffness,
 curvature; slopes and displacements are sums of half elements. This costs 1 to 2 % in its first flap mode.

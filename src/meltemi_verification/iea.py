@@ -22,7 +22,7 @@ RATED = 10.9
 
 
 def installed() -> bool:
-    """The data are there."""
+    """The data of the IEA turbines are installed."""
     try:
         for name, entry in library_entries().items():
             if entry.windio is not None:
@@ -76,7 +76,7 @@ def steady_22mw() -> Comparison:
 
 
 def frequencies() -> Comparison:
-    """Blades and towers that stand alone."""
+    """Natural frequencies of isolated blades and towers."""
     models = {name: build(load_turbine(name)) for name in ("iea15mw", "iea22mw")}
     rows = []
     for r in reference_table("iea_frequencies"):
@@ -87,7 +87,7 @@ def frequencies() -> Comparison:
 
 
 def _alone(model: BladedModel, member: str) -> float:
-    """[Hz] first mode of a member that stands alone."""
+    """[Hz] first natural frequency of an isolated member."""
     turbine = model.turbine
     if member == "tower alone":
         layout = points(np.linspace(0.0, turbine.tower.length, 21))

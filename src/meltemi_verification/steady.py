@@ -62,7 +62,7 @@ def _steady_table(aero: str) -> dict[float, dict[str, float]]:
 
 
 def steady(aero: str) -> Comparison:
-    """Means at twelve wind speeds, and how much blade torsion (which ElastoDyn lacks) changes them."""
+    """Means at twelve wind speeds, and the effect of blade torsion, which ElastoDyn lacks."""
     table = _steady_table(aero)
     points = {wind: operating_point(deck_model(aero), wind) for wind in table}
     # computed modes are the base for the effect of torsion

@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 from dataclasses import replace
 from math import cos, degrees, pi, radians, sin
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from meltemi.wind.iec.winds import etm, ewm_steady, ewm_turbulent, ntm, nwp
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.spectra import scale_parameter
 from meltemi.wind.velocity import series_now, wind_velocity
+from meltemi_verification.table import reference_table
 
 HUB, D, BEGIN = 90.0, 126.0, 60.0
 LEFT, RIGHT, TOP, BOTTOM, MIDDLE = (
@@ -291,9 +291,11 @@ def test_recurrence_periods_belong_to_edition_2(make: Any, turbine: Turbine) -> 
             make(turbine, 12.0, "IIB", edition=2, years=years)
 
 
-def test_operating_gust_of_the_reference_runs(turbine: Turbine, reference: Path) -> None:
+def test_operating_gust_of_the_reference_runs(turbine: Turbine) -> None:
     # the file of the OpenFAST runs: 12 m/s, category B, at 80 s, amplitude 5.18862 m/s, eight decimals
-    other = meltemi.read_wnd(reference / "openfast" / "wind" / "eog12.wnd")
+    table = [(float(r["time"]), float(r["gust"])) for r in reference_table("gust_wind")]
+    time, gust = np.array([(0.0, 0.0), *table]).T
+    other = WindSeries(time=time, speed=12.0, exponent=0.2, gust=gust)
     ours = eog(turbine, 12.0, "IIB", begin=80.0)
     inside = (other.time >= 80.0) & (other.time <= 90.5)
     np.testing.assert_allclose(other.time[inside], ours.time, rtol=0.0, atol=1e-9)

@@ -1,4 +1,4 @@
-"""Figures 10 to 13, line by line, on the turbine that is simulated: the same machine with and without rain."""
+"""Claims of Figures 10 to 13 on the simulated turbine, with and without rain."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Point = tuple[float, float, float]
 
 
 def rain_gaps(rain: Rain, points: Iterable[Point]) -> dict[Point, tuple[float, float]]:
-    """By wind, speed and pitch: power [W] without rain, and how much less it is in rain, where the wind drives."""
+    """Power [W] without rain and its loss in rain by wind speed, rotor speed and pitch, if driven by the wind."""
     machine = turbine(BLADES)
     dry, wet = (build(machine, environment=Environment(rain=r)) for r in (None, rain))
     found = {}
@@ -38,7 +38,7 @@ def rain_gaps(rain: Rain, points: Iterable[Point]) -> dict[Point, tuple[float, f
 
 
 def rain_claims() -> list[Claim]:
-    """Below everywhere; in proportion to the cubes of wind and drop size; whatever speed and pitch."""
+    """Claims on the loss: everywhere, with the cubes of wind speed and drop size, at any rotor speed and pitch."""
     storm = rain_gaps(STORM, product(WINDS, SPEEDS, PITCHES))
     below = all(gap > 0.0 for _, gap in storm.values())
     whole = {at: gap for at, (power, gap) in storm.items() if gap < 0.999 * power}  # rain stops the rotor at most

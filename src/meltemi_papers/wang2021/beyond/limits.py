@@ -57,11 +57,11 @@ class Limits:
 
     @property
     def use(self) -> Float:
-        """(S, E) largest share of a limit that a load takes."""
+        """(S, E) largest ratio of a load to its limit."""
         return np.max([self.loads[name] / self.limit[name] for name in JUDGED], axis=0)
 
     def allowed(self) -> Float:
-        """(S,) [rad] largest yaw error at which no limit is passed, linear between the errors; never rising."""
+        """(S,) [rad] largest yaw error within all limits, interpolated linearly; non-increasing with wind speed."""
         found = []
         for use in self.use:
             over = np.flatnonzero(use > 1.0)
@@ -77,7 +77,7 @@ class Limits:
 
     @property
     def base_points(self) -> BasePoints:
-        """For the interpolated law."""
+        """Base points of the interpolated law."""
         return self.speeds, self.allowed()
 
 
