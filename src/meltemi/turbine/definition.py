@@ -18,7 +18,7 @@ from meltemi.core.record import Array, Record, Vector
 from meltemi.maths.tables import MAX_FLAPS
 from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.gearbox import Gearbox
-from meltemi.turbine.icing import Icing
+from meltemi.turbine.ice import Icing
 
 HALF_TURN = math.pi
 
