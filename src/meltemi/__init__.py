@@ -212,16 +212,16 @@ if TYPE_CHECKING:
     from meltemi.wind.files import read_bts as read_bts
     from meltemi.wind.files import read_hawc2 as read_hawc2
     from meltemi.wind.files import read_hub_csv as read_hub_csv
-    from meltemi.wind.files import read_wind as read_wind
     from meltemi.wind.files import read_wind_netcdf as read_wind_netcdf
     from meltemi.wind.files import read_wnd as read_wnd
     from meltemi.wind.files import write_bladed as write_bladed
     from meltemi.wind.files import write_bts as write_bts
     from meltemi.wind.files import write_hawc2 as write_hawc2
     from meltemi.wind.files import write_hub_csv as write_hub_csv
-    from meltemi.wind.files import write_wind as write_wind
     from meltemi.wind.files import write_wind_netcdf as write_wind_netcdf
     from meltemi.wind.files import write_wnd as write_wnd
+    from meltemi.wind.formats import read_wind as read_wind
+    from meltemi.wind.formats import write_wind as write_wind
     from meltemi.wind.iec.classes import WindClass as WindClass
     from meltemi.wind.iec.classes import extreme_speed as extreme_speed
     from meltemi.wind.iec.classes import sigma_etm as sigma_etm
@@ -340,9 +340,10 @@ _HOME = {
     "turbine.windio": "import_windio read_windio",
     "wind.fields": "SteadyWind WindBox WindSeries at_speed",
     "wind.files": (
-        "Hawc2Grid read_bladed read_bts read_hawc2 read_hub_csv read_wind read_wind_netcdf read_wnd "
-        "write_bladed write_bts write_hawc2 write_hub_csv write_wind write_wind_netcdf write_wnd"
+        "Hawc2Grid read_bladed read_bts read_hawc2 read_hub_csv read_wind_netcdf read_wnd "
+        "write_bladed write_bts write_hawc2 write_hub_csv write_wind_netcdf write_wnd"
     ),
+    "wind.formats": "read_wind write_wind",
     "wind.turbulence.grid": "Grid grid_for",
     "wind.statistics": "field_statistics series_statistics wind_coherence wind_spectrum",
     "wind.turbulence.field": "generate_field",

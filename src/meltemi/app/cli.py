@@ -44,6 +44,8 @@ from meltemi.app.options import (
 from meltemi.app.terminal import OutOption, print_table, progress_bar, remove_empty_folders, results_in, say
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.formats import suffixes
+from meltemi.wind.formats import WINDS
 
 if TYPE_CHECKING:
     from meltemi.loadcases.case import LoadCase
@@ -124,7 +126,7 @@ def run(
     edition: EditionOption = None,
     wind_file: Annotated[
         Path | None,
-        typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc."),
+        typer.Option("--wind-file", "--bts", "--wnd", help=f"Wind file: {suffixes(WINDS)}."),
     ] = None,
     controller: ControllerOption = None,
     controller_input: ControllerInputOption = None,
