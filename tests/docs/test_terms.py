@@ -34,7 +34,7 @@ GENERATED = ("docs/papers", "docs/verification", "docs/performance.md")
 
 NOT_SWEPT = tuple(
     f"src/meltemi/{folder}/"
-    for folder in ("aero", "control", "electrical", "maths", "numbers", "simulation", "structure", "studies")
+    for folder in ("aero", "control", "electrical", "maths", "numbers", "simulation", "structure")
 )
 """Source folders that still use some of the phrases; take one out when it no longer does."""
 
