@@ -25,9 +25,6 @@ def power_turbine_of(
     """
     p = performance or performance_of(turbine)
     d = turbine.drivetrain
-    same = (
-        "source n_blades rated_power cut_in cut_out rotor_radius hub_height pitch_actuator electrical control".split()
-    )
     return PowerTurbine(
         name=f"{turbine.name}, power coefficient",
         description=f"{turbine.description or turbine.name}, by its power coefficient",
