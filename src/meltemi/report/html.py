@@ -71,7 +71,7 @@ def write_page(
     lead: str = "",
     footer: str = "",
 ) -> Path:
-    """Write sections as one self-contained HTML file, without scripts or external resources.
+    """Write sections as one self-contained HTML file, without scripts or external resources; all texts are plain.
 
     Args:
       path: of the file.
@@ -84,18 +84,6 @@ def write_page(
     Raises:
       InputError: a picture cannot be read, or the file cannot be written.
     """
-    return write_text(Path(path), page(title, sections, facts=facts, lead=lead, footer=footer))
-
-
-def page(
-    title: str,
-    sections: Sequence[Section],
-    *,
-    facts: Iterable[tuple[str, str]] = (),
-    lead: str = "",
-    footer: str = "",
-) -> str:
-    """HTML text of the page of :func:`write_page`; all arguments are plain text."""
     parts = [f"<h1>{escape(title)}</h1>"]
     if described := [f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts]:
         parts.append(f'<dl class="facts">{"".join(described)}</dl>')
@@ -110,13 +98,14 @@ def page(
         parts.append(f'<section id="{at}">\n<h2>{escape(section.heading)}</h2>\n{body}\n</section>')
     if footer:
         parts.append(f"<footer>{escape(footer)}</footer>")
-    return (
+    text = (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n"
         + "\n".join(parts)
         + "\n</main>\n</body>\n</html>\n"
     )
+    return write_text(Path(path), text)
 
 
 def _block(block: str | Table | Picture | Code) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
 from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SOFT, curve
-from meltemi.report.tables import DISK_CURVE
+from meltemi.report.tables import DISK_CURVE, is_disk
 from meltemi.simulation.channels import Channel
 
 if TYPE_CHECKING:
@@ -223,7 +223,7 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: AnyModel | None = 
       points: by wind speed.
       model: whose radius and air make C_p and C_t of aerodynamic power and thrust, shown if it is given.
     """
-    disk = DISK_CURVE[-1] in points[0].channels  # a power coefficient in place of blades and tower
+    disk = is_disk(points[0])  # a power coefficient in place of blades and tower
     panels = [(name,) for name in DISK_CURVE] if disk else STEADY_OPERATION
     panels = [("generator_power",), ("rotor_speed",), ("pitch_1",), *panels]
     blades = model is not None and not disk

@@ -2,8 +2,8 @@
 
 Within ``with journal(out, inputs):`` each finished run of :func:`cells` is stored in a folder of ``out``. The same
 study, started again after Ctrl-C, a crash or a kill, reads them and continues with the rest. They are identified by a
-hash of the files of meltemi and of the package of the study, of the inputs of the study and of the case, so that changed runs
-are repeated.
+hash of the files of meltemi and of the package of the study, of the inputs of the study and of the case, so that
+changed runs are repeated.
 
 A failed cell does not end the study: :class:`Lost` takes the place of its result and raises an error with the reason
 when it is used. ``attempt`` makes cells of other computations, ``guarded`` replaces what depends on failed ones. A
