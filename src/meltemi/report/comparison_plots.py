@@ -59,7 +59,7 @@ def plot_changes(
             for s in table.schemes
         }
         _bars(axes[0, 1], absolute, values, colour)
-        _finish(axes[0, 1], "duty of the actuators", unit)
+        _finish(axes[0, 1], "actuator travel", unit)
     return figure
 
 

@@ -257,7 +257,7 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: AnyModel | None = 
         note(axes[0, 0], f" rated from {rated:g} m/s", (rated, 0.02), **ON_TOP)
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
-    figure_title(figure, "Steady operation in uniform wind, means over a revolution")
+    figure_title(figure, "Steady operation in uniform wind, azimuthal averages")
     return figure
 
 

@@ -189,7 +189,7 @@ def sketch(ax: Axes, seen: Portrait) -> None:
     ax.set_ylim(-0.04 * R, hub + 1.18 * R)
     ax.set_aspect("equal", anchor="W")
     ax.set_axis_off()
-    ax.set_title("looking downwind, and from the side: to scale", fontsize=9, loc="left", color=INK, fontweight="bold")
+    _title(ax, "front view (looking downwind) and side view, to scale")
 
 
 def _edges(turbine: Turbine) -> tuple[Float, Float]:

@@ -59,10 +59,10 @@ def plot_wind(
     steady wind: ``profile``.
 
     Args:
-      wind: any wind; of a turbulent one the field is made first, and it is its own target.
-      turbine: its rotor is drawn, and its hub is where the wind is looked at.
-      target: what a field shall be like.
-      duration: [s] of the run for which the field of a turbulent wind is made.
+      wind: any wind; for a turbulent wind the field is generated first, with the wind itself as target.
+      turbine: its rotor is drawn; the wind is evaluated at its hub height.
+      target: wind whose properties the field should have.
+      duration: [s] of the simulation for which the field of a turbulent wind is generated.
 
     Raises:
       InputError: a turbulent wind without a turbine, or a turbine whose hub lies outside the field.
@@ -137,7 +137,7 @@ def plot_spectra(box: WindBox, turbine: AnyTurbine | None = None, target: Turbul
     Args:
       box: a field.
       turbine: gives the hub height; by default that of the box.
-      target: what the field shall be like.
+      target: wind whose properties the field should have.
 
     Raises:
       InputError: the hub lies outside the field, or it has fewer than 4 planes.
@@ -195,7 +195,7 @@ def plot_coherence(
     Args:
       box: a field.
       turbine: gives the hub height; by default that of the box.
-      target: what the field shall be like.
+      target: wind whose properties the field should have.
       separations: [m] instead of a tenth, a quarter, half and most of the field's width and height.
 
     Raises:
@@ -304,7 +304,7 @@ def plot_profile(
     Args:
       wind: a field, or a steady wind.
       turbine: its rotor is shaded; gives the hub height.
-      target: what the field shall be like.
+      target: wind whose properties the field should have.
 
     Raises:
       InputError: the hub lies outside the field.

@@ -216,7 +216,7 @@ def _sections(
     if "changes" in pictures:
         numbers.append(Picture(pictures["changes"], "Changes of the main loads, and how far the actuators travel."))
     numbers.append(Table(head, rows, text_columns=2, groups=groups, note=notes(comparison)))
-    numbers += [f"Left out: {failure_line(failure)}" for failure in comparison.failures]
+    numbers += [f"Excluded: {failure_line(failure)}" for failure in comparison.failures]
     begin, end = comparison.windows[WHOLE]
     spectra = Picture(pictures["spectra"], f"Power spectral densities, {begin:g} to {end:g} s, mean over seeds.")
     series = Picture(pictures["series"], f"{comparison.winds[0]}: the first evaluated minute.")
@@ -231,7 +231,7 @@ def _sections(
         bode = Picture(pictures["bode"], "Gain, phase and sensitivity of the loops.")
         found.append(Section("Gains and margins", [LOOPS, bode, *_tuning_tables(tunings)]))
     if repeat:
-        found.append(Section("How to repeat it", [Code(repeat)]))
+        found.append(Section("Reproduction", [Code(repeat)]))
     return found
 
 

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CAPTIONS = {
-    "blade": "Of the blade: shape, sections, and modes when it is clamped and at rest.",
-    "tower": "Of the tower: sections, and modes with the mass of nacelle and rotor on its top.",
+    "blade": "Blade: planform, section properties, and modes of the clamped blade at rest.",
+    "tower": "Tower: section properties, and modes with the mass of nacelle and rotor.",
     "polars": "Polars, coloured from root to tip; insets from -20 to 30 degrees.",
-    "rotor": "Coefficients of the rigid rotor without tilt, cone and tower, and where steady operation lies.",
-    "operation": "Steady operation of the flexible turbine in uniform wind, means over a revolution; dotted: rated.",
+    "rotor": "Coefficients of the rigid rotor without tilt, cone and tower, and steady operating points.",
+    "operation": "Steady operation of the flexible turbine in uniform wind, azimuthal averages; dotted: rated.",
 }
 
 
@@ -66,7 +66,7 @@ def inspect_turbine(
         sections = _sections(seen, picture)
         size = [("Rotor", f"{turbine.rotor_diameter:.4g} m"), ("Hub height", f"{turbine.hub_height:.4g} m")]
     if seen.problems:
-        sections.append(Section("What is missing", [f"{what}: {why}" for what, why in seen.problems.items()]))
+        sections.append(Section("Missing data", [f"{what}: {why}" for what, why in seen.problems.items()]))
     name, rated = turbine.description or turbine.name, f"{turbine.rated_power / 1e6:g} MW"
     facts = [("Name", turbine.name), ("Rated power", rated), *size, ("Source", turbine.source or "not stated")]
     page = write_page(out / "turbine.html", name, sections, facts=facts, footer=f"meltemi {meltemi.__version__}")
@@ -80,7 +80,8 @@ def _power_sections(seen: PowerPortrait, picture: Path) -> list[Section]:
     every = slice(None, None, max(len(p.pitch) // 8, 1))
     shown = Performance(p.tip_speed_ratio, p.pitch[every], p.power[:, every], p.thrust[:, every], p.torque[:, every])
     save(plot_performance(shown), picture)
-    sections = [Section("Numbers", [_numbers(seen)]), Section("Rotor", [Picture(picture, "Its coefficients.")])]
+    coefficients = Picture(picture, "Power, thrust and torque coefficients.")
+    sections = [Section("Main data", [_numbers(seen)]), Section("Rotor", [coefficients])]
     if seen.curve:
         curve = _picture(plot_power_curve(seen.curve), "Steady operation in uniform wind.")
         sections.append(Section("Operation", [curve, Table(*power_curve_rows(seen.curve), text_columns=0)]))
@@ -92,13 +93,13 @@ def _sections(seen: Portrait, overview: Path) -> list[Section]:
     pictures = {name: _picture(figure, CAPTIONS[name]) for name, figure in turbine_figures(seen).items()}
     operation = [Table(*power_curve_rows(seen.curve), text_columns=0)] if seen.curve else []
     sections = [
-        Section("On one page", [Picture(overview, "The whole turbine.")]),
-        Section("Numbers", [_numbers(seen)]),
+        Section("Overview", [Picture(overview, "Summary figure.")]),
+        Section("Main data", [_numbers(seen)]),
         *(Section(name.capitalize(), [pictures[name]]) for name in ("blade", "tower", "polars", "rotor")),
         Section("Operation", [pictures["operation"], *operation]),
     ]
     if seen.modes:
-        text = "Of the whole machine at rest and in vacuum, generator held; amplitudes in m and rad."
+        text = "Modes of the turbine at rest and in vacuum, with locked generator; amplitudes in m and rad."
         sections.append(Section("Modes", [text, Table(*mode_rows(seen.modes), text_columns=2)]))
     return sections
 
