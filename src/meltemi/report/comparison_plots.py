@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from meltemi.postprocess.ensemble import EnsembleTable
 
 FULL = 0.8
-"""Of the distance between groups that bars fill."""
+"""Total width of the bars over the distance between groups."""
 
 
 def plot_changes(

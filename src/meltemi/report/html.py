@@ -71,7 +71,7 @@ def write_page(
     lead: str = "",
     footer: str = "",
 ) -> Path:
-    """Write sections as one self-contained HTML file, without scripts or external resources; all texts are plain.
+    """Write sections as one self-contained HTML file, without scripts or external resources.
 
     Args:
       path: of the file.
@@ -84,6 +84,18 @@ def write_page(
     Raises:
       InputError: a picture cannot be read, or the file cannot be written.
     """
+    return write_text(Path(path), page(title, sections, facts=facts, lead=lead, footer=footer))
+
+
+def page(
+    title: str,
+    sections: Sequence[Section],
+    *,
+    facts: Iterable[tuple[str, str]] = (),
+    lead: str = "",
+    footer: str = "",
+) -> str:
+    """HTML text of the page of :func:`write_page`; all arguments are plain text."""
     parts = [f"<h1>{escape(title)}</h1>"]
     if described := [f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts]:
         parts.append(f'<dl class="facts">{"".join(described)}</dl>')
@@ -98,14 +110,13 @@ def write_page(
         parts.append(f'<section id="{at}">\n<h2>{escape(section.heading)}</h2>\n{body}\n</section>')
     if footer:
         parts.append(f"<footer>{escape(footer)}</footer>")
-    text = (
+    return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n"
         + "\n".join(parts)
         + "\n</main>\n</body>\n</html>\n"
     )
-    return write_text(Path(path), text)
 
 
 def _block(block: str | Table | Picture | Code) -> str:
@@ -117,7 +128,7 @@ def _block(block: str | Table | Picture | Code) -> str:
 
 
 LONG = 16
-"""Letters of a cell; longer ones may be broken, so that tables fit the page."""
+"""Characters of a cell above which it may be wrapped."""
 
 
 def _table(table: Table) -> str:
@@ -198,4 +209,4 @@ footer { margin-top: 3rem; padding-top: .8rem; border-top: 1px solid var(--line)
   th, td { padding: .22rem .5rem; } figure { overflow-x: auto; } img { max-width: none; width: 40rem; } }
 @media print { nav { display: none; } figure, tr { break-inside: avoid; } h2 { break-after: avoid; } }
 """
-"""Of the page; dark on white, letters of the reader's own system."""
+"""Style sheet: dark text on white, in the fonts of the reader's system."""

@@ -33,7 +33,7 @@ EVERYBODY = (
     "root_moment_out_of_plane_1",
     "tower_base_moment_fore_aft",
 )
-"""The channels everyone wants to see first."""
+"""Main channels, shown by default."""
 
 
 def new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share: bool = True) -> tuple[Figure, Any]:
@@ -77,7 +77,7 @@ def corner(ax: Axes, x: float, y: float, text: str, **look: Any) -> None:
 
 
 ON_TOP: dict[str, Any] = {"xycoords": ("data", "axes fraction")}
-"""Of a :func:`note` whose ordinate is a fraction of the axes."""
+"""Coordinates of a :func:`note` whose ordinate is a fraction of the axes."""
 
 
 def figure_title(figure: Figure, text: str, more: str = "", longest: int = 90) -> None:
@@ -117,7 +117,7 @@ def plot_channel(
 
 
 MARK_COLOURS = {"event": COLOURS[1]}
-"""Of what is not a controller's, by the source of a log entry."""
+"""Colours of log entries by their source; other sources are controllers."""
 MOST_MARKS = 12
 """Log entries that are listed below a plot; of more, the first ones."""
 NEAR = 0.02

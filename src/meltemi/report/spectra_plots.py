@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ABOVE = 1.6
-"""Of the last harmonic that is marked, how far the figure reaches unless said otherwise."""
+"""Default upper limit of the frequency axis over the highest marked harmonic."""
 WITHOUT_ROTOR = 1.0
-"""[Hz] to which it reaches where no harmonics are marked."""
+"""[Hz] default upper limit of the frequency axis without marked harmonics."""
 
 
 def plot_spectra(

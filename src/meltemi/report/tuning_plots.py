@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LEAST_GAIN, MOST_GAIN = 0.03, 30.0
-"""Of |L| that is shown."""
+"""Displayed range of |L|."""
 QUIET = 0.1
-"""Of |L|: beyond the first frequency at which it is smaller the phase is not shown."""
+"""|L| below which, from the first such frequency on, the phase is not shown."""
 SLOWEST = 3e-3
-"""[Hz] from which on frequencies are shown."""
+"""[Hz] lowest displayed frequency."""
 LIMIT: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": ":", "zorder": 0.5}
 
 

@@ -33,11 +33,11 @@ Panel = Callable[["Axes", Portrait], None]
 RPM, DEGREES = 30.0 / math.pi, 180.0 / math.pi
 FLAP, EDGE, TORSION = COLOURS[0], COLOURS[1], COLOURS[2]
 MOST_NAMES = 10
-"""Airfoils that are named; of more, some are."""
+"""Largest number of labelled airfoils; of more, some are labelled."""
 BENDING = {"1st flap": ((0, FLAP),), "1st edge": ((1, EDGE),)}
 """Component and colour of the modes whose twist is shown."""
 LEAST_COUPLING = 1e-4
-"""[deg/m] of elastic twist in bending modes that is shown."""
+"""[deg/m] smallest elastic twist of bending modes that is shown."""
 NEAR = (-20.0, 30.0)
 """[deg] angles of attack of the insets."""
 
@@ -485,7 +485,7 @@ def tower_modes(ax: Axes, seen: Portrait) -> None:
 
 
 ROOM = {"lift": 0.5, "drag": 0.6, "moment": 0.1}
-"""For insets and legends above the curves, over their range."""
+"""Space for insets and legends above the curves, over their range."""
 
 
 def _polars(ax: Axes, seen: Portrait, field: str, symbol: str, title: str) -> None:

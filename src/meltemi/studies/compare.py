@@ -41,7 +41,7 @@ BLADE_SLOPE, STEEL_SLOPE = 10.0, 4.0
 SHORTEST = 20.0
 """[s] of evaluated time, needed to separate 1P and 2P."""
 FEWEST_SEGMENTS = 3
-"""Of the spectra of short runs, which have a coarser resolution."""
+"""Smallest number of segments of a spectrum; short runs have a coarser resolution."""
 HALF_BAND = 0.25
 """Half-width of the bands of a ceiling, in rotor frequencies."""
 SPECTRA = ("RootMyc1", "RootMxc1")
@@ -97,7 +97,7 @@ _SERIES: dict[str, Callable[[Result], Float]] = {
     "power": lambda result: result["generator_power"],
     "rotor speed": lambda result: result["rotor_speed"],
 }
-"""Of quantities that do not begin with the name of a channel."""
+"""Series of quantities whose name does not begin with a channel."""
 
 
 def _statistic(result: Result, series: str, statistic: str, slope: float) -> float:

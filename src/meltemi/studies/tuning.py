@@ -440,7 +440,7 @@ def gain_reserve(w: Float, L: Complex, poles: Sequence[float] = (0.0,)) -> float
 
 
 def _passings(w: Float, x: Float, poles: Sequence[float]) -> NDArray[np.int64]:
-    """Where x passes zero from a frequency to the next, but not at an integrator's pole."""
+    """Indices of the frequencies after which x crosses zero, other than at the pole of an integrator."""
     passes = x[:-1] * x[1:] <= 0.0
     for pole in poles:
         passes &= (w[:-1] - pole) * (w[1:] - pole) > 0.0

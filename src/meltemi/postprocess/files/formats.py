@@ -13,7 +13,7 @@ from meltemi.simulation.result import Result
 from meltemi.wind.files.common import reading
 
 WRITERS = {".nc": write_netcdf, ".outb": write_outb, ".out": write_out}
-"""By suffix."""
+"""Writers by file suffix."""
 
 
 def read_result(path: str | Path) -> Result:

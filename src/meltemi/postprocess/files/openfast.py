@@ -38,15 +38,15 @@ UNITS: dict[str, tuple[str, float]] = {
 """OpenFAST's unit -> SI unit, factor."""
 _SPELLINGS = (("**", "^"), ("/s/s", "/s^2"), ("*", "-"), ("·", "-"), (" ", "-"), ("sec", "s"), ("Nm", "N-m"))
 OURS = "Result of meltemi"
-"""With which the description of our own files begins."""
+"""Beginning of the description in files that meltemi wrote."""
 _INVALID = "invalid"
-"""Unit that OpenFAST gives to channels which a run could not compute; their values are 0."""
+"""OpenFAST's unit of channels that could not be computed; their values are 0."""
 MOST = 300
-"""Nodes and stations that are looked for."""
+"""Largest number of nodes and stations."""
 GEARS = 5
-"""Stages of a gearbox that are looked for."""
+"""Largest number of gearbox stages."""
 EVEN = 0.1
-"""Of a time step: instants that are written with few digits may be off their grid by this."""
+"""Tolerance of a uniform time grid over the time step, for times that are written with few digits."""
 
 
 @dataclass(frozen=True)
