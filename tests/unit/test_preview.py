@@ -204,7 +204,7 @@ def test_the_lead_is_the_delay_of_filter_and_actuator(turbine: Turbine) -> None:
 
 @pytest.mark.parametrize("wind", [SteadyWind(speed=18.0), meltemi.TurbulentWind(speed=18.0, intensity=0.1)])
 def test_a_wind_that_is_no_box_is_refused(model: Model, wind: Any) -> None:
-    with pytest.raises(InputError, match=f"preview: a wind box is needed, found {type(wind).__name__}"):
+    with pytest.raises(InputError, match=f"preview: expected a wind box, found {type(wind).__name__}"):
         preview_of(model, wind)
 
 

@@ -224,7 +224,7 @@ def run(
     print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
     if result.log:
         happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
-        print_table("What happened", ["time s", "source", "what", "reason"], happened, text_columns=4)
+        print_table("Events", ["time s", "source", "what", "reason"], happened, text_columns=4)
     print(
         f"{result.time[-1] if len(result.time) else 0.0:g} s simulated in {meta['run_seconds']:.2f} s: "
         f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "

@@ -1,11 +1,11 @@
-"""``sensitivity``: exact derivatives of a run, and of its statistics, by parameters.
+"""``sensitivity``: exact derivatives of a simulation and its statistics with respect to parameters.
 
-A run with dual numbers carries with every number its derivatives by eight parameters. What it gives is the
-derivative of the simulation as it is computed, between switches: where a limiter acts or a branch of the
-controller changes within the difference step of a parameter, a finite change has a part that no derivative knows.
-Such places are counted (``Sensitivity.switches``).
+A simulation with dual numbers carries with every number its derivatives with respect to eight parameters. The result is
+the derivative of the simulation between switches: where a limiter acts or a branch of the controller changes within the
+step of a parameter, a finite change contains a part that no derivative describes. Such instants are counted
+(``Sensitivity.switches``).
 
-The start of the run, the wind and the controller's first state are held.
+The start, the wind and the initial state of the controller are held.
 
 Reference: docs/guide/sensitivities.md; docs/theory/fatigue.md (F-12 to F-15) for statistics.
 """
@@ -47,26 +47,26 @@ from meltemi.wind.turbulence.field import AnyWind, realised
 Float = NDArray[np.float64]
 
 RELATIVE_STEP = 1e-4
-"""Change over the value of a parameter by which switches are judged."""
+"""Relative change of a parameter within which switches are counted."""
 OFFSET_STEP = 1e-5
-"""[rad] the same of pitch offsets, which are usually zero."""
+"""[rad] the same for pitch offsets, which are usually zero."""
 DIFFERENCE_STEP = 1e-3
-"""Step of :func:`differences` over that: polars and wind boxes are piecewise linear, and at a larger step their kinks
-show in a difference; at a smaller one, rounding."""
+"""Step of :func:`differences` over that: with a larger step the kinks of piecewise linear polars and wind boxes appear
+in a difference, with a smaller one rounding errors."""
 TABLE_STEP = 1e-3
 """Relative change of the turbine for differences of the model's tables."""
 
 
 @dataclass(frozen=True)
 class Direction:
-    """How the numbers of a run change with a parameter.
+    """Derivative of the inputs of a simulation with respect to a parameter.
 
     Attributes:
-      name: the path.
+      name: path of the parameter.
       value: of the parameter; 1 for factors.
-      step: by which switches are judged.
-      arrays: change of the model's arrays for a unit of the parameter.
-      state: (row, change) of the controller's state.
+      step: within which switches are counted.
+      arrays: change of the model's arrays per unit of the parameter.
+      state: (row, change) of the controller state.
     """
 
     name: str
@@ -78,16 +78,16 @@ class Direction:
 
 @dataclass(frozen=True, repr=False)
 class Sensitivity(Brief):
-    """A run with the derivatives of its series.
+    """A result with the derivatives of its time series.
 
     Attributes:
-      result: the run.
+      result: of the simulation.
       parameters: names.
       values: of the parameters; a factor on an array is 1.
-      steps: changes of the parameters by which switches are judged.
+      steps: changes of the parameters within which switches are counted.
       slopes: (T, channels, parameters) derivatives of the series.
-      switches: how often a branch or limit would have changed within a step of a parameter, by where. A
-        controller's are its own to count: None if it does not.
+      switches: number of changes of a branch or limit within a step of a parameter, by place; None for a controller
+        that does not count its own.
     """
 
     result: Result
@@ -102,7 +102,7 @@ class Sensitivity(Brief):
 
         Raises:
           RunError: the run did not reach its end.
-          InputError: the channel was not recorded, or nothing is left.
+          InputError: the channel was not recorded, or less than two samples remain.
         """
         self.result.raise_for_status()
         column = self.result.names.index(self.result.channel(channel).name)
@@ -265,17 +265,17 @@ def directions(
     start: StartPoint,
     steps: Mapping[str, float],
 ) -> list[Direction]:
-    """What each parameter changes.
+    """Derivatives of the inputs with respect to each parameter.
 
     Raises:
-      InputError: a parameter is unknown, named twice, or none is given.
+      InputError: a parameter is unknown or repeated, or there are none.
     """
     if isinstance(parameters, str) or not parameters:
         raise InputError(f"sensitivity: parameters must be a list of at least one path, found {parameters!r}")
     for name in steps:
         if name not in parameters:
             raise InputError(
-                f"sensitivity: a step for {name!r}, which is no parameter: {did_you_mean(name, parameters)}"
+                f"sensitivity: a step for {name!r}, which is not a parameter: {did_you_mean(name, parameters)}"
             )
     twice = {name for name in parameters if list(parameters).count(name) > 1}
     if twice:
@@ -291,10 +291,10 @@ def directions(
 
 
 def direction(model: Model[Any], name: str, controller: Controller, start: StartPoint) -> Direction:
-    """What a parameter changes in a run.
+    """Derivative of the inputs of a simulation with respect to a parameter.
 
-    ``controller.NAME`` is an entry of the controller's state vector by its name, or by its number if the controller
-    names none; ``pitch_offset`` stands for those of all blades; ``structure.NAME``, ``aerodynamics.NAME`` and
+    ``controller.NAME`` is an entry of the controller's state vector by name, or by number if the controller gives no
+    names; ``pitch_offset`` stands for those of all blades; ``structure.NAME``, ``aerodynamics.NAME`` and
     ``actuators.NAME`` are the parameters of ``Model.parameter_names``; ``turbine.PATH`` is a number in the turbine's
     description, or a factor on it where it is a list of numbers.
 
@@ -330,7 +330,7 @@ def direction(model: Model[Any], name: str, controller: Controller, start: Start
 
 
 def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
-    """Central differences of the model's tables, modes with matched signs."""
+    """Central differences of the model's tables, with matched signs of the modes."""
     target: Any = model.turbine
     for key in path.split("."):
         if isinstance(target, dict) and key in target:
@@ -341,7 +341,7 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
             known = target if isinstance(target, dict) else getattr(type(target), "model_fields", {})
             raise InputError(f"sensitivity: {name!r} leads nowhere at {key!r}: {did_you_mean(key, list(known))}")
     if isinstance(target, bool) or not isinstance(target, int | float | np.ndarray):
-        raise InputError(f"sensitivity: {name!r} is no number and no list of numbers")
+        raise InputError(f"sensitivity: {name!r} is neither a number nor a list of numbers")
     factor = isinstance(target, np.ndarray)
     value = 1.0 if factor else float(target)
     step = TABLE_STEP * (abs(value) or 1.0)
@@ -369,7 +369,7 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
 
 
 def matched(model: BladedModel, reference: BladedModel) -> BladedModel:
-    """A model whose modes have the signs of those of a reference: the sign of an eigenvector is anybody's choice."""
+    """A model whose modes have the signs of those of a reference, since the sign of an eigenvector is arbitrary."""
     signs = [
         np.where(
             np.einsum("knc,knc->k", getattr(model.rotor, m).modes.shape, getattr(reference.rotor, m).modes.shape) < 0,
@@ -407,7 +407,7 @@ def seed(case: Case, ways: Sequence[Direction]) -> None:
 
 
 def count_switches(case: Case, controller: Controller) -> dict[str, int | None]:
-    """Branches and limits that would have changed within a step."""
+    """Number of branches and limits that would have changed within a step, by place."""
     names = controller.state_names
     return {
         "controller": int(case.controller_state[names.index("switches")]) if "switches" in names else None,

@@ -1,8 +1,9 @@
-"""Mode shapes for ElastoDyn: polynomials in which its own kinematics come closest to the natural modes.
+"""Mode shapes for ElastoDyn: the polynomials with which its kinematics are closest to the natural modes.
 
 ElastoDyn's blade and tower move in shapes c_2 x^2 + ... + c_6 x^6 of the relative span, with c_2 + ... + c_6 = 1, and
-a blade's curvature follows the twist of its sections. Rather than to fit a natural mode, we ask for the best shapes
-of this kind: with the five powers as coordinates, stiffness and mass give the coefficients as an eigenvector (Ritz).
+the curvature of a blade follows the twist of its sections. The shapes are not fitted to natural modes; they are the
+Ritz vectors of this kinematics: with the five powers as coordinates, the coefficients are an eigenvector of stiffness
+and mass.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from meltemi.turbine.definition import BladeStructure, ModeShapes
 Float = NDArray[np.float64]
 
 POWERS = tuple(tuple(float(i == j) for i in range(5)) for j in range(5))
-"""x^2 to x^6, each by itself."""
+"""x^2 to x^6, one in each shape."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Shape:
 
     Attributes:
       coefficients: of x^2 to x^6.
-      frequency: [rad/s] with this shape; of a tower with the mass on its top.
+      frequency: [rad/s] with this shape; that of a tower includes the tower-top mass.
     """
 
     coefficients: tuple[float, ...]
