@@ -333,8 +333,8 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
         for i, entry in enumerate(ElectricState.rows[:N_STATES]):
             x.append(Variable(entry.name, entry.unit, ((("electric", i), 1.0),), ("d_electric", i)))
     if yaw:
-        command, rate = (_place(case, "drive", name) for name in ("yaw_command", "yaw_command_rate"))
-        x.append(Variable("yaw command", "rad", ((command, 1.0),), rate))
+        order, pace = (_place(case, "drive", name) for name in ("yaw_command", "yaw_command_rate"))
+        x.append(Variable("yaw command", "rad", ((order, 1.0),), pace))
     return x
 
 
