@@ -38,7 +38,7 @@ def angular_acceleration(m: Structure, n: int) -> Vec:
 
 @by_record
 def tip_deflection(m: Structure, s: SectionLoads, b: int) -> tuple[Vec, Vec]:  # type: ignore[empty-body]
-    """Displacement [m] and rotation vector [rad] of a blade's tip, blade axes, by the structural model of the blades."""
+    """Deflection [m] and rotation [rad] of a blade's tip, blade axes, by the structural model of the blades."""
 
 
 @tip_deflection.variant
