@@ -21,14 +21,14 @@ from typing import Any
 import numba
 
 from meltemi.control import signals as s
-from meltemi.control.baseline import baseline
+from meltemi.control.baseline import BaselineController
+from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
-from meltemi.control.fixed import fixed
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.kernel import statistics
 from meltemi.simulation.case import Case
-from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import Simulation, first_point, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
@@ -229,7 +229,7 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
 
 def beyond() -> dict[str, float]:
     """[s] compile time of features that compile on first use, after a first run."""
-    from meltemi.control.load_control import load_control
+    from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
     from meltemi.studies.sensitivity import sensitivity
 
@@ -246,7 +246,7 @@ def beyond() -> dict[str, float]:
     timed("a compiled controller of 30 lines", lambda: simulate(model, wind, duration=1.0, controller=fast))
     slow = Controller(_nothing)
     timed("the interface of controllers in plain Python", lambda: simulate(model, wind, duration=1.0, controller=slow))
-    timed("load control", lambda: simulate(model, wind, duration=1.0, controller=load_control(model.turbine)))
+    timed("load control", lambda: simulate(model, wind, duration=1.0, controller=LoadController(model.turbine)))
     point = operating_point(model, wind)
     timed("derivatives of an evaluation (linear models)", lambda: linearise(model, point, azimuth=0.0))
     timed("Mann's turbulence", lambda: _turbulence(1.0, spectrum="mann"))
@@ -289,7 +289,7 @@ def timed_runs(duration: float) -> dict[str, Any]:
             peak = round((_peak_resident() - wind.velocity.nbytes) / 1e6)
     runs[LOAD_CONTROL] = timed_load_control(wind, duration)
     model, short = _model(), min(duration, 120.0)
-    controller, start = baseline(model.turbine.control), operating_point(model, wind)
+    controller, start = BaselineController(model.turbine), operating_point(model, wind)
     ways = directions(model, PARAMETERS, controller, first_point(model, wind, start), {})
     floats = _timed(model, wind, short, numbers="floats", start=start)
     duals = _timed(model, wind, short, numbers="duals", start=start, prepare=lambda case: seed(case, ways))
@@ -298,7 +298,7 @@ def timed_runs(duration: float) -> dict[str, Any]:
 
 def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
     """Time a step of CPFC (docs/guide/controllers.md), with flaps that the other runs do not have."""
-    from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, load_control
+    from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController
     from meltemi.turbine.flaps import with_flaps
 
     degree = radians(1.0)
@@ -306,7 +306,7 @@ def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
     flaps = HarmonicLoop(harmonic=2, integral_gain=-0.2 * degree / 160e3, offset=57 * degree, actuator="flap")
     turbine = with_flaps(load_turbine("nrel5mw"))
     settings = LoadControl(loops=(pitch, flaps), feedforward=FeedForward())
-    return _timed(build(turbine), wind, duration, controller=load_control(turbine, settings))
+    return _timed(build(turbine), wind, duration, controller=LoadController(turbine, settings))
 
 
 def timed_field(name: str) -> dict[str, float]:
@@ -365,7 +365,7 @@ def _individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) ->
 def timed_controllers(duration: float) -> dict[str, float]:
     """Time of controllers beyond the built-in one, and of a step called from Python."""
     model, wind = _model(), _turbulence(duration)
-    law = baseline(model.turbine.control)
+    law = BaselineController(model.turbine)
     built_in = _timed(model, wind, duration)["us_per_step"]
     with_loads = _timed(model, wind, duration, controller=replace(law, uses_loads=True))["us_per_step"]
     update = law.update
@@ -384,7 +384,7 @@ def timed_controllers(duration: float) -> dict[str, float]:
     individual = Controller(
         _individual_pitch, init=lambda start: [start.generator_torque, start.pitch], sample_time=0.0125
     )
-    stepped = Simulation(model, wind, duration=duration, controller=fixed(), channels=CHANNELS)
+    stepped = Simulation(model, wind, duration=duration, controller=ConstantController(), channels=CHANNELS)
     stepped.reset()
     began, calls = time.perf_counter(), 2000
     for _ in range(calls):
@@ -393,7 +393,7 @@ def timed_controllers(duration: float) -> dict[str, float]:
     return {
         "section loads at every step": round(with_loads - built_in, 2),
         "compiled": round(us(Controller(compiled, init=law.init)) - with_loads, 2),
-        "empty, in plain Python": round(us(Controller(_nothing, uses_loads=False)) - us(fixed()), 2),
+        "empty, in plain Python": round(us(Controller(_nothing, uses_loads=False)) - us(ConstantController()), 2),
         "individual pitch in plain Python at 80 Hz, real-time factor": _timed(
             eighty, wind, duration, controller=individual
         )["real_time_factor"],

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import OperatingPoint, operating_point
 from meltemi.structure.members import blade_member, cells, points, tower_member
 from meltemi.turbine.library import library_entries, load_turbine, windio_file
@@ -85,7 +86,7 @@ def frequencies() -> Comparison:
     return Comparison("iea modes", title, source_of("iea_frequencies"), rows)
 
 
-def _alone(model: Model, member: str) -> float:
+def _alone(model: BladedModel, member: str) -> float:
     """[Hz] first natural frequency of an isolated member."""
     turbine = model.turbine
     if member == "tower alone":

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from meltemi.environment.site import Environment
-from meltemi.simulation.model import build
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi_verification.table import Comparison, Row, angle, reference_table, relative, source_of

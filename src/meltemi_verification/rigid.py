@@ -7,15 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
-from meltemi.control.fixed import fixed
 from meltemi.control.signals import PITCH_DEMAND, TIME
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, style
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
-from meltemi.simulation.model import Model, build
 from meltemi.simulation.performance import RIGID, rotor_performance
+from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.definition import Turbine
@@ -91,7 +92,7 @@ def fixed_rotor() -> Comparison:
             model,
             wind,
             duration=60.0,
-            controller=fixed(),
+            controller=ConstantController(),
             start=Start(rotor_speed=SPEED, pitch=PITCH, coordinates={}),
             channels=["azimuth", *names],
         ).between(30.0, 60.0)  # the window, and so the azimuths, of the reference
@@ -123,13 +124,13 @@ def spin() -> Comparison:
     return Comparison("spin", "Spinning in vacuum against OpenFAST", source_of("spin"), rows)
 
 
-def spinning(model: Model, channels: Sequence[str], band: float, prefix: str = "") -> list[Row]:
+def spinning(model: BladedModel, channels: Sequence[str], band: float, prefix: str = "") -> list[Row]:
     """Mean, amplitude and phase over the azimuth of a rotor turning in vacuum."""
     result = simulate(
         model,
         SteadyWind(speed=0.0),
         duration=120.0,
-        controller=fixed(),
+        controller=ConstantController(),
         start=Start(rotor_speed=SPEED, coordinates={}),
         channels=["azimuth", *channels],
     ).between(60.0, 120.0)

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 import meltemi
 from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, UnsupportedError, WindBox, WindClass, WindSeries
 from meltemi.maths.vectors import Vec
-from meltemi.wind.fields import Wind, wind_arrays
+from meltemi.wind.fields import Wind, wind_field
 from meltemi.wind.iec.classes import CLASSES, extreme_speed, sigma_etm, sigma_ntm, wind_class
 from meltemi.wind.iec.gusts import ecd, ecg, edc, eog, ews_horizontal, ews_vertical
 from meltemi.wind.iec.models import MODELS, iec_wind
@@ -43,10 +43,9 @@ many = settings(derandomize=True, deadline=None, max_examples=60)
 
 def velocity(wind: Wind, p: tuple[float, float, float] = MIDDLE, t: float = 0.0) -> Vec:
     """[m/s] of the kernel that runs use."""
-    arrays = wind_arrays(wind, HUB, D)
-    now = np.zeros(8)
-    series_now(t, arrays.series, now)
-    return wind_velocity(Vec(*p), t, arrays.wind, now, arrays.box)
+    kernel_wind = wind_field(wind, HUB, D)
+    series_now(t, kernel_wind)
+    return wind_velocity(Vec(*p), t, kernel_wind)
 
 
 def profile(z: float) -> float:

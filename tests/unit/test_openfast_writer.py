@@ -149,7 +149,7 @@ LOST = {
     "blade.structure.damping*": "damping of the blade",
     "blade.structure.mode_shapes": "mode of the blade",
     "blade.structure.*": "mass centre and rotary inertia of sections",
-    "cut_*": "wind speeds of cut-in and cut-out",
+    "cut_*": "cut-in and cut-out wind speed",
     "drivetrain.gearbox": "gearbox",
     "nacelle.*_inertia": "roll and nod inertia",
     "tower.axial_stiffness": "torsion and stretching of the tower",

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.control.bladed.controller import bladed_controller
+from meltemi.control.bladed.controller import BladedController
 from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
 from meltemi.report.html import Table
-from meltemi.simulation.model import build
+from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi.turbine.definition import Turbine
@@ -72,7 +72,7 @@ def rosco_schemes(b: Bench, folder: Path) -> dict[str, Controller]:
     found = {}
     for name, changes in settings.items():
         file = edit_discon(source, folder / f"{name}.IN", LoggingLevel=0, **changes)
-        found[name] = bladed_controller(b.model.turbine, library, file, name=name)
+        found[name] = BladedController(b.model.turbine, library, file, name=name)
     return found
 
 

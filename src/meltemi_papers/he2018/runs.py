@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from meltemi.control.controller import Controller
-from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, SpeedNotch, load_control
+from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController, SpeedNotch
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel
-from meltemi.simulation.model import Model, build
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.journal import Lost, attempt
 from meltemi.studies.preview import preview_of, steady_pitch
@@ -87,7 +88,7 @@ class Bench:
       tunings: loops tuned together, by what they move.
     """
 
-    model: Model
+    model: BladedModel
     linear: tuple[LinearModel, ...] = field(repr=False)
     notch: SpeedNotch
     tunings: Mapping[tuple[Target, ...], tuple[Tuning, ...]]
@@ -102,7 +103,7 @@ class Bench:
         """Load controller with given loops."""
         weights = FeedForward(shear_exponent=SHEAR) if feedforward else None
         settings = LoadControl(feedforward=weights, loops=tuple(loops), notch=self.notch, **more)
-        return load_control(self.model.turbine, settings, name=name)
+        return LoadController(self.model.turbine, settings, name=name)
 
 
 def paper_turbine() -> Turbine:
@@ -110,7 +111,7 @@ def paper_turbine() -> Turbine:
     return with_flaps(load_turbine("nrel5mw")).replace(**{"pitch_actuator.kind": "second_order"})
 
 
-def bench(model: Model, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
+def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
     """Tune all controllers for a model."""
     linear = tuple(linear_models(model))
     wanted = {SCHEMES[name].loops for name in schemes}
@@ -169,7 +170,7 @@ def run_all(
     b = bench(build(paper_turbine()))
 
     def run(
-        what: str, size: int, controllers: Mapping[str, Made], winds: list[AnyWind], model: Model | None = None
+        what: str, size: int, controllers: Mapping[str, Made], winds: list[AnyWind], model: BladedModel | None = None
     ) -> Comparison:
         nonlocal done
         begin = done

@@ -10,8 +10,8 @@ import numpy as np
 
 from meltemi.environment.rain import Rain
 from meltemi.environment.site import Environment
-from meltemi.simulation.engines import build
-from meltemi.simulation.power.point import power_point
+from meltemi.simulation.disk.point import disk_point
+from meltemi.simulation.rotors import build
 from meltemi_papers.claim import Claim
 from meltemi_papers.palanimuthu2022.figures.rain_power import STORM
 from meltemi_papers.palanimuthu2022.machine import BLADES, turbine
@@ -31,7 +31,7 @@ def rain_gaps(rain: Rain, points: Iterable[Point]) -> dict[Point, tuple[float, f
     found = {}
     for v, speed, pitch in points:
         at = {"rotor_speed": speed, "pitch": math.radians(pitch)}
-        power, left = (float(power_point(m, v, **at)["aerodynamic_power"]) for m in (dry, wet))
+        power, left = (float(disk_point(m, v, **at)["aerodynamic_power"]) for m in (dry, wet))
         if power > 0.0:
             found[v, speed, pitch] = power, power - left
     return found

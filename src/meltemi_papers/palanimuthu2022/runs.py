@@ -8,17 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.power_control.controller import power_control
+from meltemi.control.power_control.controller import PowerController
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
 from meltemi.environment.air import Air
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.loadcases.batch import BatchCase
-from meltemi.simulation.engines import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.start import Start
 from meltemi.studies.journal import cells
 from meltemi.turbine.power_turbine import PowerTurbine
@@ -169,7 +169,7 @@ def _case(
         model=build(machine, options, Environment(air=air)),
         wind=wind,
         duration=duration,
-        controller=power_control(machine, performance_of(machine), settings),
+        controller=PowerController(machine, performance_of(machine), settings),
         start=Start(rotor_speed=speed, generator_torque=power / speed),
         channels=CHANNELS,
         output_step=0.25,

@@ -6,7 +6,7 @@ from typing import Final
 
 from meltemi.control.controller import Controller
 from meltemi.control.supervisor.settings import Supervision
-from meltemi.control.supervisor.supervised import supervised
+from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.control.yaw import YawControl
 from meltemi.turbine.definition import Turbine
@@ -46,4 +46,4 @@ Stops pitch at 0.1 rad/s, 5.7 deg/s: the paper gives no rate, the scaled actuato
 
 def strategy(turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None) -> Controller:
     """Supervisor with yaw control and a strategy of yaw protection."""
-    return supervised(turbine, SUPERVISION, yaw=yaw or YawControl(), protection=protection)
+    return SupervisedController(turbine, SUPERVISION, yaw=yaw or YawControl(), protection=protection)

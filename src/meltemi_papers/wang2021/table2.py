@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from meltemi.environment.site import Environment
 from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.bins import EDGES, bin_statistics, result_statistics
-from meltemi.simulation.model import build
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, LostError, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine

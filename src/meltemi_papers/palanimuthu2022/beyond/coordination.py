@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.control.controller import Controller
-from meltemi.control.coordinated import Coordination, coordinated
+from meltemi.control.coordinated import CoordinatedController, Coordination
 from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
@@ -29,9 +29,10 @@ from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.tuning import tune_ipc
 from meltemi.turbine.definition import Turbine
@@ -132,12 +133,12 @@ def turning_wind(turbine: Turbine, setup: Setup, seed: int) -> WindBox:
     return with_gust(box, WindSeries(time=step * np.arange(n) - reach, speed=along, direction=direction))
 
 
-def controllers(model: Model, performance: Performance) -> dict[str, Controller]:
+def controllers(model: BladedModel, performance: Performance) -> dict[str, Controller]:
     """Controllers of the candidates; individual pitch control at 1P, tuned by stability margins."""
     assert isinstance(model.turbine, Turbine)
     loop = tune_ipc(model).loop
     return {
-        name: coordinated(
+        name: CoordinatedController(
             model.turbine,
             performance,
             power=PowerControl.model_validate({"scheme": candidate.scheme}),

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.power_control.controller import power_control
+from meltemi.control.power_control.controller import PowerController
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
@@ -28,10 +28,10 @@ from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
-from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
@@ -144,7 +144,7 @@ def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
         for signal, level in asked:
             grid = PowerGrid(power_reference=reference(setup, turbine.rated_power, level, signal, seed))
             for scheme in schemes:
-                law = power_control(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
+                law = PowerController(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
                 given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
                 yield BatchCase(model, wind, duration, law, name=f"{signal} {level:g} {scheme}", **given)
 

@@ -16,9 +16,10 @@ import numpy as np
 
 from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.loadcases.batch import BatchCase
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
@@ -134,7 +135,7 @@ class _Cases:
             ours = YawProtection(strategy="derate", recheck_time=longest, wind_speeds=c, thresholds=b)
             self.strategies.append((OURS, longest, ours))
         self.machines = {rate: with_yaw_rate(turbine, rate) for rate in grid.yaw_rates}
-        self.models: dict[float, Model] = {rate: build(t, FAST) for rate, t in self.machines.items()}
+        self.models: dict[float, BladedModel] = {rate: build(t, FAST) for rate, t in self.machines.items()}
         steady = {speed: SteadyWind(speed=speed, shear_exponent=SHEAR) for speed in grid.speeds}
         model = self.models[grid.yaw_rates[0]]
         self.starts = {

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.loadcases.batch import BatchCase
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, attempt, cells, survivors
@@ -82,7 +82,7 @@ class Limits:
 
 
 def find_limits(
-    model: Model,
+    model: BladedModel,
     seeds: Sequence[int],
     *,
     speeds: Sequence[float] = SPEEDS,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
-from meltemi.simulation.model import build
+from meltemi.simulation.rotors import build
 from meltemi.studies.journal import Lost, attempt
 from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
 from meltemi_papers.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid

@@ -26,12 +26,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from meltemi.control import signals as s
 from meltemi.control.sensors import normal, philox
-from meltemi.control.supervisor.threshold import YawProtection, threshold
-from meltemi.control.yaw import FILTERED, YawControl, wrap, yaw_settings, yaw_step
+from meltemi.control.signals import Measurements
+from meltemi.control.supervisor.threshold import YawProtection, YawThreshold, threshold
+from meltemi.control.yaw import YawControl, YawControlState, wrap, yaw_settings, yaw_step
 from meltemi.core.threads import available_cores
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, LostError, attempt
 from meltemi.turbine.definition import Turbine
@@ -100,7 +100,7 @@ class PowerCurve:
     rated: float
 
 
-def power_curve(model: Model) -> PowerCurve:
+def power_curve(model: BladedModel) -> PowerCurve:
     """Power curve of a turbine from cut-in to rated wind speed."""
     turbine = model.turbine
     speeds, powers = [], []
@@ -148,11 +148,11 @@ def live(
     site_speed: Float,
     site_intensity: Float,
     strategy: int,
-    base: Float,
+    base: YawThreshold,
     power_limit: float,
     recheck: float,
-    yaw: Float,
-    measured_now: Float,
+    yaw: YawControlState,
+    measured_now: Measurements,
     found: Float,
 ) -> None:
     """Simulate the year second by second.
@@ -160,12 +160,11 @@ def live(
     Args:
       fronts: a second.
       strategy: 0 ignore, 1 stop, 2 derate and look again.
-      base: n wind speeds, then n thresholds, of the interpolated law.
+      base: base points of the interpolated law.
       yaw: settings of the yaw control.
-      measured_now: table Measurements.
+      measured_now: by the sensors.
       found: gets energy [J], passes, derates, stops, seconds down.
     """
-    n = base.shape[0] // 2
     ring = np.full(WINDOW, MEAN_WIND)
     mean, drift, along, across, meander = 0.0, 0.0, 0.0, 0.0, 0.0
     turned, turning, turn_left, rise, rising = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -195,10 +194,10 @@ def live(
 
         total += wind - ring[k % WINDOW]
         ring[k % WINDOW] = wind
-        measured_now[s.WIND_SPEED], measured_now[s.WIND_DIRECTION], measured_now[s.YAW] = wind, direction, nacelle
-        rate = yaw_step(yaw, 0, measured_now, 1.0)
-        limit = threshold(base, 0, n, 0.0, total / WINDOW)
-        over = abs(yaw[FILTERED]) > limit
+        measured_now.wind_speed, measured_now.wind_direction, measured_now.yaw = wind, direction, nacelle
+        rate = yaw_step(yaw, measured_now, 1.0)
+        limit = threshold(base, total / WINDOW)
+        over = abs(yaw.filtered) > limit
         nacelle += rate
         error = wrap(direction + nacelle)
         facing = max(math.cos(error), 0.0)
@@ -261,11 +260,11 @@ def a_year(
             np.array([r.speed for r in rows]),
             np.array([r.intensity for r in rows]),
             STRATEGIES[kind],
-            np.concatenate(base),
+            YawThreshold.of(wind_speed=base[0], threshold=base[1]),
             2.0 / 3.0 * curve.rated,
             paper.recheck_time,
             yaw_settings(YawControl(), turbine.yaw),
-            s.Measurements.zeros(),
+            Measurements.of(),
             values,
         )
         return values

@@ -12,8 +12,9 @@ from meltemi.environment.rain import Rain
 from meltemi.environment.site import STANDARD, Environment
 from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import OperatingPoint, operating_point
 from meltemi.studies.journal import Lost, LostError, cells
 from meltemi.turbine.definition import Turbine
@@ -184,7 +185,7 @@ def respond(
     )
 
 
-def rated_wind(model: Model, points: Sequence[OperatingPoint]) -> float:
+def rated_wind(model: BladedModel, points: Sequence[OperatingPoint]) -> float:
     """Rated wind speed [m/s] of a model, interpolated between two operating points."""
 
     def full(point: OperatingPoint) -> bool:
