@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import shutil
 import signal
 import subprocess
@@ -65,6 +66,32 @@ def reference() -> Path:
     if not (REFERENCE / "openfast").is_dir():
         pytest.skip(f"needs the OpenFAST reference runs in {REFERENCE}")
     return REFERENCE
+
+
+@pytest.fixture(scope="session")
+def openfast_deck(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the OpenFAST deck of the reference runs and settings of ROSCO, written from their values."""
+    folder = tmp_path_factory.mktemp("values") / "deck"
+    lines: dict[str, list[str]] = {}
+    with Path(__file__).with_name("nrel5mw_deck.csv").open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(line for line in file if not line.startswith("#")):
+            keyword, values = row["keyword"], row["values"]
+            comment = "!" if row["file"].startswith(("Airfoils", "DISCON")) else ""
+            mark = "! " if row["file"] == "DISCON.IN" else ""
+            line = {
+                "": values,
+                "blank": "",
+                "title": values,
+                "columns": f"{comment} {values}\n{comment} (-)",
+                "section": f"{comment}---------- {values} ----------",
+                "OutList": "OutList -",
+                "END": "END",
+            }.get(keyword, f"{values} {mark}{keyword} -")
+            lines.setdefault(row["file"], []).append(line)
+    for name, text in lines.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text("\n".join(text) + "\n", encoding="utf-8")
+    return folder
 
 
 @pytest.fixture(scope="session")

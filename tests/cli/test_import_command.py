@@ -77,15 +77,12 @@ def test_a_deck_without_readable_control_cannot_be_run_as_it_is(command: Command
 
 
 @pytest.fixture
-def master(reference: Path, tmp_path: Path) -> Path:
+def master(openfast_deck: Path, tmp_path: Path) -> Path:
     """The reference deck with ROSCO's settings, of 2 s."""
     folder = tmp_path / "deck"
-    shutil.copytree(reference / "decks" / "nrel5mw-land", folder)
-    for path in folder.rglob("*"):
-        path.chmod(0o755 if path.is_dir() else 0o644)
-    shutil.copy(reference / "openfast_rosco" / "DISCON.IN", folder / "DISCON.IN")
+    shutil.copytree(openfast_deck, folder)
     main_file = folder / "5MW.fst"
-    main_file.write_text(main_file.read_text().replace("200   TMax", "2   TMax"))
+    main_file.write_text(main_file.read_text().replace("200 TMax", "2 TMax"))
     return main_file
 
 
@@ -124,6 +121,7 @@ def test_options_replace_what_they_name(
     assert asked == as_it_is.replace(**changes)
 
 
+@pytest.mark.slow
 def test_another_wind_replaces_the_wind_only(
     command: Command, master: Path, bts: Callable[..., Path], tmp_path: Path
 ) -> None:

@@ -23,13 +23,10 @@ Deck = Callable[..., Path]
 
 
 @pytest.fixture(scope="module")
-def master(reference: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def master(openfast_deck: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The reference deck with its controller settings and BeamDyn files beside it."""
     folder = tmp_path_factory.mktemp("deck") / "deck"
-    shutil.copytree(reference / "decks" / "nrel5mw-land", folder)
-    for path in folder.rglob("*"):
-        path.chmod(0o755 if path.is_dir() else 0o644)
-    shutil.copy(reference / "openfast_rosco" / "DISCON.IN", folder / "DISCON.IN")
+    shutil.copytree(openfast_deck, folder)
     main = folder / "5MW.fst"
     main.write_text(main.read_text().replace("NRELOffshrBsline5MW_BeamDyn.dat", "BeamDyn.dat"))
     beamdyn = folder / "BeamDyn.dat"
@@ -46,13 +43,25 @@ def deck(master: Path, tmp_path: Path) -> Deck:
         shutil.copytree(master, folder, dirs_exist_ok=True)
         if name:
             text = (folder / name).read_text()
-            for old, new in changes:
+            for old, new in ((" ".join(old.split()), new) for old, new in changes):
                 assert old in text, old
                 text = text.replace(old, new, 1)
             (folder / name).write_text(text)
         return folder / "5MW.fst"
 
     return make
+
+
+def test_the_deck_has_the_values_of_the_original(openfast_deck: Path, reference: Path) -> None:
+    deck, found = reference / "decks/nrel5mw-land", set()
+    for path in (*deck.rglob("*"), reference / "openfast_rosco/DISCON.IN"):
+        ours = openfast_deck / (path.relative_to(deck) if deck in path.parents else path.name)
+        if ours.is_file():
+            found.add(ours)
+            one, other = ([(e.name, e.values) for several in read_input(p, "any").entries.values() for e in several]
+                          for p in (path, ours))  # fmt: skip
+            assert one == other, path
+    assert found == {path for path in openfast_deck.rglob("*") if path.is_file()}
 
 
 def test_the_reference_deck_is_the_library_turbine(master: Path, turbine: meltemi.Turbine) -> None:
