@@ -208,7 +208,7 @@ def arrays() -> str:
         "control.supervisor.supervised",
         "electrical.tables",
         "simulation.step",
-        "simulation.power.step",
+        "simulation.disk.system",
     ):
         home = import_module(f"meltemi.{module}")
         for name, found in vars(home).items():

@@ -123,14 +123,14 @@ def test_the_wind_of_a_file_is_that_of_the_box(
     name: str, box: WindBox, where: tuple[float, float, float], when: float
 ) -> None:
     from meltemi.maths.vectors import Vec
-    from meltemi.wind.fields import wind_arrays
+    from meltemi.wind.fields import wind_field
     from meltemi.wind.velocity import wind_velocity
 
     # steps that all formats keep exactly; else the same place is another one in the grid
     box = replace(box, dt=0.5, dy=8.0, dz=16.0, bottom=4.0, speed=16.0, hub_height=20.0)
     p = Vec(where[0] * 8.0, where[1] * box.width, 20.0 + where[2] * 20.0)
-    pair = [wind_arrays(b, 20.0, 10.0) for b in (box, back(box, name))]
-    one, two = (wind_velocity(p, when * box.duration, a.wind, np.zeros(8), a.box) for a in pair)
+    pair = [wind_field(b, 20.0, 10.0) for b in (box, back(box, name))]
+    one, two = (wind_velocity(p, when * box.duration, a) for a in pair)
     difference = np.abs([one.x - two.x, one.y - two.y, one.z - two.z])
     assert np.all(difference <= bound(box, name) + 1e-12)
 
@@ -187,16 +187,16 @@ def test_hub_series_are_the_same(rows: list[tuple[float, float, float]], has_v: 
 @steady
 def test_the_hub_series_of_a_box_is_its_wind_at_the_hub_in_time(box: WindBox) -> None:
     from meltemi.maths.vectors import Vec
-    from meltemi.wind.fields import wind_arrays
+    from meltemi.wind.fields import wind_field
     from meltemi.wind.velocity import wind_velocity
 
     box = replace(box, hub_height=box.bottom + 0.3 * (box.top - box.bottom))
     series = hub_series(box)
     assert box.hub_height is not None
-    arrays = wind_arrays(box, box.hub_height, 10.0)
+    kernel_wind = wind_field(box, box.hub_height, 10.0)
     for i in (0, len(series.time) - 1):
         here = Vec(0.0, 0.0, box.hub_height)
-        wind = wind_velocity(here, float(series.time[i]), arrays.wind, np.zeros(8), arrays.box)
+        wind = wind_velocity(here, float(series.time[i]), kernel_wind)
         assert series.v is not None and series.w is not None
         # times have nine decimals and the kernel stops a millionth of a step before the edge
         slack = 1e-5 * float(np.ptp(box.velocity)) + 1e-5

@@ -45,16 +45,16 @@ FORMULA, SCALE, RATIO_SCALE, C1, C2, C3, C4, C5, C6, LEAST_RATIO, MOST_RATIO, MO
     RotorCoefficient.slots("formula scale ratio_scale c1 c2 c3 c4 c5 c6 least_ratio most_ratio most_pitch floor")
 )
 DEGREES = 57.29577951308232
-"""In a radian."""
+"""Degrees in a radian."""
 POWER, THRUST = 0, 1
 """First axis of a table's values; the second are value, slope by ratio, slope by pitch, slope by both."""
 EVERYWHERE = 1e9
-"""Bound of what is known everywhere; infinities have no differences."""
+"""Bound of coefficients that are defined everywhere; infinities have no differences."""
 CALIBRATED = (0.979372, 116.0, 0.0, 6.363840, 37.744134, 0.0375390)
 
 
 class CoefficientArrays(NamedTuple):
-    """A coefficient as kernels take it: table COEFFICIENT, (n,) ratios, (m,) pitch angles, (2, 4, n, m) values."""
+    """Kernel arrays of a coefficient: table RotorCoefficient, (n,) ratios, (m,) pitch angles, (2, 4, n, m) values."""
 
     parameters: Float
     ratios: Float
@@ -64,7 +64,7 @@ class CoefficientArrays(NamedTuple):
 
 @kernel
 def formula(p: Float, ratio: float, pitch: float) -> float:
-    """Power coefficient of the formula (P-2)."""
+    """Power coefficient by the formula (P-2)."""
     r, b = p[RATIO_SCALE] * ratio, max(pitch * DEGREES, 0.0)
     x = 1.0 / (r + 0.08 * b) - 0.035 / (b * b * b + 1.0)
     return p[SCALE] * (p[C1] * (p[C2] * x - p[C3] * b - p[C4]) * exp(-p[C5] * x) + p[C6] * r)
@@ -72,7 +72,7 @@ def formula(p: Float, ratio: float, pitch: float) -> float:
 
 @kernel
 def below(x: float, grid: Float) -> int:
-    """The last entry but one of an increasing grid that is not above x, at least the first."""
+    """Index of the interval of an increasing grid in which x lies; the first or last one beyond its ends."""
     i, j = 0, grid.shape[0] - 1
     while j - i > 1:
         k = (i + j) // 2
@@ -85,13 +85,13 @@ def below(x: float, grid: Float) -> int:
 
 @kernel
 def looked_up(what: int, ratios: Float, pitches: Float, values: Float, ratio: float, pitch: float) -> float:
-    """Power or thrust coefficient of the table (P-4)."""
+    """Power or thrust coefficient from the table (P-4)."""
     n, m = ratios.shape[0], pitches.shape[0]
     x, y = min(max(ratio, ratios[0]), ratios[n - 1]), min(max(pitch, pitches[0]), pitches[m - 1])
     i, j = below(x, ratios), below(y, pitches)
     h, k = ratios[i + 1] - ratios[i], pitches[j + 1] - pitches[j]
     s, t = (x - ratios[i]) / h, (y - pitches[j]) / k
-    f = fx = fy = 0.0 * (x + y)
+    f, fx, fy = 0.0, 0.0, 0.0
     for a in range(2):
         # Hermite's polynomials of the near and of the far entry, and their slopes
         u = s if a == 0 else 1.0 - s
@@ -126,20 +126,20 @@ def power_coefficient(p: Float, ratios: Float, pitches: Float, values: Float, ra
 
 @kernel
 def thrust_coefficient(p: Float, ratios: Float, pitches: Float, values: Float, ratio: float, pitch: float) -> float:
-    """C_t, as :func:`power_coefficient`; 0 where there is none."""
+    """C_t at a tip-speed ratio and a pitch angle [rad]; 0 if none is given."""
     if p[FORMULA] > 0.0:
-        return 0.0 * ratio
+        return 0.0
     return looked_up(THRUST, ratios, pitches, values, ratio, pitch)
 
 
 @kernel
 def known(p: Float, ratio: float, pitch: float) -> bool:
-    """The coefficient is known there."""
+    """Whether the coefficient is defined there."""
     return p[LEAST_RATIO] <= ratio <= p[MOST_RATIO] and pitch <= p[MOST_PITCH]
 
 
 def coefficient_arrays(coefficient: Coefficient) -> CoefficientArrays:
-    """Arrays of a described coefficient."""
+    """Kernel arrays of a power coefficient."""
     p = RotorCoefficient.zeros()
     view = View(RotorCoefficient, p)
     view["formula"] = view["scale"] = view["ratio_scale"] = 1.0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import ClassOption, DirectionOption, EditionOption, SpectrumOption
+from meltemi.app.options import ClassOption, DirectionOption, EditionOption, SpectrumOption, given_options
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
 from meltemi.core.errors import InputError
 from meltemi.core.formats import suffixes
@@ -25,7 +25,7 @@ SUFFIXES = {f.name: f.suffix for f in WINDS}
 FIELDS, SERIES = ([f.name for f in WINDS if kind in f.holds] for kind in ("WindBox", "WindSeries"))
 """Names of the formats of a field and of a series."""
 FIGURES = ("series", "spectra", "coherence", "section", "profile")
-"""All that a wind may have."""
+"""Names of all figures of a wind."""
 
 
 def wind(
@@ -87,14 +87,13 @@ def wind(
     transient = {"sign": sign, "begin": begin, "years": years}
     every = settings | named | transient | {"steady": steady or None}
     options: dict[str, Any] = {name: v for name, v in every.items() if v is not None}
+    of_field = given_options(duration=duration, width=width, hub_series=hub_series, gust=gust)
     if (model is None) == (source is None):
         raise InputError("specify either a model (such as NTM) or --from FILE")
     from meltemi.turbine.library import load_turbine
 
     if source is not None:
-        own = {"--duration": duration, "--width": width, "--hub-series": hub_series, "--gust": gust}
-        given = [*(_option(n) for n in options), *(n for n, v in own.items() if v is not None)]
-        if given:
+        if given := [*(_option(n) for n in options), *of_field]:
             raise InputError(f"{', '.join(given)}: a wind file is looked at as it is; leave it out")
         found = _read(source)
         _check_format(file_format, found)
@@ -116,11 +115,8 @@ def wind(
 
         options["hub_series"] = read_hub_csv(hub_series)
     made: SteadyWind | WindSeries | TurbulentWind = iec_wind(name, turbine=used, **options)
-    if not isinstance(made, TurbulentWind):
-        others = {"--duration": duration, "--width": width, "--hub-series": hub_series, "--gust": gust}
-        for option, value in others.items():
-            if value is not None:
-                raise InputError(f"{option}: {name} does not generate a turbulent field; remove the option")
+    if of_field and not isinstance(made, TurbulentWind):
+        raise InputError(f"{next(iter(of_field))}: {name} does not generate a turbulent field; remove the option")
     _check_format(file_format, made)
     seconds = 600.0 if duration is None else duration
     added = None
@@ -137,7 +133,7 @@ def wind(
 
 
 UNREACHABLE = ("roughness", "veer")
-"""What only Python and case files set."""
+"""Settings that only Python and case files have."""
 
 
 def _option(name: str) -> str:

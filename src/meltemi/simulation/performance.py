@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from meltemi.aero.coefficient import coefficient_arrays, power_coefficient, thrust_coefficient
-from meltemi.control.actuators import ANGLE
 from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
-from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.performance import Float, Performance
 from meltemi.turbine.power_turbine import AnyTurbine, CalibratedCoefficient, PowerTurbine, TableCoefficient, aeroelastic
@@ -64,14 +63,14 @@ def rotor_performance(
     model = build(turbine, chosen)
     case = Case(model, SteadyWind(speed=wind_speed))
     rotor = case.view("rotor")
-    generator = len(model.tower.names) + GENERATOR
+    generator = len(model.rotor.tower.names) + GENERATOR
     R, rho = turbine.rotor_radius, model.environment.density
     area = np.pi * R**2
     thrust, torque = np.zeros((2, len(ratios), len(pitches)))
     for i, ratio in enumerate(ratios):
         case["v"][generator] = ratio * wind_speed / R
         for j, angle in enumerate(pitches):
-            case["pitch"][ANGLE] = angle
+            case.view("pitch")["angle"] = angle
             for psi in 2.0 * np.pi / model.n_blades / azimuths * np.arange(azimuths):
                 case["q"][generator] = psi
                 for _ in range(8):

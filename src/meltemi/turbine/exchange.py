@@ -10,7 +10,7 @@ derivatives of the generalised coordinates are zero.
 from __future__ import annotations
 
 from meltemi.maths.algebra import Rot, Vec
-from meltemi.maths.records import Record
+from meltemi.maths.records import Array1, Record
 from meltemi.maths.tables import Numbers, Rotations, Table, Vectors, number, rotation, xyz
 
 
@@ -119,9 +119,24 @@ class PitchMotion(Table, axes="blade", title="pitch"):
     switches: Numbers = number("-", "limits that a difference step would have reached or left, in derivative runs")
 
 
-class Exchange(Record):
-    """What structure and aerodynamics read of each other and of the control side."""
+class TowerShape(Table, axes="mode node", outer=1):
+    """Modes of the tower."""
 
+    displacement: Vectors = xyz("-", "of the nodes, inertial axes")
+    rotation: Vectors = xyz("rad/m", "of the nodes, inertial axes")
+
+
+class Exchange(Record):
+    """What structure and aerodynamics read of each other and of the control side.
+
+    Coordinates ``q`` and velocities ``v`` begin with those of the tower's modes, on which ``tower_push`` (modes,) is
+    the generalised force of the wind.
+    """
+
+    q: Array1
+    v: Array1
+    tower_shape: TowerShape
+    tower_push: Array1
     machine: Machine
     frame: BladeFrame
     motion: BladeMotion
