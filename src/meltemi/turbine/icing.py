@@ -32,7 +32,7 @@ the flow comes from behind, the shape of the leading edge hardly matters."""
 
 
 def with_ice(turbine: Turbine, icing: Icing | None) -> Turbine:
-    """A turbine with this ice in place of its present ice; None removes it.
+    """Replace the ice of a turbine; None removes it.
 
     Raises:
       InputError: the rotor does not have such a blade, or the turbine has no blades that could carry ice.

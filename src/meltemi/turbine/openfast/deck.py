@@ -54,7 +54,7 @@ class Deck(Imported):
 
 
 def read_openfast(path: str | Path, **how: Any) -> Turbine:
-    """The turbine of an OpenFAST deck, versions 2 to 5; see :func:`read_deck` for arguments and errors."""
+    """Read the turbine of an OpenFAST deck, versions 2 to 5; see :func:`read_deck` for arguments and errors."""
     return read_deck(path, **how).turbine
 
 

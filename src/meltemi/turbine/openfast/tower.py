@@ -21,7 +21,7 @@ SHEAR_SHARE = 0.53
 
 
 def read_tower(file: InputFile, values: Values, notes: list[Note]) -> dict[str, Any]:
-    """The tower without its diameter.
+    """Read the ElastoDyn tower, without its diameter.
 
     Raises:
       InputError: with file and line.
@@ -111,7 +111,7 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
 
 
 def read_pile(file: InputFile, notes: list[Note]) -> Foundation:
-    """Springs at the tower base that represent an upright pile.
+    """Read an upright pile of SubDyn as equivalent springs at the tower base.
 
     Raises:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.

@@ -48,7 +48,7 @@ class Grid(Record):
 
     @property
     def width(self) -> float:
-        """[m]."""
+        """[m] width."""
         return (self.points_y - 1) * self.dy
 
     @property
