@@ -57,7 +57,6 @@ if TYPE_CHECKING:
     from meltemi.environment.grid import PowerGrid as PowerGrid
     from meltemi.environment.rain import Rain as Rain
     from meltemi.environment.site import Environment as Environment
-    from meltemi.loadcases.batch import BatchCase as BatchCase
     from meltemi.loadcases.batch import Outcome as Outcome
     from meltemi.loadcases.batch import simulate_batch as simulate_batch
     from meltemi.loadcases.case import LoadCase as LoadCase
@@ -144,6 +143,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.power.model import PowerModel as PowerModel
     from meltemi.simulation.result import Finding as Finding
     from meltemi.simulation.result import Result as Result
+    from meltemi.simulation.run import Run as Run
     from meltemi.simulation.simulate import Simulation as Simulation
     from meltemi.simulation.simulate import simulate as simulate
     from meltemi.simulation.start import Start as Start
@@ -274,7 +274,7 @@ _HOME = {
     "environment.grid": "PowerGrid",
     "environment.rain": "Rain",
     "environment.site": "Environment",
-    "loadcases.batch": "BatchCase Outcome simulate_batch",
+    "loadcases.batch": "Outcome simulate_batch",
     "loadcases.case": "LoadCase read_case",
     "loadcases.openfast": "deck_case",
     "postprocess.bands": "Ceiling ceiling harmonic_bands remove_bands",
@@ -313,6 +313,7 @@ _HOME = {
     "simulation.parked": "parked_point",
     "simulation.performance": "performance_of rotor_performance",
     "simulation.result": "Finding Result",
+    "simulation.run": "Run",
     "simulation.simulate": "Simulation simulate",
     "simulation.start": "Start",
     "simulation.power.model": "PowerModel",

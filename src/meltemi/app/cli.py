@@ -177,37 +177,22 @@ def run(
 
     from meltemi.core.errors import Status
     from meltemi.core.yamlfile import validated, write_record
-    from meltemi.loadcases.case import LoadCase, case_controller, case_start, case_turbine, case_wind, self_contained
+    from meltemi.loadcases.case import LoadCase, case_run, case_turbine, self_contained
 
     if transient is not None:
         if written:
             raise InputError(f"{path} is a case file, which defines its own run; set transient: {transient:g} in it")
         case = validated(case.content() | {"transient": transient}, LoadCase, "command line")
-    from meltemi.simulation.case import Stations
-    from meltemi.simulation.engines import build
-    from meltemi.simulation.simulate import simulate
+    from meltemi.simulation.simulate import Simulation, march
 
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
-        wind = case_wind(case, turbine, folder)
     with TemporaryDirectory() as kept, _named(path if written else None), results_in(out):
-        law = case_controller(case, turbine, folder, Path(kept))
-        model = build(turbine, case.options, case.environment)
+        described = case_run(case, turbine, folder, Path(kept))
         with progress_bar(f"{turbine.name}, {case.duration:g} s") as progress:
-            result = simulate(
-                model,
-                wind,
-                duration=case.duration,
-                controller=law,
-                channels=case.channels,
-                output_step=case.output_step,
-                start=case_start(case, turbine),
-                stations=Stations(case.blade_stations, case.tower_stations),
-                events=case.events,
-                grid=case.grid,
-                transient=case.transient,
-                progress=progress,
-            )
+            simulation = Simulation(described)
+            march(simulation, progress)
+        result = simulation.result()
         files = _write(result, out, outb) + _library_files(Path(kept), out)
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
