@@ -24,22 +24,12 @@ from meltemi.app.importing import HELP as IMPORT_HELP
 from meltemi.app.importing import import_
 from meltemi.app.inspect import inspect
 from meltemi.app.options import (
-    ClassOption,
-    ControllerInputOption,
-    ControllerOption,
-    DirectionOption,
-    EditionOption,
-    IecOption,
-    NtmOption,
-    ShearOption,
-    SpectrumOption,
-    TurbulenceOption,
-    WindSpeedOption,
+    RunOptions,
     controller_of_options,
-    given_options,
     is_case,
     wind_of_options,
     wind_options,
+    with_options,
 )
 from meltemi.app.terminal import OutOption, print_table, progress_bar, remove_empty_folders, results_in, say
 from meltemi.app.wind import wind
@@ -108,63 +98,22 @@ def options(
 
 
 @app.command()
+@with_options
 def run(
     target: Annotated[
         str, typer.Argument(help="A turbine's name, the YAML file of a turbine or a case, or an OpenFAST deck (.fst).")
     ],
-    wind_speed: WindSpeedOption = None,
-    turbulence: TurbulenceOption = None,
-    seed: Annotated[int | None, typer.Option("--seed", help="Seed of the turbulence [1].")] = None,
-    shear: ShearOption = None,
-    direction: DirectionOption = None,
-    spectrum: SpectrumOption = None,
-    iec: IecOption = None,
-    ntm: NtmOption = False,
-    wind_class: ClassOption = None,
-    edition: EditionOption = None,
-    wind_file: Annotated[
-        Path | None,
-        typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc."),
-    ] = None,
-    controller: ControllerOption = None,
-    controller_input: ControllerInputOption = None,
-    duration: Annotated[float | None, typer.Option("--duration", help="Duration of the simulation [s] [60].")] = None,
+    options: RunOptions,
     transient: Annotated[
         float | None, typer.Option("--transient", help="Initial transient, excluded from statistics [s] [0].")
-    ] = None,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            "--start", help="operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating]."
-        ),
-    ] = None,
-    channels: Annotated[
-        str | None,
-        typer.Option("--channels", help="Channels to record, separated by commas; 'all' records everything."),
     ] = None,
     outb: Annotated[bool, typer.Option("--outb", help="Also write the result as OpenFAST's binary output.")] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate a case; writes a table, a plot and a result file."""
-    if start not in (None, "operating", "deck"):
-        raise InputError(f"--start {start!r}: expected operating or deck")
-    given = given_options(
-        wind_speed=wind_speed,
-        turbulence=turbulence,
-        seed=seed,
-        shear=shear,
-        direction=direction,
-        spectrum=spectrum,
-        iec="NTM" if ntm else iec,
-        wind_class=wind_class,
-        edition=edition,
-        wind_file=wind_file,
-        controller=controller,
-        controller_input=controller_input,
-        duration=duration,
-        start=start,
-        channels=channels,
-    )
+    if options.start not in (None, "operating", "deck"):
+        raise InputError(f"--start {options.start!r}: expected operating or deck")
+    given = options.given()
     path = Path(target)
     written = path.suffix in (".yaml", ".yml") and (is_case(path) or not (given or path.exists()))
     if written:
