@@ -1,1 +1,5 @@
 """Controllers and actuators."""
+
+from meltemi.namespaces import public
+
+__getattr__, __dir__ = public(__name__)
