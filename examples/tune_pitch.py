@@ -53,12 +53,14 @@ class Tuning:
 
     def run(self, logarithms: np.ndarray) -> meltemi.Sensitivity:
         return meltemi.sensitivity(
-            self.model,
-            self.wind,
+            meltemi.Run(
+                self.model,
+                self.wind,
+                duration=self.duration,
+                controller=law(self.model, np.exp(logarithms)),
+                channels=CHANNELS,
+            ),
             [*(f"controller.{name}" for name in GAINS), "controller.integral"],
-            duration=self.duration,
-            controller=law(self.model, np.exp(logarithms)),
-            channels=CHANNELS,
         )
 
     def __call__(self, logarithms: np.ndarray) -> tuple[float, np.ndarray]:

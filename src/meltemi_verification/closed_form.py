@@ -18,6 +18,7 @@ from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.modes import equilibrium, natural_modes, vacuum_case
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, simulate
 from meltemi.simulation.start import Start
 from meltemi.structure.tables import BladeNode
@@ -270,7 +271,7 @@ def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: fl
     )
     model = build(free, options).with_parameters(**{"aerodynamics.air_density": 0.0})
     duration = round(100 * TURN / SPEED)
-    run = Simulation(model, CALM, duration=duration, controller=ConstantController(), start=start, channels=["azimuth"])
+    run = Simulation(Run(model, CALM, duration=duration, controller=ConstantController(), start=start, channels=["azimuth"]))
     probe, energies = Case(model, CALM), []
     run.advance(1)
     while True:

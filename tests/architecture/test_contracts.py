@@ -120,7 +120,7 @@ def test_nothing_is_compiled_again(turbine: Turbine, model: Model, what: str) ->
 def test_length_of_chunks_changes_no_bit(model: Model) -> None:
     runs = []
     for steps in (1, 7, 1000):
-        run = meltemi.Simulation(model, box(), duration=4.0, channels=["all"])
+        run = meltemi.Simulation(meltemi.Run(model, box(), duration=4.0, channels=["all"]))
         while not run.finished:
             run.advance(steps)
         runs.append(run.result().data)
@@ -150,7 +150,9 @@ def test_the_warm_start_is_a_mere_guess(turbine: Turbine) -> None:
     start = meltemi.operating_point(model, WIND)
     loads = []
     for disturbed in (False, True):
-        run = meltemi.Simulation(model, WIND, duration=2.0, start=start, channels=["RootMyc1", "RtFldFxh", "TwrBsMyt"])
+        run = meltemi.Simulation(
+            meltemi.Run(model, WIND, duration=2.0, start=start, channels=["RootMyc1", "RtFldFxh", "TwrBsMyt"])
+        )
         while not run.finished:
             if disturbed:
                 memory = run.case["memory"]

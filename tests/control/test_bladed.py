@@ -127,7 +127,7 @@ def test_demands_reach_the_turbine(make: Any, model: Model) -> None:
 
 
 def last_demands(model: Model, controller: Controller) -> Any:
-    simulation = meltemi.Simulation(model, WIND, duration=SHORT, controller=controller)
+    simulation = meltemi.Simulation(meltemi.Run(model, WIND, duration=SHORT, controller=controller))
     simulation.advance(10)
     demands = simulation.case.view("demands").array.copy()
     simulation.close()
@@ -155,7 +155,9 @@ def test_every_run_has_a_fresh_library(make: Any, model: Model) -> None:
     controller = make("count")
     first, second = (run(model, controller)["generator_torque"] for _ in range(2))
     np.testing.assert_array_equal(first, second)
-    simulation = meltemi.Simulation(model, WIND, duration=SHORT, controller=controller, channels=["generator_torque"])
+    simulation = meltemi.Simulation(
+        meltemi.Run(model, WIND, duration=SHORT, controller=controller, channels=["generator_torque"])
+    )
     for _ in range(2):
         simulation.advance(simulation.n_steps)
         np.testing.assert_array_equal(simulation.result()["generator_torque"], first)
@@ -200,7 +202,14 @@ def test_a_warning_of_the_library_is_one_of_the_result(make: Any, model: Model) 
 def test_a_batch_goes_on(make: Any, model: Model) -> None:
     orders = ["count", "crash 0.2", "count", "hang 0.2", "count", "fail 0.2", "count", "exit 0.2"]
     cases = [
-        meltemi.BatchCase(model, WIND, SHORT, make(order, timeout=2.0), ["generator_torque"], name=f"{i} {order}")
+        meltemi.Run(
+            model,
+            WIND,
+            duration=SHORT,
+            controller=make(order, timeout=2.0),
+            channels=["generator_torque"],
+            name=f"{i} {order}",
+        )
         for i, order in enumerate(orders)
     ]
     outcomes = meltemi.simulate_batch(cases, workers=4)
@@ -216,7 +225,7 @@ def test_nothing_is_left_behind(make: Any, model: Model, tmp_path: Path, capfd: 
     before = sorted(tmp_path.parent.rglob("*"))
     controller = make()
     order = tmp_path / "plain.in"
-    dropped = meltemi.Simulation(model, WIND, duration=SHORT, controller=controller)
+    dropped = meltemi.Simulation(meltemi.Run(model, WIND, duration=SHORT, controller=controller))
     dropped.advance(5)
     (process,) = children()
     folder = Path(process.cwd())

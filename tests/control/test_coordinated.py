@@ -123,13 +123,15 @@ def test_individual_pitch_and_numbers_on_an_aeroelastic_turbine() -> None:
     given: dict[str, Any] = {"duration": 20.0, "channels": channels, "controller": law, "grid": grid}
     lanes = meltemi.simulate(model, wind, **given)
     assert np.abs(lanes["pitch_1"] - lanes["pitch_2"]).max() > 1e-3
-    floats = meltemi.Simulation(model, wind, numbers="floats", **given)
+    floats = meltemi.Simulation(meltemi.Run(model, wind, **given), numbers="floats")
     floats.advance(10**6)
     np.testing.assert_allclose(lanes.data, floats.result().data, rtol=0.0, atol=1e-9 * np.abs(lanes.data).max())
     names = ["controller.frequency", "controller.coordination_caution", "aerodynamics.air_density"]
-    found = meltemi.sensitivity(model, wind, names, **given)
+    found = meltemi.sensitivity(meltemi.Run(model, wind, **given), names)
     for number, name in enumerate(names):
-        low, high, step = meltemi.differences(model, wind, name, step=1e-5 * abs(found.values[number]), **given)
+        low, high, step = meltemi.differences(
+            meltemi.Run(model, wind, **given), name, step=1e-5 * abs(found.values[number])
+        )
         change, exact = (high.data - low.data) / (2.0 * step), found.slopes[..., number]
         size = np.maximum(np.abs(exact).max(axis=0), 1e-12)
         assert np.all(np.abs(change - exact).max(axis=0) / size < 1e-4), name

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import (
-    ConstantController,
     Controller,
     InputError,
     Model,
@@ -28,6 +27,7 @@ from meltemi import (
 )
 from meltemi.control import signals as s
 from meltemi.simulation.events import KINDS
+from meltemi.simulation.run import Run
 
 WIND = SteadyWind(speed=13.0, shear_exponent=0.2)
 DT, AT = 0.01, 1.0
@@ -238,7 +238,7 @@ def test_stepped_from_outside_and_reset(machine: Model) -> None:
     ]
     inside = ran(machine, *events, seconds=1.0)
     run = Simulation(
-        machine, WIND, duration=1.0, controller=ConstantController(), channels=CHANNELS, output_step=DT, events=events
+        Run(machine, WIND, duration=1.0, controller=ConstantController(), channels=CHANNELS, output_step=DT, events=events)
     )
     state = np.zeros(1)
     for _ in range(2):
@@ -270,7 +270,7 @@ def test_log_and_meta(machine: Model, tmp_path: Any) -> None:
     assert result.meta["events"] == [{"type": "grid_loss", **grid}]
     back = meltemi.read_netcdf(meltemi.write_netcdf(result, tmp_path / "run.nc"))
     assert back.log == result.log
-    run = Simulation(machine, WIND, duration=1.0, events=[grid])
+    run = Simulation(Run(machine, WIND, duration=1.0, events=[grid]))
     run.advance(60)
     assert [entry.what for entry in run.result().log] == ["grid lost"]
     assert ran(machine, seconds=0.1).log == ()
@@ -287,7 +287,15 @@ def test_the_supervisor_notices(model: Model) -> None:
 
 def test_in_a_batch(machine: Model) -> None:
     cases = [
-        meltemi.BatchCase(machine, WIND, 0.5, Controller(by_the_clock), CHANNELS, DT, events=events)
+        meltemi.Run(
+            machine,
+            WIND,
+            duration=0.5,
+            controller=Controller(by_the_clock),
+            channels=CHANNELS,
+            output_step=DT,
+            events=events,
+        )
         for events in ((), [meltemi.GridLoss(at=0.2)], [{"at": 0.2, "type": "pitch_stuck", "blade": 4}])
     ]
     free, lost, wrong = meltemi.simulate_batch(cases, workers=1)

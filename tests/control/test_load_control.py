@@ -38,6 +38,7 @@ from meltemi.control import signals as s
 from meltemi.control.feedforward import weight, weight_settings
 from meltemi.control.filters import LowPass, low_pass
 from meltemi.control.multiblade import to_blade
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
 
 Float = NDArray[np.float64]
@@ -302,7 +303,7 @@ def test_sound_gains_have_no_warning(flap_model: Model, speed: float, intensity:
     turbine = flap_model.turbine
     wind = meltemi.TurbulentWind(speed=speed, intensity=intensity, shear_exponent=0.2, seed=4, points=9)
     law = LoadController(turbine, LoadControl(loops=(PITCH, FLAP), feedforward=FeedForward(tower_shadow=True)))
-    run = Simulation(flap_model, wind, duration=100.0, controller=law, channels=CHANNELS)
+    run = Simulation(Run(flap_model, wind, duration=100.0, controller=law, channels=CHANNELS))
     march(run)
     result = run.result()
     assert result.status is Status.OK and result.warnings == ()
@@ -691,13 +692,15 @@ def test_derivatives_are_limits_of_differences(flap_model: Model) -> None:
     channels = ("root_moment_out_of_plane_1", "pitch_2", "flap_1_angle_3", "rotor_speed")
     law = LoadController(flap_model.turbine, ALL)
     case: dict[str, Any] = {"duration": 20.0, "channels": channels, "controller": law}
-    found = meltemi.sensitivity(flap_model, wind, PARAMETERS, **case)
+    found = meltemi.sensitivity(meltemi.Run(flap_model, wind, **case), PARAMETERS)
     assert found.switches["controller"] == 0
-    run = Simulation(flap_model, wind, numbers="floats", **case)
+    run = Simulation(Run(flap_model, wind, **case), numbers="floats")
     march(run)
     assert np.all(np.abs(found.result.data - run.result().data).max(axis=0) < 1e-9 * np.abs(found.result.data).max(0))
     for number, name in enumerate(PARAMETERS):
-        low, high, step = meltemi.differences(flap_model, wind, name, step=1e-5 * abs(found.values[number]), **case)
+        low, high, step = meltemi.differences(
+            meltemi.Run(flap_model, wind, **case), name, step=1e-5 * abs(found.values[number])
+        )
         exact = found.slopes[..., number]
         size = np.abs(exact).max(axis=0)
         change = (high.data - low.data) / (2.0 * step)
@@ -715,7 +718,9 @@ def test_switches_of_all_parts_are_counted(flap_model: Model) -> None:
     for loop, wind in ((PITCH, SteadyWind(speed=8.0, shear_exponent=0.2)), (FLAP.replace(authority=0.01), WIND)):
         law = LoadController(flap_model.turbine, LoadControl(loops=(loop,)))
         step = {name: 0.1 * abs(loop.integral_gain)}
-        counts.append(meltemi.sensitivity(flap_model, wind, [name], controller=law, steps=step, **case).switches)
+        counts.append(
+            meltemi.sensitivity(meltemi.Run(flap_model, wind, controller=law, **case), [name], steps=step).switches
+        )
     assert all(count["controller"] for count in counts)
 
 
@@ -724,7 +729,7 @@ def test_lanes_and_floats_agree(flap_model: Model) -> None:
     runs = []
     for numbers in ("lanes", "floats"):
         law = LoadController(flap_model.turbine, ALL)
-        run = Simulation(flap_model, WIND, duration=20.0, channels=["all"], controller=law, numbers=numbers)
+        run = Simulation(Run(flap_model, WIND, duration=20.0, channels=["all"], controller=law), numbers=numbers)
         march(run)
         keep = [name not in ("induction_residual", "azimuth") for name in run.result().names]
         runs.append(run.result().data[:, keep])

@@ -24,6 +24,7 @@ from meltemi import (
 )
 from meltemi.control.power_control.tables import NUMBER
 from meltemi.loadcases.case import case_controller, read_case
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
 from meltemi.turbine.power_turbine import AnyTurbine
 
@@ -157,11 +158,11 @@ def test_derivatives_are_those_of_differences(table: AnyTurbine, settings: dict[
         "output_step": 0.1,
     }
     names = [f"controller.{name}" for name in ("frequency", "best_coefficient", "estimator_gain", "inertia")]
-    exact = meltemi.sensitivity(model, wind, names, **arguments)
+    exact = meltemi.sensitivity(meltemi.Run(model, wind, **arguments), names)
     exact.result.raise_for_status()
     moved = 0
     for i, name in enumerate(names):
-        below, above, step = meltemi.differences(model, wind, name, **arguments)
+        below, above, step = meltemi.differences(meltemi.Run(model, wind, **arguments), name)
         difference = (above.data - below.data) / (2.0 * step)
         size = np.sqrt(np.mean(exact.slopes[:, :, i] ** 2, axis=0))
         error = np.sqrt(np.mean((exact.slopes[:, :, i] - difference) ** 2, axis=0))
@@ -179,13 +180,15 @@ def test_lanes_are_floats_on_blades(turbine: meltemi.Turbine) -> None:
     found = []
     for numbers in ("lanes", "floats"):
         one = Simulation(
-            model,
-            SteadyWind(speed=12.0, shear_exponent=0.2),
-            duration=20.0,
-            controller=controller,
-            channels=CHANNELS,
-            grid=PowerGrid(power_reference=3e6),
-            numbers=numbers,  # type: ignore[arg-type]
+            Run(
+                model,
+                SteadyWind(speed=12.0, shear_exponent=0.2),
+                duration=20.0,
+                controller=controller,
+                channels=CHANNELS,
+                grid=PowerGrid(power_reference=3e6),  # type: ignore[arg-type]
+            ),
+            numbers=numbers,
         )
         march(one)
         found.append(one.result().data)

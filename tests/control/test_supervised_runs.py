@@ -31,6 +31,7 @@ from meltemi.control.moving_mean import mean_start, moving_mean
 from meltemi.control.supervisor.settings import limits
 from meltemi.control.supervisor.supervised import SupervisedState
 from meltemi.loadcases.case import case_controller, case_start
+from meltemi.simulation.run import Run
 from meltemi.studies.sensitivity import differences, sensitivity
 from meltemi.wind.fields import mean_before
 from meltemi.wind.iec.models import iec_wind
@@ -247,10 +248,12 @@ def test_derivatives_go_through_the_supervisor(model: Model) -> None:
     arguments["events"] = [{"at": 2.0, "type": "power_limit", "power": 3.7137e6}]
     names = ["controller.supervisor_derate_rate", "controller.proportional_gain"]
     channels = ["pitch_1", "generator_torque", "rotor_speed"]
-    found = sensitivity(model, wind, names, channels=channels, **arguments)
+    found = sensitivity(Run(model, wind, channels=channels, **arguments), names)
     for number, name in enumerate(names):
         step = 1e-6 * abs(found.values[number])
-        low, high, step = differences(model=model, wind=wind, parameter=name, step=step, channels=channels, **arguments)
+        low, high, step = differences(
+            Run(model=model, wind=wind, channels=channels, **arguments), parameter=name, step=step
+        )
         for channel in channels:
             exact = found.series(channel)[1][:, number]
             change = (high[channel] - low[channel]) / (2.0 * step)

@@ -174,10 +174,12 @@ def test_a_turbine_turns_into_the_wind(turbine: Turbine) -> None:
 def test_a_held_nacelle_and_a_yaw_control_do_not_go_together(turbine: Turbine, kind: Any) -> None:
     with pytest.raises(InputError, match=rf"turns the nacelle, but the model's yaw is '{kind}'.*yaw=\"driven\""):
         meltemi.Simulation(
-            meltemi.build(turbine, ModelOptions(yaw=kind)),
-            SteadyWind(speed=10.0),
-            duration=1.0,
-            controller=YawController(turbine),
+            meltemi.Run(
+                meltemi.build(turbine, ModelOptions(yaw=kind)),
+                SteadyWind(speed=10.0),
+                duration=1.0,
+                controller=YawController(turbine),
+            )
         )
 
 

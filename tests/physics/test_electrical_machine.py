@@ -9,6 +9,7 @@ import pytest
 
 import meltemi
 from meltemi.electrical.tables import N_STATES
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.studies.sensitivity import differences, sensitivity
 
@@ -153,12 +154,14 @@ def test_lanes_and_floats_agree_through_a_dip() -> None:
     model, ends = averaged(turbine_with_machine()), []
     for numbers in ("lanes", "floats"):
         run = Simulation(
-            model,
-            meltemi.SteadyWind(speed=13.0),
-            duration=2.0,
-            channels=["generator_torque", "generator_power", "tower_base_moment_side_side", *FLOWS],
-            events=[DIP],
-            numbers=numbers,  # type: ignore[arg-type]
+            Run(
+                model,
+                meltemi.SteadyWind(speed=13.0),
+                duration=2.0,
+                channels=["generator_torque", "generator_power", "tower_base_moment_side_side", *FLOWS],
+                events=[DIP],  # type: ignore[arg-type]
+            ),
+            numbers=numbers,
         )
         march(run)
         ends.append(run.result())
@@ -178,8 +181,8 @@ def test_derivatives_are_differences_through_a_dip(parameter: str) -> None:
         "events": [{"at": 0.3, "until": 0.4, "type": "voltage_dip", "voltage": 0.85}],
         "start": meltemi.operating_point(model, wind),
     }
-    found = sensitivity(model, wind, [parameter], **arguments)
-    low, high, step = differences(model, wind, parameter, **arguments)
+    found = sensitivity(Run(model, wind, **arguments), [parameter])
+    low, high, step = differences(Run(model, wind, **arguments), parameter)
     expected = (high.data - low.data) / (2.0 * step)
     # as relative changes; differences are taken over 1e-7 of the value, so rounding leaves them seven digits or so
     unit = found.values[0] / np.abs(found.result.data).max(axis=0)

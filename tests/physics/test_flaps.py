@@ -27,6 +27,7 @@ from meltemi.control import signals as s
 from meltemi.maths.records import Array3
 from meltemi.numbers.records import Record
 from meltemi.simulation.case import Case
+from meltemi.simulation.run import Run
 from meltemi.turbine.flaps import DEFLECTION, LIFT
 
 Float = NDArray[np.float64]
@@ -198,7 +199,7 @@ def test_lanes_and_floats_agree_with_flaps(flapped: Turbine) -> None:
     runs = []
     for numbers in ("lanes", "floats"):
         run = Simulation(
-            model, SteadyWind(speed=18.0, shear_exponent=0.2), duration=3.0, channels=["all"], numbers=numbers
+            Run(model, SteadyWind(speed=18.0, shear_exponent=0.2), duration=3.0, channels=["all"]), numbers=numbers
         )
         run.case["flap"][0, 0] = (0.1, -0.05, 0.2)
         run.case["demands"][s.FLAP_DEMAND : s.FLAP_DEMAND + 3] = (-0.1, 0.2, 0.0)
@@ -216,8 +217,8 @@ def test_derivatives_with_flaps_are_limits_of_differences(flapped: Turbine) -> N
     start = meltemi.operating_point(model, wind)
     case = {"duration": 2.0, "channels": [channel], "start": start}
 
-    found = meltemi.sensitivity(model, wind, ["aerodynamics.air_density"], **case)  # type: ignore[arg-type]
-    low, high, step = meltemi.differences(model, wind, "aerodynamics.air_density", **case)  # type: ignore[arg-type]
+    found = meltemi.sensitivity(meltemi.Run(model, wind, **case), ["aerodynamics.air_density"])  # type: ignore[arg-type]
+    low, high, step = meltemi.differences(meltemi.Run(model, wind, **case), "aerodynamics.air_density")  # type: ignore[arg-type]
     change = (high[channel].mean() - low[channel].mean()) / (2.0 * step)
     assert found.mean(channel)[1][0] == pytest.approx(change, rel=1e-5)
 

@@ -18,6 +18,7 @@ from meltemi.simulation.bladed.rotor import with_static_gears
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.modes import natural_modes, time_step
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import begin
 from meltemi.structure.gear_train import gear_train, reduced
@@ -200,7 +201,7 @@ def energy(geared: Turbine, dt: float) -> tuple[Float, float]:
     calm = SteadyWind(speed=0.0)
     start = Start(rotor_speed=1.267, coordinates={"drivetrain": 0.005, "yaw": 0.001})
     run = Simulation(
-        model, calm, duration=10.0, controller=meltemi.ConstantController(), start=start, channels=["azimuth"]
+        Run(model, calm, duration=10.0, controller=meltemi.ConstantController(), start=start, channels=["azimuth"])
     )
     probe, whole, inside = Case(model, calm), [], []
     modes = View(GearModes, model.rotor.gear_modes)
@@ -300,7 +301,7 @@ def test_lanes_give_what_floats_give(geared: Turbine, kind: str) -> None:
     for numbers in ("floats", "lanes"):
         model = meltemi.build(geared, ModelOptions(drivetrain=kind))
         wind = meltemi.TurbulentWind(speed=12.0, intensity=0.16)
-        run = Simulation(model, wind, duration=20.0, channels=[*GEAR_LOADS, "yaw_moment_x"], numbers=numbers)  # type: ignore[arg-type]
+        run = Simulation(Run(model, wind, duration=20.0, channels=[*GEAR_LOADS, "yaw_moment_x"]), numbers=numbers)  # type: ignore[arg-type]
         while not run.finished:
             run.advance(1000)
         found.append(run.result().data)
@@ -331,7 +332,7 @@ def test_derivatives_go_through_the_gears(geared: Turbine) -> None:
         "controller": meltemi.ConstantController(),
     }
     path = "structure.shaft_stiffness"
-    exact = meltemi.sensitivity(model, wind, [path], **given).slopes[..., 0]
+    exact = meltemi.sensitivity(meltemi.Run(model, wind, **given), [path]).slopes[..., 0]
     value = model.parameter(path)
     h = 1e-5 * value
     runs = [simulate(model.with_parameters(**{path: value + x}), wind, **given).data for x in (h, -h)]

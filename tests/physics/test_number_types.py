@@ -15,6 +15,7 @@ from meltemi.aero.tables import AeroMemory, AeroOptions, BladeFlow
 from meltemi.maths.records import Kind
 from meltemi.simulation import linear
 from meltemi.simulation.case import Case
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, model_channels
 
 Float = NDArray[np.float64]
@@ -156,7 +157,7 @@ def compared(turbine: Turbine, speed: float, duration: float, options: dict[str,
     wind = turbulent(speed, 0.16, duration)
     found = []
     for numbers in ("floats", "lanes"):
-        run = Simulation(model, wind, duration=duration, channels=["all"], numbers=numbers)
+        run = Simulation(Run(model, wind, duration=duration, channels=["all"]), numbers=numbers)
         while not run.finished:
             run.advance(1000)
         result = run.result()

@@ -336,7 +336,7 @@ def test_a_plain_python_controller_runs_it_and_repeats_bit_by_bit(model: Model) 
 
 def test_a_batch_takes_models_and_what_makes_them(model: Model) -> None:
     cases = [
-        meltemi.BatchCase(made, SteadyWind(speed=9.0), 2.0, name=name)
+        meltemi.Run(made, SteadyWind(speed=9.0), duration=2.0, name=name)
         for name, made in (("model", model), ("function", lambda: model))
     ]
     for outcome in meltemi.simulate_batch(cases):
@@ -447,10 +447,10 @@ def test_derivatives_of_a_run_are_those_of_differences() -> None:
     model, wind = build(turbine), gusty(7.5)
     names = ["disk.inertia", "aerodynamics.air_density", "pitch_offset", "turbine.drivetrain.friction"]
     arguments: dict[str, Any] = {"duration": 20.0, "channels": ["rotor_speed", "generator_power"]}
-    found = meltemi.sensitivity(model, wind, names, **arguments)
+    found = meltemi.sensitivity(meltemi.Run(model, wind, **arguments), names)
     for k, name in enumerate(names):
         given = 1e-2 if "friction" in name else None
-        low, high, step = meltemi.differences(model, wind, name, step=given, **arguments)
+        low, high, step = meltemi.differences(meltemi.Run(model, wind, **arguments), name, step=given)
         difference = (high.data - low.data) / (2.0 * step)
         error = np.abs(found.slopes[..., k] - difference).max(axis=0)
         assert (error < 3e-5 * np.abs(difference).max(axis=0)).all(), name

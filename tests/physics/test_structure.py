@@ -171,7 +171,9 @@ def energy_range(turbine: Turbine, blades: int, time_step: float) -> float:
     model = meltemi.build(described, options).with_parameters(**{"aerodynamics.air_density": 0.0})
     start = Start(rotor_speed=1.267, coordinates={"blade 1 1st flap": 2.0, "tower 1st side-side": 0.3, "yaw": 0.001})
     run = meltemi.Simulation(
-        model, CALM, duration=20.0, controller=meltemi.ConstantController(), start=start, channels=["azimuth"]
+        meltemi.Run(
+            model, CALM, duration=20.0, controller=meltemi.ConstantController(), start=start, channels=["azimuth"]
+        )
     )
     probe, energy = Case(model, CALM), []
     run.advance(1)

@@ -123,11 +123,11 @@ def test_linear_models_know_the_density(turbine: Turbine) -> None:
 @pytest.mark.long
 def test_derivatives_in_air_of_a_weather(turbine: Turbine) -> None:
     """The same numbers as at the density of that weather, and unharmed by one that changes."""
-    arguments = {"parameters": ["controller.gain_halving_pitch", "structure.hub_mass"], "duration": 2.0}
+    parameters = ["controller.gain_halving_pitch", "structure.hub_mass"]
     gust = SteadyWind(speed=14.0)
     by_air, by_density, changing = (
-        meltemi.sensitivity(meltemi.build(turbine, environment=environment), gust, **arguments)
-        for environment in (
+        meltemi.sensitivity(meltemi.Run(meltemi.build(turbine, environment=each), gust, duration=2.0), parameters)
+        for each in (
             Environment(air=Air(temperature=30.0)),
             Environment(air_density=float(air_density(30.0))),
             Environment(air=Air(temperature=TimeSeries(time=[0.0, 2.0], value=[30.0, 30.0 + 1e-9]))),

@@ -14,6 +14,7 @@ from meltemi.control import signals as s
 from meltemi.control.actuators import yaw_advance
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
+from meltemi.simulation.run import Run
 from meltemi.studies.sensitivity import differences
 
 Float = NDArray[np.float64]
@@ -212,10 +213,10 @@ def test_lanes_and_floats_agree_with_everything_on(turbine: Turbine) -> None:
     model = meltemi.build(turbine.replace(**FULL), ModelOptions(yaw="driven"))
     runs = []
     for numbers in ("floats", "lanes"):
-        run = meltemi.Simulation(
+        run = meltemi.Simulation(meltemi.Run(
             model, SteadyWind(speed=14.0, direction=0.25, shear_exponent=0.2), duration=30.0, channels=CHANNELS,
-            controller=YawController(model.turbine, ACTIVE), numbers=numbers,  # type: ignore[arg-type]
-        )  # fmt: skip
+            controller=YawController(model.turbine, ACTIVE),  # type: ignore[arg-type]
+        ), numbers=numbers)  # fmt: skip
         run.advance(run.n_steps)
         runs.append(run.result().data)
     assert np.ptp(runs[0][:, 0]) > 0.1
@@ -238,9 +239,9 @@ def test_derivatives_through_drive_brake_and_friction(turbine: Turbine, kind: An
         "channels": ["nacelle_yaw", "yaw_moment_z"],
         "controller": controller,
     }
-    found = meltemi.sensitivity(model, parameters=parameters, **arguments)
+    found = meltemi.sensitivity(meltemi.Run(model, **arguments), parameters=parameters)
     for k, name in enumerate(parameters):
-        low, high, step = differences(model=model, parameter=name, **arguments)
+        low, high, step = differences(Run(model=model, **arguments), parameter=name)
         slope = (high.data - low.data) / (2.0 * step)
         size = np.abs(slope).max(axis=0)
         assert size[0] > 0.0, name

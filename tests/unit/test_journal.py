@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from meltemi import BatchCase, InputError, Start, SteadyWind, build, load_turbine
+from meltemi import InputError, Run, Start, SteadyWind, build, load_turbine
 from meltemi.simulation.result import Result
 from meltemi.studies.journal import (
     FOLDER,
@@ -30,9 +30,9 @@ from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
 from meltemi_papers.study import drawn, failed_chapters, tabled
 
 
-def cases(speeds: tuple[float, ...] = (8.0, 9.0, 10.0)) -> list[BatchCase]:
+def cases(speeds: tuple[float, ...] = (8.0, 9.0, 10.0)) -> list[Run]:
     model = build(load_turbine("pmsg20mw"))
-    return [BatchCase(model, SteadyWind(speed=v), 1.0, name=f"{v:g} m/s") for v in speeds]
+    return [Run(model, SteadyWind(speed=v), duration=1.0, name=f"{v:g} m/s") for v in speeds]
 
 
 def count(ran: list[str], fails: str = "", interrupted: str = ""):  # type: ignore[no-untyped-def]
@@ -84,8 +84,8 @@ def test_what_has_changed_is_computed_anew(tmp_path: Path, change: str) -> None:
     end_early(tmp_path, lambda: attempt("part", cells, cases(), workers=1))
     model = build(load_turbine("pmsg20mw").replace(**{"drivetrain.rotor_inertia": 3.0e9}))
     other = {
-        "turbine": [BatchCase(model, SteadyWind(speed=8.0), 1.0, name="8 m/s")],
-        "wind": [BatchCase(c.model, SteadyWind(speed=8.5), 1.0, name=c.name) for c in cases((8.0,))],
+        "turbine": [Run(model, SteadyWind(speed=8.0), duration=1.0, name="8 m/s")],
+        "wind": [Run(c.model, SteadyWind(speed=8.5), duration=1.0, name=c.name) for c in cases((8.0,))],
     }
     with journal(tmp_path, "another" if change == "inputs" else "study") as book:
         attempt("elsewhere" if change == "place" else "part", cells, other.get(change, cases()), workers=1)
@@ -182,7 +182,7 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
         later = attempt("run", lambda: start.pitch + 1.0)
         assert later.why == "start at 25 m/s: no steady operation"
         assert list(book.failed) == ["powers: 9 m/s", "start at 25 m/s"]
-        case = BatchCase(cases()[0].model, SteadyWind(speed=8.0), 1.0, start=start, name="without a start")
+        case = Run(cases()[0].model, SteadyWind(speed=8.0), duration=1.0, start=start, name="without a start")
         assert cells([case])[0].why == "without a start: start at 25 m/s: no steady operation"
 
         fine = claim_group("one", "", lambda: [Claim("one", "1", "1", "holds", "Fig. 1")])
@@ -209,7 +209,7 @@ def test_an_error_of_the_program_is_no_failed_cell(tmp_path: Path) -> None:
 def test_doubtful_runs_count_are_listed_and_are_taken_over(tmp_path: Path) -> None:
     model = build(load_turbine("pmsg20mw"))
     fast = Start(rotor_speed=1.6 * 0.75)
-    runaway = BatchCase(model, SteadyWind(speed=9.0), 1.0, start=fast, name="runaway")
+    runaway = Run(model, SteadyWind(speed=9.0), duration=1.0, start=fast, name="runaway")
     ran: list[str] = []
     end_early(tmp_path, lambda: cells([runaway], reduce=count(ran), workers=1))
     with journal(tmp_path, "study") as book:

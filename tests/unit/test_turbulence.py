@@ -232,7 +232,7 @@ def test_a_field_that_does_not_fit_into_memory_is_refused() -> None:
 def test_runs_share_a_field_and_a_described_wind_makes_the_same(turbine: Turbine, model: meltemi.Model) -> None:
     wind = described(points=9)
     box = generate_field(wind, turbine, 2.0)
-    runs = [meltemi.Simulation(model, w, duration=2.0) for w in (box, box, wind)]
+    runs = [meltemi.Simulation(meltemi.Run(model, w, duration=2.0)) for w in (box, box, wind)]
     assert runs[0].case["box"] is runs[1].case["box"] is box.velocity
     np.testing.assert_array_equal(runs[2].case["box"], box.velocity)
     digest = hashlib.sha256(runs[2].wind.velocity.data).hexdigest()  # type: ignore[union-attr]

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from meltemi import BatchCase, InputError, YawProtection, build, load_turbine, yaw_threshold
+from meltemi import InputError, Run, YawProtection, build, load_turbine, yaw_threshold
 from meltemi.app.cli import app
 from meltemi.studies.journal import Lost, LostError
 from meltemi_papers.wang2021.beyond.grid import Found, Grid
@@ -52,7 +52,7 @@ def test_base_points_lie_where_a_load_reaches_its_limit() -> None:
 def test_a_failed_run_limits_its_own_yaw_error_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """Not the load limit, which would become infinite and allow everything."""
 
-    def found(cases: list[BatchCase], **_: object) -> list[object]:
+    def found(cases: list[Run], **_: object) -> list[object]:
         loads = dict.fromkeys(JUDGED, 1.0)
         return [
             Lost("no start") if c.name in ("etm 8 m/s 8 deg seed 1", "ntm 8 m/s 60 deg seed 1") else loads

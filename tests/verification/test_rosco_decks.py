@@ -217,7 +217,9 @@ def test_no_node_is_caught_in_a_second_solution(rosco_cases: Path, tmp_path: Pat
         settings = edit_discon(settings, tmp_path / "DISCON.IN", LoggingLevel=0)
         controller = meltemi.BladedController(deck.turbine, meltemi.find_rosco(), settings)
     wind = TurbulentWind(speed=7.0, intensity=0.16, seed=1)
-    run = meltemi.Simulation(model, wind, duration=70.0, controller=controller, channels=["induction_residual"])
+    run = meltemi.Simulation(
+        meltemi.Run(model, wind, duration=70.0, controller=controller, channels=["induction_residual"])
+    )
     axial, lowest = View(BladeFlow, run.case["flow"])["axial"], 1.0
     while not run.finished:
         run.advance(20)

@@ -21,7 +21,7 @@ from meltemi.control.controller import Controller
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.units import display
-from meltemi.loadcases.batch import BatchCase, Outcome
+from meltemi.loadcases.batch import Outcome
 from meltemi.postprocess.bands import Ceiling, ceiling, harmonic_bands
 from meltemi.postprocess.ensemble import EnsembleTable, Estimate, ensemble_table, mean_interval, travel
 from meltemi.postprocess.fatigue import damage_equivalent_load
@@ -29,6 +29,7 @@ from meltemi.postprocess.spectra import RESOLUTION, PowerSpectrum, average_spect
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
 from meltemi.studies.journal import SizedCases, current, resumed
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulence.field import AnyWind, realised
@@ -284,11 +285,13 @@ def compare(
     channels = [name for name in CHANNELS if not (name[-1] == "3" and model.n_blades < 3)] + flaps
     names = [f"{k}:{scheme}" for k in range(len(winds)) for scheme in controllers]
 
-    def cases() -> Iterator[BatchCase]:
+    def cases() -> Iterator[Run]:
         for k, wind in enumerate(winds):
             shared = _Shared(wind, model, duration, len(controllers))
             for scheme, controller in controllers.items():
-                yield BatchCase(model, shared, duration, controller=controller, channels=channels, name=f"{k}:{scheme}")
+                yield Run(
+                    model, shared, duration=duration, controller=controller, channels=channels, name=f"{k}:{scheme}"
+                )
 
     done: dict[int, int] = {}
     lock = threading.Lock()

@@ -31,8 +31,9 @@ import platformdirs
 
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import MeltemiError, Status
-from meltemi.loadcases.batch import BatchCase, Outcome, interruptible_batch
+from meltemi.loadcases.batch import Batch, Outcome
 from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
 
 T = TypeVar("T")
 HOUSE = "meltemi"
@@ -96,7 +97,7 @@ class Journal:
         """Number of stored runs of this study."""
         return 0 if self._folder is None else len(list(self._folder.glob(f"{self._study}-*")))
 
-    def file_of(self, name: str, case: BatchCase) -> Path | None:
+    def file_of(self, name: str, case: Run) -> Path | None:
         """File for the value of a case; None without a folder."""
         if self._folder is None:
             return None
@@ -227,7 +228,7 @@ def survivors(values: Iterable[T]) -> list[T]:
 
 
 def cells(
-    cases: Iterable[BatchCase],
+    cases: Iterable[Run],
     *,
     reduce: Callable[[Result], Any] | None = None,
     workers: int | None = None,
@@ -250,7 +251,7 @@ def cells(
 
 
 def resumed(
-    cases: Iterable[BatchCase],
+    cases: Iterable[Run],
     *,
     reduce: Callable[[Result], Any] | None = None,
     workers: int | None = None,
@@ -265,7 +266,7 @@ def resumed(
     there: dict[str, Outcome] = {}
     files: dict[str, Path | None] = {}
 
-    def left() -> Iterator[BatchCase]:
+    def left() -> Iterator[Run]:
         for i, case in enumerate(cases, start=1):
             name = case.name or f"case_{i:04d}"
             missing = next((x for f in fields(case) if isinstance(x := getattr(case, f.name), Lost)), None)
@@ -291,26 +292,27 @@ def resumed(
         assert progress is not None
         progress(min(share + len(there) / max(_length(cases), 1), 1.0))
 
-    found, interrupted = interruptible_batch(
+    batch = Batch(
         SizedCases(left, _length(cases)), reduce=entered, workers=workers, progress=told if progress else None
     )
-    if interrupted or any(outcome.status is Status.INTERRUPTED for outcome in found):
+    found = batch.run()
+    if batch.interrupted or any(outcome.status is Status.INTERRUPTED for outcome in found):
         raise KeyboardInterrupt
     there |= {outcome.name: outcome for outcome in found}
     return [there[name] for name in files]
 
 
-def _length(cases: Iterable[BatchCase]) -> int:
+def _length(cases: Iterable[Run]) -> int:
     return len(cases) if isinstance(cases, Sized) else 0
 
 
 class SizedCases:
     """A generator of known length, so that progress can be reported as a fraction."""
 
-    def __init__(self, make: Callable[[], Iterator[BatchCase]], length: int) -> None:
+    def __init__(self, make: Callable[[], Iterator[Run]], length: int) -> None:
         self.make, self.length = make, length
 
-    def __iter__(self) -> Iterator[BatchCase]:
+    def __iter__(self) -> Iterator[Run]:
         return self.make()
 
     def __len__(self) -> int:

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.site import Environment
-from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.bins import EDGES, bin_statistics, result_statistics
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, LostError, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
@@ -114,7 +114,7 @@ def simulate_bins(
     # one a bin, not one a seed
     starts = {k: attempt(f"steady operation, bin {k}", operating_point, model, wind) for k, wind in winds.items()}
     cases = [
-        BatchCase(
+        Run(
             model=model,
             wind=bin_wind(row, seed),
             duration=TRANSIENT + period,

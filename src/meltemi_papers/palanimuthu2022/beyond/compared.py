@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
 from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
 from meltemi.studies.journal import Lost, LostError, cells
 from meltemi_papers.study import Progress
 
@@ -39,7 +39,7 @@ def compared(
     seeds: Sequence[int],
     questions: Sequence[Question],
     schemes: Sequence[str],
-    of_seed: Callable[[int], Iterable[BatchCase]],
+    of_seed: Callable[[int], Iterable[Run]],
     quantities: Callable[[Result], dict[str, float]],
     slopes: Mapping[str, float],
     *,

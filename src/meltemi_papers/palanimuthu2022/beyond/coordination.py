@@ -22,7 +22,6 @@ from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
 from meltemi.environment.grid import PowerGrid
-from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.ensemble import EnsembleTable, travel
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.ensemble_tables import scheme_rows
@@ -33,6 +32,7 @@ from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.tuning import tune_ipc
 from meltemi.turbine.definition import Turbine
@@ -175,13 +175,13 @@ def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
     start, laws = operating_point(model, setup.speed), controllers(model, performance_of(turbine))
     duration = setup.begin + setup.length
 
-    def cases(seed: int) -> Iterator[BatchCase]:
+    def cases(seed: int) -> Iterator[Run]:
         wind = turning_wind(turbine, setup, seed)
         for level in setup.levels:
             given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start}
             given["grid"] = PowerGrid(power_reference=level * turbine.rated_power)
             for name in CANDIDATES:
-                yield BatchCase(model, wind, duration, laws[name], name=f"{level:g} {name}", **given)
+                yield Run(model, wind, duration=duration, controller=laws[name], name=f"{level:g} {name}", **given)
 
     return compared(
         setup.seeds,

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, attempt, cells, survivors
 from meltemi.wind.fields import SteadyWind
@@ -115,7 +115,7 @@ def find_limits(
         for v, e in places
     }
     cases = [
-        BatchCase(
+        Run(
             model=model,
             wind=(ntm if kind == "ntm" else etm)(speed, WIND_CLASS, seed=seed, direction=angle),
             duration=LEAD + length,

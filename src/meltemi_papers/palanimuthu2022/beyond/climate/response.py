@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from meltemi.environment.rain import Rain
 from meltemi.environment.site import STANDARD, Environment
-from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import OperatingPoint, operating_point
 from meltemi.studies.journal import Lost, LostError, cells
 from meltemi.turbine.definition import Turbine
@@ -148,10 +148,10 @@ def respond(
         progress(0.05 + 0.95 * done / len(winds), f"{v:g} m/s, seed {seed}")
         wind = generate_field(ntm(v, "IB", seed=seed, points=setup.points), turbine, duration)
         cases = [
-            BatchCase(
+            Run(
                 model,
                 wind,
-                duration,
+                duration=duration,
                 channels=channels,
                 start=starts[key][setup.speeds.index(v)],
                 name=f"{key[0]}, {key[1]:g}",
