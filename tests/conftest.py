@@ -40,7 +40,7 @@ def model(turbine: Turbine) -> Model:
 @pytest.fixture(scope="session")
 def geared(turbine: Turbine) -> Turbine:
     """The same with a gearbox of two planetary stages and a parallel one, sized for its rated torque."""
-    gearbox = meltemi.size_gearbox(ratio=turbine.drivetrain.gear_ratio, rated_torque=4.18e6)
+    gearbox = meltemi.turbine.size_gearbox(ratio=turbine.drivetrain.gear_ratio, rated_torque=4.18e6)
     return turbine.replace(**{"drivetrain.gearbox": gearbox})
 
 

@@ -35,7 +35,7 @@ from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
 
 CHANNELS = (
@@ -314,7 +314,7 @@ def timed_field(name: str) -> dict[str, float]:
     """Time to generate a turbulent field, the fastest of several, and peak memory of the process, field included."""
     points, settings = FIELDS[name]
     step = 151.2 / (points - 1)
-    grid = Grid(points_y=points, points_z=points, dy=step, dz=step, bottom=14.4, hub_height=90.0)
+    grid = WindGrid(points_y=points, points_z=points, dy=step, dz=step, bottom=14.4, hub_height=90.0)
     wind = TurbulentWind(speed=12.0, intensity=0.14, dt=FIELD_STEP, periodic=True, **settings)
     generate_field(wind, grid, 10.0)  # compiles
     best = float("inf")

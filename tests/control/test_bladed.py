@@ -138,7 +138,7 @@ def test_brake_yaw_and_flaps(make: Any, model: Model) -> None:
     assert last_demands(model, make())[s.BRAKE] == 0.0
     assert last_demands(model, make("brake"))[s.BRAKE] == 1.0
     assert last_demands(model, make("yaw"))[s.YAW_RATE_DEMAND] == np.float32(0.004)
-    flapped = meltemi.build(meltemi.with_flaps(model.turbine))
+    flapped = meltemi.build(meltemi.turbine.with_flaps(model.turbine))
     demands = last_demands(flapped, make("flap", model=flapped))
     assert demands[s.FLAP_DEMAND] == pytest.approx(math.radians(5.0))
     assert demands[s.FLAP_DEMAND + 1] == 0.0
@@ -338,4 +338,4 @@ def test_rosco_is_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("meltemi.control.bladed.rosco.distribution", missing)
     with pytest.raises(meltemi.InputError, match="pip install --no-deps"):
-        meltemi.find_rosco()
+        meltemi.control.find_rosco()

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import meltemi
-from meltemi import Controller, InputError, Model, Turbine, build, design_controllers
+from meltemi import Controller, InputError, Model, Turbine, build
+from meltemi.analysis import design_controllers
 from meltemi.studies import schemes, tuning
 from meltemi.studies.scheme_names import FLAP_1P, FLAP_2P, PITCH_1P, PITCH_2P, SCHEMES, check_schemes, label
 from meltemi.studies.schemes import equipped

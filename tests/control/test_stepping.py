@@ -9,16 +9,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import (
-    Controller,
-    InputError,
-    Model,
-    Simulation,
-    StartPoint,
-    Status,
-    SteadyWind,
-    simulate,
-)
+from meltemi import Controller, InputError, Model, Simulation, Status, SteadyWind, simulate
+from meltemi.control import StartPoint
 from meltemi.control import signals as s
 from meltemi.simulation.run import Run
 

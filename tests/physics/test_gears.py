@@ -135,7 +135,7 @@ def test_linear_model_has_the_modes_of_the_chain(geared: Turbine) -> None:
     options = ModelOptions(drivetrain="multibody", locked=("tower", "yaw", "blades"), inflow="quasi_steady")
     model = meltemi.build(undamped, options, Environment(gravity=0.0))
     point = meltemi.operating_point(model, 9.0)
-    found = meltemi.linearise(model, point, (), ("main_shaft_torque",))
+    found = meltemi.analysis.linearise(model, point, (), ("main_shaft_torque",))
     assert sum(name.startswith("q gear mode") for name in found.states) == 8
     r, d = reduced(gear_train(undamped.drivetrain)), undamped.drivetrain
     # the rotor's inertia as the equations have it: what is in the core's mass matrix beyond generator and gears
@@ -332,7 +332,7 @@ def test_derivatives_go_through_the_gears(geared: Turbine) -> None:
         "controller": meltemi.ConstantController(),
     }
     path = "structure.shaft_stiffness"
-    exact = meltemi.sensitivity(meltemi.Run(model, wind, **given), [path]).slopes[..., 0]
+    exact = meltemi.analysis.sensitivity(meltemi.Run(model, wind, **given), [path]).slopes[..., 0]
     value = model.parameter(path)
     h = 1e-5 * value
     runs = [simulate(model.with_parameters(**{path: value + x}), wind, **given).data for x in (h, -h)]

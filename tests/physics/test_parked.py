@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import InputError, Model, ModelOptions, Result, Start, SteadyWind, Turbine, parked_point, simulate
+from meltemi import InputError, Model, ModelOptions, Result, Start, SteadyWind, Turbine, simulate
+from meltemi.analysis import parked_point
 from meltemi.loadcases.case import case_controller, case_start, read_case
 from meltemi.simulation.case import Case
 

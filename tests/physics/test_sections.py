@@ -151,7 +151,7 @@ def test_a_rotor_that_idles_across_the_wind_has_no_wake(turbine: Turbine) -> Non
 
 
 def test_what_is_no_number_stays_inside_the_tables(turbine: Turbine) -> None:
-    wind = meltemi.generate_field(meltemi.TurbulentWind(speed=10.0, intensity=0.1, points=5), turbine, 1.0)
+    wind = meltemi.wind.generate_field(meltemi.TurbulentWind(speed=10.0, intensity=0.1, points=5), turbine, 1.0)
     case = Case(meltemi.build(turbine), wind)
     Start(rotor_speed=1.0).put(case)
     case["q"][:] = np.nan

@@ -199,7 +199,7 @@ def test_energy_is_kept_with_a_mass_at_the_tower_top(turbine: Turbine) -> None:
 
 
 def test_energy_is_kept_with_ice_on_one_blade(turbine: Turbine) -> None:
-    assert energy_range(meltemi.with_ice(turbine, meltemi.Icing(blades=(2,))), 3, 0.005) < 5e-3
+    assert energy_range(meltemi.turbine.with_ice(turbine, meltemi.turbine.Icing(blades=(2,))), 3, 0.005) < 5e-3
 
 
 def test_section_loads_agree_with_the_springs_they_pass_through(turbine: Turbine) -> None:

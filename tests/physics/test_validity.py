@@ -53,8 +53,8 @@ def test_overspeed_deflection_and_tower(overspeed: Result) -> None:
 def test_findings_stand_wherever_the_result_goes(overspeed: Result, model: Model, tmp_path: Path) -> None:
     assert f"{overspeed.status}" == str(overspeed.status) == "DOUBTFUL"
     assert "DOUBTFUL; rotor faster" in repr(overspeed)
-    path = meltemi.write_netcdf(overspeed, tmp_path / "result.nc")
-    again = meltemi.read_netcdf(path)
+    path = meltemi.io.write_netcdf(overspeed, tmp_path / "result.nc")
+    again = meltemi.io.read_netcdf(path)
     assert again.status is Status.DOUBTFUL
     assert again.findings == overspeed.findings
     assert overspeed.to_xarray().attrs["status_name"] == "DOUBTFUL"

@@ -9,13 +9,14 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawControl, YawController, simulate
+from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawController, simulate
+from meltemi.control import YawControl
 from meltemi.control import signals as s
 from meltemi.control.actuators import yaw_advance
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.run import Run
-from meltemi.studies.sensitivity import differences
+from meltemi.studies.sensitivity import finite_difference_runs
 
 Float = NDArray[np.float64]
 ALL_BUT_YAW = ("tower", "generator", "drivetrain", "blades")
@@ -239,9 +240,9 @@ def test_derivatives_through_drive_brake_and_friction(turbine: Turbine, kind: An
         "channels": ["nacelle_yaw", "yaw_moment_z"],
         "controller": controller,
     }
-    found = meltemi.sensitivity(meltemi.Run(model, **arguments), parameters=parameters)
+    found = meltemi.analysis.sensitivity(meltemi.Run(model, **arguments), parameters=parameters)
     for k, name in enumerate(parameters):
-        low, high, step = differences(Run(model=model, **arguments), parameter=name)
+        low, high, step = finite_difference_runs(Run(model=model, **arguments), parameter=name)
         slope = (high.data - low.data) / (2.0 * step)
         size = np.abs(slope).max(axis=0)
         assert size[0] > 0.0, name

@@ -60,7 +60,7 @@ def parked() -> dict[str, dict[str, float]]:
 
 
 def modes() -> dict[str, dict[str, float]]:
-    found = meltemi.natural_modes(meltemi.build(meltemi.load_turbine("nrel5mw")))
+    found = meltemi.analysis.natural_modes(meltemi.build(meltemi.load_turbine("nrel5mw")))
     return {f"mode {i}": {"frequency": m.frequency, "damping": m.damping} for i, m in enumerate(found)}
 
 

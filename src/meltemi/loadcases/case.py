@@ -24,12 +24,12 @@ from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
-from meltemi.simulation.model import Stations
 from meltemi.simulation.channels import DEFAULT
-from meltemi.simulation.rotors import build
 from meltemi.simulation.events import Event, Happening, conflict
+from meltemi.simulation.model import Stations
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
+from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.turbine.electrical import size_electrical

@@ -46,7 +46,7 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.simulation.validity import found
-from meltemi.turbine.plausibility import plausibility
+from meltemi.turbine.plausibility import plausibility_warnings
 from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
 from meltemi.wind.turbulence.field import realised
 
@@ -142,11 +142,11 @@ class Simulation:
         if run.controller is None and grid is not None and grid.power_reference is not None:
             raise InputError(
                 "grid: power_reference is given, but the baseline controller does not follow it: "
-                "give controller=meltemi.PowerController(turbine, meltemi.performance_of(turbine)) or one of your own"
+                "give controller=meltemi.PowerController(turbine, meltemi.analysis.performance_of(turbine)) or one of your own"
             )
         began, compiled = clock_time.perf_counter(), compile_seconds()
         described = run.wind() if callable(run.wind) else run.wind
-        self._noticed = [*plausibility(turbine), *unusual(described)]
+        self._noticed = [*plausibility_warnings(turbine), *unusual(described)]
         if run.controller is None:
             self._noticed += ignored(self.events)
         wind = realised(described, turbine, duration)

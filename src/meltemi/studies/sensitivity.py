@@ -47,7 +47,7 @@ RELATIVE_STEP = 1e-4
 OFFSET_STEP = 1e-5
 """[rad] the same for pitch offsets, which are usually zero."""
 DIFFERENCE_STEP = 1e-3
-"""Step of :func:`differences` over that: with a larger step the kinks of piecewise linear polars and wind boxes appear
+"""Step of :func:`finite_difference_runs` over that: with a larger step the kinks of piecewise linear polars and wind boxes appear
 in a difference, with a smaller one rounding errors."""
 TABLE_STEP = 1e-3
 """Relative change of the turbine for differences of the model's tables."""
@@ -189,7 +189,7 @@ def _settled(run: Run) -> tuple[Run, Model[Any], Controller, StartPoint]:
     return held, model, controller, first_point(model, wind, start)
 
 
-def differences(run: Run, parameter: str, *, step: float | None = None) -> tuple[Result, Result, float]:
+def finite_difference_runs(run: Run, parameter: str, *, step: float | None = None) -> tuple[Result, Result, float]:
     """The runs with a parameter one step below and above, and the step: what derivatives are checked with.
 
     Args:
