@@ -327,12 +327,12 @@ def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
 def timed_field(name: str) -> dict[str, float]:
     """Seconds that a turbulent field takes, the fastest of some, and the peak memory of the process, field included."""
     from meltemi.wind.turbulence.field import generate_field
-    from meltemi.wind.turbulence.grid import Grid
+    from meltemi.wind.turbulence.grid import WindGrid
     from meltemi.wind.turbulent import TurbulentWind
 
     points, settings = FIELDS[name]
     step = 151.2 / (points - 1)
-    grid = Grid(points_y=points, points_z=points, dy=step, dz=step, bottom=14.4, hub_height=90.0)
+    grid = WindGrid(points_y=points, points_z=points, dy=step, dz=step, bottom=14.4, hub_height=90.0)
     wind = TurbulentWind(speed=12.0, intensity=0.14, dt=FIELD_STEP, periodic=True, **settings)
     generate_field(wind, grid, 10.0)  # compiles
     best = float("inf")

@@ -26,7 +26,7 @@ WIND = SteadyWind(speed=11.0)
 
 def box() -> meltemi.WindBox:
     wind = meltemi.TurbulentWind(speed=11.0, intensity=0.14)
-    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), 5.0)
+    return meltemi.wind.generate_field(wind, meltemi.load_turbine("nrel5mw"), 5.0)
 
 
 def read_only_box() -> meltemi.WindBox:
@@ -82,7 +82,7 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
     ),
     "gearbox": lambda t: simulate(
         meltemi.build(
-            t.replace(**{"drivetrain.gearbox": meltemi.size_gearbox(ratio=97.0, rated_torque=4e6)}),
+            t.replace(**{"drivetrain.gearbox": meltemi.turbine.size_gearbox(ratio=97.0, rated_torque=4e6)}),
             ModelOptions(drivetrain="multibody"),
         ),
         WIND,
@@ -103,7 +103,7 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
     ),
     "corrections": lambda t: simulate(meltemi.build(t, ModelOptions(corrections=2)), WIND, duration=1.0),
     "modes of the machine": lambda t: natural_modes(meltemi.build(t)),
-    "performance": lambda t: meltemi.rotor_performance(t, [7.0], [0.0]),
+    "performance": lambda t: meltemi.analysis.rotor_performance(t, [7.0], [0.0]),
 }
 
 

@@ -32,7 +32,7 @@ def make(library: Path, model: Model, tmp_path: Path) -> Any:
     def maker(what: str = "", model: Model = model, **more: Any) -> Controller:
         order = tmp_path / f"{what.replace(' ', '_') or 'plain'}.in"
         order.write_text(what)
-        return meltemi.bladed_controller(model.turbine, library, order, **more)
+        return meltemi.control.BladedController(model.turbine, library, order, **more)
 
     return maker
 
@@ -138,7 +138,7 @@ def test_brake_yaw_and_flaps(make: Any, model: Model) -> None:
     assert last_demands(model, make())[s.BRAKE] == 0.0
     assert last_demands(model, make("brake"))[s.BRAKE] == 1.0
     assert last_demands(model, make("yaw"))[s.YAW_RATE_DEMAND] == np.float32(0.004)
-    flapped = meltemi.build(meltemi.with_flaps(model.turbine))
+    flapped = meltemi.build(meltemi.turbine.with_flaps(model.turbine))
     demands = last_demands(flapped, make("flap", model=flapped))
     assert demands[s.FLAP_DEMAND] == pytest.approx(math.radians(5.0))
     assert demands[s.FLAP_DEMAND + 1] == 0.0
@@ -271,20 +271,20 @@ def test_a_child_ends_with_its_parent(library: Path) -> None:
 def test_bad_input_says_what_to_do(library: Path, model: Model, tmp_path: Path) -> None:
     turbine = model.turbine
     with pytest.raises(meltemi.InputError, match="did you mean 'libdiscon.so'"):
-        meltemi.bladed_controller(turbine, library.with_name("libdiscom.so"))
+        meltemi.control.BladedController(turbine, library.with_name("libdiscom.so"))
     with pytest.raises(meltemi.InputError, match="input file .*DISCON.IN: no such file"):
-        meltemi.bladed_controller(turbine, library, tmp_path / "DISCON.IN")
+        meltemi.control.BladedController(turbine, library, tmp_path / "DISCON.IN")
     with pytest.raises(meltemi.InputError, match="timeout must be"):
-        meltemi.bladed_controller(turbine, library, timeout=math.nan)
+        meltemi.control.BladedController(turbine, library, timeout=math.nan)
     with pytest.raises(meltemi.InputError, match="no folder"):
-        meltemi.bladed_controller(turbine, library, folder=tmp_path / "nowhere")
+        meltemi.control.BladedController(turbine, library, folder=tmp_path / "nowhere")
     with pytest.raises(meltemi.InputError, match=r"expected a shared library .* with the function CONTROL") as wrong:
-        run(model, meltemi.bladed_controller(turbine, library, procedure="CONTROL"))
+        run(model, meltemi.control.BladedController(turbine, library, procedure="CONTROL"))
     assert "undefined symbol" in str(wrong.value) or "CONTROL" in str(wrong.value)
     text = tmp_path / "text.so"
     text.write_text("no library")
     with pytest.raises(meltemi.InputError, match=r"text.so: cannot be used as a controller library"):
-        run(model, meltemi.bladed_controller(turbine, text))
+        run(model, meltemi.control.BladedController(turbine, text))
     assert not children()
 
 
@@ -338,4 +338,4 @@ def test_rosco_is_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("meltemi.control.bladed.rosco.distribution", missing)
     with pytest.raises(meltemi.InputError, match="pip install --no-deps"):
-        meltemi.find_rosco()
+        meltemi.control.find_rosco()

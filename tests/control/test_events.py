@@ -14,7 +14,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Controller, InputError, Model, Result, Simulation, Status, SteadyWind, Turbine, fixed, simulate
+from meltemi import Controller, InputError, Model, Result, Simulation, Status, SteadyWind, Turbine, simulate
+from meltemi.control import ConstantController
 from meltemi.control import signals as s
 from meltemi.simulation.events import KINDS
 from meltemi.simulation.run import Run
@@ -51,7 +52,7 @@ def machine(turbine: Turbine) -> Model:
     """With actuators of second order, flaps and a driven yaw bearing."""
     options = meltemi.ModelOptions(yaw="driven", time_step=DT)
     turbine = turbine.replace(**{"pitch_actuator.kind": "second_order"})
-    return meltemi.build(meltemi.with_flaps(turbine, meltemi.naca64618_flap()), options)
+    return meltemi.build(meltemi.turbine.with_flaps(turbine, meltemi.turbine.naca64618_flap()), options)
 
 
 def ran(machine: Model, *events: dict[str, Any], seconds: float = 2.0, controller: Any = by_the_clock) -> Result:
@@ -228,7 +229,15 @@ def test_stepped_from_outside_and_reset(machine: Model) -> None:
     ]
     inside = ran(machine, *events, seconds=1.0)
     run = Simulation(
-        Run(machine, WIND, duration=1.0, controller=fixed(), channels=CHANNELS, output_step=DT, events=events)
+        Run(
+            machine,
+            WIND,
+            duration=1.0,
+            controller=ConstantController(),
+            channels=CHANNELS,
+            output_step=DT,
+            events=events,
+        )
     )
     state = np.zeros(1)
     for _ in range(2):
@@ -246,8 +255,8 @@ def test_stepped_from_outside_and_reset(machine: Model) -> None:
 def test_log_and_meta(machine: Model, tmp_path: Any) -> None:
     """Events and what the controller says, by time; kept in files; only what has happened."""
 
-    def log(state: Any) -> list[meltemi.LogEntry]:
-        return [meltemi.LogEntry(0.5, "supervisor", "production -> stop", "grid lost")]
+    def log(state: Any) -> list[meltemi.control.LogEntry]:
+        return [meltemi.control.LogEntry(0.5, "supervisor", "production -> stop", "grid lost")]
 
     law = Controller(by_the_clock, log=log)
     grid = {"at": 0.5, "until": 0.9, "type": "grid_loss"}
@@ -258,7 +267,7 @@ def test_log_and_meta(machine: Model, tmp_path: Any) -> None:
         ("event", "grid lost: over"),
     ]
     assert result.meta["events"] == [{"type": "grid_loss", **grid}]
-    back = meltemi.read_netcdf(meltemi.write_netcdf(result, tmp_path / "run.nc"))
+    back = meltemi.io.read_netcdf(meltemi.io.write_netcdf(result, tmp_path / "run.nc"))
     assert back.log == result.log
     run = Simulation(Run(machine, WIND, duration=1.0, events=[grid]))
     run.advance(60)
@@ -268,8 +277,8 @@ def test_log_and_meta(machine: Model, tmp_path: Any) -> None:
 
 def test_the_supervisor_notices(model: Model) -> None:
     """At the same instant; the log has the cause before what is made of it."""
-    law = meltemi.supervised(model.turbine)
-    result = simulate(model, WIND, duration=2.0, controller=law, events=[meltemi.GridLoss(at=1.0)])
+    law = meltemi.control.SupervisedController(model.turbine)
+    result = simulate(model, WIND, duration=2.0, controller=law, events=[meltemi.events.GridLoss(at=1.0)])
     cause, reaction = result.log
     assert (cause.source, reaction.source) == ("event", "supervisor")
     assert cause.time == reaction.time == 1.0 and reaction.what.endswith("emergency stop")
@@ -286,7 +295,7 @@ def test_in_a_batch(machine: Model) -> None:
             output_step=DT,
             events=events,
         )
-        for events in ((), [meltemi.GridLoss(at=0.2)], [{"at": 0.2, "type": "pitch_stuck", "blade": 4}])
+        for events in ((), [meltemi.events.GridLoss(at=0.2)], [{"at": 0.2, "type": "pitch_stuck", "blade": 4}])
     ]
     free, lost, wrong = meltemi.simulate_batch(cases, workers=1)
     assert np.flatnonzero(lost.value["generator_torque"] == 0.0)[0] == 20

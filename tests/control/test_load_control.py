@@ -15,31 +15,15 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import (
-    FeedForward,
-    HarmonicLoop,
-    InputError,
-    LoadControl,
-    LoadSensor,
-    Model,
-    Result,
-    Simulation,
-    SpeedNotch,
-    StartPoint,
-    Status,
-    SteadyWind,
-    Turbine,
-    load_control,
-    naca64618_flap,
-    simulate,
-    with_flaps,
-)
+from meltemi import InputError, Model, Result, Simulation, Status, SteadyWind, Turbine, simulate
+from meltemi.control import FeedForward, HarmonicLoop, LoadControl, LoadController, LoadSensor, SpeedNotch, StartPoint
 from meltemi.control import signals as s
 from meltemi.control.feedforward import weight, weight_settings
 from meltemi.control.filters import low_pass
 from meltemi.control.multiblade import to_blade
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
+from meltemi.turbine import naca64618_flap, with_flaps
 
 Float = NDArray[np.float64]
 DEGREE = np.pi / 180.0
@@ -77,7 +61,7 @@ class Driven:
     """A load controller on vectors, from an operating point with this collective pitch [rad]."""
 
     def __init__(self, turbine: Turbine, settings: LoadControl, *, pitch: float = 0.26, dt: float = DT) -> None:
-        self.controller, self.dt = load_control(turbine, settings), dt
+        self.controller, self.dt = LoadController(turbine, settings), dt
         reference = turbine.control.pitch.reference_speed
         torque = turbine.control.torque.rated_power / reference
         self.state = self.controller.initial_state(StartPoint(18.0, reference, pitch, torque))
@@ -131,15 +115,15 @@ def tilt_and_yaw(result: Result, harmonic: int, skip: float = 40.0) -> Float:
 
 @pytest.mark.parametrize("speed", [11.4, 18.0])
 def test_without_parts_it_is_the_baseline_to_the_bit(model: Model, speed: float) -> None:
-    wind = meltemi.generate_field(
+    wind = meltemi.wind.generate_field(
         meltemi.TurbulentWind(speed=speed, intensity=0.15, seed=2, points=9), model.turbine, 30.0
     )
     runs = [
         simulate(model, wind, duration=30.0, channels=["all"], controller=controller)
         for controller in (
-            meltemi.baseline(model.turbine.control),
-            load_control(model.turbine),
-            load_control(model.turbine, LoadControl(feedforward=FeedForward(gain=0.0))),
+            meltemi.control.BaselineController(model.turbine.control),
+            LoadController(model.turbine),
+            LoadController(model.turbine, LoadControl(feedforward=FeedForward(gain=0.0))),
         )
     ]
     assert np.array_equal(runs[0].data, runs[1].data)
@@ -199,7 +183,7 @@ def test_tower_shadow_dips_no_faster_than_the_rate_limit(turbine: Turbine) -> No
 
 def test_feedforward_on_the_machine(model: Model) -> None:
     radius = 2.0 / 3.0 * model.turbine.rotor_radius
-    controller = load_control(model.turbine, LoadControl(feedforward=FeedForward()))
+    controller = LoadController(model.turbine, LoadControl(feedforward=FeedForward()))
     result = simulate(model, WIND, duration=30.0, channels=CHANNELS[:7], controller=controller)
     pitch = np.stack([result[f"pitch_{i}"] for i in (1, 2, 3)], 1)[20:]
     mean = pitch.mean(axis=1, keepdims=True)
@@ -217,7 +201,7 @@ def machine(flap_model: Model) -> Callable[..., Result]:
     def run(*loops: HarmonicLoop, wind: SteadyWind = WIND) -> Result:
         key = (loops, wind.speed)
         if key not in found:
-            controller = load_control(flap_model.turbine, LoadControl(loops=loops))
+            controller = LoadController(flap_model.turbine, LoadControl(loops=loops))
             found[key] = simulate(flap_model, wind, duration=70.0, channels=CHANNELS, controller=controller)
             found[key].raise_for_status()
         return found[key]
@@ -268,7 +252,7 @@ def test_below_rated_pitch_rests_on_its_limit_without_wind_up(machine: Callable[
 )
 def test_loops_that_are_unstable_stay_within_the_limits(flap_model: Model, loop: HarmonicLoop) -> None:
     """The run goes on: what the actuators cannot do is not done."""
-    controller = load_control(flap_model.turbine, LoadControl(loops=(loop,)))
+    controller = LoadController(flap_model.turbine, LoadControl(loops=(loop,)))
     result = simulate(flap_model, WIND, duration=60.0, channels=CHANNELS, controller=controller)
     assert result.status is Status.OK and result.message == "" and np.all(np.isfinite(result.data))
     (warning,) = result.warnings
@@ -289,10 +273,10 @@ def test_loops_that_are_unstable_stay_within_the_limits(flap_model: Model, loop:
 
 def test_ten_times_the_gain_is_noticed(flap_model: Model) -> None:
     """1P pitch, 10 times its gain, in turbulence; a comparison passes the words on."""
-    wild = load_control(flap_model.turbine, one(PITCH, integral_gain=10.0 * PITCH_GAIN))
-    tuned = load_control(flap_model.turbine, one(PITCH))
+    wild = LoadController(flap_model.turbine, one(PITCH, integral_gain=10.0 * PITCH_GAIN))
+    tuned = LoadController(flap_model.turbine, one(PITCH))
     winds = [meltemi.TurbulentWind(speed=18.0, intensity=0.15, seed=seed, points=9) for seed in (1, 2)]
-    found = meltemi.compare(flap_model, {"tuned": tuned, "wild": wild}, winds, duration=60.0, transient=20.0)
+    found = meltemi.analysis.compare(flap_model, {"tuned": tuned, "wild": wild}, winds, duration=60.0, transient=20.0)
     (line,) = found.warnings()
     assert re.match(r"scheme 'wild' in 2 of 2 winds: pitch: demands at their limits \d\d % of the time", line)
 
@@ -302,7 +286,7 @@ def test_sound_gains_have_no_warning(flap_model: Model, speed: float, intensity:
     """Below rated the pitch rests on its lower limit nearly always, which does not count."""
     turbine = flap_model.turbine
     wind = meltemi.TurbulentWind(speed=speed, intensity=intensity, shear_exponent=0.2, seed=4, points=9)
-    law = load_control(turbine, LoadControl(loops=(PITCH, FLAP), feedforward=FeedForward(tower_shadow=True)))
+    law = LoadController(turbine, LoadControl(loops=(PITCH, FLAP), feedforward=FeedForward(tower_shadow=True)))
     run = Simulation(Run(flap_model, wind, duration=100.0, controller=law, channels=CHANNELS))
     march(run)
     result = run.result()
@@ -541,7 +525,7 @@ def test_the_notch_ends_the_limit_cycle_just_above_rated(flap_model: Model) -> N
     """Rotor torque in steady wind of 11.6 m/s with a second-order pitch actuator: 4.6 MN m without, 13 kN m with it."""
     spread = []
     for part in (None, SpeedNotch(frequency=10.55)):
-        controller = load_control(flap_model.turbine, LoadControl(notch=part))
+        controller = LoadController(flap_model.turbine, LoadControl(notch=part))
         result = simulate(
             flap_model, SteadyWind(speed=11.6), duration=120.0, channels=["RotTorq"], controller=controller
         )
@@ -559,7 +543,7 @@ def test_sample_time(model: Model) -> None:
             duration=10.0,
             channels=["pitch_1"],
             output_step=0.01,
-            controller=load_control(model.turbine, one(PITCH), sample_time=time),
+            controller=LoadController(model.turbine, one(PITCH), sample_time=time),
         )["pitch_1"]
         for time in (None, 0.05)
     }
@@ -588,14 +572,14 @@ def test_settings_that_do_not_fit_are_refused(
     turbine: Turbine, settings: LoadControl, arguments: dict[str, Any], words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
-        load_control(turbine, settings, **arguments)
+        LoadController(turbine, settings, **arguments)
 
 
 def test_a_flap_that_is_not_there_is_refused(flapped: Turbine, turbine: Turbine) -> None:
     with pytest.raises(InputError, match="flap 2 is asked for, the blades of '.*' have 1"):
-        load_control(flapped, one(FLAP, flap=2))
+        LoadController(flapped, one(FLAP, flap=2))
     with pytest.raises(InputError, match="2 blades"):
-        load_control(turbine.replace(n_blades=2), one(PITCH))
+        LoadController(turbine.replace(n_blades=2), one(PITCH))
 
 
 @pytest.mark.parametrize(
@@ -642,7 +626,10 @@ def test_state_names(flapped: Turbine) -> None:
     driven = Driven(flapped, settings)
     names = driven.controller.state_names
     assert len(names) == len(set(names)) == len(driven.state)
-    assert names[: len(meltemi.baseline(flapped.control).state_names)] == meltemi.baseline(flapped.control).state_names
+    assert (
+        names[: len(meltemi.control.BaselineController(flapped.control).state_names)]
+        == meltemi.control.BaselineController(flapped.control).state_names
+    )
     for name, value in {
         "loop_1_tilt_integral_gain": PITCH_GAIN,
         "loop_1_yaw_integral_gain": PITCH_GAIN,
@@ -688,15 +675,15 @@ def test_derivatives_are_limits_of_differences(flap_model: Model) -> None:
     """By settings of all parts, in wind that changes; found are 1e-5 and less."""
     wind = meltemi.WindSeries(time=[0.0, 5.0, 10.0, 15.0, 20.0], speed=[18.0, 17.0, 18.5, 17.5, 18.0], exponent=0.2)
     channels = ("root_moment_out_of_plane_1", "pitch_2", "flap_1_angle_3", "rotor_speed")
-    law = load_control(flap_model.turbine, ALL)
+    law = LoadController(flap_model.turbine, ALL)
     case: dict[str, Any] = {"duration": 20.0, "channels": channels, "controller": law}
-    found = meltemi.sensitivity(meltemi.Run(flap_model, wind, **case), PARAMETERS)
+    found = meltemi.analysis.sensitivity(meltemi.Run(flap_model, wind, **case), PARAMETERS)
     assert found.switches["controller"] == 0
     run = Simulation(Run(flap_model, wind, **case), numbers="floats")
     march(run)
     assert np.all(np.abs(found.result.data - run.result().data).max(axis=0) < 1e-9 * np.abs(found.result.data).max(0))
     for number, name in enumerate(PARAMETERS):
-        low, high, step = meltemi.differences(
+        low, high, step = meltemi.analysis.finite_difference_runs(
             meltemi.Run(flap_model, wind, **case), name, step=1e-5 * abs(found.values[number])
         )
         exact = found.slopes[..., number]
@@ -714,10 +701,12 @@ def test_switches_of_all_parts_are_counted(flap_model: Model) -> None:
     name = "controller.loop_1_tilt_integral_gain"
     counts = []
     for loop, wind in ((PITCH, SteadyWind(speed=8.0, shear_exponent=0.2)), (FLAP.replace(authority=0.01), WIND)):
-        law = load_control(flap_model.turbine, LoadControl(loops=(loop,)))
+        law = LoadController(flap_model.turbine, LoadControl(loops=(loop,)))
         step = {name: 0.1 * abs(loop.integral_gain)}
         counts.append(
-            meltemi.sensitivity(meltemi.Run(flap_model, wind, controller=law, **case), [name], steps=step).switches
+            meltemi.analysis.sensitivity(
+                meltemi.Run(flap_model, wind, controller=law, **case), [name], steps=step
+            ).switches
         )
     assert all(count["controller"] for count in counts)
 
@@ -726,7 +715,7 @@ def test_switches_of_all_parts_are_counted(flap_model: Model) -> None:
 def test_lanes_and_floats_agree(flap_model: Model) -> None:
     runs = []
     for numbers in ("lanes", "floats"):
-        law = load_control(flap_model.turbine, ALL)
+        law = LoadController(flap_model.turbine, ALL)
         run = Simulation(Run(flap_model, WIND, duration=20.0, channels=["all"], controller=law), numbers=numbers)
         march(run)
         keep = [name not in ("induction_residual", "azimuth") for name in run.result().names]

@@ -26,7 +26,7 @@ YAW = TILT + len(IntegratorState)
 def test_individual_pitch_takes_the_shear_out_of_the_blade_moments() -> None:
     """Steady wind of 18 m/s with a shear exponent of 0.2: less than a third of the amplitude is left after a minute."""
     turbine = meltemi.load_turbine("nrel5mw")
-    law = meltemi.baseline(turbine.control)
+    law = meltemi.control.BaselineController(turbine.control)
     collective: Any = law.update
     check_harmonic(1, 1.3, 0.0125)
 

@@ -12,7 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Droop, InputError, PowerControl, PowerGrid, StartPoint, power_control
+from meltemi import InputError
+from meltemi.control import Droop, PowerControl, PowerController, StartPoint
 from meltemi.control import signals as s
 from meltemi.control.controller import new_vectors
 from meltemi.control.power_control import state as p
@@ -20,12 +21,13 @@ from meltemi.control.power_control import tables as t
 from meltemi.control.power_control.controller import power_section, shaft_inertia
 from meltemi.control.power_control.law import lower_speed, optimal_gain
 from meltemi.control.power_control.rotor import gain_at_pitch, power_coefficient, rotor_tables
+from meltemi.environment import PowerGrid
 from meltemi.environment.air import density_of
 from meltemi.environment.conditions import conditions_array
 from meltemi.environment.density import moist_air_density
 from meltemi.environment.site import Environment
 from meltemi.loadcases.case import LoadCase, PowerCase
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine
 
 Float = NDArray[np.float64]
@@ -56,8 +58,8 @@ def heier(ratio: float, pitch: float = 0.0) -> float:
     return 0.5176 * (116.0 * x - 0.4 * pitch - 5.0) * math.exp(-21.0 * x) + 0.0068 * stretched
 
 
-def performance(power: Float, ratios: Float = RATIOS, pitch: Any = tuple(BLADES)) -> Performance:
-    return Performance(ratios, np.radians(np.array(pitch, float)), power, np.full_like(power, np.nan), power)
+def performance(power: Float, ratios: Float = RATIOS, pitch: Any = tuple(BLADES)) -> RotorPerformance:
+    return RotorPerformance(ratios, np.radians(np.array(pitch, float)), power, np.full_like(power, np.nan), power)
 
 
 BLADED = performance(BEM)
@@ -123,13 +125,13 @@ class Run:
         weather: tuple[float, float, float] = (288.15, 0.0, 101325.0),
         rho: float = RHO,
         coefficient: Callable[[float, float], float] | None = None,
-        rotor: Performance = BLADED,
+        rotor: RotorPerformance = BLADED,
         begin: tuple[float, float, float] = (0.66, 22e6, 0.03),
     ) -> None:
         def at(series: Series, time: float) -> float:
             return series(time) if callable(series) else series
 
-        controller = power_control(machine, rotor, settings)
+        controller = PowerController(machine, rotor, settings)
         speed, torque, pitch = begin
         self.x = x = controller.initial_state(StartPoint(at(wind, 0.0), speed, pitch, torque))
         assert len(controller.state_names) == len(x)
@@ -428,7 +430,7 @@ def test_a_signal_above_rating_is_taken_as_rated_and_said_once(machine: PowerTur
 def test_a_loop_faster_than_the_filter_of_the_speed_is_refused(machine: PowerTurbine) -> None:
     for name in ("frequency", "tracking_frequency"):
         with pytest.raises(InputError, match=rf"{name} 3 rad/s is not below the 2 rad/s"):
-            power_control(machine, meltemi.performance_of(machine), PowerControl.model_validate({name: 3.0}))
+            PowerController(machine, meltemi.analysis.performance_of(machine), PowerControl.model_validate({name: 3.0}))
 
 
 def test_the_set_point_moves_at_its_rate_from_the_power_there_is(machine: PowerTurbine) -> None:
@@ -555,13 +557,13 @@ def test_wrong_settings_are_refused(wrong: dict[str, Any], words: str) -> None:
 
 def test_what_does_not_suit_the_turbine_is_refused(machine: PowerTurbine) -> None:
     with pytest.raises(InputError, match="recovery_speed"):
-        power_control(machine, BLADED, PowerControl(recovery_speed=0.8))
+        PowerController(machine, BLADED, PowerControl(recovery_speed=0.8))
     with pytest.raises(InputError, match="more tip-speed ratios"):
-        power_control(machine, performance(BEM[:5], RATIOS[:5]))
+        PowerController(machine, performance(BEM[:5], RATIOS[:5]))
 
 
 def test_a_reference_above_rating_is_refused_before_the_run() -> None:
-    series = meltemi.TimeSeries(time=np.array([0.0, 10.0]), value=np.array([10e6, 25e6]))
+    series = meltemi.environment.TimeSeries(time=np.array([0.0, 10.0]), value=np.array([10e6, 25e6]))
     with pytest.raises(InputError, match=r"2.5e\+07 W is above the turbine's rated power of 2e\+07 W"):
         conditions_array(Environment(), PowerGrid(power_reference=series), RATED)
 

@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, ModelOptions, SteadyWind, Turbine, YawControl, yaw_control
+from meltemi import InputError, ModelOptions, SteadyWind, Turbine
+from meltemi.control import YawControl, YawController, yaw
 from meltemi.control import signals as s
-from meltemi.control import yaw
 from meltemi.loadcases.case import case_controller, read_case
 from meltemi.turbine.definition import Yaw
 
@@ -156,7 +156,7 @@ def test_settings_that_cannot_work_are_refused() -> None:
 
 def test_a_turbine_turns_into_the_wind(turbine: Turbine) -> None:
     model = meltemi.build(turbine.replace(**{"yaw.rate": 0.01}), ModelOptions(yaw="driven"))
-    controller = yaw_control(model.turbine, YawControl(average_time=5.0, start_time=2.0))
+    controller = YawController(model.turbine, YawControl(average_time=5.0, start_time=2.0))
     wind = SteadyWind(speed=10.0, direction=0.3)
     channels = ["nacelle_yaw", "yaw_error", "yaw_threshold", "GenPwr"]
     result = meltemi.simulate(model, wind, duration=60.0, controller=controller, channels=channels)
@@ -180,13 +180,13 @@ def test_a_held_nacelle_and_a_yaw_control_do_not_go_together(turbine: Turbine, k
                 meltemi.build(turbine, ModelOptions(yaw=kind)),
                 SteadyWind(speed=10.0),
                 duration=1.0,
-                controller=yaw_control(turbine),
+                controller=YawController(turbine),
             )
         )
 
 
 def test_beside_load_control(turbine: Turbine) -> None:
-    load = meltemi.LoadControl(loops=(meltemi.HarmonicLoop(harmonic=1, integral_gain=5e-10),))
+    load = meltemi.control.LoadControl(loops=(meltemi.control.HarmonicLoop(harmonic=1, integral_gain=5e-10),))
     model = meltemi.build(turbine, ModelOptions(yaw="driven"))
     wind = SteadyWind(speed=16.0, direction=0.3)
     settings = YawControl(average_time=1.0, start_time=0.0)
@@ -195,7 +195,7 @@ def test_beside_load_control(turbine: Turbine) -> None:
             model,
             wind,
             duration=20.0,
-            controller=yaw_control(turbine, settings, chosen),
+            controller=YawController(turbine, settings, chosen),
             channels=["nacelle_yaw", "BldPitch1"],
         )
         for chosen in (None, load)
@@ -214,7 +214,7 @@ def test_in_a_case_file(turbine: Turbine, tmp_path: Path) -> None:
     controller = case_controller(case, turbine, tmp_path)
     assert controller is not None
     assert controller.yaws
-    state = controller.initial_state(meltemi.StartPoint(10.0, 100.0, 0.0, 1e4))
+    state = controller.initial_state(meltemi.control.StartPoint(10.0, 100.0, 0.0, 1e4))
     assert state[controller.state_names.index("yaw_dead_band")] == 0.1
     assert case_controller(case.replace(**{"controller.yaw": None}), turbine, tmp_path) is None
     path.write_text(path.read_text().replace("dead_band", "deadband"))

@@ -41,7 +41,7 @@ from meltemi.simulation import points
 
 def box(seed: int, speed: float = 11.0) -> WindBox:
     wind = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=seed, points=9)
-    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), 3.0)
+    return meltemi.wind.generate_field(wind, meltemi.load_turbine("nrel5mw"), 3.0)
 
 
 def raising(state: Any, measurements: Any, demands: Any, dt: float) -> None:
@@ -51,7 +51,7 @@ def raising(state: Any, measurements: Any, demands: Any, dt: float) -> None:
 
 def test_a_batch_gives_the_bits_of_single_runs(model: Model) -> None:
     other = model.with_parameters(**{"aerodynamics.air_density": 1.1})
-    slow = meltemi.baseline(model.turbine.control, sample_time=0.1)
+    slow = meltemi.control.BaselineController(model.turbine.control, sample_time=0.1)
     cases = [
         Run(model, lambda: box(1), duration=3.0),
         Run(other, lambda: box(1), duration=3.0),
@@ -146,7 +146,7 @@ def test_files_appear_as_soon_as_a_case_is_done(model: Model, tmp_path: Path) ->
     assert seen == [[], ["a.nc"], ["a.nc", "b.nc"]]
     for outcome in outcomes:
         assert outcome.value == tmp_path / "runs" / f"{outcome.name}.nc"
-        assert meltemi.read_netcdf(outcome.value).meta["case"] == outcome.name
+        assert meltemi.io.read_netcdf(outcome.value).meta["case"] == outcome.name
     (bad,) = simulate_batch([Run(model, SteadyWind(speed=11.0), duration=0.5, name="../up")], out=tmp_path / "runs")
     assert bad.error is InputError
     assert not (tmp_path / "up.nc").exists()
@@ -276,21 +276,21 @@ def test_finished_cases_are_kept(tmp_path: Path) -> None:
         cases = (Run(lambda: model, u, duration=2.0, name=f"case {i}") for i, u in enumerate(speeds))
         return simulate_batch(cases, out=tmp_path, workers=2, **options)
 
-    assert [o.kept for o in run()] == [False, False]
+    assert [o.reused for o in run()] == [False, False]
     first = (tmp_path / "case 0.nc").read_bytes()
     again = run()
-    assert [(o.kept, o.ok, o.value) for o in again] == [(True, True, tmp_path / f"case {i}.nc") for i in range(2)]
+    assert [(o.reused, o.ok, o.value) for o in again] == [(True, True, tmp_path / f"case {i}.nc") for i in range(2)]
     assert (tmp_path / "case 0.nc").read_bytes() == first
-    assert [o.kept for o in run((8.0, 9.5))] == [True, False]  # other inputs
+    assert [o.reused for o in run((8.0, 9.5))] == [True, False]  # other inputs
     assert [o.value for o in run((8.0, 9.5), reduce=lambda r: len(r.time))] == [41, 41]
-    assert [o.kept for o in run((8.0, 9.5), redo=True)] == [False, False]
+    assert [o.reused for o in run((8.0, 9.5), rerun=True)] == [False, False]
     (tmp_path / "case 0.nc").write_bytes(first[:-100])
-    assert [o.kept for o in run((8.0, 9.5))] == [False, True]  # damaged
-    law = meltemi.baseline(model.turbine.control)
+    assert [o.reused for o in run((8.0, 9.5))] == [False, True]  # damaged
+    law = meltemi.control.BaselineController(model.turbine.control)
     told = Run(model, 8.0, duration=2.0, controller=law, name="law")
-    other = replace(told, controller=meltemi.baseline(model.turbine.control, sample_time=0.1))
+    other = replace(told, controller=meltemi.control.BaselineController(model.turbine.control, sample_time=0.1))
     unknown = replace(told, controller=replace(law, fresh=lambda: law))
-    kept = [simulate_batch([case], out=tmp_path)[0].kept for case in (told, told, other, unknown, unknown)]
+    kept = [simulate_batch([case], out=tmp_path)[0].reused for case in (told, told, other, unknown, unknown)]
     assert kept == [False, True, False, False, False]
 
 

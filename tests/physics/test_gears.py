@@ -134,7 +134,7 @@ def test_linear_model_has_the_modes_of_the_chain(geared: Turbine) -> None:
     options = ModelOptions(drivetrain="multibody", locked=("tower", "yaw", "blades"), inflow="quasi_steady")
     model = meltemi.build(undamped, options, Environment(gravity=0.0))
     point = meltemi.operating_point(model, 9.0)
-    found = meltemi.linearise(model, point, (), ("main_shaft_torque",))
+    found = meltemi.analysis.linearise(model, point, (), ("main_shaft_torque",))
     assert sum(name.startswith("q gear mode") for name in found.states) == 8
     r, d = reduced(gear_train(undamped.drivetrain)), undamped.drivetrain
     # the rotor's inertia as the equations have it: what is in the core's mass matrix beyond generator and gears
@@ -199,7 +199,16 @@ def energy(geared: Turbine, dt: float) -> tuple[Float, float]:
     model = meltemi.build(described, options, Environment(gravity=0.0, air_density=1e-12))
     calm = SteadyWind(speed=0.0)
     start = Start(rotor_speed=1.267, coordinates={"drivetrain": 0.005, "yaw": 0.001})
-    run = Simulation(Run(model, calm, duration=10.0, controller=meltemi.fixed(), start=start, channels=["azimuth"]))
+    run = Simulation(
+        Run(
+            model,
+            calm,
+            duration=10.0,
+            controller=meltemi.control.ConstantController(),
+            start=start,
+            channels=["azimuth"],
+        )
+    )
     probe, whole, inside = Case(model, calm), [], []
     modes = View(GearModes, model.gear_modes)
     # strike the gears: one of them is fast
@@ -241,7 +250,9 @@ def test_time_integration_remains_of_second_order(geared: Turbine, kind: str) ->
         model = meltemi.build(geared, ModelOptions(time_step=dt, **options))
         names = ["q drivetrain", "rotor_speed", "main_shaft_torque", "stage_1_sun_force", "high_speed_shaft_torque"]
         runs.append(
-            simulate(model, wind, duration=5.0, controller=meltemi.fixed(), start=start, channels=names).data[20:]
+            simulate(
+                model, wind, duration=5.0, controller=meltemi.control.ConstantController(), start=start, channels=names
+            ).data[20:]
         )
     change = [np.sqrt(np.mean((a - b) ** 2, axis=0)) for a, b in pairwise(runs)]
     order = 0.5 * np.log2(change[0] / change[-1])
@@ -320,9 +331,14 @@ def test_derivatives_go_through_the_gears(geared: Turbine) -> None:
     wind = SteadyWind(speed=9.0, shear_exponent=0.3)
     start = meltemi.operating_point(model, 9.0)
     names = ["main_shaft_torque", "stage_2_ring_force"]
-    given: dict[str, Any] = {"duration": 3.0, "channels": names, "start": start, "controller": meltemi.fixed()}
+    given: dict[str, Any] = {
+        "duration": 3.0,
+        "channels": names,
+        "start": start,
+        "controller": meltemi.control.ConstantController(),
+    }
     path = "structure.shaft_stiffness"
-    exact = meltemi.sensitivity(meltemi.Run(model, wind, **given), [path]).slopes[..., 0]
+    exact = meltemi.analysis.sensitivity(meltemi.Run(model, wind, **given), [path]).slopes[..., 0]
     value = model.parameter(path)
     h = 1e-5 * value
     runs = [simulate(model.with_parameters(**{path: value + x}), wind, **given).data for x in (h, -h)]

@@ -24,7 +24,7 @@ LAST = 3.06
 
 def turbulent(speed: float, intensity: float, duration: float) -> meltemi.WindBox:
     wind = meltemi.TurbulentWind(speed=speed, intensity=intensity)
-    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), duration)
+    return meltemi.wind.generate_field(wind, meltemi.load_turbine("nrel5mw"), duration)
 
 
 def series() -> meltemi.WindSeries:
@@ -104,7 +104,7 @@ def test_lanes_give_what_floats_give(turbine: Turbine, what: str) -> None:
 
 
 def test_lanes_with_ice_on_one_blade(turbine: Turbine) -> None:
-    iced = meltemi.with_ice(turbine, meltemi.Icing(blades=(2,)))
+    iced = meltemi.turbine.with_ice(turbine, meltemi.turbine.Icing(blades=(2,)))
     clean, floats, lanes = (
         disturbed(machine, {}, WINDS["sheared, yawed"](), kind)
         for machine, kind in ((turbine, "floats"), (iced, "floats"), (iced, "lanes"))
@@ -215,7 +215,7 @@ SITUATIONS: dict[str, tuple[float, float, dict[str, Any]]] = {
 class Difference:
     """Rates and outputs of a case of floats for small changes of states and inputs."""
 
-    def __init__(self, model: meltemi.Model, point: meltemi.OperatingPoint, azimuth: float, rows: Any) -> None:
+    def __init__(self, model: meltemi.Model, point: meltemi.analysis.OperatingPoint, azimuth: float, rows: Any) -> None:
         self.case, self.rows = Case(model, point.wind, numbers="floats"), rows
         self.case["aero_options"][AeroOptions.index("iterations")] = linear.ITERATIONS
         point.put(self.case, azimuth)

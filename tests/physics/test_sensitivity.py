@@ -29,17 +29,15 @@ from meltemi import (
     ModelOptions,
     Result,
     RunError,
-    Sensitivity,
     Simulation,
     Start,
-    StartPoint,
     Status,
     SteadyWind,
     WindBox,
-    differences,
-    sensitivity,
     simulate,
 )
+from meltemi.analysis import Sensitivity, finite_difference_runs, sensitivity
+from meltemi.control import StartPoint
 from meltemi.control import signals as s
 from meltemi.maths.generic import crossed
 from meltemi.numbers.duals import N_DERIVATIVES
@@ -68,12 +66,12 @@ MOVES = (2e-7, 7e-8, 2.5e-8)
 
 def box(speed: float, seed: int) -> WindBox:
     wind = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=seed, points=9)
-    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), SECONDS)
+    return meltemi.wind.generate_field(wind, meltemi.load_turbine("nrel5mw"), SECONDS)
 
 
 def statistics(result: Result, channel: str) -> tuple[float, float, float]:
     x = result[channel]
-    return x.mean(), x.std(), meltemi.damage_equivalent_load(x, duration=SECONDS, slope=SLOPE)
+    return x.mean(), x.std(), meltemi.loads.damage_equivalent_load(x, duration=SECONDS, slope=SLOPE)
 
 
 def gradients(found: Sensitivity, channel: str) -> list[tuple[float, Any]]:
@@ -91,7 +89,9 @@ def mismatch(found: Sensitivity, number: int, move: float, **arguments: Any) -> 
     name = found.parameters[number]
     spread = {c: float(np.sqrt(np.mean(found.series(c)[1][:, number] ** 2))) for c in CHANNELS}
     step = move / max(spread[c] / found.std(c)[0] for c in CHANNELS)
-    low, high, step = differences(Run(duration=SECONDS, channels=CHANNELS, **arguments), parameter=name, step=step)
+    low, high, step = finite_difference_runs(
+        Run(duration=SECONDS, channels=CHANNELS, **arguments), parameter=name, step=step
+    )
     low.raise_for_status()
     high.raise_for_status()
     rows = []
@@ -141,12 +141,12 @@ def test_values_are_those_of_the_usual_functions(found: Sensitivity) -> None:
         assert np.allclose(values, statistics(found.result, channel), rtol=1e-12)
     late = found.result.between(20.0, SECONDS)["RootMyc1"]
     assert found.mean("RootMyc1", skip=20.0)[0] == late.mean()
-    expected = meltemi.damage_equivalent_load(late, duration=SECONDS - 20.0, slope=10.0)
+    expected = meltemi.loads.damage_equivalent_load(late, duration=SECONDS - 20.0, slope=10.0)
     assert found.fatigue("RootMyc1", 10.0, skip=20.0)[0] == pytest.approx(expected, rel=1e-12)
 
 
 def test_near_rated_with_smoothing(model: Model) -> None:
-    wind, law = box(11.4, 4), meltemi.baseline(model.turbine.control, smoothing=0.01)
+    wind, law = box(11.4, 4), meltemi.control.BaselineController(model.turbine.control, smoothing=0.01)
     assert simulate(model, wind, duration=SECONDS)["pitch_1"].min() == 0.0
     names = PARAMETERS[:8]
     found = sensitivity(Run(model, wind, duration=SECONDS, channels=CHANNELS, controller=law), names)
@@ -168,7 +168,7 @@ def test_through_events(model: Model, wind: WindBox) -> None:
     found = sensitivity(Run(model, wind, **arguments), names)
     plain = sensitivity(Run(model, wind, duration=12.0, channels=CHANNELS), names)
     for number, name in enumerate(names):
-        low, high, step = differences(Run(model, wind, **arguments), name)
+        low, high, step = finite_difference_runs(Run(model, wind, **arguments), name)
         change = (high.data - low.data) / (2.0 * step)
         exact = found.slopes[..., number]
         assert np.all(np.abs(change - exact).max(axis=0) < 1e-4 * np.abs(exact).max(axis=0))
@@ -197,7 +197,7 @@ def test_switches_are_counted(model: Model) -> None:
             model,
             SteadyWind(speed=28.0, direction=0.5),
             duration=10.0,
-            controller=meltemi.fixed(),
+            controller=meltemi.control.ConstantController(),
             start=Start(rotor_speed=0.3, pitch=0.9),
         ),
         ["pitch_offset"],
@@ -290,7 +290,7 @@ def test_own_controllers(model: Model, wind: WindBox) -> None:
 
 
 def test_a_compiled_controller_around_the_baseline(model: Model, wind: WindBox) -> None:
-    law = meltemi.baseline(model.turbine.control)
+    law = meltemi.control.BaselineController(model.turbine.control)
     inner = law.update
 
     @numba.njit
@@ -354,7 +354,7 @@ def test_locked_two_bladed_and_stations(model: Model) -> None:
     }
     found = sensitivity(Run(two, **arguments), parameters=["structure.gravity", "aerodynamics.air_density"])
     assert found.slopes.shape == (101, len(found.result.channels), 2)
-    low, high, step = differences(Run(two, **arguments), parameter="aerodynamics.air_density")
+    low, high, step = finite_difference_runs(Run(two, **arguments), parameter="aerodynamics.air_density")
     for i, channel in enumerate(found.result.channels):
         change = high.data[:, i] - low.data[:, i]
         if channel.wrap:  # slopes are those of the angle, without the jump at a full turn

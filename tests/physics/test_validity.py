@@ -52,8 +52,8 @@ def test_overspeed_deflection_and_tower(overspeed: Result) -> None:
 def test_findings_stand_wherever_the_result_goes(overspeed: Result, model: Model, tmp_path: Path) -> None:
     assert f"{overspeed.status}" == str(overspeed.status) == "DOUBTFUL"
     assert "DOUBTFUL; rotor faster" in repr(overspeed)
-    path = meltemi.write_netcdf(overspeed, tmp_path / "result.nc")
-    again = meltemi.read_netcdf(path)
+    path = meltemi.io.write_netcdf(overspeed, tmp_path / "result.nc")
+    again = meltemi.io.read_netcdf(path)
     assert again.status is Status.DOUBTFUL
     assert again.findings == overspeed.findings
     assert overspeed.to_xarray().attrs["status_name"] == "DOUBTFUL"
@@ -66,7 +66,7 @@ def test_findings_stand_wherever_the_result_goes(overspeed: Result, model: Model
 
 
 def test_a_reversed_rotor_under_torque(model: Model) -> None:
-    law = meltemi.fixed()
+    law = meltemi.control.ConstantController()
     torque = model.turbine.control.torque.maximum_torque
     result = run(model, controller=law, start=Start(rotor_speed=-0.5, pitch=math.pi / 2, generator_torque=torque))
     assert "drives a rotor that turns backwards" in told(result)

@@ -9,7 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawControl, simulate, yaw_control
+from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, simulate
+from meltemi.control import YawControl, YawController
 from meltemi.control import signals as s
 from meltemi.control.actuators import Actuators, yaw_advance
 from meltemi.control.faults import healthy
@@ -17,7 +18,7 @@ from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.run import Run
-from meltemi.studies.sensitivity import differences
+from meltemi.studies.sensitivity import finite_difference_runs
 from meltemi.turbine import exchange as ex
 
 Float = NDArray[np.float64]
@@ -127,7 +128,13 @@ def test_free_yaw_loses_what_friction_takes(turbine: Turbine, friction: float) -
     model = in_vacuum(turbine, options, friction=friction)
     start = Start(velocities={"yaw": 0.1})
     result = simulate(
-        model, CALM, duration=20.0, controller=meltemi.fixed(), start=start, channels=CHANNELS, output_step=0.005
+        model,
+        CALM,
+        duration=20.0,
+        controller=meltemi.control.ConstantController(),
+        start=start,
+        channels=CHANNELS,
+        output_step=0.005,
     )
     J, rate = yaw_inertia(model), result["v yaw"]
     stop = 0.5 * J * 0.1**2 / friction if friction else np.inf
@@ -146,8 +153,8 @@ def test_free_yaw_loses_what_friction_takes(turbine: Turbine, friction: float) -
 def test_the_held_bearing_swings_at_its_frequency(turbine: Turbine) -> None:
     model = in_vacuum(turbine, {"locked": ALL_BUT_YAW}, damping=0.0)
     result = simulate(
-        model, CALM, duration=10.0, controller=meltemi.fixed(), start=Start(coordinates={"yaw": 1e-3}),
-        channels=["nacelle_yaw"], output_step=0.0025,
+        model, CALM, duration=10.0, controller=meltemi.control.ConstantController(),
+        start=Start(coordinates={"yaw": 1e-3}), channels=["nacelle_yaw"], output_step=0.0025,
     )  # fmt: skip
     w, h = np.sqrt(turbine.yaw.stiffness / yaw_inertia(model)), 0.0025
     marched = 2.0 / h * np.arcsin(0.5 * w * h)  # what the time march makes of it, second order in the step
@@ -167,7 +174,8 @@ def test_yaw_to_the_other_side_is_a_half_turn_about_the_shaft(turbine: Turbine) 
     left, right = (
         simulate(
             model, SteadyWind(speed=10.0, direction=way * 0.35), duration=10.0, channels=channels,
-            controller=meltemi.fixed(), start=Start(rotor_speed=1.2, coordinates={"generator": begin}),
+            controller=meltemi.control.ConstantController(),
+            start=Start(rotor_speed=1.2, coordinates={"generator": begin}),
         )
         for way, begin in ((1.0, 0.0), (-1.0, np.pi))
     )  # fmt: skip
@@ -212,7 +220,7 @@ def test_lanes_and_floats_agree_with_everything_on(turbine: Turbine) -> None:
     for numbers in ("floats", "lanes"):
         run = meltemi.Simulation(meltemi.Run(
             model, SteadyWind(speed=14.0, direction=0.25, shear_exponent=0.2), duration=30.0, channels=CHANNELS,
-            controller=yaw_control(model.turbine, ACTIVE),  # type: ignore[arg-type]
+            controller=YawController(model.turbine, ACTIVE),  # type: ignore[arg-type]
         ), numbers=numbers)  # fmt: skip
         run.advance(run.n_steps)
         runs.append(run.result().data)
@@ -226,7 +234,7 @@ def test_lanes_and_floats_agree_with_everything_on(turbine: Turbine) -> None:
 def test_derivatives_through_drive_brake_and_friction(turbine: Turbine, kind: Any) -> None:
     model = meltemi.build(turbine.replace(**FULL), ModelOptions(yaw=kind))
     settings = YawControl(average_time=3.0, start_time=1.0, rate=0.0083)
-    controller = yaw_control(model.turbine, settings) if kind == "driven" else None
+    controller = YawController(model.turbine, settings) if kind == "driven" else None
     parameters = ["actuators.yaw_friction"]
     if kind == "driven":
         parameters += ["actuators.yaw_acceleration", "actuators.yaw_hold", "controller.yaw_rate"]
@@ -236,9 +244,9 @@ def test_derivatives_through_drive_brake_and_friction(turbine: Turbine, kind: An
         "channels": ["nacelle_yaw", "yaw_moment_z"],
         "controller": controller,
     }
-    found = meltemi.sensitivity(meltemi.Run(model, **arguments), parameters=parameters)
+    found = meltemi.analysis.sensitivity(meltemi.Run(model, **arguments), parameters=parameters)
     for k, name in enumerate(parameters):
-        low, high, step = differences(Run(model=model, **arguments), parameter=name)
+        low, high, step = finite_difference_runs(Run(model=model, **arguments), parameter=name)
         slope = (high.data - low.data) / (2.0 * step)
         size = np.abs(slope).max(axis=0)
         assert size[0] > 0.0, name

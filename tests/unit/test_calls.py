@@ -45,7 +45,7 @@ MODEL = meltemi.build(TURBINE)
         (lambda: meltemi.Environment(air_density=float("nan")), "air_density: expected a finite number, found nan$"),
         (lambda: setattr(meltemi.SteadyWind(speed=3.0), "speed", 4.0), r"frozen .*replace\(speed=...\)"),
         (lambda: TURBINE.replace(**{"electrical.machine.rated_power": 5e-324}), "too small or too large to compute"),
-        (lambda: meltemi.size_electrical(5e-324, 100.0), "rated_power must lie between"),
+        (lambda: meltemi.turbine.size_electrical(5e-324, 100.0), "rated_power must lie between"),
         (lambda: meltemi.ModelOptions(stall_constants={"a2": 1e9}), "stall_constants.a2: expected less than"),  # type: ignore[arg-type]
         (lambda: meltemi.ModelOptions(stall_constants={"a1": 0.9, "a2": 0.9}), "at most 1, found 1.8"),  # type: ignore[arg-type]
     ],

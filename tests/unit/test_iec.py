@@ -19,8 +19,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import meltemi
-from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, UnsupportedError, WindBox, WindClass, WindSeries
+from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, UnsupportedError, WindBox, WindSeries
 from meltemi.maths.vectors import Vec
+from meltemi.wind import WindClass
 from meltemi.wind.fields import Wind, wind_arrays
 from meltemi.wind.iec.classes import CLASSES, extreme_speed, sigma_etm, sigma_ntm, wind_class
 from meltemi.wind.iec.gusts import ecd, ecg, edc, eog, ews_horizontal, ews_vertical
@@ -294,7 +295,7 @@ def test_recurrence_periods_belong_to_edition_2(make: Any, turbine: Turbine) -> 
 
 def test_operating_gust_of_the_reference_runs(turbine: Turbine, reference: Path) -> None:
     # the file of the OpenFAST runs: 12 m/s, category B, at 80 s, amplitude 5.18862 m/s, eight decimals
-    other = meltemi.read_wnd(reference / "openfast" / "wind" / "eog12.wnd")
+    other = meltemi.io.read_wnd(reference / "openfast" / "wind" / "eog12.wnd")
     ours = eog(turbine, 12.0, "IIB", begin=80.0)
     inside = (other.time >= 80.0) & (other.time <= 90.5)
     np.testing.assert_allclose(other.time[inside], ours.time, rtol=0.0, atol=1e-9)

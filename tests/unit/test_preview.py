@@ -9,20 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import (
-    InputError,
-    LoadControl,
-    Model,
-    Preview,
-    Result,
-    SteadyWind,
-    Turbine,
-    WindBox,
-    load_control,
-    preview_of,
-    simulate,
-    steady_pitch,
-)
+from meltemi import InputError, Model, Result, SteadyWind, Turbine, WindBox, simulate
+from meltemi.analysis import preview_of, steady_pitch
+from meltemi.control import LoadControl, LoadController, Preview
 from meltemi.control import signals as s
 from meltemi.control.baseline import PITCH as COLLECTIVE
 from meltemi.control.filters import low_pass
@@ -115,7 +104,7 @@ def test_numbers_that_cannot_be_are_refused(turbine: Turbine, change: dict[str, 
     with pytest.raises(InputError, match=f"preview: {words}"):
         preview_settings(**{**GIVEN, **change})
     with pytest.raises(InputError):
-        load_control(turbine, LoadControl(preview=Preview(**{**GIVEN, **change})))
+        LoadController(turbine, LoadControl(preview=Preview(**{**GIVEN, **change})))
 
 
 def test_the_integral_moves_the_pitch_by_the_change(turbine: Turbine) -> None:
@@ -124,8 +113,8 @@ def test_the_integral_moves_the_pitch_by_the_change(turbine: Turbine) -> None:
     settings = Preview(
         **{**GIVEN, "wind": (12.0, 12.0, 16.0, 16.0, 14.0, 14.0), "lead": 0.0, "pitch": (0.0, 0.1, 0.2, 0.3)}
     )
-    controller = load_control(turbine, LoadControl(preview=settings))
-    x = controller.initial_state(meltemi.StartPoint(12.0, reference, 0.1, 4e4))
+    controller = LoadController(turbine, LoadControl(preview=settings))
+    x = controller.initial_state(meltemi.control.StartPoint(12.0, reference, 0.1, 4e4))
     measured, demands = s.Measurements.zeros(), s.Demands.zeros()
     measured[s.GENERATOR_SPEED], measured[s.N_BLADES] = reference, 3
     found = []
@@ -230,11 +219,11 @@ def test_steady_pitch_is_that_of_operating_points(model: Model, steady: tuple[fl
 
 @pytest.fixture(scope="module")
 def field(turbine: Turbine) -> WindBox:
-    return meltemi.generate_field(meltemi.TurbulentWind(speed=20.0, intensity=0.15, seed=3), turbine, 150.0)
+    return meltemi.wind.generate_field(meltemi.TurbulentWind(speed=20.0, intensity=0.15, seed=3), turbine, 150.0)
 
 
 def run(model: Model, wind: WindBox, preview: Preview | None, seconds: float = 150.0) -> Result:
-    controller = load_control(model.turbine, LoadControl(preview=preview))
+    controller = LoadController(model.turbine, LoadControl(preview=preview))
     return simulate(
         model, wind, duration=seconds, channels=["rotor_speed", "TwrBsMyt", "pitch_1"], controller=controller
     ).raise_for_status()
@@ -247,7 +236,7 @@ def test_preview_holds_the_speed_and_spares_the_tower(
     previews = (preview_of(model, field, steady), None)
     with_it, without = (run(model, field, preview).between(30.0, 150.0) for preview in previews)
     assert with_it["rotor_speed"].std() < 0.4 * without["rotor_speed"].std()
-    loads = [meltemi.damage_equivalent_load(r["TwrBsMyt"], duration=120.0, slope=4.0) for r in (with_it, without)]
+    loads = [meltemi.loads.damage_equivalent_load(r["TwrBsMyt"], duration=120.0, slope=4.0) for r in (with_it, without)]
     assert loads[0] < 0.9 * loads[1]
 
 

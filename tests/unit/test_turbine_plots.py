@@ -159,7 +159,7 @@ def test_winds_without_operation_are_left_out(turbine: Turbine) -> None:
 
 def test_a_folder_that_is_not_there(turbine: Turbine, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such folder"):
-        meltemi.inspect_turbine(turbine, tmp_path / "nowhere")
+        meltemi.analysis.inspect_turbine(turbine, tmp_path / "nowhere")
 
 
 def test_long_names_are_shortened() -> None:

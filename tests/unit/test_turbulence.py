@@ -13,11 +13,12 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Grid, HubSeries, InputError, Turbine, TurbulentWind, WindBox, generate_field
+from meltemi import InputError, Turbine, TurbulentWind, WindBox
+from meltemi.wind import HubSeries, WindGrid, generate_field
 from meltemi.wind.fields import check_coverage
 from meltemi.wind.turbulence.targets import sigmas
 
-GRID = Grid(points_y=9, points_z=10, dy=18.0, dz=17.0, bottom=5.0, hub_height=90.0)
+GRID = WindGrid(points_y=9, points_z=10, dy=18.0, dz=17.0, bottom=5.0, hub_height=90.0)
 DURATION = 300.0
 SINGLE = 1e-6
 """Relative: velocities are stored in single precision."""

@@ -21,13 +21,13 @@ def test_every_common_channel_is_the_same_quantity(reference: Path, tmp_path: Pa
     path = meltemi.write_result(result_of(table, tmp_path), tmp_path / "theirs.outb")
     wind = meltemi.read_wind(reference / "openfast/wind/vkm20_s1.bts")
     ours, theirs = meltemi.simulate(deck_model("A"), wind, duration=200.0, channels=["all"]), meltemi.read_result(path)
-    found = meltemi.compare_results(ours, theirs, begin=100.0)
+    found = meltemi.analysis.compare_results(ours, theirs, begin=100.0)
     assert found.notes == ("they cover 0 to 200 s and 0 to 700 s", "compared from 100 to 200 s")
     assert len(found.channels) == 63  # all of the file that the catalogue has, but the azimuth
     for d in found.channels:
         assert d.correlation > (0.5 if d.channel.name in UNCERTAIN else 0.88), d
         assert 0.9 < d.std[0] / d.std[1] < 1.1, d
     # in pairs: the first output node of that run is node 6
-    (alpha,) = meltemi.compare_results(ours, theirs, ["B1N6Alpha=B1N1Alpha"], begin=100.0).channels
+    (alpha,) = meltemi.analysis.compare_results(ours, theirs, ["B1N6Alpha=B1N1Alpha"], begin=100.0).channels
     assert alpha.correlation > 0.999
     assert abs(alpha.mean_change) < 0.01

@@ -332,9 +332,9 @@ def power_curve(
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
     from meltemi.simulation.engines import build, operating_point
-    from meltemi.turbine.plausibility import plausibility
+    from meltemi.turbine.plausibility import plausibility_warnings
 
-    for words in plausibility(described):
+    for words in plausibility_warnings(described):
         say(f"warning: {words}")
     points, failures, interrupted = [], {}, False
     with results_in(out):

@@ -72,12 +72,12 @@ def compare(
     from meltemi.simulation.model import build
     from meltemi.studies import compare as study
     from meltemi.studies import comparison_report as report
-    from meltemi.studies.journal import journal
+    from meltemi.studies.run_store import run_store
 
     study.check_duration(duration, transient)
     began = time.perf_counter()
     own = [Path(name).read_text(encoding="utf-8") for name in names if name not in SCHEMES]
-    with results_in(out), journal(out, repr(("compare", transient, own))):
+    with results_in(out), run_store(out, repr(("compare", transient, own))):
         model = build(described)
         with progress_bar("tuning") as progress:
             designed = design_controllers(

@@ -223,9 +223,9 @@ def _field(
 ) -> WindBox:
     from meltemi.wind.superposition import with_gust
     from meltemi.wind.turbulence.field import generate_field
-    from meltemi.wind.turbulence.grid import grid_for
+    from meltemi.wind.turbulence.grid import wind_grid_for
 
-    grid = grid_for(turbine, described.points, width=width)
+    grid = wind_grid_for(turbine, described.points, width=width)
     with progress_bar(described.label, compiles=False) as progress:
         box = generate_field(described, grid, duration, progress)
     return box if gust is None else with_gust(box, gust)

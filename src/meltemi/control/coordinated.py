@@ -53,8 +53,10 @@ from meltemi.core.record import Record
 from meltemi.maths.generic import crossed, whole
 from meltemi.maths.tables import Table, View, number
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine
+
+FEATURE = "coordinated control"
 
 Float = NDArray[float64]
 
@@ -146,7 +148,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
 
 def coordinated(
     turbine: Turbine | PowerTurbine,
-    performance: Performance,
+    performance: RotorPerformance,
     *,
     power: PowerControl | None = None,
     yaw: YawControl | None = None,

@@ -49,6 +49,8 @@ from meltemi.maths.generic import crossed, whole
 from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, Numbers, Table, View, blades, number
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
+FEATURE = "load control"
+
 Float = NDArray[float64]
 
 
@@ -319,7 +321,7 @@ def load_control(
         if loop.actuator == "flap" and loop.flap > len(flaps):
             raise InputError(
                 f"{where}: flap {loop.flap} is asked for, the blades of {turbine.name!r} have {len(flaps) or 'none'}: "
-                "add flaps to the blade, such as meltemi.with_flaps(turbine)"
+                "add flaps to the blade, such as meltemi.turbine.with_flaps(turbine)"
             )
         try:
             check_harmonic(loop.harmonic, _top_speed(turbine), sample_time or 1e-3, turbine.n_blades)

@@ -40,6 +40,8 @@ from meltemi.maths.tables import Table, View, number
 from meltemi.turbine.definition import YawDrive
 from meltemi.turbine.power_turbine import AnyTurbine
 
+FEATURE = "the yaw control"
+
 Float = NDArray[float64]
 
 

@@ -44,7 +44,7 @@ class Outcome:
       message: why, in words; empty if all went well.
       value: the result, what ``reduce`` made of it, or the file it was written to; None if there is none.
       error: class of the exception that ended a failed case.
-      kept: it was found finished in the folder and not run again.
+      reused: it was found finished in the folder and not run again.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Outcome:
     message: str = ""
     value: Any = None
     error: type[BaseException] | None = None
-    kept: bool = False
+    reused: bool = False
 
     @property
     def ok(self) -> bool:
@@ -73,7 +73,7 @@ class Batch:
       progress: callback with the completed fraction, from the calling thread; 0 while it is unknown how many cases
         there are.
       total: how many cases a generator gives, for ``progress``.
-      redo: run all cases, also those that are finished.
+      rerun: run all cases, also those that are finished.
     """
 
     cases: Iterable[Run]
@@ -83,7 +83,7 @@ class Batch:
     workers: int | None = None
     progress: Callable[[float], None] | None = None
     total: int | None = None
-    redo: bool = False
+    rerun: bool = False
 
     def __post_init__(self) -> None:
         if self.workers is not None and not (isinstance(self.workers, int) and 1 <= self.workers <= MOST_WORKERS):
@@ -172,8 +172,8 @@ class Batch:
         )
         path = None if self.folder is None else self.folder / f"{name}.nc"
         inputs = None if path is None else _inputs(case)
-        if path is not None and not self.redo and (found := _finished(path, inputs)):
-            return Outcome(name, found.status, value=path if self.reduce is None else self.reduce(found), kept=True)
+        if path is not None and not self.rerun and (found := _finished(path, inputs)):
+            return Outcome(name, found.status, value=path if self.reduce is None else self.reduce(found), reused=True)
         run = self._prepare(case)
         self.under_way[i] = run
         march(run, case.progress, stop=self.stop.is_set)

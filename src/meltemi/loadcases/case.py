@@ -33,7 +33,8 @@ from meltemi.simulation.performance import performance_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.turbine.electrical import size_electrical
-from meltemi.turbine.icing import Icing, with_ice
+from meltemi.turbine.iced_blade import with_ice
+from meltemi.turbine.icing import Icing
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.fields import SteadyWind

@@ -23,7 +23,7 @@ from meltemi.wind.turbulence.field import (
     generate_field,
     mean_profile,
 )
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.targets import sigmas, target_coherence, target_densities
 from meltemi.wind.turbulent import TurbulentWind
 
@@ -366,7 +366,7 @@ def plot_profile(
         )
         panel.legend(fontsize=8)
         if target is not None:
-            described = Grid(
+            described = WindGrid(
                 points_y=2,
                 points_z=max(len(z), 2),
                 dy=wind.width,

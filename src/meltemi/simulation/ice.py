@@ -13,7 +13,8 @@ from meltemi.aero.tables import PolarPoint, SectionConstants
 from meltemi.structure.beam import Beam, section_mass
 from meltemi.structure.members import NodeLayout
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.icing import Icing, ice_mass, ice_stations, leading_edge, penalty_factors, penalty_share
+from meltemi.turbine.iced_blade import ice_mass, ice_stations, leading_edge, penalty_factors, penalty_share
+from meltemi.turbine.icing import Icing
 
 Float = NDArray[np.float64]
 Polars = tuple[Float, Float, NDArray[np.int64]]

@@ -50,7 +50,7 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.simulation.validity import found
-from meltemi.turbine.plausibility import plausibility
+from meltemi.turbine.plausibility import plausibility_warnings
 from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
 from meltemi.wind.turbulence.field import realised
 
@@ -115,7 +115,7 @@ class Simulation:
       prepare: called with the case before it is set to its start.
 
     ``advance`` marches under the run's own controller. For co-simulation and learning make it with
-    ``controller=meltemi.fixed(sample_time)`` and call ``reset`` and then ``step`` with demands.
+    ``controller=meltemi.control.ConstantController(sample_time)`` and call ``reset`` and then ``step`` with demands.
 
     Raises:
       InputError: an argument of the run is not valid, or the wind does not cover the run.
@@ -146,11 +146,12 @@ class Simulation:
         if run.controller is None and grid is not None and grid.power_reference is not None:
             raise InputError(
                 "grid: power_reference is given, but the baseline controller does not follow it: "
-                "give controller=meltemi.power_control(turbine, meltemi.performance_of(turbine)) or one of your own"
+                "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
+                "or one of your own"
             )
         began, compiled = clock_time.perf_counter(), compile_seconds()
         described = run.wind() if callable(run.wind) else run.wind
-        self._noticed = [*plausibility(turbine), *unusual(described)]
+        self._noticed = [*plausibility_warnings(turbine), *unusual(described)]
         if run.controller is None:
             self._noticed += ignored(self.events)
         wind = realised(described, turbine, duration)
@@ -274,7 +275,7 @@ class Simulation:
 
         Args:
           demands: by name (``"pitch"`` stands for all blades; those left out keep their values) or all of
-            ``control.signals.Demands`` as a vector, in SI. Demands need ``controller=meltemi.fixed()``.
+            ``control.signals.Demands`` as a vector, in SI. They need ``controller=meltemi.control.ConstantController()``.
 
         Returns:
           Measurements at that instant, a copy: ``measurements["generator_speed"]``, or all as ``measurements.array``.
@@ -297,7 +298,7 @@ class Simulation:
         if self.controller.update is not fixed.update():
             raise InputError(
                 f"step: the controller {self.controller.name!r} makes the demands; "
-                "to give them from outside, make the Simulation with controller=meltemi.fixed()"
+                "to give them from outside, make the Simulation with controller=meltemi.control.ConstantController()"
             )
         now = self.case["demands"]
         if isinstance(demands, Mapping):

@@ -20,8 +20,8 @@ from meltemi.control.controller import Controller
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.loadcases.batch import Outcome
-from meltemi.postprocess.bands import Ceiling, ceiling, harmonic_bands
-from meltemi.postprocess.ensemble import EnsembleTable, Estimate, ensemble_table, mean_interval, travel
+from meltemi.postprocess.bands import IdealRemoval, harmonic_bands, ideal_removal
+from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, ensemble_table, mean_interval
 from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.postprocess.spectra import (
     RESOLUTION,
@@ -34,7 +34,7 @@ from meltemi.simulation.channels import find, standard
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
-from meltemi.studies.journal import SizedCases, current, resumed
+from meltemi.studies.run_store import SizedCases, current, resumed
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulence.field import AnyWind, realised
 
@@ -111,7 +111,7 @@ def _travel(result: Result, beginning: str) -> float:
     """[rad/s] mean over the blades, and sum over flaps of a blade."""
     names = [name for name in result.names if name.startswith(beginning)]
     blades = len([name for name in result.names if name.startswith("pitch_")])
-    return sum(travel(result, name) for name in names) / blades
+    return sum(actuator_travel(result, name) for name in names) / blades
 
 
 _K, _D = 1e-3, 180.0 / pi
@@ -188,9 +188,9 @@ class RunSummary:
 
     numbers: Mapping[str, Mapping[str, float]]
     spectra: Mapping[str, PowerSpectrum] = field(repr=False)
-    ceilings: tuple[Ceiling, Ceiling]
+    ceilings: tuple[IdealRemoval, IdealRemoval]
     moment: Float = field(repr=False)
-    ceilings_window: Mapping[str, tuple[Ceiling, Ceiling]]
+    ceilings_window: Mapping[str, tuple[IdealRemoval, IdealRemoval]]
     result: Result | None = field(default=None, repr=False)
     warnings: tuple[str, ...] = ()
 
@@ -250,12 +250,12 @@ class Comparison(Brief):
             raise InputError(f"spectrum of {channel!r}: there are those of {' and '.join(SPECTRA)}")
         return average_spectra([run.spectra[kept[name]] for run in self.runs[scheme]])
 
-    def ceiling_change(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> Estimate:
+    def ceiling_change(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
         """Change of RootMyc1 of the first scheme when 1P (``harmonics`` 1), or 1P and 2P (2), are removed ideally."""
         found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
         return mean_interval([c.std_change if quantity == "std" else c.load_change for c in found])
 
-    def ceiling_left(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> Estimate:
+    def ceiling_left(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
         """What is left then [N m], mean over seeds."""
         found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
         return mean_interval([c.std_left if quantity == "std" else c.load_left for c in found])
@@ -408,7 +408,7 @@ def _trimmed(run: RunSummary, *, series: bool) -> RunSummary:
     return run if series else replace(run, result=None)
 
 
-def _limits(run: RunSummary, window: str) -> tuple[Ceiling, Ceiling]:
+def _limits(run: RunSummary, window: str) -> tuple[IdealRemoval, IdealRemoval]:
     return run.ceilings if window == WHOLE else run.ceilings_window[window]
 
 
@@ -419,8 +419,8 @@ def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: b
     f = rotor_frequency(whole)
     bands = [harmonic_bands(f, multiples, HALF_BAND) for multiples in ((1,), (1, 2))]
 
-    def limits(window: tuple[float, float]) -> tuple[Ceiling, Ceiling]:
-        one, two = (ceiling(whole, "RootMyc1", bands=b, slope=BLADE_SLOPE, between=window) for b in bands)
+    def limits(window: tuple[float, float]) -> tuple[IdealRemoval, IdealRemoval]:
+        one, two = (ideal_removal(whole, "RootMyc1", bands=b, slope=BLADE_SLOPE, between=window) for b in bands)
         return one, two
 
     return RunSummary(

@@ -18,8 +18,8 @@ from meltemi.report.spectra_plots import plot_spectra
 from meltemi.report.tables import number, write_csv
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.compare import SPECTRA, WHOLE, Comparison, failure_line
-from meltemi.studies.schemes import Design
-from meltemi.studies.tuning import Tuning
+from meltemi.studies.schemes import SchemeDesign
+from meltemi.studies.tuning import LoopTuning
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -99,7 +99,7 @@ def seed_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
-def tuning_rows(tunings: Mapping[str, Tuning]) -> tuple[list[str], list[list[str]]]:
+def tuning_rows(tunings: Mapping[str, LoopTuning]) -> tuple[list[str], list[list[str]]]:
     """Head and rows of every loop at every operating point: plant, settings, margins."""
     head = [
         "loop",
@@ -167,7 +167,7 @@ def write_comparison(
     comparison: Comparison,
     out: str | Path,
     *,
-    design: Design | None = None,
+    design: SchemeDesign | None = None,
     title: str = "Control schemes in the same winds",
     facts: Iterable[tuple[str, str]] = (),
     repeat: str = "",
@@ -229,7 +229,7 @@ def write_comparison(
 
 
 def _sections(
-    comparison: Comparison, pictures: Mapping[str, Path], tunings: Mapping[str, Tuning], repeat: str
+    comparison: Comparison, pictures: Mapping[str, Path], tunings: Mapping[str, LoopTuning], repeat: str
 ) -> list[Section]:
     head, rows, groups = main_rows(comparison)
     numbers: list[str | Table | Picture | Code] = []
@@ -279,7 +279,7 @@ def _sections(
     return found
 
 
-def _tuning_tables(tunings: Mapping[str, Tuning]) -> list[Table]:
+def _tuning_tables(tunings: Mapping[str, LoopTuning]) -> list[Table]:
     """Settings of each loop, and its margins at each point."""
     head, rows = tuning_rows(tunings)
     n = head.index("leak") + 1

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from meltemi.core.display import Brief
 from meltemi.loadcases.batch import completed, simulate_batch
 from meltemi.maths.tables import View
-from meltemi.postprocess.ensemble import Estimate, mean_interval
+from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
@@ -25,7 +25,8 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.icing import Icing, with_ice
+from meltemi.turbine.iced_blade import with_ice
+from meltemi.turbine.icing import Icing
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
 
@@ -196,7 +197,7 @@ def frequency_table(effects: IcingEffects) -> Table:
     return Table(["mode", "clean\nHz", "iced\nHz", "%"], rows, f"{effects.turbine}: blade at rest", note=note)
 
 
-def load_changes(effects: IcingEffects, name: str, load: str) -> list[Estimate]:
+def load_changes(effects: IcingEffects, name: str, load: str) -> list[MeanEstimate]:
     """Change of an equivalent load against the clean turbine in the same wind, for each wind speed, as a share."""
     ratio = effects.loads[name][load] / effects.loads[CLEAN][load] - 1.0
     return [mean_interval(row) for row in ratio]

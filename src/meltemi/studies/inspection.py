@@ -13,7 +13,7 @@ from meltemi.report.tables import power_curve_rows
 from meltemi.report.turbine_facts import mode_rows, turbine_facts
 from meltemi.report.turbine_plots import plot_turbine, turbine_figures
 from meltemi.simulation.portrait import Portrait, PowerPortrait, portrait, power_portrait
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 CAPTIONS = {
@@ -63,7 +63,9 @@ def _power_page(seen: PowerPortrait, out: Path) -> tuple[PowerPortrait, list[Pat
 
     t, p = seen.turbine, seen.performance
     every = slice(None, None, max(len(p.pitch) // 8, 1))
-    shown = Performance(p.tip_speed_ratio, p.pitch[every], p.power[:, every], p.thrust[:, every], p.torque[:, every])
+    shown = RotorPerformance(
+        p.tip_speed_ratio, p.pitch[every], p.power[:, every], p.thrust[:, every], p.torque[:, every]
+    )
     picture = save(plot_performance(shown), out / "turbine.png")
     rows = [[name if i == 0 else "", *row] for name, found in turbine_facts(seen) for i, row in enumerate(found)]
     sections = [

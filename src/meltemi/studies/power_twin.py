@@ -6,12 +6,12 @@ from meltemi.simulation.engines import build
 from meltemi.simulation.performance import performance_of
 from meltemi.studies.baseline_tuning import rotor_inertia
 from meltemi.turbine.definition import Turbine, YawDrive
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine, Shaft, TableCoefficient
 
 
 def power_turbine_of(
-    turbine: Turbine, performance: Performance | None = None, *, flexible_shaft: bool = False
+    turbine: Turbine, performance: RotorPerformance | None = None, *, flexible_shaft: bool = False
 ) -> PowerTurbine:
     """The same rotor as a table of coefficients, with the same inertia, actuators, yaw drive and control.
 

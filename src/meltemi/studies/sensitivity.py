@@ -47,8 +47,8 @@ RELATIVE_STEP = 1e-4
 OFFSET_STEP = 1e-5
 """[rad] the same of pitch offsets, which are usually zero."""
 DIFFERENCE_STEP = 1e-3
-"""Step of :func:`differences` over that: polars and wind boxes are piecewise linear, and at a larger step their kinks
-show in a difference; at a smaller one, rounding."""
+"""Step of :func:`finite_difference_runs` over that: polars and wind boxes are piecewise linear, and at a larger step
+their kinks show in a difference; at a smaller one, rounding."""
 TABLE_STEP = 1e-3
 """Relative change of the turbine for differences of the model's tables."""
 
@@ -189,7 +189,7 @@ def _settled(run: Run) -> tuple[Run, AnyModel, Controller, StartPoint]:
     return held, model, controller, first_point(model, wind, start)
 
 
-def differences(run: Run, parameter: str, *, step: float | None = None) -> tuple[Result, Result, float]:
+def finite_difference_runs(run: Run, parameter: str, *, step: float | None = None) -> tuple[Result, Result, float]:
     """The runs with a parameter one step below and above, and the step: what derivatives are checked with.
 
     Args:

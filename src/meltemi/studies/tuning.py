@@ -99,7 +99,7 @@ class TunedPoint:
 
 
 @dataclass(frozen=True, repr=False)
-class Tuning(Brief):
+class LoopTuning(Brief):
     """A loop and how it was found.
 
     Attributes:
@@ -131,7 +131,7 @@ def tune_ipc(
     sensor: LoadSensor | None = None,
     sample_time: float | None = None,
     linear: Sequence[LinearModel] | None = None,
-) -> Tuning:
+) -> LoopTuning:
     """An individual pitch or flap loop, tuned by margins on the turbine's own linear model (C-32 to C-37).
 
     Args:
@@ -194,7 +194,7 @@ def tune_ipc(
     shapes = [(plant.w, plant.loop(draft, sensor, dt)) for plant in plants]
     bandwidth = _largest(shapes, phase_margin, gain_margin)
     loop = scaled(draft, bandwidth).replace(tracking_time=1.0 / bandwidth)
-    return Tuning(loop, _points(models, loop, (), sensor, dt), phase_margin, gain_margin)
+    return LoopTuning(loop, _points(models, loop, (), sensor, dt), phase_margin, gain_margin)
 
 
 def tune_loops(
@@ -206,7 +206,7 @@ def tune_loops(
     linear: Sequence[LinearModel] | None = None,
     sensor: LoadSensor | None = None,
     sample_time: float | None = None,
-) -> tuple[Tuning, ...]:
+) -> tuple[LoopTuning, ...]:
     """Several loops that work together: each tuned alone, then all gains lowered until all keep the margins (C-38).
 
     Arguments not listed here are those of :func:`tune_ipc`.

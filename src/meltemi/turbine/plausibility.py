@@ -31,7 +31,7 @@ TOWER = (0.4, 6.0)
 """First frequency over rated rotor speed; those have 1.1 to 1.9."""
 
 
-def plausibility(turbine: AnyTurbine) -> tuple[str, ...]:
+def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     """Warnings about turbine data that are implausible for its size.
 
     Returns:

@@ -20,7 +20,7 @@ from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
-from meltemi.studies.journal import cells
+from meltemi.studies.run_store import cells
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import AnyWind

@@ -17,7 +17,7 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
-from meltemi.studies.journal import Lost, attempt, cells
+from meltemi.studies.run_store import FailedResult, attempt, cells
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.study import Progress, span, told
 from meltemi_papers.wang2021 import winds
@@ -111,7 +111,7 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
         )
     tell = told(span(progress, 0.85, 0.12), "V1 and V2")
     both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, tell)
-    one, two = (both, both) if isinstance(both, Lost) else both
+    one, two = (both, both) if isinstance(both, FailedResult) else both
     gust = attempt("gust", run_gust, studied, workers, told(span(progress, 0.97, 0.03), "gust with direction change"))
     return Runs(setup, (turbine, studied), calibration, tables, one, two, gust)
 

@@ -21,7 +21,7 @@ from meltemi.core.units import rpm
 from meltemi.environment.site import STANDARD
 from meltemi.maths.tables import View
 from meltemi.turbine.electrical import nominal_frequency
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 from meltemi.turbine.scaling.blade import blade_moments
 
@@ -43,7 +43,7 @@ def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
 
 def power_control(
     turbine: AnyTurbine,
-    performance: Performance,
+    performance: RotorPerformance,
     settings: PowerControl | None = None,
     *,
     sample_time: float | None = None,
@@ -84,7 +84,7 @@ def power_control(
     )
 
 
-def power_section(turbine: AnyTurbine, performance: Performance, settings: PowerControl) -> Float:
+def power_section(turbine: AnyTurbine, performance: RotorPerformance, settings: PowerControl) -> Float:
     """Settings and tables of a power control, to be put into a state vector and set to a start by ``start_power``.
 
     Raises:

@@ -22,7 +22,7 @@ from meltemi.control.power_control import state as p
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 
 Float = NDArray[float64]
 
@@ -103,7 +103,7 @@ class RotorTables:
     pitch_step: float = PITCH_STEP
 
 
-def rotor_tables(performance: Performance, fine: float) -> RotorTables:
+def rotor_tables(performance: RotorPerformance, fine: float) -> RotorTables:
     """Tables of a rotor for its power control.
 
     Args:

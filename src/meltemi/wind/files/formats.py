@@ -68,8 +68,8 @@ def read_wind(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox | Wind
         raise InputError(f"{path}: grid= applies to HAWC2 files (.bin) only, this is a {found[0].text} ({path.suffix})")
     if found[0].name == "hub_csv":
         raise InputError(
-            f"{path}: contains hub-height wind only: read it with meltemi.read_hub_csv, and pass it as hub_series to "
-            "meltemi.TurbulentWind"
+            f"{path}: contains hub-height wind only: read it with meltemi.io.read_hub_csv, and pass it as hub_series "
+            "to meltemi.TurbulentWind"
         )
     if found[0].name == "hawc2":
         return read_hawc2(path, grid)

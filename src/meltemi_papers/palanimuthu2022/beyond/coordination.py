@@ -22,7 +22,7 @@ from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
 from meltemi.environment.grid import PowerGrid
-from meltemi.postprocess.ensemble import EnsembleTable, travel
+from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
@@ -36,7 +36,7 @@ from meltemi.simulation.trim import operating_point
 from meltemi.studies.tuning import tune_ipc
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.fields import WindBox, WindSeries
 from meltemi.wind.iec.winds import ntm
@@ -132,7 +132,7 @@ def turning_wind(turbine: Turbine, setup: Setup, seed: int) -> WindBox:
     return with_gust(box, WindSeries(time=step * np.arange(n) - reach, speed=along, direction=direction))
 
 
-def controllers(model: Model, performance: Performance) -> dict[str, Controller]:
+def controllers(model: Model, performance: RotorPerformance) -> dict[str, Controller]:
     """Of the candidates; individual pitch at once the rotor's frequency, by margins."""
     assert isinstance(model.turbine, Turbine)
     loop = tune_ipc(model).loop
@@ -157,8 +157,8 @@ def quantities(result: Result) -> dict[str, float]:
     hours = float(result.time[-1] - result.time[0])
     return {
         ENERGY: float(result["generator_power"].mean()) * hours,
-        PITCH: travel(result, "pitch_1"),
-        TURNED: travel(result, "yaw_command"),
+        PITCH: actuator_travel(result, "pitch_1"),
+        TURNED: actuator_travel(result, "yaw_command"),
         STARTS: float(np.sum(np.diff(turning.astype(int)) > 0)) / hours,
         TOWER_LOAD: loads[TOWER],
         ROOT_LOAD: loads[ROOT],

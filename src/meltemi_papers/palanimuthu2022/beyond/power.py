@@ -21,7 +21,7 @@ from meltemi.control.power_control.controller import power_control
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
-from meltemi.postprocess.ensemble import EnsembleTable, travel
+from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
@@ -115,7 +115,7 @@ def quantities(result: Result, rated_power: float, rated_speed: float) -> dict[s
     loads = equivalent_loads(result, [TOWER, ROOT, SHAFT])
     power, pitch = result["generator_power"], result["pitch_1"]
     return {
-        PITCH: travel(result, "pitch_1"),
+        PITCH: actuator_travel(result, "pitch_1"),
         MOVING: float(np.mean(np.abs(np.diff(pitch)) > MOVES * STEP)),
         TRACKING: float(np.sqrt(np.mean((power - result["power_reference"]) ** 2))) / rated_power,
         SPEED: float(result["rotor_speed"].std()) / rated_speed,

@@ -20,7 +20,7 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.journal import Lost, attempt, cells, survivors
+from meltemi.studies.run_store import FailedResult, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind, WindBox
 from meltemi.wind.iec.gusts import ecd
@@ -112,7 +112,7 @@ def run_grid(
     keys: dict[str, dict[str, Any]] = {}
     found = cells(_Cases(turbine, grid, base_points, keys), reduce=reduced, workers=workers, progress=progress)
     survivors(found)
-    rows = [key | value for key, value in zip(keys.values(), found, strict=True) if not isinstance(value, Lost)]
+    rows = [key | value for key, value in zip(keys.values(), found, strict=True) if not isinstance(value, FailedResult)]
     return Found(grid, pd.DataFrame(rows))
 
 

@@ -15,9 +15,10 @@ from meltemi.simulation.model import Model, build
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import OperatingPoint, operating_point
-from meltemi.studies.journal import Lost, LostError, cells
+from meltemi.studies.run_store import FailedResult, FailedResultError, cells
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.icing import Icing, with_ice
+from meltemi.turbine.iced_blade import with_ice
+from meltemi.turbine.icing import Icing
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
 from meltemi_papers.palanimuthu2022.beyond.power import FAST
@@ -132,7 +133,7 @@ def respond(
     models[WET, setup.rain_density] = build(turbine, FAST, Environment(air_density=setup.rain_density, rain=RAIN))
     progress(0.0, "steady operation")
     starts = {key: [operating_point(model, v) for v in setup.speeds] for key, model in models.items()}
-    found: list[Float | Lost] = []
+    found: list[Float | FailedResult] = []
     winds = [(v, seed) for v in setup.speeds for seed in setup.seeds]
     duration = setup.begin + setup.length
     rated = FULL * turbine.rated_power
@@ -158,9 +159,9 @@ def respond(
             for key, model in models.items()
         ]
         found += cells(cases, reduce=reduced, workers=workers)
-    lost = {winds[i // len(models)][1]: value for i, value in enumerate(found) if isinstance(value, Lost)}
+    lost = {winds[i // len(models)][1]: value for i, value in enumerate(found) if isinstance(value, FailedResult)}
     if len(lost) == len(setup.seeds):
-        raise LostError(next(iter(lost.values())).why)
+        raise FailedResultError(next(iter(lost.values())).why)
     setup = replace(setup, seeds=tuple(seed for seed in setup.seeds if seed not in lost))
     kept = [value for i, value in enumerate(found) if winds[i // len(models)][1] not in lost]
     # conditions, quantities, speeds, seeds

@@ -1,13 +1,14 @@
 """What a long study has finished, kept on disk, and what of it has failed.
 
-Within ``with journal(out, inputs):`` the runs of :func:`cells` are kept in a folder of ``out`` as each is done. The
+Within ``with run_store(out, inputs):`` the runs of :func:`cells` are kept in a folder of ``out`` as each is done. The
 same study, begun again after Ctrl-C, a crash or a kill, takes them over and goes on with the rest. They are known by a
 hash of the files of meltemi and of the study's own package, of the study's inputs and of the case, so what has changed
 is computed anew.
 
-A cell that fails does not end the study: :class:`Lost` stands for its result, and tells whoever uses it why there is
-none. ``attempt`` makes cells of other computations, ``guarded`` gives something in place of what depends on them. A run
-that is doubtful counts and is listed: what a paper did is shown also where it leaves what our model is made for.
+A cell that fails does not end the study: :class:`FailedResult` stands for its result, and tells whoever uses it why
+there is none. ``attempt`` makes cells of other computations, ``guarded`` gives something in place of what depends on
+them. A run that is doubtful counts and is listed: what a paper did is shown also where it leaves what our model is
+made for.
 """
 
 from __future__ import annotations
@@ -42,12 +43,12 @@ FOLDER = "finished-runs"
 _ANY_START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.0, generator_torque=0.0)
 
 
-class LostError(MeltemiError):
+class FailedResultError(MeltemiError):
     """Something was asked for that a failed cell should have given."""
 
 
-class Lost:
-    """Stands for what a failed cell should have given; any use of it raises :class:`LostError`.
+class FailedResult:
+    """Stands for what a failed cell should have given; any use of it raises :class:`FailedResultError`.
 
     Attributes:
       why: cell and reason.
@@ -57,16 +58,16 @@ class Lost:
         self.why = why
 
     def _raise(self, *_: Any, **__: Any) -> Any:
-        raise LostError(self.why)
+        raise FailedResultError(self.why)
 
     __getattr__ = __getitem__ = __iter__ = __len__ = __call__ = __float__ = __contains__ = __array__ = _raise
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __neg__ = _raise
 
     def __reduce__(self) -> Any:
-        return Lost, (self.why,)
+        return FailedResult, (self.why,)
 
 
-class Journal:
+class RunStore:
     """Of one study: what it has finished and what has failed.
 
     Attributes:
@@ -142,16 +143,16 @@ class Journal:
                 self._folder.rmdir()
 
 
-_OPEN: ContextVar[Journal] = ContextVar("journal", default=Journal())  # noqa: B039 - it keeps nothing on disk
+_OPEN: ContextVar[RunStore] = ContextVar("journal", default=RunStore())  # noqa: B039 - it keeps nothing on disk
 
 
-def current() -> Journal:
+def current() -> RunStore:
     """The journal of the study under way."""
     return _OPEN.get()
 
 
 @contextmanager
-def journal(out: Path, inputs: str, package: str = HOUSE) -> Iterator[Journal]:
+def run_store(out: Path, inputs: str, package: str = HOUSE) -> Iterator[RunStore]:
     """The journal of a study, in its output folder.
 
     What is kept goes when the study has come to its end without a failed cell.
@@ -161,7 +162,7 @@ def journal(out: Path, inputs: str, package: str = HOUSE) -> Iterator[Journal]:
       inputs: everything that the study depends on beside the packages' files, as text.
       package: in which the study is.
     """
-    book = Journal(out / FOLDER, inputs, package)
+    book = RunStore(out / FOLDER, inputs, package)
     if book.waiting():
         _say(f"taking over {book.waiting()} finished runs from {out / FOLDER}")
     token = _OPEN.set(book)
@@ -182,7 +183,7 @@ def _say(text: str) -> None:
 
 
 def attempt(name: str, function: Callable[..., T], *arguments: Any, **keywords: Any) -> T:
-    """A cell of a study: what a function gives, or :class:`Lost` if it raises an error in words.
+    """A cell of a study: what a function gives, or :class:`FailedResult` if it raises an error in words.
 
     Cells inside of it have its name before theirs.
     """
@@ -191,10 +192,10 @@ def attempt(name: str, function: Callable[..., T], *arguments: Any, **keywords: 
     try:
         return function(*arguments, **keywords)
     except MeltemiError as error:
-        if not isinstance(error, LostError):  # the cell that failed first is listed already
+        if not isinstance(error, FailedResultError):  # the cell that failed first is listed already
             book.path = before
             book.enter(name, str(error))
-        return cast("T", Lost(str(error) if isinstance(error, LostError) else f"{name}: {error}"))
+        return cast("T", FailedResult(str(error) if isinstance(error, FailedResultError) else f"{name}: {error}"))
     finally:
         book.path = before
 
@@ -221,9 +222,9 @@ def survivors(values: Iterable[T]) -> list[T]:
       LostError: all failed; with the reason of the first.
     """
     values = list(values)
-    left = [value for value in values if not isinstance(value, Lost)]
+    left = [value for value in values if not isinstance(value, FailedResult)]
     if values and not left:
-        raise LostError(cast("Lost", values[0]).why)
+        raise FailedResultError(cast("FailedResult", values[0]).why)
     return left
 
 
@@ -234,7 +235,7 @@ def cells(
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Any]:
-    """Values of a batch's cases, :class:`Lost` for those that failed; arguments as of ``simulate_batch``.
+    """Values of a batch's cases, :class:`FailedResult` for those that failed; arguments as of ``simulate_batch``.
 
     Only runs that reached their end are reduced; of those, the open journal lists the doubtful ones.
 
@@ -246,7 +247,7 @@ def cells(
         complete = outcome.status.complete
         if not outcome.ok:
             book.enter(outcome.name, outcome.message, doubtful=complete)
-        values.append(outcome.value if complete else Lost(f"{outcome.name}: {outcome.message}"))
+        values.append(outcome.value if complete else FailedResult(f"{outcome.name}: {outcome.message}"))
     return values
 
 
@@ -269,10 +270,10 @@ def resumed(
     def left() -> Iterator[Run]:
         for i, case in enumerate(cases, start=1):
             name = case.name or f"case_{i:04d}"
-            missing = next((x for f in fields(case) if isinstance(x := getattr(case, f.name), Lost)), None)
+            missing = next((x for f in fields(case) if isinstance(x := getattr(case, f.name), FailedResult)), None)
             file = None if missing is not None else book.file_of(name, case)
             if missing is not None:
-                there[name] = Outcome(name, Status.FAILED, missing.why, error=LostError)
+                there[name] = Outcome(name, Status.FAILED, missing.why, error=FailedResultError)
             elif kept := book.read(file):
                 there[name] = Outcome(name, *kept[0])
             else:
