@@ -19,7 +19,7 @@ from typing import Any
 
 NAMESPACES = ("wind", "control", "turbine", "environment", "events", "loads", "analysis", "io", "plots")
 RENAMED = {
-    "BatchCase": "Run",
+    "Run": "Run",
     "Ceiling": "loads.IdealRemoval",
     "Design": "analysis.SchemeDesign",
     "Differences": "analysis.ResultDifferences",
@@ -62,6 +62,8 @@ def declared(namespace: str) -> dict[str, tuple[str, str]]:
                 name = alias.asname or alias.name
                 inner = statement.module == "meltemi" and alias.name in NAMESPACES
                 found[name] = (f"meltemi.{alias.name}", "") if inner else (statement.module, alias.name)
+        elif isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
+            found[statement.target.id] = (namespace, statement.target.id)
     return found
 
 
@@ -81,7 +83,7 @@ def public(namespace: str) -> tuple[Callable[[str], Any], Callable[[], list[str]
         setattr(sys.modules[namespace], name, value)
         return value
 
-    return get, lambda: sorted({*declared(namespace), *vars(sys.modules[namespace])})
+    return get, lambda: sorted(declared(namespace))
 
 
 def _explained(module: Any, name: str) -> Any:

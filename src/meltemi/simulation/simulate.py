@@ -60,7 +60,7 @@ CHUNK_SECONDS = 0.1
 
 @arguments_of(Run)
 def simulate(run: Run) -> Result:
-    """Simulate a model in a wind.
+    """Simulate a model in a wind; the arguments are the fields of :class:`Run`.
 
     The run starts in the steady operating point for the wind (``start`` replaces it); a turbulent wind is another one
     from its first instant on, so what follows within the first seconds, and the wake's tens of seconds, is a transient.
@@ -275,7 +275,7 @@ class Simulation:
 
         Args:
           demands: by name (``"pitch"`` stands for all blades; those left out keep their values) or all of
-            ``control.signals.Demands`` as a vector, in SI. They need ``controller=meltemi.control.ConstantController()``.
+            ``control.signals.Demands`` as a vector, in SI, which needs ``control.ConstantController()``.
 
         Returns:
           Measurements at that instant, a copy: ``measurements["generator_speed"]``, or all as ``measurements.array``.
