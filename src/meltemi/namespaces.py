@@ -19,7 +19,7 @@ from typing import Any
 
 NAMESPACES = ("wind", "control", "turbine", "environment", "events", "loads", "analysis", "io", "plots")
 RENAMED = {
-    "Run": "Run",
+    "BatchCase": "Run",
     "Ceiling": "loads.IdealRemoval",
     "Design": "analysis.SchemeDesign",
     "Differences": "analysis.ResultDifferences",

@@ -53,7 +53,7 @@ def test_no_name_of_a_namespace_is_hidden_by_a_module() -> None:
     [
         ("meltemi", "etm", "it is meltemi.wind.etm"),
         ("meltemi", "travel", "it is meltemi.loads.actuator_travel"),
-        ("meltemi", "Run", "it is meltemi.Run"),
+        ("meltemi", "BatchCase", "it is meltemi.Run"),
         ("meltemi.wind", "simulate", "it is meltemi.simulate"),
         ("meltemi.loads", "rainflow_cycle", "did you mean 'rainflow_cycles'"),
     ],

@@ -19,7 +19,21 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Controller, InputError, Model, ModelOptions, Outcome, Result, Run, Start, Status, SteadyWind, WindBox, simulate, simulate_batch
+from meltemi import (
+    Controller,
+    InputError,
+    Model,
+    ModelOptions,
+    Outcome,
+    Result,
+    Run,
+    Start,
+    Status,
+    SteadyWind,
+    WindBox,
+    simulate,
+    simulate_batch,
+)
 from meltemi.control import signals as s
 from meltemi.loadcases.batch import Batch
 from meltemi.simulation import points
