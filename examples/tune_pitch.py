@@ -83,7 +83,7 @@ def law(model: meltemi.Model, factors: np.ndarray) -> meltemi.Controller:
         f"control.pitch.{name}": factor * getattr(turbine.control.pitch, name)
         for name, factor in zip(GAINS, factors, strict=True)
     }
-    return meltemi.BaselineController(turbine.replace(**gains))
+    return meltemi.control.BaselineController(turbine.replace(**gains))
 
 
 def measures(run: meltemi.Result) -> dict[str, float]:

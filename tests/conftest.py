@@ -16,8 +16,14 @@ import meltemi
 from meltemi import Model, Turbine
 from meltemi.core import kernel
 
+
+class _Everything(set[str]):
+    def __contains__(self, _: object) -> bool:
+        return True
+
+
 # what is still to be compiled, and said on stderr, depends on the order of the tests
-kernel._FEATURES_TOLD.update((*kernel.FEATURES.values(), "the simulation", "derivatives"))
+kernel._FEATURES_TOLD = _Everything()
 
 # background shells, nohup and cron switch Ctrl-C off, for processes that are started here, too
 if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -23,13 +23,13 @@ from meltemi.wind.files import read_bladed as read_bladed
 from meltemi.wind.files import read_bts as read_bts
 from meltemi.wind.files import read_hawc2 as read_hawc2
 from meltemi.wind.files import read_hub_csv as read_hub_csv
-from meltemi.wind.formats import read_wind as read_wind
-from meltemi.wind.formats import read_wind_netcdf as read_wind_netcdf
+from meltemi.wind.files import read_wind_netcdf as read_wind_netcdf
 from meltemi.wind.files import read_wnd as read_wnd
 from meltemi.wind.files import write_bladed as write_bladed
 from meltemi.wind.files import write_bts as write_bts
 from meltemi.wind.files import write_hawc2 as write_hawc2
 from meltemi.wind.files import write_hub_csv as write_hub_csv
-from meltemi.wind.formats import write_wind as write_wind
 from meltemi.wind.files import write_wind_netcdf as write_wind_netcdf
 from meltemi.wind.files import write_wnd as write_wnd
+from meltemi.wind.formats import read_wind as read_wind
+from meltemi.wind.formats import write_wind as write_wind

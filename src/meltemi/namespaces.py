@@ -8,12 +8,11 @@ declared in one place.
 
 from __future__ import annotations
 
-import ast
+import os
 import sys
 from collections.abc import Callable
 from functools import cache
 from importlib import import_module
-from pathlib import Path
 from types import FunctionType
 from typing import Any
 
@@ -53,15 +52,18 @@ RENAMED = {
 @cache
 def declared(namespace: str) -> dict[str, tuple[str, str]]:
     """Module and name there of each public name of a namespace, from its stub file; a module has no name there."""
-    folder = Path(__file__).parent.joinpath(*namespace.split(".")[1:])
-    stub = folder / "__init__.pyi" if folder.is_dir() else folder.with_suffix(".pyi")
+    place = os.path.join(os.path.dirname(__file__), *namespace.split(".")[1:])  # noqa: PTH118, PTH120 - pathlib is slow to import
+    stub = f"{place}/__init__.pyi" if os.path.isdir(place) else f"{place}.pyi"  # noqa: PTH112
     found: dict[str, tuple[str, str]] = {}
-    for statement in ast.parse(stub.read_text(encoding="utf-8")).body:
-        if isinstance(statement, ast.ImportFrom) and statement.module and statement.module != "__future__":
-            for alias in statement.names:
-                name = alias.asname or alias.name
-                inner = statement.module == "meltemi" and alias.name in NAMESPACES
-                found[name] = (f"meltemi.{alias.name}", "") if inner else (statement.module, alias.name)
+    with open(stub, encoding="utf-8") as lines:  # noqa: PTH123
+        for line in lines:
+            match line.split():
+                case ["from", "meltemi", "import", inner, "as", name]:
+                    found[name] = (f"meltemi.{inner}", "")
+                case ["from", module, "import", there, "as", name]:
+                    found[name] = (module, there)
+                case [name, _] if name.endswith(":"):
+                    found[name[:-1]] = (namespace, name[:-1])
     return found
 
 
@@ -81,7 +83,7 @@ def public(namespace: str) -> tuple[Callable[[str], Any], Callable[[], list[str]
         setattr(sys.modules[namespace], name, value)
         return value
 
-    return get, lambda: sorted({*declared(namespace), *vars(sys.modules[namespace])})
+    return get, lambda: sorted(declared(namespace))
 
 
 def _explained(module: Any, name: str) -> Any:

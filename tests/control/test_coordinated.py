@@ -141,7 +141,7 @@ def test_individual_pitch_and_numbers_on_an_aeroelastic_turbine() -> None:
 def test_a_reference_is_one_of_power_into_the_grid() -> None:
     """C-86b: losses of machine, converters and filter are added to what the shaft has to give."""
     turbine, _, performance = machine()
-    law = meltemi.PowerController(turbine, performance)
+    law = meltemi.control.PowerController(turbine, performance)
     found = {}
     for electrical in ("ideal", "averaged"):
         model = meltemi.build(turbine, ModelOptions(electrical=electrical))

@@ -242,7 +242,7 @@ def test_stepped_from_outside_and_reset(machine: Model) -> None:
             machine,
             WIND,
             duration=1.0,
-            controller=ConstantController(),
+            controller=meltemi.control.ConstantController(),
             channels=CHANNELS,
             output_step=DT,
             events=events,
@@ -286,7 +286,7 @@ def test_log_and_meta(machine: Model, tmp_path: Any) -> None:
 
 def test_the_supervisor_notices(model: Model) -> None:
     """At the same instant; the log has the cause before what is made of it."""
-    law = meltemi.SupervisedController(model.turbine)
+    law = meltemi.control.SupervisedController(model.turbine)
     result = simulate(model, WIND, duration=2.0, controller=law, events=[meltemi.events.GridLoss(at=1.0)])
     cause, reaction = result.log
     assert (cause.source, reaction.source) == ("event", "supervisor")

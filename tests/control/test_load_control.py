@@ -15,8 +15,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, LoadController, Model, Result, Simulation, Status, SteadyWind, Turbine, simulate
-from meltemi.control import FeedForward, HarmonicLoop, LoadControl, LoadSensor, SpeedNotch, StartPoint
+from meltemi import InputError, Model, Result, Simulation, Status, SteadyWind, Turbine, simulate
+from meltemi.control import FeedForward, HarmonicLoop, LoadControl, LoadController, LoadSensor, SpeedNotch, StartPoint
 from meltemi.control import signals as s
 from meltemi.control.feedforward import weight, weight_settings
 from meltemi.control.filters import LowPass, low_pass
@@ -121,7 +121,7 @@ def test_without_parts_it_is_the_baseline_to_the_bit(model: Model, speed: float)
     runs = [
         simulate(model, wind, duration=30.0, channels=["all"], controller=controller)
         for controller in (
-            meltemi.BaselineController(model.turbine),
+            meltemi.control.BaselineController(model.turbine),
             LoadController(model.turbine),
             LoadController(model.turbine, LoadControl(feedforward=FeedForward(gain=0.0))),
         )
@@ -627,7 +627,8 @@ def test_state_names(flapped: Turbine) -> None:
     names = driven.controller.state_names
     assert len(names) == len(set(names)) == len(driven.state)
     assert (
-        names[: len(meltemi.BaselineController(flapped).state_names)] == meltemi.BaselineController(flapped).state_names
+        names[: len(meltemi.control.BaselineController(flapped).state_names)]
+        == meltemi.control.BaselineController(flapped).state_names
     )
     for name, value in {
         "loop_1_tilt_integral_gain": PITCH_GAIN,

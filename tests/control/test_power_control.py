@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, PowerController
-from meltemi.control import Droop, PowerControl, StartPoint
+from meltemi import InputError
+from meltemi.control import Droop, PowerControl, PowerController, StartPoint
 from meltemi.control import signals as s
 from meltemi.control.controller import new_vectors
 from meltemi.control.machine import FROM, TO

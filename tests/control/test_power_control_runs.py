@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Environment, InputError, PowerController, Result, Simulation, SteadyWind, TurbulentWind
-from meltemi.control import Droop, PowerControl
+from meltemi import Environment, InputError, Result, Simulation, SteadyWind, TurbulentWind
+from meltemi.control import Droop, PowerControl, PowerController
 from meltemi.control.power_control.tables import NUMBER
 from meltemi.environment import Air, PowerGrid
 from meltemi.loadcases.case import case_controller, read_case

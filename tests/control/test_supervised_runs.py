@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import InputError, Model, Result, Start, SteadyWind, SupervisedController, WindSeries
-from meltemi.control import HarmonicLoop, LoadControl, Supervision, YawControl, YawProtection
+from meltemi import InputError, Model, Result, Start, SteadyWind, WindSeries
+from meltemi.control import HarmonicLoop, LoadControl, SupervisedController, Supervision, YawControl, YawProtection
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.moving_mean import mean_start, moving_mean
 from meltemi.control.supervisor.settings import limits
@@ -73,7 +73,7 @@ def test_production_is_load_control_to_the_bit(model: Model, loops: Any) -> None
     wind = meltemi.wind.generate_field(
         meltemi.TurbulentWind(speed=12.0, intensity=0.15, seed=3, points=7), model.turbine, 30.0
     )
-    one = run(model, wind, 25.0, meltemi.LoadController(model.turbine, load))
+    one = run(model, wind, 25.0, meltemi.control.LoadController(model.turbine, load))
     other = run(model, wind, 25.0, SupervisedController(model.turbine, load=load, protection=YawProtection()))
     for name in ("rotor_speed", "generator_torque", "pitch_1", "TwrBsMyt", "RootMyc1"):
         assert np.array_equal(one[name], other[name])
@@ -89,9 +89,9 @@ def test_start_from_standstill(model: Model) -> None:
     result = run(model, SteadyWind(speed=8.0), 160.0, SupervisedController(model.turbine), FEATHERED)
     assert whats(result) == ["standby -> start up", "start up -> connection", "connection -> maximum power"]
     begin = Start(rotor_speed=0.95, generator_torque=2e4)
-    steady = run(model, SteadyWind(speed=8.0), 100.0, meltemi.BaselineController(model.turbine), begin)["rotor_speed"][
-        -1
-    ]
+    steady = run(model, SteadyWind(speed=8.0), 100.0, meltemi.control.BaselineController(model.turbine), begin)[
+        "rotor_speed"
+    ][-1]
     assert result["rotor_speed"][-1] == pytest.approx(steady, rel=2e-3)
     assert result["rotor_speed"].max() < 1.09 * steady
     assert result["TwrBsMyt"].max() < 60e6

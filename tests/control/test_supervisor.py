@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, SupervisedController, Turbine
-from meltemi.control import StartPoint, Supervision, YawControl, YawProtection, yaw_threshold
+from meltemi import InputError, Turbine
+from meltemi.control import StartPoint, SupervisedController, Supervision, YawControl, YawProtection, yaw_threshold
 from meltemi.control import signals as s
 from meltemi.control.controller import Controller, LogEntry
 from meltemi.control.moving_mean import mean_start, moving_mean

@@ -11,8 +11,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, ModelOptions, SteadyWind, Turbine, YawController
-from meltemi.control import YawControl, yaw
+from meltemi import InputError, ModelOptions, SteadyWind, Turbine
+from meltemi.control import YawControl, YawController, yaw
 from meltemi.control import signals as s
 from meltemi.loadcases.case import case_controller, read_case
 from meltemi.turbine.definition import Yaw

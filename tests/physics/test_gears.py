@@ -201,7 +201,14 @@ def energy(geared: Turbine, dt: float) -> tuple[Float, float]:
     calm = SteadyWind(speed=0.0)
     start = Start(rotor_speed=1.267, coordinates={"drivetrain": 0.005, "yaw": 0.001})
     run = Simulation(
-        Run(model, calm, duration=10.0, controller=meltemi.ConstantController(), start=start, channels=["azimuth"])
+        Run(
+            model,
+            calm,
+            duration=10.0,
+            controller=meltemi.control.ConstantController(),
+            start=start,
+            channels=["azimuth"],
+        )
     )
     probe, whole, inside = Case(model, calm), [], []
     modes = View(GearModes, model.rotor.gear_modes)
@@ -245,7 +252,7 @@ def test_time_integration_remains_of_second_order(geared: Turbine, kind: str) ->
         names = ["q drivetrain", "rotor_speed", "main_shaft_torque", "stage_1_sun_force", "high_speed_shaft_torque"]
         runs.append(
             simulate(
-                model, wind, duration=5.0, controller=meltemi.ConstantController(), start=start, channels=names
+                model, wind, duration=5.0, controller=meltemi.control.ConstantController(), start=start, channels=names
             ).data[20:]
         )
     change = [np.sqrt(np.mean((a - b) ** 2, axis=0)) for a, b in pairwise(runs)]
@@ -329,7 +336,7 @@ def test_derivatives_go_through_the_gears(geared: Turbine) -> None:
         "duration": 3.0,
         "channels": names,
         "start": start,
-        "controller": meltemi.ConstantController(),
+        "controller": meltemi.control.ConstantController(),
     }
     path = "structure.shaft_stiffness"
     exact = meltemi.analysis.sensitivity(meltemi.Run(model, wind, **given), [path]).slopes[..., 0]

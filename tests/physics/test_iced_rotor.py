@@ -36,7 +36,7 @@ def test_imbalance_of_one_iced_blade(turbine: Turbine) -> None:
             m,
             still,
             duration=6.0,
-            controller=meltemi.ConstantController(),
+            controller=meltemi.control.ConstantController(),
             start=start,
             channels=channels,
             output_step=0.05,

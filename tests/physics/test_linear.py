@@ -112,7 +112,7 @@ def test_small_steps_of_the_nonlinear_machine(
             model,
             wind,
             duration=30.0,
-            controller=meltemi.ConstantController(),
+            controller=meltemi.control.ConstantController(),
             start=start,
             channels=names,
             output_step=0.01,

@@ -27,7 +27,7 @@ def held(turbine: Turbine) -> Model:
 
 def run(model: Model, wind: SteadyWind, start: Start, duration: float = 40.0) -> Result:
     return simulate(
-        model, wind, duration=duration, controller=meltemi.ConstantController(), start=start, channels=CHANNELS
+        model, wind, duration=duration, controller=meltemi.control.ConstantController(), start=start, channels=CHANNELS
     )
 
 

@@ -356,7 +356,7 @@ def test_channels_of_blades_and_options_of_modes_are_refused_by_name(model: Mode
         simulate(model, calm, duration=1.0, stations=meltemi.Stations(blade=(10.0,)))
     loops = meltemi.control.LoadControl(loops=(meltemi.control.HarmonicLoop(harmonic=1, integral_gain=1e-9),))
     with pytest.raises(InputError, match="loops, which need loads of the blades: pmsg20mw"):
-        meltemi.LoadController(turbine, loops)
+        meltemi.control.LoadController(turbine, loops)
     assert "rotor_aero_torque" in kind_of(model).channels(model, meltemi.Stations())
 
 

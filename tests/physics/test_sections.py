@@ -137,7 +137,7 @@ def test_momentum_is_balanced_at_any_yaw_and_speed(turbine: Turbine, yaw: float,
     names = ["induction_residual", "mean_induction"]
     model = meltemi.build(turbine, options)
     result = meltemi.simulate(
-        model, wind, duration=6.0, controller=meltemi.ConstantController(), start=start, channels=names
+        model, wind, duration=6.0, controller=meltemi.control.ConstantController(), start=start, channels=names
     )
     assert np.abs(result["induction_residual"]).max() < 1e-6
 

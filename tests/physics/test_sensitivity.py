@@ -146,7 +146,7 @@ def test_values_are_those_of_the_usual_functions(found: Sensitivity) -> None:
 
 
 def test_near_rated_with_smoothing(model: Model) -> None:
-    wind, law = box(11.4, 4), meltemi.BaselineController(model.turbine, smoothing=0.01)
+    wind, law = box(11.4, 4), meltemi.control.BaselineController(model.turbine, smoothing=0.01)
     assert simulate(model, wind, duration=SECONDS)["pitch_1"].min() == 0.0
     names = PARAMETERS[:8]
     found = sensitivity(Run(model, wind, duration=SECONDS, channels=CHANNELS, controller=law), names)
@@ -197,7 +197,7 @@ def test_switches_are_counted(model: Model) -> None:
             model,
             SteadyWind(speed=28.0, direction=0.5),
             duration=10.0,
-            controller=meltemi.ConstantController(),
+            controller=meltemi.control.ConstantController(),
             start=Start(rotor_speed=0.3, pitch=0.9),
         ),
         ["pitch_offset"],
@@ -287,7 +287,7 @@ def test_own_controllers(model: Model, wind: WindBox) -> None:
 
 
 def test_a_compiled_controller_around_the_baseline(model: Model, wind: WindBox) -> None:
-    law = meltemi.BaselineController(model.turbine)
+    law = meltemi.control.BaselineController(model.turbine)
     inner = law.update
 
     @numba.njit

@@ -67,7 +67,7 @@ def test_findings_stand_wherever_the_result_goes(overspeed: Result, model: Model
 
 
 def test_a_reversed_rotor_under_torque(model: Model) -> None:
-    law = meltemi.ConstantController()
+    law = meltemi.control.ConstantController()
     torque = model.turbine.control.torque.maximum_torque
     result = run(model, controller=law, start=Start(rotor_speed=-0.5, pitch=math.pi / 2, generator_torque=torque))
     assert "drives a rotor that turns backwards" in told(result)

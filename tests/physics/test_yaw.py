@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawController, simulate
-from meltemi.control import YawControl
+from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, simulate
+from meltemi.control import YawControl, YawController
 from meltemi.control import signals as s
 from meltemi.control.actuators import yaw_advance
 from meltemi.simulation.case import Case
@@ -128,7 +128,7 @@ def test_free_yaw_loses_what_friction_takes(turbine: Turbine, friction: float) -
         model,
         CALM,
         duration=20.0,
-        controller=meltemi.ConstantController(),
+        controller=meltemi.control.ConstantController(),
         start=start,
         channels=CHANNELS,
         output_step=0.005,
@@ -150,7 +150,8 @@ def test_free_yaw_loses_what_friction_takes(turbine: Turbine, friction: float) -
 def test_the_held_bearing_swings_at_its_frequency(turbine: Turbine) -> None:
     model = in_vacuum(turbine, {"locked": ALL_BUT_YAW}, damping=0.0)
     result = simulate(
-        model, CALM, duration=10.0, controller=meltemi.ConstantController(), start=Start(coordinates={"yaw": 1e-3}),
+        model, CALM, duration=10.0, controller=meltemi.control.ConstantController(),
+        start=Start(coordinates={"yaw": 1e-3}),
         channels=["nacelle_yaw"], output_step=0.0025,
     )  # fmt: skip
     w, h = np.sqrt(turbine.yaw.stiffness / yaw_inertia(model)), 0.0025
@@ -171,7 +172,8 @@ def test_yaw_to_the_other_side_is_a_half_turn_about_the_shaft(turbine: Turbine) 
     left, right = (
         simulate(
             model, SteadyWind(speed=10.0, direction=way * 0.35), duration=10.0, channels=channels,
-            controller=meltemi.ConstantController(), start=Start(rotor_speed=1.2, coordinates={"generator": begin}),
+            controller=meltemi.control.ConstantController(),
+            start=Start(rotor_speed=1.2, coordinates={"generator": begin}),
         )
         for way, begin in ((1.0, 0.0), (-1.0, np.pi))
     )  # fmt: skip

@@ -54,7 +54,7 @@ def parked() -> dict[str, dict[str, float]]:
     return run(
         wind,
         ModelOptions(locked=("generator",)),
-        controller=meltemi.ConstantController(),
+        controller=meltemi.control.ConstantController(),
         start=meltemi.Start(pitch=1.5),
     )
 

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, LoadController, Model, Result, SteadyWind, Turbine, WindBox, simulate
+from meltemi import InputError, Model, Result, SteadyWind, Turbine, WindBox, simulate
 from meltemi.analysis import preview_of, steady_pitch
-from meltemi.control import LoadControl, Preview
+from meltemi.control import LoadControl, LoadController, Preview
 from meltemi.control import signals as s
 from meltemi.control.filters import LowPass, low_pass
 from meltemi.control.load_control import LoadControlState

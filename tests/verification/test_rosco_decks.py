@@ -217,7 +217,7 @@ def test_no_node_is_caught_in_a_second_solution(rosco_cases: Path, tmp_path: Pat
     if law == "rosco":
         settings = rosco_example("Test_Cases/NREL_2p8_127/NREL-2p8-127_DISCON.IN")
         settings = edit_discon(settings, tmp_path / "DISCON.IN", LoggingLevel=0)
-        controller = meltemi.BladedController(deck.turbine, meltemi.control.find_rosco(), settings)
+        controller = meltemi.control.BladedController(deck.turbine, meltemi.control.find_rosco(), settings)
     wind = TurbulentWind(speed=7.0, intensity=0.16, seed=1)
     run = meltemi.Simulation(
         meltemi.Run(model, wind, duration=70.0, controller=controller, channels=["induction_residual"])

@@ -42,6 +42,8 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine
 
+FEATURE = "coordinated control"
+
 Float = NDArray[float64]
 
 

@@ -38,6 +38,8 @@ from meltemi.maths.generic import crossed, whole
 from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, Entries, Numbers, Table, blades, number, part, parts
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
+FEATURE = "load control"
+
 Float = NDArray[float64]
 
 

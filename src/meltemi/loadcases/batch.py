@@ -210,7 +210,7 @@ def prepare(case: Run) -> Simulation:
 
 @arguments_of(Batch)
 def simulate_batch(batch: Batch) -> list[Outcome]:
-    """Simulate many cases on all cores.
+    """Simulate many cases on all cores; the arguments are the fields of :class:`Batch`.
 
     A case that fails, for any reason, reports this in its outcome and affects no other. Ctrl-C ends all cases; what
     was computed until then is given back.

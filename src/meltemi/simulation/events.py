@@ -496,7 +496,7 @@ def ignored(events: Iterable[Happening]) -> list[str]:
     """Sentences about words of the operator, which the baseline law does not hear."""
     return [
         f"events.{i}: {event.what} at {event.at:g} s does nothing: the baseline law does not follow the operator; "
-        "meltemi.SupervisedController does"
+        "meltemi.control.SupervisedController does"
         for i, event in enumerate(events)
         if isinstance(event, Request | PowerLimit)
     ]

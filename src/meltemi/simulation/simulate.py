@@ -56,7 +56,7 @@ CHUNK_SECONDS = 0.1
 
 @arguments_of(Run)
 def simulate(run: Run) -> Result:
-    """Simulate a model in a wind.
+    """Simulate a model in a wind; the arguments are the fields of :class:`Run`.
 
     The run starts in the steady operating point for the wind (``start`` replaces it); a turbulent wind is another one
     from its first instant on, so what follows within the first seconds, and the wake's tens of seconds, is a transient.
@@ -111,7 +111,7 @@ class Simulation:
       prepare: called with the case before it is set to its start.
 
     ``advance`` marches under the run's own controller. For co-simulation and learning make it with
-    ``controller=meltemi.ConstantController(sample_time)`` and call ``reset`` and then ``step`` with demands.
+    ``controller=meltemi.control.ConstantController(sample_time)`` and call ``reset`` and then ``step`` with demands.
 
     Raises:
       InputError: an argument of the run is not valid, or the wind does not cover the run.
@@ -142,7 +142,8 @@ class Simulation:
         if run.controller is None and grid is not None and grid.power_reference is not None:
             raise InputError(
                 "grid: power_reference is given, but the baseline controller does not follow it: "
-                "give controller=meltemi.PowerController(turbine, meltemi.analysis.performance_of(turbine)) or one of your own"
+                "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
+                "or one of your own"
             )
         began, compiled = clock_time.perf_counter(), compile_seconds()
         described = run.wind() if callable(run.wind) else run.wind
@@ -271,7 +272,7 @@ class Simulation:
 
         Args:
           demands: by name (``"pitch"`` stands for all blades; those left out keep their values) or all of
-            ``control.signals.Demands`` as a vector, in SI. Demands need ``controller=meltemi.ConstantController()``.
+            ``control.signals.Demands`` as a vector, in SI, which needs ``control.ConstantController()``.
 
         Returns:
           Measurements at that instant, a copy: ``measurements["generator_speed"]``, or all as ``measurements.array``.
@@ -293,7 +294,7 @@ class Simulation:
         if self.controller.update is not constant.update():
             raise InputError(
                 f"step: the controller {self.controller.name!r} makes the demands; "
-                "to give them from outside, make the Simulation with controller=meltemi.ConstantController()"
+                "to give them from outside, make the Simulation with controller=meltemi.control.ConstantController()"
             )
         now = self.case["demands"]
         if isinstance(demands, Mapping):

@@ -843,7 +843,8 @@ class CarefulOrbit(_Orbit):
         if tip > BENT * turbine.blade.length:
             return begin + (
                 f"the blades bend by {tip:.3g} m of their {turbine.blade.length:.3g} m, beyond which displacements of "
-                "second order do not hold; less wind, feathered blades (meltemi.analysis.parked_point) or stiffer ones help"
+                "second order do not hold; less wind, feathered blades (meltemi.analysis.parked_point) or stiffer ones "
+                "help"
             )
         return begin + (
             "the motion diverges beyond; high modes may be too many for displacements of second order (take fewer, "

@@ -5,9 +5,9 @@ study, started again after Ctrl-C, a crash or a kill, reads them and continues w
 hash of the files of meltemi and of the package of the study, of the inputs of the study and of the case, so that
 changed runs are repeated.
 
-A failed cell does not end the study: :class:`FailedResult` takes the place of its result and raises an error with the reason
-when it is used. ``attempt`` makes cells of other computations, ``guarded`` replaces what depends on failed ones. A
-doubtful run counts and is listed, so that results outside the range of validity of the model are shown, too.
+A failed cell does not end the study: :class:`FailedResult` takes the place of its result and raises an error with the
+reason when it is used. ``attempt`` makes cells of other computations, ``guarded`` replaces what depends on failed ones.
+A doubtful run counts and is listed, so that results outside the range of validity of the model are shown, too.
 """
 
 from __future__ import annotations

@@ -47,8 +47,8 @@ RELATIVE_STEP = 1e-4
 OFFSET_STEP = 1e-5
 """[rad] the same for pitch offsets, which are usually zero."""
 DIFFERENCE_STEP = 1e-3
-"""Step of :func:`finite_difference_runs` over that: with a larger step the kinks of piecewise linear polars and wind boxes appear
-in a difference, with a smaller one rounding errors."""
+"""Step of :func:`finite_difference_runs` over that: with a larger step the kinks of piecewise linear polars and wind
+boxes appear in a difference, with a smaller one rounding errors."""
 TABLE_STEP = 1e-3
 """Relative change of the turbine for differences of the model's tables."""
 

@@ -3,3 +3,5 @@
 from meltemi.namespaces import public
 
 __getattr__, __dir__ = public(__name__)
+
+KERNELS = ("exchange.py",)
