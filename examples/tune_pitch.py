@@ -76,11 +76,12 @@ class Tuning:
 
 def law(model: meltemi.Model, factors: np.ndarray) -> meltemi.Controller:
     """The baseline controller with factors on its gains."""
-    control = model.turbine.control
+    turbine = model.turbine
     gains = {
-        f"pitch.{name}": factor * getattr(control.pitch, name) for name, factor in zip(GAINS, factors, strict=True)
+        f"control.pitch.{name}": factor * getattr(turbine.control.pitch, name)
+        for name, factor in zip(GAINS, factors, strict=True)
     }
-    return meltemi.baseline(control.replace(**gains))
+    return meltemi.BaselineController(turbine.replace(**gains))
 
 
 def measures(run: meltemi.Result) -> dict[str, float]:

@@ -18,7 +18,7 @@ from terminal import STEADY, Command, Ran
 import meltemi
 from meltemi import Model, Simulation, Status, SteadyWind
 from meltemi.app.cli import main
-from meltemi.control.baseline import baseline
+from meltemi.control.baseline import BaselineController
 from meltemi.report.tables import number
 from meltemi.simulation import validity
 from meltemi.simulation.channels import DEFAULT
@@ -162,7 +162,7 @@ def test_run_in_a_uniform_wind_file(command: Command, tmp_path: Path, monkeypatc
 
 
 def test_warnings_of_a_run_are_shown(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    law = baseline(meltemi.load_turbine("nrel5mw").control)
+    law = BaselineController(meltemi.load_turbine("nrel5mw"))
     wary = replace(law, warnings=lambda state: ["pitch: look at it"])
     monkeypatch.setattr("meltemi.simulation.simulate.baseline", lambda control: wary)
     ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 1, "--out", tmp_path)

@@ -32,7 +32,7 @@ def make(library: Path, model: Model, tmp_path: Path) -> Any:
     def maker(what: str = "", model: Model = model, **more: Any) -> Controller:
         order = tmp_path / f"{what.replace(' ', '_') or 'plain'}.in"
         order.write_text(what)
-        return meltemi.bladed_controller(model.turbine, library, order, **more)
+        return meltemi.BladedController(model.turbine, library, order, **more)
 
     return maker
 
@@ -262,20 +262,20 @@ def test_a_child_ends_with_its_parent(library: Path) -> None:
 def test_bad_input_says_what_to_do(library: Path, model: Model, tmp_path: Path) -> None:
     turbine = model.turbine
     with pytest.raises(meltemi.InputError, match="did you mean 'libdiscon.so'"):
-        meltemi.bladed_controller(turbine, library.with_name("libdiscom.so"))
+        meltemi.BladedController(turbine, library.with_name("libdiscom.so"))
     with pytest.raises(meltemi.InputError, match="input file .*DISCON.IN: no such file"):
-        meltemi.bladed_controller(turbine, library, tmp_path / "DISCON.IN")
+        meltemi.BladedController(turbine, library, tmp_path / "DISCON.IN")
     with pytest.raises(meltemi.InputError, match="timeout must be"):
-        meltemi.bladed_controller(turbine, library, timeout=math.nan)
+        meltemi.BladedController(turbine, library, timeout=math.nan)
     with pytest.raises(meltemi.InputError, match="no folder"):
-        meltemi.bladed_controller(turbine, library, folder=tmp_path / "nowhere")
+        meltemi.BladedController(turbine, library, folder=tmp_path / "nowhere")
     with pytest.raises(meltemi.InputError, match=r"expected a shared library .* with the function CONTROL") as wrong:
-        run(model, meltemi.bladed_controller(turbine, library, procedure="CONTROL"))
+        run(model, meltemi.BladedController(turbine, library, procedure="CONTROL"))
     assert "undefined symbol" in str(wrong.value) or "CONTROL" in str(wrong.value)
     text = tmp_path / "text.so"
     text.write_text("no library")
     with pytest.raises(meltemi.InputError, match=r"text.so: cannot be used as a controller library"):
-        run(model, meltemi.bladed_controller(turbine, text))
+        run(model, meltemi.BladedController(turbine, text))
     assert not children()
 
 

@@ -53,7 +53,7 @@ wind = meltemi.SteadyWind(speed=11.0)
 def plain(state, measurements, demands, dt):
     demands[s.GENERATOR_TORQUE] = 3.0e4
 own = [meltemi.Controller(update=update) for update in (numba.njit(plain), plain)]
-for controller in (None, meltemi.fixed(), *own):
+for controller in (None, meltemi.ConstantController(), *own):
     meltemi.simulate(model, wind, duration=1.0, controller=controller)
 print(json.dumps(statistics()))
 """

@@ -11,7 +11,7 @@ import pytest
 
 import meltemi
 from meltemi import InputError, ModelOptions, PowerGrid, Result, SteadyWind, WindSeries
-from meltemi.control.coordinated import Coordination, coordinated
+from meltemi.control.coordinated import CoordinatedController, Coordination
 from meltemi.control.load_control import HarmonicLoop, LoadControl, SpeedNotch
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
@@ -29,7 +29,7 @@ def machine() -> Any:
 
 def run(relief: Coordination | None, wind: Any, power: float, **given: Any) -> Result:
     turbine, model, performance = machine()
-    law = coordinated(turbine, performance, yaw=YawControl(), relief=relief, **given)
+    law = CoordinatedController(turbine, performance, yaw=YawControl(), relief=relief, **given)
     grid = PowerGrid(power_reference=power)
     return meltemi.simulate(model, wind, duration=800.0, controller=law, grid=grid, channels=CHANNELS, output_step=0.5)
 
@@ -89,13 +89,13 @@ def test_the_band_has_its_limits_and_settings_change_it() -> None:
 def test_contradictions_are_refused(given: dict[str, Any], message: str) -> None:
     turbine, _, performance = machine()
     with pytest.raises(InputError, match=message):
-        coordinated(turbine, performance, **given)
+        CoordinatedController(turbine, performance, **given)
 
 
 def test_a_notch_belongs_to_the_law_that_is_replaced() -> None:
     turbine, _, performance = machine()
     with pytest.raises(InputError, match="notch and preview"):
-        coordinated(
+        CoordinatedController(
             meltemi.load_turbine("nrel5mw"),
             performance,
             load=LoadControl(notch=SpeedNotch(frequency=10.0, damping=0.2)),
@@ -109,7 +109,7 @@ def test_individual_pitch_and_numbers_on_an_aeroelastic_turbine() -> None:
     turbine = meltemi.load_turbine("nrel5mw")
     model = meltemi.build(turbine, ModelOptions(yaw="driven", torsion_modes=0))
     loop = HarmonicLoop(harmonic=1, actuator="pitch", integral_gain=1e-9)
-    law = coordinated(
+    law = CoordinatedController(
         turbine,
         meltemi.performance_of(turbine),
         power=PowerControl(density="weather"),
@@ -138,7 +138,7 @@ def test_individual_pitch_and_numbers_on_an_aeroelastic_turbine() -> None:
 def test_a_reference_is_one_of_power_into_the_grid() -> None:
     """C-86b: losses of machine, converters and filter are added to what the shaft has to give."""
     turbine, _, performance = machine()
-    law = meltemi.power_control(turbine, performance)
+    law = meltemi.PowerController(turbine, performance)
     found = {}
     for electrical in ("ideal", "averaged"):
         model = meltemi.build(turbine, ModelOptions(electrical=electrical))

@@ -14,7 +14,18 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Controller, InputError, Model, Result, Simulation, Status, SteadyWind, Turbine, fixed, simulate
+from meltemi import (
+    ConstantController,
+    Controller,
+    InputError,
+    Model,
+    Result,
+    Simulation,
+    Status,
+    SteadyWind,
+    Turbine,
+    simulate,
+)
 from meltemi.control import signals as s
 from meltemi.simulation.events import KINDS
 
@@ -226,7 +237,9 @@ def test_stepped_from_outside_and_reset(machine: Model) -> None:
         {"at": 0.6, "until": 0.8, "type": "pitch_stuck", "blade": 1},
     ]
     inside = ran(machine, *events, seconds=1.0)
-    run = Simulation(machine, WIND, duration=1.0, controller=fixed(), channels=CHANNELS, output_step=DT, events=events)
+    run = Simulation(
+        machine, WIND, duration=1.0, controller=ConstantController(), channels=CHANNELS, output_step=DT, events=events
+    )
     state = np.zeros(1)
     for _ in range(2):
         measured, demands = run.reset(), run.case["demands"].copy()
@@ -265,7 +278,7 @@ def test_log_and_meta(machine: Model, tmp_path: Any) -> None:
 
 def test_the_supervisor_notices(model: Model) -> None:
     """At the same instant; the log has the cause before what is made of it."""
-    law = meltemi.supervised(model.turbine)
+    law = meltemi.SupervisedController(model.turbine)
     result = simulate(model, WIND, duration=2.0, controller=law, events=[meltemi.GridLoss(at=1.0)])
     cause, reaction = result.log
     assert (cause.source, reaction.source) == ("event", "supervisor")

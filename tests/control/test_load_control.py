@@ -20,6 +20,7 @@ from meltemi import (
     HarmonicLoop,
     InputError,
     LoadControl,
+    LoadController,
     LoadSensor,
     Model,
     Result,
@@ -29,14 +30,13 @@ from meltemi import (
     Status,
     SteadyWind,
     Turbine,
-    load_control,
     naca64618_flap,
     simulate,
     with_flaps,
 )
 from meltemi.control import signals as s
 from meltemi.control.feedforward import weight, weight_settings
-from meltemi.control.filters import low_pass
+from meltemi.control.filters import LowPass, low_pass
 from meltemi.control.multiblade import to_blade
 from meltemi.simulation.simulate import march
 
@@ -76,7 +76,7 @@ class Driven:
     """A load controller on vectors, from an operating point with this collective pitch [rad]."""
 
     def __init__(self, turbine: Turbine, settings: LoadControl, *, pitch: float = 0.26, dt: float = DT) -> None:
-        self.controller, self.dt = load_control(turbine, settings), dt
+        self.controller, self.dt = LoadController(turbine, settings), dt
         reference = turbine.control.pitch.reference_speed
         torque = turbine.control.torque.rated_power / reference
         self.state = self.controller.initial_state(StartPoint(18.0, reference, pitch, torque))
@@ -136,9 +136,9 @@ def test_without_parts_it_is_the_baseline_to_the_bit(model: Model, speed: float)
     runs = [
         simulate(model, wind, duration=30.0, channels=["all"], controller=controller)
         for controller in (
-            meltemi.baseline(model.turbine.control),
-            load_control(model.turbine),
-            load_control(model.turbine, LoadControl(feedforward=FeedForward(gain=0.0))),
+            meltemi.BaselineController(model.turbine),
+            LoadController(model.turbine),
+            LoadController(model.turbine, LoadControl(feedforward=FeedForward(gain=0.0))),
         )
     ]
     assert np.array_equal(runs[0].data, runs[1].data)
@@ -154,7 +154,7 @@ def still(t: float, psi: float) -> Float:
 
 def shares(psi: float, **changes: float) -> Float:
     x = weight_settings(**{"radius": 42.0, "hub_height": 90.0, "shear": 0.2, **changes})
-    return np.array([weight(x, 0, i, 3, psi) for i in range(3)])
+    return np.array([weight(x, i, 3, psi) for i in range(3)])
 
 
 def forward(turbine: Turbine, **settings: Any) -> Float:
@@ -198,7 +198,7 @@ def test_tower_shadow_dips_no_faster_than_the_rate_limit(turbine: Turbine) -> No
 
 def test_feedforward_on_the_machine(model: Model) -> None:
     radius = 2.0 / 3.0 * model.turbine.rotor_radius
-    controller = load_control(model.turbine, LoadControl(feedforward=FeedForward()))
+    controller = LoadController(model.turbine, LoadControl(feedforward=FeedForward()))
     result = simulate(model, WIND, duration=30.0, channels=CHANNELS[:7], controller=controller)
     pitch = np.stack([result[f"pitch_{i}"] for i in (1, 2, 3)], 1)[20:]
     mean = pitch.mean(axis=1, keepdims=True)
@@ -216,7 +216,7 @@ def machine(flap_model: Model) -> Callable[..., Result]:
     def run(*loops: HarmonicLoop, wind: SteadyWind = WIND) -> Result:
         key = (loops, wind.speed)
         if key not in found:
-            controller = load_control(flap_model.turbine, LoadControl(loops=loops))
+            controller = LoadController(flap_model.turbine, LoadControl(loops=loops))
             found[key] = simulate(flap_model, wind, duration=70.0, channels=CHANNELS, controller=controller)
             found[key].raise_for_status()
         return found[key]
@@ -267,7 +267,7 @@ def test_below_rated_pitch_rests_on_its_limit_without_wind_up(machine: Callable[
 )
 def test_loops_that_are_unstable_stay_within_the_limits(flap_model: Model, loop: HarmonicLoop) -> None:
     """The run goes on: what the actuators cannot do is not done."""
-    controller = load_control(flap_model.turbine, LoadControl(loops=(loop,)))
+    controller = LoadController(flap_model.turbine, LoadControl(loops=(loop,)))
     result = simulate(flap_model, WIND, duration=60.0, channels=CHANNELS, controller=controller)
     assert result.status is Status.OK and result.message == "" and np.all(np.isfinite(result.data))
     (warning,) = result.warnings
@@ -288,8 +288,8 @@ def test_loops_that_are_unstable_stay_within_the_limits(flap_model: Model, loop:
 
 def test_ten_times_the_gain_is_noticed(flap_model: Model) -> None:
     """1P pitch, 10 times its gain, in turbulence; a comparison passes the words on."""
-    wild = load_control(flap_model.turbine, one(PITCH, integral_gain=10.0 * PITCH_GAIN))
-    tuned = load_control(flap_model.turbine, one(PITCH))
+    wild = LoadController(flap_model.turbine, one(PITCH, integral_gain=10.0 * PITCH_GAIN))
+    tuned = LoadController(flap_model.turbine, one(PITCH))
     winds = [meltemi.TurbulentWind(speed=18.0, intensity=0.15, seed=seed, points=9) for seed in (1, 2)]
     found = meltemi.compare(flap_model, {"tuned": tuned, "wild": wild}, winds, duration=60.0, transient=20.0)
     (line,) = found.warnings()
@@ -301,7 +301,7 @@ def test_sound_gains_have_no_warning(flap_model: Model, speed: float, intensity:
     """Below rated the pitch rests on its lower limit nearly always, which does not count."""
     turbine = flap_model.turbine
     wind = meltemi.TurbulentWind(speed=speed, intensity=intensity, shear_exponent=0.2, seed=4, points=9)
-    law = load_control(turbine, LoadControl(loops=(PITCH, FLAP), feedforward=FeedForward(tower_shadow=True)))
+    law = LoadController(turbine, LoadControl(loops=(PITCH, FLAP), feedforward=FeedForward(tower_shadow=True)))
     run = Simulation(flap_model, wind, duration=100.0, controller=law, channels=CHANNELS)
     march(run)
     result = run.result()
@@ -476,9 +476,9 @@ def test_tracking_time_matters_at_limits_only(flapped: Turbine) -> None:
 
 def test_sensors_low_pass(flapped: Turbine) -> None:
     """It is the part's filter before the loop."""
-    state = np.zeros(3)
+    state = [LowPass.of() for _ in range(3)]
     filtered = Driven(flapped, one(PITCH)).turn(
-        lambda t, psi: [low_pass(state, i, m, 4.0, DT) for i, m in enumerate(shear(t, psi))]
+        lambda t, psi: [low_pass(state[i], m, 4.0, DT) for i, m in enumerate(shear(t, psi))]
     )
     settings = LoadControl(loops=(PITCH,), sensor=LoadSensor(low_pass=4.0))
     found = Driven(flapped, settings).turn(shear)
@@ -540,7 +540,7 @@ def test_the_notch_ends_the_limit_cycle_just_above_rated(flap_model: Model) -> N
     """Rotor torque in steady wind of 11.6 m/s with a second-order pitch actuator: 4.6 MN m without, 13 kN m with it."""
     spread = []
     for part in (None, SpeedNotch(frequency=10.55)):
-        controller = load_control(flap_model.turbine, LoadControl(notch=part))
+        controller = LoadController(flap_model.turbine, LoadControl(notch=part))
         result = simulate(
             flap_model, SteadyWind(speed=11.6), duration=120.0, channels=["RotTorq"], controller=controller
         )
@@ -558,7 +558,7 @@ def test_sample_time(model: Model) -> None:
             duration=10.0,
             channels=["pitch_1"],
             output_step=0.01,
-            controller=load_control(model.turbine, one(PITCH), sample_time=time),
+            controller=LoadController(model.turbine, one(PITCH), sample_time=time),
         )["pitch_1"]
         for time in (None, 0.05)
     }
@@ -587,14 +587,14 @@ def test_settings_that_do_not_fit_are_refused(
     turbine: Turbine, settings: LoadControl, arguments: dict[str, Any], words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
-        load_control(turbine, settings, **arguments)
+        LoadController(turbine, settings, **arguments)
 
 
 def test_a_flap_that_is_not_there_is_refused(flapped: Turbine, turbine: Turbine) -> None:
     with pytest.raises(InputError, match="flap 2 is asked for, the blades of '.*' have 1"):
-        load_control(flapped, one(FLAP, flap=2))
+        LoadController(flapped, one(FLAP, flap=2))
     with pytest.raises(InputError, match="2 blades"):
-        load_control(turbine.replace(n_blades=2), one(PITCH))
+        LoadController(turbine.replace(n_blades=2), one(PITCH))
 
 
 @pytest.mark.parametrize(
@@ -641,7 +641,9 @@ def test_state_names(flapped: Turbine) -> None:
     driven = Driven(flapped, settings)
     names = driven.controller.state_names
     assert len(names) == len(set(names)) == len(driven.state)
-    assert names[: len(meltemi.baseline(flapped.control).state_names)] == meltemi.baseline(flapped.control).state_names
+    assert (
+        names[: len(meltemi.BaselineController(flapped).state_names)] == meltemi.BaselineController(flapped).state_names
+    )
     for name, value in {
         "loop_1_tilt_integral_gain": PITCH_GAIN,
         "loop_1_yaw_integral_gain": PITCH_GAIN,
@@ -653,19 +655,19 @@ def test_state_names(flapped: Turbine) -> None:
         "weights_shear": 0.2,
         "notch_frequency": 10.55,
         "notch_second": flapped.control.pitch.reference_speed,
-        "sensor_delay": 3.0,
+        "delay_2_samples": 3.0,
         "noise_2_stream": 1.0,
         "blade_pitch_rate": flapped.control.pitch.rate_limit,
         "blade_pitch_last_2": 0.26,
         "flap_1_maximum": naca64618_flap().maximum,
         "flap_2_maximum": 0.0,
-        "delay_3_3": 0.0,
+        "delay_3_value_3": 0.0,
     }.items():
         assert driven.entry(name) == value, name
     driven.step(0.3, [1e6, 2e6, 3e6])
     assert [driven.entry(f"moment_{i}") for i in (1, 2, 3)] == [0.0, 0.0, 0.0]
     assert [driven.entry(f"delay_{i}_oldest") for i in (1, 2, 3)] == [1.0, 1.0, 1.0]
-    assert driven.entry("delay_3_1") == pytest.approx(3e6, rel=0.01)
+    assert driven.entry("delay_3_value_1") == pytest.approx(3e6, rel=0.01)
     assert driven.entry("blade_pitch_last_2") == driven.demands[s.PITCH_DEMAND + 1]
 
 
@@ -687,7 +689,7 @@ def test_derivatives_are_limits_of_differences(flap_model: Model) -> None:
     """By settings of all parts, in wind that changes; found are 1e-5 and less."""
     wind = meltemi.WindSeries(time=[0.0, 5.0, 10.0, 15.0, 20.0], speed=[18.0, 17.0, 18.5, 17.5, 18.0], exponent=0.2)
     channels = ("root_moment_out_of_plane_1", "pitch_2", "flap_1_angle_3", "rotor_speed")
-    law = load_control(flap_model.turbine, ALL)
+    law = LoadController(flap_model.turbine, ALL)
     case: dict[str, Any] = {"duration": 20.0, "channels": channels, "controller": law}
     found = meltemi.sensitivity(flap_model, wind, PARAMETERS, **case)
     assert found.switches["controller"] == 0
@@ -711,7 +713,7 @@ def test_switches_of_all_parts_are_counted(flap_model: Model) -> None:
     name = "controller.loop_1_tilt_integral_gain"
     counts = []
     for loop, wind in ((PITCH, SteadyWind(speed=8.0, shear_exponent=0.2)), (FLAP.replace(authority=0.01), WIND)):
-        law = load_control(flap_model.turbine, LoadControl(loops=(loop,)))
+        law = LoadController(flap_model.turbine, LoadControl(loops=(loop,)))
         step = {name: 0.1 * abs(loop.integral_gain)}
         counts.append(meltemi.sensitivity(flap_model, wind, [name], controller=law, steps=step, **case).switches)
     assert all(count["controller"] for count in counts)
@@ -721,7 +723,7 @@ def test_switches_of_all_parts_are_counted(flap_model: Model) -> None:
 def test_lanes_and_floats_agree(flap_model: Model) -> None:
     runs = []
     for numbers in ("lanes", "floats"):
-        law = load_control(flap_model.turbine, ALL)
+        law = LoadController(flap_model.turbine, ALL)
         run = Simulation(flap_model, WIND, duration=20.0, channels=["all"], controller=law, numbers=numbers)
         march(run)
         keep = [name not in ("induction_residual", "azimuth") for name in run.result().names]

@@ -10,39 +10,46 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi.control import signals as s
 from meltemi.control.baseline import BaselineState
 from meltemi.control.controller import StartPoint
-from meltemi.control.filters import band_pass, check_harmonic
-from meltemi.control.integrator import IntegratorState, integrator, integrator_settings
+from meltemi.control.filters import SecondOrder, band_pass, check_harmonic
+from meltemi.control.integrator import Integrator, integrator, integrator_settings
 from meltemi.control.multiblade import add_to_blades, to_fixed
+from meltemi.control.signals import Demands, Measurements
+from meltemi.maths.tables import Entries, Numbers, Table, blades, part, parts
 
-FILTERED = len(BaselineState)
-MOMENTS = FILTERED + 6
-TILT = MOMENTS + 3
-YAW = TILT + len(IntegratorState)
+
+class State(Table, title="individual pitch"):
+    """The collective law's, and that of the parts."""
+
+    collective: BaselineState = part(BaselineState)
+    filter: Entries[SecondOrder] = parts(SecondOrder, 3)
+    moment: Numbers = blades("N m", "band-passed")
+    tilt: Integrator = part(Integrator)
+    yaw: Integrator = part(Integrator)
 
 
 def test_individual_pitch_takes_the_shear_out_of_the_blade_moments() -> None:
     """Steady wind of 18 m/s with a shear exponent of 0.2: less than a third of the amplitude is left after a minute."""
     turbine = meltemi.load_turbine("nrel5mw")
-    law = meltemi.baseline(turbine.control)
+    law = meltemi.BaselineController(turbine)
     collective: Any = law.update
     check_harmonic(1, 1.3, 0.0125)
 
-    def update(x: NDArray[np.float64], m: NDArray[np.float64], demands: NDArray[np.float64], dt: float) -> None:
-        collective(x, m, demands, dt)
-        for i in range(3):
-            x[MOMENTS + i] = band_pass(x, FILTERED + 2 * i, m[s.OUT_OF_PLANE_MOMENT + i], m[s.ROTOR_SPEED], 0.25, dt)
-        tilt, yaw = to_fixed(x, MOMENTS, 3, m[s.AZIMUTH], 1)
+    def update(state: NDArray[np.float64], m: Measurements, demands: Demands, dt: float) -> None:
+        x = State(state)
+        collective(x.collective.array, m, demands, dt)
+        for b in range(3):
+            x.moment[b] = band_pass(x.filter[b], m.out_of_plane_moment[b], m.rotor_speed, 0.25, dt)
+        tilt, yaw = to_fixed(x.moment, 3, m.azimuth, 1)
         # more pitch, less moment: a positive gain takes it down
-        tilt = integrator(x, TILT, tilt, -0.1, 0.1, dt)
-        yaw = integrator(x, YAW, yaw, -0.1, 0.1, dt)
-        add_to_blades(demands, s.PITCH_DEMAND, 3, tilt, yaw, m[s.AZIMUTH], 1, 0.2)
+        tilt = integrator(x.tilt, tilt, -0.1, 0.1, dt)
+        yaw = integrator(x.yaw, yaw, -0.1, 0.1, dt)
+        add_to_blades(demands.pitch, 3, tilt, yaw, m.azimuth, 1, 0.2)
 
-    def init(start: StartPoint) -> NDArray[np.float64]:
+    def init(start: StartPoint) -> State:
         axis = integrator_settings(integral_gain=5e-9)
-        return np.concatenate([law.initial_state(start), np.zeros(9), axis, axis])
+        return State.of(collective=BaselineState(law.initial_state(start)), tilt=axis, yaw=axis)
 
     compiled = update if numba.config.DISABLE_JIT else numba.njit(update)
     controller = meltemi.Controller(update=compiled, init=init, name="individual pitch")

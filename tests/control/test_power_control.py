@@ -12,14 +12,15 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Droop, InputError, PowerControl, PowerGrid, StartPoint, power_control
+from meltemi import Droop, InputError, PowerControl, PowerController, PowerGrid, StartPoint
 from meltemi.control import signals as s
 from meltemi.control.controller import new_vectors
-from meltemi.control.power_control import state as p
+from meltemi.control.machine import FROM, TO
 from meltemi.control.power_control import tables as t
-from meltemi.control.power_control.controller import power_section, shaft_inertia
+from meltemi.control.power_control.controller import power_settings, shaft_inertia
 from meltemi.control.power_control.law import lower_speed, optimal_gain
 from meltemi.control.power_control.rotor import gain_at_pitch, power_coefficient, rotor_tables
+from meltemi.control.power_control.state import PowerControlState
 from meltemi.environment.air import density_of
 from meltemi.environment.conditions import conditions_array
 from meltemi.environment.density import moist_air_density
@@ -129,7 +130,7 @@ class Run:
         def at(series: Series, time: float) -> float:
             return series(time) if callable(series) else series
 
-        controller = power_control(machine, rotor, settings)
+        controller = PowerController(machine, rotor, settings)
         speed, torque, pitch = begin
         self.x = x = controller.initial_state(StartPoint(at(wind, 0.0), speed, pitch, torque))
         assert len(controller.state_names) == len(x)
@@ -147,7 +148,7 @@ class Run:
             torque, pitch, u = demands[s.GENERATOR_TORQUE], demands[s.PITCH_DEMAND], at(wind, time)
             ratio = speed * RADIUS / u
             if coefficient is None:
-                c = power_coefficient(x, 0, ratio, pitch)
+                c = power_coefficient(PowerControlState(x), ratio, pitch)
             else:
                 c = coefficient(ratio, math.degrees(pitch))
             air = 0.5 * rho * AREA * c * u**3
@@ -180,11 +181,11 @@ def test_the_kernel_knows_the_density_of_the_records(weather: tuple[float, float
 
 def test_the_optimal_gain_is_the_formula(machine: PowerTurbine) -> None:
     """0.5 rho pi R^5 C_p,max / lambda_opt^3 is 5.377e7, and 15 MW are met at 0.6534 rad/s."""
-    x = power_section(machine, FORMULA, PowerControl())
-    gain = optimal_gain(x, 0)
+    x = power_settings(machine, FORMULA, PowerControl())
+    gain = optimal_gain(x)
     assert gain == pytest.approx(0.5 * RHO * math.pi * RADIUS**5 * 0.48 / 9.5085**3, rel=2e-4)
     assert gain == pytest.approx(5.377e7, rel=1e-3)
-    assert lower_speed(x, 0, gain, 15e6) == pytest.approx(0.6534, abs=1e-4)
+    assert lower_speed(x, gain, 15e6) == pytest.approx(0.6534, abs=1e-4)
 
 
 @pytest.mark.parametrize(("celsius", "humidity", "fixed"), [(40.0, 0.0, 9.24), (-10.0, 0.0, 9.79), (35.0, 1.0, None)])
@@ -213,7 +214,7 @@ def test_fixed_density_leaves_the_best_ratio_and_a_measured_one_keeps_it(
 
 def test_a_sensor_that_is_lost_leaves_the_last_density(machine: PowerTurbine) -> None:
     run = Run(machine, PowerControl(density="weather"), 9.0, 5.0, weather=(math.nan, 0.0, 101325.0))
-    assert run.x[p.DENSITY] == RHO and np.all(np.isfinite(run.torque))
+    assert PowerControlState(run.x).density == RHO and np.all(np.isfinite(run.torque))
 
 
 # the wind estimate -----------------------------------------------------------------------------------
@@ -263,8 +264,8 @@ def test_tracking_holds_the_best_ratio_and_reacts_faster(machine: PowerTurbine) 
 )
 def test_the_lowest_speed_for_15_megawatts_at_a_held_pitch(machine: PowerTurbine, pitch: int, speed: float) -> None:
     """Another evaluation of the same table, with its maxima by other means: 3 %."""
-    x = power_section(machine, BLADED, PowerControl())
-    gain = gain_at_pitch(x, 0, math.radians(pitch)) * RHO
+    x = power_settings(machine, BLADED, PowerControl())
+    gain = gain_at_pitch(x, math.radians(pitch)) * RHO
     assert (15e6 / gain) ** (1.0 / 3.0) == pytest.approx(speed, rel=0.03)
 
 
@@ -278,8 +279,8 @@ def test_each_scheme_holds_its_speed_in_a_steady_wind(machine: PowerTurbine, tor
         found[scheme] = run.speed[-1]
         assert run.power[-1] == pytest.approx(15e6, rel=1e-4)
         assert run.air[-1] == pytest.approx(15e6, rel=1e-2)
-    x = power_section(machine, BLADED, PowerControl())
-    lower = lower_speed(x, 0, optimal_gain(x, 0), 15e6)
+    x = power_settings(machine, BLADED, PowerControl())
+    lower = lower_speed(x, optimal_gain(x), 15e6)
     assert found["A0"] == pytest.approx(lower, rel=1e-3)
     assert found["A1"] == pytest.approx(0.75, rel=1e-3)
     assert lower < found["A2"] <= 0.751 and found["A3"] <= 0.751
@@ -387,13 +388,13 @@ def test_no_demand_jumps(machine: PowerTurbine, scheme: str, torque: str) -> Non
     assert run.torque.min() >= 0.0 and run.torque.max() <= 29e6 * (1.0 + 1e-9)
     assert run.pitch.min() >= 0.0 and run.pitch.max() <= math.radians(25.0)
     assert run.speed.min() > 0.2 and run.speed.max() < 0.85
-    table = {(row[t.FROM], row[t.TO]) for row in t.MACHINE}
+    table = {(row[FROM], row[TO]) for row in t.MACHINE}
     taken = {(a, b) for a, b in itertools.pairwise(run.state) if a != b}
     assert taken <= table and len(taken) >= 2
 
 
 def test_every_line_of_the_machine_is_taken(machine: PowerTurbine) -> None:
-    lines = {(row[t.FROM], row[t.TO]) for row in t.MACHINE}
+    lines = {(row[FROM], row[TO]) for row in t.MACHINE}
     seen: set[tuple[float, float]] = set()
     for scheme, seed in itertools.product(("A1", "A2"), (1, 3)):
         run = Run(
@@ -415,7 +416,7 @@ def test_a_reference_beyond_the_wind_does_not_stall_the_rotor(machine: PowerTurb
 def test_limit_and_reference_the_smaller_one_wins(machine: PowerTurbine) -> None:
     for reference, limit, expected in ((12e6, 9e6, 9e6), (9e6, 12e6, 9e6), (math.nan, math.inf, 20e6)):
         run = Run(machine, PowerControl(), 13.0, 60.0, reference=reference, limit=limit)
-        assert run.x[p.SETPOINT] == pytest.approx(expected, rel=1e-9)
+        assert PowerControlState(run.x).setpoint == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_signal_above_rating_is_taken_as_rated_and_said_once(machine: PowerTurbine) -> None:
@@ -428,7 +429,7 @@ def test_a_signal_above_rating_is_taken_as_rated_and_said_once(machine: PowerTur
 def test_a_loop_faster_than_the_filter_of_the_speed_is_refused(machine: PowerTurbine) -> None:
     for name in ("frequency", "tracking_frequency"):
         with pytest.raises(InputError, match=rf"{name} 3 rad/s is not below the 2 rad/s"):
-            power_control(machine, meltemi.performance_of(machine), PowerControl.model_validate({name: 3.0}))
+            PowerController(machine, meltemi.performance_of(machine), PowerControl.model_validate({name: 3.0}))
 
 
 def test_the_set_point_moves_at_its_rate_from_the_power_there_is(machine: PowerTurbine) -> None:
@@ -555,9 +556,9 @@ def test_wrong_settings_are_refused(wrong: dict[str, Any], words: str) -> None:
 
 def test_what_does_not_suit_the_turbine_is_refused(machine: PowerTurbine) -> None:
     with pytest.raises(InputError, match="recovery_speed"):
-        power_control(machine, BLADED, PowerControl(recovery_speed=0.8))
+        PowerController(machine, BLADED, PowerControl(recovery_speed=0.8))
     with pytest.raises(InputError, match="more tip-speed ratios"):
-        power_control(machine, performance(BEM[:5], RATIOS[:5]))
+        PowerController(machine, performance(BEM[:5], RATIOS[:5]))
 
 
 def test_a_reference_above_rating_is_refused_before_the_run() -> None:
@@ -599,7 +600,7 @@ def test_the_speed_loop_is_as_fast_as_the_turbines_own(machine: PowerTurbine) ->
     at = machine.control.pitch.gain_halving_pitch
 
     def frequency(turbine: PowerTurbine) -> float:
-        return float(power_section(turbine, BLADED, PowerControl())[p.FREQUENCY])
+        return float(power_settings(turbine, BLADED, PowerControl()).frequency)
 
     slow = machine.replace(**{"control.pitch.integral_gain": 0.25 * machine.control.pitch.integral_gain})
     assert frequency(slow) == pytest.approx(0.5 * frequency(machine), rel=1e-12)

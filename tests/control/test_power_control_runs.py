@@ -15,12 +15,12 @@ from meltemi import (
     Environment,
     InputError,
     PowerControl,
+    PowerController,
     PowerGrid,
     Result,
     Simulation,
     SteadyWind,
     TurbulentWind,
-    power_control,
 )
 from meltemi.control.power_control.tables import NUMBER
 from meltemi.loadcases.case import case_controller, read_case
@@ -32,7 +32,7 @@ SCHEMES = ("A0", "A1", "A2", "A3")
 
 
 def control(turbine: AnyTurbine, **settings: Any) -> meltemi.Controller:
-    return power_control(turbine, meltemi.performance_of(turbine), PowerControl.model_validate(settings))
+    return PowerController(turbine, meltemi.performance_of(turbine), PowerControl.model_validate(settings))
 
 
 def run(model: Any, wind: Any, seconds: float, controller: Any, **more: Any) -> Result:

@@ -78,7 +78,7 @@ def test_unknown_schemes_are_refused(model: Model, names: list[str], said: str) 
 
 def test_a_controller_of_ones_own_stands_beside_ours(model: Model, tmp_path: Path) -> None:
     path = tmp_path / "mine.py"
-    path.write_text("import meltemi\n\ndef controller(turbine):\n    return meltemi.baseline(turbine.control)\n")
+    path.write_text("import meltemi\n\ndef controller(turbine):\n    return meltemi.BaselineController(turbine)\n")
     design = design_controllers(model, ["cpc", str(path)])
     assert list(design.controllers) == ["cpc", "mine"] == ["cpc", label(str(path))]
-    assert design.controllers["mine"].update is meltemi.baseline(model.turbine.control).update
+    assert design.controllers["mine"].update is meltemi.BaselineController(model.turbine).update

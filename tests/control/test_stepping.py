@@ -9,7 +9,17 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Controller, InputError, Model, Simulation, StartPoint, Status, SteadyWind, fixed, simulate
+from meltemi import (
+    ConstantController,
+    Controller,
+    InputError,
+    Model,
+    Simulation,
+    StartPoint,
+    Status,
+    SteadyWind,
+    simulate,
+)
 from meltemi.control import signals as s
 
 WIND = SteadyWind(speed=13.0, shear_exponent=0.2)
@@ -27,11 +37,11 @@ def uses_all(state: Any, measurements: Any, demands: Any, dt: float) -> None:
 @pytest.mark.parametrize("law", ["baseline", "loads"])
 def test_stepping_gives_the_bits_of_the_same_law_as_plug_in(model: Model, law: str, sample_time: float | None) -> None:
     if law == "baseline":
-        controller = meltemi.baseline(model.turbine.control, sample_time)
+        controller = meltemi.BaselineController(model.turbine, sample_time)
     else:
         controller = Controller(uses_all, sample_time=sample_time)
     plugged = simulate(model, WIND, duration=3.0, controller=controller, channels=["all"])
-    run = Simulation(model, WIND, duration=3.0, controller=fixed(sample_time), channels=["all"])
+    run = Simulation(model, WIND, duration=3.0, controller=ConstantController(sample_time), channels=["all"])
     speed = run.start["rotor_speed"] * model.turbine.drivetrain.gear_ratio
     point = StartPoint(13.0, speed, run.start["pitch"], run.start["generator_torque"])
     for _ in range(2):  # the second time after a reset in the middle of things
@@ -45,7 +55,7 @@ def test_stepping_gives_the_bits_of_the_same_law_as_plug_in(model: Model, law: s
 
 
 def test_measurements_by_name_and_at_their_time(model: Model) -> None:
-    run = Simulation(model, WIND, duration=2.0, controller=fixed(0.1))
+    run = Simulation(model, WIND, duration=2.0, controller=ConstantController(0.1))
     first = run.reset()
     second = run.step()
     assert first["time"] == 0.0
@@ -65,7 +75,11 @@ def test_the_anemometer_stands_at_the_hub(model: Model, yaw: float) -> None:
     velocity = np.stack([u, np.zeros_like(u), np.zeros_like(u)], axis=-1).astype(np.float32)
     box = meltemi.WindBox(velocity, dt=1.0, dy=20.0, dz=200.0, bottom=1.0, speed=10.0)
     run = Simulation(
-        model, box, duration=1.0, controller=fixed(0.1), start=meltemi.Start(rotor_speed=1.2, coordinates={"yaw": yaw})
+        model,
+        box,
+        duration=1.0,
+        controller=ConstantController(0.1),
+        start=meltemi.Start(rotor_speed=1.2, coordinates={"yaw": yaw}),
     )
     measured = run.reset()
     # NREL/TP-500-38060, Table 4-1: overhang 5.0191 m, shaft tilt 5 deg
@@ -75,7 +89,7 @@ def test_the_anemometer_stands_at_the_hub(model: Model, yaw: float) -> None:
 
 
 def test_demands_by_name(model: Model) -> None:
-    run = Simulation(model, WIND, duration=2.0, controller=fixed())
+    run = Simulation(model, WIND, duration=2.0, controller=ConstantController())
     run.reset()
     run.step({"pitch": 0.2, "generator_torque": 3e4})
     assert run.step()["pitch"] == pytest.approx(0.2)
@@ -84,7 +98,7 @@ def test_demands_by_name(model: Model) -> None:
 
 
 def test_what_is_refused(model: Model) -> None:
-    run = Simulation(model, WIND, duration=0.1, controller=fixed())
+    run = Simulation(model, WIND, duration=0.1, controller=ConstantController())
     run.reset()
     with pytest.raises(InputError, match=r"no 'pich'.*pitch"):
         run.step({"pich": 0.1})
@@ -120,7 +134,7 @@ def test_reset_forgets_everything(model: Model) -> None:
 
 @pytest.mark.long
 def test_a_step_costs_little_beyond_the_march(model: Model) -> None:
-    run = Simulation(model, WIND, duration=30.0, controller=fixed())
+    run = Simulation(model, WIND, duration=30.0, controller=ConstantController())
     demands = run.case["demands"].copy()
 
     def seconds(call: Any) -> float:

@@ -19,17 +19,17 @@ from meltemi import (
     Result,
     Start,
     SteadyWind,
+    SupervisedController,
     Supervision,
     WindSeries,
     YawControl,
     YawProtection,
     read_case,
-    supervised,
 )
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.control.moving_mean import mean_start, mean_states, moving_mean
+from meltemi.control.moving_mean import mean_start, moving_mean
 from meltemi.control.supervisor.settings import limits
-from meltemi.control.supervisor.supervised import GUST_MEAN, LENGTH, LONG_MEAN, PROTECTION_MEAN, WIND_MEAN
+from meltemi.control.supervisor.supervised import SupervisedState
 from meltemi.loadcases.case import case_controller, case_start
 from meltemi.studies.sensitivity import differences, sensitivity
 from meltemi.wind.fields import mean_before
@@ -84,8 +84,8 @@ def test_production_is_load_control_to_the_bit(model: Model, loops: Any) -> None
     wind = meltemi.generate_field(
         meltemi.TurbulentWind(speed=12.0, intensity=0.15, seed=3, points=7), model.turbine, 30.0
     )
-    one = run(model, wind, 25.0, meltemi.load_control(model.turbine, load))
-    other = run(model, wind, 25.0, supervised(model.turbine, load=load, protection=YawProtection()))
+    one = run(model, wind, 25.0, meltemi.LoadController(model.turbine, load))
+    other = run(model, wind, 25.0, SupervisedController(model.turbine, load=load, protection=YawProtection()))
     for name in ("rotor_speed", "generator_torque", "pitch_1", "TwrBsMyt", "RootMyc1"):
         assert np.array_equal(one[name], other[name])
     assert other.log == ()
@@ -97,10 +97,12 @@ def test_start_from_standstill(model: Model) -> None:
 
     Not to the operating point: at 8 m/s it has one blade in another state of the flow near its root, 0.8 % in speed.
     """
-    result = run(model, SteadyWind(speed=8.0), 160.0, supervised(model.turbine), FEATHERED)
+    result = run(model, SteadyWind(speed=8.0), 160.0, SupervisedController(model.turbine), FEATHERED)
     assert whats(result) == ["standby -> start up", "start up -> connection", "connection -> maximum power"]
     begin = Start(rotor_speed=0.95, generator_torque=2e4)
-    steady = run(model, SteadyWind(speed=8.0), 100.0, meltemi.baseline(model.turbine.control), begin)["rotor_speed"][-1]
+    steady = run(model, SteadyWind(speed=8.0), 100.0, meltemi.BaselineController(model.turbine), begin)["rotor_speed"][
+        -1
+    ]
     assert result["rotor_speed"][-1] == pytest.approx(steady, rel=2e-3)
     assert result["rotor_speed"].max() < 1.09 * steady
     assert result["TwrBsMyt"].max() < 60e6
@@ -111,7 +113,7 @@ def test_grid_loss(model: Model, speed: float) -> None:
     """No torque from the instant on; over-speed stays below 10 %, and the turbine comes back when the grid does."""
     loss = {"at": 20.0, "type": "grid_loss", "until": 40.0}
     wind = SteadyWind(speed=speed, shear_exponent=0.2)
-    result = run(model, wind, 80.0, supervised(model.turbine), events=[loss])
+    result = run(model, wind, 80.0, SupervisedController(model.turbine), events=[loss])
     assert whats(result)[1] == "emergency stop -> idling"
     first = next(entry for entry in result.log if entry.source == "supervisor")
     assert first.time == pytest.approx(20.0, abs=0.03)
@@ -129,7 +131,7 @@ def test_grid_loss(model: Model, speed: float) -> None:
 def test_operators_stops(model: Model, speed: float, word: str) -> None:
     request = {"at": 20.0, "type": "request", "request": word}
     wind = SteadyWind(speed=speed, shear_exponent=0.2)
-    result = run(model, wind, 90.0, supervised(model.turbine), events=[request])
+    result = run(model, wind, 90.0, SupervisedController(model.turbine), events=[request])
     kind = word.replace("_", " ")
     assert whats(result)[-2].endswith(f"-> {kind}")
     assert whats(result)[-1] == f"{kind} -> idling"
@@ -141,7 +143,7 @@ def test_operators_stops(model: Model, speed: float, word: str) -> None:
 @pytest.mark.slow
 def test_cut_out_and_restart(model: Model) -> None:
     wind = series([0.0, 60.0, 160.0, 300.0, 400.0, 560.0], [20.0, 20.0, 31.0, 31.0, 12.0, 12.0])
-    result = run(model, wind, 560.0, supervised(model.turbine))
+    result = run(model, wind, 560.0, SupervisedController(model.turbine))
     assert whats(result)[:6] == [
         "power limit -> normal stop",
         "normal stop -> idling",
@@ -161,7 +163,7 @@ def test_derating_and_back(model: Model, speed: float) -> None:
     limit = 2e6 if speed > 11.0 else 1e6
     event = {"at": 20.0, "type": "power_limit", "power": limit, "until": 80.0}
     wind = SteadyWind(speed=speed, shear_exponent=0.2)
-    result = run(model, wind, 180.0, supervised(model.turbine), events=[event])
+    result = run(model, wind, 180.0, SupervisedController(model.turbine), events=[event])
     assert result.between(60.0, 79.0)["generator_power"].mean() == pytest.approx(limit, rel=0.005)
     before, after = result.between(10.0, 20.0), result.between(165.0, 180.0)
     assert after["generator_power"].mean() == pytest.approx(before["generator_power"].mean(), rel=0.005)
@@ -178,7 +180,7 @@ def test_one_blade_stuck(model: Model, speed: float, kind: str) -> None:
     wind = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=2, points=9)
     stuck = {"at": 20.0, "type": "pitch_stuck", "blade": 2}
     request = {"at": 70.0, "type": "request", "request": "emergency_stop"}
-    result = run(own, wind, 120.0, supervised(own.turbine), events=[stuck, request])
+    result = run(own, wind, 120.0, SupervisedController(own.turbine), events=[stuck, request])
     assert any("emergency stop" in what for what in whats(result))
     assert any(entry.reason.startswith("a blade is") for entry in result.log) is (speed > 20.0)
     assert peak(result) < 1.12
@@ -194,7 +196,7 @@ def test_one_blade_stuck(model: Model, speed: float, kind: str) -> None:
 def test_a_lost_sensor_of_speed_stops_the_turbine(model: Model, sensor: str, holds: str) -> None:
     loss = {"at": 20.0, "type": "sensor_loss", "sensor": sensor, "holds": holds}
     wind = meltemi.TurbulentWind(speed=14.0, intensity=0.14, seed=2, points=7)
-    result = run(model, wind, 60.0, supervised(model.turbine), events=[loss])
+    result = run(model, wind, 60.0, SupervisedController(model.turbine), events=[loss])
     assert any("emergency stop" in what for what in whats(result))
     assert peak(result) < 1.2
     assert abs(result["rotor_speed"][-1]) * RPM < 1.0
@@ -204,7 +206,7 @@ def test_a_lost_sensor_of_speed_stops_the_turbine(model: Model, sensor: str, hol
 @pytest.mark.parametrize("degrees", [-8.0, 8.0])
 def test_idling_in_wind_of_fifty_years(model: Model, degrees: float) -> None:
     wind = SteadyWind(speed=1.4 * 37.5, shear_exponent=0.11, direction=math.radians(degrees))
-    result = run(model, wind, 120.0, supervised(model.turbine, Supervision(begin="idling")), FEATHERED)
+    result = run(model, wind, 120.0, SupervisedController(model.turbine, Supervision(begin="idling")), FEATHERED)
     assert result.log == ()
     assert np.abs(result["rotor_speed"]).max() * RPM < 1.0
     late = result.between(60.0, 120.0)
@@ -219,7 +221,7 @@ def test_strategies_in_a_gust_with_change_of_direction(model: Model) -> None:
     driven = meltemi.build(turbine, meltemi.ModelOptions(yaw="driven"))
     found = {}
     for strategy in ("stop", "derate", "ignore"):
-        law = supervised(turbine, yaw=YawControl(), protection=YawProtection(strategy=strategy))
+        law = SupervisedController(turbine, yaw=YawControl(), protection=YawProtection(strategy=strategy))
         found[strategy] = run(driven, meltemi.ecd(turbine, 10.67, begin=10.0), 90.0, law)
     for strategy, what in (("stop", "normal -> shutdown"), ("derate", "normal -> derated")):
         (first, *_) = [entry for entry in found[strategy].log if entry.source == "yaw protection"]
@@ -240,7 +242,7 @@ def test_derivatives_go_through_the_supervisor(model: Model) -> None:
     wind = meltemi.generate_field(
         meltemi.TurbulentWind(speed=20.0, intensity=0.14, seed=3, points=7), model.turbine, 12.0
     )
-    law = supervised(model.turbine, protection=YawProtection())
+    law = SupervisedController(model.turbine, protection=YawProtection())
     arguments: dict[str, Any] = {"duration": 12.0, "controller": law}
     arguments["events"] = [{"at": 2.0, "type": "power_limit", "power": 3.7137e6}]
     names = ["controller.supervisor_derate_rate", "controller.proportional_gain"]
@@ -297,7 +299,7 @@ def test_an_emergency_stop_at_cut_out_finds_production(model: Model, seed: int) 
     """The means began with the size of the wind, 25.2 m/s, and the turbine stopped in its first step."""
     wind = iec_wind(turbine=model.turbine, model="NTM", wind_class="IA", speed=25.0, seed=seed, points=5)
     events = [{"at": 8.0, "type": "request", "request": "emergency_stop"}]
-    result = run(model, wind, 10.0, supervised(model.turbine), events=events)
+    result = run(model, wind, 10.0, SupervisedController(model.turbine), events=events)
     assert whats(result) == ["power limit -> emergency stop"]
     assert result.warnings == ()
 
@@ -311,9 +313,9 @@ def test_means_begin_with_the_mean_wind_of_the_case(model: Model) -> None:
     assert mean_before(series([0.0, 20.0, 30.0], [10.0, 10.0, 25.0]), 90.0) == 10.0  # a change that comes later
     start = StartPoint(26.0, 122.9, 0.3, 4e4, 24.0)
     protection = YawProtection(window=30.0)
-    x = supervised(model.turbine, protection=protection).initial_state(start)
-    for place in (GUST_MEAN, WIND_MEAN, LONG_MEAN, PROTECTION_MEAN):
-        assert moving_mean(x, len(x) - LENGTH + place, 24.0, 0.0125) == pytest.approx(24.0)
+    x = SupervisedState(SupervisedController(model.turbine, protection=protection).initial_state(start))
+    for mean in (x.gust_mean, x.wind_mean, x.long_mean, x.protection_mean):
+        assert moving_mean(mean, 24.0, 0.0125) == pytest.approx(24.0)
 
 
 def test_ten_minutes_of_normal_turbulence_at_cut_out_are_no_storm(model: Model) -> None:
@@ -321,30 +323,29 @@ def test_ten_minutes_of_normal_turbulence_at_cut_out_are_no_storm(model: Model) 
     wind = iec_wind(turbine=model.turbine, model="NTM", wind_class="IA", speed=25.0, seed=3, points=5)
     box = meltemi.generate_field(wind, model.turbine, 700.0)
     size = np.hypot(*np.moveaxis(box.velocity[:, 2, 2, :2].astype(float), -1, 0))
-    x = np.zeros(mean_states(600))
-    mean_start(x, 0, 600.0, 600, before=mean_before(box, model.turbine.hub_height))
-    most = max(moving_mean(x, 0, float(u), box.dt) for u in size)
+    x = mean_start(600.0, 600, before=mean_before(box, model.turbine.hub_height))
+    most = max(moving_mean(x, float(u), box.dt) for u in size)
     assert 25.0 < most < limits(model.turbine, Supervision())["cut_out_mean"]
 
 
 def test_an_event_out_of_place_warns(model: Model) -> None:
     storm = SteadyWind(speed=26.5)
     stop = {"at": 1.0, "type": "request", "request": "emergency_stop"}
-    late = run(model, storm, 2.0, supervised(model.turbine), events=[stop])
+    late = run(model, storm, 2.0, SupervisedController(model.turbine), events=[stop])
     assert late.log[0].what == "power limit -> normal stop"
     (words,) = late.warnings
     assert words.startswith("events.0: request emergency stop at 1 s found the machine in state 'normal stop'")
     assert "mean wind of 26.5 m/s above 26.0 m/s" in words
     assert words in repr(late)
-    idle = supervised(model.turbine, Supervision(begin="idling"))
+    idle = SupervisedController(model.turbine, Supervision(begin="idling"))
     (words,) = run(model, SteadyWind(speed=8.0), 2.0, idle, FEATHERED, [stop]).warnings
     assert words.endswith("found the machine in state 'idling'")
     start = {"at": 1.0, "type": "request", "request": "start"}
     assert (
         "'maximum power'"
-        in run(model, SteadyWind(speed=8.0), 2.0, supervised(model.turbine), None, [start]).warnings[0]
+        in run(model, SteadyWind(speed=8.0), 2.0, SupervisedController(model.turbine), None, [start]).warnings[0]
     )
     usual = [{"at": 0.5, "type": "grid_loss"}, {"at": 1.0, "type": "pitch_stuck", "blade": 1}]
-    assert run(model, SteadyWind(speed=8.0), 2.0, supervised(model.turbine), None, usual).warnings == ()
+    assert run(model, SteadyWind(speed=8.0), 2.0, SupervisedController(model.turbine), None, usual).warnings == ()
     deaf = meltemi.simulate(model, SteadyWind(speed=8.0), duration=2.0, channels=CHANNELS, events=[stop])
     assert "the baseline law does not follow the operator" in deaf.warnings[0]

@@ -15,17 +15,25 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, StartPoint, Supervision, Turbine, YawControl, YawProtection, supervised, yaw_threshold
+from meltemi import (
+    InputError,
+    StartPoint,
+    SupervisedController,
+    Supervision,
+    Turbine,
+    YawControl,
+    YawProtection,
+    yaw_threshold,
+)
 from meltemi.control import signals as s
 from meltemi.control.controller import Controller, LogEntry
-from meltemi.control.moving_mean import MovingMean, mean_start, mean_states, moving_mean
+from meltemi.control.moving_mean import mean_start, moving_mean
 from meltemi.control.power_control.tables import STATES as POWER_STATES
 from meltemi.control.supervisor import tables as t
-from meltemi.control.supervisor.log import LOG_ROOM, EntryRow
+from meltemi.control.supervisor.log import LOG_ROOM
 from meltemi.control.supervisor.settings import limits
-from meltemi.control.supervisor.supervised import JOURNAL, LENGTH, YAW, Q
-from meltemi.control.supervisor.threshold import threshold
-from meltemi.control.yaw import FILTERED
+from meltemi.control.supervisor.supervised import SupervisedState
+from meltemi.control.supervisor.threshold import threshold, threshold_settings
 
 Float = NDArray[np.float64]
 often = hypothesis(derandomize=True, deadline=None, max_examples=100)
@@ -79,7 +87,7 @@ class Script:
 
 @pytest.fixture(scope="module")
 def plain(turbine: Turbine) -> Controller:
-    return supervised(turbine)
+    return SupervisedController(turbine)
 
 
 # thresholds --------------------------------------------------------------------------------------------
@@ -106,11 +114,10 @@ def protections(draw: st.DrawFn) -> YawProtection:
 @often
 @given(protections(), st.lists(st.floats(-10.0, 90.0), min_size=1, max_size=20))
 def test_kernel_and_function_give_the_same_threshold(protection: YawProtection, winds: list[float]) -> None:
-    points = np.concatenate([protection.wind_speeds, protection.thresholds])
-    n = len(protection.wind_speeds)
+    points = threshold_settings(protection)
     winds = [*winds, *protection.wind_speeds]
     expected = yaw_threshold(protection, winds)
-    found = [threshold(points, 0, n, float(protection.law == "stepwise"), wind) for wind in winds]
+    found = [threshold(points, wind) for wind in winds]
     np.testing.assert_allclose(found, expected, rtol=4e-16, atol=0)  # fused multiply-add
     assert np.all(np.diff(yaw_threshold(protection, np.linspace(-10.0, 99.0, 400))) <= 1e-15)
     ends = yaw_threshold(protection, [-100.0, 200.0])
@@ -153,30 +160,27 @@ def test_protections_that_are_refused(changes: dict[str, Any], words: str) -> No
 @often
 @given(st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=120), st.integers(1, 40))
 def test_moving_mean_is_that_of_the_window(signal: list[float], samples: int) -> None:
-    x = np.zeros(mean_states(40))
-    mean_start(x, 0, samples * 0.25, 40)
+    x = mean_start(samples * 0.25, 40)
     for k, value in enumerate(signal):
-        found = moving_mean(x, 0, value, 0.25)
+        found = moving_mean(x, value, 0.25)
         assert found == pytest.approx(np.mean(signal[max(k + 1 - samples, 0) : k + 1]), rel=1e-12, abs=1e-11)
 
 
 def test_a_window_may_begin_full() -> None:
-    x = np.zeros(mean_states(10))
-    mean_start(x, 0, 10.0, 10, before=4.0)
-    assert [moving_mean(x, 0, 14.0, 1.0) for _ in range(12)] == [*range(5, 15), 14.0, 14.0]
+    x = mean_start(10.0, 10, before=4.0)
+    assert [moving_mean(x, 14.0, 1.0) for _ in range(12)] == [*range(5, 15), 14.0, 14.0]
 
 
 def test_moving_mean_by_blocks_and_for_long() -> None:
-    x = np.zeros(mean_states(10))
-    mean_start(x, 0, 3.0, 10)  # 30 samples in 10 blocks of 3
+    x = mean_start(3.0, 10)  # 30 samples in 10 blocks of 3
     rng = np.random.default_rng(1)
     signal = rng.normal(1e6, 1.0, 8000)
     for k, value in enumerate(signal):
-        found = moving_mean(x, 0, value, 0.1)
+        found = moving_mean(x, value, 0.1)
         whole = (k + 1) // 3 * 3
         if k >= 30:
             assert found == pytest.approx(signal[whole - 30 : whole].mean(), rel=1e-14)
-    assert x[MovingMean.index("per_block")] == 3
+    assert x.per_block == 3
 
 
 # the tables ------------------------------------------------------------------------------------------------
@@ -264,17 +268,17 @@ def test_yaw_protection_is_the_law(
     )
     errors = [error for error, _, n in script for _ in range(n)]
     winds = [wind for _, wind, n in script for _ in range(n)]
-    run = Script(supervised(turbine, protection=protection), dt=dt)
+    run = Script(SupervisedController(turbine, protection=protection), dt=dt)
     before = [RATED.wind_speed] * 11
     expected, filtered = reading(protection, errors, winds, dt)
     b = yaw_threshold(protection, [np.mean((before + winds)[k : k + 12]) for k in range(len(winds))])
     margin = np.abs(np.abs(filtered) - b).min()
     if margin < 1e-9:
         return  # a tie to rounding has no one answer between two codes
-    place = len(run.x) - LENGTH + Q["yaw_state"]
+    own = SupervisedState(run.x).supervisor
     for k, (error, wind) in enumerate(zip(errors, winds, strict=True)):
         run.call(wind_direction=error, wind_speed=wind)
-        assert t.YAW_STATES[int(run.x[place]) - 1].name == expected[k], k
+        assert t.YAW_STATES[int(own.now.yaw_state) - 1].name == expected[k], k
         assert run.demands[s.YAW_ERROR] == pytest.approx(filtered[k], abs=1e-12)
         assert run.demands[s.YAW_THRESHOLD] == pytest.approx(b[k], rel=1e-12)
         if expected[k] == "shutdown":
@@ -288,7 +292,7 @@ def protected(turbine: Turbine, **changes: Any) -> YawProtection:
 
 
 def test_equality_is_within(turbine: Turbine) -> None:
-    run = Script(supervised(turbine, protection=protected(turbine, strategy="stop")))
+    run = Script(SupervisedController(turbine, protection=protected(turbine, strategy="stop")))
     run.call(50, wind_direction=0.5)
     assert run.log == []
     run.call(1, wind_direction=math.nextafter(0.5, 1.0))
@@ -297,7 +301,7 @@ def test_equality_is_within(turbine: Turbine) -> None:
 
 def test_negative_errors_and_errors_behind_count_alike(turbine: Turbine) -> None:
     for direction, yaw, beyond in ((-0.6, 0.0, True), (0.3, 0.3, True), (3.5, 3.0, False), (3.2, 2.0, True)):
-        run = Script(supervised(turbine, protection=protected(turbine, strategy="stop")))
+        run = Script(SupervisedController(turbine, protection=protected(turbine, strategy="stop")))
         run.call(2, wind_direction=direction, yaw=yaw)
         assert bool(run.log) is beyond
         assert -math.pi < run.demands[s.YAW_ERROR] <= math.pi
@@ -306,7 +310,7 @@ def test_negative_errors_and_errors_behind_count_alike(turbine: Turbine) -> None
 @pytest.mark.parametrize("dt", [0.1, 0.0125, 0.007])
 def test_the_recheck_is_exactly_at_its_time(turbine: Turbine, dt: float) -> None:
     """And once: an error that goes and comes back in between changes nothing."""
-    run = Script(supervised(turbine, protection=protected(turbine, recheck_time=90.0)), dt=dt)
+    run = Script(SupervisedController(turbine, protection=protected(turbine, recheck_time=90.0)), dt=dt)
     run.call(10).call(1, wind_direction=0.6)
     begin = 10 * dt
     run.call(math.floor(30.0 / dt), wind_direction=0.0)
@@ -326,14 +330,14 @@ def test_filter_delays_by_its_time_constant(turbine: Turbine) -> None:
     """A step of 1 rad passes 0.5 rad after ln(2) time constants."""
     for filter_time in (1.0, 3.0):
         protection = YawProtection(wind_speeds=[0, 30], thresholds=[0.5, 0.5], filter_time=filter_time)
-        run = Script(supervised(turbine, protection=protection), dt=0.01).call(1)
+        run = Script(SupervisedController(turbine, protection=protection), dt=0.01).call(1)
         while not run.log:
             run.call(1, wind_direction=1.0)
         assert run.log[0].time == pytest.approx(filter_time * math.log(2.0), abs=0.011)
 
 
 def test_derates_are_counted_by_the_hour_and_reset(turbine: Turbine) -> None:
-    run = Script(supervised(turbine, protection=protected(turbine, recheck_time=10.0)), dt=1.0)
+    run = Script(SupervisedController(turbine, protection=protected(turbine, recheck_time=10.0)), dt=1.0)
     for _ in range(3):
         run.call(1, wind_direction=0.6).call(20, wind_direction=0.0)
     run.call(3600).call(1, wind_direction=0.6)
@@ -345,7 +349,7 @@ def test_derates_are_counted_by_the_hour_and_reset(turbine: Turbine) -> None:
 
 def test_power_of_the_derated_turbine_follows_its_rate(turbine: Turbine) -> None:
     protection = protected(turbine, recheck_time=30.0, power_limit=2.0e6, derate_rate=0.05)
-    run = Script(supervised(turbine, protection=protection))
+    run = Script(SupervisedController(turbine, protection=protection))
     rated = 5296610.0 * 0.944
     points = []
     for k in range(600):
@@ -357,11 +361,11 @@ def test_power_of_the_derated_turbine_follows_its_rate(turbine: Turbine) -> None
     assert np.abs(steps).max() == pytest.approx(0.05 * rated * 0.1, rel=1e-9)
     assert points[-1] == pytest.approx(rated, rel=1e-12)
     with pytest.raises(InputError, match="no limit for a turbine"):
-        supervised(turbine, protection=protected(turbine, power_limit=6.0e6))
+        SupervisedController(turbine, protection=protected(turbine, power_limit=6.0e6))
 
 
 def test_a_turbine_that_stops_for_another_reason_is_no_longer_derated(turbine: Turbine) -> None:
-    run = Script(supervised(turbine, protection=protected(turbine))).call(5, wind_direction=0.6)
+    run = Script(SupervisedController(turbine, protection=protected(turbine))).call(5, wind_direction=0.6)
     run.call(5, request=2)
     assert [e.what for e in run.log][-1] == "derated -> normal"
     assert run.log[-1].reason == "no longer: the generator is connected"
@@ -369,10 +373,10 @@ def test_a_turbine_that_stops_for_another_reason_is_no_longer_derated(turbine: T
 
 def test_latched_and_unlatched_shutdowns(turbine: Turbine) -> None:
     for latched, expected in ((True, "idling"), (False, "start_up")):
-        run = Script(supervised(turbine, protection=protected(turbine, strategy="stop", latched=latched)))
+        run = Script(SupervisedController(turbine, protection=protected(turbine, strategy="stop", latched=latched)))
         run.call(1, wind_direction=0.6).call(10, speed=10.0).call(700).call(50, wind_direction=0.0)
         assert run.state == expected
-    run = Script(supervised(turbine, protection=protected(turbine, strategy="stop")))
+    run = Script(SupervisedController(turbine, protection=protected(turbine, strategy="stop")))
     run.call(1, wind_direction=0.6).call(1000, speed=10.0)
     run.call(2, request=1)
     assert run.state == "standby"  # the word releases the latch, but the error is still there
@@ -419,11 +423,11 @@ def test_stops(plain: Controller, changes: dict[str, float], calls: int, state: 
 
 def test_wind_of_half_a_minute_and_its_mean_cut_out(turbine: Turbine) -> None:
     changes = {"mean_window": 60.0, "cut_out_mean": 27.0}
-    run = Script(supervised(turbine, Supervision(**changes))).call(20).call(600, wind_speed=29.0)
+    run = Script(SupervisedController(turbine, Supervision(**changes))).call(20).call(600, wind_speed=29.0)
     assert reason_of(run, "normal stop").startswith("mean wind of 27.0 m/s above 27.0")
-    run = Script(supervised(turbine)).call(20).call(400, wind_speed=31.0)
+    run = Script(SupervisedController(turbine)).call(20).call(400, wind_speed=31.0)
     assert reason_of(run, "normal stop").startswith("wind of 30.")
-    run = Script(supervised(turbine)).call(1, wind_speed=30.0)  # a first gust is no mean of ten minutes
+    run = Script(SupervisedController(turbine)).call(1, wind_speed=30.0)  # a first gust is no mean of ten minutes
     assert run.log == []
 
 
@@ -476,7 +480,11 @@ def test_pitch_torque_and_brake_of_stops(turbine: Turbine, plain: Controller) ->
         np.testing.assert_allclose(run.pitch(), math.pi / 2, rtol=1e-6)
     run = Script(plain).call(10).call(1, grid=0.0)
     assert run.demands[s.GENERATOR_TORQUE] == 0.0
-    run = Script(supervised(turbine, Supervision(emergency_torque=False, brake=0.0))).call(10).call(1, request=3)
+    run = (
+        Script(SupervisedController(turbine, Supervision(emergency_torque=False, brake=0.0)))
+        .call(10)
+        .call(1, request=3)
+    )
     assert run.demands[s.GENERATOR_TORQUE] == pytest.approx(43093.55 - 1500.0, rel=1e-3)
     assert run.call(5, speed=5.0).demands[s.BRAKE] == 0.0
 
@@ -513,23 +521,25 @@ def test_starts_wait_for_wind_grid_word_and_time(turbine: Turbine, plain: Contro
     assert Script(plain, REST).call(500, grid=0.0).state == "standby"
     assert Script(plain, REST).call(99).state == "standby"
     assert Script(plain, REST).call(500, request=2).state == "standby"
-    waits = supervised(turbine, Supervision(auto_start=False, start_time=0.0))
+    waits = SupervisedController(turbine, Supervision(auto_start=False, start_time=0.0))
     run = Script(waits, REST).call(500)
     assert run.state == "standby"
     assert run.call(2, request=1).state == "start_up"
-    idle = Script(supervised(turbine, Supervision(begin="idling")), REST).call(1500)
+    idle = Script(SupervisedController(turbine, Supervision(begin="idling")), REST).call(1500)
     assert idle.state == "idling"
     assert idle.call(2, request=1).state == "start_up"
-    slow = Script(supervised(turbine, Supervision(start_limit=30.0)), REST).call(500)
+    slow = Script(SupervisedController(turbine, Supervision(start_limit=30.0)), REST).call(500)
     assert reason_of(slow, "normal stop") == "no connection within 30 s"
 
 
 def test_latches_and_words(turbine: Turbine) -> None:
     for latched, state in ((True, "idling"), (False, "start_up")):
-        run = Script(supervised(turbine, Supervision(latched=latched))).call(10)
+        run = Script(SupervisedController(turbine, Supervision(latched=latched))).call(10)
         run.call(1, speed=150.0).call(800, speed=5.0)
         assert run.state == state
-    run = Script(supervised(turbine)).call(5, request=1)  # a word that was said before the stop does not release it
+    run = Script(SupervisedController(turbine)).call(
+        5, request=1
+    )  # a word that was said before the stop does not release it
     run.call(1, speed=150.0).call(800, speed=5.0)
     assert run.state == "idling"
     run.call(1, request=0).call(5, request=1)
@@ -563,13 +573,13 @@ def test_regions_follow_the_law_after_their_time(plain: Controller) -> None:
 
 
 def test_the_operators_limit_and_its_rate(turbine: Turbine) -> None:
-    run = Script(supervised(turbine, Supervision(derate_rate=0.2))).call(5).call(30, power_limit=3.0e6)
+    run = Script(SupervisedController(turbine, Supervision(derate_rate=0.2))).call(5).call(30, power_limit=3.0e6)
     rated = 5296610.0 * 0.944
     assert run.demands[s.POWER_SETPOINT] == pytest.approx(3.0e6, rel=1e-12)
     assert run.demands[s.GENERATOR_TORQUE] == pytest.approx(3.0e6 / 0.944 / 122.9096, rel=1e-6)
     run.call(1, power_limit=np.inf)
     assert run.demands[s.POWER_SETPOINT] == pytest.approx(3.0e6 + 0.02 * rated, rel=1e-9)
-    below = Script(supervised(turbine), StartPoint(8.0, 95.0, 0.0, 21000.0)).call(100, power_limit=1.0e6)
+    below = Script(SupervisedController(turbine), StartPoint(8.0, 95.0, 0.0, 21000.0)).call(100, power_limit=1.0e6)
     assert below.demands[s.GENERATOR_TORQUE] == pytest.approx(1.0e6 / 0.944 / 95.0, rel=1e-6)
 
 
@@ -591,7 +601,7 @@ def test_the_operators_limit_and_its_rate(turbine: Turbine) -> None:
 )
 def test_no_script_leaves_the_tables(turbine: Turbine, script: Any, rest: bool) -> None:
     """Whatever is measured: states follow lines of the tables, demands stay within what states allow."""
-    controller = supervised(turbine, Supervision(latched=False, restart_time=2.0), protection=YawProtection())
+    controller = SupervisedController(turbine, Supervision(latched=False, restart_time=2.0), protection=YawProtection())
     run = Script(controller, REST if rest else RATED, dt=0.5)
     allowed = {(source, line.target) for line in t.TRANSITIONS for source in line.sources}
     state, pitch = ("standby" if rest else "power_limit"), run.pitch()
@@ -617,24 +627,24 @@ def test_no_script_leaves_the_tables(turbine: Turbine, script: Any, rest: bool) 
 
 
 def test_a_log_that_overflows_says_so(turbine: Turbine) -> None:
-    run = Script(supervised(turbine, protection=protected(turbine, recheck_time=1.0)), dt=1.0)
+    run = Script(SupervisedController(turbine, protection=protected(turbine, recheck_time=1.0)), dt=1.0)
     for _ in range(LOG_ROOM):
         run.call(1, wind_direction=0.6).call(1, wind_direction=0.0)
     assert len(run.log) == LOG_ROOM
     assert run.controller.warnings is not None
     assert "of which the log has the first 300" in run.controller.warnings(run.x)[0]
-    assert len(run.x) - LENGTH + JOURNAL + LOG_ROOM * len(EntryRow) < len(run.x)
+    assert SupervisedState(run.x).supervisor.log.written > LOG_ROOM
 
 
 def test_yaw_control_is_followed_where_states_say_so(turbine: Turbine) -> None:
-    controller = supervised(turbine, yaw=YawControl(average_time=0.0, start_time=0.0))
+    controller = SupervisedController(turbine, yaw=YawControl(average_time=0.0, start_time=0.0))
     assert controller.yaws
     run = Script(controller).call(5, wind_direction=0.3)
     assert run.demands[s.YAW_RATE_DEMAND] == -turbine.yaw.rate  # against a clockwise error
-    assert run.x[len(run.x) - LENGTH + YAW + FILTERED] > 0.0
+    assert SupervisedState(run.x).yaw.filtered > 0.0
     run.call(1, request=3)
     assert run.demands[s.YAW_RATE_DEMAND] == 0.0
-    run = Script(supervised(turbine)).call(5, wind_direction=0.3)
+    run = Script(SupervisedController(turbine)).call(5, wind_direction=0.3)
     assert run.demands[s.YAW_RATE_DEMAND] == 0.0
 
 
@@ -658,7 +668,7 @@ SETTINGS: dict[str, tuple[dict[str, Any], Callable[[Script], Any]]] = {
 @pytest.mark.parametrize("name", SETTINGS)
 def test_settings_of_starts_change_something(turbine: Turbine, plain: Controller, name: str) -> None:
     changes, outcome = SETTINGS[name]
-    assert outcome(Script(plain, REST)) != outcome(Script(supervised(turbine, Supervision(**changes)), REST))
+    assert outcome(Script(plain, REST)) != outcome(Script(SupervisedController(turbine, Supervision(**changes)), REST))
 
 
 MARGINS: dict[str, tuple[dict[str, Any], dict[str, float], int]] = {
@@ -686,7 +696,7 @@ MARGINS: dict[str, tuple[dict[str, Any], dict[str, float], int]] = {
 def test_margins_change_something(turbine: Turbine, plain: Controller, name: str) -> None:
     changes, script, calls = MARGINS[name]
     one = Script(plain).call(20).call(calls, **script)
-    other = Script(supervised(turbine, Supervision(**changes))).call(20).call(calls, **script)
+    other = Script(SupervisedController(turbine, Supervision(**changes))).call(20).call(calls, **script)
     assert (one.state, tuple(one.pitch())) != (other.state, tuple(other.pitch()))
 
 
@@ -702,7 +712,7 @@ def test_margins_change_something(turbine: Turbine, plain: Controller, name: str
 )
 def test_settings_that_contradict_the_turbine(turbine: Turbine, changes: dict[str, float], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        supervised(turbine, Supervision(**changes))
+        SupervisedController(turbine, Supervision(**changes))
 
 
 def test_records_that_are_refused() -> None:

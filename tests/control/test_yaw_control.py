@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, ModelOptions, SteadyWind, Turbine, YawControl, yaw_control
+from meltemi import InputError, ModelOptions, SteadyWind, Turbine, YawControl, YawController
 from meltemi.control import signals as s
 from meltemi.control import yaw
 from meltemi.loadcases.case import case_controller, read_case
@@ -20,19 +20,19 @@ from meltemi.turbine.definition import Yaw
 Float = NDArray[np.float64]
 DRIVE = Yaw(stiffness=9e9, damping=2e7, rate=math.radians(0.5))
 DT = 0.1
+FILTERED, AVERAGED = (yaw.YawControlState.index(name) for name in ("filtered", "averaged"))
 QUICK = {"average_time": 0.0, "start_time": 0.0}
 
 
 def march(direction: Any, seconds: float, speed: float = 10.0, drive: Yaw = DRIVE, **settings: Any) -> tuple[Any, ...]:
     """Nacelle (ideal drive) [rad], states, and demanded rates under a wind direction [rad], a number or of the time."""
-    x, measured = yaw.yaw_settings(YawControl(**settings), drive), s.Measurements.zeros()
-    measured[s.WIND_SPEED] = speed
+    x, measured = yaw.yaw_settings(YawControl(**settings), drive), s.Measurements.of(wind_speed=speed)
     nacelle, rates, states = [0.0], [], []
     for k in range(round(seconds / DT)):
-        measured[s.YAW] = nacelle[-1]
-        measured[s.WIND_DIRECTION] = direction(k * DT) if callable(direction) else direction
-        rates.append(yaw.yaw_step(x, 0, measured, DT))
-        states.append(x.copy())
+        measured.yaw = nacelle[-1]
+        measured.wind_direction = direction(k * DT) if callable(direction) else direction
+        rates.append(yaw.yaw_step(x, measured, DT))
+        states.append(x.array.copy())
         nacelle.append(nacelle[-1] + rates[-1] * DT)
     return np.array(nacelle), np.array(states), np.array(rates)
 
@@ -45,8 +45,7 @@ def deg(value: float) -> float:
     ("direction", "nacelle", "error"), [(10, 0, 10), (0, 10, 10), (170, 20, -170), (-170, -20, 170), (180, 0, 180)]
 )
 def test_the_error_is_wind_minus_nacelle_clockwise(direction: float, nacelle: float, error: float) -> None:
-    measured = s.Measurements.zeros()
-    measured[s.WIND_DIRECTION], measured[s.YAW] = deg(direction), deg(nacelle)
+    measured = s.Measurements.of(wind_direction=deg(direction), yaw=deg(nacelle))
     assert yaw.yaw_error(measured) == pytest.approx(deg(error), abs=1e-12)
 
 
@@ -74,11 +73,11 @@ def test_the_drive_waits_for_the_start_time_and_forgets_when_the_error_goes_back
 def test_the_average_is_of_the_wind_alone() -> None:
     """In a constant wind it is the error itself, however the nacelle turns, so the drive does not overshoot."""
     nacelle, states, _ = march(deg(40.0), 200.0, average_time=60.0)
-    np.testing.assert_allclose(states[:, yaw.AVERAGED], deg(40.0) + nacelle[:-1], atol=1e-12)
+    np.testing.assert_allclose(states[:, AVERAGED], deg(40.0) + nacelle[:-1], atol=1e-12)
     assert nacelle.min() > -deg(40.0)
 
 
-@pytest.mark.parametrize(("name", "row"), [("filter_time", yaw.FILTERED), ("average_time", yaw.AVERAGED)])
+@pytest.mark.parametrize(("name", "row"), [("filter_time", FILTERED), ("average_time", AVERAGED)])
 def test_a_step_of_direction_is_followed_exponentially(name: str, row: int) -> None:
     settings = {"average_time": 30.0, "filter_time": 1.0, "start_time": 1e9} | {name: 7.0}
     states = march(lambda t: deg(10.0) if t > 0.0 else 0.0, 30.0, **settings)[1]
@@ -88,20 +87,19 @@ def test_a_step_of_direction_is_followed_exponentially(name: str, row: int) -> N
 
 def test_the_filters_cross_the_back_without_a_turn() -> None:
     states = march(lambda t: deg(175.0) if t < 5.0 else deg(-175.0), 60.0, average_time=5.0, start_time=1e9)[1]
-    for row in (yaw.FILTERED, yaw.AVERAGED):
+    for row in (FILTERED, AVERAGED):
         assert np.abs(states[:, row]).min() > deg(174.9)
         assert states[-1, row] == pytest.approx(deg(-175.0), abs=1e-4)
 
 
 def test_it_starts_from_the_first_error_or_from_the_one_given() -> None:
-    x, measured = yaw.yaw_settings(YawControl(), DRIVE), s.Measurements.zeros()
-    measured[s.WIND_DIRECTION] = 0.3
-    yaw.yaw_step(x, 0, measured, DT)
-    assert (x[yaw.FILTERED], x[yaw.AVERAGED]) == pytest.approx((0.3, 0.3), abs=1e-12)
-    yaw.yaw_start(x, 0, -0.1)
-    yaw.yaw_step(x, 0, measured, DT)
+    x, measured = yaw.yaw_settings(YawControl(), DRIVE), s.Measurements.of(wind_direction=0.3)
+    yaw.yaw_step(x, measured, DT)
+    assert (x.filtered, x.averaged) == pytest.approx((0.3, 0.3), abs=1e-12)
+    yaw.yaw_start(x, -0.1)
+    yaw.yaw_step(x, measured, DT)
     share = 1.0 - math.exp(-DT / 30.0)
-    assert x[yaw.AVERAGED] == pytest.approx(-0.1 + share * 0.4, abs=1e-12)
+    assert x.averaged == pytest.approx(-0.1 + share * 0.4, abs=1e-12)
 
 
 def test_a_bias_leaves_the_nacelle_aside() -> None:
@@ -111,7 +109,7 @@ def test_a_bias_leaves_the_nacelle_aside() -> None:
 
 def test_noise_has_its_deviation_and_seed() -> None:
     settings = {"noise": deg(2.0), "filter_time": 0.0, "start_time": 1e9}
-    one, again, other = (march(0.1, 300.0, seed=seed, **settings)[1][:, yaw.FILTERED] for seed in (1, 1, 2))
+    one, again, other = (march(0.1, 300.0, seed=seed, **settings)[1][:, FILTERED] for seed in (1, 1, 2))
     np.testing.assert_array_equal(one, again)
     assert abs(np.corrcoef(one, other)[0, 1]) < 0.1
     assert one.std() == pytest.approx(deg(2.0), rel=0.05)
@@ -156,7 +154,7 @@ def test_settings_that_cannot_work_are_refused() -> None:
 
 def test_a_turbine_turns_into_the_wind(turbine: Turbine) -> None:
     model = meltemi.build(turbine.replace(**{"yaw.rate": 0.01}), ModelOptions(yaw="driven"))
-    controller = yaw_control(model.turbine, YawControl(average_time=5.0, start_time=2.0))
+    controller = YawController(model.turbine, YawControl(average_time=5.0, start_time=2.0))
     wind = SteadyWind(speed=10.0, direction=0.3)
     channels = ["nacelle_yaw", "yaw_error", "yaw_threshold", "GenPwr"]
     result = meltemi.simulate(model, wind, duration=60.0, controller=controller, channels=channels)
@@ -179,7 +177,7 @@ def test_a_held_nacelle_and_a_yaw_control_do_not_go_together(turbine: Turbine, k
             meltemi.build(turbine, ModelOptions(yaw=kind)),
             SteadyWind(speed=10.0),
             duration=1.0,
-            controller=yaw_control(turbine),
+            controller=YawController(turbine),
         )
 
 
@@ -193,7 +191,7 @@ def test_beside_load_control(turbine: Turbine) -> None:
             model,
             wind,
             duration=20.0,
-            controller=yaw_control(turbine, settings, chosen),
+            controller=YawController(turbine, settings, chosen),
             channels=["nacelle_yaw", "BldPitch1"],
         )
         for chosen in (None, load)

@@ -51,7 +51,7 @@ def raising(state: Any, measurements: Any, demands: Any, dt: float) -> None:
 
 def test_a_batch_gives_the_bits_of_single_runs(model: Model) -> None:
     other = model.with_parameters(**{"aerodynamics.air_density": 1.1})
-    slow = meltemi.baseline(model.turbine.control, sample_time=0.1)
+    slow = meltemi.BaselineController(model.turbine, sample_time=0.1)
     cases = [
         BatchCase(model, lambda: box(1), 3.0),
         BatchCase(other, lambda: box(1), 3.0),
@@ -284,9 +284,9 @@ def test_finished_cases_are_kept(tmp_path: Path) -> None:
     assert [o.kept for o in run((8.0, 9.5), redo=True)] == [False, False]
     (tmp_path / "case 0.nc").write_bytes(first[:-100])
     assert [o.kept for o in run((8.0, 9.5))] == [False, True]  # damaged
-    law = meltemi.baseline(model.turbine.control)
+    law = meltemi.BaselineController(model.turbine)
     told = BatchCase(model, 8.0, 2.0, controller=law, name="law")
-    other = replace(told, controller=meltemi.baseline(model.turbine.control, sample_time=0.1))
+    other = replace(told, controller=meltemi.BaselineController(model.turbine, sample_time=0.1))
     unknown = replace(told, controller=replace(law, fresh=lambda: law))
     kept = [simulate_batch([case], out=tmp_path)[0].kept for case in (told, told, other, unknown, unknown)]
     assert kept == [False, True, False, False, False]

@@ -108,7 +108,13 @@ def test_small_steps_of_the_nonlinear_machine(
         )
         names = ["azimuth", *OUTPUTS[:3]]
         return meltemi.simulate(
-            model, wind, duration=30.0, controller=meltemi.fixed(), start=start, channels=names, output_step=0.01
+            model,
+            wind,
+            duration=30.0,
+            controller=meltemi.ConstantController(),
+            start=start,
+            channels=names,
+            output_step=0.01,
         )
 
     still, moved = run(0.0), run(size)

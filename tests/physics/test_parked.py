@@ -25,7 +25,9 @@ def held(turbine: Turbine) -> Model:
 
 
 def run(model: Model, wind: SteadyWind, start: Start, duration: float = 40.0) -> Result:
-    return simulate(model, wind, duration=duration, controller=meltemi.fixed(), start=start, channels=CHANNELS)
+    return simulate(
+        model, wind, duration=duration, controller=meltemi.ConstantController(), start=start, channels=CHANNELS
+    )
 
 
 @pytest.mark.parametrize("start", [Start(pitch=FEATHER), Start(rotor_speed="idling", pitch=FEATHER)])

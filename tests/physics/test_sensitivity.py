@@ -145,7 +145,7 @@ def test_values_are_those_of_the_usual_functions(found: Sensitivity) -> None:
 
 
 def test_near_rated_with_smoothing(model: Model) -> None:
-    wind, law = box(11.4, 4), meltemi.baseline(model.turbine.control, smoothing=0.01)
+    wind, law = box(11.4, 4), meltemi.BaselineController(model.turbine, smoothing=0.01)
     assert simulate(model, wind, duration=SECONDS)["pitch_1"].min() == 0.0
     names = PARAMETERS[:8]
     found = sensitivity(model, wind, names, duration=SECONDS, channels=CHANNELS, controller=law)
@@ -196,7 +196,7 @@ def test_switches_are_counted(model: Model) -> None:
         ["pitch_offset"],
         steps={"pitch_offset": 0.05},
         duration=10.0,
-        controller=meltemi.fixed(),
+        controller=meltemi.ConstantController(),
         start=Start(rotor_speed=0.3, pitch=0.9),
     )
     assert storm.switches["stall"] > 0  # type: ignore[operator]
@@ -224,15 +224,12 @@ def test_matched_modes_move_the_machine_alike(model: Model) -> None:
     """With the signs of all modes turned, the same turbine."""
     from dataclasses import replace
 
-    turned = replace(
-        model,
-        **{
-            name: replace(getattr(model, name), modes=replace(member.modes, shape=-member.modes.shape))
-            for name, member in (("blade", model.blade), ("tower", model.tower))
-        },
-    )
-    other = matched(model, turned)
-    assert not np.array_equal(other.shape, model.shape)
+    turned = {
+        name: replace(member, modes=replace(member.modes, shape=-member.modes.shape))
+        for name, member in (("blade", model.rotor.blade), ("tower", model.rotor.tower))
+    }
+    other = matched(model, replace(model, rotor=replace(model.rotor, **turned)))
+    assert not np.array_equal(other.rotor.shape, model.rotor.shape)
     wind, start = box(20.0, 3), Start(rotor_speed=1.267, pitch=0.3, generator_torque=4e4)
     undeflected = replace(start, coordinates={})
     ours, theirs = (simulate(m, wind, duration=5.0, start=undeflected) for m in (model, other))
@@ -286,7 +283,7 @@ def test_own_controllers(model: Model, wind: WindBox) -> None:
 
 
 def test_a_compiled_controller_around_the_baseline(model: Model, wind: WindBox) -> None:
-    law = meltemi.baseline(model.turbine.control)
+    law = meltemi.BaselineController(model.turbine)
     inner = law.update
 
     @numba.njit

@@ -92,7 +92,7 @@ def test_bend_twist_coupling_in_the_assembled_machine(turbine: Turbine) -> None:
 def test_many_modes_of_a_kind_are_of_this_kind(turbine: Turbine) -> None:
     # among the higher modes are some that stretch the blade: they are neither flap nor edge
     model = meltemi.build(turbine, ModelOptions(flap_modes=5, edge_modes=5))
-    assert np.abs(model.blade.modes.shape[:, :, :3]).max() < 3.0
+    assert np.abs(model.rotor.blade.modes.shape[:, :, :3]).max() < 3.0
     result = simulate(model, SteadyWind(speed=11.0), duration=2.0, channels=["RootMyc1"])
     assert result.status is meltemi.Status.OK
 
@@ -120,7 +120,9 @@ def test_rotor_is_symmetric_under_a_third_of_a_turn(turbine: Turbine) -> None:
             other = (b - 1 - turned) % 3 + 1
             coordinates |= {f"blade {other} 1st flap": 1.0 * b, f"blade {other} 1st edge": 0.1 * b}
         start = Start(rotor_speed=1.2, coordinates=coordinates, generator_torque=3e4)
-        runs.append(simulate(model, wind, duration=20.0, channels=names, start=start, controller=meltemi.fixed()))
+        runs.append(
+            simulate(model, wind, duration=20.0, channels=names, start=start, controller=meltemi.ConstantController())
+        )
     for b in (1, 2, 3):
         other = (b - 2) % 3 + 1
         assert runs[1][f"RootMyc{other}"] == pytest.approx(runs[0][f"RootMyc{b}"], rel=1e-7, abs=1.0)
@@ -140,7 +142,12 @@ def test_two_blades_are_symmetric_under_half_a_turn(turbine: Turbine) -> None:
         start = Start(rotor_speed=1.0, coordinates=coordinates, generator_torque=1e4)
         runs.append(
             simulate(
-                model, wind, duration=20.0, channels=["RootMyc1", "RootMyc2"], start=start, controller=meltemi.fixed()
+                model,
+                wind,
+                duration=20.0,
+                channels=["RootMyc1", "RootMyc2"],
+                start=start,
+                controller=meltemi.ConstantController(),
             )
         )
     assert runs[1]["RootMyc2"] == pytest.approx(runs[0]["RootMyc1"], rel=1e-7, abs=1.0)
@@ -163,7 +170,9 @@ def energy_range(turbine: Turbine, blades: int, time_step: float) -> float:
     options = ModelOptions(time_step=time_step, corrections=1)
     model = meltemi.build(described, options).with_parameters(**{"aerodynamics.air_density": 0.0})
     start = Start(rotor_speed=1.267, coordinates={"blade 1 1st flap": 2.0, "tower 1st side-side": 0.3, "yaw": 0.001})
-    run = meltemi.Simulation(model, CALM, duration=20.0, controller=meltemi.fixed(), start=start, channels=["azimuth"])
+    run = meltemi.Simulation(
+        model, CALM, duration=20.0, controller=meltemi.ConstantController(), start=start, channels=["azimuth"]
+    )
     probe, energy = Case(model, CALM), []
     run.advance(1)
     while not run.finished:
@@ -241,7 +250,7 @@ def test_section_loads_of_a_hanging_blade(turbine: Turbine) -> None:
         model,
         CALM,
         duration=0.1,
-        controller=meltemi.fixed(),
+        controller=meltemi.ConstantController(),
         start=Start(coordinates={"generator": np.pi}),
         stations=Stations(blade=(20.0, 41.0)),
         channels=["station_1_force_z_1", "station_2_force_z_1", "TwrBsFzt", "YawBrFzp"],
@@ -270,7 +279,7 @@ def test_rotation_turns_sections_into_the_rotor_plane(turbine: Turbine, pitch: f
         model.with_parameters(**{"aerodynamics.air_density": 0.0}),
         CALM,
         duration=0.1,
-        controller=meltemi.fixed(),
+        controller=meltemi.ConstantController(),
         start=start,
         channels=["RootMzc1"],
     )
@@ -299,7 +308,7 @@ def test_a_mass_below_the_yaw_bearing_loads_the_tower_only(turbine: Turbine) -> 
             SteadyWind(speed=10.0),
             duration=10.0,
             start=start,
-            controller=meltemi.fixed(),
+            controller=meltemi.ConstantController(),
             channels=channels,
         )
         for changes in ({"tower.top_mass": mass}, in_nacelle)
@@ -393,7 +402,7 @@ def test_parked_and_turning_backwards_at_any_yaw_angle(turbine: Turbine, yaw: fl
         meltemi.build(turbine, ModelOptions(locked=("generator",))),
         SteadyWind(speed=25.0, direction=np.radians(yaw)),
         duration=20.0,
-        controller=meltemi.fixed(),
+        controller=meltemi.ConstantController(),
         start=Start(rotor_speed=speed, pitch=1.57),
         channels=["RootMyc1", "TwrBsMyt", "induction_residual", "mean_induction", "rotor_speed"],
     )
@@ -412,7 +421,7 @@ def test_induction_fades_out_for_a_parked_rotor(turbine: Turbine) -> None:
             model,
             SteadyWind(speed=10.0),
             duration=2.0,
-            controller=meltemi.fixed(),
+            controller=meltemi.ConstantController(),
             start=Start(rotor_speed=ratio * 10.0 / 63.0),
             channels=["node_14_axial_induction_1"],
         )
@@ -450,7 +459,7 @@ def test_gearbox_takes_its_share(turbine: Turbine, torque: float) -> None:
             CALM,
             duration=1.0,
             start=start,
-            controller=meltemi.fixed(),
+            controller=meltemi.ConstantController(),
             channels=["rotor_speed"],
         )
         return float(np.polyfit(result.time, result["rotor_speed"], 1)[0])

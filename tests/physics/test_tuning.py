@@ -37,7 +37,7 @@ def linear(machine: Model) -> list[LinearModel]:
 
 def shaken(machine: Model, actuator: str, sign: float, law: Controller | None = None) -> Result:
     """A run in steady wind in which pitch or flap demands have tones about 1P and 2P, beside a law, the collective."""
-    law = law or meltemi.baseline(machine.turbine.control)
+    law = law or meltemi.BaselineController(machine.turbine)
     place = s.PITCH_DEMAND if actuator == "pitch" else s.FLAP_DEMAND
     size = sign * AMPLITUDE[actuator]
 
@@ -98,7 +98,7 @@ def test_plants_are_those_of_the_machine_in_time(machine: Model, linear: list[Li
 def test_loops_act_on_their_own_harmonic_and_on_others_as_computed(machine: Model, linear: list[LinearModel]) -> None:
     # tones of the pitch with a 2P loop of the flaps closed: at 2P it is the loop's own L, at 1P what it does beside
     loop = scaled(tune_ipc(machine, 2, "flap", linear=linear).loop, 0.7)
-    closed = meltemi.load_control(machine.turbine, meltemi.LoadControl(loops=(loop,)))
+    closed = meltemi.LoadController(machine.turbine, meltemi.LoadControl(loops=(loop,)))
     runs = [(shaken(machine, "pitch", sign), shaken(machine, "pitch", sign, closed)) for sign in (1.0, -1.0)]
     dt = float(runs[0][0].meta["time_step"])
     for harmonic in (1, 2):

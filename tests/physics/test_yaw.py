@@ -9,15 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawControl, simulate, yaw_control
+from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawControl, YawController, simulate
 from meltemi.control import signals as s
-from meltemi.control.actuators import Actuators, yaw_advance
-from meltemi.control.faults import healthy
-from meltemi.maths.tables import View
+from meltemi.control.actuators import yaw_advance
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.studies.sensitivity import differences
-from meltemi.turbine import exchange as ex
 
 Float = NDArray[np.float64]
 ALL_BUT_YAW = ("tower", "generator", "drivetrain", "blades")
@@ -49,23 +46,23 @@ def yaw_inertia(model: Model) -> float:
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.37])
-def test_the_drive_follows_the_trapezoid_exactly(dt: float) -> None:
+def test_the_drive_follows_the_trapezoid_exactly(turbine: Turbine, dt: float) -> None:
     """0 to 5 mrad/s at 1 mrad/s^2 takes 5 s and 12.5 mrad; then at the rate; then back through zero."""
-    p, demands, drive = Actuators.zeros(), s.Demands.zeros(), ex.Drive.zeros()
-    view = View(Actuators, p)
-    view["yaw_rate"], view["yaw_acceleration"], view["yaw_hold"] = 0.005, 0.001, -1.0
+    driven = meltemi.build(turbine, ModelOptions(yaw="driven"))
+    c = Case(driven.with_parameters(actuators__yaw_rate=0.005, actuators__yaw_acceleration=0.001), CALM).control
+    drive = c.drive
     t = 0.0
     for demand, until in ((1.0, 10.0), (-0.002, 20.0)):
-        demands[s.YAW_RATE_DEMAND] = demand
-        rate0, angle0, t0 = drive[ex.YAW_DRIVE_RATE], drive[ex.YAW_COMMAND], t
+        c.demands.yaw_rate = demand
+        rate0, angle0, t0 = drive.yaw_drive_rate, drive.yaw_command, t
         while t < until:
-            yaw_advance(p, 1e9, demands, healthy(), drive, 0.0, 0.0, dt)
+            yaw_advance(dt, c, 1e9, 0.0, 0.0)
             t += dt
         target = min(demand, 0.005)
         ramp = abs(target - rate0) / 0.001
-        assert drive[ex.YAW_DRIVE_RATE] == target
+        assert drive.yaw_drive_rate == target
         exact = 0.5 * (rate0 + target) * ramp + target * (t - t0 - ramp)
-        assert drive[ex.YAW_COMMAND] - angle0 == pytest.approx(exact, abs=1e-14)
+        assert drive.yaw_command - angle0 == pytest.approx(exact, abs=1e-14)
 
 
 def test_turning_needs_the_work_that_it_stores(turbine: Turbine) -> None:
@@ -126,7 +123,13 @@ def test_free_yaw_loses_what_friction_takes(turbine: Turbine, friction: float) -
     model = in_vacuum(turbine, options, friction=friction)
     start = Start(velocities={"yaw": 0.1})
     result = simulate(
-        model, CALM, duration=20.0, controller=meltemi.fixed(), start=start, channels=CHANNELS, output_step=0.005
+        model,
+        CALM,
+        duration=20.0,
+        controller=meltemi.ConstantController(),
+        start=start,
+        channels=CHANNELS,
+        output_step=0.005,
     )
     J, rate = yaw_inertia(model), result["v yaw"]
     stop = 0.5 * J * 0.1**2 / friction if friction else np.inf
@@ -145,7 +148,7 @@ def test_free_yaw_loses_what_friction_takes(turbine: Turbine, friction: float) -
 def test_the_held_bearing_swings_at_its_frequency(turbine: Turbine) -> None:
     model = in_vacuum(turbine, {"locked": ALL_BUT_YAW}, damping=0.0)
     result = simulate(
-        model, CALM, duration=10.0, controller=meltemi.fixed(), start=Start(coordinates={"yaw": 1e-3}),
+        model, CALM, duration=10.0, controller=meltemi.ConstantController(), start=Start(coordinates={"yaw": 1e-3}),
         channels=["nacelle_yaw"], output_step=0.0025,
     )  # fmt: skip
     w, h = np.sqrt(turbine.yaw.stiffness / yaw_inertia(model)), 0.0025
@@ -166,7 +169,7 @@ def test_yaw_to_the_other_side_is_a_half_turn_about_the_shaft(turbine: Turbine) 
     left, right = (
         simulate(
             model, SteadyWind(speed=10.0, direction=way * 0.35), duration=10.0, channels=channels,
-            controller=meltemi.fixed(), start=Start(rotor_speed=1.2, coordinates={"generator": begin}),
+            controller=meltemi.ConstantController(), start=Start(rotor_speed=1.2, coordinates={"generator": begin}),
         )
         for way, begin in ((1.0, 0.0), (-1.0, np.pi))
     )  # fmt: skip
@@ -211,7 +214,7 @@ def test_lanes_and_floats_agree_with_everything_on(turbine: Turbine) -> None:
     for numbers in ("floats", "lanes"):
         run = meltemi.Simulation(
             model, SteadyWind(speed=14.0, direction=0.25, shear_exponent=0.2), duration=30.0, channels=CHANNELS,
-            controller=yaw_control(model.turbine, ACTIVE), numbers=numbers,  # type: ignore[arg-type]
+            controller=YawController(model.turbine, ACTIVE), numbers=numbers,  # type: ignore[arg-type]
         )  # fmt: skip
         run.advance(run.n_steps)
         runs.append(run.result().data)
@@ -225,7 +228,7 @@ def test_lanes_and_floats_agree_with_everything_on(turbine: Turbine) -> None:
 def test_derivatives_through_drive_brake_and_friction(turbine: Turbine, kind: Any) -> None:
     model = meltemi.build(turbine.replace(**FULL), ModelOptions(yaw=kind))
     settings = YawControl(average_time=3.0, start_time=1.0, rate=0.0083)
-    controller = yaw_control(model.turbine, settings) if kind == "driven" else None
+    controller = YawController(model.turbine, settings) if kind == "driven" else None
     parameters = ["actuators.yaw_friction"]
     if kind == "driven":
         parameters += ["actuators.yaw_acceleration", "actuators.yaw_hold", "controller.yaw_rate"]

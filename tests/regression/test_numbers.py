@@ -51,7 +51,12 @@ def turbulent(**options: Any) -> dict[str, dict[str, float]]:
 
 def parked() -> dict[str, dict[str, float]]:
     wind = SteadyWind(speed=30.0, direction=0.5, shear_exponent=0.2)
-    return run(wind, ModelOptions(locked=("generator",)), controller=meltemi.fixed(), start=meltemi.Start(pitch=1.5))
+    return run(
+        wind,
+        ModelOptions(locked=("generator",)),
+        controller=meltemi.ConstantController(),
+        start=meltemi.Start(pitch=1.5),
+    )
 
 
 def modes() -> dict[str, dict[str, float]]:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from meltemi.control.controller import UPDATE_DUALS
 from meltemi.control.feedforward import FeedforwardWeights, blade_wind, weight, weight_settings
 from meltemi.control.filters import (
-    LOW_PASS_STATES,
-    SECOND_ORDER_STATES,
+    LowPass,
+    SecondOrder,
     band_pass,
     check_harmonic,
     lag,
@@ -29,20 +29,12 @@ from meltemi.control.filters import (
     response,
     second_order_start,
 )
-from meltemi.control.integrator import INTEGRAL, KI, KP, IntegratorState, give_back, integrator, integrator_settings
+from meltemi.control.integrator import Integrator, back_calculate, integrator, integrator_settings
 from meltemi.control.multiblade import add_to_blades, blade_angle, to_blade, to_fixed
-from meltemi.control.sensors import (
-    NOISE_STATES,
-    delay,
-    delay_start,
-    delay_states,
-    noise,
-    noise_start,
-    normal,
-    philox,
-)
+from meltemi.control.sensors import Delay, Noise, delay, delay_start, noise, noise_start, normal, philox
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import FAST_MATH
+from meltemi.maths.tables import Entries, Numbers, Table, blades, number, part, parts
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.numbers.views import FLOATS, viewer
 
@@ -56,14 +48,15 @@ compiled: Any = (lambda f: f) if numba.config.DISABLE_JIT else numba.njit(fastma
 
 def filtered(kind: str, signal: Float, w: Float | float, dt: float, zeta: float = ZETA) -> Float:
     """A signal behind a filter from rest, with a centre that may move."""
-    x, out = np.zeros(5), np.zeros(len(signal))
+    vector, out = np.zeros(5), np.zeros(len(signal))
+    first, second = LowPass(vector[2:3]), SecondOrder(vector[2:4])
     centre = np.broadcast_to(w, signal.shape)
     for k, value in enumerate(signal):
         if kind == "low_pass":
-            out[k] = low_pass(x, 2, value, centre[k], dt)
+            out[k] = low_pass(first, value, centre[k], dt)
         else:
-            out[k] = {"band_pass": band_pass, "notch": notch}[kind](x, 2, value, centre[k], zeta, dt)
-    assert not x[:2].any() and (kind != "low_pass" or not x[3:].any())  # only its own places
+            out[k] = {"band_pass": band_pass, "notch": notch}[kind](second, value, centre[k], zeta, dt)
+    assert not vector[:2].any() and (kind != "low_pass" or not vector[3:].any())  # only its own places
     return out
 
 
@@ -124,19 +117,21 @@ def test_no_change_of_the_centre_feeds_a_filter() -> None:
     centres, dampings = rng.uniform(-200.0, 200.0, 2000) * rng.integers(0, 2, 2000), rng.uniform(0.0, 2.0, 2000)
     for w, zeta in zip(centres, dampings, strict=True):
         before = x @ x
-        band_pass(x, 0, 0.0, w, zeta, 0.05)
+        band_pass(SecondOrder(x), 0.0, w, zeta, 0.05)
         assert x @ x <= before * (1.0 + 1e-14)
 
 
 def test_a_started_filter_gives_no_jump() -> None:
-    x = np.full(LOW_PASS_STATES + 2 * SECOND_ORDER_STATES, np.nan)
-    low_pass_start(x, 0, 7.0)
-    second_order_start(x, 1, 7.0)
-    second_order_start(x, 3, 7.0)
+    low, band, stop = LowPass.of(), SecondOrder.of(), SecondOrder.of()
+    for x in (low, band, stop):
+        x.array[:] = np.nan
+    low_pass_start(low, 7.0)
+    second_order_start(band, 7.0)
+    second_order_start(stop, 7.0)
     for w in (1.0, 2.0, 0.3):
-        assert low_pass(x, 0, 7.0, w, 0.05) == 7.0
-        assert band_pass(x, 1, 7.0, w, ZETA, 0.05) == 0.0
-        assert notch(x, 3, 7.0, w, ZETA, 0.05) == 7.0
+        assert low_pass(low, 7.0, w, 0.05) == 7.0
+        assert band_pass(band, 7.0, w, ZETA, 0.05) == 0.0
+        assert notch(stop, 7.0, w, ZETA, 0.05) == 7.0
 
 
 @pytest.mark.parametrize(
@@ -176,16 +171,18 @@ def test_a_signal_at_its_harmonic_comes_back(harmonic: int, blades: int) -> None
         return
     for psi in np.linspace(0.0, 7.0, 23):
         angles = harmonic * (psi + 2.0 * np.pi * np.arange(blades) / blades)
-        x = np.full(blades + 3, 99.0)
-        x[2 : 2 + blades] = 1.3 * np.cos(angles) - 0.7 * np.sin(angles)
-        tilt, yaw = to_fixed(x, 2, blades, psi, harmonic)
+        x = np.full(blades + 1, 99.0)
+        x[:blades] = 1.3 * np.cos(angles) - 0.7 * np.sin(angles)
+        tilt, yaw = to_fixed(x, blades, psi, harmonic)
         assert (tilt, yaw) == pytest.approx((1.3, -0.7), abs=1e-12)
         back = [to_blade(tilt, yaw, i, blades, psi, harmonic, 0.0) for i in range(blades)]
-        np.testing.assert_allclose(back, x[2 : 2 + blades], atol=1e-12)
+        np.testing.assert_allclose(back, x[:blades], atol=1e-12)
         ahead = np.ones(blades + 1)
-        add_to_blades(ahead, 1, blades, tilt, yaw, psi, harmonic, 0.4)
-        np.testing.assert_allclose(ahead[1:], 1.0 + 1.3 * np.cos(angles + 0.4) - 0.7 * np.sin(angles + 0.4), atol=1e-12)
-        assert ahead[0] == 1.0
+        add_to_blades(ahead, blades, tilt, yaw, psi, harmonic, 0.4)
+        np.testing.assert_allclose(
+            ahead[:-1], 1.0 + 1.3 * np.cos(angles + 0.4) - 0.7 * np.sin(angles + 0.4), atol=1e-12
+        )
+        assert ahead[-1] == 1.0
 
 
 @pytest.mark.parametrize("harmonic", [1, 2])
@@ -197,7 +194,7 @@ def test_recovery_behind_the_band_pass(harmonic: int) -> None:
     blades = 0.8 * np.cos(angle) + 0.5 * np.sin(angle)
     out = np.stack([filtered("band_pass", blades[:, i], w, dt) for i in range(3)], 1)
     for k in range(2500, 2600):
-        tilt, yaw = to_fixed(np.ascontiguousarray(out[k]), 0, 3, ROTOR * t[k], harmonic)
+        tilt, yaw = to_fixed(np.ascontiguousarray(out[k]), 3, ROTOR * t[k], harmonic)
         assert (tilt, yaw) == pytest.approx((0.8, 0.5), abs=1e-9)
         back = [to_blade(tilt, yaw, i, 3, ROTOR * t[k], harmonic, 0.0) for i in range(3)]
         np.testing.assert_allclose(back, blades[k], atol=1e-9)
@@ -206,9 +203,7 @@ def test_recovery_behind_the_band_pass(harmonic: int) -> None:
 @pytest.mark.parametrize(("seen", "frame"), [(1, 2), (2, 1)])
 def test_the_other_harmonic_appears_as_3p(seen: int, frame: int) -> None:
     psi = 2.0 * np.pi * np.arange(64) / 64
-    tilt, yaw = np.array(
-        [to_fixed(np.cos(seen * (p + 2.0 * np.pi * np.arange(3) / 3.0)), 0, 3, p, frame) for p in psi]
-    ).T
+    tilt, yaw = np.array([to_fixed(np.cos(seen * (p + 2.0 * np.pi * np.arange(3) / 3.0)), 3, p, frame) for p in psi]).T
     np.testing.assert_allclose(tilt, np.cos(3.0 * psi), atol=1e-12)
     np.testing.assert_allclose(yaw, np.sin(3.0 * psi), atol=1e-12)
 
@@ -250,38 +245,37 @@ def test_noise_is_white_and_normal() -> None:
 
 
 def test_noise_repeats_with_its_seed() -> None:
-    x = np.full((3, NOISE_STATES + 1), 5.0)
-    for row, (seed, stream) in zip(x, ((2, 0), (2, 0), (3, 0)), strict=True):
-        noise_start(row, 1, seed, stream)
-    first, again, other = (np.array([noise(row, 1, 0.5) for _ in range(50)]) for row in x)
+    sources = [noise_start(seed, stream) for seed, stream in ((2, 0), (2, 0), (3, 0))]
+    first, again, other = (np.array([noise(x, 0.5) for _ in range(50)]) for x in sources)
     np.testing.assert_array_equal(first, again)
     np.testing.assert_array_equal(first, [0.5 * normal(k, 0, 2) for k in range(50)])
     assert not np.any(first == other)
-    assert x[0, 0] == 5.0 and x[0, 3] == 50.0
+    assert sources[0].count == 50.0
     wrong: tuple[tuple[Any, int], ...] = ((-1, 0), (2**32, 0), (0.5, 0), (0, -1))
     for seed, stream in wrong:
         with pytest.raises(InputError, match="whole number"):
-            noise_start(x[0], 0, seed, stream)
+            noise_start(seed, stream)
 
 
 @pytest.mark.parametrize("samples", [0, 1, 2, 7])
 def test_delay_is_exact(samples: int) -> None:
-    x = np.full(2 + delay_states(samples), -1.0)
-    delay_start(x, 1, 3.0, samples)
+    vector = np.full(samples + 4, -1.0)
+    vector[1:-1] = delay_start(samples, 3.0).array
+    x = Delay(vector[1:-1])
     signal = np.random.default_rng(1).normal(size=50)
-    out = np.array([delay(x, 1, value, samples) for value in signal])
+    out = np.array([delay(x, value) for value in signal])
     np.testing.assert_array_equal(out, np.concatenate([np.full(samples, 3.0), signal])[:50])
-    assert x[0] == -1.0 and x[-1] == -1.0
+    assert vector[0] == -1.0 and vector[-1] == -1.0
     for wrong in (-1, 0.5):
         with pytest.raises(InputError, match="whole"):
-            delay_states(wrong)  # type: ignore[arg-type]
+            delay_start(wrong)  # type: ignore[arg-type]
 
 
 # feed-forward -------------------------------------------------------------------------------------------------
 
 
-def weights(x: Float, psi: float) -> Float:
-    return np.array([weight(x, 0, i, 3, psi) for i in range(3)])
+def weights(x: FeedforwardWeights, psi: float) -> Float:
+    return np.array([weight(x, i, 3, psi) for i in range(3)])
 
 
 def test_weights_of_shear() -> None:
@@ -304,11 +298,11 @@ def test_weights_with_a_tower() -> None:
     """Behind the tower the potential flow by hand; above the hub none; no jump anywhere."""
     x = weight_settings(radius=42.0, hub_height=90.0, shear=0.2, tower_radius=2.4, clearance=5.0)
     none = weight_settings(radius=42.0, hub_height=90.0, shear=0.2)
-    assert blade_wind(x, 0, np.pi) == pytest.approx((1.0 - 42.0 / 90.0) ** 0.2 * (1.0 - (2.4 / 5.0) ** 2), abs=1e-12)
+    assert blade_wind(x, np.pi) == pytest.approx((1.0 - 42.0 / 90.0) ** 0.2 * (1.0 - (2.4 / 5.0) ** 2), abs=1e-12)
     y = 42.0 * np.sin(2.5)
     dip = 1.0 - 2.4**2 * (25.0 - y * y) / (25.0 + y * y) ** 2
-    assert blade_wind(x, 0, 2.5) == pytest.approx(blade_wind(none, 0, 2.5) * dip, abs=1e-12)
-    assert blade_wind(x, 0, 0.3) == blade_wind(none, 0, 0.3)
+    assert blade_wind(x, 2.5) == pytest.approx(blade_wind(none, 2.5) * dip, abs=1e-12)
+    assert blade_wind(x, 0.3) == blade_wind(none, 0.3)
     k = np.array([weights(x, p) for p in np.radians(np.arange(0.0, 360.0, 0.05))])
     np.testing.assert_allclose(k.sum(axis=1), 3.0, atol=1e-12)
     assert k[:, 0].min() == pytest.approx(0.52, abs=0.02)
@@ -334,18 +328,19 @@ def test_settings_that_cannot_be_are_refused(change: dict[str, float], words: st
 
 def test_law_within_its_limits() -> None:
     """The integral of a constant error, its proportional part, and the derivative of a ramp."""
-    x = np.full(len(IntegratorState) + 1, 9.0)
-    x[1:] = integrator_settings(proportional_gain=2.0, integral_gain=0.5, integral=0.3)
+    vector = np.full(len(Integrator) + 1, 9.0)
+    vector[1:] = integrator_settings(proportional_gain=2.0, integral_gain=0.5, integral=0.3).array
+    x = Integrator(vector[1:])
     for _ in range(40):
-        demand = integrator(x, 1, 0.1, -9.0, 9.0, 0.05)
+        demand = integrator(x, 0.1, -9.0, 9.0, 0.05)
     assert demand == pytest.approx(0.2 + 0.3 + 0.5 * 0.1 * 2.0, abs=1e-12)
-    assert x[0] == 9.0
+    assert vector[0] == 9.0
     x = integrator_settings(derivative_gain=2.0, derivative_frequency=5.0)
     for k in range(1, 200):
-        demand = integrator(x, 0, 0.3 * 0.05 * k, -9.0, 9.0, 0.05)
+        demand = integrator(x, 0.3 * 0.05 * k, -9.0, 9.0, 0.05)
     assert demand == pytest.approx(0.6, abs=1e-12)
     x = integrator_settings(derivative_gain=2.0, derivative_frequency=5.0, error=0.7)
-    assert integrator(x, 0, 0.7, -9.0, 9.0, 0.05) == 0.0
+    assert integrator(x, 0.7, -9.0, 9.0, 0.05) == 0.0
 
 
 def loop(tracking_time: float, limit: float = 1.0) -> tuple[Float, Float]:
@@ -354,7 +349,7 @@ def loop(tracking_time: float, limit: float = 1.0) -> tuple[Float, Float]:
     x = integrator_settings(proportional_gain=1.4, integral_gain=1.0, tracking_time=tracking_time)
     v, speeds, demands = 0.0, [], []
     for k in range(12000):
-        u = integrator(x, 0, 0.0 - v, -limit, limit, dt)
+        u = integrator(x, 0.0 - v, -limit, limit, dt)
         v += dt * (u - (0.5 if k > 6000 else 1.2))
         speeds.append(v)
         demands.append(u)
@@ -366,9 +361,9 @@ def recovery(tracking_time: float) -> float:
     dt = 0.01
     x = integrator_settings(proportional_gain=1.0, integral_gain=0.5, tracking_time=tracking_time)
     for _ in range(6000):
-        assert integrator(x, 0, 2.0, -1.0, 1.0, dt) == 1.0
+        assert integrator(x, 2.0, -1.0, 1.0, dt) == 1.0
     for k in range(6000):
-        if integrator(x, 0, -0.5, -1.0, 1.0, dt) < 1.0:
+        if integrator(x, -0.5, -1.0, 1.0, dt) < 1.0:
             return k * dt
     return math.inf
 
@@ -386,11 +381,11 @@ def test_recovery_from_a_limit(tracking_time: float) -> None:
 def test_giving_back_draws_the_integral_to_what_was_done() -> None:
     x = integrator_settings(integral_gain=1.0, tracking_time=2.0, integral=3.0)
     for _ in range(40):
-        give_back(x, 0, x[INTEGRAL], 1.0, 0.05)
-    assert x[INTEGRAL] == pytest.approx(1.0 + 2.0 * math.exp(-1.0), abs=1e-12)
+        back_calculate(x, x.integral, 1.0, 0.05)
+    assert x.integral == pytest.approx(1.0 + 2.0 * math.exp(-1.0), abs=1e-12)
     x = integrator_settings(integral_gain=1.0, integral=3.0)
-    give_back(x, 0, 3.0, 1.0, 0.05)
-    assert x[INTEGRAL] == 1.0
+    back_calculate(x, 3.0, 1.0, 0.05)
+    assert x.integral == 1.0
 
 
 @pytest.mark.parametrize(
@@ -408,32 +403,66 @@ def test_laws_that_cannot_be_are_refused(change: dict[str, float], words: str) -
 
 # derivatives --------------------------------------------------------------------------------------------------
 
-N_STATES = 40
+
+class PitchState(Table, title="individual pitch"):
+    """All parts in one law, as a user declares them."""
+
+    centre: float = number("-", "of the band-pass, over the speed")
+    damping: float = number("-", "of the band-pass")
+    offset: float = number("rad", "by which the demand leads")
+    deviation: float = number("-", "of the noise")
+    low_pass: Entries[LowPass] = parts(LowPass, 3)
+    band_pass: Entries[SecondOrder] = parts(SecondOrder, 3)
+    notch: SecondOrder = part(SecondOrder)
+    axis: Integrator = part(Integrator)
+    weights: FeedforwardWeights = part(FeedforwardWeights)
+    noise: Noise = part(Noise)
+    delay: Entries[Delay] = parts(Delay, 3)
+
+
+class Signals(Table, title="signals"):
+    """What the law of the test reads."""
+
+    speed: float = number("rad/s", "of the rotor")
+    azimuth: float = number("rad", "of the first blade")
+    moment: Numbers = blades("N m", "of the blades")
+
+
+class Wanted(Table, title="wanted"):
+    """What it gives."""
+
+    pitch: Numbers = blades("rad", "of the blades")
+    filtered: Numbers = blades("N m", "of the blades")
 
 
 def individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) -> None:
-    """All parts in one law: what a user writes. Place 0 is the centre over the speed, 1 the damping, 2 the offset."""
-    speed, azimuth = measurements[0], measurements[1]
-    for i in range(3):
-        moment = delay(state, 3 + 2 * i, measurements[2 + i] + noise(state, 36, state[39]), 1)
-        low = low_pass(state, 9 + i, moment, 4.0 * speed, dt)
-        demands[3 + i] = band_pass(state, 12 + 2 * i, low, state[0] * speed, state[1], dt)
-    tilt, yaw = to_fixed(demands, 3, 3, azimuth, 1)
-    kept = notch(state, 34, tilt, 3.0 * speed, 0.2, dt)
-    up = integrator(state, 18, kept, -0.03, 0.03, dt)
-    for i in range(3):
-        demands[i] = up * weight(state, 28, i, 3, azimuth)
-    add_to_blades(demands, 0, 3, up, 0.1 * yaw, azimuth, 1, state[2])
+    """All parts in one law: what a user writes."""
+    x, measured, wanted = PitchState(state), Signals(measurements), Wanted(demands)
+    speed, azimuth = measured.speed, measured.azimuth
+    for b in range(3):
+        moment = delay(x.delay[b], measured.moment[b] + noise(x.noise, x.deviation))
+        low = low_pass(x.low_pass[b], moment, 4.0 * speed, dt)
+        wanted.filtered[b] = band_pass(x.band_pass[b], low, x.centre * speed, x.damping, dt)
+    tilt, yaw = to_fixed(wanted.filtered, 3, azimuth, 1)
+    kept = notch(x.notch, tilt, 3.0 * speed, 0.2, dt)
+    up = integrator(x.axis, kept, -0.03, 0.03, dt)
+    for b in range(3):
+        wanted.pitch[b] = up * weight(x.weights, b, 3, azimuth)
+    add_to_blades(wanted.pitch, 3, up, 0.1 * yaw, azimuth, 1, x.offset)
 
 
 def start_of_all() -> Float:
-    x = np.zeros(N_STATES)
-    x[:3] = 1.0, 0.3, 0.4
-    x[18:27] = integrator_settings(proportional_gain=0.05, integral_gain=0.02, tracking_time=1.5)
-    x[28:34] = weight_settings(radius=42.0, hub_height=90.0, shear=0.2, tower_radius=2.4, clearance=5.0)
-    noise_start(x, 36, 4)
-    x[39] = 0.1
-    return x
+    x = PitchState.of(
+        centre=1.0,
+        damping=0.3,
+        offset=0.4,
+        deviation=0.1,
+        axis=integrator_settings(proportional_gain=0.05, integral_gain=0.02, tracking_time=1.5),
+        weights=weight_settings(radius=42.0, hub_height=90.0, shear=0.2, tower_radius=2.4, clearance=5.0),
+        noise=noise_start(4),
+        delay=[delay_start(1) for _ in range(3)],
+    )
+    return x.array
 
 
 def run_of_all(slopes: tuple[Any, ...] | None, *arrays: Float) -> None:
@@ -454,21 +483,23 @@ def run_of_all(slopes: tuple[Any, ...] | None, *arrays: Float) -> None:
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="duals exist in compiled code only")
 def test_derivatives_by_gains_equal_differences() -> None:
     """By centre, damping, offset, two gains, tracking time, shear and noise: the eight derivatives at once."""
-    places = [0, 1, 2, 18 + KP, 18 + KI, 18 + 4, 28 + FeedforwardWeights.index("shear"), 39]
+    names = "centre damping offset axis_proportional_gain axis_integral_gain axis_tracking_time weights_shear deviation"
+    places = [PitchState.index(name) for name in names.split()]
     assert len(places) == N_DERIVATIVES
+    integral = PitchState.index("axis_integral")
 
     def outputs(x: Float) -> Float:
         """All demands, and the integral, whose demand is at a limit for a part of the run."""
         demands = np.zeros(6)
         run_of_all(None, x, np.array([ROTOR, 0.0, 0.0, 0.0, 0.0]), demands)
-        return np.append(demands, x[18 + INTEGRAL])
+        return np.append(demands, x[integral])
 
     x, measured, demands = start_of_all(), np.array([ROTOR, 0.0, 0.0, 0.0, 0.0]), np.zeros(6)
     d_x, d_measured, d_demands = (np.zeros((len(a), N_DERIVATIVES)) for a in (x, measured, demands))
     d_x[places, range(N_DERIVATIVES)] = 1.0
     run_of_all((d_x, d_measured, d_demands), x, measured, demands)
-    found = np.append(d_demands, d_x[18 + INTEGRAL, np.newaxis], axis=0)
-    np.testing.assert_allclose(np.append(demands, x[18 + INTEGRAL]), outputs(start_of_all()), rtol=1e-12)
+    found = np.append(d_demands, d_x[integral, np.newaxis], axis=0)
+    np.testing.assert_allclose(np.append(demands, x[integral]), outputs(start_of_all()), rtol=1e-12)
     for k, place in enumerate(places):
         ends = []
         for sign in (1.0, -1.0):

@@ -18,12 +18,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from meltemi import load_turbine
 from meltemi.control import baseline as law
 from meltemi.control import signals as s
-from meltemi.control.baseline import BaselineState, baseline, parameters, steady_torque
+from meltemi.control.baseline import BaselineController, BaselineState, parameters, steady_torque
 from meltemi.control.controller import StartPoint
 from meltemi.core.errors import InputError
-from meltemi.maths.tables import View
 from meltemi.turbine.definition import BaselineControl, Turbine
 
 Float = NDArray[np.float64]
@@ -88,11 +88,16 @@ class Reading:
         self.pitch = min(max(self.pitch + rate * dt, self.PITCH_MINIMUM), self.PITCH_MAXIMUM)
 
 
+def machine(control: BaselineControl) -> Turbine:
+    """A turbine with these settings."""
+    return load_turbine("nrel5mw").replace(control=control)
+
+
 class Ours:
     """The package's controller, called as the simulation calls it."""
 
     def __init__(self, control: BaselineControl, start: StartPoint, n_blades: int = 3) -> None:
-        controller = baseline(control)
+        controller = BaselineController(machine(control))
         self.state = controller.initial_state(start)
         self.update: Callable[..., None] = controller.update
         self.measured, self.demands = s.Measurements.zeros(), s.Demands.zeros()
@@ -157,19 +162,18 @@ def test_steady_torque_everywhere(turbine: Turbine, speed: float, pitch: float) 
 
 def test_torque_is_continuous_over_the_regions(control: BaselineControl) -> None:
     x = parameters(control)
-    view = View(BaselineState, x)
     for name in ("cut_in_speed", "optimal_speed", "transition_speed", "rated_speed"):
-        at = float(view[name])
+        at = float(getattr(x, name))
         below, above = (steady_torque(x, at * (1.0 + d), 0.0) for d in (-1e-12, 1e-12))
         # the steepest line (region 2 1/2: 3900 N m s) times 1e-12 of 120 rad/s
         assert above == pytest.approx(below, abs=1e-5), name
 
 
 def test_transition_lies_between_regions_2_and_3(control: BaselineControl) -> None:
-    view = View(BaselineState, parameters(control))
+    x = parameters(control)
     # TP-500-38060, section 7.2: region 2 1/2 begins at 1,137 rpm or 119.0 rad/s
-    assert float(view["transition_speed"]) == pytest.approx(119.0, abs=0.1)
-    assert float(view["synchronous_speed"]) == pytest.approx(121.6805 / 1.1, rel=1e-12)
+    assert x.transition_speed == pytest.approx(119.0, abs=0.1)
+    assert x.synchronous_speed == pytest.approx(121.6805 / 1.1, rel=1e-12)
 
 
 def test_pitched_above_a_degree_the_power_is_held_whatever_the_speed(control: BaselineControl) -> None:
@@ -221,7 +225,7 @@ def test_the_filter_follows_a_step_exponentially(control: BaselineControl) -> No
     for _ in range(80):
         ours.step(110.0, 0.0125)
     # exact whatever the step: 1 s at the corner frequency
-    assert ours.state[law.SPEED] == pytest.approx(110.0 - 10.0 * exp(-1.570796), rel=1e-13)
+    assert BaselineState(ours.state).speed == pytest.approx(110.0 - 10.0 * exp(-1.570796), rel=1e-13)
 
 
 def test_the_filter_does_not_depend_on_the_step(control: BaselineControl) -> None:
@@ -230,7 +234,7 @@ def test_the_filter_does_not_depend_on_the_step(control: BaselineControl) -> Non
         ours = Ours(control, start_point(100.0))
         for _ in range(n):
             ours.step(110.0, 1.0 / n)
-        found.append(float(ours.state[law.SPEED]))
+        found.append(float(BaselineState(ours.state).speed))
     assert found[0] == pytest.approx(found[1], rel=1e-12)
 
 
@@ -288,7 +292,7 @@ def test_the_integral_does_not_wind_up(control: BaselineControl) -> None:
     for _ in range(2000):
         ours.step(90.0, 0.05)
     assert ours.pitch == 0.0
-    assert ours.state[law.INTEGRAL] == 0.0
+    assert BaselineState(ours.state).integral == 0.0
     calls = 0
     while ours.pitch == 0.0 and calls < 100:
         ours.step(135.0, 0.05)
@@ -302,7 +306,7 @@ def test_the_integral_is_held_at_the_upper_limit(control: BaselineControl) -> No
     for _ in range(1000):
         ours.step(200.0, 0.05)
     gain = 1.0 / (1.0 + 1.570796 / 0.1099965)
-    assert ours.state[law.INTEGRAL] == pytest.approx(1.570796 / (gain * 0.008068634), rel=1e-12)
+    assert BaselineState(ours.state).integral == pytest.approx(1.570796 / (gain * 0.008068634), rel=1e-12)
 
 
 @pytest.mark.parametrize("blades", [2, 3])
@@ -327,18 +331,18 @@ def test_numbers_of_another_turbine_are_used(turbine: Turbine) -> None:
 
 
 def test_a_sample_time_is_handed_on(control: BaselineControl) -> None:
-    assert baseline(control).sample_time is None
-    assert baseline(control, sample_time=0.1).sample_time == 0.1
-    assert baseline(control).name == "baseline"
+    assert BaselineController(machine(control)).sample_time is None
+    assert BaselineController(machine(control), sample_time=0.1).sample_time == 0.1
+    assert BaselineController(machine(control)).name == "baseline"
 
 
 def test_smoothing(control: BaselineControl) -> None:
     """Held power comes gradually (C-5a); without smoothing the law is the published one to the bit."""
     start = StartPoint(11.0, 118.0, 0.0, 3.5e4)
-    assert View(BaselineState, baseline(control).initial_state(start))["smoothing"] == 0.0
+    assert BaselineState(BaselineController(machine(control)).initial_state(start)).smoothing == 0.0
     sharp, smooth = parameters(control), parameters(control)
     width = 0.005
-    smooth[law.SMOOTHING] = width
+    smooth.smoothing = width
     speed, threshold = 115.0, control.torque.power_pitch
     low, high = law.law_torque(sharp, speed), min(control.torque.rated_power / speed, control.torque.maximum_torque)
     assert steady_torque(sharp, speed, threshold - 1e-12) == low
@@ -356,4 +360,4 @@ def test_smoothing(control: BaselineControl) -> None:
 @pytest.mark.parametrize("width", [-0.01, np.inf, np.nan])
 def test_smoothing_is_an_angle(control: BaselineControl, width: float) -> None:
     with pytest.raises(InputError, match="smoothing"):
-        baseline(control, smoothing=width)
+        BaselineController(machine(control), smoothing=width)

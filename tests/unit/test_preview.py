@@ -12,24 +12,25 @@ import meltemi
 from meltemi import (
     InputError,
     LoadControl,
+    LoadController,
     Model,
     Preview,
     Result,
     SteadyWind,
     Turbine,
     WindBox,
-    load_control,
     preview_of,
     simulate,
     steady_pitch,
 )
 from meltemi.control import signals as s
-from meltemi.control.baseline import PITCH as COLLECTIVE
-from meltemi.control.filters import low_pass
-from meltemi.control.preview import SERIES, between, preview_change, preview_settings
+from meltemi.control.filters import LowPass, low_pass
+from meltemi.control.load_control import LoadControlState
+from meltemi.control.lookup import linear
+from meltemi.control.preview import PreviewState, preview_change, preview_settings
 from meltemi.maths.vectors import Vec
 from meltemi.studies.preview import FREQUENCY, rotor_average
-from meltemi.wind.fields import wind_arrays
+from meltemi.wind.fields import wind_field
 from meltemi.wind.velocity import wind_velocity
 
 Float = NDArray[np.float64]
@@ -58,21 +59,21 @@ def table(speed: float) -> float:
     [(-1.0, 3.0), (0.0, 3.0), (0.25, 4.0), (1.0, 7.0), (1.5, 6.0), (2.0, 5.0), (2.1, 5.0), (1e9, 5.0)],
 )
 def test_series_are_linear_between_values_and_held_at_their_ends(place: float, value: float) -> None:
-    x = np.array([99.0, 3.0, 7.0, 5.0, 99.0])
-    assert between(x, 1, 3, place) == pytest.approx(value)
+    x = np.array([3.0, 7.0, 5.0, 99.0])
+    assert linear(x, 3, place) == pytest.approx(value)
 
 
 def test_the_wind_to_come_is_low_passed_and_read_from_the_table() -> None:
     """By hand: the series ahead by the lead, the filter, the table; and from any place of a vector."""
     x = preview_settings(**GIVEN)
-    assert len(x) == SERIES + len(WIND) + len(PITCH)
-    longer = np.concatenate([np.full(7, np.nan), x])
-    state = np.array([11.0])
+    assert len(x.array) == len(PreviewState) + len(WIND) + len(PITCH)
+    longer = PreviewState(np.concatenate([np.full(7, np.nan), x.array])[7:])
+    state = LowPass.of(integrator=11.0)
     pitch = table(11.0)
     for k in range(1200):
-        speed = low_pass(state, 0, float(np.interp(DT * k + 1.0, 2.0 * np.arange(5), WIND)), 0.8, DT)
-        change = preview_change(x, 0, DT * k, DT)
-        assert preview_change(longer, 7, DT * k, DT) == change
+        speed = low_pass(state, float(np.interp(DT * k + 1.0, 2.0 * np.arange(5), WIND)), 0.8, DT)
+        change = preview_change(x, DT * k, DT)
+        assert preview_change(longer, DT * k, DT) == change
         pitch += change
         assert pitch == pytest.approx(table(speed), abs=1e-12)
 
@@ -80,7 +81,7 @@ def test_the_wind_to_come_is_low_passed_and_read_from_the_table() -> None:
 def test_changes_add_up_to_that_of_the_steady_pitch() -> None:
     """Through a gust and long after it: from the pitch of the first wind to that of the last."""
     x = preview_settings(**GIVEN)
-    changes = np.array([preview_change(x, 0, DT * k, DT) for k in range(4000)])
+    changes = np.array([preview_change(x, DT * k, DT) for k in range(4000)])
     assert changes.sum() == pytest.approx(table(WIND[-1]) - table(11.0), abs=1e-9)
     assert np.cumsum(changes).max() > 1.3 * table(WIND[-1])
     assert np.all(changes[-500:] == pytest.approx(0.0, abs=1e-9))
@@ -92,7 +93,7 @@ def test_the_filter_delays_by_its_time_constant() -> None:
         np.arange(10.0, 30.0), 1.0, lead=3.0, frequency=0.8, first_speed=0.0, spacing=40.0, pitch=(0.0, 1.0)
     )
     start = 13.0 / 40.0
-    total = start + sum(preview_change(ramp, 0, DT * k, DT) for k in range(1001))
+    total = start + sum(preview_change(ramp, DT * k, DT) for k in range(1001))
     assert 40.0 * total == pytest.approx(10.0 + 10.0 + 3.0 - 1.0 / 0.8, abs=0.01)
 
 
@@ -115,7 +116,7 @@ def test_numbers_that_cannot_be_are_refused(turbine: Turbine, change: dict[str, 
     with pytest.raises(InputError, match=f"preview: {words}"):
         preview_settings(**{**GIVEN, **change})
     with pytest.raises(InputError):
-        load_control(turbine, LoadControl(preview=Preview(**{**GIVEN, **change})))
+        LoadController(turbine, LoadControl(preview=Preview(**{**GIVEN, **change})))
 
 
 def test_the_integral_moves_the_pitch_by_the_change(turbine: Turbine) -> None:
@@ -124,7 +125,7 @@ def test_the_integral_moves_the_pitch_by_the_change(turbine: Turbine) -> None:
     settings = Preview(
         **{**GIVEN, "wind": (12.0, 12.0, 16.0, 16.0, 14.0, 14.0), "lead": 0.0, "pitch": (0.0, 0.1, 0.2, 0.3)}
     )
-    controller = load_control(turbine, LoadControl(preview=settings))
+    controller = LoadController(turbine, LoadControl(preview=settings))
     x = controller.initial_state(meltemi.StartPoint(12.0, reference, 0.1, 4e4))
     measured, demands = s.Measurements.zeros(), s.Demands.zeros()
     measured[s.GENERATOR_SPEED], measured[s.N_BLADES] = reference, 3
@@ -132,7 +133,7 @@ def test_the_integral_moves_the_pitch_by_the_change(turbine: Turbine) -> None:
     for k in range(3000):
         measured[s.TIME] = DT * k
         controller.update(x, measured, demands, DT)
-        found.append(x[COLLECTIVE])
+        found.append(LoadControlState(x).collective.pitch)
     assert max(found) == pytest.approx(0.3, abs=0.03)  # the filter has not quite got there
     assert found[-1] == pytest.approx(0.2, abs=1e-3)
     assert np.all(demands[s.PITCH_DEMAND : s.PITCH_DEMAND + 3] == found[-1])
@@ -177,14 +178,12 @@ def test_planes_pass_the_rotor_when_preview_says_so(model: Model, periodic: bool
     """The series of the preview is the wind at the rotor's centre, an overhang upwind of the tower."""
     wind = gust(periodic=periodic)
     preview = preview_of(model, wind, (4.0, np.zeros(20)))
-    arrays = wind_arrays(wind, 90.0, 126.0)
+    kernel_wind = wind_field(wind, 90.0, 126.0)
     times = 0.05 * np.arange(1001)
     said = np.interp(times, preview.time_step * np.arange(len(preview.wind)), preview.wind)
 
     def at(x: float) -> Float:
-        return np.array(
-            [wind_velocity(Vec(x, 0.0, 90.0), t, arrays.wind, np.zeros(8), arrays.box).x for t in times.tolist()]
-        )
+        return np.array([wind_velocity(Vec(x, 0.0, 90.0), t, kernel_wind).x for t in times.tolist()])
 
     assert said.max() > 22.5
     assert np.abs(at(-model.turbine.nacelle.overhang) - said).max() < 0.1
@@ -234,7 +233,7 @@ def field(turbine: Turbine) -> WindBox:
 
 
 def run(model: Model, wind: WindBox, preview: Preview | None, seconds: float = 150.0) -> Result:
-    controller = load_control(model.turbine, LoadControl(preview=preview))
+    controller = LoadController(model.turbine, LoadControl(preview=preview))
     return simulate(
         model, wind, duration=seconds, channels=["rotor_speed", "TwrBsMyt", "pitch_1"], controller=controller
     ).raise_for_status()

@@ -144,7 +144,7 @@ def rigid_rotor(folder: Path, name: str, pitch: float) -> tuple[meltemi.Turbine,
 def test_lengths_and_angles_are_those_of_the_prebent_blade(rosco_cases: Path, name: str) -> None:
     shape, pitch = shape_of(rosco_cases, name), 0.2
     _, case = rigid_rotor(rosco_cases, name, pitch)
-    nodes, flow = View(AeroNode, case.model.aero_nodes), View(BladeFlow, case["flow"])
+    nodes, flow = View(AeroNode, case.model.rotor.aero_nodes), View(BladeFlow, case["flow"])
     arc = np.sqrt(sum(np.diff(shape[c]) ** 2 for c in ("BlSpn", "BlCrvAC", "BlSwpAC")))
     assert arc.sum() > 1.001 * shape["BlSpn"][-1]
     np.testing.assert_allclose(nodes["length"][0, : len(arc) + 1].sum(), arc.sum(), rtol=1e-6)
@@ -167,7 +167,7 @@ def test_momentum_of_the_air_on_the_cone(rosco_cases: Path, name: str) -> None:
     """Forces per length from the polars, the momentum of the air that they change, and their sums."""
     shape = shape_of(rosco_cases, name)
     turbine, case = rigid_rotor(rosco_cases, name, 0.0)
-    nodes, flow, rotor = View(AeroNode, case.model.aero_nodes), View(BladeFlow, case["flow"]), case.view("rotor")
+    nodes, flow, rotor = View(AeroNode, case.model.rotor.aero_nodes), View(BladeFlow, case["flow"]), case.view("rotor")
     inner = slice(1, -1)
     vx, vy, a, ap, r, theta = (flow[n][0, inner] for n in ("vx", "vy", "axial", "tangential", "radius", "theta"))
     un, ut = vx * (1.0 - a), vy * (1.0 + ap)
@@ -215,7 +215,7 @@ def test_no_node_is_caught_in_a_second_solution(rosco_cases: Path, tmp_path: Pat
     if law == "rosco":
         settings = rosco_example("Test_Cases/NREL_2p8_127/NREL-2p8-127_DISCON.IN")
         settings = edit_discon(settings, tmp_path / "DISCON.IN", LoggingLevel=0)
-        controller = meltemi.bladed_controller(deck.turbine, meltemi.find_rosco(), settings)
+        controller = meltemi.BladedController(deck.turbine, meltemi.find_rosco(), settings)
     wind = TurbulentWind(speed=7.0, intensity=0.16, seed=1)
     run = meltemi.Simulation(model, wind, duration=70.0, controller=controller, channels=["induction_residual"])
     axial, lowest = View(BladeFlow, run.case["flow"])["axial"], 1.0

@@ -12,6 +12,8 @@ import typer
 from meltemi.app.options import ClassOption, DirectionOption, EditionOption, SpectrumOption
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
 from meltemi.core.errors import InputError
+from meltemi.core.formats import suffixes
+from meltemi.wind.formats import FORMATS, WINDS
 
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
@@ -19,8 +21,9 @@ if TYPE_CHECKING:
     from meltemi.wind.iec.models import IecModel
     from meltemi.wind.turbulent import TurbulentWind
 
-SUFFIXES = {"bts": ".bts", "bladed": ".wnd", "hawc2": ".bin", "netcdf": ".nc", "uniform": ".wnd"}
-"""Suffixes of the formats; ``uniform`` is that of a series, the others are those of a field."""
+SUFFIXES = {f.name: f.suffix for f in WINDS}
+FIELDS, SERIES = ([f.name for f in WINDS if kind in f.holds] for kind in ("WindBox", "WindSeries"))
+"""Names of the formats of a field and of a series."""
 FIGURES = ("series", "spectra", "coherence", "section", "profile")
 """Names of all figures of a wind."""
 
@@ -30,7 +33,7 @@ def wind(
         str | None, typer.Argument(help="NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH, EWSV.")
     ] = None,
     source: Annotated[
-        Path | None, typer.Option("--from", help="Evaluate a wind file instead: .bts, .wnd, .bin, .nc, .csv.")
+        Path | None, typer.Option("--from", help=f"Evaluate a wind file instead: {suffixes(FORMATS)}.")
     ] = None,
     wind_class: ClassOption = None,
     speed: Annotated[float | None, typer.Option("--speed", "--wind-speed", help="Mean at hub height [m/s].")] = None,
@@ -63,7 +66,8 @@ def wind(
     years: Annotated[int | None, typer.Option("--years", help="Of the gusts of edition 2: 1, 50.")] = None,
     steady: Annotated[bool, typer.Option("--steady", help="EWM: steady in place of turbulent.")] = False,
     file_format: Annotated[
-        str | None, typer.Option("--format", help="Of a field: bts, bladed, hawc2, netcdf [bts]; of a series: uniform.")
+        str | None,
+        typer.Option("--format", help=f"Of a field: {', '.join(FIELDS)} [bts]; of a series: {', '.join(SERIES)}."),
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -167,11 +171,10 @@ def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | Tu
         raise InputError(f"--format {name}: {did_you_mean(name, SUFFIXES)}")
     if isinstance(wind, SteadyWind):
         raise InputError(f"--format {name}: {wind.label} needs no file; leave it out")
-    if isinstance(wind, WindSeries) != (name == "uniform"):
-        what, valid = (
-            ("a series", "uniform") if isinstance(wind, WindSeries) else ("a field", "bts, bladed, hawc2 or netcdf")
-        )
-        raise InputError(f"--format {name}: {wind.label} is {what}; expected {valid}")
+    what, valid = ("a series", SERIES) if isinstance(wind, WindSeries) else ("a field", FIELDS)
+    if name not in valid:
+        expected = " or ".join([", ".join(valid[:-1]), valid[-1]] if len(valid) > 1 else valid)
+        raise InputError(f"--format {name}: {wind.label} is {what}; expected {expected}")
 
 
 def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: float, periodic: bool) -> WindSeries:
@@ -200,7 +203,8 @@ def _read(path: Path) -> WindBox | WindSeries:
     import numpy as np
 
     from meltemi.wind.fields import WindSeries
-    from meltemi.wind.files import read_hub_csv, read_wind
+    from meltemi.wind.files import read_hub_csv
+    from meltemi.wind.formats import read_wind
 
     if path.suffix.lower() != ".csv":
         return read_wind(path)
@@ -240,7 +244,7 @@ def _look(
     from meltemi.report.tables import field_rows, series_rows, write_csv
     from meltemi.report.wind_plots import plot_wind
     from meltemi.wind.fields import SteadyWind, WindBox
-    from meltemi.wind.files import write_wind
+    from meltemi.wind.formats import write_wind
     from meltemi.wind.statistics import field_statistics, series_statistics
 
     height = None if turbine is None else turbine.hub_height

@@ -1,1 +1,3 @@
 """Controllers and actuators."""
+
+import meltemi.numbers.records  # noqa: F401 - by it kernels know what a table of a vector is

@@ -1,9 +1,10 @@
-"""The plug-in contract: what a controller is, and how one in plain Python enters a compiled run.
+"""Interface of controllers: compiled ones and callbacks in plain Python.
 
 A controller owns a state vector made by ``init`` and an ``update`` that is called every
 ``sample_time`` seconds. ``update`` may be a plain Python function or one compiled by Numba
-(``@numba.njit``). Compiled ones enter the time loop through one function type, so the loop is never
-compiled again for another controller; plain ones are called back on the same vectors.
+(``@numba.njit``); either reads and writes by name: ``measurements.generator_speed``, ``demands.pitch[b]``.
+Compiled ones enter the time loop through one function type, so the loop is never compiled again for
+another controller; plain ones are called back on the same vectors.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from meltemi.core.kernel import kernel_for
 from meltemi.numbers.duals import DualArrayType
 
 Vector = NDArray[np.float64]
-Update = Callable[[Vector, Vector, Vector, float], None]
+Update = Callable[[Any, Any, Any, float], None]
 
 _V = types.float64[::1]
 UPDATE = types.void(_V, _V, _V, types.float64)
@@ -43,7 +44,7 @@ ENTRY_DUALS = types.FunctionType(UPDATE_DUALS)
 
 @dataclass(frozen=True)
 class StartPoint:
-    """Steady operating point from which a controller starts, bumpless.
+    """Steady operating point from which a controller starts without a jump of its demands.
 
     Attributes:
       wind_speed: [m/s] at hub height.
@@ -62,11 +63,11 @@ class StartPoint:
 
 @dataclass(frozen=True)
 class LogEntry:
-    """Something that happened in a run, for people.
+    """Entry of the log of a run.
 
     Attributes:
       time: [s].
-      source: who says so: "supervisor", "event".
+      source: "supervisor", "yaw protection" or "event".
       what: e.g. ``"power limit -> normal stop"``.
       reason: why, e.g. ``"wind above cut-out"``.
     """
@@ -79,10 +80,11 @@ class LogEntry:
 
 @dataclass(frozen=True)
 class Controller:
-    """A controller as the simulation takes it.
+    """Controller of a simulation.
 
     Attributes:
-      update: ``update(state, measurements, demands, dt)``, changes state and demands in place.
+      update: ``update(state, measurements, demands, dt)``, changes state, a vector, and demands in place; see
+        ``Measurements`` and ``Demands`` of ``meltemi.control.signals`` for the names.
       init: gives the state vector for a start point; by default one zero.
       sample_time: [s] between calls; None calls it every time step.
       name: for messages.
@@ -130,7 +132,7 @@ class Controller:
 
 
 class Entry:
-    """A controller bound to the vectors of one case, ready for the time loop.
+    """Controller bound to the vectors of one case, for the time loop.
 
     Attributes:
       function: what the loop calls, of type ENTRY.
@@ -144,7 +146,7 @@ class Entry:
         self._callback: Any = None
         update: Any = controller.update
         if numba.config.DISABLE_JIT:
-            self.function = update
+            self.function = lambda x, measured, wanted, dt: update(x, Measurements(measured), Demands(wanted), dt)
         elif duals:
             self.function = dual_entry(controller)
         elif isinstance(update, numba.core.dispatcher.Dispatcher):
@@ -156,9 +158,11 @@ class Entry:
             measurements[CALLBACK] = np.array([address], dtype=np.int64).view(np.float64)[0]
 
     def _make_callback(self, update: Update, state: Vector, measurements: Vector, demands: Vector) -> Any:
+        measured, wanted = Measurements(measurements), Demands(demands)
+
         def call(dt: float) -> int:
             try:
-                update(state, measurements, demands, dt)
+                update(state, measured, wanted, dt)
             except BaseException as error:  # a Python exception must not cross compiled code
                 self.exception = error
                 return 1
@@ -170,8 +174,16 @@ class Entry:
 _ENTRIES: dict[Any, Any] = {}
 
 
-def _ours(update: Any) -> bool:
-    return bool(update.__module__.startswith("meltemi."))
+def _compiled(update: Any, signature: Any, *, cached: bool = True) -> Any:
+    """Update compiled for the signature of an entry; user-defined ones get tables in place of vectors."""
+    if update.__module__.startswith("meltemi."):
+        return kernel_for(signature)(update.py_func)
+    inner = numba.njit(cache=cached)(update.py_func)
+
+    def entry(state: Vector, measurements: Vector, demands: Vector, dt: float) -> None:
+        inner(state, Measurements(measurements), Demands(demands), dt)
+
+    return numba.njit(signature)(entry)
 
 
 def dual_entry(controller: Controller) -> Any:
@@ -187,8 +199,7 @@ def dual_entry(controller: Controller) -> Any:
         )
     if (update, "duals") not in _ENTRIES:
         try:
-            compile_it = kernel_for(UPDATE_DUALS) if _ours(update) else numba.njit(UPDATE_DUALS)
-            _ENTRIES[update, "duals"] = compile_it(update.py_func)
+            _ENTRIES[update, "duals"] = _compiled(update, UPDATE_DUALS, cached=False)
         except numba.core.errors.NumbaError as error:
             lines = [line for line in str(error).splitlines() if line.strip()]
             raise InputError(
@@ -206,8 +217,7 @@ def compiled_entry(update: Any) -> Any:
     if update not in _ENTRIES:
         try:
             cached = not isinstance(update._cache, NullCache)  # as its author asked
-            compile_it = kernel_for(UPDATE) if _ours(update) else numba.njit(UPDATE, cache=cached)
-            _ENTRIES[update] = compile_it(update.py_func)
+            _ENTRIES[update] = _compiled(update, UPDATE, cached=cached)
         except (numba.core.errors.NumbaError, TypeError) as error:
             first = str(error).strip().splitlines()
             raise InputError(
@@ -219,7 +229,7 @@ def compiled_entry(update: Any) -> Any:
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _call_address(typing_context: Any, address: Any, dt: Any) -> Any:
-    """Call the C function ``int64 f(double)`` whose address is hidden in the bits of a float."""
+    """Call the C function ``int64 f(double)`` whose address is stored in the bits of a float."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         i64, f64 = ir.IntType(64), ir.DoubleType()

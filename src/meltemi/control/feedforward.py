@@ -1,12 +1,10 @@
-"""Feed-forward of the collective pitch by azimuth: each blade's share of what shear and tower shadow do to the wind.
+"""Azimuth-dependent feed-forward of the collective pitch against shear and tower shadow.
 
     K_i = N V_i^m / sum V_j^m,   sum K_i = N,   theta_i = K_i theta_collective
 
 with V_i the wind at one radius of blade i: a power law of the height above ground, and a potential flow around the
 tower below the hub. The exponent m is 2, since the torque of a blade goes with the square of the wind. The weights need
 the azimuth alone, no load sensor. Only ratios count, so V is that over the wind at the hub.
-
-Settings lie in a vector from the place ``at`` on, one behind the other as in ``WEIGHTS``.
 
 Reference: docs/theory/control.md (C-22 and C-23).
 """
@@ -15,20 +13,14 @@ from __future__ import annotations
 
 from math import cos, exp, isfinite, log, sin
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from meltemi.control.multiblade import blade_angle
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import zero
-from meltemi.maths.tables import Table, View, number
-
-Float = NDArray[float64]
+from meltemi.maths.tables import Table, number
 
 
 class FeedforwardWeights(Table, title="feed-forward weights"):
-    """Settings of the weights."""
+    """Settings of the feed-forward weights."""
 
     exponent: float = number("-", "m, of the wind in the weights")
     radius: float = number("m", "from the rotor axis, at which a blade's wind is taken")
@@ -38,41 +30,37 @@ class FeedforwardWeights(Table, title="feed-forward weights"):
     clearance: float = number("m", "from the tower's axis to the blade that passes it")
 
 
-EXPONENT, RADIUS, HUB_HEIGHT, SHEAR, TOWER_RADIUS, CLEARANCE = FeedforwardWeights.slots(
-    "exponent radius hub_height shear tower_radius clearance"
-)
-
 _LEAST = 0.01
 """Smallest height over hub height, and share of the wind that a tower leaves, so that logarithms stay finite."""
 
 
 @kernel
-def blade_wind(x: Float, at: int, angle: float) -> float:
-    """Wind at the blade at an azimuth [rad], over that at the hub (C-22)."""
-    above, aside = x[at + RADIUS] * cos(angle), x[at + RADIUS] * sin(angle)
-    height = max(1.0 + above / x[at + HUB_HEIGHT], _LEAST)
-    wind = exp(x[at + SHEAR] * log(height))
-    if x[at + TOWER_RADIUS] > 0.0:
+def blade_wind(x: FeedforwardWeights, angle: float) -> float:
+    """Ratio of the wind speed at a blade at an azimuth [rad] to that at the hub (C-22)."""
+    above, aside = x.radius * cos(angle), x.radius * sin(angle)
+    height = max(1.0 + above / x.hub_height, _LEAST)
+    wind = exp(x.shear * log(height))
+    if x.tower_radius > 0.0:
         # in tower radii; from the hub down in full, and gone one tower radius above it, so nothing jumps
-        c, y = x[at + CLEARANCE] / x[at + TOWER_RADIUS], aside / x[at + TOWER_RADIUS]
-        share = min(max(1.0 - above / x[at + TOWER_RADIUS], 0.0), 1.0)
+        c, y = x.clearance / x.tower_radius, aside / x.tower_radius
+        share = min(max(1.0 - above / x.tower_radius, 0.0), 1.0)
         square = c * c + y * y
         wind *= max(1.0 - share * (c * c - y * y) / (square * square), _LEAST)
     return wind
 
 
 @kernel
-def weight(x: Float, at: int, blade: int, blades: int, azimuth: float) -> float:
-    """Weight of blade 0, 1, ... (C-23).
+def weight(x: FeedforwardWeights, blade: int, blades: int, azimuth: float) -> float:
+    """Feed-forward weight of a blade (C-23).
 
     Args:
-      x: vector with the settings from the place ``at`` on.
+      x: settings.
       blades: number N of blades.
       azimuth: [rad] of the first blade.
     """
-    mine, total = zero(x), zero(x)
+    mine, total = 0.0, 0.0
     for i in range(blades):
-        power = exp(x[at + EXPONENT] * log(blade_wind(x, at, blade_angle(azimuth, i, blades))))
+        power = exp(x.exponent * log(blade_wind(x, blade_angle(azimuth, i, blades))))
         total += power
         if i == blade:
             mine += power
@@ -87,8 +75,8 @@ def weight_settings(
     tower_radius: float = 0.0,
     clearance: float = 0.0,
     exponent: float = 2.0,
-) -> Float:
-    """Checked settings of the weights, for a slice of a controller's state vector.
+) -> FeedforwardWeights:
+    """Validated settings of the feed-forward weights.
 
     Args:
       radius: [m] at which a blade's wind is taken; two thirds of the rotor radius is the torque-weighted mean.
@@ -118,8 +106,4 @@ def weight_settings(
         raise InputError(
             f"feed-forward weights: clearance {clearance:g} m must be larger than tower_radius {tower_radius:g} m"
         )
-    x = FeedforwardWeights.zeros()
-    view = View(FeedforwardWeights, x)
-    for name, value in values.items():
-        view[name] = value
-    return x
+    return FeedforwardWeights.of(**values)

@@ -1,4 +1,4 @@
-"""Discrete filters for controllers: low-pass, band-pass and notch, whose centre may move at every call.
+"""Discrete low-pass, band-pass and notch filters with a variable centre frequency, for controllers.
 
 With s the Laplace variable, w the corner or centre frequency and zeta the damping ratio:
 
@@ -11,8 +11,8 @@ prewarped), so each is exact at w: the band-pass has gain 1 and no phase there, 
 1 / sqrt(2) and -45 degrees. The states are those of the two integrators. Their sum of squares never grows of itself,
 whatever w and zeta are from call to call: a centre that follows the rotor speed cannot make a filter unstable.
 
-The states of a filter lie in a vector from the place ``at`` on, such as the state vector of a controller. To start at
-a constant signal without a jump, call ``low_pass_start`` or ``second_order_start`` once.
+The states of a filter are a table, ``LowPass`` or ``SecondOrder``, which a controller takes into that of its own state
+by ``part``. To start at a constant signal without a jump, call ``low_pass_start`` or ``second_order_start`` once.
 
 Reference: docs/theory/control.md (C-14 to C-17); Zavalishin (2012), sections 3.10 and 4.1; Wishnick (2014).
 """
@@ -22,16 +22,23 @@ from __future__ import annotations
 import cmath
 from math import isfinite, pi, tan
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
+from meltemi.maths.tables import Table, number
 
-Float = NDArray[float64]
 
-LOW_PASS_STATES, SECOND_ORDER_STATES = 1, 2
-"""How many places of a vector the filters take."""
+class LowPass(Table, title="low-pass filter"):
+    """State of a low-pass filter."""
+
+    integrator: float = number("signal", "state of the integrator")
+
+
+class SecondOrder(Table, title="second-order filter"):
+    """States of a band-pass or notch filter."""
+
+    first: float = number("signal", "state of the first integrator")
+    second: float = number("signal", "state of the second integrator")
+
 
 _LAST = 1.5
 """Largest half angle w dt / 2 a filter uses: near half the sampling rate (pi / 2) the tangent would change its sign."""
@@ -39,16 +46,16 @@ _LAST = 1.5
 
 @kernel
 def half_angle(w: float, dt: float) -> float:
-    """Prewarped g = tan(w dt / 2) of a frequency [rad/s], of either sign, kept below half the sampling rate."""
+    """Prewarped g = tan(w dt / 2) of a frequency [rad/s] of either sign, limited to half the sampling rate."""
     return tan(min(0.5 * abs(w) * dt, _LAST))
 
 
 @kernel
-def low_pass(x: Float, at: int, signal: float, w: float, dt: float) -> float:
+def low_pass(x: LowPass, signal: float, w: float, dt: float) -> float:
     """One call of a first-order low-pass (C-15).
 
     Args:
-      x: vector that holds its state at the place ``at``.
+      x: its state.
       signal: the input, of any unit.
       w: [rad/s] corner frequency.
       dt: [s] since the last call.
@@ -57,29 +64,29 @@ def low_pass(x: Float, at: int, signal: float, w: float, dt: float) -> float:
       The output, in the input's unit.
     """
     g = half_angle(w, dt)
-    change = g / (1.0 + g) * (signal - x[at])
-    output = x[at] + change
-    x[at] = output + change
+    change = g / (1.0 + g) * (signal - x.integrator)
+    output = x.integrator + change
+    x.integrator = output + change
     return output
 
 
 @kernel
-def band(x: Float, at: int, signal: float, w: float, zeta: float, dt: float) -> float:
+def band(x: SecondOrder, signal: float, w: float, zeta: float, dt: float) -> float:
     """Band-pass part of a signal; the step of both second-order filters (C-16)."""
     g, k = half_angle(w, dt), 2.0 * zeta
-    first = (x[at] + g * (signal - x[at + 1])) / (1.0 + g * (g + k))
-    second = x[at + 1] + g * first
-    x[at] = 2.0 * first - x[at]
-    x[at + 1] = 2.0 * second - x[at + 1]
+    first = (x.first + g * (signal - x.second)) / (1.0 + g * (g + k))
+    second = x.second + g * first
+    x.first = 2.0 * first - x.first
+    x.second = 2.0 * second - x.second
     return k * first
 
 
 @kernel
-def band_pass(x: Float, at: int, signal: float, w: float, zeta: float, dt: float) -> float:
+def band_pass(x: SecondOrder, signal: float, w: float, zeta: float, dt: float) -> float:
     """One call of a second-order band-pass (C-16).
 
     Args:
-      x: vector that holds its two states from the place ``at`` on.
+      x: its states.
       signal: the input, of any unit.
       w: [rad/s] centre frequency, at which gain is 1 and phase 0.
       zeta: damping ratio; the width between gains of 1 / sqrt(2) is 2 zeta w.
@@ -88,30 +95,30 @@ def band_pass(x: Float, at: int, signal: float, w: float, zeta: float, dt: float
     Returns:
       The output, in the input's unit.
     """
-    return band(x, at, signal, w, zeta, dt)
+    return band(x, signal, w, zeta, dt)
 
 
 @kernel
-def notch(x: Float, at: int, signal: float, w: float, zeta: float, dt: float) -> float:
-    """One call of a notch, which is the signal without its band-pass part; arguments as for ``band_pass`` (C-16)."""
-    return signal - band(x, at, signal, w, zeta, dt)
+def notch(x: SecondOrder, signal: float, w: float, zeta: float, dt: float) -> float:
+    """One call of a notch: the signal minus its band-pass part; arguments as for ``band_pass`` (C-16)."""
+    return signal - band(x, signal, w, zeta, dt)
 
 
 @kernel
-def low_pass_start(x: Float, at: int, signal: float) -> None:
-    """State of a low-pass that has had a constant signal for long."""
-    x[at] = signal
+def low_pass_start(x: LowPass, signal: float) -> None:
+    """Set a low-pass to its steady state for a constant signal."""
+    x.integrator = signal
 
 
 @kernel
-def second_order_start(x: Float, at: int, signal: float) -> None:
-    """States of a band-pass or notch that has had a constant signal for long."""
-    x[at] = 0.0
-    x[at + 1] = signal
+def second_order_start(x: SecondOrder, signal: float) -> None:
+    """Set a band-pass or notch to its steady state for a constant signal."""
+    x.first = 0.0
+    x.second = signal
 
 
 def response(kind: str, frequency: float, w: float, zeta: float, dt: float) -> complex:
-    """Frequency response of a filter as it is computed, for the design of phase offsets (C-17).
+    """Frequency response of a discrete filter, for the design of phase offsets (C-17).
 
     Args:
       kind: ``low_pass``, ``band_pass`` or ``notch``.
@@ -139,7 +146,7 @@ def lag(*responses: complex) -> float:
 
 
 def check_harmonic(harmonic: int, speed: float, sample_time: float, blades: int = 3) -> None:
-    """Refuse a multiple of the rotor speed that a sampled controller cannot see or the blades cannot make.
+    """Check that sample time and number of blades allow control at a multiple of the rotor speed.
 
     Args:
       harmonic: multiple n of the rotor speed.

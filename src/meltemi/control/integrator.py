@@ -1,4 +1,4 @@
-"""A PI or PID law with limits that does not wind up, one for each axis of a controller.
+"""PI or PID law with limits and anti-windup, one for each axis of a controller.
 
     wanted = k_p e + I + k_d de/dt,   demand = wanted within [low, high]
 
@@ -9,8 +9,7 @@ share. The integral I is in the unit of the demand, so gains may change without 
 - back-calculation (``tracking_time`` T > 0): the integral is drawn towards the limit with the time constant T.
 
 Where the limits act later, as on the blades after the inverse of the multi-blade coordinates, leave those here wide
-and call ``give_back`` with what was done. Settings and state lie in a vector from the place ``at`` on, one behind the
-other as in ``INTEGRATOR``.
+and call ``back_calculate`` with what was done. Settings and state are a table, ``Integrator``.
 
 Reference: docs/theory/control.md (C-24 to C-26); Åström and Hägglund (2006), section 3.5.
 """
@@ -19,19 +18,14 @@ from __future__ import annotations
 
 from math import exp, isfinite
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import crossed
-from meltemi.maths.tables import Table, View, number
-
-Float = NDArray[float64]
+from meltemi.maths.tables import Table, number
 
 
-class IntegratorState(Table, title="integrator"):
-    """Settings and state of one axis."""
+class Integrator(Table):
+    """Settings and state of an axis."""
 
     proportional_gain: float = number("demand/error", "k_p")
     integral_gain: float = number("demand/error/s", "k_i")
@@ -41,21 +35,15 @@ class IntegratorState(Table, title="integrator"):
     integral: float = number("demand", "state: integral part I of the demand")
     derivative: float = number("error/s", "state: filtered derivative of the error")
     error: float = number("error", "state: that of the last call")
-    switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
-
-
-KP, KI, KD, CORNER, TRACKING, INTEGRAL, DERIVATIVE, ERROR, SWITCHES = IntegratorState.slots(
-    "proportional_gain integral_gain derivative_gain derivative_frequency tracking_time "
-    "integral derivative error switches"
-)
+    switches: float = number("-", "limits within the difference step of a parameter, in derivative runs")
 
 
 @kernel
-def integrator(x: Float, at: int, error: float, low: float, high: float, dt: float) -> float:
+def integrator(x: Integrator, error: float, low: float, high: float, dt: float) -> float:
     """One call of the law (C-24 to C-26).
 
     Args:
-      x: vector with settings and state from the place ``at`` on.
+      x: settings and state.
       error: what is to become zero, of any unit; times a schedule if gains have one.
       low: limit of the demand now.
       high: limit of the demand now.
@@ -64,31 +52,31 @@ def integrator(x: Float, at: int, error: float, low: float, high: float, dt: flo
     Returns:
       The demand, within the limits.
     """
-    keep = exp(-x[at + CORNER] * dt)
-    x[at + DERIVATIVE] = keep * x[at + DERIVATIVE] + (1.0 - keep) * (error - x[at + ERROR]) / dt
-    x[at + ERROR] = error
-    step = x[at + KI] * error * dt
-    wanted = x[at + KP] * error + x[at + INTEGRAL] + step + x[at + KD] * x[at + DERIVATIVE]
-    x[at + SWITCHES] += crossed(wanted - low) + crossed(wanted - high)
+    keep = exp(-x.derivative_frequency * dt)
+    x.derivative = keep * x.derivative + (1.0 - keep) * (error - x.error) / dt
+    x.error = error
+    step = x.integral_gain * error * dt
+    wanted = x.proportional_gain * error + x.integral + step + x.derivative_gain * x.derivative
+    x.switches += crossed(wanted - low) + crossed(wanted - high)
     demand = min(max(wanted, low), high)
-    if x[at + TRACKING] > 0.0:
-        x[at + INTEGRAL] += step
-        give_back(x, at, wanted, demand, dt)
+    if x.tracking_time > 0.0:
+        x.integral += step
+        back_calculate(x, wanted, demand, dt)
     elif (demand - wanted) * step >= 0.0:
-        x[at + INTEGRAL] += step
+        x.integral += step
     return demand
 
 
 @kernel
-def give_back(x: Float, at: int, wanted: float, done: float, dt: float) -> None:
-    """Draw the integral towards what was done of what was wanted, by back-calculation (C-26).
+def back_calculate(x: Integrator, wanted: float, done: float, dt: float) -> None:
+    """Anti-windup by back-calculation from the limited demand (C-26).
 
     Without ``tracking_time`` the integral follows at once.
     """
     share = 1.0
-    if x[at + TRACKING] > 0.0:
-        share = 1.0 - exp(-dt / x[at + TRACKING])
-    x[at + INTEGRAL] += share * (done - wanted)
+    if x.tracking_time > 0.0:
+        share = 1.0 - exp(-dt / x.tracking_time)
+    x.integral += share * (done - wanted)
 
 
 def integrator_settings(
@@ -100,8 +88,8 @@ def integrator_settings(
     tracking_time: float = 0.0,
     integral: float = 0.0,
     error: float = 0.0,
-) -> Float:
-    """Checked settings and state of an axis, for a slice of a controller's state vector.
+) -> Integrator:
+    """Validated settings and initial state of an axis.
 
     Args:
       proportional_gain: k_p, of any sign, as the other gains.
@@ -132,8 +120,4 @@ def integrator_settings(
             raise InputError(f"integrator: {name} must be zero or positive, found {values[name]!r}")
     if derivative_gain != 0.0 and derivative_frequency == 0.0:
         raise InputError("integrator: a derivative_gain needs a derivative_frequency [rad/s], found 0")
-    x = IntegratorState.zeros()
-    view = View(IntegratorState, x)
-    for name, value in values.items():
-        view[name] = value
-    return x
+    return Integrator.of(**values)

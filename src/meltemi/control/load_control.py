@@ -1,12 +1,12 @@
-"""Load control: the collective law, with feed-forward by azimuth and feedback of blade moments at multiples of 1P.
+"""Load control: collective law, azimuth-dependent feed-forward, feedback of blade moments at multiples of 1P.
 
     pitch of blade i = collective (1 + g (K_i - 1)) + the demands of the pitch loops
     flap of blade i  = the demands of its loops
 
 Every part is optional and stands alone in a module of its own; here they are put together. With none the controller is
-the collective law to the bit. Each blade's demand is limited as its actuator is, in angle and in rate, and what the
-limits took away is taken back from the integrals, so nothing winds up. The time that demands spend at their limits is
-counted: gains that are too high show there.
+exactly the collective law. Each blade's demand is limited as its actuator is, in angle and in rate, and the
+integrals have anti-windup by the limited demands. The time that demands spend at their limits is counted: gains that
+are too high show there.
 
 Reference: docs/theory/control.md (C-27 to C-31, C-39, C-40); He et al. (2018); Bossanyi (2003).
 """
@@ -21,39 +21,28 @@ from numpy import float64
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from meltemi.control import signals as s
-from meltemi.control.baseline import HALVING, INTEGRAL, KI, SWITCHES, BaselineState, law, start_state
-from meltemi.control.baseline import PITCH as COLLECTIVE
+from meltemi.control.baseline import BaselineState, start_state
+from meltemi.control.baseline import law as collective_step
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.feedforward import FeedforwardWeights, weight, weight_settings
-from meltemi.control.filters import LOW_PASS_STATES, check_harmonic, low_pass, notch
-from meltemi.control.harmonic import GROUP as LOOP_GROUP
-from meltemi.control.harmonic import (
-    LOOP_NAMES,
-    LOOP_STATES,
-    TILT_AXIS,
-    YAW_AXIS,
-    HarmonicState,
-    add_demands,
-    harmonic_loop,
-    take_back,
-)
-from meltemi.control.integrator import SWITCHES as AXIS_SWITCHES
+from meltemi.control.filters import LowPass, SecondOrder, check_harmonic, low_pass, notch
+from meltemi.control.harmonic import HarmonicState, add_demands, back_calculate_loop, harmonic_loop
 from meltemi.control.integrator import integrator_settings
-from meltemi.control.preview import preview_change, preview_settings
-from meltemi.control.sensors import NOISE_STATES, delay, delay_states, noise, noise_start
+from meltemi.control.preview import PreviewState, preview_change, preview_settings
+from meltemi.control.sensors import Delay, Noise, delay, delay_start, noise, noise_start
+from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Record, Vector
 from meltemi.maths.generic import crossed, whole
-from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, Numbers, Table, View, blades, number
+from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, Entries, Numbers, Table, blades, number, part, parts
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
 Float = NDArray[float64]
 
 
 class FeedForward(Record):
-    """Each blade's share of the collective pitch by its azimuth (C-22, C-23)."""
+    """Azimuth-dependent feed-forward of the collective pitch (C-22, C-23)."""
 
     gain: float = Field(default=1.0, ge=0.0, le=2.0)
     """Share of the weights that is used; 1: pitch in proportion to the weights, 0: none."""
@@ -105,7 +94,7 @@ class HarmonicLoop(Record):
 
 
 class LoadSensor(Record):
-    """How the blades' root moments reach the controller; by default as they are."""
+    """Sensor of the blade root moments; ideal by default."""
 
     low_pass: float = Field(default=0.0, ge=0.0)
     """[rad/s] bandwidth of the sensor; 0: not limited."""
@@ -118,7 +107,7 @@ class LoadSensor(Record):
 
 
 class SpeedNotch(Record):
-    """A notch in the generator speed that the collective law sees."""
+    """Notch filter of the generator speed of the collective law."""
 
     frequency: float = Field(gt=0.0)
     """[rad/s] that is taken out."""
@@ -127,7 +116,7 @@ class SpeedNotch(Record):
 
 
 class Preview(Record):
-    """Rotor-averaged wind that is known beforehand, and the pitch that steady operation has in it."""
+    """Preview of the rotor-averaged wind, with the pitch of steady operation."""
 
     wind: Vector
     """(T,) [m/s] averaged over the rotor, from time zero on."""
@@ -146,7 +135,7 @@ class Preview(Record):
 
 
 class LoadControl(Record):
-    """Settings of a load controller: which parts it has beside the collective law, and their numbers."""
+    """Settings of a load controller: its parts beside the collective law."""
 
     feedforward: FeedForward | None = None
     """Of the pitch by azimuth; none by default."""
@@ -160,38 +149,12 @@ class LoadControl(Record):
     """Of the wind to come, for the collective pitch."""
 
 
-class LoadControlState(Table, title="load control"):
-    """Settings and state. The count of switches is that of the collective law, for all parts together."""
-
-    loops: float = number("-", "how many")
-    groups: float = number("-", "of actuators: pitch, and each flap")
-    feedforward: float = number("-", "gain of the weights; 0: none")
-    notch_frequency: float = number("rad/s", "of the generator speed's notch; 0: none")
-    notch_damping: float = number("-", "its damping ratio")
-    preview: float = number("-", "place of the preview in this vector; 0: none")
-    time: float = number("s", "for which demands have been limited")
-    notch_first: float = number("rad/s", "state of the notch")
-    notch_second: float = number("rad/s", "state of the notch")
-    sensor_frequency: float = number("rad/s", "corner of the sensors' low-pass; 0: none")
-    sensor_noise: float = number("N m", "standard deviation; 0: none")
-    sensor_delay: float = number("-", "sample times")
-    low_pass: Numbers = blades("N m", "states of the sensors")
-    moment: Numbers = blades("N m", "what the sensors give")
-    missing: Numbers = blades("rad", "of the demands, within the limits of a group")
-
-
-LOOPS, GROUPS, FEEDFORWARD, NOTCH_FREQUENCY, NOTCH_DAMPING, PREVIEW_PLACE, LIMITED_TIME, NOTCH = (
-    len(BaselineState) + i
-    for i in LoadControlState.slots("loops groups feedforward notch_frequency notch_damping preview time notch_first")
-)
-SENSOR_FREQUENCY, SENSOR_NOISE, SENSOR_DELAY, SENSOR, MOMENT, MISSING = (
-    len(BaselineState) + i
-    for i in LoadControlState.slots("sensor_frequency sensor_noise sensor_delay low_pass moment missing")
-)
+PITCH, *FLAPS = range(1 + MAX_FLAPS)
+"""Groups of actuators."""
 
 
 class ActuatorLimits(Table):
-    """Limits of one group of actuators, and its demands."""
+    """Limits and demands of a group of actuators."""
 
     minimum: float = number("rad", "of a demand")
     maximum: float = number("rad", "of a demand")
@@ -201,104 +164,125 @@ class ActuatorLimits(Table):
     wanted: Numbers = blades("rad", "demands before the limits")
 
 
-PER_GROUP = len(ActuatorLimits)
+class LoadControlState(Table, title="load control"):
+    """Settings and state. The count of switches is that of the collective law, for all parts together."""
 
-MINIMUM, MAXIMUM, RATE, HELD, LAST, WANTED = ActuatorLimits.slots("minimum maximum rate held last wanted")
+    collective: BaselineState = part(BaselineState, "law of torque and collective pitch", prefix="")
+    loop_count: float = number("-", "how many feedback loops")
+    groups: float = number("-", "of actuators: pitch, and each flap")
+    feedforward: float = number("-", "gain of the weights; 0: none")
+    notch_frequency: float = number("rad/s", "of the generator speed's notch; 0: none")
+    notch_damping: float = number("-", "its damping ratio")
+    previews: float = number("-", "1 with a preview of the wind, else 0")
+    time: float = number("s", "for which demands have been limited")
+    notch: SecondOrder = part(SecondOrder, "state of the notch")
+    sensor_frequency: float = number("rad/s", "corner of the sensors' low-pass; 0: none")
+    sensor_noise: float = number("N m", "standard deviation; 0: none")
+    low_pass: Entries[LowPass] = parts(LowPass, MAX_BLADES, "states of the sensors")
+    moment: Numbers = blades("N m", "what the sensors give")
+    missing: Numbers = blades("rad", "of the demands, within the limits of a group")
+    weights: FeedforwardWeights = part(FeedforwardWeights, "of the feed-forward")
+    noise: Entries[Noise] = parts(Noise, MAX_BLADES, "of the sensors")
+    group: Entries[ActuatorLimits] = parts(ActuatorLimits, ("blade_pitch", *(f"flap_{flap}" for flap in FLAPS)))
+    loop: Entries[HarmonicState] = parts(HarmonicState, "loop_count", "feedback loops")
+    delay: Entries[Delay] = parts(Delay, MAX_BLADES, "of the sensors")
+    preview: Entries[PreviewState] = parts(PreviewState, "previews", "of the wind")
+
 
 MOST_HELD = 0.35
 """Share of the time at limits beyond which a run has a warning; sound loops reach a third in extreme turbulence."""
 
-SHARES = len(BaselineState) + len(LoadControlState)
-NOISES = SHARES + len(FeedforwardWeights)
-LIMITED = NOISES + NOISE_STATES * MAX_BLADES
-FIRST_LOOP = LIMITED + PER_GROUP * (1 + MAX_FLAPS)
-"""Where weights, noise, limits and loops stand in the state vector; the delays' memory follows the loops."""
+
+@kernel
+def sense(x: LoadControlState, moment: float, blade: int, dt: float) -> float:
+    """Measured moment [N m] of a blade."""
+    if x.sensor_frequency > 0.0:
+        moment = low_pass(x.low_pass[blade], moment, x.sensor_frequency, dt)
+    if x.sensor_noise > 0.0:
+        moment = moment + noise(x.noise[blade], x.sensor_noise)
+    return delay(x.delay[blade], moment)
 
 
 @kernel
-def sense(x: Float, moment: float, blade: int, dt: float) -> float:
-    """What the sensor of a blade gives for its moment [N m]."""
-    if x[SENSOR_FREQUENCY] > 0.0:
-        moment = low_pass(x, SENSOR + LOW_PASS_STATES * blade, moment, x[SENSOR_FREQUENCY], dt)
-    if x[SENSOR_NOISE] > 0.0:
-        moment = moment + noise(x, NOISES + NOISE_STATES * blade, x[SENSOR_NOISE])
-    samples = whole(x[SENSOR_DELAY])
-    if samples > 0:
-        memory = FIRST_LOOP + LOOP_STATES * whole(x[LOOPS]) + (1 + samples) * blade
-        moment = delay(x, memory, moment, samples)
-    return moment
-
-
-@kernel
-def limited(x: Float, at: int, blade: int, dt: float) -> float:
-    """Demand of a blade within its actuator's limits (C-30); ``at`` is where the group's limits stand."""
-    wanted, last, step = x[at + WANTED + blade], x[at + LAST + blade], x[at + RATE] * dt
-    x[SWITCHES] += crossed(wanted - x[at + MINIMUM]) + crossed(wanted - x[at + MAXIMUM])
-    demand = min(max(wanted, x[at + MINIMUM]), x[at + MAXIMUM])
-    x[SWITCHES] += crossed(abs(demand - last) - step)
+def limited(x: LoadControlState, group: ActuatorLimits, blade: int, dt: float) -> float:
+    """Demand of a blade within the limits of its actuator (C-30)."""
+    wanted, last, step = group.wanted[blade], group.last[blade], group.rate * dt
+    x.collective.switches += crossed(wanted - group.minimum) + crossed(wanted - group.maximum)
+    demand = min(max(wanted, group.minimum), group.maximum)
+    x.collective.switches += crossed(abs(demand - last) - step)
     return min(max(demand, last - step), last + step)
 
 
 @kernel
-def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
-    """One call of the controller (C-27 to C-31)."""
-    if x[PREVIEW_PLACE] > 0.0:
-        change = preview_change(x, whole(x[PREVIEW_PLACE]), measured[s.TIME], dt)
-        x[INTEGRAL] += change * (1.0 + 2.0 * x[COLLECTIVE] / x[HALVING]) / x[KI]  # C-40
-    speed = measured[s.GENERATOR_SPEED]
-    if x[NOTCH_FREQUENCY] > 0.0:
-        speed = notch(x, NOTCH, speed, x[NOTCH_FREQUENCY], x[NOTCH_DAMPING], dt)
-    law(x, speed, measured, demands, dt)
+def load_step(x: LoadControlState, measured: Measurements, demands: Demands, dt: float) -> None:
+    """One call of the law (C-27 to C-31)."""
+    law = x.collective
+    if x.previews > 0.0:
+        change = preview_change(x.preview[0], measured.time, dt)
+        law.integral += change * (1.0 + 2.0 * law.pitch / law.gain_halving_pitch) / law.integral_gain  # C-40
+    speed = measured.generator_speed
+    if x.notch_frequency > 0.0:
+        speed = notch(x.notch, speed, x.notch_frequency, x.notch_damping, dt)
+    collective_step(law, speed, measured, demands, dt)
     individual(x, measured, demands, dt)
 
 
 @kernel
-def individual(x: Float, measured: Float, demands: Float, dt: float) -> None:
-    """What is added to the collective pitch ``x[COLLECTIVE]`` of each blade, and the flaps (C-28 to C-31)."""
-    blades, loops = whole(measured[s.N_BLADES]), whole(x[LOOPS])
-    azimuth, collective = measured[s.AZIMUTH], x[COLLECTIVE]
-    if loops == 0 and x[FEEDFORWARD] <= 0.0:
+def update(state: Float, measurements: Float, demands: Float, dt: float) -> None:
+    """One call of the controller."""
+    load_step(LoadControlState(state), Measurements(measurements), Demands(demands), dt)
+
+
+@kernel
+def individual(x: LoadControlState, measured: Measurements, demands: Demands, dt: float) -> None:
+    """Individual pitch, added to the collective pitch, and flap demands (C-28 to C-31)."""
+    blades, loops = whole(measured.n_blades), whole(x.loop_count)
+    azimuth, collective = measured.azimuth, x.collective.pitch
+    if loops == 0 and x.feedforward <= 0.0:
         return
-    for i in range(blades):
-        x[LIMITED + WANTED + i] = collective
-        if x[FEEDFORWARD] > 0.0:
-            share = weight(x, SHARES, i, blades, azimuth)
-            x[LIMITED + WANTED + i] = collective * (1.0 + x[FEEDFORWARD] * (share - 1.0))
-        for g in range(1, whole(x[GROUPS])):
-            x[LIMITED + PER_GROUP * g + WANTED + i] = 0.0 * collective
+    for b in range(blades):
+        x.group[PITCH].wanted[b] = collective
+        if x.feedforward > 0.0:
+            share = weight(x.weights, b, blades, azimuth)
+            x.group[PITCH].wanted[b] = collective * (1.0 + x.feedforward * (share - 1.0))
+        for g in range(1, whole(x.groups)):
+            x.group[g].wanted[b] = 0.0
         if loops > 0:
-            x[MOMENT + i] = sense(x, measured[s.OUT_OF_PLANE_MOMENT + i], i, dt)
+            x.moment[b] = sense(x, measured.out_of_plane_moment[b], b, dt)
     for k in range(loops):
-        at = FIRST_LOOP + LOOP_STATES * k
-        harmonic_loop(x, at, MOMENT, blades, azimuth, measured[s.ROTOR_SPEED], collective, dt)
-        for axis in (at + TILT_AXIS, at + YAW_AXIS):
-            x[SWITCHES] += x[axis + AXIS_SWITCHES]
-            x[axis + AXIS_SWITCHES] = 0.0
-        add_demands(x, at, LIMITED + PER_GROUP * whole(x[at + LOOP_GROUP]) + WANTED, blades, azimuth)
-    x[LIMITED_TIME] += dt
-    for g in range(whole(x[GROUPS])):
-        group = LIMITED + PER_GROUP * g
-        for i in range(blades):
-            demand = limited(x, group, i, dt)
-            x[MISSING + i] = demand - x[group + WANTED + i]
-            x[group + LAST + i] = demand
-            if x[MISSING + i] != 0.0 and (g > 0 or demand > x[group + MINIMUM]):  # there it rests below rated
-                x[group + HELD] += dt / blades
-            demands[(s.PITCH_DEMAND if g == 0 else s.FLAP_DEMAND + MAX_BLADES * (g - 1)) + i] = demand
+        loop = x.loop[k]
+        harmonic_loop(loop, x.moment, blades, azimuth, measured.rotor_speed, collective, dt)
+        x.collective.switches += loop.tilt_axis.switches
+        x.collective.switches += loop.yaw_axis.switches
+        loop.tilt_axis.switches = 0.0
+        loop.yaw_axis.switches = 0.0
+        add_demands(loop, x.group[whole(loop.group)].wanted, blades, azimuth)
+    x.time += dt
+    for g in range(whole(x.groups)):
+        group = x.group[g]
+        for b in range(blades):
+            demand = limited(x, group, b, dt)
+            x.missing[b] = demand - group.wanted[b]
+            group.last[b] = demand
+            if x.missing[b] != 0.0 and (g > PITCH or demand > group.minimum):  # there it rests below rated
+                group.held += dt / blades
+            if g == PITCH:
+                demands.pitch[b] = demand
+            else:
+                demands.flap[g - 1, b] = demand
         for k in range(loops):
-            at = FIRST_LOOP + LOOP_STATES * k
-            if whole(x[at + LOOP_GROUP]) == g:
-                take_back(x, at, MISSING, blades, azimuth, dt)
+            if whole(x.loop[k].group) == g:
+                back_calculate_loop(x.loop[k], x.missing, blades, azimuth, dt)
 
 
-def load_control(
+def LoadController(
     turbine: AnyTurbine,
     settings: LoadControl | None = None,
     *,
     sample_time: float | None = None,
     name: str = "load control",
 ) -> Controller:
-    """A load controller for a turbine.
+    """Load controller of a turbine.
 
     Args:
       turbine: gives the collective law, the limits of its actuators, and the places of the weights.
@@ -313,9 +297,9 @@ def load_control(
     settings = settings or LoadControl()
     flaps = turbine.flaps
     if settings.loops:
-        aeroelastic(turbine, "load_control: loops, which need loads of the blades")
+        aeroelastic(turbine, "LoadController: loops, which need loads of the blades")
     for i, loop in enumerate(settings.loops):
-        where = f"load_control: loops[{i}]"
+        where = f"LoadController: loops[{i}]"
         if loop.actuator == "flap" and loop.flap > len(flaps):
             raise InputError(
                 f"{where}: flap {loop.flap} is asked for, the blades of {turbine.name!r} have {len(flaps) or 'none'}: "
@@ -327,22 +311,13 @@ def load_control(
             raise InputError(f"{where}: {error}") from None
     if settings.notch is not None and settings.notch.frequency * (sample_time or 0.0) >= math.pi:
         raise InputError(
-            f"load_control: notch.frequency {settings.notch.frequency:g} rad/s is not below half the sampling rate, "
+            f"LoadController: notch.frequency {settings.notch.frequency:g} rad/s is not below half the sampling rate, "
             f"{math.pi / (sample_time or 1.0):g} rad/s"
         )
-    template = _parameters(turbine, settings)
-    delays = np.zeros(MAX_BLADES * delay_states(settings.sensor.delay) if settings.sensor.delay else 0)
-    preview = np.zeros(0)
-    if settings.preview is not None:
-        preview = preview_settings(**{name: getattr(settings.preview, name) for name in Preview.model_fields})
+    template = load_settings(turbine, settings)
 
-    def init(start: StartPoint) -> Float:
-        x = np.concatenate([start_state(turbine.control, start), template, delays, preview])
-        x[PREVIEW_PLACE] = len(x) - len(preview) if len(preview) else 0.0
-        x[LIMITED + LAST : LIMITED + LAST + MAX_BLADES] = start.pitch
-        if settings.notch is not None:
-            x[NOTCH + 1] = start.generator_speed
-        return x
+    def init(start: StartPoint) -> LoadControlState:
+        return load_start(template, start_state(turbine.control, start), start)
 
     return Controller(
         update=update,
@@ -350,16 +325,16 @@ def load_control(
         sample_time=sample_time,
         name=name,
         uses_loads=bool(settings.loops),
-        state_names=_names(settings) if settings.preview is None else (),
-        warnings=limit_warnings,
+        state_names=LoadControlState.names_of(template.array) if settings.preview is None else (),
+        warnings=lambda x: limit_warnings(LoadControlState(x)),
     )
 
 
-def limit_warnings(x: Float) -> list[str]:
-    """What is to be said about demands that were at their limits for much of a run."""
+def limit_warnings(x: LoadControlState) -> list[str]:
+    """Warnings about demands at their limits for much of a run."""
     found = []
     for g in range(1 + MAX_FLAPS):
-        share = x[LIMITED + PER_GROUP * g + HELD] / max(x[LIMITED_TIME], 1e-9)
+        share = x.group[g].held / max(x.time, 1e-9)
         if share > MOST_HELD:
             found.append(
                 f"{f'flap {g}' if g else 'pitch'}: demands at their limits {100.0 * share:.0f} % of the time: "
@@ -369,72 +344,71 @@ def limit_warnings(x: Float) -> list[str]:
 
 
 def _top_speed(turbine: AnyTurbine) -> float:
-    """[rad/s] of the rotor that the collective law holds."""
+    """Rotor speed [rad/s] that the collective law holds."""
     return turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
 
 
-def _names(settings: LoadControl) -> tuple[str, ...]:
-    """Of the entries of the state vector, in the order of ``_parameters``."""
-    blades = range(1, MAX_BLADES + 1)
-    names = [*BaselineState.names, *LoadControlState.names, *(f"weights_{name}" for name in FeedforwardWeights.names)]
-    names += [f"noise_{blade}_{name}" for blade in blades for name in ("seed", "stream", "count")]
-    for group in ("blade_pitch", *(f"flap_{flap + 1}" for flap in range(MAX_FLAPS))):
-        names += [f"{group}_{name}" for name in ActuatorLimits.names]
-    for loop in range(len(settings.loops)):
-        names += [f"loop_{loop + 1}_{name}" for name in LOOP_NAMES]
-    if settings.sensor.delay:
-        names += [f"delay_{blade}_{k}" for blade in blades for k in ("oldest", *range(1, settings.sensor.delay + 1))]
-    return tuple(names)
-
-
-def _parameters(turbine: AnyTurbine, settings: LoadControl) -> Float:
-    """The state vector after the collective law's part."""
+def load_settings(turbine: AnyTurbine, settings: LoadControl) -> LoadControlState:
+    """Initial state without that of the collective law."""
     flaps, pitch, sensor = turbine.flaps, turbine.control.pitch, settings.sensor
-    composed = View(LoadControlState, LoadControlState.zeros())
-    composed["loops"], composed["groups"] = len(settings.loops), 1 + len(flaps)
-    shares = FeedforwardWeights.zeros()
-    if settings.feedforward is not None:
-        composed["feedforward"] = settings.feedforward.gain
-        shares = _weights(turbine, settings.feedforward)
-    if settings.notch is not None:
-        composed["notch_frequency"], composed["notch_damping"] = settings.notch.frequency, settings.notch.damping
-    composed["sensor_frequency"], composed["sensor_noise"] = sensor.low_pass, sensor.noise
-    composed["sensor_delay"] = sensor.delay
-    noises = np.zeros(NOISE_STATES * MAX_BLADES)
-    for i in range(MAX_BLADES):
-        noise_start(noises, NOISE_STATES * i, sensor.seed, i)
     limits = [(pitch.minimum, pitch.maximum, pitch.rate_limit), *((f.minimum, f.maximum, f.rate) for f in flaps)]
-    groups = np.zeros((1 + MAX_FLAPS, PER_GROUP))
-    for group, (low, high, rate) in zip(groups, limits, strict=False):
-        group[[MINIMUM, MAXIMUM, RATE]] = low, high, rate
-    loops = [_loop(loop, limits[loop.flap if loop.actuator == "flap" else 0]) for loop in settings.loops]
-    return np.concatenate([composed.array, shares, noises, groups.reshape(-1), *loops])
-
-
-def _loop(loop: HarmonicLoop, limits: tuple[float, float, float]) -> Float:
-    x = np.zeros(LOOP_STATES)
-    view = View(HarmonicState, x)
-    view["harmonic"], view["damping"], view["offset"] = loop.harmonic, loop.filter_damping, loop.offset
-    view["halving_pitch"] = loop.gain_halving_pitch or 0.0
-    view["authority"] = loop.authority or max(abs(limits[0]), abs(limits[1]))
-    view["group"] = loop.flap if loop.actuator == "flap" else 0
-    for axis in (TILT_AXIS, YAW_AXIS):
-        found = integrator_settings(
-            proportional_gain=loop.proportional_gain,
-            integral_gain=loop.integral_gain,
-            derivative_gain=loop.derivative_gain,
-            derivative_frequency=loop.derivative_frequency,
-            tracking_time=loop.tracking_time,
-        )
-        x[axis : axis + len(found)] = found
+    preview, notch = settings.preview, settings.notch
+    known = {} if preview is None else {name: getattr(preview, name) for name in Preview.model_fields}
+    x = LoadControlState.of(
+        groups=1 + len(flaps),
+        sensor_frequency=sensor.low_pass,
+        sensor_noise=sensor.noise,
+        noise=[noise_start(sensor.seed, b) for b in range(MAX_BLADES)],
+        loop=[_loop(loop, limits[loop.flap if loop.actuator == "flap" else PITCH]) for loop in settings.loops],
+        delay=[delay_start(sensor.delay) for _ in range(MAX_BLADES)],
+        preview=[] if preview is None else [preview_settings(**known)],
+    )
+    for g, (low, high, rate) in enumerate(limits):
+        group = x.group[g]
+        group.minimum, group.maximum, group.rate = low, high, rate
+    if settings.feedforward is not None:
+        x.feedforward, x.weights = settings.feedforward.gain, _weights(turbine, settings.feedforward)
+    if notch is not None:
+        x.notch_frequency, x.notch_damping = notch.frequency, notch.damping
     return x
 
 
-def _weights(turbine: AnyTurbine, f: FeedForward) -> Float:
+def load_start(template: LoadControlState, law: BaselineState, start: StartPoint) -> LoadControlState:
+    """Initial state at an operating point."""
+    x = template.copy()
+    x.collective = law
+    for b in range(MAX_BLADES):
+        x.group[PITCH].last[b] = start.pitch
+    if x.notch_frequency > 0.0:
+        x.notch.second = start.generator_speed
+    return x
+
+
+def _loop(loop: HarmonicLoop, limits: tuple[float, float, float]) -> HarmonicState:
+    axis = integrator_settings(
+        proportional_gain=loop.proportional_gain,
+        integral_gain=loop.integral_gain,
+        derivative_gain=loop.derivative_gain,
+        derivative_frequency=loop.derivative_frequency,
+        tracking_time=loop.tracking_time,
+    )
+    return HarmonicState.of(
+        harmonic=loop.harmonic,
+        damping=loop.filter_damping,
+        offset=loop.offset,
+        halving_pitch=loop.gain_halving_pitch or 0.0,
+        authority=loop.authority or max(abs(limits[0]), abs(limits[1])),
+        group=loop.flap if loop.actuator == "flap" else PITCH,
+        tilt_axis=axis,
+        yaw_axis=axis,
+    )
+
+
+def _weights(turbine: AnyTurbine, f: FeedForward) -> FeedforwardWeights:
     radius = f.radius if f.radius is not None else 2.0 / 3.0 * turbine.rotor_radius
     tower_radius = clearance = 0.0
     if f.tower_shadow:
-        turbine = aeroelastic(turbine, "load_control: feedforward.tower_shadow")
+        turbine = aeroelastic(turbine, "LoadController: feedforward.tower_shadow")
         tower = turbine.tower
         above_base = turbine.hub_height - radius - tower.base_height
         tower_radius = 0.5 * float(np.interp(above_base, tower.position, tower.diameter))

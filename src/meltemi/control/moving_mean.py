@@ -1,29 +1,24 @@
-"""The mean of a signal over a window that moves with time, exact.
+"""Exact moving average of a signal.
 
 The window is a ring of blocks. A block is one sample where the ring has room for all of the window; else as many as
 needed, and the window moves block by block. Before the window is full the mean is that since the start, unless the
 value before the start is known: then the window begins full of it. The running sum is made anew whenever the ring has
 gone round, so rounding does not grow with time.
 
-State and settings lie in a vector from the place ``at`` on.
+State and settings are a table, ``MovingMean``.
 
 Reference: docs/theory/control.md (C-60).
 """
 
 from __future__ import annotations
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
-from meltemi.maths.tables import Table, number
-
-Float = NDArray[float64]
+from meltemi.maths.tables import Numbers, Table, number, series
 
 
 class MovingMean(Table):
-    """What stands before the ring."""
+    """Settings, state and ring buffer."""
 
     window: float = number("s", "over which the mean is taken")
     room: float = number("-", "of the ring, in blocks")
@@ -36,54 +31,50 @@ class MovingMean(Table):
     sum: float = number("signal", "of the blocks")
     part: float = number("signal", "sum of the block that begins")
     count: float = number("-", "its samples")
+    block: Numbers = series("signal", "sum of a block", "room")
 
 
-WINDOW, ROOM, KNOWN, BEFORE, PER_BLOCK, BLOCKS, OLDEST, FILLED, SUM, PART, COUNT = range(len(MovingMean))
-RING = len(MovingMean)
+def mean_start(window: float, room: int, before: float | None = None) -> MovingMean:
+    """Initial state of a moving mean.
 
-
-def mean_states(room: int) -> int:
-    """How many places of a vector a moving mean takes."""
-    return RING + room
-
-
-def mean_start(x: Float, at: int, window: float, room: int, before: float | None = None) -> None:
-    """Set a moving mean to its beginning: window [s], blocks of its ring, and the signal before, if it is known."""
-    x[at : at + mean_states(room)] = 0.0
-    x[at + WINDOW], x[at + ROOM] = window, room
-    if before is not None:
-        x[at + KNOWN], x[at + BEFORE] = 1.0, before
+    Args:
+      window: [s] over which the mean is taken.
+      room: of the ring, in blocks.
+      before: the signal before the start, if it is known.
+    """
+    known = {} if before is None else {"known": 1.0, "before": before}
+    return MovingMean.of(window=window, room=room, **known)
 
 
 @kernel
-def moving_mean(x: Float, at: int, signal: float, dt: float) -> float:
+def moving_mean(x: MovingMean, signal: float, dt: float) -> float:
     """One call: the mean of the signal over the window, in the signal's unit (C-60)."""
-    if x[at + PER_BLOCK] < 1.0:
-        samples, room = max(whole(x[at + WINDOW] / dt + 0.5), 1), whole(x[at + ROOM])
-        x[at + PER_BLOCK] = float((samples + room - 1) // room)
-        x[at + BLOCKS] = float(max(samples // whole(x[at + PER_BLOCK]), 1))
-        if x[at + KNOWN] > 0.5:
-            x[at + FILLED] = x[at + BLOCKS]
-            for i in range(whole(x[at + BLOCKS])):
-                x[at + RING + i] = x[at + BEFORE] * x[at + PER_BLOCK]
-                x[at + SUM] += x[at + RING + i]
-    per, blocks = whole(x[at + PER_BLOCK]), whole(x[at + BLOCKS])
-    x[at + PART] += signal
-    x[at + COUNT] += 1.0
-    if whole(x[at + COUNT]) >= per:
-        oldest = whole(x[at + OLDEST])
-        x[at + SUM] += x[at + PART] - x[at + RING + oldest]
-        x[at + RING + oldest] = x[at + PART]
-        x[at + PART], x[at + COUNT] = 0.0, 0.0
-        x[at + FILLED] = float(min(whole(x[at + FILLED]) + 1, blocks))
+    if x.per_block < 1.0:
+        samples, room = max(whole(x.window / dt + 0.5), 1), whole(x.room)
+        x.per_block = float((samples + room - 1) // room)
+        x.blocks = float(max(samples // whole(x.per_block), 1))
+        if x.known > 0.5:
+            x.filled = x.blocks
+            for i in range(whole(x.blocks)):
+                x.block[i] = x.before * x.per_block
+                x.sum += x.block[i]
+    per, blocks = whole(x.per_block), whole(x.blocks)
+    x.part += signal
+    x.count += 1.0
+    if whole(x.count) >= per:
+        oldest = whole(x.oldest)
+        x.sum += x.part - x.block[oldest]
+        x.block[oldest] = x.part
+        x.part, x.count = 0.0, 0.0
+        x.filled = float(min(whole(x.filled) + 1, blocks))
         oldest += 1
         if oldest >= blocks:
             oldest = 0
-            x[at + SUM] = 0.0
+            x.sum = 0.0
             for i in range(blocks):
-                x[at + SUM] += x[at + RING + i]
-        x[at + OLDEST] = float(oldest)
-    filled = whole(x[at + FILLED])
+                x.sum += x.block[i]
+        x.oldest = float(oldest)
+    filled = whole(x.filled)
     if filled < blocks:
-        return (x[at + SUM] + x[at + PART]) / (filled * per + whole(x[at + COUNT]))
-    return x[at + SUM] / (blocks * per)
+        return (x.sum + x.part) / (filled * per + whole(x.count))
+    return x.sum / (blocks * per)

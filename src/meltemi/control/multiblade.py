@@ -1,4 +1,4 @@
-"""Multi-blade coordinates at any multiple n of the rotor speed, for controllers.
+"""Coleman (multiblade) transformation at any multiple n of the rotor speed, for controllers.
 
     x_tilt = 2/N sum x_i cos(n psi_i),   x_yaw = 2/N sum x_i sin(n psi_i),   psi_i = psi + 2 pi (i - 1) / N
     x_i = x_tilt cos(n psi_i + phi) + x_yaw sin(n psi_i + phi)
@@ -17,13 +17,8 @@ from __future__ import annotations
 
 from math import cos, pi, sin
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import zero
-
-Float = NDArray[float64]
+from meltemi.maths.tables import Numbers
 
 
 @kernel
@@ -33,11 +28,11 @@ def blade_angle(azimuth: float, blade: int, blades: int) -> float:
 
 
 @kernel
-def to_fixed(x: Float, at: int, blades: int, azimuth: float, harmonic: int) -> tuple[float, float]:
-    """Tilt (cosine) and yaw (sine) part of a quantity of the blades (C-18).
+def to_fixed(values: Numbers, blades: int, azimuth: float, harmonic: int) -> tuple[float, float]:
+    """Tilt (cosine) and yaw (sine) component of a blade quantity (C-18).
 
     Args:
-      x: vector with the blades' values one behind the other from the place ``at`` on, such as the measurements.
+      values: of the blades, such as ``measured.out_of_plane_moment``.
       blades: number N of blades.
       azimuth: [rad] of the first blade.
       harmonic: multiple n of the rotor speed.
@@ -45,17 +40,17 @@ def to_fixed(x: Float, at: int, blades: int, azimuth: float, harmonic: int) -> t
     Returns:
       Both parts, in the unit of the values.
     """
-    tilt, yaw = zero(x), zero(x)
+    tilt, yaw = 0.0, 0.0
     for i in range(blades):
         angle = harmonic * blade_angle(azimuth, i, blades)
-        tilt += x[at + i] * cos(angle)
-        yaw += x[at + i] * sin(angle)
+        tilt += values[i] * cos(angle)
+        yaw += values[i] * sin(angle)
     return 2.0 / blades * tilt, 2.0 / blades * yaw
 
 
 @kernel
 def to_blade(tilt: float, yaw: float, blade: int, blades: int, azimuth: float, harmonic: int, offset: float) -> float:
-    """Value for one blade from tilt and yaw part (C-19).
+    """Value for one blade from the tilt and yaw component (C-19).
 
     Args:
       tilt: cosine part, of any unit.
@@ -72,8 +67,8 @@ def to_blade(tilt: float, yaw: float, blade: int, blades: int, azimuth: float, h
 
 @kernel
 def add_to_blades(
-    x: Float, at: int, blades: int, tilt: float, yaw: float, azimuth: float, harmonic: int, offset: float
+    values: Numbers, blades: int, tilt: float, yaw: float, azimuth: float, harmonic: int, offset: float
 ) -> None:
-    """Add the values of all blades to those in ``x``, which stand from ``at`` on; arguments as for ``to_blade``."""
+    """Add the values of all blades to ``values``, such as ``demands.pitch``; arguments as for ``to_blade``."""
     for i in range(blades):
-        x[at + i] += to_blade(tilt, yaw, i, blades, azimuth, harmonic, offset)
+        values[i] += to_blade(tilt, yaw, i, blades, azimuth, harmonic, offset)

@@ -1,13 +1,10 @@
-"""Preview of the rotor-averaged wind: the collective pitch moves before the wind arrives.
+"""Feed-forward of the collective pitch from a preview of the rotor-averaged wind.
 
     theta_p = theta_ss(V_f(t + lead)),   the integral of the collective law moves with the change of theta_p
 
 with theta_ss the pitch of steady operation and V_f the low-passed wind averaged over the rotor. What is previewed needs
 no speed error any more; the collective law takes what is left. The lead makes up for the low-pass and the actuator. The
 wind is given as a series that is known beforehand: no lidar is modelled, so this is the most that preview can do.
-
-Settings, state, series and table lie in a vector from the place ``at`` on, one behind the other: ``PREVIEW``, the
-series of wind speeds, the table of pitch.
 
 Reference: docs/theory/control.md (C-39, C-40); Schlipf, Schlipf and Kühn (2013), Wind Energy 16, 1107-1129.
 """
@@ -20,11 +17,12 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.control.filters import low_pass
+from meltemi.control.filters import LowPass, low_pass
+from meltemi.control.lookup import linear
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
-from meltemi.maths.tables import Table, View, number
+from meltemi.maths.tables import Numbers, Table, number, part, series
 
 Float = NDArray[float64]
 
@@ -39,33 +37,20 @@ class PreviewState(Table, title="preview"):
     entries: float = number("-", "of the table of pitch")
     first_speed: float = number("m/s", "of the table")
     spacing: float = number("m/s", "of the table")
-    speed: float = number("m/s", "state of the low-pass")
+    speed: LowPass = part(LowPass, "of the wind ahead")
     pitch: float = number("rad", "state: steady pitch of the last call")
-
-
-SAMPLES, TIME_STEP, LEAD, CORNER, ENTRIES, FIRST, SPACING, SPEED, PITCH = PreviewState.slots(
-    "samples time_step lead frequency entries first_speed spacing speed pitch"
-)
-SERIES = len(PreviewState)
+    wind: Numbers = series("m/s", "averaged over the rotor, from time zero on", "samples")
+    steady_pitch: Numbers = series("rad", "of steady operation", "entries")
 
 
 @kernel
-def between(x: Float, at: int, n: int, place: float) -> float:
-    """Linear between ``n`` values from ``at`` on, at a place counted in values; held before and after."""
-    place = min(max(place, 0.0), n - 1.0)
-    i = min(whole(place), n - 2)
-    return x[at + i] + (place - i) * (x[at + i + 1] - x[at + i])
-
-
-@kernel
-def preview_change(x: Float, at: int, time: float, dt: float) -> float:
-    """Change of the steady pitch [rad] that the coming wind asks for, since the last call (C-39)."""
-    samples, entries = whole(x[at + SAMPLES]), whole(x[at + ENTRIES])
-    coming = between(x, at + SERIES, samples, (time + x[at + LEAD]) / x[at + TIME_STEP])
-    speed = low_pass(x, at + SPEED, coming, x[at + CORNER], dt)
-    pitch = between(x, at + SERIES + samples, entries, (speed - x[at + FIRST]) / x[at + SPACING])
-    change = pitch - x[at + PITCH]
-    x[at + PITCH] = pitch
+def preview_change(x: PreviewState, time: float, dt: float) -> float:
+    """Change of the steady pitch [rad] for the previewed wind since the last call (C-39)."""
+    coming = linear(x.wind, whole(x.samples), (time + x.lead) / x.time_step)
+    speed = low_pass(x.speed, coming, x.frequency, dt)
+    pitch = linear(x.steady_pitch, whole(x.entries), (speed - x.first_speed) / x.spacing)
+    change = pitch - x.pitch
+    x.pitch = pitch
     return change
 
 
@@ -78,8 +63,8 @@ def preview_settings(
     first_speed: float,
     spacing: float,
     pitch: Sequence[float] | Float,
-) -> Float:
-    """Checked settings, series and table, for a slice of a controller's state vector.
+) -> PreviewState:
+    """Validated settings, series and table.
 
     Args:
       wind: (T,) [m/s] averaged over the rotor, from time zero on.
@@ -93,8 +78,8 @@ def preview_settings(
     Raises:
       InputError: a number that cannot be, or fewer than two values.
     """
-    series, steady = np.asarray(wind, dtype=float), np.asarray(pitch, dtype=float)
-    for name, values in (("wind", series), ("pitch", steady)):
+    known, steady = np.asarray(wind, dtype=float), np.asarray(pitch, dtype=float)
+    for name, values in (("wind", known), ("pitch", steady)):
         if values.ndim != 1 or len(values) < 2 or not np.all(np.isfinite(values)):
             raise InputError(f"preview: {name} must be a row of at least two finite numbers")
     for name, value in (("time_step", time_step), ("frequency", frequency), ("spacing", spacing)):
@@ -102,11 +87,15 @@ def preview_settings(
             raise InputError(f"preview: {name} must be a positive number, found {value!r}")
     if not (np.isfinite(lead) and lead >= 0.0):
         raise InputError(f"preview: lead must be zero or a positive time [s], found {lead!r}")
-    x = PreviewState.zeros()
-    view = View(PreviewState, x)
-    view["samples"], view["time_step"], view["lead"], view["frequency"] = len(series), time_step, lead, frequency
-    view["entries"], view["first_speed"], view["spacing"] = len(steady), first_speed, spacing
-    start = float(np.interp(lead, time_step * np.arange(len(series)), series))
-    view["speed"] = start
-    view["pitch"] = np.interp(start, first_speed + spacing * np.arange(len(steady)), steady)
-    return np.concatenate([x, series, steady])
+    start = float(np.interp(lead, time_step * np.arange(len(known)), known))
+    return PreviewState.of(
+        time_step=time_step,
+        lead=lead,
+        frequency=frequency,
+        first_speed=first_speed,
+        spacing=spacing,
+        speed=LowPass.of(integrator=start),
+        pitch=np.interp(start, first_speed + spacing * np.arange(len(steady)), steady),
+        wind=known,
+        steady_pitch=steady,
+    )

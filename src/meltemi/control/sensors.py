@@ -1,7 +1,7 @@
-"""What real sensors do to a signal: noise and transport delay, as parts for controllers.
+"""Measurement noise and transport delay of sensors, as parts of controllers.
 
 The sampling of a sensor is the ``sample_time`` of the controller, its bandwidth a ``low_pass`` of
-``meltemi.control.filters``. State and settings of a part lie in a vector from the place ``at`` on.
+``meltemi.control.filters``. State and settings of a part are a table, ``Noise`` or ``Delay``.
 
 Noise is white and normal, and a function of seed, stream and count alone: the bits are those of Philox 2x32-10
 (Salmon et al. 2011), turned into a normal number after Box and Muller (1958). A run can be repeated, two sensors
@@ -14,17 +14,27 @@ from __future__ import annotations
 
 from math import cos, log, pi, sqrt
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
+from meltemi.maths.tables import Numbers, Table, number, series
 
-Float = NDArray[float64]
 
-NOISE_STATES = 3
-"""Seed, stream and count of a noise part."""
+class Noise(Table):
+    """Settings and state of white noise."""
+
+    seed: float = number("-", "of a run, from 0 to 2^32 - 1")
+    stream: float = number("-", "of a sensor, from 0 to 2^32 - 1")
+    count: float = number("-", "numbers that were given")
+
+
+class Delay(Table):
+    """Settings and state of a transport delay."""
+
+    samples: float = number("-", "sample times")
+    oldest: float = number("-", "place of the oldest value")
+    value: Numbers = series("signal", "of the last calls", "samples")
+
 
 _MASK = 0xFFFFFFFF
 _MULTIPLIER, _KEY_STEP, _ROUNDS = 0xD256D193, 0x9E3779B9, 10
@@ -50,20 +60,20 @@ def normal(count: int, stream: int, seed: int) -> float:
 
 
 @kernel
-def noise(x: Float, at: int, deviation: float) -> float:
-    """The next number of a white noise; add it to a signal.
+def noise(x: Noise, deviation: float) -> float:
+    """Next sample of white noise, to be added to a signal.
 
     Args:
-      x: vector that holds seed, stream and count from the place ``at`` on, see ``noise_start``.
+      x: settings and state, see ``noise_start``.
       deviation: standard deviation, in the unit of the signal.
     """
-    count = whole(x[at + 2])
-    x[at + 2] = count + 1
-    return deviation * normal(count, whole(x[at + 1]), whole(x[at]))
+    count = whole(x.count)
+    x.count = count + 1
+    return deviation * normal(count, whole(x.stream), whole(x.seed))
 
 
-def noise_start(x: Float, at: int, seed: int, stream: int = 0) -> None:
-    """Set a noise part to its first number.
+def noise_start(seed: int, stream: int = 0) -> Noise:
+    """Initial state of a noise.
 
     Args:
       seed: of a run, from 0 to 2^32 - 1.
@@ -75,41 +85,37 @@ def noise_start(x: Float, at: int, seed: int, stream: int = 0) -> None:
     for name, value in (("seed", seed), ("stream", stream)):
         if value != int(value) or not 0 <= value <= _MASK:
             raise InputError(f"noise: {name} must be a whole number from 0 to {_MASK}, found {value!r}")
-    x[at], x[at + 1], x[at + 2] = seed, stream, 0.0
+    return Noise.of(seed=seed, stream=stream)
 
 
-def delay_states(samples: int) -> int:
-    """How many places of a vector a delay takes.
+@kernel
+def delay(x: Delay, signal: float) -> float:
+    """The signal of ``samples`` calls ago, exactly (C-21).
+
+    Args:
+      x: settings and state, see ``delay_start``; with 0 samples the signal comes back at once.
+      signal: of any unit.
+    """
+    samples = whole(x.samples)
+    if samples < 1:
+        return signal
+    oldest = min(max(whole(x.oldest), 0), samples - 1)
+    output = x.value[oldest]
+    x.value[oldest] = signal
+    x.oldest = (oldest + 1) % samples
+    return output
+
+
+def delay_start(samples: int, signal: float = 0.0) -> Delay:
+    """Steady state of a delay for a constant signal.
+
+    Args:
+      samples: number of sample times.
+      signal: of any unit.
 
     Raises:
       InputError: ``samples`` is no whole number from 0 on.
     """
     if samples != int(samples) or samples < 0:
         raise InputError(f"delay: samples must be a whole number from 0 on, found {samples!r}")
-    return 1 + samples
-
-
-@kernel
-def delay(x: Float, at: int, signal: float, samples: int) -> float:
-    """The signal of ``samples`` calls ago, exactly (C-21).
-
-    Args:
-      x: vector that holds, from the place ``at`` on, which value is the oldest, then the values.
-      signal: of any unit.
-      samples: number of sample times; with 0 the signal comes back at once.
-    """
-    if samples < 1:
-        return signal
-    oldest = min(max(whole(x[at]), 0), samples - 1)
-    output = x[at + 1 + oldest]
-    x[at + 1 + oldest] = signal
-    x[at] = (oldest + 1) % samples
-    return output
-
-
-@kernel
-def delay_start(x: Float, at: int, signal: float, samples: int) -> None:
-    """State of a delay that has had a constant signal for long."""
-    x[at] = 0.0
-    for i in range(samples):
-        x[at + 1 + i] = signal
+    return Delay.of(value=[signal] * int(samples))

@@ -1,4 +1,4 @@
-"""Yaw control: a vane with bias and noise, filters, a dead band, and the start and stop of the yaw drive.
+"""Yaw control: vane with bias and noise, filters, dead band, start and stop of the yaw drive.
 
     error          e = wrap(wind direction - nacelle direction) + bias, clockwise from above
     filtered       low-pass of e, fast: for protection and reports
@@ -11,8 +11,6 @@ wind's direction alone. A drive that stops by it does not overshoot by the time 
 stop it halfway. The vane is the horizontal wind at the undisturbed hub; what the rotor does to a vane behind it is part
 of the bias.
 
-Settings and state lie in a vector from the place ``at`` on, one behind the other as in ``YAW_CONTROL``.
-
 Reference: docs/theory/control.md (C-50 to C-54).
 """
 
@@ -21,22 +19,19 @@ from __future__ import annotations
 import math
 from math import exp
 
-import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 from pydantic import Field
 
-from meltemi.control import load_control as composed
-from meltemi.control import signals as s
-from meltemi.control.baseline import SWITCHES as LAW_SWITCHES
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.control.load_control import LoadControl, load_control
-from meltemi.control.sensors import noise, noise_start
+from meltemi.control.load_control import LoadControl, LoadController, LoadControlState, limit_warnings, load_step
+from meltemi.control.sensors import Noise, noise, noise_start
+from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Record
 from meltemi.maths.generic import crossed, floor
-from meltemi.maths.tables import Table, View, number
+from meltemi.maths.tables import Table, number, part
 from meltemi.turbine.definition import YawDrive
 from meltemi.turbine.power_turbine import AnyTurbine
 
@@ -92,102 +87,95 @@ class YawControlState(Table, title="yaw control"):
     turning: float = number("-", "state: 1 while the drive follows a positive error, -1 a negative one, 0 at rest")
     begun: float = number("-", "state: 0 nothing is known, 1 the error is, 2 all is")
     starts: float = number("-", "state: how often the drive has started")
-    seed: float = number("-", "state: of the noise")
-    stream: float = number("-", "state: of the noise")
-    count: float = number("-", "state: of the noise")
-    switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
+    vane: Noise = part(Noise, "noise of the vane", prefix="")
+    switches: float = number("-", "limits within the difference step of a parameter, in derivative runs")
 
 
-LENGTH = len(YawControlState)
+class YawingState(Table, title="load control and yaw control"):
+    """State of load control and yaw control."""
 
-BIAS, NOISE, FILTER_TIME, AVERAGE_TIME, DEAD_BAND, START_TIME, STOP_BAND, RATE, MINIMUM_WIND, TWIST_LIMIT = (
-    YawControlState.slots(
-        "bias noise filter_time average_time dead_band start_time stop_band rate minimum_wind twist_limit"
-    )
-)
-FILTERED, AVERAGED, WIND, HEADING, OUTSIDE, TURNING, BEGUN, STARTS, SEED, SWITCHES = YawControlState.slots(
-    "filtered averaged wind heading outside turning begun starts seed switches"
-)
+    yaw: YawControlState = part(YawControlState, "yaw control")
+    load: LoadControlState = part(LoadControlState, "load control", prefix="")
 
 
 @kernel
 def wrap(angle: float) -> float:
-    """The angle within (-pi, pi]."""
+    """Angle within (-pi, pi]."""
     return angle + 2.0 * math.pi * floor((math.pi - angle) / (2.0 * math.pi))
 
 
 @kernel
-def yaw_error(measured: Float) -> float:
+def yaw_error(measured: Measurements) -> float:
     """Wind direction minus nacelle direction [rad], clockwise from above, within (-pi, pi] (C-50)."""
-    return wrap(measured[s.WIND_DIRECTION] + measured[s.YAW])
+    return wrap(measured.wind_direction + measured.yaw)
 
 
 @kernel
 def share(time: float, dt: float) -> float:
-    """By which a low-pass of a time constant [s] moves towards its input in ``dt``; exact for a constant input."""
+    """Step of a low-pass with a time constant [s] over ``dt``, exact for a constant input."""
     return 1.0 - exp(-dt / time) if time > 0.0 else 1.0
 
 
 @kernel
-def yaw_start(x: Float, at: int, error: float) -> None:
-    """State after a constant yaw error [rad] for long, the drive at rest; without it, the first call's error counts."""
-    x[at + FILTERED] = wrap(error)
-    x[at + AVERAGED] = wrap(error)
-    x[at + OUTSIDE] = 0.0
-    x[at + TURNING] = 0.0
-    x[at + BEGUN] = 1.0
+def yaw_start(x: YawControlState, error: float) -> None:
+    """Set the steady state of a constant yaw error [rad] with the drive at rest; by default that of the first call."""
+    x.filtered = wrap(error)
+    x.averaged = wrap(error)
+    x.outside = 0.0
+    x.turning = 0.0
+    x.begun = 1.0
 
 
 @kernel
-def yaw_step(x: Float, at: int, measured: Float, dt: float) -> float:
+def yaw_step(x: YawControlState, measured: Measurements, dt: float) -> float:
     """One call of the yaw control (C-50 to C-54).
 
     Args:
-      x: vector with settings and state from the place ``at`` on.
-      measured: table Measurements.
+      x: settings and state.
+      measured: by the sensors.
       dt: [s] since the last call.
 
     Returns:
-      Demanded yaw rate [rad/s], counter-clockwise. The filtered error is left in ``x[at + FILTERED]``.
+      Demanded yaw rate [rad/s], counter-clockwise. The filtered error is left in ``x.filtered``.
     """
-    error = yaw_error(measured) + x[at + BIAS]
-    if x[at + NOISE] > 0.0:
-        error = error + noise(x, at + SEED, x[at + NOISE])
+    error = yaw_error(measured) + x.bias
+    if x.noise > 0.0:
+        error = error + noise(x.vane, x.noise)
     error = wrap(error)
-    if x[at + BEGUN] < 1.0:
-        yaw_start(x, at, error)
-    if x[at + BEGUN] < 2.0:
-        x[at + WIND], x[at + HEADING], x[at + BEGUN] = measured[s.WIND_SPEED], measured[s.YAW], 2.0
-    x[at + FILTERED] = wrap(x[at + FILTERED] + share(x[at + FILTER_TIME], dt) * wrap(error - x[at + FILTERED]))
-    slow = share(x[at + AVERAGE_TIME], dt)
-    turned = wrap(x[at + AVERAGED] + measured[s.YAW] - x[at + HEADING])
+    if x.begun < 1.0:
+        yaw_start(x, error)
+    if x.begun < 2.0:
+        x.wind, x.heading, x.begun = measured.wind_speed, measured.yaw, 2.0
+    x.filtered = wrap(x.filtered + share(x.filter_time, dt) * wrap(error - x.filtered))
+    slow = share(x.average_time, dt)
+    turned = wrap(x.averaged + measured.yaw - x.heading)
     averaged = wrap(turned + slow * wrap(error - turned))
-    x[at + AVERAGED], x[at + HEADING] = averaged, measured[s.YAW]
-    x[at + WIND] += slow * (measured[s.WIND_SPEED] - x[at + WIND])
+    x.averaged, x.heading = averaged, measured.yaw
+    x.wind += slow * (measured.wind_speed - x.wind)
 
-    beyond = abs(averaged) - x[at + DEAD_BAND]
-    x[at + SWITCHES] += crossed(beyond)
-    x[at + OUTSIDE] = x[at + OUTSIDE] + dt if beyond > 0.0 else 0.0 * beyond
-    turning = x[at + TURNING]
+    beyond = abs(averaged) - x.dead_band
+    x.switches += crossed(beyond)
+    x.outside = x.outside + dt if beyond > 0.0 else 0.0
+    turning = x.turning
     if turning != 0.0:
-        left = turning * averaged - x[at + STOP_BAND]
-        x[at + SWITCHES] += crossed(left)
+        left = turning * averaged - x.stop_band
+        x.switches += crossed(left)
         if left <= 0.0:
-            turning = 0.0 * left
-    elif beyond > 0.0 and x[at + OUTSIDE] >= x[at + START_TIME]:
-        turning = 1.0 + 0.0 * beyond if averaged > 0.0 else -1.0 + 0.0 * beyond
-        x[at + STARTS] += 1.0
-    calm = x[at + WIND] < x[at + MINIMUM_WIND]
-    x[at + SWITCHES] += crossed(x[at + WIND] - x[at + MINIMUM_WIND])
+            turning = 0.0
+    elif beyond > 0.0 and x.outside >= x.start_time:
+        turning = 1.0 if averaged > 0.0 else -1.0
+        x.starts += 1.0
+    calm = x.wind < x.minimum_wind
+    x.switches += crossed(x.wind - x.minimum_wind)
     # a positive, clockwise error is turned out by a clockwise, negative rate
-    if calm or (x[at + TWIST_LIMIT] > 0.0 and -turning * measured[s.YAW] >= x[at + TWIST_LIMIT]):
-        turning = 0.0 * turning
-    x[at + TURNING] = turning
-    return -turning * x[at + RATE]
+    if calm or (x.twist_limit > 0.0 and -turning * measured.yaw >= x.twist_limit):
+        turning = 0.0
+    x.turning = turning
+    return -turning * x.rate
 
 
-def yaw_settings(settings: YawControl, turbine_yaw: YawDrive) -> Float:
-    """Settings of a yaw control for a turbine's drive, its state at nothing known yet: a slice of a state vector.
+def yaw_settings(settings: YawControl, turbine_yaw: YawDrive) -> YawControlState:
+    """Settings and initial state of a yaw control for the drive of a turbine.
 
     Raises:
       InputError: the stop band, with the angle in which the drive brakes, is not within the dead band, or the demanded
@@ -204,29 +192,29 @@ def yaw_settings(settings: YawControl, turbine_yaw: YawDrive) -> Float:
             f"yaw control: the drive would stop at {settings.stop_band + braking:g} rad (stop_band, and the angle in "
             f"which it brakes), which must be less than the dead_band of {settings.dead_band:g} rad"
         )
-    x = YawControlState.zeros()
-    view = View(YawControlState, x)
-    for name in "bias noise filter_time average_time dead_band start_time minimum_wind".split():
-        view[name] = getattr(settings, name)
-    view["stop_band"], view["rate"] = settings.stop_band + braking, rate
-    view["twist_limit"] = settings.twist_limit or 0.0
-    noise_start(x, SEED, settings.seed)
-    return x
+    same = "bias noise filter_time average_time dead_band start_time minimum_wind".split()
+    return YawControlState.of(
+        **{name: getattr(settings, name) for name in same},
+        stop_band=settings.stop_band + braking,
+        rate=rate,
+        twist_limit=settings.twist_limit or 0.0,
+        vane=noise_start(settings.seed),
+    )
 
 
 @kernel
-def update(x: Float, measured: Float, demands: Float, dt: float) -> None:
-    """One call of load control and yaw control, whose part is the last of the state vector."""
-    composed.update(x, measured, demands, dt)
-    at = x.shape[0] - LENGTH
-    demands[s.YAW_RATE_DEMAND] = yaw_step(x, at, measured, dt)
-    demands[s.YAW_ERROR] = x[at + FILTERED]
-    demands[s.YAW_THRESHOLD] = x[at + DEAD_BAND]
-    x[LAW_SWITCHES] += x[at + SWITCHES]
-    x[at + SWITCHES] = 0.0
+def update(state: Float, measurements: Float, demands: Float, dt: float) -> None:
+    """One call of load control and yaw control."""
+    x, measured, wanted = YawingState(state), Measurements(measurements), Demands(demands)
+    load_step(x.load, measured, wanted, dt)
+    wanted.yaw_rate = yaw_step(x.yaw, measured, dt)
+    wanted.yaw_error = x.yaw.filtered
+    wanted.yaw_threshold = x.yaw.dead_band
+    x.load.collective.switches += x.yaw.switches
+    x.yaw.switches = 0.0
 
 
-def yaw_control(
+def YawController(
     turbine: AnyTurbine,
     settings: YawControl | None = None,
     load: LoadControl | None = None,
@@ -234,7 +222,7 @@ def yaw_control(
     sample_time: float | None = None,
     name: str = "yaw control",
 ) -> Controller:
-    """The baseline law, or a load controller, and beside it a yaw control. The model needs ``yaw="driven"``.
+    """Baseline or load controller with a yaw control. The model needs ``yaw="driven"``.
 
     Args:
       turbine: gives the collective law and the limits of its actuators.
@@ -246,19 +234,19 @@ def yaw_control(
     Raises:
       InputError: settings that contradict each other or the turbine.
     """
-    inner = load_control(turbine, load, sample_time=sample_time, name=name)
+    inner = LoadController(turbine, load, sample_time=sample_time, name=name)
     template = yaw_settings(settings or YawControl(), turbine.yaw)
 
-    def init(start: StartPoint) -> Float:
-        return np.concatenate([inner.init(start), template])
+    def init(start: StartPoint) -> YawingState:
+        return YawingState.of(yaw=template, load=inner.init(start))
 
-    names = (*inner.state_names, *(f"yaw_{n}" for n in YawControlState.names)) if inner.state_names else ()
+    names = (*(f"yaw_{n}" for n in YawControlState.names), *inner.state_names) if inner.state_names else ()
     return Controller(
         update=update,
         init=init,
         sample_time=sample_time,
         name=name,
         state_names=names,
-        warnings=inner.warnings,
+        warnings=lambda x: limit_warnings(YawingState(x).load),
         yaws=True,
     )

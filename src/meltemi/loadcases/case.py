@@ -8,17 +8,17 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 from meltemi.control.baseline import parameters, steady_torque
-from meltemi.control.bladed.controller import bladed_controller
+from meltemi.control.bladed.controller import BladedController
 from meltemi.control.bladed.rosco import find_rosco
+from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
-from meltemi.control.coordinated import Coordination, coordinated
-from meltemi.control.fixed import fixed
+from meltemi.control.coordinated import CoordinatedController, Coordination
 from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.supervisor.settings import Supervision, limits
-from meltemi.control.supervisor.supervised import supervised
+from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection
-from meltemi.control.yaw import YawControl, yaw_control
+from meltemi.control.yaw import YawControl, YawController
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
@@ -34,7 +34,8 @@ from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.files import read_hub_csv, read_wind
+from meltemi.wind.files import read_hub_csv
+from meltemi.wind.formats import read_wind
 from meltemi.wind.iec.models import iec_wind
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
@@ -99,7 +100,7 @@ class IecCase(Record):
 
 
 class FileCase(Record):
-    """A wind file: TurbSim (.bts), Bladed (.wnd), uniform (.wnd), HAWC2 (.bin), netCDF (.nc)."""
+    """A wind file of any format (docs/guide/wind-files.md)."""
 
     kind: Literal["file", "bts", "wnd"]
     """All three read any of these files."""
@@ -318,17 +319,19 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Pat
     """
     c = case.controller
     if isinstance(c, BaselineCase):
-        return None if c.yaw is None else yaw_control(turbine, c.yaw)
+        return None if c.yaw is None else YawController(turbine, c.yaw)
     if isinstance(c, SupervisedCase):
         settings = c.supervision
         if case.start in ("standstill", "idling"):
             settings = settings.replace(begin="standby" if case.start == "standstill" else "idling")
-        return supervised(turbine, settings, load=c.load, yaw=c.yaw, protection=c.protection, sample_time=c.sample_time)
+        return SupervisedController(
+            turbine, settings, load=c.load, yaw=c.yaw, protection=c.protection, sample_time=c.sample_time
+        )
     if isinstance(c, FixedCase):
-        return fixed()
+        return ConstantController()
     if isinstance(c, PowerCase):
         own = c.model_dump(exclude={"kind", "yaw", "relief", "load", "sample_time"}, exclude_unset=True)
-        return coordinated(
+        return CoordinatedController(
             turbine,
             performance_of(turbine),
             power=PowerControl(**own),
@@ -337,7 +340,7 @@ def case_controller(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Pat
             load=c.load,
             sample_time=c.sample_time,
         )
-    return bladed_controller(
+    return BladedController(
         turbine,
         find_rosco() if c.library == ROSCO else folder / c.library,
         None if c.input is None else folder / c.input,

@@ -6,21 +6,28 @@
 A table lists fields (name, unit, meaning) that share one shape. From it come the places of the fields in the array, the
 host-side views, the channel catalogue, perturbation by name, and the reference pages of the docs. Nowhere else is the
 layout of an array written down. An array of a table is contiguous ``float64`` with the field first: ``array[row]``,
-``array[row, blade]`` or ``array[row, blade, node]``.
+``array[row, blade]`` or ``array[row, blade, node]``. What is looked up as a whole at one place, such as a polar, has
+the fields last.
 
 On an instance a field is its entries, ``motion.position[b, n]``, or without axes a number, vector or matrix;
 ``motion.blades`` and ``motion.nodes`` are the lengths of its axes.
+
+Tables without axes nest: ``part`` is a table within a table, ``parts`` are several, ``series`` are numbers whose count
+another field holds. All lie in one vector, so that laws are put together from others by name, ``x.loops[i].tilt``.
 """
 
 from __future__ import annotations
 
+import itertools
+import math
 import re
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.maths.algebra import Rot, Sym, Vec
+from meltemi.maths.algebra import Phasor, Rot, Sym, Vec
 
 if TYPE_CHECKING:
     import numpy as np
@@ -52,35 +59,115 @@ class Field:
       doc: meaning.
       kind: ``Vec``, ``Rot`` or ``Sym``; None for plain numbers.
       parts: ends of the names of its rows; empty for one row.
-      row: the first one.
+      shape: lengths of its own axes, which stand before those of the table; a name is that of the field that holds it.
+      table: of its entries, in place of numbers.
+      prefix: beginning of the names of the entries of ``table``.
+      row: the first one; of a field of variable length, none.
     """
 
-    def __init__(self, unit: str, doc: str, kind: Any = None, parts: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self,
+        unit: str,
+        doc: str,
+        kind: Any = None,
+        parts: tuple[str, ...] = (),
+        shape: tuple[int | str, ...] = (),
+        table: type[Table] | None = None,
+        prefix: str | None = None,
+    ) -> None:
         self.unit, self.doc, self.kind = unit, doc, kind
         self.parts = kind.__slots__ if kind else parts
+        self.shape, self.table, self.prefix = shape, table, prefix
         self.row = -1
+        self.fixed = not any(isinstance(n, str) for n in shape) and not (table and table.tail)
+
+    def __set_name__(self, owner: Any, name: str) -> None:
+        self.owner, self.name = owner, name
 
     def __len__(self) -> int:
-        return max(len(self.parts), 1)
+        """Number of rows of a field of fixed length."""
+        numbers = len(self.table) if self.table else len(self.kind.__slots__) if self.kind else 1
+        return math.prod(int(n) for n in self.shape) * numbers
+
+    def lengths(self, array: Any) -> tuple[int, ...]:
+        """Lengths of its own axes in an array of the table."""
+        return tuple(int(array[self.owner.fields[n].row]) if isinstance(n, str) else n for n in self.shape)
+
+    def first(self, array: Any) -> int:
+        """Place in an array of the table where it begins."""
+        if self.fixed:
+            return self.row
+        place = len(self.owner)
+        for field in self.owner.tail:
+            if field is self:
+                break
+            place += field.extent(array)
+        return place
+
+    def step(self, array: Any) -> int:
+        """Numbers of one entry."""
+        return self.table.extent(array[self.first(array) :]) if self.table else 1
+
+    def extent(self, array: Any) -> int:
+        """Numbers of all entries."""
+        count = math.prod(self.lengths(array))
+        return len(self) if self.fixed else count and count * self.step(array)
+
+    def names(self, array: Any = None) -> list[str]:
+        """Names of its rows; those of a field of variable length follow from an array of the table."""
+        ends = [""]
+        for n in () if self.parts else self.lengths(array):
+            ends = [f"{end}_{i}" for end in ends for i in range(1, n + 1)]
+        if self.table is None:
+            return [f"{self.name}_{part}" for part in self.parts] or [f"{self.name}{end}" for end in ends]
+        prefix = self.name if self.prefix is None else self.prefix
+        begins = self.parts or [f"{prefix}{end}" for end in ends]
+        inner = self.table.names_of(None if self.fixed else array[self.first(array) :]) if begins else ()
+        return [f"{begin}_{name}" if begin else name for begin in begins for name in inner]
+
+    def rows(self) -> list[Row]:
+        """Its rows, of a field of fixed length."""
+        inner = self.table.rows if self.table else (Row(self.name, self.unit, self.doc),)
+        return [Row(name, row.unit, row.doc) for name, row in zip(self.names(), itertools.cycle(inner), strict=False)]
 
     def __get__(self, table: Table | None, owner: Any) -> Any:
         if table is None:
             return self
-        if table.axes or (self.parts and not self.kind):
+        if self.table is not None:
+            return _Parts(table, self) if self.shape else _Parts(table, self)[0]
+        if table.axes or self.shape:
             return _Rows(table, self)
         rows = table.array[self.row : self.row + len(self)]
         return self.kind(*rows) if self.kind else rows[0]
 
     def __set__(self, table: Table, value: Any) -> None:
-        table.array[self.row : self.row + len(self)] = [*value] if self.kind else value
+        if not self.fixed or self.table:
+            first = self.first(table.array)
+            table.array[first : first + self.extent(table.array)] = numbers_of(value)
+        else:
+            table.array[self.row : self.row + len(self)] = [*value] if self.kind else value
+
+
+class _Parts:
+    """Tables within a table."""
+
+    def __init__(self, table: Table, field: Field) -> None:
+        self.array, self.table = table.array, field.table
+        self.first, self.step = field.first(table.array), field.step(table.array)
+
+    def __getitem__(self, index: int) -> Any:
+        first = self.first + self.step * index
+        assert self.table is not None
+        return self.table(self.array[first : first + self.step])
 
 
 class _Rows:
     """Entries of one field in a table's array."""
 
     def __init__(self, table: Table, field: Field) -> None:
-        self.array, self.field = table.array, field
+        self.array, self.field, self.last = table.array, field, table.fields_last
         self.outer = len(type(table)) if table.outer else 0
+        self.lengths, self.first = field.lengths(table.array), field.first(table.array)
 
     def __getitem__(self, index: Index) -> Any:
         return self._entry(index) if self.field.kind is None else self.field.kind(*self._rows(index))
@@ -93,22 +180,36 @@ class _Rows:
 
     def _rows(self, index: Index) -> Any:
         at = index if isinstance(index, tuple) else (index,)
-        first = self.field.row
+        first = self.first
         if self.outer:
             first, at = first + self.outer * at[0], at[1:]
         return self.array[(slice(first, first + len(self.field)), *at)]
 
     def _place(self, index: Index) -> tuple[int, ...]:
         at = index if isinstance(index, tuple) else (index,)
+        if self.last:
+            return (*at, self.first)
         if self.outer:
-            return (self.field.row + self.outer * at[0], *at[1:])
-        if not self.field.parts:
-            return (self.field.row, *at)
-        flap, *others = (0, *at) if len(self.field) == MAX_BLADES else at  # one number a blade, or a flap and blade
-        return (self.field.row + MAX_BLADES * flap + others[0], *others[1:])
+            return (self.first + self.outer * at[0], *at[1:])
+        own, others = at[: len(self.lengths)], at[len(self.lengths) :]
+        place = 0
+        for i, n in zip(own, self.lengths, strict=True):
+            place = place * n + i
+        return (self.first + place, *others)
 
     def _entry(self, index: Index) -> Any:
         return self.array[self._place(index)]
+
+
+def numbers_of(value: Any) -> Any:
+    """The numbers of a table, of several, or of an array, in a row."""
+    import numpy as np
+
+    if isinstance(value, Table):
+        return value.array
+    if isinstance(value, (list, tuple)) and any(isinstance(each, Table) for each in value):
+        return np.concatenate([each.array for each in value])
+    return np.ravel(value)
 
 
 def number(unit: str, doc: str) -> Any:
@@ -119,6 +220,11 @@ def number(unit: str, doc: str) -> Any:
 def xyz(unit: str, doc: str) -> Any:
     """A field of vectors."""
     return Field(unit, doc, Vec)
+
+
+def dq(unit: str, doc: str) -> Any:
+    """A field of phasors, d and q one behind the other."""
+    return Field(unit, doc, Phasor)
 
 
 def rotation(unit: str, doc: str) -> Any:
@@ -133,13 +239,48 @@ def symmetric(unit: str, doc: str) -> Any:
 
 def blades(unit: str, doc: str) -> Any:
     """A field of one number a blade: ``demands.pitch[b]``."""
-    return Field(unit, doc, parts=tuple(f"{b + 1}" for b in range(MAX_BLADES)))
+    return Field(unit, doc, parts=tuple(f"{b + 1}" for b in range(MAX_BLADES)), shape=(MAX_BLADES,))
 
 
 def flaps(unit: str, doc: str) -> Any:
     """A field of one number for each of up to four flaps of each blade: ``demands.flap[flap, b]``."""
     parts = tuple(f"{flap + 1}_{b + 1}" for flap in range(MAX_FLAPS) for b in range(MAX_BLADES))
-    return Field(unit, doc, parts=parts)
+    return Field(unit, doc, parts=parts, shape=(MAX_FLAPS, MAX_BLADES))
+
+
+def numbers(unit: str, doc: str, names: Iterable[str]) -> Any:
+    """A field of several numbers that have names of their own: ``x.limit[i]``."""
+    return Field(unit, doc, parts=tuple(names), shape=(len(tuple(names)),))
+
+
+def series(unit: str, doc: str, *lengths: str) -> Any:
+    """A field of variable length: ``x.wind[i]``; ``lengths`` name the fields that hold how many entries it has.
+
+    Fields of variable length stand behind the others.
+    """
+    return Field(unit, doc, shape=lengths)
+
+
+def part(table: type[T], doc: str = "", *, prefix: str | None = None) -> Any:
+    """Another table within a table without axes: ``x.filter.speed``.
+
+    Args:
+      prefix: of the names of its rows; the name of the field by default.
+    """
+    return Field("", doc, table=table, prefix=prefix)  # type: ignore[arg-type]
+
+
+def parts(table: type[T], count: int | str | tuple[str, ...], doc: str = "", *, prefix: str | None = None) -> Any:
+    """Several tables of one kind and size: ``x.loops[i].speed``.
+
+    Args:
+      count: how many, or what the names of the rows of each begin with; or the name of the field that holds how many:
+        then the field stands behind those of fixed length.
+      prefix: of the names of its rows, before the number of the part; the name of the field by default.
+    """
+    if isinstance(count, tuple):
+        return Field("", doc, parts=count, shape=(len(count),), table=table)  # type: ignore[arg-type]
+    return Field("", doc, shape=(count,), table=table, prefix=prefix)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,8 +310,10 @@ class Table(metaclass=TableType):
       fields: as declared, by name.
       rows: of the array, in its order; of a vector or matrix one for each component.
       names: of the rows.
+      tail: fields of variable length, which stand last.
       integer: its numbers are whole.
       outer: 1 if the first axis stands before the fields: ``array[len(table) * mode + row, blade, node]``.
+      fields_last: the fields, numbers all of them, stand last: ``array[polar, angle, row]``.
     """
 
     title: ClassVar[str]
@@ -178,22 +321,32 @@ class Table(metaclass=TableType):
     fields: ClassVar[dict[str, Field]]
     rows: ClassVar[tuple[Row, ...]]
     names: ClassVar[tuple[str, ...]]
+    tail: ClassVar[tuple[Field, ...]] = ()
     integer: ClassVar[bool]
     outer: ClassVar[int]
+    fields_last: ClassVar[bool]
 
-    def __init_subclass__(cls, axes: str = "", title: str = "", integer: bool = False, outer: int = 0) -> None:
+    def __init_subclass__(
+        cls, axes: str = "", title: str = "", integer: bool = False, outer: int = 0, fields_last: bool = False
+    ) -> None:
         cls.title = title or re.sub(r"(?<=.)([A-Z])", r" \1", cls.__name__).lower()
-        cls.axes, cls.integer, cls.outer = tuple(axes.split()), integer, outer
+        cls.axes, cls.integer, cls.outer, cls.fields_last = tuple(axes.split()), integer, outer, fields_last
         cls.fields = {name: field for name, field in vars(cls).items() if isinstance(field, Field)}
         rows: list[Row] = []
-        for name, field in cls.fields.items():
+        for field in cls.fields.values():
             field.row = len(rows)
-            names = [f"{name}_{part}" for part in field.parts] or [name]
-            rows += [Row(each, field.unit, field.doc) for each in names]
+            if field.fixed:
+                rows += field.rows()
+        cls.tail = tuple(field for field in cls.fields.values() if not field.fixed)
+        if [*cls.fields.values()][len(cls.fields) - len(cls.tail) :] != [*cls.tail]:
+            raise ValueError(f"table {cls.title!r} has a field behind those of variable length")
         cls.rows, cls.names = tuple(rows), tuple(row.name for row in rows)
         if len(set(cls.names)) != len(rows) or any(hasattr(Table, name) or name == "array" for name in cls.fields):
             raise ValueError(f"table {cls.title!r} has a field twice, or one with a name of its own attributes")
+        if fields_last and (outer or any(len(field) > 1 for field in cls.fields.values())):
+            raise ValueError(f"table {cls.title!r}: only numbers can stand last")
 
+    array: Any
     blades: int
     nodes: int
     modes: int
@@ -202,15 +355,76 @@ class Table(metaclass=TableType):
     stations: int
     pairs: int
     coordinates: int
+    polars: int
+    angles: int
 
     def __init__(self, array: Any) -> None:
-        self.array = array
-        for axis, n in zip(self.axes, self.lengths(array), strict=True):
+        self.array = array.array if isinstance(array, Table) else array
+        for axis, n in zip(self.axes, self.lengths(self.array), strict=True):
             setattr(self, f"{axis}s", n)
+
+    def __getitem__(self, place: Any) -> Any:
+        return self.array[place]
+
+    def __setitem__(self, place: Any, value: Any) -> None:
+        self.array[place] = value
+
+    def __len__(self) -> int:
+        return len(self.array)
+
+    def copy(self) -> Self:
+        """A table of a copy of the array."""
+        return type(self)(self.array.copy())
+
+    def __array__(self, *args: Any, **kwargs: Any) -> Any:
+        return self.array.__array__(*args, **kwargs)
+
+    @classmethod
+    def of(cls, **values: Any) -> Self:
+        """A new one without axes: numbers by name, arrays for series, tables for parts; otherwise zero.
+
+        Lengths follow from what is given.
+        """
+        import numpy as np
+
+        new = cls(np.zeros(len(cls)))
+        behind = []
+        for name in values:
+            cls.index(name)
+        for field in cls.tail:
+            given = values.pop(field.name, None)
+            if given is not None:
+                lengths = np.shape(given) if field.table is None else (len(given),) if field.shape else ()
+                for n, length in zip(field.shape, lengths, strict=True):
+                    if isinstance(n, str):
+                        setattr(new, n, length)
+            behind.append((field, given))
+        for name, value in values.items():
+            setattr(new, name, value)
+        arrays = [new.array]
+        for field, given in behind:
+            if given is None:
+                count = math.prod(field.lengths(new.array))
+                given = np.zeros(count) if field.table is None else [field.table.of() for _ in range(count)]
+            arrays.append(numbers_of(given))
+        return cls(np.concatenate(arrays))
+
+    @classmethod
+    def extent(cls, array: Any) -> int:
+        """Numbers of the table at the beginning of an array, with the fields of variable length."""
+        return len(cls) + sum(field.extent(array) for field in cls.tail)
+
+    @classmethod
+    def names_of(cls, array: Any) -> tuple[str, ...]:
+        """Names of all numbers of the table at the beginning of an array."""
+        return (*cls.names, *(name for field in cls.tail for name in field.names(array)))
 
     @classmethod
     def lengths(cls, array: Any) -> tuple[int, ...]:
         """Lengths of the axes of an array of this table."""
+        if cls.fields_last:
+            lengths: tuple[int, ...] = array.shape[:-1]
+            return lengths
         return (array.shape[0] // len(cls), *array.shape[1:]) if cls.outer else array.shape[1:]
 
     @classmethod
@@ -231,6 +445,8 @@ class Table(metaclass=TableType):
     def shape(cls, **sizes: int) -> tuple[int, ...]:
         """Shape of this table's array; ``sizes`` gives the length of every axis."""
         lengths = [sizes[axis] for axis in cls.axes]
+        if cls.fields_last:
+            return (*lengths, len(cls))
         return (len(cls) * lengths[0], *lengths[1:]) if cls.outer else (len(cls), *lengths)
 
     @classmethod

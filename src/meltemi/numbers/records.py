@@ -8,20 +8,25 @@ does not make it read them again.
 from __future__ import annotations
 
 import operator
+from functools import cache
 from typing import Any
 
+import numba
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
+from numba.core.boxing import unbox_unsupported
 from numba.core.imputils import lower_builtin, lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
-from numba.extending import NativeValue, models, register_model, typeof_impl, unbox
+from numba.extending import NativeValue, models, overload, register_model, typeof_impl, unbox
 
 from meltemi.maths.groups import GroupType, join, split
 from meltemi.maths.records import Member, members
 from meltemi.maths.records import Record as Record
+from meltemi.maths.tables import Table
+from meltemi.maths.tables import TableType as TableClass
 from meltemi.numbers.duals import DualArrayType, dual, make_dual
-from meltemi.numbers.lanes import WIDTH, LaneArrayType, int_lanes, lanes
+from meltemi.numbers.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF, _VL = ir.VectorType(_F64, WIDTH), ir.VectorType(_I64, WIDTH)
@@ -33,11 +38,12 @@ ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
 
 
 class FieldType(types.Type):
-    """Entries of one field of a table: kind of number, what an entry is, how many axes, and rows of an outer axis."""
+    """Entries of one field of a table: kind of number, what an entry is, how many axes, rows of an outer axis, and
+    ``step`` from one entry to the next: 1, or the number of fields where they stand last."""
 
-    def __init__(self, kind: str, cls: Any, ndim: int, outer: int) -> None:
-        self.kind, self.cls, self.ndim, self.outer = kind, cls, ndim, outer
-        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim},{outer}]")
+    def __init__(self, kind: str, cls: Any, ndim: int, outer: int, step: int) -> None:
+        self.kind, self.cls, self.ndim, self.outer, self.step = kind, cls, ndim, outer, step
+        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim},{outer},{step}]")
 
     @property
     def entry(self) -> Any:
@@ -56,6 +62,11 @@ class TableType(types.Type):
     def __init__(self, table: Any, kind: str) -> None:
         self.table, self.kind, self.ndim = table, kind, len(table.axes)
         super().__init__(name=f"{table.__name__}[{kind}]")
+
+    @property
+    def key(self) -> Any:
+        """What makes two types equal: a name may be used in two modules."""
+        return self.table, self.kind
 
 
 @register_model(FieldType)
@@ -119,6 +130,8 @@ def _places(builder: Any, kind: Any, proxy: Any, at: list[Any]) -> list[tuple[An
         flat = builder.mul(flat, flat.type(kind.outer))
     for n, k in zip(shape[1:], at[1:], strict=True):
         flat = builder.add(builder.mul(flat, n), k)
+    if kind.step > 1:
+        flat = builder.mul(flat, flat.type(kind.step))
     rows = _product(builder, shape[1:] if kind.outer else shape)
     result = []
     for part in range(kind.parts):
@@ -145,6 +158,8 @@ def _index(field: Any, index: Any) -> Any:
     if field.ndim == 1 and index == int_lanes and field.kind == FLOATS:
         return index
     if field.ndim > 1 and isinstance(index, types.BaseTuple) and len(index) == field.ndim:
+        if int_lanes in tuple(index):
+            return PlacesType(int_lanes, field.ndim) if field.kind == FLOATS and field.cls is None else None
         return types.UniTuple(types.intp, field.ndim) if all(isinstance(i, types.Integer) for i in index) else None
     return None
 
@@ -157,7 +172,7 @@ class _GetItem(AbstractTemplate):
         if at is None:
             return None
         entry = field.entry
-        if at == int_lanes:
+        if at == int_lanes or isinstance(at, PlacesType):
             entry = GroupType(field.cls, lanes) if field.cls else lanes
         return signature(entry, field, at)
 
@@ -184,11 +199,17 @@ def _get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 @lower_builtin(operator.getitem, FieldType, type(int_lanes))
+@lower_builtin(operator.getitem, FieldType, PlacesType)
 def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     """Eight places at once."""
     kind = sig.args[0]
     proxy = cgutils.create_struct_proxy(kind)(context, builder, args[0])
-    at = builder.sext(args[1], _VL)
+    index = cgutils.unpack_tuple(builder, args[1]) if isinstance(sig.args[1], PlacesType) else [args[1]]
+    at = builder.sext(index[0], _VL)
+    for n, i in zip(_shape(kind, proxy)[1:], index[1:], strict=True):
+        at = builder.add(builder.mul(at, splat(builder, n)), builder.sext(i, _VL))
+    if kind.step > 1:
+        at = builder.mul(at, ir.Constant(_VL, [kind.step] * WIDTH))
     parts = []
     for part in range(kind.parts):
         offset = builder.mul(proxy.n0, ir.Constant(_I64, part))
@@ -212,11 +233,32 @@ def _set(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 # tables ---------------------------------------------------------------------------------------------
 
 
+class PartsType(types.Type):
+    """Tables within a table."""
+
+    def __init__(self, table: Any, kind: str) -> None:
+        self.table, self.kind, self.ndim = table, kind, 1
+        super().__init__(name=f"Parts[{table.__name__},{kind}]")
+
+    @property
+    def key(self) -> Any:
+        """Identity, as of the table."""
+        return self.table, self.kind
+
+
+register_model(PartsType)(_EntriesModel)  # its one length is that of an entry
+
+
 def _field(kind: Any, name: str) -> Any:
+    """Type of a field."""
     declared = kind.table.fields.get(name)
-    if declared is None or (declared.parts and not declared.kind):
+    if declared is None:
         return None
-    return FieldType(kind.kind, declared.kind, kind.ndim, len(kind.table) * kind.table.outer)
+    if declared.table is not None:
+        return PartsType(declared.table, kind.kind) if declared.shape else TableType(declared.table, kind.kind)
+    step = len(kind.table) if kind.table.fields_last else 1
+    ndim = len(declared.shape) + kind.ndim
+    return FieldType(kind.kind, declared.kind, ndim, len(kind.table) * kind.table.outer, step)
 
 
 def _array_type(kind: Any) -> Any:
@@ -245,22 +287,154 @@ class _TableAttributes(AttributeTemplate):
         if name == "array":
             return _array_type(kind)
         field = _field(kind, name)
-        return None if field is None else field if kind.ndim else field.entry
+        return field.entry if isinstance(field, FieldType) and not field.ndim else field
+
+
+def _lengths(builder: Any, field: Any, data: Any) -> list[Any]:
+    """Lengths of a field's own axes in the table that begins at ``data``."""
+
+    def held(name: str) -> Any:
+        place = _onwards(builder, FLOATS, data, ir.Constant(_I64, field.owner.fields[name].row))
+        return builder.fptosi(builder.load(place, typ=_F64), _I64)
+
+    return [held(n) if isinstance(n, str) else ir.Constant(_I64, n) for n in field.shape]
+
+
+def _first(builder: Any, field: Any, data: Any) -> Any:
+    """Where a field of a table without axes begins; behind a field of variable length only the run knows."""
+    if field.fixed:
+        return ir.Constant(_I64, field.row)
+    place = ir.Constant(_I64, len(field.owner))
+    for other in field.owner.tail[: field.owner.tail.index(field)]:
+        numbers = [*_lengths(builder, other, data), _step(builder, other, data)]
+        place = builder.add(place, _product(builder, numbers))
+    return place
+
+
+def _step(builder: Any, field: Any, data: Any) -> Any:
+    """Numbers of one entry of a field of a table without axes."""
+    if field.table is None:
+        return ir.Constant(_I64, 1)
+    return _extent(builder, field.table, _onwards(builder, FLOATS, data, _first(builder, field, data)))
+
+
+def _extent(builder: Any, table: Any, data: Any) -> Any:
+    """Numbers of the table without axes that begins at ``data``."""
+    if not table.tail:
+        return ir.Constant(_I64, len(table))
+    last = table.tail[-1]
+    numbers = [*_lengths(builder, last, data), _step(builder, last, data)]
+    return builder.add(_first(builder, last, data), _product(builder, numbers))
 
 
 def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tuple[Any, Any]:
     """Type and proxy of a field."""
-    field = _field(kind, name)
+    field, declared = _field(kind, name), kind.table.fields[name]
     result = cgutils.create_struct_proxy(field)(context, builder)
     shape = _shape(kind, proxy)
-    inner = shape[kind.table.outer :]
-    before = _product(builder, [*inner, ir.Constant(_I64, kind.table.fields[name].row)])
+    inner = [] if kind.table.fields_last else shape[kind.table.outer :]
+    before = _product(builder, [*inner, _first(builder, declared, proxy.data)])
     result.data = _onwards(builder, kind.kind, proxy.data, before)
     if kind.kind == DUALS:
         result.slopes = _slopes_onwards(builder, proxy.slopes, before)
+    if isinstance(field, PartsType):
+        shape = [_step(builder, declared, proxy.data)]
+    elif isinstance(field, FieldType):
+        shape = [*_lengths(builder, declared, proxy.data), *shape]
     for i, n in enumerate(shape):
         setattr(result, f"n{i}", n)
     return field, result
+
+
+@infer_global(operator.getitem)
+class _GetPart(AbstractTemplate):
+    def generic(self, args: Any, kws: Any) -> Any:
+        parts, index = args
+        if not (isinstance(parts, PartsType) and isinstance(index, types.Integer)):
+            return None
+        return signature(TableType(parts.table, parts.kind), parts, types.intp)
+
+
+@lower_builtin(operator.getitem, PartsType, types.Integer)
+def _part(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    proxy = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
+    before = builder.mul(args[1], proxy.n0)
+    result = cgutils.create_struct_proxy(sig.return_type)(context, builder)
+    result.data = _onwards(builder, sig.args[0].kind, proxy.data, before)
+    if sig.args[0].kind == DUALS:
+        result.slopes = _slopes_onwards(builder, proxy.slopes, before)
+    return result._getvalue()
+
+
+# tables of the vectors of a controller: made in kernels from arrays, and passed to them from Python
+
+
+@typeof_impl.register(TableClass)
+def _typeof_class(table: Any, context: Any) -> Any:
+    return types.Function(_maker(table))
+
+
+@cache
+def _maker(table: Any) -> Any:
+    """How a kernel makes a table without axes of a vector."""
+
+    class Rule(AbstractTemplate):
+        key = _MAKE
+
+        def generic(self, args: Any, kws: Any) -> Any:
+            if kws or len(args) != 1 or table.axes:
+                return None
+            (array,) = args
+            if isinstance(array, TableType) and array.table is table:
+                return signature(array, array)
+            if isinstance(array, types.Array) and (array.ndim, array.layout, array.dtype) == (1, "C", types.float64):
+                return signature(TableType(table, FLOATS), array)
+            return signature(TableType(table, DUALS), array) if array == DualArrayType(1) else None
+
+    return Rule
+
+
+def _MAKE() -> None:
+    """Stands for the class of a table where kernels call it."""
+
+
+@lower_builtin(_MAKE, types.Array)
+@lower_builtin(_MAKE, DualArrayType)
+def _make(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    result = cgutils.create_struct_proxy(sig.return_type)(context, builder)
+    if isinstance(sig.args[0], DualArrayType):
+        vector = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
+        result.data, result.slopes = vector.values, vector.slopes
+    else:
+        result.data = context.make_array(sig.args[0])(context, builder, args[0]).data
+    return result._getvalue()
+
+
+@lower_builtin(_MAKE, TableType)
+def _make_again(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return args[0]
+
+
+@overload(operator.getitem, strict=False)
+def _read_place(table: Any, place: Any) -> Any:
+    """Entries of a vector by place, as of the array."""
+    return (lambda table, place: table.array[place]) if isinstance(table, TableType) else None
+
+
+@overload(operator.setitem, strict=False)
+def _write_place(table: Any, place: Any, value: Any) -> Any:
+    if not isinstance(table, TableType):
+        return None
+
+    def write(table: Any, place: Any, value: Any) -> None:
+        table.array[place] = value
+
+    return write
+
+
+@overload(len, strict=False)
+def _length_of(table: Any) -> Any:
+    return (lambda table: table.array.shape[0]) if isinstance(table, TableType) else None
 
 
 def _numpy_array(context: Any, builder: Any, kind: Any, data: Any, shape: Any) -> Any:
@@ -293,6 +467,32 @@ def _array(context: Any, builder: Any, kind: Any, data: Any, slopes: Any, shape:
     return proxy._getvalue()
 
 
+@typeof_impl.register(Table)
+def _typeof_table(value: Any, context: Any) -> Any:
+    if not value.array.flags.c_contiguous:
+        raise TypeError(f"kernels take a {type(value).__name__} of a contiguous array only")
+    return TableType(type(value), INTS if type(value).integer else FLOATS)
+
+
+@unbox(TableType)
+def _unbox_table(kind: Any, value: Any, c: Any) -> Any:
+    """A table that the host passes: plain numbers in a contiguous array."""
+    if kind.kind not in (FLOATS, INTS):
+        return unbox_unsupported(kind, value, c)
+    made, array = _array_type(kind), c.pyapi.object_getattr_string(value, "array")
+    taken = c.unbox(made, array)
+    native = c.context.make_array(made)(c.context, c.builder, taken.value)
+    proxy = cgutils.create_struct_proxy(kind)(c.context, c.builder)
+    proxy.data = native.data
+    shape = cgutils.unpack_tuple(c.builder, native.shape)
+    if kind.table.outer:
+        shape[0] = c.builder.sdiv(shape[0], ir.Constant(_I64, len(kind.table)))
+    for i, n in enumerate(shape[1 - kind.table.outer :]):
+        setattr(proxy, f"n{i}", n)
+    c.pyapi.decref(array)  # the table holds it
+    return NativeValue(proxy._getvalue(), is_error=taken.is_error)
+
+
 @lower_getattr_generic(TableType)
 def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
     proxy = cgutils.create_struct_proxy(kind)(context, builder, value)
@@ -300,12 +500,15 @@ def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> 
     if axis is not None:
         return getattr(proxy, f"n{axis}")
     if name == "array":
-        n, lengths = ir.Constant(_I64, len(kind.table)), _shape(kind, proxy)
+        n, lengths = _extent(builder, kind.table, proxy.data), _shape(kind, proxy)
         shape = [builder.mul(lengths[0], n), *lengths[1:]] if kind.table.outer else [n, *lengths]
+        if kind.table.fields_last:
+            shape = [*lengths, n]
         slopes = proxy.slopes if kind.kind == DUALS else None
         return _array(context, builder, _array_type(kind), proxy.data, slopes, shape)
     field, rows = _rows_of(context, builder, kind, proxy, name)
-    return rows._getvalue() if kind.ndim else _read(context, builder, field, rows, [])
+    entry = isinstance(field, FieldType) and not field.ndim
+    return _read(context, builder, field, rows, []) if entry else rows._getvalue()
 
 
 @lower_setattr_generic(TableType)
@@ -326,6 +529,11 @@ class RecordType(types.Type):
         self.cls, self.kind = cls, kind
         super().__init__(name=f"{cls.__name__}[{kind}]")
 
+    @property
+    def key(self) -> Any:
+        """What makes two types equal: a name may be used in two modules."""
+        return self.cls, self.kind
+
 
 def _type_of(record: Any, member: Member) -> Any:
     """Type of a member."""
@@ -338,7 +546,7 @@ def _type_of(record: Any, member: Member) -> Any:
         return LaneArrayType(member.ndim)
     if kind == DUALS:
         return DualArrayType(member.ndim)
-    return types.Array(types.float64 if member.dtype is np.float64 else types.float32, member.ndim, "C")
+    return types.Array(numba.from_dtype(np.dtype(member.dtype)), member.ndim, "C")
 
 
 def _begin(record: Any, wanted: str) -> int:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from meltemi.simulation.campbell import Campbell
-    from meltemi.simulation.machine import AnyModel
+    from meltemi.simulation.model import Model
     from meltemi.simulation.result import Result
     from meltemi.simulation.trim import OperatingPoint
     from meltemi.turbine.performance import Performance
@@ -214,7 +214,7 @@ STEADY_OPERATION: list[tuple[str, ...]] = [
 """Channels of the panels of steady operation that only a turbine with blades has."""
 
 
-def plot_power_curve(points: Sequence[OperatingPoint], model: AnyModel | None = None) -> Figure:
+def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None = None) -> Figure:
     """Plot steady operation over wind speed: power, speed, pitch, thrust, root moment, deflections.
 
     A dotted line marks the first of the points with the largest power.

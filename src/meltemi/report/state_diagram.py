@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from meltemi.control.machine import Transition
 from meltemi.control.power_control import tables as power
 from meltemi.control.supervisor.tables import (
     GROUPS,
@@ -11,7 +12,6 @@ from meltemi.control.supervisor.tables import (
     TRANSITIONS,
     YAW_STATES,
     YAW_TRANSITIONS,
-    Transition,
 )
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.report.palette import FACES, FAINT, SOFT
@@ -67,11 +67,11 @@ def plot_states(machine: str = "operation") -> Figure:
     return _draw(places, [state.name for state in states], _merged(transitions), size)
 
 
-def _words(t: Transition | power.Transition) -> str:
+def _words(t: Transition | Transition) -> str:
     return " and ".join(name.replace("_", " ") for name in t.conditions)
 
 
-def _merged(transitions: tuple[Transition, ...] | tuple[power.Transition, ...]) -> dict[tuple[str, str], list[str]]:
+def _merged(transitions: tuple[Transition, ...] | tuple[Transition, ...]) -> dict[tuple[str, str], list[str]]:
     """Labels of all transitions from a state, or from the group of running states, to another."""
     found: dict[tuple[str, str], list[str]] = {}
     for t in transitions:

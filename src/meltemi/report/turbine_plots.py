@@ -468,7 +468,7 @@ def tower_modes(ax: Axes, seen: Portrait) -> None:
     title = "tower modes, with the mass on its top"
     if seen.model is None:
         return _missing(ax, title, seen.problems["model"])
-    member = seen.model.tower
+    member = seen.model.rotor.tower
     for k, name in enumerate(member.names):
         if "torsion" not in name:
             component, colour, line = (0, FLAP, "-") if "fore" in name else (1, EDGE, (0, (4, 3)))

@@ -24,19 +24,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.actuators import ANGLE
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.units import rpm
 from meltemi.maths.tables import View
-from meltemi.simulation.engines import build, new_case, operating_point
-from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
+from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build, operating_point
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import BaselineControl
@@ -159,7 +160,7 @@ def tune_baseline(
     )
 
 
-def _optimal(model: AnyModel, speed: float, wanted: float | None) -> tuple[float, float, float]:
+def _optimal(model: Model[Any], speed: float, wanted: float | None) -> tuple[float, float, float]:
     """Tip-speed ratio, by default the best at the smallest pitch; torque over speed squared and power coefficient."""
     from scipy.optimize import minimize_scalar
 
@@ -181,7 +182,7 @@ def _optimal(model: AnyModel, speed: float, wanted: float | None) -> tuple[float
     return best, found / speed**2, found * speed / (0.5 * rho * math.pi * R**2 * (speed * R / best) ** 3)
 
 
-def _rated_wind(model: AnyModel) -> float:
+def _rated_wind(model: Model[Any]) -> float:
     """[m/s] rated wind speed, where the pitch leaves its minimum."""
     low, high = model.turbine.cut_in, model.turbine.cut_out
     smallest = model.turbine.control.pitch.minimum
@@ -191,34 +192,34 @@ def _rated_wind(model: AnyModel) -> float:
     return high
 
 
-def _sensitivity(model: AnyModel, point: OperatingPoint) -> float:
+def _sensitivity(model: Model[Any], point: OperatingPoint) -> float:
     """[W/rad] derivative of power by pitch at an operating point, with deflections and induced velocities held."""
-    case = new_case(model, point.wind)
+    case = Case(model, point.wind)
     rotor = case.view("rotor")
     torque = np.zeros(2)
     for psi in 2.0 * math.pi / model.n_blades / AZIMUTHS * np.arange(AZIMUTHS):
         for side, sign in enumerate((-1.0, 1.0)):
             point.put(case, float(psi))
-            case["pitch"][ANGLE] = point.pitch + sign * STEP
+            case.view("pitch")["angle"] = point.pitch + sign * STEP
             for _ in range(3):
                 case.evaluate(0.0)
             torque[side] += rotor["torque"] / AZIMUTHS
     return float(point.rotor_speed * (torque[1] - torque[0]) / (2.0 * STEP))
 
 
-def _inertia(model: AnyModel) -> float:
+def _inertia(model: Model[Any]) -> float:
     """[kg m^2] of blades, hub and generator about the shaft."""
-    if not isinstance(model, Model):
+    if not isinstance(model.rotor, BladedRotor):
         assert isinstance(model.turbine, PowerTurbine)
         return model.turbine.drivetrain.inertia
     drive = model.turbine.drivetrain
     return rotor_inertia(model) + drive.gear_ratio**2 * drive.generator_inertia
 
 
-def rotor_inertia(model: Model) -> float:
+def rotor_inertia(model: BladedModel) -> float:
     """[kg m^2] of blades and hub about the shaft."""
     turbine = model.turbine
-    nodes = View(BladeNode, model.blade_nodes)
+    nodes = View(BladeNode, model.rotor.blade_nodes)
     x, y, z = nodes["position"]
     across = x * math.sin(turbine.hub.precone) + z * math.cos(turbine.hub.precone)
     return float(np.sum(nodes["mass"] * (across**2 + y**2))) + turbine.hub.inertia

@@ -26,8 +26,8 @@ from meltemi.postprocess.bands import Ceiling, ceiling, harmonic_bands
 from meltemi.postprocess.ensemble import EnsembleTable, Estimate, ensemble_table, mean_interval, travel
 from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.postprocess.spectra import RESOLUTION, PowerSpectrum, average_spectra, power_spectrum, rotor_frequency
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
-from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.studies.journal import SizedCases, current, resumed
 from meltemi.wind.fields import Wind
@@ -247,7 +247,7 @@ class Comparison(Brief):
 
 
 def compare(
-    model: Model,
+    model: BladedModel,
     controllers: Mapping[str, Controller | Callable[[Wind], Controller]],
     winds: Sequence[AnyWind],
     *,
@@ -356,7 +356,7 @@ def failure_line(outcome: Outcome) -> str:
 class _Shared:
     """A wind field that is generated for the first run that needs it and released after the last one."""
 
-    def __init__(self, wind: AnyWind, model: Model, duration: float, takers: int) -> None:
+    def __init__(self, wind: AnyWind, model: BladedModel, duration: float, takers: int) -> None:
         self.wind, self.model, self.duration, self.left = wind, model, duration, takers
         self.field: Wind | None = None
         self.lock = threading.Lock()

@@ -17,10 +17,11 @@ from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine
@@ -149,8 +150,8 @@ def _reduced(result: Result) -> Float:
     return np.array([[life[name] for name in LOADS], once])
 
 
-def _masses(clean: Model, iced: Model) -> tuple[float, float]:
-    before, after = (float(View(BladeNode, model.blade_nodes)["mass"][0].sum()) for model in (clean, iced))
+def _masses(clean: BladedModel, iced: BladedModel) -> tuple[float, float]:
+    before, after = (float(View(BladeNode, model.rotor.blade_nodes)["mass"][0].sum()) for model in (clean, iced))
     return after - before, before
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from meltemi.simulation.engines import build
 from meltemi.simulation.performance import performance_of
+from meltemi.simulation.rotors import build
 from meltemi.studies.baseline_tuning import rotor_inertia
 from meltemi.turbine.definition import Turbine, YawDrive
 from meltemi.turbine.performance import Performance

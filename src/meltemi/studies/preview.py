@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.load_control import Preview
 from meltemi.core.errors import InputError
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.wind.fields import Wind, WindBox
 
@@ -40,7 +40,7 @@ def rotor_average(box: WindBox, hub_height: float, radius: float) -> Float:
     return average
 
 
-def steady_pitch(model: Model) -> tuple[float, Float]:
+def steady_pitch(model: BladedModel) -> tuple[float, Float]:
     """First wind speed [m/s], and pitch [rad] of steady operation from there to beyond cut-out, in steps of 1 m/s."""
     turbine = model.turbine
     speeds = np.arange(turbine.cut_in, turbine.cut_out + 10.0 + 1e-9, SPACING)
@@ -48,7 +48,7 @@ def steady_pitch(model: Model) -> tuple[float, Float]:
 
 
 def preview_of(
-    model: Model, wind: Wind, table: tuple[float, Float] | None = None, *, frequency: float = FREQUENCY
+    model: BladedModel, wind: Wind, table: tuple[float, Float] | None = None, *, frequency: float = FREQUENCY
 ) -> Preview:
     """Preview of a wind box, with a lead time equal to the delays of low-pass filter and pitch actuator.
 

@@ -13,9 +13,9 @@ from pathlib import Path
 from types import ModuleType
 
 from meltemi.control.controller import Controller
-from meltemi.control.load_control import FeedForward, LoadControl, load_control
+from meltemi.control.load_control import FeedForward, LoadControl, LoadController
 from meltemi.core.errors import InputError
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.studies.scheme_names import SCHEMES, check_schemes, is_file, label
 from meltemi.studies.tuning import Tuning, linear_models, speed_notch, tune_loops
 from meltemi.turbine.definition import Turbine
@@ -42,7 +42,7 @@ def equipped(turbine: Turbine, names: Iterable[str]) -> Turbine:
 
 
 def design_controllers(
-    model: Model,
+    model: BladedModel,
     names: Sequence[str],
     *,
     shear_exponent: float = 0.2,
@@ -81,7 +81,7 @@ def design_controllers(
                 loops=tuple(tuning.loop for tuning in tuned[schemes[name].loops]),
                 notch=notch,
             )
-            controllers[name] = load_control(model.turbine, settings, name=name)
+            controllers[name] = LoadController(model.turbine, settings, name=name)
         else:
             controllers[label(name)] = own[name]
     tunings = {

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroMemory
 from meltemi.control.actuators import Actuators
-from meltemi.control.baseline import baseline
+from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint, dual_entry
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
@@ -30,14 +30,14 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.maths.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
-from meltemi.simulation.case import BaseCase, Stations
+from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
+from meltemi.simulation.case import Case
 from meltemi.simulation.channels import DEFAULT
-from meltemi.simulation.engines import build, default_step, engine_of
 from meltemi.simulation.events import Happening
-from meltemi.simulation.machine import AnyModel
-from meltemi.simulation.model import Model
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build, default_step, kind_of
 from meltemi.simulation.simulate import Simulation, first_point, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
@@ -132,7 +132,7 @@ class Sensitivity(Brief):
 
 
 def sensitivity(
-    model: AnyModel,
+    model: Model[Any],
     wind: AnyWind,
     parameters: Sequence[str],
     *,
@@ -165,7 +165,7 @@ def sensitivity(
     """
     if numba.config.DISABLE_JIT:
         raise InputError("sensitivity: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
-    controller = controller or baseline(model.turbine.control)
+    controller = controller or BaselineController(model.turbine)
     dual_entry(controller)  # refuses those that have no derivatives
     wind, events = realised(wind, model.turbine, duration), tuple(events)
     start, _ = begin_in(model, wind, start)
@@ -213,7 +213,7 @@ def sensitivity(
 
 
 def differences(
-    model: AnyModel,
+    model: Model[Any],
     wind: AnyWind,
     parameter: str,
     *,
@@ -230,7 +230,7 @@ def differences(
       step: by default 1e-7 of the value, 1e-8 rad for pitch offsets: small, since polars and wind boxes have kinks.
       arguments: others of ``simulate``.
     """
-    controller = controller or baseline(model.turbine.control)
+    controller = controller or BaselineController(model.turbine)
     wind = realised(wind, model.turbine, arguments["duration"])
     start, _ = begin_in(model, wind, start)
     steps = {} if step is None else {parameter: step}
@@ -239,14 +239,14 @@ def differences(
     options = model.options.replace(time_step=default_step(model))
     found = []
     for change in (-size, size):
-        moved: dict[str, Any] = {name: getattr(model, name) + change * array for name, array in way.arrays.items()}
+        moved: dict[str, Any] = {name: model.array(name) + change * array for name, array in way.arrays.items()}
 
-        def prepare(case: BaseCase, change: float = change) -> None:
+        def prepare(case: Case, change: float = change) -> None:
             if way.state is not None:
                 case.controller_state[way.state[0]] += change * way.state[1]
 
         run = Simulation(
-            replace(model, options=options, **moved),  # type: ignore[type-var]
+            replace(model.with_arrays(**moved), options=options),
             wind,
             controller=controller,
             start=start,
@@ -259,7 +259,7 @@ def differences(
 
 
 def directions(
-    model: AnyModel,
+    model: Model[Any],
     parameters: Sequence[str],
     controller: Controller,
     start: StartPoint,
@@ -290,7 +290,7 @@ def directions(
     return found
 
 
-def direction(model: AnyModel, name: str, controller: Controller, start: StartPoint) -> Direction:
+def direction(model: Model[Any], name: str, controller: Controller, start: StartPoint) -> Direction:
     """Derivative of the inputs of a simulation with respect to a parameter.
 
     ``controller.NAME`` is an entry of the controller's state vector by name, or by number if the controller gives no
@@ -329,7 +329,7 @@ def direction(model: AnyModel, name: str, controller: Controller, start: StartPo
     return Direction(name, value, step, {array: change})
 
 
-def _of_turbine(name: str, path: str, model: AnyModel) -> Direction:
+def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
     """Central differences of the model's tables, with matched signs of the modes."""
     target: Any = model.turbine
     for key in path.split("."):
@@ -351,12 +351,12 @@ def _of_turbine(name: str, path: str, model: AnyModel) -> Direction:
         try:
             turbine = model.turbine.replace(**{path: moved.tolist() if isinstance(moved, np.ndarray) else moved})
             side = build(turbine, model.options, model.environment)
-            sides.append(matched(side, model) if isinstance(side, Model) and isinstance(model, Model) else side)
+            sides.append(matched(side, model) if isinstance(model.rotor, BladedRotor) else side)
         except (ValueError, MeltemiError) as error:
             raise InputError(f"sensitivity: {name!r} cannot be changed by {sign * step:g}: {error}") from None
     arrays = {}
-    for array in engine_of(model).tables:
-        low, high = (getattr(side, array) for side in sides)
+    for array in kind_of(model).tables:
+        low, high = (side.array(array) for side in sides)
         if low.shape != high.shape:
             raise InputError(f"sensitivity: {name!r} changes the layout of the model's table {array!r}")
         change = (high - low) / (2.0 * step)
@@ -368,33 +368,35 @@ def _of_turbine(name: str, path: str, model: AnyModel) -> Direction:
     return Direction(name, value, RELATIVE_STEP * (abs(value) or 1.0), arrays)
 
 
-def matched(model: Model, reference: Model) -> Model:
+def matched(model: BladedModel, reference: BladedModel) -> BladedModel:
     """A model whose modes have the signs of those of a reference, since the sign of an eigenvector is arbitrary."""
     signs = [
         np.where(
-            np.einsum("knc,knc->k", getattr(model, m).modes.shape, getattr(reference, m).modes.shape) < 0, -1.0, 1.0
+            np.einsum("knc,knc->k", getattr(model.rotor, m).modes.shape, getattr(reference.rotor, m).modes.shape) < 0,
+            -1.0,
+            1.0,
         )
         for m in ("blade", "tower")
     ]
     b, t = signs
     rows, pairs = np.repeat(b, 6), np.repeat(np.outer(b, b).reshape(-1), 3)
     t_rows, t_pairs = np.repeat(t, 6), np.outer(t, t)
-    return replace(
-        model,
-        shape=model.shape * rows[:, None, None],
-        second=model.second * pairs[:, None, None],
-        modal=model.modal * np.outer(b, b),
-        tip_shape=model.tip_shape * b,
-        tip_second=model.tip_second * np.outer(b, b),
-        top_shape=model.top_shape * t,
-        top_second=model.top_second * t_pairs,
-        tower_matrix=model.tower_matrix * t_pairs,
-        tower_weight=model.tower_weight * t,
-        tower_shape=model.tower_shape * t_rows[:, None],
+    r = model.rotor
+    return model.with_arrays(
+        shape=r.shape * rows[:, None, None],
+        second=r.second * pairs[:, None, None],
+        modal=r.modal * np.outer(b, b),
+        tip_shape=r.tip_shape * b,
+        tip_second=r.tip_second * np.outer(b, b),
+        top_shape=r.top_shape * t,
+        top_second=r.top_second * t_pairs,
+        tower_matrix=r.tower_matrix * t_pairs,
+        tower_weight=r.tower_weight * t,
+        tower_shape=r.tower_shape * t_rows[:, None],
     )
 
 
-def seed(case: BaseCase, ways: Sequence[Direction]) -> None:
+def seed(case: Case, ways: Sequence[Direction]) -> None:
     """Give the arrays of a case the derivatives by the parameters, for a step of each."""
     for k, way in enumerate(ways):
         for name, change in way.arrays.items():
@@ -404,7 +406,7 @@ def seed(case: BaseCase, ways: Sequence[Direction]) -> None:
             case.slopes["controller_state"][row, k] += way.step * change_of_state
 
 
-def count_switches(case: BaseCase, controller: Controller) -> dict[str, int | None]:
+def count_switches(case: Case, controller: Controller) -> dict[str, int | None]:
     """Number of branches and limits that would have changed within a step, by place."""
     names = controller.state_names
     return {

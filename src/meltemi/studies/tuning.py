@@ -33,9 +33,9 @@ from meltemi.control.filters import check_harmonic, response
 from meltemi.control.load_control import HarmonicLoop, LoadSensor, SpeedNotch
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
-from meltemi.simulation.engines import default_step
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel, linearise
-from meltemi.simulation.model import Model
+from meltemi.simulation.rotors import default_step
 from meltemi.simulation.trim import operating_point
 
 Float = NDArray[np.float64]
@@ -119,7 +119,7 @@ class Tuning(Brief):
 
 
 def tune_ipc(
-    model: Model,
+    model: BladedModel,
     harmonic: int = 1,
     actuator: Actuator = "pitch",
     *,
@@ -199,7 +199,7 @@ def tune_ipc(
 
 
 def tune_loops(
-    model: Model,
+    model: BladedModel,
     targets: Sequence[tuple[Actuator, int]],
     *,
     phase_margin: float = PHASE_MARGIN,
@@ -258,7 +258,7 @@ def scaled(loop: HarmonicLoop, factor: float) -> HarmonicLoop:
 
 
 def linear_models(
-    model: Model, wind_speeds: Sequence[float] | None = None, *, progress: Callable[[float], None] | None = None
+    model: BladedModel, wind_speeds: Sequence[float] | None = None, *, progress: Callable[[float], None] | None = None
 ) -> list[LinearModel]:
     """Linear models for tuning: pitch and flap demands of all blades to root moments, in the fixed frame."""
     speeds = default_speeds(model) if wind_speeds is None else wind_speeds
@@ -272,7 +272,7 @@ def linear_models(
     return found
 
 
-def default_speeds(model: Model) -> list[float]:
+def default_speeds(model: BladedModel) -> list[float]:
     """[m/s] of the operating points of a tuning: evenly spaced from 1.1 times rated wind speed to cut-out."""
     turbine = model.turbine
     low, high = turbine.cut_in, turbine.cut_out

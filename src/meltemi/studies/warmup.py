@@ -86,7 +86,7 @@ def _process(name: str) -> Stage:
 
 def _machine() -> tuple[Any, Any]:
     """A model and a wind; all turbines, options and winds use the same machine code."""
-    from meltemi.simulation.model import build
+    from meltemi.simulation.rotors import build
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
 
@@ -96,8 +96,8 @@ def _machine() -> tuple[Any, Any]:
 def _runs() -> None:
     """Trim, time loops, built-in controllers and controllers in plain Python."""
     from meltemi.control.controller import Controller
-    from meltemi.control.load_control import load_control
-    from meltemi.simulation.engines import build
+    from meltemi.control.load_control import LoadController
+    from meltemi.simulation.rotors import build
     from meltemi.simulation.simulate import simulate
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
@@ -105,7 +105,7 @@ def _runs() -> None:
     simulate(build(load_turbine("pmsg20mw")), SteadyWind(speed=10.0), duration=0.1)
     model, wind = _machine()
     simulate(model, wind, duration=0.1)
-    simulate(model, wind, duration=0.1, controller=load_control(model.turbine))
+    simulate(model, wind, duration=0.1, controller=LoadController(model.turbine))
     simulate(model, wind, duration=0.1, controller=Controller(lambda state, measurements, demands, dt: None))
 
 
@@ -120,15 +120,15 @@ def _turbulence() -> None:
 
 def _stepping() -> None:
     """Simulations advanced step by step by the user."""
-    from meltemi.control.faults import happen, report
-    from meltemi.control.fixed import fixed
+    from meltemi.control.constant import ConstantController
+    from meltemi.control.faults import happen
     from meltemi.simulation.case import Case
+    from meltemi.simulation.step import sense
 
-    fixed()
+    ConstantController()
     case = Case(*_machine())
-    case.sample(0.0)
-    happen(0, 0, case.events, case["faults"])
-    report(0.0, case["faults"], case.measured)
+    happen(0, 0, case.events, case.control.faults)
+    sense(0.0, 0, case.control, case.system)
 
 
 def _section_loads() -> None:
@@ -141,7 +141,7 @@ def _section_loads() -> None:
 def _derivatives() -> None:
     """Linear models and sensitivities: kernels with dual numbers."""
     from meltemi.control.controller import dual_entry
-    from meltemi.control.load_control import load_control
+    from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
     from meltemi.simulation.trim import operating_point
     from meltemi.studies.sensitivity import sensitivity
@@ -150,7 +150,7 @@ def _derivatives() -> None:
     start = operating_point(model, wind)
     linearise(model, start, azimuth=0.0)
     sensitivity(model, wind, ["pitch_offset"], duration=0.1, start=start)
-    dual_entry(load_control(model.turbine))
+    dual_entry(LoadController(model.turbine))
 
 
 STAGES: dict[str, Callable[[], None]] = {

@@ -6,7 +6,7 @@ from typing import Final
 
 from meltemi.control.controller import Controller
 from meltemi.control.supervisor.settings import Supervision
-from meltemi.control.supervisor.supervised import supervised
+from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.control.yaw import YawControl
 from meltemi.turbine.definition import Turbine
@@ -35,7 +35,7 @@ def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
 
 
 def prompt_yaw() -> YawControl:
-    """A yaw control that turns as soon as the filtered error leaves the dead band: "the yaw drive corrects"."""
+    """Yaw control that starts as soon as the filtered yaw error leaves the dead band."""
     return YawControl(average_time=1.0, start_time=0.0)
 
 
@@ -46,4 +46,4 @@ Stops pitch at 0.1 rad/s, 5.7 deg/s: the paper gives no rate, the scaled actuato
 
 def strategy(turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None) -> Controller:
     """Supervisor with yaw control and a strategy of yaw protection."""
-    return supervised(turbine, SUPERVISION, yaw=yaw or YawControl(), protection=protection)
+    return SupervisedController(turbine, SUPERVISION, yaw=yaw or YawControl(), protection=protection)

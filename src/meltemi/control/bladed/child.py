@@ -1,4 +1,4 @@
-"""The process in which a controller library lives. Run as a script by ``host.py``; standard library only.
+"""Process that runs a controller library. Run as a script by ``host.py``; standard library only.
 
     python child.py LIBRARY PROCEDURE INPUT_FILE ROOT_NAME RECORDS SIZE
 
@@ -24,7 +24,7 @@ MESSAGE, NAMES = 4096, 65536
 
 
 def main() -> None:
-    """Load the library, then call it as often as asked."""
+    """Load the library, then call it at each request."""
     library, procedure, input_file, root_name, records, size = sys.argv[1:]
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends us
     requests, answers = os.fdopen(os.dup(0), "rb", 0), os.fdopen(os.dup(1), "wb", 0)
@@ -78,7 +78,7 @@ def _read(file: object, view: memoryview) -> bool:
 
 
 def _end_with_the_parent(requests: int) -> None:
-    """End when nobody can send requests any more, even if the library never returns."""
+    """End with the parent process, even if the library never returns."""
     gone = select.poll()
     gone.register(requests, 0)
     gone.poll()

@@ -1,4 +1,4 @@
-"""A Bladed-style controller library as a controller of a run."""
+"""Controller from a Bladed-style shared library."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from meltemi.control import signals as s
 from meltemi.control.bladed.host import Host, Library
 from meltemi.control.bladed.records import CONSTANTS, RECORDS
 from meltemi.control.bladed.rosco import is_rosco
 from meltemi.control.controller import Controller, StartPoint, Vector
+from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError, RunError, did_you_mean
-from meltemi.maths.tables import MAX_BLADES
 from meltemi.turbine.power_turbine import AnyTurbine
 
 FIRST_CALL = 3.0
@@ -31,7 +30,7 @@ INPUT_SIZE, ROOT_SIZE, PITCH_OVERRIDE, TORQUE_OVERRIDE, AZIMUTH, HUB_Y, HUB_Z, B
 """Places of records in the swap array, which counts from 0 here."""
 
 
-def bladed_controller(
+def BladedController(
     turbine: AnyTurbine,
     library: str | Path,
     input_file: str | Path | None = None,
@@ -105,12 +104,12 @@ def _file(path: str | Path, what: str) -> Path:
     return found
 
 
-def _unbound(state: Vector, measured: Vector, demands: Vector, dt: float) -> None:
+def _unbound(state: Vector, measured: Measurements, demands: Demands, dt: float) -> None:
     raise InputError("a controller library is called through Controller.fresh(), which each run does")
 
 
 class _Run:
-    """The library of one run."""
+    """Instance of the library for one run."""
 
     def __init__(self, turbine: AnyTurbine, library: Library, individual_pitch: bool) -> None:
         self.turbine, self.library = turbine, library
@@ -119,7 +118,7 @@ class _Run:
         self.time = -math.inf
         self.n_flaps = len(turbine.flaps)
         self.individual = individual_pitch
-        names = s.Measurements.names
+        names = Measurements.names
         measured = [(r.number - 1, names.index(r.source)) for r in RECORDS if r.way == "to" and r.source in names]
         self.places, self.rows = (np.array(column) for column in zip(*measured, strict=True))
 
@@ -148,23 +147,23 @@ class _Run:
         self.records[INPUT_SIZE] = len(self.library.input_file.encode()) + 1
         self.records[ROOT_SIZE] = len(str(self.host.root_name).encode()) + 1
 
-    def update(self, state: Vector, m: Vector, demands: Vector, dt: float) -> None:
+    def update(self, state: Vector, m: Measurements, demands: Demands, dt: float) -> None:
         """One call of the library."""
-        now = m[s.TIME]
+        now = m.time
         if self.host is None or now <= self.time:  # a run that begins anew needs a library without memories
             self._start()
         assert self.host is not None
         first, self.time = self.time == -math.inf, now
         records = self.host.records
-        self.records[self.places] = m[self.rows]
+        self.records[self.places] = m.array[self.rows]
         records[STATUS] = 0.0 if first else 1.0
         records[SAMPLE_TIME] = dt
-        records[PITCH_DEMAND] = demands[s.PITCH_DEMAND]
-        records[YAW_ERROR] = math.remainder(-m[s.WIND_DIRECTION] - m[s.YAW], 2.0 * math.pi)
-        azimuth, yaw = m[s.AZIMUTH] % (2.0 * math.pi), m[s.YAW]
+        records[PITCH_DEMAND] = demands.pitch[0]
+        records[YAW_ERROR] = math.remainder(-m.wind_direction - m.yaw, 2.0 * math.pi)
+        azimuth, yaw = m.azimuth % (2.0 * math.pi), m.yaw
         records[AZIMUTH] = azimuth
-        records[HUB_Y], records[HUB_Z] = _turned(m[s.HUB_MOMENT + 1], m[s.HUB_MOMENT + 2], azimuth)
-        x, y, z = (float(m[s.YAW_BEARING_MOMENT + i]) for i in range(3))
+        records[HUB_Y], records[HUB_Z] = _turned(m.hub_moment.y, m.hub_moment.z, azimuth)
+        x, y, z = (float(part) for part in (m.yaw_bearing_moment.x, m.yaw_bearing_moment.y, m.yaw_bearing_moment.z))
         records[BEARING_Y], records[BEARING_Z] = _turned(y, -x, yaw)[0], z
         failed = self.host.call(self.library.first_timeout if first else self.library.timeout)
         if failed:
@@ -185,19 +184,19 @@ class _Run:
         if self.host.message not in self.messages and len(self.messages) < MOST_MESSAGES:
             self.messages.append(self.host.message)
 
-    def _demand(self, records: memoryview[float], demands: Vector) -> None:
+    def _demand(self, records: memoryview[float], demands: Demands) -> None:
         if records[PITCH_OVERRIDE] != 0.0 or records[TORQUE_OVERRIDE] != 0.0:
             raise RunError(
                 f"the library {self.library.path} asks for the simulation's own pitch or torque control "
                 "(records 55, 56), which is not there"
             )
-        demands[s.GENERATOR_TORQUE] = records[TORQUE] if round(records[CONTACTOR]) else 0.0
-        demands[s.BRAKE] = 1.0 if records[BRAKE] else 0.0
-        demands[s.YAW_RATE_DEMAND] = records[YAW_RATE]
+        demands.generator_torque = records[TORQUE] if round(records[CONTACTOR]) else 0.0
+        demands.brake = 1.0 if records[BRAKE] else 0.0
+        demands.yaw_rate = records[YAW_RATE]
         for blade in range(self.turbine.n_blades):
-            demands[s.PITCH_DEMAND + blade] = records[PITCH_1 + blade] if self.individual else records[PITCH]
+            demands.pitch[blade] = records[PITCH_1 + blade] if self.individual else records[PITCH]
             for flap in range(self.n_flaps):
-                demands[s.FLAP_DEMAND + MAX_BLADES * flap + blade] = DEGREE * records[FLAP + blade]
+                demands.flap[flap, blade] = DEGREE * records[FLAP + blade]
 
     def close(self) -> None:
         """End the process, if there is one."""

@@ -1,4 +1,4 @@
-"""A controller library in a process of its own, seen from the turbine's side.
+"""Host of a controller library, which runs in a process of its own.
 
 A library keeps its state in global variables, may write anywhere, crash or hang. In a fresh process for each run none
 of this reaches the turbine or another run: a call that does not come back becomes a :class:`RunError` in words.
@@ -34,7 +34,7 @@ GOODBYE = 2.0
 
 @dataclass(frozen=True)
 class Library:
-    """What to load and how to treat it.
+    """Library to load, and its settings.
 
     Attributes:
       path: of the shared library.
@@ -153,7 +153,7 @@ class Host:
         return failed
 
     def _why(self, timeout: float) -> str:
-        """What became of a process that no longer answers."""
+        """Reason why the process no longer answers, for the message."""
         self._usable = False
         try:
             code = self._process.wait(GOODBYE)
@@ -170,7 +170,7 @@ class Host:
         return f"the library {self.library.path} {what}{without}" + (f"; it printed: {printed}" if printed else "")
 
     def printed(self) -> str:
-        """The last lines of what the library printed, in one."""
+        """Last lines of the output of the library, in one line."""
         try:
             text = (self.folder / LOG).read_text(errors="replace")
         except OSError:

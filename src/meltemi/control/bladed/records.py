@@ -1,4 +1,4 @@
-"""The swap array: what a turbine and a Bladed-style controller library tell each other, record by record.
+"""Records of the swap array that a turbine and a Bladed-style controller library exchange.
 
 Units, signs and the choice of records are those of OpenFAST 5 (``ServoDyn``, ``BladedInterface.f90``): rad, rad/s, N m,
 W. Records are numbered from 1 as in Bladed's manual. ``RECORDS`` is what the code uses and what the docs show.

@@ -1,4 +1,4 @@
-"""ROSCO: where the library of an installed package lies, and its input file with other values."""
+"""ROSCO: path of the library of an installed package, and edited copies of its input file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SUFFIXES = (".so", ".dylib", ".dll")
 
 
 def find_rosco() -> Path:
-    """Path of ROSCO's controller library, for :func:`bladed_controller`.
+    """Path of ROSCO's controller library, for :func:`BladedController`.
 
     The rosco package is looked up, not imported: its Python side needs packages that the library does not.
 

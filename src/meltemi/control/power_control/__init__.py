@@ -1,1 +1,1 @@
-"""Power control: torque below rated, a power reference, and the pitch that goes with it."""
+"""Power control: maximum power below the power reference, and tracking of the reference."""

@@ -1,4 +1,4 @@
-"""The law of the power control: one call after the other of ``power_step`` (C-80 to C-90).
+"""Law of the power control (C-80 to C-90).
 
 Each call: filtered speed, density, wind estimate; the set-point of the power from reference, limit and frequency; the
 speeds that bound the states; the machine; pitch; torque. Everything is on the generator's side of the gearbox but for
@@ -12,26 +12,21 @@ from __future__ import annotations
 
 from math import exp, log, pi, sqrt
 
-from numpy import float64
-from numpy.typing import NDArray
-
-from meltemi.control import integrator as loop
-from meltemi.control import signals as s
 from meltemi.control.integrator import integrator
-from meltemi.control.power_control import state as p
+from meltemi.control.machine import TO, transition
 from meltemi.control.power_control import tables as t
 from meltemi.control.power_control.rotor import gain_at_pitch, power_coefficient, sensitivity
+from meltemi.control.power_control.state import PowerControlState
+from meltemi.control.signals import Demands, Measurements
 from meltemi.core.kernel import kernel
 from meltemi.environment.density import moist_air_density
 from meltemi.maths.generic import crossed, whole
-
-Float = NDArray[float64]
 
 SPARED = 0.9
 """Share of the power at fine pitch that A3 may take below the lower speed after a held pitch; the rest brings the speed
 back."""
 LEAST_SHARE, LEAST_VOLTAGE = 0.05, 0.9
-"""Of rated power and of the grid's voltage, from which the efficiency is heard."""
+"""Of rated power and of the grid voltage, above which the efficiency is estimated."""
 FINE = 1e-6
 """[rad] within which the pitch is at its smallest."""
 ABOVE_LOWER, ABOVE_UPPER, BELOW_RECOVERY, AT_FINE, HOLDING = range(len(t.CONDITIONS))
@@ -41,304 +36,293 @@ PITCH_FINE, PITCH_HELD, PITCH_UPPER, PITCH_RECOVERY = range(len(t.PITCHES))
 
 @kernel
 def third_root(a: float) -> float:
-    """Of a number above zero."""
+    """Cubic root of a positive number."""
     return exp(log(a) / 3.0)
 
 
 @kernel
-def air_density(x: Float, at: int, measured: Float) -> float:
-    """Density [kg/m^3] that the law takes (C-81); a sensor that gives nonsense leaves the last one."""
-    kind = whole(x[at + p.AIR])
+def air_density(x: PowerControlState, measured: Measurements) -> float:
+    """Air density [kg/m^3] of the law (C-81); after a sensor failure the last one."""
+    kind = whole(x.air)
     if kind == 0:
-        return x[at + p.DENSITY]
-    found = 0.0 * x[at + p.DENSITY]
+        return x.density
+    found = 0.0
     if kind == 1:
-        found = moist_air_density(measured[s.AIR_TEMPERATURE], 0.0, x[at + p.ASSUMED_PRESSURE])
+        found = moist_air_density(measured.air_temperature, 0.0, x.assumed_pressure)
     else:
-        found = moist_air_density(measured[s.AIR_TEMPERATURE], measured[s.HUMIDITY], measured[s.AIR_PRESSURE])
-    return found if 0.2 < found < 3.0 else x[at + p.DENSITY]
+        found = moist_air_density(measured.air_temperature, measured.humidity, measured.air_pressure)
+    return found if 0.2 < found < 3.0 else x.density
 
 
 @kernel
-def optimal_gain(x: Float, at: int) -> float:
-    """K [N m s^2/rad^2] on the generator's side (C-80)."""
-    area = 0.5 * pi * x[at + p.DENSITY] * x[at + p.RADIUS] * x[at + p.RADIUS]
-    tip = x[at + p.RADIUS] / (x[at + p.BEST_RATIO] * x[at + p.GEAR_RATIO])
-    return area * x[at + p.BEST_COEFFICIENT] * x[at + p.GEAR_EFFICIENCY] * tip * tip * tip
+def optimal_gain(x: PowerControlState) -> float:
+    """Optimal torque gain K [N m s^2/rad^2] on the generator side (C-80)."""
+    area = 0.5 * pi * x.density * x.radius * x.radius
+    tip = x.radius / (x.best_ratio * x.gear_ratio)
+    return area * x.best_coefficient * x.gear_efficiency * tip * tip * tip
 
 
 @kernel
-def transition(x: Float, at: int, gain: float) -> float:
+def transition_speed(x: PowerControlState, gain: float) -> float:
     """Speed [rad/s] at which the line below rated speed begins, with an optimal gain."""
-    rated, slope = x[at + p.RATED], x[at + p.SLOPE]
-    if gain * rated * rated * rated >= x[at + p.RATED_POWER]:
+    rated, slope = x.rated_speed, x.transition_slope
+    if gain * rated * rated * rated >= x.rated_power:
         return rated
-    return (slope - sqrt(max(slope * (slope - 4.0 * gain * x[at + p.SYNCHRONOUS]), 0.0))) / (2.0 * gain)
+    return (slope - sqrt(max(slope * (slope - 4.0 * gain * x.synchronous_speed), 0.0))) / (2.0 * gain)
 
 
 @kernel
-def optimal_torque(x: Float, at: int, gain: float, speed: float) -> float:
+def optimal_torque(x: PowerControlState, gain: float, speed: float) -> float:
     """Torque [N m] that follows the best tip-speed ratio, up to rated speed (C-80)."""
-    first, best = x[at + p.CUT_IN], x[at + p.OPTIMAL]
+    first, best = x.cut_in_speed, x.optimal_speed
     if speed <= first:
-        return 0.0 * speed
+        return 0.0
     if speed < best:
         return (speed - first) / (best - first) * gain * best * best
     torque = gain * speed * speed
-    if speed > transition(x, at, gain):
-        torque = max(torque, x[at + p.SLOPE] * (speed - x[at + p.SYNCHRONOUS]))
+    if speed > transition_speed(x, gain):
+        torque = max(torque, x.transition_slope * (speed - x.synchronous_speed))
     return torque
 
 
 @kernel
-def lower_speed(x: Float, at: int, gain: float, power: float) -> float:
+def lower_speed(x: PowerControlState, gain: float, power: float) -> float:
     """Speed [rad/s] from which the optimal torque gives a power [W] (C-82), within the torque's limit."""
-    low = x[at + p.OPTIMAL]
+    low = x.optimal_speed
     if power <= gain * low * low * low:
-        return low + 0.0 * power
+        return low
     speed = third_root(power / gain)
-    if speed > transition(x, at, gain):
-        none, slope = x[at + p.SYNCHRONOUS], x[at + p.SLOPE]
-        speed = min(0.5 * (none + sqrt(none * none + 4.0 * power / slope)), x[at + p.RATED])
+    if speed > transition_speed(x, gain):
+        none, slope = x.synchronous_speed, x.transition_slope
+        speed = min(0.5 * (none + sqrt(none * none + 4.0 * power / slope)), x.rated_speed)
     return max(speed, low)
 
 
 @kernel
-def estimate_wind(x: Float, at: int, measured: Float, dt: float) -> None:
+def estimate_wind(x: PowerControlState, measured: Measurements, dt: float) -> None:
     """One step of the wind estimate by immersion and invariance (C-85).
 
     Speed, torque and pitch go through the same low-pass, which leaves the balance of torque as it is and the shaft's
     torsion out of it.
     """
-    ratio, radius, inertia = x[at + p.GEAR_RATIO], x[at + p.RADIUS], x[at + p.INERTIA]
-    speed, angle = x[at + p.SPEED] / ratio, 0.0 * x[at + p.SPEED]
-    blades, keep = whole(measured[s.N_BLADES]), exp(-dt * x[at + p.FILTER])
-    for i in range(blades):
-        angle = angle + measured[s.PITCH + i] / blades
-    x[at + p.HEARD_TORQUE] = (1.0 - keep) * measured[s.TORQUE] + keep * x[at + p.HEARD_TORQUE]
-    x[at + p.HEARD_PITCH] = (1.0 - keep) * angle + keep * x[at + p.HEARD_PITCH]
-    w, wind = max(speed, 1e-3), x[at + p.WIND]
-    disk = 0.5 * x[at + p.DENSITY] * pi * radius * radius
-    driving = disk * power_coefficient(x, at, w * radius / wind, x[at + p.HEARD_PITCH]) * wind * wind * wind / w
-    braking = ratio * x[at + p.HEARD_TORQUE] / x[at + p.GEAR_EFFICIENCY]
-    gain = x[at + p.ESTIMATOR_GAIN]
-    wind = wind + gain * (speed - x[at + p.LAST_SPEED] + dt / inertia * (braking - driving))
+    ratio, radius, inertia = x.gear_ratio, x.radius, x.inertia
+    speed, angle = x.speed / ratio, 0.0
+    blades, keep = whole(measured.n_blades), exp(-dt * x.filter_frequency)
+    for b in range(blades):
+        angle = angle + measured.pitch[b] / blades
+    x.filtered_torque = (1.0 - keep) * measured.torque + keep * x.filtered_torque
+    x.filtered_pitch = (1.0 - keep) * angle + keep * x.filtered_pitch
+    w, wind = max(speed, 1e-3), x.wind
+    disk = 0.5 * x.density * pi * radius * radius
+    driving = disk * power_coefficient(x, w * radius / wind, x.filtered_pitch) * wind * wind * wind / w
+    braking = ratio * x.filtered_torque / x.gear_efficiency
+    gain = x.estimator_gain
+    wind = wind + gain * (speed - x.last_speed + dt / inertia * (braking - driving))
     # the table's largest tip-speed ratio bounds the estimate from below
-    last = x[at + p.RATIO_FIRST] + x[at + p.RATIO_STEP] * (x[at + p.RATIOS] - 1.0)
-    x[at + p.WIND] = min(max(wind, max(w * radius / last, 0.5)), 60.0)
-    x[at + p.LAST_SPEED] = speed
-    most = (
-        disk * x[at + p.BEST_COEFFICIENT] * x[at + p.GEAR_EFFICIENCY] * x[at + p.WIND] * x[at + p.WIND] * x[at + p.WIND]
-    )
-    share = 1.0 - exp(-dt / x[at + p.AVAILABLE_TIME])
-    x[at + p.AVAILABLE] += share * (min(most, x[at + p.RATED_POWER]) - x[at + p.AVAILABLE])
+    last = x.ratio_first + x.ratio_step * (x.ratios - 1.0)
+    x.wind = min(max(wind, max(w * radius / last, 0.5)), 60.0)
+    x.last_speed = speed
+    most = disk * x.best_coefficient * x.gear_efficiency * x.wind * x.wind * x.wind
+    share = 1.0 - exp(-dt / x.available_time)
+    x.available += share * (min(most, x.rated_power) - x.available)
 
 
 @kernel
-def fine_power(x: Float, at: int) -> float:
+def fine_power(x: PowerControlState) -> float:
     """Mechanical power [W] that the estimated wind would give at this speed with fine pitch (C-84).
 
     None of it counts at tip-speed ratios of half the best one and less: near the stall nothing is to be spared.
     """
-    radius, wind = x[at + p.RADIUS], x[at + p.WIND]
-    disk = 0.5 * x[at + p.DENSITY] * pi * radius * radius * wind * wind * wind
-    ratio = x[at + p.SPEED] / x[at + p.GEAR_RATIO] * radius / wind
-    share = min(max(10.0 * ratio / x[at + p.BEST_RATIO] - 5.0, 0.0), 1.0)
-    return share * disk * power_coefficient(x, at, ratio, x[at + p.MIN_PITCH]) * x[at + p.GEAR_EFFICIENCY]
+    radius, wind = x.radius, x.wind
+    disk = 0.5 * x.density * pi * radius * radius * wind * wind * wind
+    ratio = x.speed / x.gear_ratio * radius / wind
+    share = min(max(10.0 * ratio / x.best_ratio - 5.0, 0.0), 1.0)
+    return share * disk * power_coefficient(x, ratio, x.minimum_pitch) * x.gear_efficiency
 
 
 @kernel
-def hear_efficiency(x: Float, at: int, measured: Float, dt: float) -> None:
-    """Electrical over mechanical power, slowly followed: a reference is one of power into the grid (C-86b)."""
-    shaft = measured[s.TORQUE] * measured[s.GENERATOR_SPEED]
-    if shaft < LEAST_SHARE * x[at + p.RATED_POWER] or measured[s.GRID_VOLTAGE] < LEAST_VOLTAGE:
+def estimate_efficiency(x: PowerControlState, measured: Measurements, dt: float) -> None:
+    """Filtered ratio of electrical to mechanical power, since the reference is one of power into the grid (C-86b)."""
+    shaft = measured.torque * measured.generator_speed
+    if shaft < LEAST_SHARE * x.rated_power or measured.grid_voltage < LEAST_VOLTAGE:
         return
-    now = min(max(measured[s.POWER] / shaft, 0.5), 1.0)
-    x[at + p.EFFICIENCY] += (1.0 - exp(-dt / x[at + p.AVAILABLE_TIME])) * (now - x[at + p.EFFICIENCY])
+    now = min(max(measured.power / shaft, 0.5), 1.0)
+    x.efficiency += (1.0 - exp(-dt / x.available_time)) * (now - x.efficiency)
 
 
 @kernel
-def wanted_power(x: Float, at: int, measured: Float) -> float:
-    """Mechanical power [W] that the operator and the frequency ask for, not more than rated (C-87)."""
-    rated, efficiency = x[at + p.RATED_POWER], x[at + p.EFFICIENCY]
-    if measured[s.POWER_REFERENCE] == measured[s.POWER_REFERENCE]:  # else the link is lost: the last one holds
-        x[at + p.REFERENCE] = measured[s.POWER_REFERENCE]
-    reference = x[at + p.REFERENCE] / efficiency
-    if x[at + p.REFERENCE] > x[at + p.GRID_RATING] * 1.000001 and x[at + p.REFERENCE] < 1e300:
-        x[at + p.OVER] += 1.0
+def wanted_power(x: PowerControlState, measured: Measurements) -> float:
+    """Mechanical power [W] requested by the operator and by droop, at most rated power (C-87)."""
+    rated, efficiency = x.rated_power, x.efficiency
+    if measured.power_reference == measured.power_reference:  # else the link is lost: the last one holds
+        x.reference = measured.power_reference
+    reference = x.reference / efficiency
+    if x.reference > x.grid_rating * 1.000001 and x.reference < 1e300:
+        x.over += 1.0
     power = min(rated, reference)
-    if measured[s.POWER_LIMIT] > 0.0 or measured[s.POWER_LIMIT] <= 0.0:
-        power = min(power, measured[s.POWER_LIMIT] / efficiency)
-    most = power if x[at + p.RESERVE] == 0.0 else rated
-    if x[at + p.DROOP_GAIN] > 0.0:
-        away = measured[s.GRID_FREQUENCY] - x[at + p.NOMINAL_FREQUENCY]
-        beyond = max(away - x[at + p.DEAD_BAND], 0.0) + min(away + x[at + p.DEAD_BAND], 0.0)
-        x[at + p.SWITCHES] += crossed(abs(away) - x[at + p.DEAD_BAND])
+    if measured.power_limit > 0.0 or measured.power_limit <= 0.0:
+        power = min(power, measured.power_limit / efficiency)
+    most = power if x.reserve == 0.0 else rated
+    if x.droop_gain > 0.0:
+        away = measured.grid_frequency - x.nominal_frequency
+        beyond = max(away - x.dead_band, 0.0) + min(away + x.dead_band, 0.0)
+        x.switches += crossed(abs(away) - x.dead_band)
         if not (abs(beyond) < 1e3):
-            beyond = 0.0 * power  # the sensor is lost
-        change = -x[at + p.DROOP_GAIN] * beyond / efficiency
-        if x[at + p.RESERVE] > 0.0 or change < 0.0:
-            power = min(power, (1.0 - x[at + p.RESERVE]) * x[at + p.AVAILABLE])
+            beyond = 0.0  # the sensor is lost
+        change = -x.droop_gain * beyond / efficiency
+        if x.reserve > 0.0 or change < 0.0:
+            power = min(power, (1.0 - x.reserve) * x.available)
         most = rated
-        if measured[s.POWER_LIMIT] > 0.0 or measured[s.POWER_LIMIT] <= 0.0:
-            most = min(rated, measured[s.POWER_LIMIT] / efficiency)
+        if measured.power_limit > 0.0 or measured.power_limit <= 0.0:
+            most = min(rated, measured.power_limit / efficiency)
         power = power + change
     return min(max(power, 0.0), most)
 
 
 @kernel
-def set_point(x: Float, at: int, measured: Float, dt: float) -> None:
-    """Move the set-point towards the wanted power, at its rate; downwards from the power that there is (C-87)."""
-    wanted, now = wanted_power(x, at, measured), x[at + p.SETPOINT]
+def set_point(x: PowerControlState, measured: Measurements, dt: float) -> None:
+    """Rate-limited power set-point; it falls from the present power (C-87)."""
+    wanted, now = wanted_power(x, measured), x.setpoint
     if wanted < now:
-        now = min(now, max(wanted, x[at + p.TORQUE] * x[at + p.SPEED]))
-    step = x[at + p.REFERENCE_RATE] * dt
-    x[at + p.SWITCHES] += crossed(abs(wanted - now) - step)
-    x[at + p.SETPOINT] = now + min(max(wanted - now, -step), step)
+        now = min(now, max(wanted, x.torque * x.speed))
+    step = x.reference_rate * dt
+    x.switches += crossed(abs(wanted - now) - step)
+    x.setpoint = now + min(max(wanted - now, -step), step)
 
 
 @kernel
-def inertial_power(x: Float, at: int, measured: Float, dt: float) -> float:
-    """Mechanical power [W] of synthetic inertia, against the filtered rate of the frequency (C-88).
+def inertial_power(x: PowerControlState, measured: Measurements, dt: float) -> float:
+    """Mechanical power [W] of synthetic inertia, by the filtered rate of change of frequency (C-88).
 
     It fades where the speed falls to the begin of the optimal torque: the rotor keeps what it needs to recover.
     """
-    if x[at + p.INERTIA_GAIN] <= 0.0:
-        return 0.0 * x[at + p.SPEED]
-    if abs(measured[s.GRID_FREQUENCY]) < 1e3:
-        step = (measured[s.GRID_FREQUENCY] - x[at + p.SLOW_FREQUENCY]) * (1.0 - exp(-dt / x[at + p.INERTIA_TIME]))
-        x[at + p.SLOW_FREQUENCY] += step
+    if x.inertia_gain <= 0.0:
+        return 0.0
+    if abs(measured.grid_frequency) < 1e3:
+        step = (measured.grid_frequency - x.slow_frequency) * (1.0 - exp(-dt / x.inertia_time))
+        x.slow_frequency += step
     else:
-        step = 0.0 * x[at + p.SPEED]
-    low, high = x[at + p.OPTIMAL], 1.2 * x[at + p.OPTIMAL]
-    share = min(max((x[at + p.SPEED] - low) / (high - low), 0.0), 1.0)
-    return -share * x[at + p.INERTIA_GAIN] * step / dt / x[at + p.EFFICIENCY]
+        step = 0.0
+    low, high = x.optimal_speed, 1.2 * x.optimal_speed
+    share = min(max((x.speed - low) / (high - low), 0.0), 1.0)
+    return -share * x.inertia_gain * step / dt / x.efficiency
 
 
 @kernel
-def bound_speeds(x: Float, at: int, gain: float, dt: float) -> float:
-    """The speeds that bound the states; returns the gain of the torque law at the present pitch (C-82 to C-84)."""
-    scheme, power = whole(x[at + p.SCHEME]), x[at + p.SETPOINT]
-    reference, lower = x[at + p.REFERENCE_SPEED], lower_speed(x, at, gain, power)
+def bound_speeds(x: PowerControlState, gain: float, dt: float) -> float:
+    """Speeds that bound the states; returns the gain of the torque law at the present pitch (C-82 to C-84)."""
+    scheme, power = whole(x.scheme), x.setpoint
+    reference, lower = x.reference_speed, lower_speed(x, gain, power)
     if scheme == 3:
-        wide = gain_at_pitch(x, at, x[at + p.PITCH]) * x[at + p.DENSITY]
-        x[at + p.SWITCHES] += crossed(wide - gain)
+        wide = gain_at_pitch(x, x.pitch) * x.density
+        x.switches += crossed(wide - gain)
         gain = max(gain, wide)
-        least = max(lower_speed(x, at, gain, power), power / x[at + p.MAX_TORQUE])
+        least = max(lower_speed(x, gain, power), power / x.maximum_torque)
         lower = min(lower, least)
     lower = min(lower, reference)
-    x[at + p.LOWER] = lower
-    slow = x[at + p.RECOVERY_MARGIN] * x[at + p.FREQUENCY] * dt  # of a bound that the rotor has to follow
+    x.lower = lower
+    slow = x.recovery_margin * x.frequency * dt  # of a bound that the rotor has to follow
     if scheme == 0:
-        x[at + p.UPPER] = min(max(lower, x[at + p.UPPER] - slow), reference)
+        x.upper = min(max(lower, x.upper - slow), reference)
     else:
-        x[at + p.UPPER] = reference + 0.0 * lower
-    recovery = min(lower + x[at + p.RECOVERY_MARGIN], x[at + p.UPPER])
+        x.upper = reference
+    recovery = min(lower + x.recovery_margin, x.upper)
     if scheme == 3:
         # pitch that falls raises this speed, which lets the pitch fall further
-        recovery = min(recovery, x[at + p.RECOVERY] + slow)
-    x[at + p.RECOVERY] = recovery
+        recovery = min(recovery, x.recovery + slow)
+    x.recovery = recovery
     return gain
 
 
 @kernel
-def tune_pitch_loop(x: Float, at: int, gain: float, dt: float) -> None:
+def tune_pitch_loop(x: PowerControlState, gain: float, dt: float) -> None:
     """Gains of the pitch loop at the present pitch, speed and power (C-86).
 
     The pitch is filtered: gains that grow while it falls would drive it.
     """
-    x[at + p.SLOW_PITCH] += (1.0 - exp(-dt * x[at + p.FREQUENCY])) * (x[at + p.PITCH] - x[at + p.SLOW_PITCH])
-    ratio = x[at + p.GEAR_RATIO]
-    speed = max(x[at + p.SPEED], x[at + p.OPTIMAL])
+    x.slow_pitch += (1.0 - exp(-dt * x.frequency)) * (x.pitch - x.slow_pitch)
+    ratio = x.gear_ratio
+    speed = max(x.speed, x.optimal_speed)
     optimal = gain * speed * speed * speed
-    power = max(x[at + p.TORQUE] * speed, 0.01 * optimal)
-    falls = optimal * sensitivity(x, at, x[at + p.SLOW_PITCH], third_root(power / optimal))
-    unit = x[at + p.LOOP_INERTIA] * speed / (ratio * ratio * falls)
-    x[at + p.PITCH_LOOP + loop.KP] = 2.0 * x[at + p.DAMPING] * x[at + p.FREQUENCY] * unit
-    x[at + p.PITCH_LOOP + loop.KI] = x[at + p.FREQUENCY] * x[at + p.FREQUENCY] * unit
+    power = max(x.torque * speed, 0.01 * optimal)
+    falls = optimal * sensitivity(x, x.slow_pitch, third_root(power / optimal))
+    unit = x.loop_inertia * speed / (ratio * ratio * falls)
+    x.pitch_loop.proportional_gain = 2.0 * x.damping_ratio * x.frequency * unit
+    x.pitch_loop.integral_gain = x.frequency * x.frequency * unit
 
 
 @kernel
-def walk(x: Float, at: int) -> None:
-    """Conditions, and at most one transition of the machine (C-83)."""
-    speed, holds = x[at + p.SPEED], at + p.HOLDS
-    state = whole(x[at + p.STATE])
-    above = speed - x[at + p.UPPER]
+def step_machine(x: PowerControlState) -> None:
+    """Conditions and step of the state machine (C-83)."""
+    speed, state = x.speed, whole(x.state)
+    above = speed - x.upper
     for c in range(len(t.CONDITIONS)):
-        x[holds + c] = 0.0
-    if speed > x[at + p.LOWER]:
-        x[holds + ABOVE_LOWER] = 1.0
+        x.holds[c] = 0.0
+    if speed > x.lower:
+        x.holds[ABOVE_LOWER] = 1.0
     if above >= 0.0:
-        x[holds + ABOVE_UPPER] = 1.0
-    if speed <= x[at + p.RECOVERY]:
-        x[holds + BELOW_RECOVERY] = 1.0
-    if x[at + p.PITCH] <= x[at + p.MIN_PITCH] + FINE:
-        x[holds + AT_FINE] = 1.0
-    if x[at + p.SCHEME] > 1.5 and x[at + p.RECOVERY] < x[at + p.UPPER]:
-        x[holds + HOLDING] = 1.0
-    x[at + p.SWITCHES] += crossed(above) + crossed(speed - x[at + p.RECOVERY])
-    for row in range(t.MACHINE.shape[0]):
-        if t.MACHINE[row, t.FROM] != state:
-            continue
-        taken = True
-        for k in range(t.MOST):
-            c = t.MACHINE[row, t.FIRST + k]
-            if (c > 0 and x[holds + c - 1] < 0.5) or (c < 0 and x[holds - c - 1] > 0.5):
-                taken = False
-        if taken:
-            x[at + p.STATE] = float(t.MACHINE[row, t.TO])
-            # bumpless: the loop begins with the pitch there is
-            x[at + p.PITCH_LOOP + loop.INTEGRAL] = x[at + p.PITCH] - x[at + p.PITCH_LOOP + loop.KP] * pitch_error(x, at)
-            return
+        x.holds[ABOVE_UPPER] = 1.0
+    if speed <= x.recovery:
+        x.holds[BELOW_RECOVERY] = 1.0
+    if x.pitch <= x.minimum_pitch + FINE:
+        x.holds[AT_FINE] = 1.0
+    if x.scheme > 1.5 and x.recovery < x.upper:
+        x.holds[HOLDING] = 1.0
+    x.switches += crossed(above) + crossed(speed - x.recovery)
+    row = transition(t.MACHINE, state, x.holds)
+    if row >= 0:
+        x.state = float(t.MACHINE[row, TO])
+        # bumpless: the loop begins with the pitch there is
+        x.pitch_loop.integral = x.pitch - x.pitch_loop.proportional_gain * pitch_error(x)
 
 
 @kernel
-def pitch_error(x: Float, at: int) -> float:
-    """Speed [rad/s] above the one that the state holds; zero where it holds none."""
-    mode = t.MODES[whole(x[at + p.STATE]) - 1]
+def pitch_error(x: PowerControlState) -> float:
+    """Speed error [rad/s] of the state; zero where no speed is held."""
+    mode = t.MODES[whole(x.state) - 1]
     if mode == PITCH_UPPER:
-        return x[at + p.SPEED] - x[at + p.UPPER]
+        return x.speed - x.upper
     if mode == PITCH_RECOVERY:
-        return x[at + p.SPEED] - x[at + p.RECOVERY]
-    return 0.0 * x[at + p.SPEED]
+        return x.speed - x.recovery
+    return 0.0
 
 
 @kernel
-def move_pitch(x: Float, at: int, dt: float) -> None:
-    """Pitch demand of the state, within angle and rate."""
-    mode, step, last = t.MODES[whole(x[at + p.STATE]) - 1], x[at + p.PITCH_RATE] * dt, x[at + p.PITCH]
+def move_pitch(x: PowerControlState, dt: float) -> None:
+    """Pitch demand of the state within the limits of angle and rate."""
+    mode, step, last = t.MODES[whole(x.state) - 1], x.pitch_rate * dt, x.pitch
     if mode == PITCH_HELD:
         return
-    low, high = max(x[at + p.MIN_PITCH], last - step), min(x[at + p.MAX_PITCH], last + step)
+    low, high = max(x.minimum_pitch, last - step), min(x.maximum_pitch, last + step)
     if mode == PITCH_FINE:
-        x[at + p.PITCH] = low
+        x.pitch = low
     else:
-        x[at + p.PITCH] = integrator(x, at + p.PITCH_LOOP, pitch_error(x, at), low, high, dt)
-        x[at + p.SWITCHES] += x[at + p.PITCH_LOOP + loop.SWITCHES]
-        x[at + p.PITCH_LOOP + loop.SWITCHES] = 0.0
+        x.pitch = integrator(x.pitch_loop, pitch_error(x), low, high, dt)
+        x.switches += x.pitch_loop.switches
+        x.pitch_loop.switches = 0.0
 
 
 @kernel
-def least_torque(x: Float, at: int, gain: float) -> float:
-    """Torque [N m] below the lower speed: the optimal one; for A3 more, until the speed is back (C-80, C-84)."""
-    law = optimal_torque(x, at, gain, x[at + p.SPEED])
-    if whole(x[at + p.SCHEME]) != 3:
+def least_torque(x: PowerControlState, gain: float) -> float:
+    """Torque [N m] below the lower speed: the optimal one; with A3 more, until the speed has recovered (C-80, C-84)."""
+    law = optimal_torque(x, gain, x.speed)
+    if whole(x.scheme) != 3:
         return law
-    mode = t.MODES[whole(x[at + p.STATE]) - 1]
+    mode = t.MODES[whole(x.state) - 1]
     if mode in (PITCH_HELD, PITCH_RECOVERY):
-        x[at + p.SPARES] = 1.0
-    if x[at + p.SPARES] < 0.5:
+        x.spares = 1.0
+    if x.spares < 0.5:
         return law
-    spared = SPARED * fine_power(x, at) / max(x[at + p.SPEED], 1e-3)
+    spared = SPARED * fine_power(x) / max(x.speed, 1e-3)
     if mode == PITCH_FINE:
-        x[at + p.SWITCHES] += crossed(spared - law)
+        x.switches += crossed(spared - law)
         if spared <= law:  # the speed is back
-            x[at + p.SPARES] = 0.0
+            x.spares = 0.0
     return max(law, spared)
 
 
 @kernel
-def track_ratio(x: Float, at: int, law: float, high: float, low: float, more: float, dt: float) -> float:
+def track_ratio(x: PowerControlState, law: float, high: float, low: float, more: float, dt: float) -> float:
     """Torque demand of the loop on the best speed for the estimated wind; ``law`` [N m] holds while limited.
 
     The set-point that rises takes its lower speed away from the rotor. A loop on that speed alone would unload the
@@ -349,80 +333,80 @@ def track_ratio(x: Float, at: int, law: float, high: float, low: float, more: fl
       high, low: [N m] limits of the demand.
       more: [N m] for the grid's frequency, beside the loop.
     """
-    last, place = x[at + p.TORQUE], at + p.TORQUE_LOOP
-    best = max(x[at + p.BEST_RATIO] * x[at + p.WIND] / x[at + p.RADIUS] * x[at + p.GEAR_RATIO], x[at + p.OPTIMAL])
-    error = x[at + p.SPEED] - min(best, x[at + p.LOWER])
-    x[at + p.SWITCHES] += crossed(best - x[at + p.LOWER])
+    last, loop = x.torque, x.torque_loop
+    best = max(x.best_ratio * x.wind / x.radius * x.gear_ratio, x.optimal_speed)
+    error = x.speed - min(best, x.lower)
+    x.switches += crossed(best - x.lower)
     own = last - more
-    if best >= x[at + p.LOWER]:
-        x[at + p.LIMITED] = 1.0
-    elif error >= 0.0 and x[at + p.LIMITED] > 0.5:
-        x[at + p.LIMITED] = 0.0
-        x[place + loop.INTEGRAL] = own - x[place + loop.KP] * error  # bumpless: it goes on from the torque there is
-    if x[at + p.LIMITED] > 0.5:
-        near = own + (1.0 - exp(-dt * x[at + p.FREQUENCY])) * (law - own)
+    if best >= x.lower:
+        x.limited = 1.0
+    elif error >= 0.0 and x.limited > 0.5:
+        x.limited = 0.0
+        loop.integral = own - loop.proportional_gain * error  # bumpless: it goes on from the torque there is
+    if x.limited > 0.5:
+        near = own + (1.0 - exp(-dt * x.frequency)) * (law - own)
         high = max(min(high, max(law, near) + more), low)
         low = min(max(low, min(law, near) + more), high)
-    own = integrator(x, place, error, low - more, high - more, dt)
-    x[at + p.SWITCHES] += x[place + loop.SWITCHES]
-    x[place + loop.SWITCHES] = 0.0
-    if x[at + p.LIMITED] > 0.5:  # where the law gave more, the loop follows
-        x[place + loop.INTEGRAL] = max(x[place + loop.INTEGRAL], own - x[place + loop.KP] * error)
+    own = integrator(loop, error, low - more, high - more, dt)
+    x.switches += loop.switches
+    loop.switches = 0.0
+    if x.limited > 0.5:  # where the law gave more, the loop follows
+        loop.integral = max(loop.integral, own - loop.proportional_gain * error)
     return own + more
 
 
 @kernel
-def move_torque(x: Float, at: int, gain: float, more: float, dt: float) -> None:
+def move_torque(x: PowerControlState, gain: float, more: float, dt: float) -> None:
     """Torque demand, within the set-point, the torque's limit and its rate.
 
     Args:
       gain: of the torque law at the present pitch.
       more: [W] for the grid's frequency, taken from the rotor's motion.
     """
-    speed = max(x[at + p.SPEED], 1e-3)
-    held = x[at + p.SETPOINT] / speed
-    step, last = x[at + p.TORQUE_RATE] * dt, x[at + p.TORQUE]
-    most = min((x[at + p.SETPOINT] + more) / speed, min(x[at + p.MAX_TORQUE], x[at + p.RATED_POWER] / speed))
-    law = least_torque(x, at, gain)
-    x[at + p.SWITCHES] += crossed(law - held) + crossed(held - x[at + p.MAX_TORQUE])
+    speed = max(x.speed, 1e-3)
+    held = x.setpoint / speed
+    step, last = x.torque_rate * dt, x.torque
+    most = min((x.setpoint + more) / speed, min(x.maximum_torque, x.rated_power / speed))
+    law = least_torque(x, gain)
+    x.switches += crossed(law - held) + crossed(held - x.maximum_torque)
     law = min(law, held)
-    if x[at + p.TRACKS_RATIO] > 0.5:
+    if x.tracks_ratio > 0.5:
         high = max(max(min(most, last + step), last - step), 0.0)
-        x[at + p.TORQUE] = track_ratio(x, at, law, high, max(last - step, 0.0), more / speed, dt)
+        x.torque = track_ratio(x, law, high, max(last - step, 0.0), more / speed, dt)
         return
     wanted = max(min(law + more / speed, most), 0.0)
-    x[at + p.SWITCHES] += crossed(abs(wanted - last) - step)
-    x[at + p.TORQUE] = last + min(max(wanted - last, -step), step)
+    x.switches += crossed(abs(wanted - last) - step)
+    x.torque = last + min(max(wanted - last, -step), step)
 
 
 @kernel
-def power_step(x: Float, at: int, measured: Float, demands: Float, dt: float) -> None:
+def power_step(x: PowerControlState, measured: Measurements, demands: Demands, dt: float) -> None:
     """One call of the power control (C-80 to C-90).
 
     Args:
-      x: state vector that holds its section from the place ``at`` on, see ``power_section``.
-      measured: table Measurements.
-      demands: table DEMANDS; torque, pitch of all blades and its reports are written.
+      x: settings and state, see ``power_settings``.
+      measured: by the sensors.
+      demands: torque, pitch of all blades and its reports are written.
       dt: [s] since the last call.
     """
-    keep = exp(-dt * x[at + p.FILTER])
-    x[at + p.SPEED] = (1.0 - keep) * measured[s.GENERATOR_SPEED] + keep * x[at + p.SPEED]
-    x[at + p.DENSITY] = air_density(x, at, measured)
-    estimate_wind(x, at, measured, dt)
-    hear_efficiency(x, at, measured, dt)
-    set_point(x, at, measured, dt)
-    more = inertial_power(x, at, measured, dt)
-    optimal = optimal_gain(x, at)
-    gain = bound_speeds(x, at, optimal, dt)
-    tune_pitch_loop(x, at, optimal, dt)
-    walk(x, at)
-    move_pitch(x, at, dt)
-    move_torque(x, at, gain, more, dt)
-    if measured[s.GRID] < 0.5:
-        x[at + p.TORQUE] = 0.0
-    demands[s.GENERATOR_TORQUE] = x[at + p.TORQUE]
-    for i in range(whole(measured[s.N_BLADES])):
-        demands[s.PITCH_DEMAND + i] = x[at + p.PITCH]
-    demands[s.POWER_SETPOINT] = x[at + p.SETPOINT] * x[at + p.EFFICIENCY]
-    demands[s.POWER_STATE] = x[at + p.STATE]
-    demands[s.WIND_ESTIMATE] = x[at + p.WIND]
+    keep = exp(-dt * x.filter_frequency)
+    x.speed = (1.0 - keep) * measured.generator_speed + keep * x.speed
+    x.density = air_density(x, measured)
+    estimate_wind(x, measured, dt)
+    estimate_efficiency(x, measured, dt)
+    set_point(x, measured, dt)
+    more = inertial_power(x, measured, dt)
+    optimal = optimal_gain(x)
+    gain = bound_speeds(x, optimal, dt)
+    tune_pitch_loop(x, optimal, dt)
+    step_machine(x)
+    move_pitch(x, dt)
+    move_torque(x, gain, more, dt)
+    if measured.grid < 0.5:
+        x.torque = 0.0
+    demands.generator_torque = x.torque
+    for b in range(whole(measured.n_blades)):
+        demands.pitch[b] = x.pitch
+    demands.power_setpoint = x.setpoint * x.efficiency
+    demands.power_state = x.state
+    demands.wind_estimate = x.wind

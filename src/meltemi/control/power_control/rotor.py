@@ -1,4 +1,4 @@
-"""What the power control knows of the rotor: tables from its steady performance, and the kernels that read them.
+"""Look-up tables of the rotor for the power control, from its steady performance.
 
 With the density rho, R and the gear ratio N, and K of (C-80):
 
@@ -18,7 +18,8 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.control.power_control import state as p
+from meltemi.control.lookup import bilinear, linear
+from meltemi.control.power_control.state import PowerControlState
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
@@ -36,50 +37,31 @@ LEAST_SENSITIVITY, LEAST_PITCH = 0.5, math.radians(6.0)
 
 
 @kernel
-def uniform(x: Float, at: int, rows: int, columns: int, row: float, column: float) -> float:
-    """Value of a table (rows, columns) at places counted from zero, between entries; at the edge outside."""
-    u = min(max(row, 0.0), rows - 1.0)
-    v = min(max(column, 0.0), columns - 1.0)
-    i, j = min(whole(u), max(rows - 2, 0)), min(whole(v), max(columns - 2, 0))
-    down, right = (columns if rows > 1 else 0), (1 if columns > 1 else 0)
-    a, b = u - i, v - j
-    k = at + i * columns + j
-    upper = x[k] + b * (x[k + right] - x[k])
-    lower = x[k + down] + b * (x[k + down + right] - x[k + down])
-    return upper + a * (lower - upper)
+def power_coefficient(x: PowerControlState, ratio: float, pitch: float) -> float:
+    """Power coefficient by tip-speed ratio and pitch [rad]; below the table with the torque coefficient of its edge."""
+    row = (ratio - x.ratio_first) / x.ratio_step
+    column = (pitch - x.pitch_first) / x.pitch_step
+    found = bilinear(x.power_coefficient, whole(x.ratios), whole(x.pitches), row, column)
+    return found * (ratio / x.ratio_first) if ratio < x.ratio_first else found
 
 
 @kernel
-def power_coefficient(x: Float, at: int, ratio: float, pitch: float) -> float:
-    """C_p of a tip-speed ratio and a pitch [rad]; below the table the torque coefficient is that of its edge."""
-    first = x[at + p.RATIO_FIRST]
-    row = (ratio - first) / x[at + p.RATIO_STEP]
-    column = (pitch - x[at + p.PITCH_FIRST]) / x[at + p.PITCH_STEP]
-    n, m = whole(x[at + p.RATIOS]), whole(x[at + p.PITCHES])
-    found = uniform(x, at + p.TABLES, n, m, row, column)
-    return found * (ratio / first) if ratio < first else found
+def sensitivity(x: PowerControlState, pitch: float, share: float) -> float:
+    """Pitch sensitivity -dP/dpitch over K omega^3 [1/rad] at a pitch [rad] and a speed ratio r (C-86)."""
+    row = (pitch - x.pitch_first) / x.pitch_step
+    column = (share - x.share_first) / x.share_step
+    return bilinear(x.sensitivity, whole(x.pitches), whole(x.shares), row, column)
 
 
 @kernel
-def sensitivity(x: Float, at: int, pitch: float, share: float) -> float:
-    """-dP/dpitch over K omega^3 [1/rad] at a pitch [rad] and a share r of speed (C-86)."""
-    n, m, k = whole(x[at + p.RATIOS]), whole(x[at + p.PITCHES]), whole(x[at + p.SHARES])
-    row = (pitch - x[at + p.PITCH_FIRST]) / x[at + p.PITCH_STEP]
-    column = (share - x[at + p.SHARE_FIRST]) / x[at + p.SHARE_STEP]
-    return uniform(x, at + p.TABLES + n * m, m, k, row, column)
-
-
-@kernel
-def gain_at_pitch(x: Float, at: int, pitch: float) -> float:
+def gain_at_pitch(x: PowerControlState, pitch: float) -> float:
     """Optimal gain over density, on the generator's side, at a held pitch [rad] (C-84)."""
-    n, m, k = whole(x[at + p.RATIOS]), whole(x[at + p.PITCHES]), whole(x[at + p.SHARES])
-    column = (pitch - x[at + p.PITCH_FIRST]) / x[at + p.PITCH_STEP]
-    return uniform(x, at + p.TABLES + (n + k) * m, 1, m, 0.0 * column, column)
+    return linear(x.optimal_gain, whole(x.pitches), (pitch - x.pitch_first) / x.pitch_step)
 
 
 @dataclass(frozen=True)
 class RotorTables:
-    """The tables of a rotor.
+    """Look-up tables of a rotor.
 
     Attributes:
       tip_speed_ratio: (n,) uniform.
@@ -104,7 +86,7 @@ class RotorTables:
 
 
 def rotor_tables(performance: Performance, fine: float) -> RotorTables:
-    """Tables of a rotor for its power control.
+    """Look-up tables of a rotor for its power control.
 
     Args:
       performance: with the tip-speed ratio of the largest power coefficient inside.
@@ -145,9 +127,9 @@ def rotor_tables(performance: Performance, fine: float) -> RotorTables:
     top_ratio, top_power = best(fine)
     if not ratios[0] < top_ratio < ratios[-1] or top_power <= 0.0:
         raise InputError(
-            f"power_control: the largest power coefficient at the smallest pitch, {top_power:.3g}, lies at a tip-speed "
-            f"ratio of {top_ratio:.3g}, which is not inside the {ratios[0]:g} to {ratios[-1]:g} of the performance: "
-            "give more tip-speed ratios"
+            f"PowerController: the largest power coefficient at the smallest pitch, {top_power:.3g}, lies at a "
+            f"tip-speed ratio of {top_ratio:.3g}, which is not inside the {ratios[0]:g} to {ratios[-1]:g} of the "
+            "performance: give more tip-speed ratios"
         )
     share = np.arange(SHARES[0], SHARES[1] + 1e-9, SHARE_STEP)
     table = coefficient(*np.meshgrid(ratio, pitch, indexing="ij"))

@@ -1,14 +1,14 @@
-"""The section of the power control in a state vector: settings, states, two loops, then tables of the rotor."""
+"""State of the power control: settings, states, two loops, tables of the rotor."""
 
 from __future__ import annotations
 
-from meltemi.control.integrator import IntegratorState
+from meltemi.control.integrator import Integrator
 from meltemi.control.power_control.tables import CONDITIONS
-from meltemi.maths.tables import Table, number
+from meltemi.maths.tables import Numbers, Table, number, numbers, part, series
 
 
 class PowerControlState(Table, title="power control"):
-    """Settings, states and the sizes of tables."""
+    """Settings, states, loops and tables."""
 
     filter_frequency: float = number("rad/s", "of the generator speed's low-pass")
     cut_in_speed: float = number("rad/s", "of the generator, below which there is no torque")
@@ -55,8 +55,8 @@ class PowerControlState(Table, title="power control"):
     density: float = number("kg/m^3", "state: of the air, as the law takes it")
     wind: float = number("m/s", "state: wind estimate")
     last_speed: float = number("rad/s", "state: filtered speed of the rotor at the last call")
-    heard_torque: float = number("N m", "state: filtered generator torque")
-    heard_pitch: float = number("rad", "state: filtered mean pitch")
+    filtered_torque: float = number("N m", "state: filtered generator torque")
+    filtered_pitch: float = number("rad", "state: filtered mean pitch")
     available: float = number("W", "state: filtered available power, mechanical")
     slow_frequency: float = number("Hz", "state: filtered frequency of the grid")
     reference: float = number("W", "state: last reference of the operator, electrical")
@@ -68,7 +68,7 @@ class PowerControlState(Table, title="power control"):
     spares: float = number("-", "state: 1 from a held pitch on until the optimal torque is there again (A3)")
     limited: float = number("-", "state: 1 from a limited power on until the speed that tracking holds is reached")
     over: float = number("-", "state: calls with a reference above rated power")
-    switches: float = number("-", "state: branches that a difference step would have changed, in derivative runs")
+    switches: float = number("-", "state: switches within the difference step of a parameter, in derivative runs")
     ratio_first: float = number("-", "first tip-speed ratio of the table")
     ratio_step: float = number("-", "its step")
     ratios: float = number("-", "how many")
@@ -79,81 +79,9 @@ class PowerControlState(Table, title="power control"):
     share_step: float = number("-", "its step")
     shares: float = number("-", "how many")
 
-
-(
-    FILTER,
-    CUT_IN,
-    OPTIMAL,
-    RATED,
-    SYNCHRONOUS,
-    SLOPE,
-    RATED_POWER,
-    GRID_RATING,
-    MAX_TORQUE,
-    TORQUE_RATE,
-    REFERENCE_SPEED,
-    MIN_PITCH,
-    MAX_PITCH,
-    PITCH_RATE,
-    EFFICIENCY,
-    GEAR_RATIO,
-    GEAR_EFFICIENCY,
-    RADIUS,
-    INERTIA,
-    LOOP_INERTIA,
-    BEST_RATIO,
-    BEST_COEFFICIENT,
-    TRACKS_RATIO,
-    AIR,
-    ASSUMED_PRESSURE,
-    SCHEME,
-    RECOVERY_MARGIN,
-    REFERENCE_RATE,
-    FREQUENCY,
-    DAMPING,
-    ESTIMATOR_GAIN,
-    DROOP_GAIN,
-    DEAD_BAND,
-    NOMINAL_FREQUENCY,
-    RESERVE,
-    INERTIA_GAIN,
-    INERTIA_TIME,
-    AVAILABLE_TIME,
-    SPEED,
-    TORQUE,
-    PITCH,
-    SLOW_PITCH,
-    DENSITY,
-    WIND,
-    LAST_SPEED,
-    HEARD_TORQUE,
-    HEARD_PITCH,
-    AVAILABLE,
-    SLOW_FREQUENCY,
-    REFERENCE,
-    SETPOINT,
-    LOWER,
-    UPPER,
-    RECOVERY,
-    STATE,
-    SPARES,
-    LIMITED,
-    OVER,
-    SWITCHES,
-    RATIO_FIRST,
-    RATIO_STEP,
-    RATIOS,
-    PITCH_FIRST,
-    PITCH_STEP,
-    PITCHES,
-    SHARE_FIRST,
-    SHARE_STEP,
-    SHARES,
-) = range(len(PowerControlState))
-
-HOLDS = len(PowerControlState)
-"""Conditions of the machine, 1 where one holds."""
-PITCH_LOOP = HOLDS + len(CONDITIONS)
-TORQUE_LOOP = PITCH_LOOP + len(IntegratorState)
-TABLES = TORQUE_LOOP + len(IntegratorState)
-"""Power coefficients by ratio and pitch, sensitivities by pitch and share, optimal gains by pitch."""
+    holds: Numbers = numbers("-", "1 where a condition of the machine holds", CONDITIONS)
+    pitch_loop: Integrator = part(Integrator, "speed by pitch")
+    torque_loop: Integrator = part(Integrator, "speed by torque")
+    power_coefficient: Numbers = series("-", "by tip-speed ratio and pitch", "ratios", "pitches")
+    sensitivity: Numbers = series("1/rad", "of the power to pitch, by pitch and speed share", "pitches", "shares")
+    optimal_gain: Numbers = series("N m s^2/rad^2", "over density, by pitch", "pitches")

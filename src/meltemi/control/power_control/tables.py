@@ -1,7 +1,6 @@
-"""The machine of the power control as tables that a person reads: states, conditions, transitions.
+"""State machine of the power control: states, conditions, transitions.
 
-At every call the first line applies whose state is the present one and whose conditions all hold. The four schemes
-share the table: A0 and A1 do not hold the pitch, A2 and A3 do.
+The four schemes share the table: A0 and A1 do not hold the pitch, A2 and A3 do.
 
 Reference: docs/theory/control.md (C-83); Palanimuthu et al. (2022), Figs 17 to 19.
 """
@@ -11,14 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Int = NDArray[np.int64]
+from meltemi.control.machine import cells, machine, transitions
 
 
 @dataclass(frozen=True)
 class State:
-    """What pitch and torque do; numbers of the states begin with 1.
+    """State of the power control.
 
     Attributes:
       pitch: ``fine``; ``held``; ``upper`` or ``recovery``: holds that speed.
@@ -27,15 +25,6 @@ class State:
     name: str
     pitch: str
     doc: str
-
-
-@dataclass(frozen=True)
-class Transition:
-    """From states, to a state, when all conditions hold (``not`` before one: when it does not)."""
-
-    sources: tuple[str, ...]
-    target: str
-    conditions: tuple[str, ...]
 
 
 _STATES = """
@@ -66,36 +55,13 @@ power_tracking | maximum_power  | not above_lower
 """
 
 
-def _rows(text: str) -> list[list[str]]:
-    return [[cell.strip() for cell in line.split("|")] for line in text.strip().splitlines()]
-
-
-STATES = tuple(State(*row) for row in _rows(_STATES))
-CONDITIONS = tuple(name for name, _ in _rows(_CONDITIONS))
-WORDS = dict(_rows(_CONDITIONS))
-TRANSITIONS = tuple(
-    Transition(tuple(sources.split()), target, tuple(name.strip() for name in conditions.split(",")))
-    for sources, target, conditions in _rows(_TRANSITIONS)
-)
+STATES = tuple(State(*row) for row in cells(_STATES))
+CONDITIONS = tuple(name for name, _ in cells(_CONDITIONS))
+WORDS = dict(cells(_CONDITIONS))
+TRANSITIONS = transitions(_TRANSITIONS)
 PITCHES = ("fine", "held", "upper", "recovery")
 
 NUMBER = {state.name: i + 1 for i, state in enumerate(STATES)}
-MOST = max(len(t.conditions) for t in TRANSITIONS)
-FROM, TO, FIRST = 0, 1, 2
-
-
-def _compiled() -> Int:
-    """Rows for the kernel: from, to, conditions from 1 on (negative: not), by order of priority."""
-    rows = []
-    for t in TRANSITIONS:
-        signed = [
-            -CONDITIONS.index(c[4:]) - 1 if c.startswith("not ") else CONDITIONS.index(c) + 1 for c in t.conditions
-        ]
-        signed += [0] * (MOST - len(signed))
-        rows += [[NUMBER[source], NUMBER[t.target], *signed] for source in t.sources]
-    return np.array(rows, dtype=np.int64)
-
-
-MACHINE = _compiled()
+MACHINE = machine([state.name for state in STATES], CONDITIONS, TRANSITIONS)
 MODES = np.array([PITCHES.index(state.pitch) for state in STATES], dtype=np.int64)
 """What the pitch does, by state."""

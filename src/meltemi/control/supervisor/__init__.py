@@ -1,1 +1,1 @@
-"""Supervisory control: tables of states and transitions, yaw protection, and the kernel that walks them."""
+"""Supervisory control: state machine of operation and yaw protection."""

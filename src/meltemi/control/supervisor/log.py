@@ -1,23 +1,18 @@
-"""The log of the supervisor: transitions in the state vector, and their words."""
+"""Log of the supervisor: transitions in its state, and their description."""
 
 from __future__ import annotations
 
 import math
 
-from numpy import float64
-from numpy.typing import NDArray
-
 from meltemi.control.controller import LogEntry
 from meltemi.control.supervisor.tables import CONDITIONS, DEGREES, KILOWATT, STATES, YAW_NUMBER, YAW_STATES
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
-from meltemi.maths.tables import Table, number
-
-Float = NDArray[float64]
+from meltemi.maths.tables import Entries, Table, number, parts
 
 
 class EntryRow(Table, title="log entry"):
-    """One transition."""
+    """Entry of the log."""
 
     time: float = number("s", "of the transition")
     machine: float = number("-", "0 operation, 1 yaw protection")
@@ -31,55 +26,40 @@ class EntryRow(Table, title="log entry"):
 
 LOG_ROOM = 300
 """Transitions that are kept; the first ones of a run."""
-LOG = 1 + LOG_ROOM * len(EntryRow)
-"""Places of the log: how many there were, then the entries."""
-_LENGTH = len(EntryRow)
 HOUR = 3600.0
 
 
+class Log(Table):
+    """Transitions in the order of time."""
+
+    written: float = number("-", "how many there were")
+    entry: Entries[EntryRow] = parts(EntryRow, LOG_ROOM, "those that are kept")
+
+
 @kernel
-def write_entry(
-    x: Float,
-    at: int,
-    time: float,
-    machine: int,
-    source: int,
-    target: int,
-    condition: int,
-    holds: int,
-    value: float,
-    limit: float,
-) -> None:
-    """Write a transition behind the others, if there is room."""
-    n = whole(x[at])
-    x[at] = float(n + 1)
-    if n >= LOG_ROOM:
-        return
-    place = at + 1 + _LENGTH * n
-    x[place] = time
-    x[place + 1], x[place + 2], x[place + 3] = float(machine), float(source), float(target)
-    x[place + 4], x[place + 5] = float(condition), float(holds)
-    x[place + 6], x[place + 7] = value, limit
+def new_entry(log: Log) -> int:
+    """Place of the next entry, -1 where there is no room."""
+    n = whole(log.written)
+    log.written = float(n + 1)
+    return n if n < LOG_ROOM else -1
 
 
-def log_entries(journal: Float) -> list[LogEntry]:
-    """The log in words.
-
-    Args:
-      journal: from the place of the log on.
-    """
+def log_entries(log: Log) -> list[LogEntry]:
+    """Entries with description."""
     entries, derated = [], []
-    for n in range(min(int(journal[0]), LOG_ROOM)):
-        time, machine, source, target, c, holds, value, limit = journal[1 + _LENGTH * n : 1 + _LENGTH * (n + 1)]
-        states = YAW_STATES if machine else STATES
-        reason = _reason(int(c), holds > 0, float(value), float(limit))
-        if machine and target == YAW_NUMBER["derated"]:
-            derated.append(time)
-            reason += f"; {sum(time - t <= HOUR for t in derated)} within an hour"
-        if machine and source == YAW_NUMBER["derated"] and target == YAW_NUMBER["normal"] and holds > 0:
+    for n in range(min(int(log.written), LOG_ROOM)):
+        row = log.entry[n]
+        states = YAW_STATES if row.machine else STATES
+        reason = _reason(int(row.condition), row.holds > 0, float(row.value), float(row.limit))
+        if row.machine and row.target == YAW_NUMBER["derated"]:
+            derated.append(row.time)
+            reason += f"; {sum(row.time - t <= HOUR for t in derated)} within an hour"
+        again = row.source == YAW_NUMBER["derated"] and row.target == YAW_NUMBER["normal"]
+        if row.machine and again and row.holds > 0:
             reason += ", yaw error within its threshold"
-        what = f"{states[int(source) - 1].name} -> {states[int(target) - 1].name}".replace("_", " ")
-        entries.append(LogEntry(float(time), "yaw protection" if machine else "supervisor", what, reason))
+        what = f"{states[int(row.source) - 1].name} -> {states[int(row.target) - 1].name}".replace("_", " ")
+        source = "yaw protection" if row.machine else "supervisor"
+        entries.append(LogEntry(float(row.time), source, what, reason))
     return entries
 
 

@@ -1,4 +1,4 @@
-"""Settings of the supervisor, and their defaults by the turbine."""
+"""Settings of the supervisor, with defaults from the turbine."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ CUT_OUT_MEAN = 1.04
 
 
 class Supervision(Record):
-    """When the turbine starts, stops and trips, and how; what is not given follows from the turbine."""
+    """Settings of start, stop and protection; defaults follow from the turbine."""
 
     begin: Literal["automatic", "standby", "idling"] = "automatic"
-    """State at the start of a run: by the rotor's speed, or one of rest; ``idling`` lasts until the word "start"."""
+    """State at the start of a run: by the rotor's speed, or one of rest; ``idling`` lasts until the request "start"."""
     auto_start: bool = True
-    """Start by itself when the wind is right; else only at the operator's word."""
+    """Start by itself when the wind is right; else only at the operator's request."""
     latched: bool = True
-    """Whether stops for the turbine's protection last until the operator's word "start"."""
+    """Whether stops for the turbine's protection last until the operator requests "start"."""
 
     start_wind: float | None = Field(default=None, gt=0.0)
     """[m/s] 30 s mean above which it starts; the turbine's cut-in by default."""
@@ -118,7 +118,7 @@ class Supervision(Record):
 
 
 def limits(turbine: AnyTurbine, settings: Supervision) -> dict[str, float]:
-    """Every number that conditions and states ask for, in SI, by its name.
+    """Limits and settings of conditions and states by name, in SI units.
 
     Raises:
       InputError: winds or speeds in a wrong order, or a pitch rate that the actuator does not have.

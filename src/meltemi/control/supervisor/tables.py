@@ -1,11 +1,11 @@
-"""The supervisor as tables that a person reads: states, conditions, transitions; two machines that share conditions.
+"""State machines of the supervisor: states, conditions, transitions of operation and of yaw protection.
 
 The machine of operation has the states of the turbine. The machine of yaw protection stands beside it: it derates,
 waits and looks again, or asks for a stop (Wang et al. 2021, Fig. 8). At every call each machine takes at most one
-transition: the first line of its table whose state is the present one and whose conditions all hold.
+transition (``control.machine``).
 
-These tables are the law: kernels walk them as arrays of integers, and the pages and diagrams of the documentation are
-made from them.
+These tables are the law: the kernel walks them as arrays of integers, and the pages and diagrams of the documentation
+are made from them.
 
 Reference: docs/theory/control.md (C-60 to C-68).
 """
@@ -16,16 +16,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from meltemi.control.machine import Int, cells, machine, transitions
 from meltemi.maths.tables import Table, number
-
-Int = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class State:
-    """What the turbine does in a state; numbers of the states begin with 1.
+    """State of the turbine.
 
     Attributes:
       torque: ``none``; ``law``: of the collective law; ``join``: that, its limit rising from zero; ``fall``: in
@@ -47,14 +45,14 @@ class State:
 
 @dataclass(frozen=True)
 class Condition:
-    """A comparison that a machine looks at.
+    """Comparison of a quantity with a limit.
 
     Attributes:
       quantity: of ``QUANTITIES``.
-      sense: ``above`` (and what is no number) or ``below``; equality is neither.
+      sense: ``above`` (and NaN) or ``below``; equality is neither.
       limit: a number, or the name of a limit of ``Supervision`` and ``YawProtection``.
       hold: [s] for which it has to hold without a break, or the name of a setting.
-      latches: a stop for this reason lasts until the operator's word "start".
+      latches: a stop for this reason lasts until the operator requests "start".
       doc: the reason in words, with value and limit in places.
     """
 
@@ -67,17 +65,8 @@ class Condition:
     doc: str
 
 
-@dataclass(frozen=True)
-class Transition:
-    """A line of a machine: from states, to a state, when all conditions hold (``not`` before one: when it does not)."""
-
-    sources: tuple[str, ...]
-    target: str
-    conditions: tuple[str, ...]
-
-
 class Quantities(Table, title="quantities of the supervisor"):
-    """What is compared."""
+    """Quantities that conditions compare."""
 
     yaw_error: float = number("rad", "filtered yaw error, absolute")
     producing: float = number("-", "1 while the generator is connected")
@@ -243,36 +232,20 @@ shutdown | normal   | restarted
 """
 
 
-def _rows(text: str) -> list[list[str]]:
-    return [[cell.strip() for cell in line.split("|")] for line in text.strip().splitlines()]
-
-
-def _transitions(text: str) -> tuple[Transition, ...]:
-    return tuple(
-        Transition(
-            tuple(state for name in sources.split() for state in GROUPS.get(name, (name,))),
-            target,
-            tuple(name.strip() for name in conditions.split(",")),
-        )
-        for sources, target, conditions in _rows(text)
-    )
-
-
-STATES = tuple(State(*row) for row in _rows(_STATES))
-YAW_STATES = tuple(State(*row) for row in _rows(_YAW_STATES))
+STATES = tuple(State(*row) for row in cells(_STATES))
+YAW_STATES = tuple(State(*row) for row in cells(_YAW_STATES))
 CONDITIONS = tuple(
     Condition(name, quantity, sense, limit, hold, latches != "no", words)
-    for (name, quantity, sense, limit, hold, latches), (_, words) in zip(_rows(_CONDITIONS), _rows(_WORDS), strict=True)
+    for (name, quantity, sense, limit, hold, latches), (_, words) in zip(cells(_CONDITIONS), cells(_WORDS), strict=True)
 )
-TRANSITIONS = _transitions(_TRANSITIONS)
-YAW_TRANSITIONS = _transitions(_YAW_TRANSITIONS)
+TRANSITIONS = transitions(_TRANSITIONS, GROUPS)
+YAW_TRANSITIONS = transitions(_YAW_TRANSITIONS)
 PRODUCING = ("connection", "maximum_power", "speed_limit", "power_limit")
 """States in which the generator is connected."""
 
 CONDITION = {c.name: i for i, c in enumerate(CONDITIONS)}
 YAW_CONDITIONS = CONDITION["yaw_shutdown"]
 """The first conditions, which the machine of yaw protection looks at; the rest see its new state."""
-MOST_CONDITIONS = 5
 TORQUES = ("none", "law", "join", "fall")
 PITCHES = ("law", "speed", "feather")
 RATES = ("law", "start", "normal", "emergency")
@@ -281,23 +254,10 @@ DEGREES = frozenset(i for i, c in enumerate(CONDITIONS) if " deg " in f"{c.doc} 
 KILOWATT = frozenset(i for i, c in enumerate(CONDITIONS) if " kW" in c.doc)
 
 
-def _compiled(states: tuple[State, ...], transitions: tuple[Transition, ...]) -> Int:
-    """Rows for a kernel: from, to, conditions from 1 on (negative: not), line of the table; by order of priority."""
-    number = {state.name: i + 1 for i, state in enumerate(states)}
-    rows = []
-    for line, t in enumerate(transitions):
-        signed = [-(CONDITION[c[4:]] + 1) if c.startswith("not ") else CONDITION[c] + 1 for c in t.conditions]
-        signed += [0] * (MOST_CONDITIONS - len(signed))
-        rows += [[number[source], number[t.target], *signed, line] for source in t.sources]
-    return np.array(rows, dtype=np.int64)
-
-
 NUMBER = {state.name: i + 1 for i, state in enumerate(STATES)}
 YAW_NUMBER = {state.name: i + 1 for i, state in enumerate(YAW_STATES)}
-MACHINE = _compiled(STATES, TRANSITIONS)
-YAW_MACHINE = _compiled(YAW_STATES, YAW_TRANSITIONS)
-FROM, TO, FIRST, LINE = 0, 1, 2, 2 + MOST_CONDITIONS
-"""Columns of a machine."""
+MACHINE = machine([*NUMBER], [*CONDITION], TRANSITIONS)
+YAW_MACHINE = machine([*YAW_NUMBER], [*CONDITION], YAW_TRANSITIONS)
 
 
 def _column(values: list[Any]) -> Int:

@@ -1,4 +1,4 @@
-"""Yaw protection: the largest yaw error that is tolerated, by the mean wind, and what is done beyond it.
+"""Yaw protection: permissible yaw error by mean wind speed, with derating or stop beyond it.
 
     stepwise       b = b_i of the last base point below c; b_1 up to the first one and at it
     interpolated   b = b_i + (b_{i+1} - b_i) (c - c_i) / (c_{i+1} - c_i) between base points, constant beyond them
@@ -20,6 +20,8 @@ from pydantic import Field, model_validator
 
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Record, Vector
+from meltemi.maths.generic import whole
+from meltemi.maths.tables import Numbers, Table, number, series
 
 Float = NDArray[float64]
 
@@ -48,7 +50,7 @@ class YawProtection(Record):
     derate_rate: float = Field(default=0.1, gt=0.0)
     """[1/s] share of rated power a second by which the set-point falls and rises."""
     latched: bool = True
-    """Whether a stop lasts until the operator's word "start"; else until the error is within the threshold."""
+    """Whether a stop lasts until the operator requests "start"; else until the error is within the threshold."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -72,28 +74,39 @@ class YawProtection(Record):
         return self
 
 
-@kernel
-def threshold(x: Float, at: int, n: int, stepwise: float, wind: float) -> float:
-    """Threshold [rad] at a mean wind speed [m/s] (C-61, C-62).
+class YawThreshold(Table):
+    """Base points of the threshold."""
 
-    Args:
-      x: vector that holds n wind speeds and then n thresholds from the place ``at`` on.
-      stepwise: 1: the stepwise law, 0: the interpolated one.
-    """
-    b = at + n
-    if wind <= x[at]:
-        return x[b]
+    stepwise: float = number("-", "1: stepwise law, 0: interpolated")
+    points: float = number("-", "base points; 0: no protection")
+    wind_speed: Numbers = series("m/s", "of the base points", "points")
+    threshold: Numbers = series("rad", "at the base points", "points")
+
+
+@kernel
+def threshold(x: YawThreshold, wind: float) -> float:
+    """Threshold [rad] at a mean wind speed [m/s] (C-61, C-62)."""
+    c, b, n = x.wind_speed, x.threshold, whole(x.points)
+    if wind <= c[0]:
+        return b[0]
     for i in range(n - 1):
-        if wind <= x[at + i + 1]:
-            if stepwise > 0.0:
-                return x[b + i]
-            share = (wind - x[at + i]) / (x[at + i + 1] - x[at + i])
-            return x[b + i] + (x[b + i + 1] - x[b + i]) * share
-    return x[b + n - 1]
+        if wind <= c[i + 1]:
+            if x.stepwise > 0.0:
+                return b[i]
+            share = (wind - c[i]) / (c[i + 1] - c[i])
+            return b[i] + (b[i + 1] - b[i]) * share
+    return b[n - 1]
+
+
+def threshold_settings(protection: YawProtection) -> YawThreshold:
+    """Base points of a protection."""
+    return YawThreshold.of(
+        stepwise=protection.law == "stepwise", wind_speed=protection.wind_speeds, threshold=protection.thresholds
+    )
 
 
 def yaw_threshold(protection: YawProtection, wind_speed: ArrayLike) -> Float:
-    """Largest yaw error that is tolerated.
+    """Permissible yaw error.
 
     Args:
       wind_speed: [m/s] mean over the protection's window, of any shape.

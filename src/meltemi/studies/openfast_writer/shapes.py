@@ -14,7 +14,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.structure.members import blade_member, tower_member
 from meltemi.turbine.definition import BladeStructure, ModeShapes
 
@@ -37,19 +37,19 @@ class Shape:
     frequency: float
 
 
-def blade_shapes(blade: BladeStructure, model: Model) -> tuple[list[Shape], list[Shape]]:
+def blade_shapes(blade: BladeStructure, model: BladedModel) -> tuple[list[Shape], list[Shape]]:
     """Two flap shapes and an edge shape of the clamped blade with classical sections."""
     basis = blade.replace(mode_shapes=ModeShapes(flap=POWERS, edge=POWERS))
-    member = blade_member(basis, {"flap": 5, "edge": 5, "torsion": 0}, model.blade_layout, given=True)
+    member = blade_member(basis, {"flap": 5, "edge": 5, "torsion": 0}, model.rotor.blade_layout, given=True)
     K, M = member.modes.stiffness, member.modes.mass
     return _ritz(K[:5, :5], M[:5, :5], 2), _ritz(K[5:, 5:], M[5:, 5:], 1)
 
 
-def tower_shapes(model: Model, head: Float) -> tuple[list[Shape], list[Shape]]:
+def tower_shapes(model: BladedModel, head: Float) -> tuple[list[Shape], list[Shape]]:
     """Two fore-aft and two side-to-side shapes of the clamped tower that carries ``head`` (6, 6) on its top."""
     basis = model.turbine.tower.replace(mode_shapes=ModeShapes(fore_aft=POWERS, side_side=POWERS))
     counts = {"fore_aft": 5, "side_side": 5, "torsion": 0}
-    modes = tower_member(basis, counts, head, None, model.tower_layout, given=True).modes
+    modes = tower_member(basis, counts, head, None, model.rotor.tower_layout, given=True).modes
     top = modes.shape[:, -1, :]
     M = modes.mass + top @ head @ top.T
     return _ritz(modes.stiffness[:5, :5], M[:5, :5], 2), _ritz(modes.stiffness[5:, 5:], M[5:, 5:], 2)

@@ -15,9 +15,11 @@ from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.files import replacing
 from meltemi.core.series import TimeSeries
 from meltemi.environment.site import Environment
-from meltemi.simulation.model import Model, blade_modes, build, head_mass
+from meltemi.simulation.bladed.build import blade_modes, head_mass
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.modes import highest_frequency
 from meltemi.simulation.options import BEDDOES, ModelOptions, StallConstants
+from meltemi.simulation.rotors import build
 from meltemi.structure.members import Member, blade_member
 from meltemi.studies.openfast_writer.sections import classical, damping_ratios, damping_times, matrices
 from meltemi.studies.openfast_writer.shapes import Shape, blade_shapes, tower_shapes
@@ -156,9 +158,9 @@ class _Deck:
         self.notes: list[Note] = []
         self.name = re.sub(r"[^\w.-]+", "_", turbine.name)
         self.title = turbine.description or turbine.name
-        self.model: Model = build(turbine)
+        self.model: BladedModel = build(turbine)
         counts = {"flap": 1, "edge": 1, "torsion": int(turbine.blade.structure.twists)}
-        self.member: Member = blade_member(turbine.blade.structure, counts, self.model.blade_layout)
+        self.member: Member = blade_member(turbine.blade.structure, counts, self.model.rotor.blade_layout)
         self._limits()
 
     def lost(self, what: str, why: str) -> None:
@@ -294,8 +296,8 @@ class _Deck:
         tower = self.turbine.tower
         if tower.mode_shapes is None:
             model = self.model
-            axis = model.blade.beam.at(model.blade_layout.position, "axis")
-            pieces = model.blade.beam.rigid_pieces(model.blade_layout.edges, axis)
+            axis = model.rotor.blade.beam.at(model.rotor.blade_layout.position, "axis")
+            pieces = model.rotor.blade.beam.rigid_pieces(model.rotor.blade_layout.edges, axis)
             fore_aft, side_side = tower_shapes(model, head_mass(self.turbine, pieces, axis))
             self._shapes("tower", {"fore-aft": fore_aft, "side-side": side_side})
         else:
@@ -312,7 +314,7 @@ class _Deck:
 
     def _shapes(self, member: str, shapes: Mapping[str, list[Shape]]) -> None:
         """Note the deviation of the polynomials' frequencies from those of the natural modes."""
-        natural = self.model.blade if member == "blade" else self.model.tower
+        natural = self.model.rotor.blade if member == "blade" else self.model.rotor.tower
         for kind, found in shapes.items():
             for i, shape in enumerate(found):
                 name = f"{('1st', '2nd')[i]} {kind}"

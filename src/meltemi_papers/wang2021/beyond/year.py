@@ -1,4 +1,4 @@
-"""A year of wind, second by second: how often the yaw error passes its threshold, and what each strategy makes of it.
+"""A year of wind at 1 s: exceedances of the yaw-error threshold, and energy of each strategy.
 
 The yaw control and the threshold of the supervisor run at 1 Hz in a wind made for it; the turbine is its steady power
 curve. Directions change for four reasons:
@@ -26,12 +26,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from meltemi.control import signals as s
 from meltemi.control.sensors import normal, philox
-from meltemi.control.supervisor.threshold import YawProtection, threshold
-from meltemi.control.yaw import FILTERED, YawControl, wrap, yaw_settings, yaw_step
+from meltemi.control.signals import Measurements
+from meltemi.control.supervisor.threshold import YawProtection, YawThreshold, threshold
+from meltemi.control.yaw import YawControl, YawControlState, wrap, yaw_settings, yaw_step
 from meltemi.core.threads import available_cores
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, LostError, attempt
 from meltemi.turbine.definition import Turbine
@@ -61,7 +61,7 @@ STRATEGIES = {"S3": 0, "S1": 1, "S2": 2}
 
 @dataclass(frozen=True)
 class Year:
-    """What a year brings to a strategy.
+    """Annual results of a strategy.
 
     Attributes:
       strategy: its name.
@@ -100,8 +100,8 @@ class PowerCurve:
     rated: float
 
 
-def power_curve(model: Model) -> PowerCurve:
-    """Of a turbine, from cut-in to where it is rated."""
+def power_curve(model: BladedModel) -> PowerCurve:
+    """Power curve of a turbine from cut-in to rated wind speed."""
     turbine = model.turbine
     speeds, powers = [], []
     for speed in np.arange(math.ceil(turbine.cut_in + 0.5), turbine.cut_out, 0.75):
@@ -126,13 +126,13 @@ def power_curve(model: Model) -> PowerCurve:
 
 @njit(nogil=True)  # type: ignore[untyped-decorator]
 def uniform(count: int, stream: int, seed: int) -> float:
-    """Uniform number between 0 and 1 at an address."""
+    """Uniform random number between 0 and 1 by hashing a key."""
     return (philox(count, stream, seed)[0] + 0.5) / 4294967296.0
 
 
 @njit(nogil=True)  # type: ignore[untyped-decorator]
 def course(x: float, time: float, number: float) -> float:
-    """The next second of a Gaussian signal with standard deviation 1 and an exponential autocorrelation [s]."""
+    """Next value, after 1 s, of a Gaussian process with unit variance and exponential autocorrelation [s]."""
     a = math.exp(-1.0 / time)
     return a * x + math.sqrt(1.0 - a * a) * number
 
@@ -148,24 +148,23 @@ def live(
     site_speed: Float,
     site_intensity: Float,
     strategy: int,
-    base: Float,
+    base: YawThreshold,
     power_limit: float,
     recheck: float,
-    yaw: Float,
-    measured_now: Float,
+    yaw: YawControlState,
+    measured_now: Measurements,
     found: Float,
 ) -> None:
-    """March through the seconds.
+    """Simulate the year second by second.
 
     Args:
       fronts: a second.
       strategy: 0 ignore, 1 stop, 2 derate and look again.
-      base: n wind speeds, then n thresholds, of the interpolated law.
+      base: base points of the interpolated law.
       yaw: settings of the yaw control.
-      measured_now: table Measurements.
+      measured_now: by the sensors.
       found: gets energy [J], passes, derates, stops, seconds down.
     """
-    n = base.shape[0] // 2
     ring = np.full(WINDOW, MEAN_WIND)
     mean, drift, along, across, meander = 0.0, 0.0, 0.0, 0.0, 0.0
     turned, turning, turn_left, rise, rising = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -195,10 +194,10 @@ def live(
 
         total += wind - ring[k % WINDOW]
         ring[k % WINDOW] = wind
-        measured_now[s.WIND_SPEED], measured_now[s.WIND_DIRECTION], measured_now[s.YAW] = wind, direction, nacelle
-        rate = yaw_step(yaw, 0, measured_now, 1.0)
-        limit = threshold(base, 0, n, 0.0, total / WINDOW)
-        over = abs(yaw[FILTERED]) > limit
+        measured_now.wind_speed, measured_now.wind_direction, measured_now.yaw = wind, direction, nacelle
+        rate = yaw_step(yaw, measured_now, 1.0)
+        limit = threshold(base, total / WINDOW)
+        over = abs(yaw.filtered) > limit
         nacelle += rate
         error = wrap(direction + nacelle)
         facing = max(math.cos(error), 0.0)
@@ -242,7 +241,7 @@ def a_year(
     seed: int = 1,
     workers: int | None = None,
 ) -> tuple[Year, ...]:
-    """Strategies and numbers of fronts, in the same wind."""
+    """Annual results of all strategies and numbers of fronts in the same wind."""
     rows = measured()
     paper = YawProtection()
     first = (paper.wind_speeds, paper.thresholds)
@@ -261,11 +260,11 @@ def a_year(
             np.array([r.speed for r in rows]),
             np.array([r.intensity for r in rows]),
             STRATEGIES[kind],
-            np.concatenate(base),
+            YawThreshold.of(wind_speed=base[0], threshold=base[1]),
             2.0 / 3.0 * curve.rated,
             paper.recheck_time,
             yaw_settings(YawControl(), turbine.yaw),
-            s.Measurements.zeros(),
+            Measurements.of(),
             values,
         )
         return values
