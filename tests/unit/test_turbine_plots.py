@@ -134,10 +134,10 @@ def test_two_prebent_blades_are_drawn(turbine: Turbine, seen: Portrait) -> None:
     bent = (-3.0 * (s.position / s.position[-1]) ** 2).tolist()
     other = turbine.replace(**{"n_blades": 2, "blade.structure.axis_x": bent})
     figure = plot_turbine(replace(seen, turbine=other))
-    assert "prebend 3 m upwind" in " ".join(t.get_text() for t in axes_named(figure, "looking").texts)
+    assert "prebend 3 m upwind" in " ".join(t.get_text() for t in axes_named(figure, "front").texts)
     line = axes_named(figure, "offsets").lines[0]
     np.testing.assert_allclose(line.get_ydata(), bent)
-    blades = [len(axes_named(plot_turbine(each), "looking").patches) for each in (seen, replace(seen, turbine=other))]
+    blades = [len(axes_named(plot_turbine(each), "front").patches) for each in (seen, replace(seen, turbine=other))]
     assert blades[0] - blades[1] == 2  # one blade, seen from two sides
 
 
