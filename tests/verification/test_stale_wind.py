@@ -17,7 +17,7 @@ from meltemi import Result, Simulation
 from meltemi.aero.tables import BladeFlow, InflowState
 from meltemi.maths.tables import View
 from meltemi.postprocess.statistics import azimuth_bins, means_over_revolutions
-from meltemi.simulation.model import INFLOW_LEAD
+from meltemi.simulation.bladed.build import INFLOW_LEAD
 from meltemi.turbine.exchange import BladeFrame
 from meltemi_verification.measure import extremes, harmonic
 from meltemi_verification.steady import PERIODIC, PSI, deck_model
