@@ -180,7 +180,7 @@ GOOD = [
     "variable = options[2] == 1\n    return aero[0] * x if variable else x",
     "last = flow.shape[1] - 1\n    if b == last or n > 2:\n        return 2.0 * x\n    return x",
     "for k in range(3):\n        if k == b:\n            x += 1.0\n    return x",
-    "influenced = cos(frame[ex.AZIMUTH, b]) <= 0.0\n    if influenced:\n        x = 0.0 * x\n    return x",
+    "influenced = cos(frame[8, b]) <= 0.0\n    if influenced:\n        x = 0.0 * x\n    return x",
     "lost = x > 0.0\n    return where(lost & (x < 2.0), x, 0.0)",
     "options = m.aero_options\n    return x if options.wake == 1 or m.aero.fade_end == 0.0 else 1.0 * x",
     "influenced = cos(m.frame.azimuth[b]) <= 0.0 and b < m.motion.blades\n    return 0.0 * x if influenced else x",

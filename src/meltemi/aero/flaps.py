@@ -24,8 +24,6 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.generic import where, whole
 from meltemi.maths.tables import Numbers
 
-ANGLE, RATE, ACCELERATION, SWITCHES = FlapParameters.slots("angle rate acceleration switches")
-
 STEP = pi / 180.0
 """[rad] of the increments' grid, in both angles."""
 ALPHAS, DELTAS = 81, 61

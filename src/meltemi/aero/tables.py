@@ -31,9 +31,6 @@ class AeroParameters(Table, title="aerodynamics"):
     sweep_flap: float = number("-", "share of the product of slopes in and out of plane in the chord's angle")
 
 
-(AIR_DENSITY,) = AeroParameters.slots("air_density")
-
-
 class AeroOptions(Table, title="aerodynamic options", integer=True):
     """Options of the model, selected at run time."""
 

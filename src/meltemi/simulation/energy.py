@@ -13,7 +13,7 @@ from meltemi.simulation.step import equations
 from meltemi.structure.dynamics import STIFFNESS, WEIGHT
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.structure.tables import BladeNode, GearModes, StructureParameters
-from meltemi.turbine.exchange import YAW_COMMAND, YAW_HELD, YAW_REST, YAW_RUBS, BladeFrame, BladeMotion, Machine
+from meltemi.turbine.exchange import BladeFrame, BladeMotion, Machine
 
 
 def mechanical_energy(case: Case) -> tuple[float, float, float]:
@@ -29,12 +29,12 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
 
     p = View(StructureParameters, model.structure)
     tower = q[: n - N_SHAFT]
-    drive = case["drive"]
-    twist, yaw = q[len(tower) + TORSION], drive[YAW_HELD] * (q[len(tower) + YAW] - drive[YAW_COMMAND])
+    drive = case.control.drive
+    twist, yaw = q[len(tower) + TORSION], drive.yaw_held * (q[len(tower) + YAW] - drive.yaw_command)
     q_blade = q[n:].reshape(model.n_blades, -1)
     matrix = model.rotor.tower_matrix
     elastic = 0.5 * tower @ matrix[STIFFNESS] @ tower
-    rubbed = drive[YAW_RUBS] * (q[len(tower) + YAW] - drive[YAW_REST])
+    rubbed = drive.yaw_rubs * (q[len(tower) + YAW] - drive.yaw_rest)
     elastic += 0.5 * (float(p["shaft_stiffness"]) * twist**2 + float(p["yaw_stiffness"]) * (yaw**2 + rubbed**2))
     elastic += 0.5 * np.einsum("bk,bkl,bl->", q_blade, model.rotor.modal[0], q_blade)
 

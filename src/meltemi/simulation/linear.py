@@ -41,7 +41,6 @@ from meltemi.simulation.modes import Mode
 from meltemi.simulation.rotors import kind_of
 from meltemi.simulation.trim import SAMPLES, OperatingPoint
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
-from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import WindNow
 
 Float = NDArray[np.float64]
@@ -334,7 +333,8 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
         for i, entry in enumerate(ElectricState.rows[:N_STATES]):
             x.append(Variable(entry.name, entry.unit, ((("electric", i), 1.0),), ("d_electric", i)))
     if yaw:
-        x.append(Variable("yaw command", "rad", ((("drive", ex.YAW_COMMAND), 1.0),), ("drive", ex.YAW_COMMAND_RATE)))
+        order, pace = (_place(case, "drive", name) for name in ("yaw_command", "yaw_command_rate"))
+        x.append(Variable("yaw command", "rad", ((order, 1.0),), pace))
     return x
 
 
@@ -407,12 +407,13 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
     ideal = model.turbine.pitch_actuator.kind == "ideal"
     row, gain = ("angle", 1.0) if ideal else ("acceleration", w2)
     pitch = [((_place(case, "pitch", row, b), gain),) for b in range(B)]
+    torque = _place(case, "drive", "generator_torque")
     known = {
-        "generator_torque": Variable("", "N m", ((("drive", ex.GENERATOR_TORQUE), 1.0),), value=point.generator_torque),
+        "generator_torque": Variable("", "N m", ((torque, 1.0),), value=point.generator_torque),
         "pitch": Variable("", "rad", tuple(p for (p,) in pitch), value=point.pitch),
         **{f"pitch_{b + 1}": Variable("", "rad", pitch[b], value=point.pitch) for b in range(B)},
-        "yaw": Variable("", "rad", ((("drive", ex.YAW_COMMAND), 1.0),)),
-        "yaw_rate": Variable("", "rad/s", ((("drive", ex.YAW_COMMAND_RATE), 1.0),)),
+        "yaw": Variable("", "rad", ((_place(case, "drive", "yaw_command"), 1.0),)),
+        "yaw_rate": Variable("", "rad/s", ((_place(case, "drive", "yaw_command_rate"), 1.0),)),
     }
     if model.has_electrical:
         known |= _of_the_grid(case, point)

@@ -18,7 +18,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import AIR_DENSITY
 from meltemi.control.baseline import parameters
 from meltemi.core.errors import InputError
 from meltemi.core.threads import one_blas_thread
@@ -41,7 +40,6 @@ from meltemi.simulation.trim import (
     steady_wind,
 )
 from meltemi.structure.kinematics import GENERATOR
-from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import AnyWind
 
@@ -161,12 +159,12 @@ def _stand(
     """Equilibrium at rest, ``judged`` for its stability."""
     case = Case(with_static_gears(model), wind)
     hold(case, pitch, torque)
-    case["drive"][ex.YAW_HELD] = 1.0
+    case.control.drive.yaw_held = 1.0
     generator = len(model.rotor.tower.names) + GENERATOR
     q, radius = case["q"], model.turbine.rotor_radius
     q[generator] = azimuth
     free = np.flatnonzero((case["locked"] == 0.0) & (np.arange(len(q)) != generator))
-    density = float(case["aero"][AIR_DENSITY])
+    density = float(case.plain.aero.air_density)
 
     def accelerations() -> Float:
         case.settle(0.0)
@@ -174,7 +172,7 @@ def _stand(
 
     def balanced(share: float) -> bool:
         """Newton's method in a share of the air's density."""
-        case["aero"][AIR_DENSITY] = share * density
+        case.plain.aero.air_density = share * density
         moved = 0.0
         for _ in range(STEPS):
             base = accelerations()

@@ -9,7 +9,7 @@ from collections import OrderedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from meltemi.aero.coefficient import coefficient_arrays, power_coefficient, thrust_coefficient
+from meltemi.aero.coefficient import power_coefficient, rotor_coefficients, thrust_coefficient
 from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
@@ -112,15 +112,15 @@ def _pitches(turbine: AnyTurbine) -> Float:
 
 def _of_coefficient(turbine: PowerTurbine) -> Performance:
     described = turbine.coefficient
-    arrays = coefficient_arrays(described)
+    record = rotor_coefficients(described)
     if isinstance(described, TableCoefficient):
         ratios, pitches = np.array(described.tip_speed_ratio), np.array(described.pitch)
     elif isinstance(described, CalibratedCoefficient):
         ratios, pitches = np.arange(7.0, 11.51, RATIO_STEP), np.zeros(1)
     else:
         ratios, pitches = np.arange(1.0, MOST_RATIO + 1e-9, RATIO_STEP), _pitches(turbine)
-    power = np.array([[power_coefficient(*arrays, r, b) for b in pitches] for r in ratios])
+    power = np.array([[power_coefficient(r, b, record) for b in pitches] for r in ratios])
     thrust = np.full_like(power, np.nan)
     if isinstance(described, TableCoefficient) and described.thrust is not None:
-        thrust = np.array([[thrust_coefficient(*arrays, r, b) for b in pitches] for r in ratios])
+        thrust = np.array([[thrust_coefficient(r, b, record) for b in pitches] for r in ratios])
     return Performance(ratios, pitches, power, thrust, power / ratios[:, None])

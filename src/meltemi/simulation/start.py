@@ -13,7 +13,6 @@ from meltemi.core.kernel import kernel
 from meltemi.simulation.case import Case
 from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT
-from meltemi.turbine import exchange as ex
 
 GEAR_SWEEPS = 8
 """Each makes what is missing less by the gears' share in the inertia of rotor and generator."""
@@ -80,7 +79,7 @@ def hold(case: Case, pitch: float, torque: float) -> None:
         raise InputError(f"pitch {pitch:g} rad is not between -pi and pi; from degrees: math.radians")
     case["pitch"][:] = 0.0
     case.view("pitch")["angle"] = pitch
-    case["drive"][ex.GENERATOR_TORQUE] = torque
+    case.control.drive.generator_torque = torque
     case["gears"][:] = 0.0
     demands = case["demands"]
     demands[:] = 0.0

@@ -24,7 +24,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import AIR_DENSITY, AeroOptions, InflowState
+from meltemi.aero.tables import AeroOptions, InflowState
 from meltemi.control.baseline import parameters, steady_torque
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
@@ -40,7 +40,6 @@ from meltemi.simulation.start import hold
 from meltemi.simulation.step import ABSURD, equations
 from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
-from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, mean_speed
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
@@ -425,7 +424,7 @@ class _Orbit:
     def __init__(self, model: BladedModel, wind: SteadyWind) -> None:
         self.model, self.wind = model, wind
         self.case = Case(with_static_gears(model), wind)
-        self.case["drive"][ex.YAW_HELD] = 1.0  # a free nacelle has no steady direction of its own
+        self.case.control.drive.yaw_held = 1.0  # a free nacelle has no steady direction of its own
         self.B, self.K = model.n_blades, len(model.rotor.blade.names)
         self.core = model.n_core
         self.generator = len(model.rotor.tower.names) + GENERATOR
@@ -602,7 +601,7 @@ class _Orbit:
         self.speed = speed
         case["pitch"][:] = 0.0
         case.view("pitch")["angle"] = self.pitch = pitch
-        case["drive"][ex.GENERATOR_TORQUE] = self.torque = torque
+        case.control.drive.generator_torque = self.torque = torque
 
     def sweep(self, speed: float, pitch: float, torque: float) -> float:
         """March sectors and correct the motion after each; returns the mean torque left over [N m]."""
@@ -687,9 +686,9 @@ class _Orbit:
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
             equations(0.0, step / self.speed, case.system)
-            case["drive"][ex.GENERATOR_TORQUE] = self.torque
+            case.control.drive.generator_torque = self.torque
             case.begin_electric()
-            made += float(case["drive"][ex.GENERATOR_TORQUE]) / (B * SAMPLES)
+            made += float(case.control.drive.generator_torque) / (B * SAMPLES)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
             rows.append(np.concatenate([case["q"], case["v"], case.air()]))
@@ -765,7 +764,7 @@ class CarefulOrbit(_Orbit):
     def __init__(self, model: BladedModel, wind: SteadyWind) -> None:
         super().__init__(model, wind)
         self.farthest = FARTHEST * model.turbine.rotor_radius
-        self.air = float(self.case["aero"][AIR_DENSITY])
+        self.air = float(self.case.plain.aero.air_density)
         self.at: Float | None = None
 
     def sweep(self, speed: float, pitch: float, torque: float) -> float:
@@ -805,7 +804,7 @@ class CarefulOrbit(_Orbit):
 
     def settle(self, at: Float) -> bool:
         """Whether the motion settles at a speed, pitch, torque and density."""
-        *imposed, self.case["aero"][AIR_DENSITY] = at
+        *imposed, self.case.plain.aero.air_density = at
         self.impose(*imposed)
         radius, before = self.model.turbine.rotor_radius, np.inf
         self.lefts.clear()
@@ -828,7 +827,7 @@ class CarefulOrbit(_Orbit):
         assert self.at is not None
         speed, pitch, _, density = self.at
         case, turbine = self.case, self.model.turbine
-        *imposed, case["aero"][AIR_DENSITY] = self.at
+        *imposed, case.plain.aero.air_density = self.at
         self.impose(*imposed)
         where = (
             f"at a wind speed of {self.wind.speed:g} m/s, near a rotor speed of {30.0 / np.pi * speed:.3g} rpm and "

@@ -9,7 +9,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from meltemi.aero.coefficient import CoefficientArrays, coefficient_arrays, power_coefficient
+from meltemi.aero.coefficient import Coefficients, power_coefficient, rotor_coefficients
 from meltemi.environment.air import CELSIUS, density_of, site_pressure
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.library import load_turbine
@@ -30,8 +30,8 @@ class Rotor:
     radius: float
 
     @cached_property
-    def _arrays(self) -> CoefficientArrays:
-        return coefficient_arrays(self.coefficient)
+    def _arrays(self) -> Coefficients:
+        return rotor_coefficients(self.coefficient)
 
     @property
     def area(self) -> float:
@@ -41,7 +41,7 @@ class Rotor:
     def coefficients(self, ratio: ArrayLike, pitch: ArrayLike = 0.0) -> Float:
         """C_p at tip-speed ratios above zero and pitch angles [rad], which broadcast."""
         ratios, pitches = np.broadcast_arrays(np.asarray(ratio, float), np.asarray(pitch, float))
-        found = [power_coefficient(*self._arrays, r, b) for r, b in zip(ratios.flat, pitches.flat, strict=True)]
+        found = [power_coefficient(r, b, self._arrays) for r, b in zip(ratios.flat, pitches.flat, strict=True)]
         return np.array(found).reshape(ratios.shape)
 
     def best(self, pitch: float = 0.0) -> tuple[float, float]:

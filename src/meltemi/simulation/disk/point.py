@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from meltemi.aero.coefficient import known
+from meltemi.aero.coefficient import RotorCoefficient, known
 from meltemi.control.baseline import parameters, steady_torque
 from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
@@ -15,7 +15,6 @@ from meltemi.simulation.disk.rotor import DiskModel
 from meltemi.simulation.start import hold
 from meltemi.simulation.trim import NotConverged, OperatingPoint, no_balance, steady_wind
 from meltemi.structure.kinematics import GENERATOR, TORSION
-from meltemi.turbine import exchange as ex
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.turbulence.field import AnyWind
 
@@ -31,7 +30,7 @@ def disk_point(
 
     turbine = model.turbine
     steady = steady_wind(wind, turbine.hub_height)
-    case = Case(model, steady)
+    case, coefficient = Case(model, steady), RotorCoefficient(model.rotor.coefficient)
     law, control, ratio = parameters(turbine.control), turbine.control, turbine.drivetrain.gear_ratio
     reference = control.pitch.reference_speed / ratio
     rotor, friction = case.view("rotor"), turbine.drivetrain.friction
@@ -54,7 +53,7 @@ def disk_point(
         if lefts[-1] > 0.0:
             rotor_speed = reference
             if pitch is None:
-                if not known(model.rotor.coefficient, float(rotor["tip_ratio"]), control.pitch.maximum):
+                if not known(float(rotor["tip_ratio"]), control.pitch.maximum, coefficient):
                     raise _unknown(turbine, steady.speed, "it would have to pitch")
                 most = control.pitch.maximum
                 if left_over(reference, most) > 0.0:
@@ -76,16 +75,16 @@ def disk_point(
             rain = f"; rain takes {100.0 * loss / (loss + kept):.0f} % of the rotor's power" if loss > 0.0 else ""
             raise no_balance(steady.speed, rain)
     imbalance = left_over(rotor_speed, angle)
-    if not known(model.rotor.coefficient, float(rotor["tip_ratio"]), angle):
+    if not known(float(rotor["tip_ratio"]), angle, coefficient):
         where = f"it runs at a tip-speed ratio of {float(rotor['tip_ratio']):.2f}"
         raise _unknown(turbine, steady.speed, f"{where} and a pitch of {math.degrees(angle):.2f} degrees")
     if turbine.drivetrain.stiffness is not None:
         # without acceleration the shaft carries what drives the rotor
         case["q"][TORSION] = (float(rotor["torque"]) - friction * rotor_speed) / turbine.drivetrain.stiffness
         case.evaluate(0.0)
-    case["drive"][ex.GENERATOR_TORQUE] = asked = float(steady_torque(law, ratio * rotor_speed, angle))
+    case.control.drive.generator_torque = asked = float(steady_torque(law, ratio * rotor_speed, angle))
     case.begin_electric()
-    imbalance += ratio * (asked - float(case["drive"][ex.GENERATOR_TORQUE]))  # what the machine cannot make is left
+    imbalance += ratio * (asked - float(case.control.drive.generator_torque))  # what the machine cannot make is left
     case.loads(0.0)
     q, v = case["q"].copy(), case["v"].copy()
     channels = disk_channels(model)

@@ -144,13 +144,9 @@ def build_disk(
     aero["air_density"] = environment.density
     disk["radius"], disk["inertia"], disk["friction"] = turbine.rotor_radius, shaft.rotor_inertia, shaft.friction
     disk["power_exponent"], disk["thrust_exponent"] = turbine.power_yaw_exponent, turbine.thrust_yaw_exponent
-    known = coefficient_arrays(turbine.coefficient)
     rotor = DiskRotor(
         disk=disk.array,
-        coefficient=known.parameters,
-        ratios=known.ratios,
-        pitches=known.pitches,
-        values=known.values,
+        **coefficient_arrays(turbine.coefficient),
         rain=rain_parameters(environment.rain, turbine.rotor_radius).array,
         points=disk_points(turbine.rotor_radius, options.disk_points),
     )

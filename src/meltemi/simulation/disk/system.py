@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from math import atan2, cos, exp, log, pi, sin, sqrt, tanh
 
-from meltemi.aero.coefficient import known, power_coefficient, thrust_coefficient
+from meltemi.aero.coefficient import Coefficients, known, power_coefficient, thrust_coefficient
 from meltemi.core.kernel import kernel
 from meltemi.environment.rain import RainParameters, rain_power_loss
 from meltemi.maths.algebra import Vec
-from meltemi.maths.records import Array1, Array2, Array4, Constant
+from meltemi.maths.records import Array2, Constant
 from meltemi.maths.tables import Table, number
 from meltemi.simulation.step import (
     begin_step,
@@ -54,14 +54,10 @@ class DiskFlow(Table):
     rain_loss: float = number("W", "of power, to rain")
 
 
-class DiskSystem(AnySystem):
+class DiskSystem(AnySystem, Coefficients):
     """A turbine with such a rotor; its coordinates are yaw, generator, torsion of the shaft."""
 
     disk: Disk
-    coefficient: Array1
-    ratios: Constant[Array1]
-    pitches: Constant[Array1]
-    values: Array4
     rain: Constant[RainParameters]
     points: Constant[Array2]
     disk_flow: DiskFlow
@@ -91,8 +87,8 @@ def coefficients(ratio: float, m: DiskSystem) -> tuple[float, float]:
     c_p, c_t = 0.0, 0.0
     for b in range(m.pitch.blades):
         pitch = m.pitch.angle[b]
-        c_p += power_coefficient(m.coefficient, m.ratios, m.pitches, m.values, ratio, pitch)
-        c_t += thrust_coefficient(m.coefficient, m.ratios, m.pitches, m.values, ratio, pitch)
+        c_p += power_coefficient(ratio, pitch, m)
+        c_t += thrust_coefficient(ratio, pitch, m)
     return c_p / m.pitch.blades, c_t / m.pitch.blades
 
 
@@ -111,9 +107,9 @@ def aerodynamics(t: float, m: DiskSystem) -> None:
     c_p, c_t = coefficients(ratio, m)
     pressure = 0.5 * m.aero.air_density * pi * disk.radius * disk.radius * wind_speed * wind_speed
     power = pressure * wind_speed * c_p * cosine_power(facing, disk.power_exponent)
-    loss = 0.0 * power
+    loss = 0.0
     if m.rain.drag_density > 0.0:  # it stops the rotor at most
-        loss = min(rain_power_loss(m.rain, wind_speed) + loss, max(power, 0.0))
+        loss = min(rain_power_loss(m.rain, wind_speed), max(power, 0.0))
     power -= loss
     torque = power * disk.radius / (ratio * reference)
     rotor.thrust = pressure * c_t * cosine_power(facing, disk.thrust_exponent)
@@ -205,6 +201,6 @@ def _(dt: float, m: DiskSystem) -> None:
 @kernel
 def _(t: float, m: DiskSystem, run: Run) -> bool:
     for b in range(m.pitch.blades):
-        if not known(m.coefficient, m.rotor.tip_ratio, m.pitch.angle[b]):
+        if not known(m.rotor.tip_ratio, m.pitch.angle[b], m.coefficient):
             return False
     return True
