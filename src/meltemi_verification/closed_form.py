@@ -238,15 +238,8 @@ def _pendulum(turbine: Turbine) -> list[Row]:
     rows = [relative("free fall of one blade, acceleration", "horizontal", "rad/s^2", moment / inertia, fall, 0.5)]
     amplitude = np.radians(60.0)
     begin = Start(coordinates={"generator": np.pi - amplitude})
-    result = simulate(
-        model,
-        CALM,
-        duration=60.0,
-        controller=ConstantController(),
-        start=begin,
-        channels=["azimuth"],
-        output_step=0.005,
-    )
+    swing: dict[str, Any] = {"controller": ConstantController(), "channels": ["azimuth"], "output_step": 0.005}
+    result = simulate(model, CALM, duration=60.0, start=begin, **swing)
     hanging = np.sin(result["azimuth"])  # zero when the blade hangs down; falls when it swings on
     at = np.flatnonzero((hanging[:-1] > 0.0) & (hanging[1:] <= 0.0))
     crossings = result.time[at] + 0.005 * hanging[at] / (hanging[at] - hanging[at + 1])
