@@ -138,6 +138,23 @@ def openfast_units() -> str:
     return _table(["SI", "OpenFAST"], [[si, ", ".join(units)] for si, units in theirs.items()])
 
 
+def wind_formats() -> str:
+    """Formats of wind files."""
+    from meltemi.wind.formats import FORMATS
+
+    rows = [
+        [f"`{f.name}`", f"`{f.suffix}`", f.text, ", ".join(f"`{kind}`" for kind in f.holds), f.note] for f in FORMATS
+    ]
+    return _table(["name", "suffix", "content", "written from", "read by"], rows)
+
+
+def result_formats() -> str:
+    """Formats of result files."""
+    from meltemi.postprocess.formats import FORMATS
+
+    return _table(["suffix", "content", "preserves"], [[f"`{f.suffix}`", f.text, f.note] for f in FORMATS])
+
+
 def keywords(file: str) -> str:
     """Keywords of a file of an OpenFAST deck, with an underscore for a blank in its name."""
     from meltemi.turbine.openfast.keywords import ROWS
@@ -191,7 +208,7 @@ def arrays() -> str:
         "control.supervisor.supervised",
         "electrical.tables",
         "simulation.step",
-        "simulation.power.step",
+        "simulation.disk.system",
     ):
         home = import_module(f"meltemi.{module}")
         for name, found in vars(home).items():
@@ -252,6 +269,8 @@ MAKERS: dict[str, Any] = {
         channels,
         openfast_channels,
         openfast_units,
+        wind_formats,
+        result_formats,
         keywords,
         array,
         arrays,

@@ -1,8 +1,14 @@
-"""Makes the small reference tables of ``meltemi verify`` from a folder of OpenFAST runs.
+"""Makes the reference data of ``meltemi verify`` from a folder of OpenFAST runs: small tables and thinned series.
 
-    python tools/reference_tables.py ../shared/reference
+    python tools/reference_tables.py FOLDER
 
-Only needed when the reference runs change; users never call it.
+Only needed when the reference runs change; users never call it. The series in turbulence are thinned so that every
+machine can repeat a minute of OpenFAST's runs, from its initial conditions and in its wind:
+
+- ``turbulent_wind.npz``: the first 70 s of the wind, the grid points near the rotor, rounded to 0.1 m/s and stored as
+  differences from plane to plane;
+- ``turbulent_runs.npz``: 20 to 65 s of the runs in that wind, every second sample, each channel rounded to a step of
+  at most 1/2000 of its range, in OpenFAST's units; and one root moment of all four runs from 100 to 700 s.
 """
 
 from __future__ import annotations
@@ -14,7 +20,11 @@ from pathlib import Path
 import numpy as np
 
 from meltemi.postprocess.statistics import means_over_revolutions
+from meltemi.simulation.channels import standard
+from meltemi.turbine.openfast.text import key, read_input
+from meltemi.wind.files import read_bts
 from meltemi_verification.measure import decay, extremes, harmonic, undershoot
+from meltemi_verification.turbulent import CHANNELS, SHORT
 
 SOURCE = (
     "OpenFAST v5.0.0, NREL 5 MW land-based, deck of the ROSCO test cases (Apache-2.0) with the baseline controller "
@@ -36,6 +46,22 @@ YAWED = (
     "TwrBsMzt RootFxc1 RootFyc1 RootFzc1 RootMxc1 RootMyc1 RootMzc1"
 ).split()
 NODES = "Alpha AxInd TnInd Cl Cd Fx Fy".split()
+WIND_SECONDS, WIND_STEP = 70.0, 0.1
+REACH = 68.0
+"""[m] of the blade tips from the middle of the rotor, with deflections."""
+DECK = {
+    "main": "5MW.fst",
+    "ElastoDyn": "ElastoDyn.dat",
+    "ElastoDyn blade": "ElastoDyn_blade.dat",
+    "ElastoDyn tower": "ElastoDyn_tower.dat",
+    "BeamDyn": "BeamDyn.dat",
+    "AeroDyn": "AeroDyn.dat",
+    "AeroDyn blade": "AeroDyn_blade.dat",
+    "airfoil": "Airfoils/DU21_A17.dat",
+    "InflowWind": "InflowWind.dat",
+    "ServoDyn": "ServoDyn.dat",
+}
+TURBULENCE = "the NREL 5 MW at 20 m/s, turbulence intensity 14 % (von Karman, IEC 61400-1 ed. 2)"
 
 
 def main(folder: Path) -> None:
@@ -197,10 +223,88 @@ def main(folder: Path) -> None:
         grid,
     )
 
+    with (openfast / "wind/eog12.wnd").open() as file:
+        lines = [line.split() for line in file if line[:1] != "!"]
+    gusts: list[list[object]] = [[n[0], n[7]] for n in lines if 80.0 <= float(n[0]) <= 90.5]
+    write("gust_wind", "extreme operating gust, added to 12 m/s", "time gust", gusts)
 
-def write(name: str, what: str, head: str, rows: list[list[object]]) -> None:
+    keywords(folder / "decks/nrel5mw-land")
+    thinned_wind(openfast)
+    thinned_runs(openfast)
+
+
+def keywords(deck: Path) -> None:
+    """Keywords of the deck's files in their order."""
+    rows: list[list[object]] = []
+    for module, name in DECK.items():
+        entries = [entry for several in read_input(deck / name, module).entries.values() for entry in several]
+        rows += [[module, key(entry.name)] for entry in sorted(entries, key=lambda e: e.line)]
+    rows = [row for row in rows if not str(row[1]).startswith("bldnd")]
+    what = "keywords of input files in the order in which OpenFAST reads them"
+    write("openfast_keywords", what, "module keyword", rows, units="")
+
+
+def thinned_wind(openfast: Path) -> None:
+    """The thinned wind box of seed 1."""
+    box = read_bts(openfast / "wind/vkm20_s1.bts")
+    rows, columns = box.velocity.shape[1:3]
+    y, z = (np.arange(columns) - (columns - 1) / 2) * box.dy, box.bottom + np.arange(rows) * box.dz
+    near = np.zeros((rows, columns), bool)  # corners of the cells that the disk touches
+    for i in range(rows - 1):
+        for j in range(columns - 1):
+            if np.hypot(np.clip(0.0, y[j], y[j + 1]), np.clip(91.0, z[i], z[i + 1]) - 91.0) < REACH:
+                near[i : i + 2, j : j + 2] = True
+    counts = np.rint(box.velocity[: round(WIND_SECONDS / box.dt), near] / WIND_STEP).astype(np.int16)
+    steps = np.diff(counts, axis=0)
+    assert np.abs(steps).max() < 128
+    pack(
+        "turbulent_wind",
+        f"wind of {TURBULENCE}; TurbSim of OpenFAST v5.0.0, seed 20101; first {WIND_SECONDS:g} s, points near the "
+        f"rotor; near (Z, Y), grid: dt [s], dy, dz, bottom [m], speed [m/s], step [m/s]; first (points, 3) and steps "
+        "(T - 1, points, 3) count steps",
+        near=near,
+        grid=np.array([box.dt, box.dy, box.dz, box.bottom, box.speed, WIND_STEP]).round(6),
+        first=counts[0],
+        steps=steps.astype(np.int8),
+    )
+
+
+def thinned_runs(openfast: Path) -> None:
+    """The thinned series in turbulence."""
+    known = {c.alias for c in standard().values()} | {"B1N1Alpha"}
+    content: dict[str, np.ndarray] = {}
+    for which, kept in (("A", known), ("B", set(CHANNELS))):
+        z = np.load(openfast / f"series/{which}_turb_vkm20_s1.npz")
+        names, units, data = list(map(str, z["channels"])), z["units"].astype(str), z["data"].astype(float)
+        inside = (data[:, 0] > SHORT.begin - 1e-4) & (data[:, 0] < SHORT.end + 1e-4)
+        columns = [i for i, name in enumerate(names) if i and name in kept]
+        content[f"{which}_channels"], content[f"{which}_units"] = np.array(names)[columns], units[columns]
+        content[f"{which}_steps"], content[f"{which}_counts"] = rounded(data[inside][::2, columns])
+        content |= {"all_channels": np.array(names), "all_units": units}
+    moments = []
+    for case in ("A_turb_vkm20_s1", "A_turb_vkm20_s2", "B_turb_vkm20_s1", "B_turb_vkm20_s2"):
+        z = np.load(openfast / f"series/{case}.npz")
+        moments.append(z["data"][z["data"][:, 0] > 99.99, list(z["channels"]).index("RootMyc1")][::2])
+    content["root_moment_steps"], content["root_moment_counts"] = rounded(np.array(moments, float).T)
+    about = f"{SOURCE}; {TURBULENCE}, sets A and B, {SHORT.begin:g} to {SHORT.end:g} s; value = step * count; "
+    pack("turbulent_runs", about + "root_moment: RootMyc1 [kN-m] of A and B with two seeds, 100 to 700 s", **content)
+
+
+def rounded(data: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Steps of a power of ten of at most 1/2000 of each column's range, and the counts of them."""
+    steps = 10.0 ** np.floor(np.log10(np.maximum(np.ptp(data, axis=0), 1e-12) / 2000.0))
+    return steps, np.rint(data / steps).astype(np.int32)
+
+
+def pack(name: str, about: str, **content: np.ndarray) -> None:
+    path = DATA / f"{name}.npz"
+    np.savez_compressed(path, about=np.array(about), **content)
+    print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
+
+
+def write(name: str, what: str, head: str, rows: list[list[object]], units: str = "; SI units") -> None:
     with (DATA / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
-        file.write(f"# {what}; SI units\n# Source: {SOURCE}\n")
+        file.write(f"# {what}{units}\n# Source: {SOURCE}\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head.split())
         writer.writerows(rows)

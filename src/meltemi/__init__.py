@@ -114,9 +114,6 @@ if TYPE_CHECKING:
     from meltemi.report.wind_plots import plot_wind as plot_wind
     from meltemi.simulation.campbell import Campbell as Campbell
     from meltemi.simulation.campbell import campbell as campbell
-    from meltemi.simulation.case import Stations as Stations
-    from meltemi.simulation.engines import build as build
-    from meltemi.simulation.engines import operating_point as operating_point
     from meltemi.simulation.events import Brake as Brake
     from meltemi.simulation.events import BrakeFault as BrakeFault
     from meltemi.simulation.events import FlapStuck as FlapStuck
@@ -134,6 +131,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.linear import LinearModel as LinearModel
     from meltemi.simulation.linear import linearise as linearise
     from meltemi.simulation.model import Model as Model
+    from meltemi.simulation.model import Stations as Stations
     from meltemi.simulation.modes import natural_modes as natural_modes
     from meltemi.simulation.options import BEDDOES as BEDDOES
     from meltemi.simulation.options import ModelOptions as ModelOptions
@@ -141,9 +139,10 @@ if TYPE_CHECKING:
     from meltemi.simulation.parked import parked_point as parked_point
     from meltemi.simulation.performance import performance_of as performance_of
     from meltemi.simulation.performance import rotor_performance as rotor_performance
-    from meltemi.simulation.power.model import PowerModel as PowerModel
     from meltemi.simulation.result import Finding as Finding
     from meltemi.simulation.result import Result as Result
+    from meltemi.simulation.rotors import build as build
+    from meltemi.simulation.rotors import operating_point as operating_point
     from meltemi.simulation.simulate import Simulation as Simulation
     from meltemi.simulation.simulate import simulate as simulate
     from meltemi.simulation.start import Start as Start
@@ -213,16 +212,16 @@ if TYPE_CHECKING:
     from meltemi.wind.files import read_bts as read_bts
     from meltemi.wind.files import read_hawc2 as read_hawc2
     from meltemi.wind.files import read_hub_csv as read_hub_csv
-    from meltemi.wind.files import read_wind as read_wind
     from meltemi.wind.files import read_wind_netcdf as read_wind_netcdf
     from meltemi.wind.files import read_wnd as read_wnd
     from meltemi.wind.files import write_bladed as write_bladed
     from meltemi.wind.files import write_bts as write_bts
     from meltemi.wind.files import write_hawc2 as write_hawc2
     from meltemi.wind.files import write_hub_csv as write_hub_csv
-    from meltemi.wind.files import write_wind as write_wind
     from meltemi.wind.files import write_wind_netcdf as write_wind_netcdf
     from meltemi.wind.files import write_wnd as write_wnd
+    from meltemi.wind.formats import read_wind as read_wind
+    from meltemi.wind.formats import write_wind as write_wind
     from meltemi.wind.iec.classes import WindClass as WindClass
     from meltemi.wind.iec.classes import extreme_speed as extreme_speed
     from meltemi.wind.iec.classes import sigma_etm as sigma_etm
@@ -300,14 +299,13 @@ _HOME = {
     "report.turbine_plots": "plot_turbine",
     "report.wind_plots": "plot_wind",
     "simulation.campbell": "Campbell campbell",
-    "simulation.case": "Stations",
-    "simulation.engines": "build operating_point",
+    "simulation.rotors": "build operating_point",
     "simulation.events": (
         "Brake BrakeFault FlapStuck GeneratorFault GridLoss PitchRunaway PitchStuck PowerLimit Request SensorDrift "
         "SensorLoss SensorOffset VoltageDip YawStuck"
     ),
     "simulation.linear": "LinearModel linearise",
-    "simulation.model": "Model",
+    "simulation.model": "Model Stations",
     "simulation.modes": "natural_modes",
     "simulation.options": "BEDDOES ModelOptions StallConstants",
     "simulation.parked": "parked_point",
@@ -315,7 +313,6 @@ _HOME = {
     "simulation.result": "Finding Result",
     "simulation.simulate": "Simulation simulate",
     "simulation.start": "Start",
-    "simulation.power.model": "PowerModel",
     "simulation.trim": "OperatingPoint",
     "studies.baseline_tuning": "BaselineTuning tune_baseline",
     "studies.compare": "Comparison compare",
@@ -343,9 +340,10 @@ _HOME = {
     "turbine.windio": "import_windio read_windio",
     "wind.fields": "SteadyWind WindBox WindSeries at_speed",
     "wind.files": (
-        "Hawc2Grid read_bladed read_bts read_hawc2 read_hub_csv read_wind read_wind_netcdf read_wnd "
-        "write_bladed write_bts write_hawc2 write_hub_csv write_wind write_wind_netcdf write_wnd"
+        "Hawc2Grid read_bladed read_bts read_hawc2 read_hub_csv read_wind_netcdf read_wnd "
+        "write_bladed write_bts write_hawc2 write_hub_csv write_wind_netcdf write_wnd"
     ),
+    "wind.formats": "read_wind write_wind",
     "wind.turbulence.grid": "Grid grid_for",
     "wind.statistics": "field_statistics series_statistics wind_coherence wind_spectrum",
     "wind.turbulence.field": "generate_field",

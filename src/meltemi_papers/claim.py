@@ -1,4 +1,4 @@
-"""A line of a paper's results beside ours, and the table of them."""
+"""Claims of a paper, our results beside them, and their table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from meltemi.studies.journal import guarded
 
 @dataclass(frozen=True)
 class Claim:
-    """A line of the paper's results.
+    """A claim of the paper and our result.
 
     Attributes:
       item: what it is about.
@@ -36,12 +36,12 @@ class Claim:
 
 
 def listed(values: Iterable[float], form: str = "g") -> str:
-    """Numbers with commas."""
+    """Numbers separated by commas."""
     return ", ".join(format(x, form) for x in values)
 
 
 def claims_of(study: str) -> Callable[..., Claim]:
-    """The paper's claims, as ``claims.csv`` in the folder of a study states them.
+    """Constructor of the claims that ``claims.csv`` in the folder of a study lists.
 
     They are called with a key, ours, the verdict and words. A verdict is whether it holds, or in words how it differs;
     words stand for what is in braces in the file.
@@ -56,13 +56,13 @@ def claims_of(study: str) -> Callable[..., Claim]:
 
 
 def rows_of(study: str, name: str) -> dict[str, dict[str, str]]:
-    """Rows of a table in the folder of a study, by their column ``key``."""
+    """Rows of a CSV file in the folder of a study, by their column ``key``."""
     with (HERE / study / name).open(newline="", encoding="utf-8") as file:
         return {row.pop("key"): row for row in csv.DictReader(file)}
 
 
 def reasons_of(study: str) -> dict[str, str]:
-    """Why numbers differ, by key: the paragraphs of ``reasons.md`` in the folder of a study."""
+    """Reasons for differences, by key: the paragraphs of ``reasons.md`` in the folder of a study."""
     return dict(re.findall(r"^\*(.+?):\* (.+)$", (HERE / study / "reasons.md").read_text(encoding="utf-8"), re.M))
 
 
@@ -72,19 +72,19 @@ UNJUDGED = "cannot be judged: "
 
 
 def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Claim]:
-    """Claims that belong together; one line for all where a result is missing that they need."""
+    """Claims that need the same results; one line for all of them if a result is missing."""
     return guarded(of, lambda why: [Claim(item, "", "", UNJUDGED + why, where)])
 
 
 def count_held(found: Sequence[Claim]) -> str:
-    """How many lines hold, and how many cannot be judged if any."""
+    """Number of claims that hold, and of those that cannot be judged, if any."""
     lost = sum(c.verdict.startswith(UNJUDGED) for c in found)
     missing = f" ({lost} cannot be judged)" if lost else ""
     return f"{sum(c.verdict == 'holds' for c in found)} of {len(found)} lines hold{missing}."
 
 
 def claims_table(found: Sequence[Claim]) -> Table:
-    """The paper's results line by line; with tolerances if there are any."""
+    """Table of claims; with tolerances if any claim has one."""
     head = ["claim", "paper", "ours", "verdict", "reason", "where"]
     rows = [[c.item, c.paper, c.ours, c.verdict, c.reason, c.where] for c in found]
     if any(c.tolerance for c in found):
@@ -95,11 +95,11 @@ def claims_table(found: Sequence[Claim]) -> Table:
 
 
 def brief(table: Table) -> Table:
-    """The same for a terminal: without reason and place."""
+    """The table for a terminal, without reasons and places in the paper."""
     n = len(table.head) - 2
     return Table(table.head[:n], [row[:n] for row in table.rows], table.caption, text_columns=n)
 
 
 def reason_lines(reasons: Mapping[str, str]) -> list[str]:
-    """Reasons by their keys, as they stand below the claims."""
+    """Reasons as paragraphs of Markdown."""
     return [f"*{key}:* {words}" for key, words in reasons.items()]

@@ -1,4 +1,4 @@
-"""Pages of Markdown: tables, and where pictures and other pages are."""
+"""Markdown pages: tables, links, paths of pictures."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ ELSEWHERE = re.compile(r"(?<!!)\[([^\]]+)\]\(\.\./[^)]*\)")
 
 
 def alone(text: str) -> str:
-    """A page that lies among its pictures, outside the documentation: links to other pages become their words."""
+    """A page outside the documentation: links to other pages become plain text."""
     return ELSEWHERE.sub(r"\1", text)
 
 
 def documented(text: str, name: str) -> str:
-    """The same page for the documentation, where its pictures lie in a folder of its name."""
+    """A page for the documentation, with its pictures in a folder of its name."""
     return PICTURE.sub(rf"\g<1>{name}/\g<2>", text)
 
 

@@ -1,4 +1,4 @@
-"""Figures of several papers: panels of series above each other, described as data."""
+"""Figures of stacked time-series panels, described as data."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def channel(name: str, factor: float = 1.0) -> Callable[[Result], Float]:
 def series(
     panels: Sequence[Panel], results: Mapping[str, Result], *, height: float, rest: float, **legend: Any
 ) -> Figure:
-    """Panels of a height [in], one curve a result; the rest of the figure's height is for what is above and below."""
+    """Panels of a height [in], one curve for each result; ``rest`` [in] is for legend and labels."""
     figure, axes = new_figure(len(panels), size=(9.0, height * len(panels) + rest))
     for ax, (title, unit, of) in zip(axes[:, 0], panels, strict=True):
         for colour, (name, result) in zip(COLOURS, results.items(), strict=False):

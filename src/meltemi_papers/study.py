@@ -1,4 +1,4 @@
-"""The skeleton of a reproduction: a study says what it runs and what it found; this makes files and pages of it."""
+"""Framework of the reproductions: runs a study and writes its page, tables and figures."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ Content = str | Table | Drawing
 
 @dataclass(frozen=True)
 class Chapter:
-    """A heading of the page and what stands below it, in this order."""
+    """A heading of the page and its content, in order."""
 
     heading: str
     content: Sequence[Content]
 
     def markdown(self) -> list[str]:
-        """Its lines."""
+        """The chapter as lines of Markdown."""
         lines = [f"## {self.heading}", ""]
         for each in self.content:
             if isinstance(each, Drawing):
@@ -59,7 +59,7 @@ class Chapter:
         return lines
 
     def section(self) -> Section:
-        """The same for a page of HTML."""
+        """The chapter as a section of an HTML page."""
 
         def block(each: Content) -> str | Table | Picture:
             if isinstance(each, str):
@@ -71,11 +71,11 @@ class Chapter:
         return Section(self.heading, [block(each) for each in self.content])
 
     def write(self, name: str, out: Path) -> list[Path]:
-        """Its tables, and its lines as a file of their own."""
+        """Write its tables as CSV files and its text as a Markdown file."""
         return [*self.write_tables(name, out), write_text(out / f"{name}.md", "\n".join(self.markdown()))]
 
     def write_tables(self, name: str, out: Path) -> list[Path]:
-        """Each table as a CSV file of a name; several are numbered."""
+        """Write each table as a CSV file; several tables are numbered."""
         tables = [each for each in self.content if isinstance(each, Table)]
         return [
             write_csv(
@@ -89,7 +89,7 @@ class Chapter:
 
 @dataclass(frozen=True)
 class Contents:
-    """What a study says of its runs.
+    """Content of the page of a study.
 
     Attributes:
       lead: the result in a few sentences.
@@ -108,7 +108,7 @@ class Contents:
 
 @dataclass(frozen=True)
 class Study(Generic[Found]):
-    """A paper, and how it is reproduced.
+    """A paper and its reproduction.
 
     Attributes:
       name: of its folder here, of its page and of its files.
@@ -135,7 +135,7 @@ class Study(Generic[Found]):
     runs: Callable[[Found], Any] = lambda found: found
 
     def text(self, name: str) -> str:
-        """One of its texts."""
+        """Text of one of its Markdown files."""
         return (Path(__file__).parent / self.name / name).read_text(encoding="utf-8")
 
     def markdown(self, lead: str, chapters: Mapping[str, Chapter], figures: Chapter, out: Path) -> str:
@@ -150,7 +150,7 @@ class Study(Generic[Found]):
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A study that was reproduced.
+    """Result of a reproduction.
 
     Attributes:
       tables: for the terminal.
@@ -178,7 +178,7 @@ def reproduce(
     progress: Progress = lambda share, what: None,
     parts: Sequence[str] = (),
 ) -> Reproduction:
-    """Run everything and write it.
+    """Run a study and write its page, tables and figures.
 
     Args:
       study: which.
@@ -220,22 +220,22 @@ def reproduce(
 
 
 def span(progress: Progress, begin: float, length: float) -> Progress:
-    """The progress of a part, which begins at a share of the whole and is a share of it."""
+    """Progress callback of a part: its first fraction of the whole, and its length."""
     return lambda share, what: progress(begin + length * share, what)
 
 
 def told(progress: Progress, what: str) -> Callable[[float], None]:
-    """The progress of one kind of runs."""
+    """Progress callback for one kind of runs."""
     return lambda share: progress(share, what)
 
 
 def worded(of: Callable[[], str], subject: str) -> str:
-    """Sentences, or the one that says why their subject cannot be judged."""
+    """Sentences, or one that says why their subject cannot be judged."""
     return guarded(of, lambda why: f"{subject} {UNJUDGED}{why}.")
 
 
 def tabled(caption: str, of: Callable[[], Table]) -> Table:
-    """A table, or one that says why there is none."""
+    """A table, or one that says why it cannot be made."""
     return guarded(of, lambda why: Table([caption], [[f"cannot be made: {why}"]], caption))
 
 
@@ -248,7 +248,7 @@ def answered(
 
 
 def drawn(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Drawing:
-    """Caption and file of a figure; without a file, and with the reason, if it cannot be drawn."""
+    """Caption and file of a figure; without a file and with the reason if it cannot be drawn."""
     return guarded(
         lambda: Drawing(caption, save(draw(), out / f"{name}.png")),
         lambda why: Drawing(f"{caption}: cannot be drawn: {why}", None),
@@ -256,7 +256,7 @@ def drawn(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Dra
 
 
 def failed_chapters() -> dict[str, Chapter]:
-    """Tables of the cells that failed and of doubtful ones, if there are any."""
+    """Tables of failed and of doubtful cells, if any."""
     book = current()
     listed = {
         "failed": ("What failed", book.failed, "Cells that failed; what needs them is not judged"),

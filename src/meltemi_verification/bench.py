@@ -1,4 +1,4 @@
-"""``meltemi bench``: what a run costs, each part apart.
+"""``meltemi bench``: compile time, run time and memory, part by part.
 
 Everything that start-up could hide is measured in new processes: import, compilation into an empty cache,
 start from a filled one.
@@ -14,12 +14,28 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from math import cos, sin
+from math import cos, radians, sin
 from pathlib import Path
 from typing import Any
 
+import numba
+
 from meltemi.control import signals as s
+from meltemi.control.baseline import BaselineController
+from meltemi.control.constant import ConstantController
+from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.kernel import statistics
+from meltemi.simulation.case import Case
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
+from meltemi.simulation.simulate import Simulation, first_point, march, simulate
+from meltemi.simulation.trim import operating_point
+from meltemi.turbine.library import load_turbine
+from meltemi.wind.fields import SteadyWind
+from meltemi.wind.turbulence.field import generate_field
+from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulent import TurbulentWind
 
 CHANNELS = (
     "time wind_x azimuth rotor_speed generator_torque generator_power pitch_1 rotor_aero_thrust rotor_torque "
@@ -142,7 +158,6 @@ def machine() -> dict[str, str]:
 
     import llvmlite
     import llvmlite.binding
-    import numba
     import numpy
 
     import meltemi
@@ -165,7 +180,7 @@ def _environment(folder: str | None) -> dict[str, str]:
 
 
 def _run(code: str, folder: str | None) -> str:
-    """What a new process prints."""
+    """Output of a new process."""
     done = subprocess.run([sys.executable, "-c", code], env=_environment(folder), capture_output=True, text=True)
     if done.returncode:
         raise MeltemiError(f"bench: {done.stderr.strip().splitlines()[-1] if done.stderr else 'a process failed'}")
@@ -189,12 +204,6 @@ def _child(call: str, folder: str) -> dict[str, Any]:
 
 def stages(duration: float) -> dict[str, tuple[float, int]]:
     """A first run in stages: seconds each takes, and the number of signatures it compiles."""
-    from meltemi.core.kernel import statistics
-    from meltemi.simulation.case import Case
-    from meltemi.simulation.simulate import simulate
-    from meltemi.simulation.trim import operating_point
-    from meltemi.wind.fields import SteadyWind
-
     found: dict[str, tuple[float, int]] = {}
     model, wind = _model(), SteadyWind(speed=12.0)
     case = Case(model, wind)
@@ -219,16 +228,10 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
 
 
 def beyond() -> dict[str, float]:
-    """Seconds that compile only where they are used, after a first run."""
-    import numba
-
-    from meltemi.control.controller import Controller
+    """[s] compile time of features that compile on first use, after a first run."""
     from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
-    from meltemi.simulation.simulate import simulate
-    from meltemi.simulation.trim import operating_point
     from meltemi.studies.sensitivity import sensitivity
-    from meltemi.wind.fields import SteadyWind
 
     model, wind = _model(), SteadyWind(speed=12.0)
     simulate(model, wind, duration=1.0)
@@ -252,25 +255,15 @@ def beyond() -> dict[str, float]:
 
 
 def _model(**options: Any) -> Any:
-    from meltemi.simulation.model import build
-    from meltemi.simulation.options import ModelOptions
-    from meltemi.turbine.library import load_turbine
-
     return build(load_turbine("nrel5mw"), ModelOptions(**options))
 
 
 def _turbulence(duration: float, **settings: Any) -> Any:
-    from meltemi.turbine.library import load_turbine
-    from meltemi.wind.turbulence.field import generate_field
-    from meltemi.wind.turbulent import TurbulentWind
-
     return generate_field(TurbulentWind(speed=12.0, intensity=0.14, **settings), load_turbine("nrel5mw"), duration)
 
 
 def _timed(model: Any, wind: Any, duration: float, **arguments: Any) -> dict[str, float]:
-    """The fastest of some runs."""
-    from meltemi.simulation.simulate import Simulation, march
-
+    """Time step of the fastest of several runs."""
     best = float("inf")
     for _ in range(REPEATS):
         run = Simulation(model, wind, duration=duration, channels=CHANNELS, **arguments)
@@ -286,9 +279,6 @@ def _timed(model: Any, wind: Any, duration: float, **arguments: Any) -> dict[str
 
 def timed_runs(duration: float) -> dict[str, Any]:
     """Time a step of each variant, and peak memory of the first."""
-    from meltemi.control.baseline import BaselineController
-    from meltemi.simulation.simulate import first_point
-    from meltemi.simulation.trim import operating_point
     from meltemi.studies.sensitivity import directions, seed
 
     wind = _turbulence(duration)
@@ -308,12 +298,8 @@ def timed_runs(duration: float) -> dict[str, Any]:
 
 def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
     """Time a step of CPFC (docs/guide/controllers.md), with flaps that the other runs do not have."""
-    from math import radians
-
     from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController
-    from meltemi.simulation.model import build
     from meltemi.turbine.flaps import with_flaps
-    from meltemi.turbine.library import load_turbine
 
     degree = radians(1.0)
     pitch = HarmonicLoop(harmonic=1, integral_gain=0.4 * degree / 1190e3, offset=30 * degree)
@@ -324,11 +310,7 @@ def timed_load_control(wind: Any, duration: float) -> dict[str, float]:
 
 
 def timed_field(name: str) -> dict[str, float]:
-    """Seconds that a turbulent field takes, the fastest of some, and the peak memory of the process, field included."""
-    from meltemi.wind.turbulence.field import generate_field
-    from meltemi.wind.turbulence.grid import Grid
-    from meltemi.wind.turbulent import TurbulentWind
-
+    """Time to generate a turbulent field, the fastest of several, and peak memory of the process, field included."""
     points, settings = FIELDS[name]
     step = 151.2 / (points - 1)
     grid = Grid(points_y=points, points_z=points, dy=step, dz=step, bottom=14.4, hub_height=90.0)
@@ -343,7 +325,7 @@ def timed_field(name: str) -> dict[str, float]:
 
 
 def _nothing(state: Any, measurements: Any, demands: Any, dt: float) -> None:
-    """The shortest controller."""
+    """A controller that does nothing."""
 
 
 def _individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) -> None:
@@ -381,14 +363,7 @@ def _individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) ->
 
 
 def timed_controllers(duration: float) -> dict[str, float]:
-    """What controllers cost beyond the built-in one, and a step from outside."""
-    import numba
-
-    from meltemi.control.baseline import BaselineController
-    from meltemi.control.constant import ConstantController
-    from meltemi.control.controller import Controller
-    from meltemi.simulation.simulate import Simulation
-
+    """Time of controllers beyond the built-in one, and of a step called from Python."""
     model, wind = _model(), _turbulence(duration)
     law = BaselineController(model.turbine)
     built_in = _timed(model, wind, duration)["us_per_step"]
@@ -427,12 +402,9 @@ def timed_controllers(duration: float) -> dict[str, float]:
 
 
 def timed_batch(duration: float) -> dict[str, Any]:
-    """Time a batch on all cores against one core: making the winds and preparing the cases count, too."""
+    """Time a batch on all cores and on one core, generation of winds and preparation of cases included."""
     from meltemi.core.threads import available_cores
     from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
-    from meltemi.simulation.simulate import simulate
-    from meltemi.wind.fields import SteadyWind
-    from meltemi.wind.turbulent import TurbulentWind
 
     model = _model()
 
@@ -461,7 +433,7 @@ def timed_batch(duration: float) -> dict[str, Any]:
 
 
 def _peak_resident() -> float:
-    """[bytes]"""
+    """[bytes] peak resident memory of the process."""
     import psutil
 
     try:

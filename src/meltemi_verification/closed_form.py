@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,11 +12,12 @@ from scipy.special import ellipk
 
 from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
-from meltemi.simulation.model import Model, build
 from meltemi.simulation.modes import equilibrium, natural_modes, vacuum_case
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import Simulation, simulate
 from meltemi.simulation.start import Start
 from meltemi.structure.tables import BladeNode
@@ -79,7 +79,7 @@ def structure() -> Comparison:
     return Comparison("closed form", "Structure against closed forms", "closed forms, see docs/verification", rows)
 
 
-def _blade_model(turbine: Turbine, flap: int, edge: int, nodes: int = 40) -> Model:
+def _blade_model(turbine: Turbine, flap: int, edge: int, nodes: int = 40) -> BladedModel:
     options = ModelOptions(
         flap_modes=flap, edge_modes=edge, torsion_modes=0, blade_nodes=nodes, locked=("tower", "yaw", "drivetrain")
     )
@@ -169,8 +169,7 @@ def _static(turbine: Turbine) -> list[Row]:
     )
     model = build(uniform_blade(turbine), options, Environment(gravity=light))
     case = vacuum_case(model)
-    generator = model.coordinates.index("generator")
-    case["q"][generator] = 0.5 * np.pi
+    case["q"][model.coordinates.index("generator")] = 0.5 * np.pi
     equilibrium(case, np.flatnonzero(model.locked == 0.0))
     case.evaluate(0.0)
     case.loads(0.0)
@@ -200,21 +199,21 @@ def _inertia(turbine: Turbine) -> Row:
     blade = quad(piece, 0.0, s.position[-1], limit=400, points=s.position[1:-1])[0]
     exact = 3.0 * blade + h.inertia + turbine.drivetrain.generator_inertia * ratio**2
     case = vacuum_case(model)
-    case.clock[:] = 0
+    case.clock.array[:] = 0
     Start(generator_torque=-torque / ratio).put(case)
     case.evaluate(0.0)
     acceleration = case["a"][model.coordinates.index("generator")]
     return relative("rigid rotor inertia", "with generator", "kg m^2", exact, torque / float(acceleration), 0.5)
 
 
-def _one_blade(turbine: Turbine) -> tuple[Model, float, float]:
-    """A rigid rotor that has lost two blades: a pendulum; its moment m g d and its inertia."""
+def _one_blade(turbine: Turbine) -> tuple[BladedModel, float, float]:
+    """A rigid rotor with one blade, a pendulum; its moment m g d and its inertia."""
     options = ModelOptions(
         torsion_modes=0, locked=("tower", "yaw", "drivetrain", "blades"), time_step=0.005, blade_nodes=40
     )
     straight = turbine.replace(**{"nacelle.tilt": 0.0, "hub.precone": 0.0})
     model = build(straight, options).with_parameters(**{"aerodynamics.air_density": 0.0})
-    nodes = model.blade_nodes.copy()
+    nodes = model.rotor.blade_nodes.copy()
     for name in ("mass", "moment_x", "moment_y", "moment_z"):
         nodes[BladeNode.index(name), 1:] = 0.0
     nodes[BladeNode.index("inertia_xx") :, 1:] = 0.0
@@ -225,7 +224,7 @@ def _one_blade(turbine: Turbine) -> tuple[Model, float, float]:
     moment = np.trapezoid(m * (h.radius + x), x) * model.environment.gravity
     inertia = np.trapezoid(m * (h.radius + x) ** 2, x) + h.inertia
     inertia += turbine.drivetrain.generator_inertia * turbine.drivetrain.gear_ratio**2
-    return replace(model, blade_nodes=nodes), float(moment), float(inertia)
+    return model.with_arrays(blade_nodes=nodes), float(moment), float(inertia)
 
 
 def _pendulum(turbine: Turbine) -> list[Row]:
@@ -291,7 +290,7 @@ def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: fl
 
 
 def energy_to_the_last_digit() -> Comparison:
-    """The energy once more, with half the step and corrected velocities: what is left is not the step's."""
+    """Energy with half the time step and corrected velocities: the remaining error does not stem from the step."""
     options = ModelOptions(time_step=0.005, corrections=1)
     rows = _energy(load_turbine("nrel5mw"), "half step, corrected velocity", options, 0.5)
     return Comparison("energy", "Energy with a finer step", "closed form", rows)

@@ -13,7 +13,8 @@ from meltemi.app.terminal import OutOption, folder_for, print_table, progress_ba
 def verify(
     quick: Annotated[bool, typer.Option("--quick", help="Only what takes less than two minutes.")] = False,
     reference: Annotated[
-        Path | None, typer.Option("--reference", help="Folder with the reference series, for the comparisons in time.")
+        Path | None,
+        typer.Option("--reference", help="Folder with complete reference series: adds 10 min of turbulence."),
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:

@@ -1,4 +1,4 @@
-"""Why deflections differ a little from ElastoDyn's: a blade integrated as ElastoDyn does it.
+"""ElastoDyn's discretisation of the blade in our equations, which explains differences in deflections.
 
 ElastoDyn cuts the blade into 17 equal elements and takes everything at their middles: mass, stiffness,
 curvature; slopes and displacements are sums of half elements. This costs 1 to 2 % in its first flap mode.
@@ -8,14 +8,13 @@ agrees, so the discretisation is the reason and not the equations of motion.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.site import Environment
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.modes import natural_modes
+from meltemi.simulation.rotors import build
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.library import load_turbine
 from meltemi_verification.openfast_deck import BLADE_SHAPES, ELASTODYN_MOMENTS, deck_options, deck_turbine
@@ -26,7 +25,7 @@ Float = NDArray[np.float64]
 ELEMENTS = 17
 
 
-def elastodyn_model(gravity: float, locked: tuple[str, ...]) -> Model:
+def elastodyn_model(gravity: float, locked: tuple[str, ...]) -> BladedModel:
     """The deck's turbine with ElastoDyn's seventeen lumps and sums for the blades; for vacuum only."""
     turbine = deck_turbine(load_turbine("nrel5mw"))
     s = turbine.blade.structure
@@ -57,7 +56,7 @@ def elastodyn_model(gravity: float, locked: tuple[str, ...]) -> Model:
     options = deck_options(turbine, "A", blade_cells=tuple(h * np.arange(ELEMENTS + 1.0)), locked=locked)
     model = build(turbine, options, Environment(gravity=gravity))
     B = model.n_blades
-    nodes = np.zeros_like(model.blade_nodes)
+    nodes = np.zeros_like(model.rotor.blade_nodes)
     nodes[BladeNode.index("position_z")] = turbine.hub.radius + r
     nodes[BladeNode.index("mass")] = mass
     shape = np.zeros((3, 6, ELEMENTS))
@@ -73,8 +72,7 @@ def elastodyn_model(gravity: float, locked: tuple[str, ...]) -> Model:
     def per_blade(rows: Float) -> Float:
         return np.ascontiguousarray(np.repeat(rows.reshape(-1, 1, ELEMENTS), B, axis=1))
 
-    model = replace(
-        model,
+    model = model.with_arrays(
         blade_nodes=nodes,
         shape=per_blade(shape),
         second=per_blade(second),

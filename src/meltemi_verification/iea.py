@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import OperatingPoint, operating_point
 from meltemi.structure.members import blade_member, cells, points, tower_member
 from meltemi.turbine.library import library_entries, load_turbine, windio_file
@@ -21,7 +22,7 @@ RATED = 10.9
 
 
 def installed() -> bool:
-    """The data are there."""
+    """The data of the IEA turbines are installed."""
     try:
         for name, entry in library_entries().items():
             if entry.windio is not None:
@@ -75,7 +76,7 @@ def steady_22mw() -> Comparison:
 
 
 def frequencies() -> Comparison:
-    """Blades and towers that stand alone."""
+    """Natural frequencies of isolated blades and towers."""
     models = {name: build(load_turbine(name)) for name in ("iea15mw", "iea22mw")}
     rows = []
     for r in reference_table("iea_frequencies"):
@@ -85,8 +86,8 @@ def frequencies() -> Comparison:
     return Comparison("iea modes", title, source_of("iea_frequencies"), rows)
 
 
-def _alone(model: Model, member: str) -> float:
-    """[Hz] first mode of a member that stands alone."""
+def _alone(model: BladedModel, member: str) -> float:
+    """[Hz] first natural frequency of an isolated member."""
     turbine = model.turbine
     if member == "tower alone":
         layout = points(np.linspace(0.0, turbine.tower.length, 21))

@@ -1,4 +1,4 @@
-"""Deviations beyond their band that are understood, each with a bound of its own.
+"""Known deviations: beyond their band, understood, each with its own bound.
 
 How each was established stands in docs/verification/index.md.
 """
@@ -13,7 +13,8 @@ ELASTODYN = (
 )
 STALE_WIND = (
     "OpenFAST's dynamic inflow takes the wind of one instant for both ends of a step (OpenFAST issue 3447), so the "
-    "lead of its filter misses changes of the wind; with the same defect in our filter the deviation falls below 1 %"
+    "lead of its filter misses changes of the wind; with the same defect in our filter the deviation falls below 1 % "
+    "(tests/verification/test_stale_wind.py)"
 )
 TOWER_SHAPE = (
     "FAST's first fore-aft polynomial is no natural mode of the section data and makes its tower 3 % too stiff; with "

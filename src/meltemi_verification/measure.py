@@ -1,4 +1,4 @@
-"""Figures read from series, by the same functions for ours and for the reference."""
+"""Quantities derived from time series, by the same functions for our results and the reference."""
 
 from __future__ import annotations
 
@@ -52,5 +52,5 @@ def undershoot(time: Float, x: Float, step_at: float) -> tuple[float, float, flo
 
 
 def extremes(time: Float, x: Float) -> tuple[float, float, float, float]:
-    """Minimum, its time, maximum, its time."""
+    """Minimum and its time, maximum and its time."""
     return float(x.min()), float(time[x.argmin()]), float(x.max()), float(time[x.argmax()])

@@ -6,8 +6,9 @@ import numpy as np
 
 from meltemi.control.constant import ConstantController
 from meltemi.environment.site import Environment
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.modes import natural_modes
+from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.library import load_turbine
@@ -26,7 +27,7 @@ CASES = {
 """Case of the reference: name, rotor speed, gravity, generator free."""
 
 
-def _model(gravity: float, **changes: object) -> Model:
+def _model(gravity: float, **changes: object) -> BladedModel:
     turbine = deck_turbine(load_turbine("nrel5mw"))
     return build(turbine, deck_options(turbine, "A", blade_nodes=40, **changes), Environment(gravity=gravity))
 

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from meltemi.control.actuators import ANGLE
 from meltemi.simulation.case import Case
-from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import RIGID, rotor_performance
+from meltemi.simulation.rotors import build
 from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
@@ -112,11 +111,11 @@ def _far_wake(turbine: Turbine, loss: bool) -> tuple[float, float]:
     model = build(rigid, options)
     speed, ratio = 8.0, 7.0
     case = Case(model, SteadyWind(speed=speed))
-    case["v"][len(model.tower.names) + GENERATOR] = ratio * speed / rigid.rotor_radius
-    case["pitch"][ANGLE] = 0.0
+    case["v"][len(model.rotor.tower.names) + GENERATOR] = ratio * speed / rigid.rotor_radius
+    case.view("pitch")["angle"] = 0.0
     case.evaluate(0.0)
     flow = case.view("flow")
-    a, phi, r, width = flow["axial"][0], flow["phi"][0], flow["radius"][0], model.blade_layout.length
+    a, phi, r, width = flow["axial"][0], flow["phi"][0], flow["radius"][0], model.rotor.blade_layout.length
     F = np.ones_like(a)
     if loss:
         B, tip, hub = model.n_blades, rigid.rotor_radius, rigid.hub.radius

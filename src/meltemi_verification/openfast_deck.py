@@ -1,4 +1,4 @@
-"""The NREL 5 MW as the OpenFAST reference runs have it, and the model options that compare like with like.
+"""The NREL 5 MW of the OpenFAST reference runs, and the model options for the comparison.
 
 The library's turbine is that of the report (NREL/TP-500-38060). The deck of the reference runs differs in a
 few places, applied here one by one:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from meltemi.environment.site import Environment
-from meltemi.simulation.model import build
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi_verification.table import Comparison, Row, angle, reference_table, relative, source_of
@@ -50,18 +50,13 @@ def report_steady() -> Comparison:
 
 
 def report_modes() -> Comparison:
-    """The 13 lowest modes of the machine at rest, deflected by its weight."""
+    """The 13 lowest natural frequencies at standstill, about equilibrium under gravity."""
     model = build(load_turbine("nrel5mw"), ModelOptions(locked=("yaw",)), Environment())
     modes = natural_modes(model)
-    table = reference_table("tp38060_modes")
-    order = sorted(range(len(table)), key=lambda i: float(table[i]["fast"]))
     rows = []
-    for mode, i in zip(modes, order, strict=False):
-        fast, adams = float(table[i]["fast"]), float(table[i]["adams"])
-        ours = mode.frequency / TURN
-        rows.append(
-            relative("natural frequency", table[i]["mode"], "Hz", fast, ours, 3.0, beside=100 * (adams / fast - 1))
-        )
+    for mode, r in zip(modes, sorted(reference_table("tp38060_modes"), key=lambda r: float(r["fast"])), strict=False):
+        fast, beside = float(r["fast"]), 100 * (float(r["adams"]) / float(r["fast"]) - 1)
+        rows.append(relative("natural frequency", r["mode"], "Hz", fast, mode.frequency / TURN, 3.0, beside=beside))
     return Comparison(
         "report modes", "Natural frequencies against the report (FAST)", source_of("tp38060_modes"), rows, "ADAMS"
     )

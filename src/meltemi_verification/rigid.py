@@ -13,9 +13,10 @@ from meltemi.control.signals import PITCH_DEMAND, TIME
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, style
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
-from meltemi.simulation.model import Model, build
 from meltemi.simulation.performance import RIGID, rotor_performance
+from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.definition import Turbine
@@ -31,7 +32,7 @@ SPEED, PITCH = 12.1 * np.pi / 30.0, np.radians(3.83)
 
 
 def straight(turbine: Turbine) -> Turbine:
-    """Without tilt and cone, hub at 90 m."""
+    """The turbine without tilt and cone, hub at 90 m."""
     return turbine.replace(
         **{"nacelle.tilt": 0.0, "hub.precone": 0.0, "nacelle.shaft_height": 90.0 - turbine.tower.length}
     )
@@ -45,27 +46,21 @@ def performance() -> Comparison:
     pitches = sorted({float(r["pitch_deg"]) for r in table})
     ours = rotor_performance(turbine, ratios, np.radians(pitches).tolist(), options=deck_options(turbine, "A"))
     rows: list[Row] = []
-    for name, column, values in (
-        ("power coefficient", "power_coefficient", ours.power),
-        ("thrust coefficient", "thrust_coefficient", ours.thrust),
-    ):
+    figure, axes = new_figure(1, 2, size=(9.0, 3.6))
+    for ax, quantity, values in zip(axes[0], ("power", "thrust"), (ours.power, ours.thrust), strict=True):
+        name, column = f"{quantity} coefficient", f"{quantity}_coefficient"
         largest = max(float(r[column]) for r in table)
         for r in table:
             i, j = ratios.index(float(r["tip_speed_ratio"])), pitches.index(float(r["pitch_deg"]))
             case = f"tip-speed ratio {ratios[i]:g}, pitch {pitches[j]:g} deg"
             reference, value = float(r[column]), float(values[i, j])
             rows.append(Row(name, case, "-", reference, value, 100.0 * (value - reference) / largest, "%", 1.0))
-    figure, axes = new_figure(1, 2, size=(9.0, 3.6))
-    for ax, column, values in (
-        (axes[0, 0], "power_coefficient", ours.power),
-        (axes[0, 1], "thrust_coefficient", ours.thrust),
-    ):
         for j, pitch in enumerate(pitches):
             points = [(float(r["tip_speed_ratio"]), float(r[column])) for r in table if float(r["pitch_deg"]) == pitch]
             ax.plot(ratios, values[:, j], color=COLOURS[j], label=f"{pitch:g} deg")
             ax.plot(*zip(*sorted(points), strict=True), "o", ms=3.5, mfc="none", color=COLOURS[j])
         ax.set_xlabel("tip-speed ratio [-]")
-        ax.set_ylabel(column.replace("_", " ") + " [-]")
+        ax.set_ylabel(f"{name} [-]")
         ax.set_ylim(bottom=0.0)
         style(ax)
     axes[0, 0].legend(fontsize=7, title="pitch (circles: OpenFAST)", title_fontsize=7)
@@ -84,7 +79,7 @@ FIXED = {
 
 
 def fixed_rotor() -> Comparison:
-    """Everything rigid at 12.1 rpm: kinematics, momentum theory and section loads alone."""
+    """Rigid turbine at 12.1 rpm: kinematics, momentum theory and section loads."""
     turbine = deck_turbine(load_turbine("nrel5mw"))
     rows: list[Row] = []
     for case, (plain, changes, wind) in FIXED.items():
@@ -116,21 +111,21 @@ def fixed_rotor() -> Comparison:
 
 
 def _ours(channel: str) -> str:
-    """Our name of an OpenFAST channel."""
+    """Name of an OpenFAST channel in meltemi."""
     if channel.startswith("B1N"):
         return f"node_{NODES[int(channel[3]) - 1]}_{NODE_FIELDS[channel[4:]][0]}_1"
     return find(channel, standard()).name
 
 
 def spin() -> Comparison:
-    """Turning in vacuum under gravity, flexible: mean and first harmonic."""
+    """Flexible rotor turning in vacuum under gravity: mean and first harmonic."""
     model = deck_model("A", locked=("yaw", "generator")).with_parameters(**{"aerodynamics.air_density": 0.0})
     rows = spinning(model, [r["channel"] for r in reference_table("spin")], 1.5)
     return Comparison("spin", "Spinning in vacuum against OpenFAST", source_of("spin"), rows)
 
 
-def spinning(model: Model, channels: Sequence[str], band: float, prefix: str = "") -> list[Row]:
-    """Mean, amplitude and phase over the azimuth of a machine that turns in vacuum."""
+def spinning(model: BladedModel, channels: Sequence[str], band: float, prefix: str = "") -> list[Row]:
+    """Mean, amplitude and phase over the azimuth of a rotor turning in vacuum."""
     result = simulate(
         model,
         SteadyWind(speed=0.0),

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, style
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.trim import OperatingPoint, operating_point
 from meltemi.turbine.library import load_turbine
@@ -47,7 +48,7 @@ FLOOR = 0.2
 
 
 @cache
-def deck_model(aero: str, **changes: Any) -> Model:
+def deck_model(aero: str, **changes: Any) -> BladedModel:
     """The turbine of the reference runs with the options of a set, some of them changed."""
     turbine = deck_turbine(load_turbine("nrel5mw"))
     return build(turbine, deck_options(turbine, aero, **changes))
@@ -61,7 +62,7 @@ def _steady_table(aero: str) -> dict[float, dict[str, float]]:
 
 
 def steady(aero: str) -> Comparison:
-    """Means at twelve wind speeds, and how much blade torsion (which ElastoDyn lacks) changes them."""
+    """Means at twelve wind speeds, and the effect of blade torsion, which ElastoDyn lacks."""
     table = _steady_table(aero)
     points = {wind: operating_point(deck_model(aero), wind) for wind in table}
     # computed modes are the base for the effect of torsion

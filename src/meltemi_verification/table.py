@@ -1,11 +1,11 @@
-"""Rows of a comparison, their verdicts, and how they are written."""
+"""Rows, verdicts and reports of comparisons."""
 
 from __future__ import annotations
 
 import csv
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from fnmatch import fnmatch
 from functools import cache
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Verdict(StrEnum):
-    """What a row shows; only FAIL is an error."""
+    """Verdict of a row; only FAIL is an error."""
 
     PASS = "pass"
     KNOWN = "known deviation"
@@ -32,7 +32,7 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Known:
-    """A deviation beyond its band that is understood.
+    """A known deviation: beyond its band, and understood.
 
     Attributes:
       table, what, case: patterns (``*`` fits everything) of the rows it belongs to.
@@ -49,7 +49,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Row:
-    """One number against its reference.
+    """A value and its reference.
 
     Attributes:
       what: the quantity.
@@ -76,16 +76,13 @@ class Row:
 
     def judged(self, table: str, known: Sequence[Known]) -> Row:
         """The row with its verdict."""
-        verdict, why = Verdict.REPORTED, ""
-        if self.band is not None:
-            verdict = Verdict.PASS if abs(self.deviation) <= self.band else Verdict.FAIL
-            if verdict is Verdict.FAIL:
-                for k in known:
-                    fits = fnmatch(table, k.table) and fnmatch(self.what, k.what) and fnmatch(self.case, k.case)
-                    if fits and abs(self.deviation) <= k.bound:
-                        verdict, why = Verdict.KNOWN, k.why
-                        break
-        return Row(**{**self.__dict__, "verdict": verdict, "why": why})
+        if self.band is None or abs(self.deviation) <= self.band:
+            return replace(self, verdict=Verdict.REPORTED if self.band is None else Verdict.PASS, why="")
+        for k in known:
+            fits = fnmatch(table, k.table) and fnmatch(self.what, k.what) and fnmatch(self.case, k.case)
+            if fits and abs(self.deviation) <= k.bound:
+                return replace(self, verdict=Verdict.KNOWN, why=k.why)
+        return replace(self, verdict=Verdict.FAIL, why="")
 
 
 def relative(
@@ -99,7 +96,7 @@ def relative(
     floor: float = 0.0,
     beside: float | None = None,
 ) -> Row:
-    """A row whose deviation is percent of the reference's magnitude, at least of ``floor``."""
+    """A row with the deviation in percent of the reference's magnitude, at least of ``floor``."""
     scale = max(abs(reference), abs(floor), 1e-300)
     return Row(what, case, unit, reference, ours, 100.0 * (ours - reference) / scale, "%", band, beside)
 
@@ -128,20 +125,20 @@ def angle(
 
 
 def phase(what: str, case: str, reference: float, ours: float, band: float) -> Row:
-    """The same where whole turns count for nothing."""
+    """A row of a phase angle [rad], whose deviation is modulo a full turn."""
     turn = (ours - reference + math.pi) % (2.0 * math.pi) - math.pi
     return angle(what, case, reference, reference + turn, band)
 
 
 def at_least(what: str, case: str, unit: str, bound: float, ours: float) -> Row:
-    """A row that passes when the value reaches the bound; the deviation is what is missing, in percent."""
+    """A row that passes if the value reaches the bound; the deviation is the shortfall in percent."""
     missing = max(0.0, 100.0 * (bound - ours) / abs(bound))
     return Row(what, case, unit, bound, ours, missing, "%", 0.0)
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A table of rows with one source.
+    """Rows against one source.
 
     Attributes:
       name: short, for patterns and files.
@@ -161,11 +158,10 @@ class Comparison:
 
     def judged(self, known: Sequence[Known]) -> Comparison:
         """The comparison with the verdict of each row."""
-        rows = [row.judged(self.name, known) for row in self.rows]
-        return Comparison(self.name, self.title, self.source, rows, self.beside, self.figures)
+        return replace(self, rows=[row.judged(self.name, known) for row in self.rows])
 
     def head_and_rows(self) -> tuple[list[str], list[list[str]]]:
-        """For the terminal: one line a quantity, with the case that deviates most."""
+        """Table for the terminal: for each quantity the case with the largest deviation."""
         head = ["quantity", "worst case", "cases", "reference", "ours", "unit", "deviation", "band", "verdict"]
         if self.beside:
             head.insert(7, self.beside)
@@ -198,11 +194,11 @@ class Report:
 
     @property
     def failed(self) -> bool:
-        """Some row fails."""
+        """Any row fails."""
         return self.count(Verdict.FAIL) > 0
 
     def summary(self) -> str:
-        """One line."""
+        """Number of rows by verdict, in one line."""
         counts = [f"{self.count(v)} {v}" for v in (Verdict.PASS, Verdict.KNOWN, Verdict.FAIL, Verdict.REPORTED)]
         return f"{sum(len(t.rows) for t in self.tables)} comparisons: {', '.join(counts)}"
 
@@ -248,7 +244,7 @@ def reference_table(name: str, **where: str) -> list[dict[str, str]]:
 
 
 def source_of(name: str) -> str:
-    """What the comments of a reference table say of its source."""
+    """Source of a reference table, from its comments."""
     text = (files("meltemi_verification") / "data" / f"{name}.csv").read_text(encoding="utf-8")
     comments = [line.removeprefix("#").strip() for line in text.splitlines() if line.startswith("#")]
     return "; ".join(comments).replace("Source: ", "")

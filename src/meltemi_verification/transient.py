@@ -45,16 +45,11 @@ def gust() -> Comparison:
             channel, span = r["channel"], float(r["peak_to_peak"])
             low, at_low, high, at_high = extremes(result.time, result[channel])
             unit, where = result.channel(channel).unit, f"set {aero}"
-            for name, value, at, v_column, t_column in (
-                ("minimum", low, at_low, "minimum", "at_minimum"),
-                ("maximum", high, at_high, "maximum", "at_maximum"),
-            ):
-                reference = float(r[v_column])
+            for name, value, at in (("minimum", low, at_low), ("maximum", high, at_high)):
+                reference, theirs = float(r[name]), float(r[f"at_{name}"])
                 deviation = 100.0 * (value - reference) / span
                 rows.append(Row(f"{channel} {name}", where, unit, reference, value, deviation, "%", 4.0))
-                rows.append(
-                    difference(f"{channel} time of {name}", where, "s", float(r[t_column]), at, 0.3, measure="s")
-                )
+                rows.append(difference(f"{channel} time of {name}", where, "s", theirs, at, 0.3, measure="s"))
     figure = plot(results, ["Wind1VelX", "RotSpeed", "BldPitch1", "RootMyc1", "TwrBsMyt"], ["options A", "options B"])
     title = "Extreme operating gust against OpenFAST (percent of the channel's peak-to-peak)"
     return Comparison("gust", title, source_of("gust"), rows, figures={"gust": figure})

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,8 @@ from meltemi.report.plots import new_figure, style
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import simulate
+from meltemi.simulation.start import Start
+from meltemi.wind.fields import WindBox
 from meltemi.wind.files import read_bts
 from meltemi_verification.steady import deck_model
 from meltemi_verification.table import Comparison, Row, at_least, relative
@@ -25,8 +29,25 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
+Series = dict[str, Float]
 
-BEGIN, END = 100.0, 700.0
+
+@dataclass(frozen=True)
+class Span:
+    """Compared part of a run [s], step of its records, part that is plotted, seeds, initial conditions."""
+
+    begin: float
+    end: float
+    step: float
+    shown: tuple[float, float]
+    seeds: tuple[int, ...]
+    start: Start | None = None
+
+
+LONG = Span(100.0, 700.0, 0.05, (300.0, 360.0), (1, 2))
+"""Of the folder of reference runs."""
+SHORT = Span(20.0, 65.0, 0.1, (20.0, 65.0), (1,), Start(12.1 * np.pi / 30.0, np.radians(17.47), 43093.55, {}))
+"""Of the package, from OpenFAST's initial conditions."""
 BANDS = {"A": (1.5, 2.5, 3.5), "B": (1.5, 4.0, 5.0)}
 """[%] of mean, standard deviation and damage-equivalent load."""
 CORRELATION = {
@@ -38,10 +59,9 @@ CHANNELS = (
 ).split()
 WIDE = {"YawBrMzp": 10.0, "TwrBsMxt": 10.0}
 """[%] for the two channels that a weakly damped mode or a small mean make uncertain."""
-SEEDS = (1, 2)
 
 
-def reference_series(folder: Path, name: str) -> dict[str, Float]:
+def reference_series(folder: Path, name: str) -> Series:
     """Channels of a reference run in SI.
 
     Raises:
@@ -51,46 +71,71 @@ def reference_series(folder: Path, name: str) -> dict[str, Float]:
     if not path.is_file():
         raise InputError(f"--reference {folder}: {path} is missing")
     with np.load(path) as z:
-        data = z["data"].astype(float)
-        return {
-            str(c): data[:, i] * si_unit(str(u))[1]
-            for i, (c, u) in enumerate(zip(z["channels"], z["units"], strict=True))
-        }
+        return _si(z["channels"], z["units"], z["data"].astype(float))
 
 
-def turbulence(folder: Path, progress: Callable[[float], None] = lambda share: None) -> list[Comparison]:
-    """Means, standard deviations, equivalent loads and correlations in turbulence at 20 m/s, 14 %."""
-    results: dict[tuple[str, int], Result] = {}
-    theirs: dict[tuple[str, int], dict[str, Float]] = {}
-    for i, seed in enumerate(SEEDS):
-        wind = read_bts(folder / "openfast/wind" / f"vkm20_s{seed}.bts")
-        for j, aero in enumerate("AB"):
-            theirs[aero, seed] = reference_series(folder, f"{aero}_turb_vkm20_s{seed}")
-            done = (2 * i + j) / 4
-            results[aero, seed] = simulate(
-                deck_model(aero),
-                wind,
-                duration=END,
-                channels=CHANNELS,
-                progress=lambda share, done=done: progress(done + 0.25 * share),  # type: ignore[misc]
-            )
-    tables = []
-    for aero in "AB":
-        rows: list[Row] = []
-        for seed in SEEDS:
-            rows += _compare(aero, seed, results[aero, seed], theirs[aero, seed], theirs["BA"["AB".index(aero)], seed])
-        figure = {f"turbulence_{aero}": _plot(results[aero, 1], theirs[aero, 1], aero)}
-        source = f"OpenFAST v5.0.0, set {aero}, TurbSim boxes vkm20_s1 and _s2, {BEGIN:g} to {END:g} s"
-        title = f"Turbulence at 20 m/s against OpenFAST set {aero}"
-        tables.append(Comparison(f"turbulence {aero}", title, source, rows, figures=figure))
-    return tables
+def _si(names: NDArray[np.str_], units: NDArray[np.str_], data: Float) -> Series:
+    return {str(c): data[:, i] * si_unit(str(u))[1] for i, (c, u) in enumerate(zip(names, units, strict=True))}
 
 
-def _compare(aero: str, seed: int, ours: Result, own: dict[str, Float], other: dict[str, Float]) -> list[Row]:
-    inside = (own["Time"] >= BEGIN - 1e-6) & (own["Time"] <= END + 1e-6)
-    part = ours.between(BEGIN, END)
+@cache
+def thinned(name: str) -> dict[str, NDArray[Any]]:
+    """Arrays of a file of thinned reference data; ``about`` names the source (``tools/reference_tables.py``)."""
+    with (files("meltemi_verification") / "data" / f"{name}.npz").open("rb") as file, np.load(file) as z:
+        return dict(z)
+
+
+def short_series(aero: str) -> Series:
+    """Channels of the reference run of a set, 20 to 65 s at 10 Hz, in SI."""
+    z = thinned("turbulent_runs")
+    counts = z[f"{aero}_counts"]
+    time = {"Time": SHORT.begin + SHORT.step * np.arange(float(len(counts)))}
+    return time | _si(z[f"{aero}_channels"], z[f"{aero}_units"], counts * z[f"{aero}_steps"])
+
+
+def short_wind() -> WindBox:
+    """Wind of these runs, 65 s of simulation; outside the rotor's reach it is the mean of the other points."""
+    z = thinned("turbulent_wind")
+    dt, dy, dz, bottom, speed, step = map(float, z["grid"])
+    counts = np.concatenate([z["first"][None], z["steps"]]).cumsum(axis=0)
+    velocity = np.broadcast_to(counts.mean(axis=1)[:, None, None], (len(counts), *z["near"].shape, 3)).copy()
+    velocity[:, z["near"]] = counts
+    return WindBox((velocity * step).astype(np.float32), dt, dy, dz, bottom, speed, 90.0, source="vkm20_s1, thinned")
+
+
+def turbulence(aero: str, folder: Path | None = None) -> Comparison:
+    """Means, standard deviations, equivalent loads and correlations in turbulence at 20 m/s, 14 %.
+
+    Args:
+      aero: set of options.
+      folder: reference runs, two seeds of ten minutes; without it one seed of 45 s, which comes with the package.
+    """
+    span = LONG if folder else SHORT
+    rows: list[Row] = []
+    for seed in span.seeds:
+        case = f"turb_vkm20_s{seed}"
+        own, other = (
+            reference_series(folder, f"{name}_{case}") if folder else short_series(name)
+            for name in (aero, "BA"["AB".index(aero)])
+        )
+        wind = read_bts(folder / "openfast/wind" / f"vkm20_s{seed}.bts") if folder else short_wind()
+        result = simulate(
+            deck_model(aero), wind, duration=span.end, channels=CHANNELS, output_step=span.step, start=span.start
+        )
+        rows += _compare(aero, f"seed {seed}", span, result, own, other)
+        if seed == 1:
+            figure = _plot(result, own, aero, span.shown)
+    boxes = "TurbSim boxes vkm20_s1 and _s2" if folder else "TurbSim box vkm20_s1, thinned"
+    source = f"OpenFAST v5.0.0, set {aero}, {boxes}, {span.begin:g} to {span.end:g} s"
+    title = f"Turbulence at 20 m/s against OpenFAST set {aero}" + ("" if folder else ", 45 s")
+    name = f"turbulence {aero}" + ("" if folder else " short")
+    return Comparison(name, title, source, rows, figures={name.replace(" ", "_"): figure})
+
+
+def _compare(aero: str, where: str, span: Span, ours: Result, own: Series, other: Series) -> list[Row]:
+    inside = (own["Time"] >= span.begin - 1e-6) & (own["Time"] <= span.end + 1e-6)
+    part = ours.between(span.begin, span.end)
     mean_band, std_band, load_band = BANDS[aero]
-    where = f"seed {seed}"
     rows: list[Row] = []
     for name in CHANNELS:
         x, y, z = part[name], own[name][inside], other[name][inside]
@@ -103,7 +148,7 @@ def _compare(aero: str, seed: int, ours: Result, own: dict[str, Float], other: d
         rows.append(relative(f"{name} std", where, unit, spread, float(x.std()), wide or std_band))
         slope = usual_slope(channel)
         if slope is not None and name != "RtFldFxh":
-            a, b = (damage_equivalent_load(s, duration=END - BEGIN, slope=slope) for s in (x, y))
+            a, b = (damage_equivalent_load(s, duration=span.end - span.begin, slope=slope) for s in (x, y))
             rows.append(relative(f"{name} DEL", where, unit, b, a, wide or load_band))
         if name in CORRELATION[aero]:
             correlation = float(np.corrcoef(x, y)[0, 1])
@@ -114,11 +159,11 @@ def _compare(aero: str, seed: int, ours: Result, own: dict[str, Float], other: d
     return rows
 
 
-def _plot(ours: Result, theirs: dict[str, Float], aero: str) -> Figure:
+def _plot(ours: Result, theirs: Series, aero: str, between: tuple[float, float]) -> Figure:
     names = ("RotSpeed", "BldPitch1", "RootMyc1", "TwrBsMyt", "TwrBsMxt")
     figure, axes = new_figure(len(names), size=(9.0, 8.0))
-    shown = ours.between(300.0, 360.0)
-    inside = (theirs["Time"] >= 300.0) & (theirs["Time"] <= 360.0)
+    shown = ours.between(*between)
+    inside = (theirs["Time"] >= between[0]) & (theirs["Time"] <= between[1])
     for ax, name in zip(axes[:, 0], names, strict=True):
         unit, factor = find(name, standard()).display_unit
         label, time, series = f"OpenFAST, set {aero}", theirs["Time"][inside], theirs[name][inside]

@@ -1,4 +1,4 @@
-"""A yawed machine against OpenFAST, and what yaw does to the power."""
+"""Operation in yaw against OpenFAST, and power over the yaw error."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ spills into it, so this amplitude is only reported."""
 
 
 def yawed(aero: str) -> Comparison:
-    """Power, all loads of the yaw bearing, tower base and blade root at 10 m/s and 20 deg."""
+    """Power and loads of yaw bearing, tower base and blade root at 10 m/s and 20 deg of yaw error."""
     table = {r["channel"]: r for r in reference_table("yaw", set=aero)}
     wind = SteadyWind(speed=10.0, direction=float(np.radians(YAW)))
     result = simulate(deck_model(aero), wind, duration=160.0, channels=["azimuth", *table]).between(100.0, 160.0)
@@ -56,7 +56,7 @@ def yawed(aero: str) -> Comparison:
 
 
 def _kind(channel: str) -> str:
-    """Force or moment; neither for power and speed."""
+    """``F`` for forces, ``M`` for moments, empty for power and speed."""
     return channel[-3] if channel[-1] in "pt" else channel[-4] if channel.startswith("Root") else ""
 
 

@@ -12,20 +12,19 @@ import meltemi
 from meltemi import Model, Stations, SteadyWind
 from meltemi.maths.records import members
 from meltemi.numbers.duals import N_DERIVATIVES
-from meltemi.simulation import step
-from meltemi.simulation.case import CONSTANT, Case
-from meltemi.simulation.system import Outputs, System
+from meltemi.simulation.case import Case
+from meltemi.simulation.system import Control, Outputs, Run, System
 from meltemi.turbine.library import load_turbine
 
 SOURCES = Path(meltemi.__file__).parent
+VARIANTS = [path for path in sorted((SOURCES / "aero").glob("*/*.py")) if "@kernel" in path.read_text(encoding="utf-8")]
+"""Models of stall, inflow and tower influence."""
 MODULES: dict[str, tuple[str, ...]] = {
     "aero/rotor.py": (),
     "aero/bem.py": (),
-    "aero/stall.py": (),
-    "aero/inflow.py": (),
+    **{f"aero/{path.parent.name}/{path.name}": () for path in VARIANTS},
     "aero/lag.py": (),
     "aero/polars.py": (),
-    "aero/tower_flow.py": (),
     "wind/velocity.py": (),
     "maths/access.py": (),
     "structure/kinematics.py": ("node_motion",),
@@ -33,9 +32,10 @@ MODULES: dict[str, tuple[str, ...]] = {
 }
 """Files compiled for nodes, and the functions in them that are; none named means all."""
 
+RECORDS = (System, Outputs, Control, Run)
 SAME_FOR_ALL = {"t", "dt"}
 """Arguments that are one number for all nodes, besides whole numbers."""
-ARRAYS_WITHOUT_NODES = {"options", "aero", "wind", "now", "series", "frame", "machine", "rotor", "structure"}
+ARRAYS_WITHOUT_NODES = {"options", "aero", "wind", "now", "times", "series", "frame", "machine", "rotor", "structure"}
 """Arrays in which nothing belongs to a single node."""
 TABLES_WITHOUT_NODES = ARRAYS_WITHOUT_NODES | {"aero_options", "pitch", "drive"}
 """Tables of a record, or names for them, in which nothing belongs to a single node."""
@@ -180,9 +180,9 @@ GOOD = [
     "variable = options[2] == 1\n    return aero[0] * x if variable else x",
     "last = flow.shape[1] - 1\n    if b == last or n > 2:\n        return 2.0 * x\n    return x",
     "for k in range(3):\n        if k == b:\n            x += 1.0\n    return x",
-    "influenced = cos(frame[ex.AZIMUTH, b]) <= 0.0\n    if influenced:\n        x = 0.0 * x\n    return x",
+    "influenced = cos(frame[8, b]) <= 0.0\n    if influenced:\n        x = 0.0 * x\n    return x",
     "lost = x > 0.0\n    return where(lost & (x < 2.0), x, 0.0)",
-    "options = m.aero_options\n    return x if options.wake == 1 or m.aero.tower_cut == 0.0 else 1.0 * x",
+    "options = m.aero_options\n    return x if options.wake == 1 or m.aero.fade_end == 0.0 else 1.0 * x",
     "influenced = cos(m.frame.azimuth[b]) <= 0.0 and b < m.motion.blades\n    return 0.0 * x if influenced else x",
 ]
 
@@ -198,20 +198,18 @@ def test_every_array_of_a_derivative_run_has_derivatives() -> None:
     """Or is named as a constant; arrays that share memory share their derivatives."""
     model: Model = meltemi.build(load_turbine("nrel5mw"))
     case = Case(model, SteadyWind(speed=9.0), Stations((10.0,), (40.0,)), numbers="duals")
-    run = {"measured": case.measured, "v_old": case.v_old, "a_old": case.a_old, "spare": case.spare}
-    run |= {"aero_state": case.aero_state.vector, "signals": case.signals.vector}
     # the controller's state gets its derivatives with the controller, the output with the run
-    later = {"controller_state", "output"}
-    arrays = {**case.arrays, **run}
-    names = {*members(System), *members(Outputs), *step.RUN_PARTS}
-    assert names - later <= set(arrays)
+    later = {"controller_state", "output", "clock", "events", "limits", "places"}
+    arrays = {**case.arrays, "aero_state": case.aero_state.vector, "signals": case.signals.vector}
+    found = {name: member.constant for record in RECORDS for name, member in members(record).items()}
+    assert set(found) - later <= set(arrays)
     kept = {}
-    for name in names - later:
+    for name in set(found) - later:
         slopes = case.slopes.get(name)
-        if name in CONSTANT:
-            assert slopes is None, f"{name} is in CONSTANT, and has derivatives"
+        if found[name]:
+            assert slopes is None, f"{name} is Constant, and has derivatives"
         else:
-            assert slopes is not None, f"{name} has no derivatives: give it some in Case.slopes, or name it in CONSTANT"
+            assert slopes is not None, f"{name} has no derivatives: give it some in Case.slopes, or mark it as Constant"
             assert slopes.shape == (*arrays[name].shape, N_DERIVATIVES), name
             kept[name] = slopes
     for one in kept:
@@ -224,7 +222,8 @@ def test_constants_are_not_written_to() -> None:
     """Their derivatives would be lost: they do not change in an evaluation with floats."""
     model = meltemi.build(load_turbine("nrel5mw"))
     case = Case(model, SteadyWind(speed=9.0), Stations((10.0,), (40.0,)))
-    before = {name: case[name].copy() for name in CONSTANT}
+    constant = {name for record in (System, Outputs) for name, member in members(record).items() if member.constant}
+    before = {name: case[name].copy() for name in constant}
     case["v"][:] = 0.1
     case.evaluate(1.0, 0.01)
     case.loads(1.0)

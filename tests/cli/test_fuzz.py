@@ -324,5 +324,5 @@ def test_what_is_absurdly_stiff_builds_or_is_refused_in_words(part: str, name: s
     except MeltemiError as error:
         assert part in str(error)
     else:
-        assert np.isfinite(model.modal).all()
-        assert np.isfinite(model.tower_matrix).all()
+        assert np.isfinite(model.rotor.modal).all()
+        assert np.isfinite(model.rotor.tower_matrix).all()

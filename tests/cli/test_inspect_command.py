@@ -16,7 +16,7 @@ def test_it_draws_and_prints(command: Command, tmp_path: Path) -> None:
     assert [f.name for f in ran.files] == ["turbine.html", "turbine.png"]
     assert all(f.stat().st_size > 100_000 for f in ran.files)
     page = ran.files[0].read_text(encoding="utf-8")
-    assert page.count("<img") == 6 and "What is missing" not in page and "731 kN" in page
+    assert page.count("<img") == 6 and "Missing data" not in page and "731 kN" in page
     assert "://" not in page and "<script" not in page
 
 
@@ -26,7 +26,7 @@ def test_what_is_missing_is_said(command: Command, tmp_path: Path, turbine: Turb
     assert ran.status == 0 and len(ran.files) == 2
     assert "missing: model: nrel5mw: nacelle.overhang" in ran.err
     page = ran.files[0].read_text(encoding="utf-8")
-    assert "What is missing" in page and "overhang" in page
+    assert "Missing data" in page and "overhang" in page
 
 
 def test_an_unknown_turbine_writes_nothing(command: Command, tmp_path: Path) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import pytest
 from terminal import Command
 
 import meltemi
 from meltemi import InputError
-from meltemi.simulation import engines
+from meltemi.simulation import rotors
 
 
 def test_a_power_curve_has_a_row_for_a_speed_that_fails(command: Command, tmp_path: Path) -> None:
@@ -34,14 +35,14 @@ def test_a_power_curve_of_failures_alone_leaves_no_folder(command: Command, tmp_
 
 
 def test_ctrl_c_leaves_the_points_before_it(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    original = engines.operating_point
+    original = rotors.operating_point
 
-    def at(model: engines.AnyModel, speed: float) -> meltemi.OperatingPoint:
+    def at(model: Any, speed: float) -> meltemi.OperatingPoint:
         if speed > 9.0:
             raise KeyboardInterrupt
         return original(model, speed)
 
-    monkeypatch.setattr(engines, "operating_point", at)
+    monkeypatch.setattr(rotors, "operating_point", at)
     ran = command("power-curve", "pmsg20mw", "--wind-speeds", "8,10", "--out", tmp_path)
     assert ran.status == 130
     _, *rows = csv.reader((tmp_path / "power_curve.csv").read_text().splitlines())

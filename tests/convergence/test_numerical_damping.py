@@ -18,7 +18,7 @@ OPTIONS: list[dict[str, Any]] = [{}, {"locked": ("torsion",)}, {"torsion_modes":
 def stepped_modes(model: Model, h: float) -> tuple[Any, Any]:
     """Frequencies and damping ratios of the linearised machine as the scheme (M-2 to M-4) moves it with step ``h``."""
     case = vacuum_case(model)
-    generator = len(model.tower.names) + GENERATOR
+    generator = len(model.rotor.tower.names) + GENERATOR
     free = np.array([i for i in np.flatnonzero(case["locked"] == 0.0) if i != generator])
     case["locked"][generator] = 1.0
     K, D = (derivative_matrix(case, name)[np.ix_(free, free)] for name in ("q", "v"))

@@ -9,6 +9,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +112,37 @@ def test_the_gearbox_on_its_page_runs(capsys: pytest.CaptureFixture[str]) -> Non
     assert mean["stage_1_sun_force"] == pytest.approx(mean["stage_1_ring_force"], rel=1e-3)
 
 
+def test_a_file_format_is_one_module_and_one_row(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The modules and rows of the page are put in their places, then its examples run."""
+    from meltemi.core.formats import FileFormat
+    from meltemi.wind.formats import WindFormat
+
+    page = "docs/development/file-formats.md"
+    for kind in ("wind", "postprocess"):
+        table, home = (import_module(f"meltemi.{kind}.{name}") for name in ("formats", "files"))
+        ((name, code),) = re.findall(
+            rf'^```python title="{kind}/files/(\w+\.py)"\n(.*?)^```', text_of(page), re.MULTILINE | re.DOTALL
+        )
+        (row,) = blocks(page, f'python title="row in {kind}/formats.py"')
+        (tmp_path / kind).mkdir()
+        (tmp_path / kind / name).write_text(code, encoding="utf-8")
+        monkeypatch.setattr(home, "__path__", [*home.__path__, str(tmp_path / kind)])
+        made = eval(row, {"WindFormat": WindFormat, "FileFormat": FileFormat})
+        monkeypatch.setattr(table, "FORMATS", (made, *table.FORMATS))
+    monkeypatch.chdir(tmp_path)
+    exec(compile("\n".join(blocks(page, "python")), page, "exec"), {"__name__": "page"})
+    assert capsys.readouterr().out == "".join(blocks(page, 'text title="printed"'))
+    (tmp_path / "damaged.npz").write_bytes(b"PK\3\4 and no archive")
+    with pytest.raises(meltemi.InputError, match=r"damaged\.npz: no archive of a wind box"):
+        meltemi.read_wind("damaged.npz")
+    with pytest.raises(meltemi.InputError, match=r"supported are \.npz, \.bts"):
+        meltemi.read_wind("field.np")
+    for kind in ("wind.files.archive", "postprocess.files.csv_table"):
+        sys.modules.pop(f"meltemi.{kind}")
+
+
 @pytest.mark.rosco
 def test_moving_from_rosco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Needs the rosco package, which the page says how to install."""
@@ -121,15 +153,17 @@ def test_moving_from_rosco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caps
     test_code_on_the_page_runs("docs/migrate/rosco.md", tmp_path, monkeypatch, capsys)
 
 
+def text_of(page: str) -> str:
+    return (ROOT / page).read_text(encoding="utf-8")
+
+
 def blocks(page: str, kind: str) -> list[str]:
-    text = (ROOT / page).read_text(encoding="utf-8")
-    return re.findall(rf"^```{kind}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    return re.findall(rf"^```{kind}\n(.*?)^```", text_of(page), re.MULTILINE | re.DOTALL)
 
 
 def files(page: str, folder: Path) -> list[Path]:
     """Write the files whose text stands on a page."""
-    text = (ROOT / page).read_text(encoding="utf-8")
-    found = re.findall(r'^```python title="(\w+\.py)"\n(.*?)^```', text, re.MULTILINE | re.DOTALL)
+    found = re.findall(r'^```python title="(\w+\.py)"\n(.*?)^```', text_of(page), re.MULTILINE | re.DOTALL)
     for name, content in found:
         (folder / name).write_text(content, encoding="utf-8")
     return [folder / name for name, _ in found]

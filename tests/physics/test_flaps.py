@@ -21,8 +21,11 @@ from meltemi import (
     with_flaps,
 )
 from meltemi.aero.flaps import ALPHAS, DELTAS, STEP, flap_increment
-from meltemi.aero.tables import AeroNode, AeroOptions
+from meltemi.aero.polars import Coefficients
+from meltemi.aero.tables import AeroNode, AeroOptions, FlapIncrement, FlapParameters
 from meltemi.control import signals as s
+from meltemi.maths.records import Array3
+from meltemi.numbers.records import Record
 from meltemi.simulation.case import Case
 from meltemi.turbine.flaps import DEFLECTION, LIFT
 
@@ -73,20 +76,34 @@ def test_a_flap_moves_its_own_blades_root_moment(
     assert np.all(others < 0.03 * abs(up - none)[0])
 
 
+class Flaps(Record):
+    """What the look-up of increments takes of the record of the aerodynamics."""
+
+    flap_nodes: Array3
+    increments: FlapIncrement
+    flap: FlapParameters
+
+
+def increment(share: Float, table: Float, flap: Float, alpha: float, n: int = 0) -> Coefficients:
+    """What flaps add at a node of the first blade."""
+    m: Any = Flaps("floats", {"flap_nodes": share, "increments": table, "flap": flap})
+    return flap_increment(alpha, m, 0, n)
+
+
 def test_increments_are_those_of_the_table(rigid: Model) -> None:
     share, flap = np.ones((1, 1, 1)), np.zeros((4, 1, 1))
     rows = np.array([[float(x) for x in line.split()] for line in LIFT.strip().splitlines()])
     for alpha, *lifts in rows:
         for delta, lift in zip(DEFLECTION, lifts, strict=True):
             flap[0, 0, 0] = np.radians(delta)
-            found = flap_increment(share, rigid.increments, flap, np.radians(alpha), 0, 0)
+            found = increment(share, rigid.rotor.increments, flap, np.radians(alpha))
             assert found.lift == pytest.approx(lift - lifts[3], abs=1e-9)
-            share_less = flap_increment(0.3 * share, rigid.increments, flap, np.radians(alpha), 0, 0)
+            share_less = increment(0.3 * share, rigid.rotor.increments, flap, np.radians(alpha))
             assert share_less.lift == pytest.approx(0.3 * found.lift, abs=1e-12)
 
 
 def test_increments_are_smooth_and_fade_out_past_stall(rigid: Model) -> None:
-    grid = rigid.increments[0].reshape(ALPHAS, DELTAS, 3)
+    grid = rigid.rotor.increments[0].reshape(ALPHAS, DELTAS, 3)
     alpha = np.degrees(STEP) * (np.arange(ALPHAS) - ALPHAS // 2)
     far = (alpha < -25.9) | (alpha > 29.9)  # 16 degrees beyond the data
     np.testing.assert_allclose(grid[far], 0.0, atol=1e-12)
@@ -109,13 +126,13 @@ def test_in_steady_flow_the_lift_is_that_of_the_polar_and_the_increment(flapped:
         view = case.view("flow")
         found.append((view["alpha"][0].copy(), view["lift"][0].copy(), case["flap"].copy()))
     alpha, lift, flap = found[1]
-    angles = np.linspace(-np.pi, np.pi, model.polars.shape[1])
-    for n in np.flatnonzero(model.flap_nodes[0, 0] > 0.0):
-        added = flap_increment(model.flap_nodes, model.increments, flap, alpha[n], 0, n)
-        polar = model.polars[int(model.aero_nodes[AeroNode.index("polar"), 0, n])]
+    angles = np.linspace(-np.pi, np.pi, model.rotor.polars.shape[1])
+    for n in np.flatnonzero(model.rotor.flap_nodes[0, 0] > 0.0):
+        added = increment(model.rotor.flap_nodes, model.rotor.increments, flap, alpha[n], n)
+        polar = model.rotor.polars[int(model.rotor.aero_nodes[AeroNode.index("polar"), 0, n])]
         # the curved flow of a coned blade turns it a little
         assert lift[n] == pytest.approx(np.interp(alpha[n], angles, polar[:, 0]) + added.lift, abs=0.02)
-        assert added.moment < -0.02 * model.flap_nodes[0, 0, n]
+        assert added.moment < -0.02 * model.rotor.flap_nodes[0, 0, n]
 
 
 def deflected(model: Model, wind: SteadyWind, demand: Any, duration: float, **more: Any) -> meltemi.Result:

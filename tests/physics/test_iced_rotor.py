@@ -69,7 +69,7 @@ def test_frequencies_of_an_iced_blade(turbine: Turbine) -> None:
     one, nowhere = ModelOptions(locked=STILL, flap_modes=1, edge_modes=0, torsion_modes=0), Environment(gravity=0.0)
     models = [meltemi.build(machine, one, nowhere) for machine in (turbine, with_ice(turbine, ONE))]
     before, after = (min(m.frequency for m in natural_modes(model)) for model in models)
-    nodes, clean = (View(BladeNode, model.blade_nodes) for model in reversed(models))
+    nodes, clean = (View(BladeNode, model.rotor.blade_nodes) for model in reversed(models))
     mass, first, J = (nodes[name][..., 0, :] - clean[name][..., 0, :] for name in ("mass", "moment", "inertia"))
     u, turn = models[1].shape[:, 0].reshape(2, 3, -1)
     xx, yy, zz, xy, xz, yz = J

@@ -14,8 +14,8 @@ from meltemi import (
     CalibratedCoefficient,
     Environment,
     InputError,
+    Model,
     ModelOptions,
-    PowerModel,
     PowerTurbine,
     Result,
     Start,
@@ -31,7 +31,7 @@ from meltemi import (
 from meltemi.control.signals import Demands
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.maths.tables import View
-from meltemi.simulation.engines import default_step, engine_of
+from meltemi.simulation.rotors import default_step, kind_of
 
 R, AREA = 138.0, np.pi * 138.0**2
 LAMBDA, C_P = 9.5085, 0.48
@@ -44,17 +44,17 @@ def turbine() -> PowerTurbine:
 
 
 @pytest.fixture(scope="module")
-def model(turbine: PowerTurbine) -> PowerModel:
+def model(turbine: PowerTurbine) -> Model:
     return build(turbine)
 
 
-def run(model: PowerModel, wind: Any, duration: float, channels: Sequence[str], **more: Any) -> Result:
+def run(model: Model, wind: Any, duration: float, channels: Sequence[str], **more: Any) -> Result:
     result = simulate(model, wind, duration=duration, channels=channels, **({"output_step": 0.05} | more))
     assert result.status is Status.OK, result.message
     return result
 
 
-def stepped(model: PowerModel, wind: Any, duration: float, demands: dict[str, float], **more: Any) -> Result:
+def stepped(model: Model, wind: Any, duration: float, demands: dict[str, float], **more: Any) -> Result:
     """A run under constant demands."""
     view = View(Demands, Demands.zeros())
     rows = [(view.rows(name), value) for name, value in demands.items()]
@@ -71,7 +71,7 @@ def stepped(model: PowerModel, wind: Any, duration: float, demands: dict[str, fl
 # steady operation ------------------------------------------------------------------------------------
 
 
-def test_optimal_torque_holds_the_optimum(model: PowerModel) -> None:
+def test_optimal_torque_holds_the_optimum(model: Model) -> None:
     point = operating_point(model, 10.0)
     assert point["tip_speed_ratio"] == pytest.approx(LAMBDA, rel=1e-5)  # friction of the bearings: 112 W
     assert point["power_coefficient"] == pytest.approx(C_P, rel=1e-9)
@@ -92,7 +92,7 @@ def test_with_another_density_the_tip_speed_ratio_obeys_the_closed_form(
     assert left == pytest.approx(1.225 / model.environment.density * C_P / LAMBDA**3, rel=2e-5)
 
 
-def test_rated_power_is_that_of_the_stator_and_pitch_holds_it(model: PowerModel) -> None:
+def test_rated_power_is_that_of_the_stator_and_pitch_holds_it(model: Model) -> None:
     assert operating_point(model, 10.43)["generator_power"] < 20e6
     for speed in (10.46, 12.0, 18.0):
         point = operating_point(model, speed)
@@ -112,7 +112,7 @@ def test_rain_that_takes_all_power_is_named(turbine: PowerTurbine) -> None:
         operating_point(model, 9.0)
 
 
-def test_a_run_begins_and_stays_in_steady_operation(model: PowerModel) -> None:
+def test_a_run_begins_and_stays_in_steady_operation(model: Model) -> None:
     for speed in (8.0, 14.0):
         point = operating_point(model, speed)
         result = run(model, SteadyWind(speed=speed), 60.0, ["rotor_speed", "pitch_1", "generator_power"])
@@ -163,7 +163,7 @@ def test_a_small_deviation_decays_with_the_time_of_optimal_torque(turbine: Power
         assert left[-1] == pytest.approx(np.exp(-2.0), rel=0.03)  # the torque is that of the last sample
 
 
-def test_the_pitch_actuator_moves_exactly(model: PowerModel) -> None:
+def test_the_pitch_actuator_moves_exactly(model: Model) -> None:
     w, demand = 6.666667, 0.5 * DEG
     result = stepped(
         model, SteadyWind(speed=10.0), 2.0, {"pitch": demand, "generator_torque": 2.55e7}, channels=["pitch_1"]
@@ -298,7 +298,7 @@ def test_a_field_of_wind_is_averaged_over_the_disk(turbine: PowerTurbine) -> Non
 # behind the same front -------------------------------------------------------------------------------
 
 
-def test_events_reach_it(model: PowerModel) -> None:
+def test_events_reach_it(model: Model) -> None:
     events = [{"at": 2.0, "type": "grid_loss", "until": 4.0}, {"at": 6.0, "type": "pitch_stuck", "blade": 2}]
     channels = ["generator_torque", "rotor_speed", "pitch_1", "pitch_2"]
     wind = WindSeries(time=[0.0, 20.0], speed=[12.0, 14.0])
@@ -321,7 +321,7 @@ def test_a_brake_stops_the_rotor(turbine: PowerTurbine) -> None:
     assert abs(result["rotor_speed"][-1]) < 0.05
 
 
-def test_a_plain_python_controller_runs_it_and_repeats_bit_by_bit(model: PowerModel) -> None:
+def test_a_plain_python_controller_runs_it_and_repeats_bit_by_bit(model: Model) -> None:
     from meltemi.control import signals as s
 
     def update(state: Any, measured: Any, demands: Any, dt: float) -> None:
@@ -334,7 +334,7 @@ def test_a_plain_python_controller_runs_it_and_repeats_bit_by_bit(model: PowerMo
     assert np.ptp(results[0]) > 0.01
 
 
-def test_a_batch_takes_models_and_what_makes_them(model: PowerModel) -> None:
+def test_a_batch_takes_models_and_what_makes_them(model: Model) -> None:
     cases = [
         meltemi.BatchCase(made, SteadyWind(speed=9.0), 2.0, name=name)
         for name, made in (("model", model), ("function", lambda: model))
@@ -344,9 +344,9 @@ def test_a_batch_takes_models_and_what_makes_them(model: PowerModel) -> None:
         assert outcome.value["generator_power"][-1] == pytest.approx(operating_point(model, 9.0)["generator_power"])
 
 
-def test_channels_of_blades_and_options_of_modes_are_refused_by_name(model: PowerModel, turbine: PowerTurbine) -> None:
+def test_channels_of_blades_and_options_of_modes_are_refused_by_name(model: Model, turbine: PowerTurbine) -> None:
     calm = SteadyWind(speed=8.0)
-    with pytest.raises(InputError, match="'TwrBsMyt': pmsg20mw is a turbine of a power coefficient, without blades"):
+    with pytest.raises(InputError, match="'TwrBsMyt': pmsg20mw is a power-coefficient turbine, without blades"):
         simulate(model, calm, duration=1.0, channels=["TwrBsMyt"])
     with pytest.raises(InputError, match="did you mean rotor_speed"):
         simulate(model, calm, duration=1.0, channels=["rotor_spped"])
@@ -359,13 +359,13 @@ def test_channels_of_blades_and_options_of_modes_are_refused_by_name(model: Powe
     loops = meltemi.LoadControl(loops=(meltemi.HarmonicLoop(harmonic=1, integral_gain=1e-9),))
     with pytest.raises(InputError, match="loops, which need loads of the blades: pmsg20mw"):
         meltemi.LoadController(turbine, loops)
-    assert "rotor_aero_torque" in engine_of(model).channels(model, meltemi.Stations())
+    assert "rotor_aero_torque" in kind_of(model).channels(model, meltemi.Stations())
 
 
 def test_the_default_time_step_follows_the_inertia_and_the_shaft(turbine: PowerTurbine) -> None:
     def step(**changes: float) -> float:
         model = build(turbine.replace(**{f"drivetrain.{name}": value for name, value in changes.items()}))
-        return engine_of(model).time_step(model)
+        return kind_of(model).time_step(model)
 
     assert step() == 0.05
     assert step(rotor_inertia=4.872e6) == pytest.approx(0.0125)

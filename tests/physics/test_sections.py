@@ -38,7 +38,7 @@ def bent(turbine: Turbine, size: float, **options: Any) -> tuple[View, Float, Ca
 def exact_angles(flow: View, theta: Float, case: Case, pitch: float) -> tuple[Float, Float]:
     """Angle of the chord towards feather from the rotation of the section: in its own plane, and as AeroDyn has it."""
     own, aerodyn = np.empty((2, theta.shape[1]))
-    nodes = View(AeroNode, case.model.aero_nodes)
+    nodes = View(AeroNode, case.model.rotor.aero_nodes)
     twist, slope_x, slope_y = (nodes[name][0] for name in ("twist", "slope_x", "slope_y"))
     unpitched = Rotation.from_euler("z", -pitch)
     for n in range(theta.shape[1]):
@@ -119,7 +119,7 @@ def test_momentum_balances_the_lift_in_curved_flow(turbine: Turbine, variant: An
     for _ in range(3):
         Start(rotor_speed=0.95).put(case)
     case.evaluate(0.0)
-    flow, nodes = View(BladeFlow, case["flow"]), View(AeroNode, model.aero_nodes)
+    flow, nodes = View(BladeFlow, case["flow"]), View(AeroNode, model.rotor.aero_nodes)
     middle = slice(8, 17)
     phi, a = flow["phi"][0, middle], flow["axial"][0, middle]
     sigma = (nodes["solid_length"] / flow["radius"])[0, middle]

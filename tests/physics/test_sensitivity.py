@@ -224,15 +224,12 @@ def test_matched_modes_move_the_machine_alike(model: Model) -> None:
     """With the signs of all modes turned, the same turbine."""
     from dataclasses import replace
 
-    turned = replace(
-        model,
-        **{
-            name: replace(getattr(model, name), modes=replace(member.modes, shape=-member.modes.shape))
-            for name, member in (("blade", model.blade), ("tower", model.tower))
-        },
-    )
-    other = matched(model, turned)
-    assert not np.array_equal(other.shape, model.shape)
+    turned = {
+        name: replace(member, modes=replace(member.modes, shape=-member.modes.shape))
+        for name, member in (("blade", model.rotor.blade), ("tower", model.rotor.tower))
+    }
+    other = matched(model, replace(model, rotor=replace(model.rotor, **turned)))
+    assert not np.array_equal(other.rotor.shape, model.rotor.shape)
     wind, start = box(20.0, 3), Start(rotor_speed=1.267, pitch=0.3, generator_torque=4e4)
     undeflected = replace(start, coordinates={})
     ours, theirs = (simulate(m, wind, duration=5.0, start=undeflected) for m in (model, other))

@@ -92,7 +92,7 @@ def test_bend_twist_coupling_in_the_assembled_machine(turbine: Turbine) -> None:
 def test_many_modes_of_a_kind_are_of_this_kind(turbine: Turbine) -> None:
     # among the higher modes are some that stretch the blade: they are neither flap nor edge
     model = meltemi.build(turbine, ModelOptions(flap_modes=5, edge_modes=5))
-    assert np.abs(model.blade.modes.shape[:, :, :3]).max() < 3.0
+    assert np.abs(model.rotor.blade.modes.shape[:, :, :3]).max() < 3.0
     result = simulate(model, SteadyWind(speed=11.0), duration=2.0, channels=["RootMyc1"])
     assert result.status is meltemi.Status.OK
 

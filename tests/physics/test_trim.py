@@ -11,7 +11,7 @@ import pytest
 import meltemi
 from meltemi import InputError, Model, ModelOptions, SteadyWind, Turbine, operating_point, simulate
 from meltemi.postprocess.statistics import means_over_revolutions
-from meltemi.simulation import engines, points, trim
+from meltemi.simulation import points, rotors, trim
 
 OWN = (
     "generator_power rotor_speed rotor_aero_thrust rotor_torque root_moment_in_plane_1 root_moment_out_of_plane_1 "
@@ -96,10 +96,10 @@ def test_a_wind_that_does_not_turn_the_rotor_is_explained(model: Model) -> None:
 
 
 def test_a_time_step_of_nearly_nothing_is_refused(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert engines.default_step(model) == 0.01
-    monkeypatch.setattr(engines, "SHORTEST_STEP", 0.02)
+    assert rotors.default_step(model) == 0.01
+    monkeypatch.setattr(rotors, "SHORTEST_STEP", 0.02)
     with pytest.raises(InputError, match=r"nrel5mw: its time step would be 0.01 s, 1e\+02 steps .* coordinate '.*' is"):
-        engines.default_step(model)
+        rotors.default_step(model)
 
 
 @pytest.mark.parametrize("rpm", [20.0, 24.0])

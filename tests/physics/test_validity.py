@@ -13,6 +13,7 @@ import meltemi
 from meltemi import Model, Result, RunError, Start, Status, SteadyWind
 from meltemi.simulation import validity
 from meltemi.simulation.simulate import Simulation, march
+from meltemi.simulation.tables import Watch
 from meltemi.wind.iec.models import iec_wind
 
 WIND = SteadyWind(speed=12.0)
@@ -85,7 +86,7 @@ def test_power_above_that_of_the_wind(model: Model, monkeypatch: pytest.MonkeyPa
 
 def test_pitch_beyond_half_a_turn(model: Model) -> None:
     simulation = Simulation(model, WIND, duration=1.0, channels=CHANNELS)
-    simulation.case["watch"][validity.PITCH, validity.LIMIT] = -1.0  # actuators have closer limits
+    simulation.case["watch"][Watch.index("limit"), validity.PITCH] = -1.0  # actuators have closer limits
     march(simulation)
     assert "half a turn" in told(simulation.result())
     with pytest.raises(meltemi.InputError, match="not between -pi and pi"):

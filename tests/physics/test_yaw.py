@@ -11,13 +11,10 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawControl, YawController, simulate
 from meltemi.control import signals as s
-from meltemi.control.actuators import Actuators, yaw_advance
-from meltemi.control.faults import healthy
-from meltemi.maths.tables import View
+from meltemi.control.actuators import yaw_advance
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.studies.sensitivity import differences
-from meltemi.turbine import exchange as ex
 
 Float = NDArray[np.float64]
 ALL_BUT_YAW = ("tower", "generator", "drivetrain", "blades")
@@ -49,23 +46,23 @@ def yaw_inertia(model: Model) -> float:
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.37])
-def test_the_drive_follows_the_trapezoid_exactly(dt: float) -> None:
+def test_the_drive_follows_the_trapezoid_exactly(turbine: Turbine, dt: float) -> None:
     """0 to 5 mrad/s at 1 mrad/s^2 takes 5 s and 12.5 mrad; then at the rate; then back through zero."""
-    p, demands, drive = Actuators.zeros(), s.Demands.zeros(), ex.Drive.zeros()
-    view = View(Actuators, p)
-    view["yaw_rate"], view["yaw_acceleration"], view["yaw_hold"] = 0.005, 0.001, -1.0
+    driven = meltemi.build(turbine, ModelOptions(yaw="driven"))
+    c = Case(driven.with_parameters(actuators__yaw_rate=0.005, actuators__yaw_acceleration=0.001), CALM).control
+    drive = c.drive
     t = 0.0
     for demand, until in ((1.0, 10.0), (-0.002, 20.0)):
-        demands[s.YAW_RATE_DEMAND] = demand
-        rate0, angle0, t0 = drive[ex.YAW_DRIVE_RATE], drive[ex.YAW_COMMAND], t
+        c.demands.yaw_rate = demand
+        rate0, angle0, t0 = drive.yaw_drive_rate, drive.yaw_command, t
         while t < until:
-            yaw_advance(p, 1e9, demands, healthy(), drive, 0.0, 0.0, dt)
+            yaw_advance(dt, c, 1e9, 0.0, 0.0)
             t += dt
         target = min(demand, 0.005)
         ramp = abs(target - rate0) / 0.001
-        assert drive[ex.YAW_DRIVE_RATE] == target
+        assert drive.yaw_drive_rate == target
         exact = 0.5 * (rate0 + target) * ramp + target * (t - t0 - ramp)
-        assert drive[ex.YAW_COMMAND] - angle0 == pytest.approx(exact, abs=1e-14)
+        assert drive.yaw_command - angle0 == pytest.approx(exact, abs=1e-14)
 
 
 def test_turning_needs_the_work_that_it_stores(turbine: Turbine) -> None:

@@ -12,17 +12,12 @@ import meltemi
 from meltemi import Air, Climate, Environment, InputError, PowerGrid, TimeSeries, air_density, load_climate
 from meltemi.environment.air import R_DRY, R_VAPOUR, site_pressure, vapour_pressure
 from meltemi.environment.climate import MONTH_HOURS
-from meltemi.environment.conditions import (
-    AIR_DENSITY,
-    AIR_TEMPERATURE,
-    GRID_FREQUENCY,
-    TIME,
-    Conditions,
-    conditions_array,
-    conditions_now,
-)
+from meltemi.environment.conditions import Conditions, conditions_array, conditions_now
 from meltemi.turbine.electrical import nominal_frequency
 
+TIME, AIR_DENSITY, AIR_TEMPERATURE, GRID_FREQUENCY = (
+    Conditions.index(name) for name in ("time", "air_density", "air_temperature", "grid_frequency")
+)
 HUMIDITY = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
 AT_SEA_LEVEL = {
     -10: "1.3414 1.3411 1.3408 1.3405 1.3402 1.3399",
@@ -174,7 +169,7 @@ def test_density_jumps_with_the_temperature() -> None:
     air = Air(temperature=TimeSeries(time=[0.0, 5.0, 5.0, 9.0], value=[40.0, 40.0, -10.0, 0.0]))
     array, now = conditions_array(Environment(air=air), None, 5e6), np.zeros(8)
     for time, temperature in ((0.0, 40.0), (4.999, 40.0), (5.0, -10.0), (9.0, 0.0), (99.0, 0.0)):
-        conditions_now(time, array, 9.0, now)
+        conditions_now(time, array, 9.0, Conditions(now))
         assert now[AIR_DENSITY] == pytest.approx(float(air_density(temperature)), rel=1e-12)
 
 
@@ -197,7 +192,7 @@ def test_density_between_times_is_that_of_the_weather(weather: dict[str, Any]) -
     exact = environment.air.at(times)  # type: ignore[union-attr]
     found = np.zeros((8, len(times)))
     for i, time in enumerate(times):
-        conditions_now(time, array, 9.0, now)
+        conditions_now(time, array, 9.0, Conditions(now))
         found[:, i] = now
     assert found[AIR_DENSITY] == pytest.approx(exact[3], rel=1e-4)
     for row, values in ((AIR_TEMPERATURE, exact[0]), (Conditions.index("humidity"), exact[1])):
@@ -219,9 +214,9 @@ def test_a_jump_at_the_very_start_has_been() -> None:
     """For what a run begins in, and for its first step."""
     environment = Environment(air=Air(temperature=TimeSeries(time=[0.0, 0.0, 10.0], value=[40.0, -10.0, -10.0])))
     array, now = conditions_array(environment, None, 5e6), np.zeros(8)
-    conditions_now(0.0, array, 9.0, now)
+    conditions_now(0.0, array, 9.0, Conditions(now))
     assert now[AIR_DENSITY] == environment.density == float(air_density(-10.0))
-    conditions_now(-1.0, array, 9.0, now)
+    conditions_now(-1.0, array, 9.0, Conditions(now))
     assert now[AIR_DENSITY] == float(air_density(40.0))
 
 

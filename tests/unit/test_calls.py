@@ -28,7 +28,7 @@ MODEL = meltemi.build(TURBINE)
         ),
         (lambda: meltemi.simulate(MODEL, 12.0, duraton=2.0), "unknown argument 'duraton'; did you mean 'duration'"),
         (lambda: meltemi.simulate(MODEL, "12", duration=2.0), "wind: expected a number or SteadyWind or .*found '12'"),
-        (lambda: meltemi.simulate("pmsg20mw", 12.0, duration=2.0), "model: expected AnyModel, found 'pmsg20mw'"),
+        (lambda: meltemi.simulate("pmsg20mw", 12.0, duration=2.0), "model: expected Model[Any], found 'pmsg20mw'"),
         (lambda: meltemi.simulate(MODEL, 12.0, duration="long"), "duration: expected a number, found 'long'"),
         (
             lambda: meltemi.simulate(MODEL, 12.0, duration=2.0, start=meltemi.Start("str")),  # type: ignore[arg-type]

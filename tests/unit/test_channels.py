@@ -12,7 +12,7 @@ from meltemi import InputError, Model, ModelOptions, Stations, build
 from meltemi.core.units import FIELD
 from meltemi.report.plots import EVERYBODY
 from meltemi.report.tables import POWER_CURVE
-from meltemi.simulation.case import SIGNAL_TABLES
+from meltemi.simulation.bladed.rotor import SIGNALS
 from meltemi.simulation.channels import DEFAULT, Channel, catalogue, every_kind, find, standard
 from meltemi.simulation.simulate import choose, model_channels
 from meltemi.turbine.definition import Turbine
@@ -134,8 +134,8 @@ def test_each_blade_and_node_has_its_own_place() -> None:
 def test_places_exist_in_the_signals() -> None:
     for channel in EVERYTHING.values():
         array, row = channel.source
-        if array in SIGNAL_TABLES:
-            table = SIGNAL_TABLES[array]
+        if array in SIGNALS:
+            table = SIGNALS[array]
             assert row in table.names, channel.name
             assert len(channel.index) == len(table.axes), channel.name
         else:
@@ -145,8 +145,8 @@ def test_places_exist_in_the_signals() -> None:
 def test_units_are_those_of_the_signals() -> None:
     for channel in EVERYTHING.values():
         array, row = channel.source
-        if array in SIGNAL_TABLES:
-            table = SIGNAL_TABLES[array]
+        if array in SIGNALS:
+            table = SIGNALS[array]
             assert channel.unit == table.rows[table.index(row)].unit, channel.name
 
 

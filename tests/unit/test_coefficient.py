@@ -19,10 +19,10 @@ from meltemi import (
 )
 from meltemi.aero.coefficient import (
     akima_slopes,
-    coefficient_arrays,
     known,
     looked_up,
     power_coefficient,
+    rotor_coefficients,
     thrust_coefficient,
 )
 from meltemi.core.yamlfile import validated
@@ -32,7 +32,7 @@ DEG = np.pi / 180.0
 
 
 def c_p(coefficient: Coefficient, ratio: float, pitch: float = 0.0) -> float:
-    return float(power_coefficient(*coefficient_arrays(coefficient), ratio, pitch))
+    return float(power_coefficient(ratio, pitch, rotor_coefficients(coefficient)))
 
 
 def table(f: Any, ratios: Any, pitches: Any, **more: Any) -> TableCoefficient:
@@ -72,20 +72,20 @@ def test_a_pitch_below_zero_is_taken_as_zero_by_the_formula() -> None:
 
 
 def test_the_calibrated_formula_knows_its_range() -> None:
-    p = coefficient_arrays(CalibratedCoefficient()).parameters
-    assert known(p, 9.0, 0.0)
-    assert not known(p, 6.9, 0.0)
-    assert not known(p, 11.6, 0.0)
-    assert not known(p, 9.0, 0.01)
+    p = rotor_coefficients(CalibratedCoefficient()).coefficient
+    assert known(9.0, 0.0, p)
+    assert not known(6.9, 0.0, p)
+    assert not known(11.6, 0.0, p)
+    assert not known(9.0, 0.01, p)
 
 
 def test_a_table_gives_its_entries_and_is_smooth_between_them() -> None:
     bem = load_turbine("pmsg20mw-bem").coefficient
     assert isinstance(bem, TableCoefficient)
-    arrays = coefficient_arrays(bem)
+    c = rotor_coefficients(bem)
     for i, ratio in enumerate(bem.tip_speed_ratio):
         for j, pitch in enumerate(bem.pitch):
-            assert power_coefficient(*arrays, ratio, pitch) == pytest.approx(bem.power[i, j], abs=1e-14)
+            assert power_coefficient(ratio, pitch, c) == pytest.approx(bem.power[i, j], abs=1e-14)
     # value and slopes are continuous across the lines of the table
     e = 1e-7
     for ratio, pitch in ((9.0, 2.5 * DEG), (7.3, 5.0 * DEG)):
@@ -123,10 +123,10 @@ def test_beyond_a_table_coefficients_go_on_straight_but_not_below_the_smallest()
 def test_thrust_comes_from_tables_that_have_it() -> None:
     ratios, pitches = [4.0, 8.0, 12.0], [0.0, 0.1, 0.2]
     with_thrust = table(lambda x, y: 0.1 + 0.02 * x - y, ratios, pitches, thrust=np.full((3, 3), 0.7))
-    arrays = coefficient_arrays(with_thrust)
-    assert thrust_coefficient(*arrays, 7.0, 0.05) == pytest.approx(0.7)
-    assert looked_up(0, *arrays[1:], 8.0, 0.1) == pytest.approx(0.16)
-    assert thrust_coefficient(*coefficient_arrays(HeierCoefficient()), 7.0, 0.05) == 0.0
+    c = rotor_coefficients(with_thrust)
+    assert thrust_coefficient(7.0, 0.05, c) == pytest.approx(0.7)
+    assert looked_up(0, 8.0, 0.1, c) == pytest.approx(0.16)
+    assert thrust_coefficient(7.0, 0.05, rotor_coefficients(HeierCoefficient())) == 0.0
 
 
 def test_slopes_of_a_straight_line_are_exact() -> None:

@@ -12,10 +12,20 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import meltemi
-from meltemi.electrical import advance as ad
-from meltemi.electrical.circuit import Phasor, circuit, drive
+import meltemi.numbers.records
+from meltemi.core.kernel import kernel
+from meltemi.electrical.advance import chopper, electric_advance, electric_begin, electric_rates
+from meltemi.electrical.circuit import circuit, drive
 from meltemi.electrical.control import stator_reference
-from meltemi.electrical.tables import N_STATES, TRIPS, ElectricalParameters, ElectricState, electrical_array
+from meltemi.electrical.tables import (
+    N_STATES,
+    TRIPS,
+    Electrical,
+    ElectricalParameters,
+    ElectricState,
+    electrical_array,
+)
+from meltemi.maths.phasors import Phasor
 from meltemi.maths.tables import View
 from meltemi.turbine.electrical import LINE, ElectricalSystem, size_electrical
 
@@ -25,29 +35,51 @@ FLOWS = "copper_loss iron_loss converter_loss filter_loss chopper_power stored_p
 
 
 class Bench:
-    """An electrical system that is marched by hand."""
+    """An electrical system under given inputs."""
 
     def __init__(self, system: ElectricalSystem = SYSTEM, dt: float = 0.01, torque: float = TORQUE) -> None:
-        self.p, self.x, self.dt = electrical_array(system), ElectricState.zeros(), dt
-        self.now = View(ElectricState, self.x)
-        self.arguments = [torque, 0.0, SPEED, 1.0, 50.0]
-        ad.electric_begin(self.p, *self.arguments, self.x, dt)
-        self.time = 0.0
+        self.x, self.dt, self.time = ElectricState.zeros(), dt, 0.0
+        arrays = {"electrical": electrical_array(system), "electric": self.x, "d_electric": ElectricState.zeros()}
+        self.system = Electrical("floats", arrays)
+        self.now, self.slope = View(ElectricState, self.x), View(ElectricState, arrays["d_electric"])
+        self.inputs = [torque, 0.0, SPEED, 1.0, 50.0]
+        electric_begin(dt, *self.inputs, self.system)
 
     def march(self, duration: float, **changes: float) -> list[np.ndarray]:
         names = "torque reactive speed voltage frequency".split()
         for name, value in changes.items():
-            self.arguments[names.index(name)] = value
+            self.inputs[names.index(name)] = value
         rows = []
         for _ in range(round(duration / self.dt)):
-            ad.electric_advance(self.p, *self.arguments, self.x, self.dt)
+            electric_advance(self.dt, *self.inputs, self.system)
             self.time += self.dt
             rows.append(self.x.copy())
         return rows
 
+    def advanced(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """States a step after ``x``."""
+        self.x[:] = x
+        electric_advance(dt, *self.inputs, self.system)
+        return self.x[:N_STATES].copy()
+
+    def rates(self) -> np.ndarray:
+        """Rates of the states; what is recorded stands in ``x``."""
+        electric_rates(*self.inputs, self.system)
+        return self.slope.array[:N_STATES].copy()
+
     def residual(self) -> float:
-        """Share of rated power by which the balance does not close."""
+        """Residual of the power balance over rated power."""
         return abs(float(self.now["mechanical_power"]) - sum(float(self.now[name]) for name in FLOWS)) / 20e6
+
+
+@kernel
+def reference(torque: float, w: float, most: float, e: Electrical) -> Phasor:
+    return stator_reference(torque, w, most, e.electrical)
+
+
+@kernel
+def dissipated(dc: float, e: Electrical) -> float:
+    return chopper(dc, e.electrical)
 
 
 def column(rows: list[np.ndarray], name: str) -> np.ndarray:
@@ -190,12 +222,12 @@ def test_steady_operation_is_that_of_phasors() -> None:
     w = m.pole_pairs * SPEED
     current = 1j * TORQUE / (1.5 * m.pole_pairs * m.flux)
     terminal = 1j * w * m.flux - (m.resistance + 1j * w * m.inductance) * current
-    assert complex(x["stator_d"], x["stator_q"]) == pytest.approx(current, rel=1e-6)
+    assert complex(*x["stator"]) == pytest.approx(current, rel=1e-6)
     assert x["stator_voltage"] == pytest.approx(abs(terminal), rel=1e-6)
     assert x["copper_loss"] == pytest.approx(1.5 * m.resistance * abs(current) ** 2, rel=1e-6)
     # the grid: what leaves the DC link, found from voltages alone
     volts = 6600.0 * math.sqrt(2.0 / 3.0)
-    delivered = complex(x["grid_d"], x["grid_q"])
+    delivered = complex(*x["grid"])
     power = 1.5 * volts * delivered.conjugate()
     assert x["grid_power"] == pytest.approx(power.real, rel=1e-6)
     assert x["reactive_power"] == pytest.approx(4e6, rel=1e-6)
@@ -213,8 +245,8 @@ def test_steady_operation_is_that_of_phasors() -> None:
 def test_steady_operation_has_the_voltages_of_its_phasors() -> None:
     m, f, x = SYSTEM.machine, SYSTEM.filter, Bench().now
     w = m.pole_pairs * SPEED
-    terminal = 1j * w * m.flux - (m.resistance + 1j * w * m.inductance) * complex(x["stator_d"], x["stator_q"])
-    e = SYSTEM.grid_peak + (f.resistance + 2j * math.pi * 50.0 * f.inductance) * complex(x["grid_d"], x["grid_q"])
+    terminal = 1j * w * m.flux - (m.resistance + 1j * w * m.inductance) * complex(*x["stator"])
+    e = SYSTEM.grid_peak + (f.resistance + 2j * math.pi * 50.0 * f.inductance) * complex(*x["grid"])
     assert x["stator_voltage"] == pytest.approx(abs(terminal), rel=1e-12)
     assert x["converter_voltage"] == pytest.approx(abs(e), rel=1e-12)
 
@@ -384,7 +416,7 @@ def test_a_low_link_weakens_the_field_and_keeps_the_torque() -> None:
     assert bench.now["torque"] == pytest.approx(TORQUE, rel=1e-6)
     m = weak.machine
     for most in (6300.0, 5000.0, 3000.0, 100.0):
-        i = complex(*stator_reference(bench.p, TORQUE, 60.0, most))
+        i = complex(*reference(TORQUE, 60.0, most, bench.system))
         assert abs(i) <= 2750.0 * (1.0 + 1e-12)
         needed = abs(60j * m.flux - (m.resistance + 60j * m.inductance) * i)
         assert needed <= 0.97 * most * (1.0 + 1e-9) or abs(i) == pytest.approx(2750.0)
@@ -427,41 +459,31 @@ def test_substeps_converge_with_first_order() -> None:
 def test_short_steps_tend_to_the_rates() -> None:
     bench = Bench(dt=1e-5)
     bench.march(1e-3, torque=0.9 * TORQUE, voltage=0.95, reactive=1e6, frequency=50.2)
-    begin, rates = bench.x.copy(), ElectricState.zeros()
-    now = begin.copy()
-    ad.electric_rates(bench.p, *bench.arguments, now, rates)
-    found = []
-    for dt in (2e-6, 1e-6):
-        x = begin.copy()
-        ad.electric_advance(bench.p, *bench.arguments, x, dt)
-        found.append((x - begin)[:N_STATES] / dt)
-    errors = [np.abs(each - rates[:N_STATES]) for each in found]
-    large = errors[0] > 1e-4 * np.abs(rates[:N_STATES])
+    begin = bench.x.copy()
+    rates, now = bench.rates(), bench.x.copy()
+    found = [(bench.advanced(begin, dt) - begin[:N_STATES]) / dt for dt in (2e-6, 1e-6)]
+    errors = [np.abs(each - rates) for each in found]
+    large = errors[0] > 1e-4 * np.abs(rates)
     assert large.sum() > 5
     assert np.allclose(errors[0][large] / errors[1][large], 2.0, atol=0.1)
     limit = 2.0 * found[1] - found[0]
-    assert np.allclose(limit, rates[:N_STATES], rtol=1e-3, atol=1.0)
-    assert np.allclose(now[ad.TORQUE : ad.STORED], begin[ad.TORQUE : ad.STORED], rtol=0.02, atol=1.0)
+    assert np.allclose(limit, rates, rtol=1e-3, atol=1.0)
+    recorded = slice(ElectricState.index("torque"), ElectricState.index("stored_power"))
+    assert np.allclose(now[recorded], begin[recorded], rtol=0.02, atol=1.0)
 
 
 def slowest(system: ElectricalSystem, torque: float, voltage: float) -> float:
     """Largest amplification of a sub-step, over all that it can do to small changes of the states."""
     h = system.control.longest_step * (1.0 - 1e-9)
     bench = Bench(system, dt=h, torque=torque)
-    bench.arguments[3] = voltage
-    ad.electric_begin(bench.p, *bench.arguments, bench.x, h)
+    bench.inputs[3] = voltage
+    electric_begin(h, *bench.inputs, bench.system)
     begin, columns = bench.x.copy(), []
     for j in range(N_STATES):
-        step, ends = (
-            1e-6 * max(abs(begin[j]), 0.01 if ElectricState.names[j] in ("grid_angle", "lock_hold") else 1.0),
-            [],
-        )
-        for sign in (1.0, -1.0):
-            x = begin.copy()
-            x[j] += sign * step
-            ad.electric_advance(bench.p, *bench.arguments, x, h)
-            ends.append(x[:N_STATES])
-        columns.append((ends[0] - ends[1]) / (2.0 * step))
+        change = np.zeros_like(begin)
+        change[j] = 1e-6 * max(abs(begin[j]), 0.01 if ElectricState.names[j] in ("grid_angle", "lock_hold") else 1.0)
+        up, down = (bench.advanced(begin + sign * change, h) for sign in (1.0, -1.0))
+        columns.append((up - down) / (2.0 * change[j]))
     return float(np.abs(np.linalg.eigvals(np.array(columns))).max())
 
 
@@ -496,28 +518,28 @@ def test_a_step_that_is_accepted_follows_the_chopper() -> None:
     SYSTEM.replace(**{"control.substep": 0.99 * most})
     with pytest.raises(meltemi.InputError, match="faster than sub-steps"):
         SYSTEM.replace(**{"control.substep": 1.01 * most})
-    p = electrical_array(SYSTEM)
+    e = Bench().system
     volts = np.linspace(1.0, 1.2, 400) * link.voltage
     energy = 0.5 * link.capacitance * volts**2
-    after = energy - 0.99 * most * np.array([ad.chopper(p, v) for v in volts])
+    after = energy - 0.99 * most * np.array([dissipated(v, e) for v in volts])
     assert (np.diff(after) >= -1e-9 * energy[0]).all()
 
 
 def test_axes_turn_with_the_phase_locked_loop() -> None:
     """Current in its axes, and its control, see the speed of the loop itself, with its proportional part."""
-    bench, f, rates = Bench(), SYSTEM.filter, ElectricState.zeros()
+    bench, f = Bench(), SYSTEM.filter
     bench.march(0.02, frequency=50.3, voltage=0.95)
-    x, r = bench.now, View(ElectricState, rates)
-    ad.electric_rates(bench.p, *bench.arguments, bench.x, rates)
+    bench.rates()
+    x, r = bench.now, bench.slope
     w, rate = 2.0 * math.pi * 50.3 - float(r["grid_angle"]), 2.0 * math.pi * 100.0
     assert abs(w - 2.0 * math.pi * 50.0 - float(x["lock_hold"])) > 0.1
-    i, held = complex(x["grid_d"], x["grid_q"]), complex(x["grid_hold_d"], x["grid_hold_q"])
+    i, held = complex(*x["grid"]), complex(*x["grid_hold"])
     inner = (f.resistance - rate * f.inductance + 1j * w * f.inductance) * i
-    y = complex(r["grid_hold_d"], r["grid_hold_q"]) / rate + inner + held
+    y = complex(*r["grid_hold"]) / rate + inner + held
     assert abs(y) == pytest.approx(float(x["converter_voltage"]), rel=1e-12)
     source = 0.95 * SYSTEM.grid_peak * cmath.exp(1j * float(x["grid_angle"]))
     expected = (y - source - (f.resistance + 1j * w * f.inductance) * i) / f.inductance
-    assert complex(r["grid_d"], r["grid_q"]) == pytest.approx(expected, rel=1e-9)
+    assert complex(*r["grid"]) == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_turbine_without_one_has_none() -> None:

@@ -40,11 +40,11 @@ def test_each_acts_in_its_span(events: list[dict[str, Any]], seed: Any) -> None:
     seed.shuffle(shuffled)
     rows = schedule(read_events(shuffled), TURBINE, DT, N_STEPS).rows
     assert np.array_equal(rows, schedule(read_events(events), TURBINE, DT, N_STEPS).rows)
-    faults, following = f.healthy(), 0
+    faults, following = f.Faults(f.healthy()), 0
     for k in range(N_STEPS):
         following = f.happen(k, following, rows, faults)
         measured, t = s.Measurements.zeros(), k * DT
-        f.report(t, faults, measured)
+        f.report(t, faults, s.Measurements(measured))
         expected = s.Measurements.zeros()
         expected[s.GRID], expected[s.POWER_LIMIT] = 1.0, np.inf
         for event in events:
@@ -67,15 +67,15 @@ def test_a_case_with_events_is_written_and_read(events: list[dict[str, Any]], tm
 
 def test_what_a_lost_sensor_gives() -> None:
     """It keeps what it gave when it was lost, offset and drift included; zero is zero."""
-    faults, place = f.healthy(), s.Measurements.index("wind_speed")
+    faults, place = f.Faults(f.healthy()), s.Measurements.index("wind_speed")
     i = place - f.FIRST
-    faults[f.OFFSET + i], faults[f.DRIFT + i], faults[f.DRIFT_BEGIN + i] = 2.0, 0.5, 1.0
+    faults.offset[i], faults.drift[i], faults.drift_begin[i] = 2.0, 0.5, 1.0
     seen = []
     for t, lost in ((3.0, None), (4.0, f.KEEP_NEXT), (5.0, None), (6.0, f.ZERO), (7.0, 0.0)):
         measured = s.Measurements.zeros()
         measured[place] = 10.0 * t
         if lost is not None:
-            faults[f.LOST + i] = lost
-        f.report(t, faults, measured)
+            faults.lost[i] = lost
+        f.report(t, faults, s.Measurements(measured))
         seen.append(measured[place])
     assert seen == [33.0, 43.5, 43.5, 0.0, 75.0]

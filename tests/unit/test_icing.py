@@ -113,7 +113,7 @@ def test_factors_fade_out() -> None:
 def test_ice_of_nothing_changes_nothing(turbine: Turbine, clean: Model) -> None:
     nothing = meltemi.build(with_ice(turbine, Icing(amount=0.0, lift_penalty=0.0, drag_penalty=0.0)))
     assert np.array_equal(nothing.blade_nodes, clean.blade_nodes)
-    index, was = (View(AeroNode, model.aero_nodes)["polar"].astype(int) for model in (nothing, clean))
+    index, was = (View(AeroNode, model.rotor.aero_nodes)["polar"].astype(int) for model in (nothing, clean))
     assert np.array_equal(nothing.polars[index], clean.polars[was])
     back = meltemi.build(with_ice(with_ice(turbine, Icing()), None))
     assert all(np.array_equal(getattr(back, name), getattr(clean, name)) for name in ("blade_nodes", "aero_nodes"))

@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 from dataclasses import replace
 from math import cos, degrees, pi, radians, sin
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from hypothesis import strategies as st
 import meltemi
 from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, UnsupportedError, WindBox, WindClass, WindSeries
 from meltemi.maths.vectors import Vec
-from meltemi.wind.fields import Wind, wind_arrays
+from meltemi.wind.fields import Wind, wind_field
 from meltemi.wind.iec.classes import CLASSES, extreme_speed, sigma_etm, sigma_ntm, wind_class
 from meltemi.wind.iec.gusts import ecd, ecg, edc, eog, ews_horizontal, ews_vertical
 from meltemi.wind.iec.models import MODELS, iec_wind
@@ -29,6 +28,7 @@ from meltemi.wind.iec.winds import etm, ewm_steady, ewm_turbulent, ntm, nwp
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.spectra import scale_parameter
 from meltemi.wind.velocity import series_now, wind_velocity
+from meltemi_verification.table import reference_table
 
 HUB, D, BEGIN = 90.0, 126.0, 60.0
 LEFT, RIGHT, TOP, BOTTOM, MIDDLE = (
@@ -43,10 +43,9 @@ many = settings(derandomize=True, deadline=None, max_examples=60)
 
 def velocity(wind: Wind, p: tuple[float, float, float] = MIDDLE, t: float = 0.0) -> Vec:
     """[m/s] of the kernel that runs use."""
-    arrays = wind_arrays(wind, HUB, D)
-    now = np.zeros(8)
-    series_now(t, arrays.series, now)
-    return wind_velocity(Vec(*p), t, arrays.wind, now, arrays.box)
+    kernel_wind = wind_field(wind, HUB, D)
+    series_now(t, kernel_wind)
+    return wind_velocity(Vec(*p), t, kernel_wind)
 
 
 def profile(z: float) -> float:
@@ -292,9 +291,11 @@ def test_recurrence_periods_belong_to_edition_2(make: Any, turbine: Turbine) -> 
             make(turbine, 12.0, "IIB", edition=2, years=years)
 
 
-def test_operating_gust_of_the_reference_runs(turbine: Turbine, reference: Path) -> None:
+def test_operating_gust_of_the_reference_runs(turbine: Turbine) -> None:
     # the file of the OpenFAST runs: 12 m/s, category B, at 80 s, amplitude 5.18862 m/s, eight decimals
-    other = meltemi.read_wnd(reference / "openfast" / "wind" / "eog12.wnd")
+    table = [(float(r["time"]), float(r["gust"])) for r in reference_table("gust_wind")]
+    time, gust = np.array([(0.0, 0.0), *table]).T
+    other = WindSeries(time=time, speed=12.0, exponent=0.2, gust=gust)
     ours = eog(turbine, 12.0, "IIB", begin=80.0)
     inside = (other.time >= 80.0) & (other.time <= 90.5)
     np.testing.assert_allclose(other.time[inside], ours.time, rtol=0.0, atol=1e-9)

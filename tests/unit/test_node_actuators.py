@@ -12,29 +12,27 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from meltemi.control import signals as s
+from meltemi.aero.tables import FlapParameters
 from meltemi.control.actuators import (
-    ACCELERATION,
-    ANGLE,
-    RATE,
+    Actuation,
     Actuators,
+    FlapActuators,
     drive_advance,
     pitch_advance,
     second_order_step,
     yaw_advance,
 )
-from meltemi.control.faults import PITCH_STUCK, healthy
+from meltemi.control.faults import healthy
+from meltemi.control.signals import Demands, Measurements
 from meltemi.maths.tables import View
-from meltemi.turbine import exchange as ex
-from meltemi.turbine.exchange import PitchMotion
+from meltemi.turbine.exchange import Drive, PitchMotion
 
 Float = NDArray[np.float64]
 steady = settings(derandomize=True, deadline=None, max_examples=100)
 
 
-def parameters(**changes: float) -> Float:
+def actuation(blades: int = 3, **changes: float) -> Actuation:
     """Actuators without limits that matter, unless they are given."""
-    array = Actuators.zeros()
     values = {
         "pitch_frequency": 11.11,
         "pitch_damping": 0.6,
@@ -45,17 +43,32 @@ def parameters(**changes: float) -> Float:
         "yaw_rate": 0.005,
         "yaw_hold": -1.0,
     } | changes
+    arrays = {
+        "measured": Measurements.zeros(),
+        "demands": Demands.zeros(),
+        "faults": healthy(),
+        "actuators": Actuators.zeros(),
+        "flap_actuators": FlapActuators.zeros(flap=0),
+        "pitch": PitchMotion.zeros(blade=blades),
+        "flap": FlapParameters.zeros(flap=0, blade=blades),
+        "drive": Drive.zeros(),
+    }
     for name, value in values.items():
-        View(Actuators, array)[name] = value
-    return array
+        View(Actuators, arrays["actuators"])[name] = value
+    return Actuation("floats", arrays)
 
 
-def demand(pitch: Any = 0.0, **others: float) -> Float:
-    array = s.Demands.zeros()
-    View(s.Demands, array)["pitch"] = pitch
+def rows(c: Actuation) -> tuple[Float, Float, Float]:
+    """Angle, rate and acceleration of the blades' pitch."""
+    v = View(PitchMotion, c.pitch.array)
+    return v["angle"], v["rate"], v["acceleration"]
+
+
+def demand(c: Actuation, pitch: Any = 0.0, **others: float) -> None:
+    view = View(Demands, c.demands.array)
+    view["pitch"] = pitch
     for name, value in others.items():
-        View(s.Demands, array)[name] = value
-    return array
+        view[name] = value
 
 
 @steady
@@ -93,12 +106,13 @@ def test_two_half_steps_are_a_whole_one() -> None:
 @pytest.mark.parametrize("damping", [0.2, 0.6, 1.0, 1.7])
 def test_the_answer_to_a_step_is_that_of_the_differential_equation(damping: float) -> None:
     w, dt, n = 11.11, 0.01, 100
-    p, pitch = parameters(pitch_damping=damping), PitchMotion.zeros(blade=3)
-    demands = demand([0.1, -0.2, 0.0])
+    c = actuation(pitch_damping=damping)
+    angle, rate, _ = rows(c)
+    demand(c, [0.1, -0.2, 0.0])
     found = []
     for _ in range(n):
-        pitch_advance(p, demands, healthy(), pitch, dt)
-        found.append(pitch[[ANGLE, RATE], 0].copy())
+        pitch_advance(dt, c)
+        found.append((angle[0], rate[0]))
     solution = solve_ivp(
         lambda t, y: [y[1], w * w * (0.1 - y[0]) - 2.0 * damping * w * y[1]],
         (0.0, n * dt),
@@ -110,22 +124,27 @@ def test_the_answer_to_a_step_is_that_of_the_differential_equation(damping: floa
     )
     np.testing.assert_allclose(np.array(found).T, solution.y, rtol=0.0, atol=1e-10)
     # the blades answer independently, in proportion
-    np.testing.assert_allclose(pitch[ANGLE], pitch[ANGLE, 0] * np.array([1.0, -2.0, 0.0]), rtol=1e-12)
+    np.testing.assert_allclose(angle, angle[0] * np.array([1.0, -2.0, 0.0]), rtol=1e-12)
 
 
 def test_the_acceleration_is_the_change_of_rate_over_the_step() -> None:
-    pitch = PitchMotion.zeros(blade=2)
-    pitch_advance(parameters(), demand(0.1), healthy(), pitch, 0.01)
-    np.testing.assert_allclose(pitch[ACCELERATION], pitch[RATE] / 0.01, rtol=1e-14)
+    c = actuation(2)
+    demand(c, 0.1)
+    pitch_advance(0.01, c)
+    _, rate, acceleration = rows(c)
+    np.testing.assert_allclose(acceleration, rate / 0.01, rtol=1e-14)
+    assert np.all(rate > 0.0)
 
 
 def test_the_rate_limit_holds_and_the_angle_follows_it() -> None:
-    p, pitch, limit, dt = parameters(pitch_rate=0.14), PitchMotion.zeros(blade=1), 0.14, 0.0125
+    c, limit, dt = actuation(1, pitch_rate=0.14), 0.14, 0.0125
+    angle, rate, _ = rows(c)
+    demand(c, 0.5)
     angles, rates = [0.0], [0.0]
     for _ in range(400):
-        pitch_advance(p, demand(0.5), healthy(), pitch, dt)
-        angles.append(pitch[ANGLE, 0])
-        rates.append(pitch[RATE, 0])
+        pitch_advance(dt, c)
+        angles.append(angle[0])
+        rates.append(rate[0])
     assert np.max(rates) == limit
     assert np.all(np.diff(angles) <= limit * dt * (1.0 + 1e-12))
     full = np.flatnonzero((np.array(rates[1:]) == limit) & (np.array(rates[:-1]) == limit))
@@ -136,88 +155,102 @@ def test_the_rate_limit_holds_and_the_angle_follows_it() -> None:
 
 
 def test_the_rate_limit_holds_in_both_directions() -> None:
-    p, pitch = parameters(pitch_rate=0.14), PitchMotion.zeros(blade=1)
-    pitch[ANGLE] = 0.5
+    c = actuation(1, pitch_rate=0.14)
+    angle, rate, _ = rows(c)
+    angle[:] = 0.5
     for _ in range(100):
-        pitch_advance(p, demand(0.0), healthy(), pitch, 0.0125)
-        assert abs(pitch[RATE, 0]) <= 0.14
-    assert pitch[ANGLE, 0] < 0.4
+        pitch_advance(0.0125, c)
+        assert abs(rate[0]) <= 0.14
+    assert angle[0] < 0.4
 
 
 @steady
 @given(demands=st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=30), dt=st.floats(1e-3, 0.1))
 def test_angles_stay_within_their_limits_whatever_is_demanded(demands: list[float], dt: float) -> None:
-    p, pitch = parameters(pitch_minimum=-0.1, pitch_maximum=0.4, pitch_damping=0.1), PitchMotion.zeros(blade=2)
+    c = actuation(2, pitch_minimum=-0.1, pitch_maximum=0.4, pitch_damping=0.1)
+    angle, rate, _ = rows(c)
     for value in demands:
-        pitch_advance(p, demand(value), healthy(), pitch, dt)
-        assert np.all(pitch[ANGLE] >= -0.1)
-        assert np.all(pitch[ANGLE] <= 0.4)
-        at_limit = (pitch[ANGLE] == -0.1) | (pitch[ANGLE] == 0.4)
-        assert np.all(np.abs(pitch[RATE][at_limit]) < 1e-9)
+        demand(c, value)
+        pitch_advance(dt, c)
+        assert np.all(angle >= -0.1)
+        assert np.all(angle <= 0.4)
+        at_limit = (angle == -0.1) | (angle == 0.4)
+        assert np.all(np.abs(rate[at_limit]) < 1e-9)
 
 
 def test_a_demand_beyond_the_limit_ends_at_the_limit() -> None:
-    p, pitch = parameters(pitch_minimum=0.0, pitch_maximum=0.4), PitchMotion.zeros(blade=1)
+    c = actuation(1, pitch_minimum=0.0, pitch_maximum=0.4)
+    demand(c, 2.0)
     for _ in range(400):
-        pitch_advance(p, demand(2.0), healthy(), pitch, 0.01)
-    assert pitch[ANGLE, 0] == pytest.approx(0.4, abs=1e-12)
+        pitch_advance(0.01, c)
+    assert rows(c)[0][0] == pytest.approx(0.4, abs=1e-12)
 
 
 def test_nothing_moves_in_no_time() -> None:
-    pitch = PitchMotion.zeros(blade=3)
-    pitch[ANGLE], pitch[RATE], pitch[ACCELERATION] = 0.1, 0.2, 0.3
-    before = pitch.copy()
-    pitch_advance(parameters(), demand(1.0), healthy(), pitch, 0.0)
-    np.testing.assert_array_equal(pitch, before)
+    c = actuation()
+    for row, value in zip(rows(c), (0.1, 0.2, 0.3), strict=True):
+        row[:] = value
+    before = c.pitch.array.copy()
+    demand(c, 1.0)
+    pitch_advance(0.0, c)
+    np.testing.assert_array_equal(c.pitch.array, before)
 
 
 @pytest.mark.parametrize("dt", [0.0, 0.0125])
 def test_the_ideal_actuator_has_the_demand_at_once_and_no_rate(dt: float) -> None:
-    p, pitch = parameters(pitch_ideal=1.0, pitch_maximum=0.5), PitchMotion.zeros(blade=3)
-    pitch_advance(p, demand([0.1, 0.2, 3.0]), healthy(), pitch, dt)
-    np.testing.assert_array_equal(pitch[ANGLE], [0.1, 0.2, 0.5])
-    np.testing.assert_array_equal(pitch[RATE], 0.0)
-    np.testing.assert_array_equal(pitch[ACCELERATION], 0.0)
+    c = actuation(pitch_ideal=1.0, pitch_maximum=0.5)
+    demand(c, [0.1, 0.2, 3.0])
+    pitch_advance(dt, c)
+    angle, rate, acceleration = rows(c)
+    np.testing.assert_array_equal(angle, [0.1, 0.2, 0.5])
+    np.testing.assert_array_equal(rate, 0.0)
+    np.testing.assert_array_equal(acceleration, 0.0)
 
 
 def test_the_generator_has_the_torque_that_is_asked_for() -> None:
-    drive = ex.Drive.zeros()
-    drive_advance(parameters(), demand(generator_torque=4.2e4), healthy(), drive)
-    assert drive[ex.GENERATOR_TORQUE] == 4.2e4
+    c = actuation()
+    demand(c, generator_torque=4.2e4)
+    drive_advance(c)
+    assert c.drive.generator_torque == 4.2e4
 
 
 @pytest.mark.parametrize(("share", "torque"), [(-1.0, 0.0), (0.0, 0.0), (0.25, 7000.0), (1.0, 28000.0), (3.0, 28000.0)])
 def test_the_brake_has_a_share_of_its_torque(share: float, torque: float) -> None:
-    drive = ex.Drive.zeros()
-    drive_advance(parameters(), demand(brake=share), healthy(), drive)
-    assert drive[ex.BRAKE_TORQUE] == torque
+    c = actuation()
+    demand(c, brake=share)
+    drive_advance(c)
+    assert c.drive.brake_torque == torque
 
 
 def test_the_yaw_drive_turns_with_its_rate_at_most() -> None:
-    drive = ex.Drive.zeros()
+    c = actuation()
+    demand(c, yaw_rate=0.002)
     for _ in range(10):
-        yaw_advance(parameters(), 1e9, demand(yaw_rate=0.002), healthy(), drive, 0.0, 0.0, 0.5)
-    assert drive[ex.YAW_COMMAND] == pytest.approx(0.01, rel=1e-14)
+        yaw_advance(0.5, c, 1e9, 0.0, 0.0)
+    assert c.drive.yaw_command == pytest.approx(0.01, rel=1e-14)
+    demand(c, yaw_rate=-1.0)
     for _ in range(10):
-        yaw_advance(parameters(), 1e9, demand(yaw_rate=-1.0), healthy(), drive, 0.0, 0.0, 0.5)
-    assert drive[ex.YAW_COMMAND] == pytest.approx(0.01 - 0.025, rel=1e-13)
-    assert drive[ex.YAW_COMMAND_RATE] == -0.005
+        yaw_advance(0.5, c, 1e9, 0.0, 0.0)
+    assert c.drive.yaw_command == pytest.approx(0.01 - 0.025, rel=1e-13)
+    assert c.drive.yaw_command_rate == -0.005
 
 
 def test_a_blade_that_sticks_stops_within_a_step_and_passes_its_momentum_on() -> None:
     """The acceleration of that one step is what takes the rate away; when it comes free it starts from rest."""
-    p, pitch, faults, dt = parameters(), PitchMotion.zeros(blade=3), healthy(), 0.01
+    c, dt = actuation(), 0.01
+    angles, rates, accelerations = rows(c)
+    demand(c, 0.5)
     for _ in range(10):
-        pitch_advance(p, demand(0.5), faults, pitch, dt)
-    angle, rate = pitch[ANGLE, 1], pitch[RATE, 1]
-    faults[PITCH_STUCK + 1] = 1.0
-    pitch_advance(p, demand(0.5), faults, pitch, 0.0)
-    assert (pitch[ANGLE, 1], pitch[RATE, 1]) == (angle, rate)
-    pitch_advance(p, demand(0.5), faults, pitch, dt)
-    assert (pitch[ANGLE, 1], pitch[RATE, 1], pitch[ACCELERATION, 1]) == (angle, 0.0, -rate / dt)
-    assert pitch[ANGLE, 0] == pitch[ANGLE, 2] > angle
-    pitch_advance(p, demand(0.5), faults, pitch, dt)
-    assert (pitch[ANGLE, 1], pitch[ACCELERATION, 1]) == (angle, 0.0)
-    faults[PITCH_STUCK + 1] = 0.0
-    pitch_advance(p, demand(0.5), faults, pitch, dt)
-    assert 0.0 < pitch[RATE, 1] < 0.2 * rate
+        pitch_advance(dt, c)
+    angle, rate = angles[1], rates[1]
+    c.faults.pitch_stuck[1] = 1.0
+    pitch_advance(0.0, c)
+    assert (angles[1], rates[1]) == (angle, rate)
+    pitch_advance(dt, c)
+    assert (angles[1], rates[1], accelerations[1]) == (angle, 0.0, -rate / dt)
+    assert angles[0] == angles[2] > angle
+    pitch_advance(dt, c)
+    assert (angles[1], accelerations[1]) == (angle, 0.0)
+    c.faults.pitch_stuck[1] = 0.0
+    pitch_advance(dt, c)
+    assert 0.0 < rates[1] < 0.2 * rate

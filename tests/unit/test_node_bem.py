@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import acos, atan2, cos, exp, pi, sin, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,13 +12,35 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from meltemi.aero.bem import LOSS_FLOOR, PHI_HIGH, PHI_LOW, Induction, Strip, balance, induction, loss_factor
-from meltemi.aero.polars import DRAG, LIFT
+from meltemi.aero import bem
+from meltemi.aero.bem import LOSS_FLOOR, PHI_HIGH, PHI_LOW, Induction, Onset, Strip, loss_factor
+from meltemi.aero.tables import AeroOptions, AeroParameters, PolarPoint
+from meltemi.maths.tables import View
+from meltemi.numbers.records import Record
 
 Float = NDArray[np.float64]
 HUB = 0.0238
 """Relative hub radius of the reference turbine."""
 ITERATIONS = 30
+
+LIFT, DRAG = PolarPoint.slots("lift drag")
+
+
+class Foils(Record):
+    """What the momentum balance takes of the record of the aerodynamics."""
+
+    aero: AeroParameters
+    aero_options: AeroOptions
+    polars: PolarPoint
+
+
+def seen(polars: Float, axial_drag: float, tangential_drag: float, buhl: int, iterations: int = 0) -> Any:
+    """Polars and options as kernels see them."""
+    aero, options = AeroParameters.zeros(), np.zeros(len(AeroOptions), dtype=np.int64)
+    view = View(AeroParameters, aero)
+    view["axial_drag"], view["tangential_drag"] = axial_drag, tangential_drag
+    options[AeroOptions.index("high_induction")], options[AeroOptions.index("iterations")] = buhl, iterations
+    return Foils("floats", {"aero": aero, "aero_options": options, "polars": polars})
 
 
 def strip_at(
@@ -30,7 +53,7 @@ def strip_at(
 def solve(
     strip: Strip, polars: Float, phi: float = 0.1, slope: float = 1.0, buhl: int = 1, drag: float = 0.0
 ) -> Induction:
-    return induction(strip, polars, drag, drag, buhl, ITERATIONS, phi, slope)
+    return bem.induction(phi, slope, strip, seen(polars, drag, drag, buhl, ITERATIONS))
 
 
 def random_strips(n: int, seed: int, polars: Float) -> list[Strip]:
@@ -98,14 +121,8 @@ def test_the_balance_has_one_solution_whatever_the_drag(
             theta = float(rng.choice([rng.uniform(-0.1, 0.5), 0.67 * inflow + rng.uniform(-0.2, 0.05)]))
             solidity = float(min(rng.uniform(0.01, 0.06) / x, 0.3))
             strip = strip_at(x, sin(inflow), cos(inflow), theta=theta, solidity=solidity)
-            residual = np.array(
-                [
-                    balance(
-                        strip, polar, axial_drag, tangential_drag, 1, strip.vx, strip.vy, 1.0, 1.0, float(phi)
-                    ).residual
-                    for phi in angles
-                ]
-            )
+            onset, m = Onset(strip.vx, strip.vy, 1.0, 1.0), seen(polar, axial_drag, tangential_drag, 1)
+            residual = np.array([bem.balance(float(phi), strip, onset, m).residual for phi in angles])
             assert np.count_nonzero(np.diff(np.sign(residual))) == 1, (
                 strip,
                 angles[:-1][np.diff(np.sign(residual)) != 0],
@@ -118,7 +135,7 @@ def test_from_a_nearby_solution_five_evaluations_are_enough(polars: tuple[Float,
     for strip in random_strips(1000, 3, polars[0]):
         if strip.vx > 3.0 and strip.vy > 10.0 and abs(strip.theta) < 0.5:
             before = solve(strip._replace(vx=strip.vx * 0.99), polars[0])
-            now = induction(strip, polars[0], 0.0, 0.0, 1, 5, before.phi, before.slope)
+            now = bem.induction(before.phi, before.slope, strip, seen(polars[0], 0.0, 0.0, 1, 5))
             worst = max(worst, abs(now.a - solve(strip, polars[0], before.phi, before.slope).a))
     # a change of the wind by a per cent in one time step, far more than turbulence brings
     assert 0.0 < worst < 1e-5
@@ -164,7 +181,7 @@ def test_solutions_are_those_of_classical_momentum_theory(
             solidity=float(rng.uniform(0.01, 0.08)),
             polar=int(rng.integers(6)),
         )
-        a, ap, _, _, residual = induction(strip, polars[0], axial_drag, tangential_drag, buhl, 60, 0.1, 1.0)
+        a, ap, _, _, residual = bem.induction(0.1, 1.0, strip, seen(polars[0], axial_drag, tangential_drag, buhl, 60))
         if not (-0.3 < a < 0.95) or abs(ap) > 0.5:
             continue
         phi = atan2(strip.vx * (1.0 - a), strip.vy * (1.0 + ap))
@@ -246,7 +263,7 @@ CONSTANT_LIFT[0, :, LIFT] = 1.0
 def axial(solidity: float, phi: float, tip_number: float = 1e9, buhl: int = 1) -> float:
     """s / (1 - a) at an inflow angle for lift coefficient 1."""
     strip = Strip(10.0, 50.0, 0.0, solidity, tip_number, 1e9, 0)
-    return balance(strip, CONSTANT_LIFT, 0.0, 0.0, buhl, 0.2, 0.98, 1.0, 1.0, phi).axial
+    return bem.balance(phi, strip, Onset(0.2, 0.98, 1.0, 1.0), seen(CONSTANT_LIFT, 0.0, 0.0, buhl)).axial
 
 
 @pytest.mark.parametrize("phi", [0.03, 0.1, 0.4])

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from meltemi.aero.inflow import (
+from meltemi.aero.inflow.lags import (
     Inflow,
     first_time,
     inflow_advance,

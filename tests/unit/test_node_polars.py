@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import floor, pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from meltemi.aero.polars import DRAG, LIFT, MOMENT, coefficient, locate
+from meltemi.aero.polars import coefficient, locate
+from meltemi.aero.tables import PolarPoint
+from meltemi.core.kernel import kernel
+from meltemi.numbers.records import Record
 
 Float = NDArray[np.float64]
 steady = settings(derandomize=True, deadline=None, max_examples=200)
@@ -20,20 +24,43 @@ POLARS = np.random.default_rng(3).standard_normal((2, ROWS, 6))
 POLARS[:, -1] = POLARS[:, 0]  # a turn brings the section back
 
 
-def value(alpha: float, column: int = LIFT, g: int = 0) -> float:
-    return coefficient(POLARS, g, locate(POLARS, alpha), column)
+class Foils(Record):
+    """What the look-up takes of the record of the aerodynamics."""
+
+    polars: PolarPoint
+
+
+M: Any = Foils("floats", {"polars": POLARS})
+
+
+def value(alpha: float, column: str = "lift", g: int = 0) -> float:
+    if column == "drag":  # in kernels a field is named
+        return drag(alpha, g, M)
+    return lift(alpha, g, M)
+
+
+@kernel
+def lift(alpha: float, g: int, m: Any) -> float:
+    return coefficient(m.polars.lift, g, locate(alpha, m))
+
+
+@kernel
+def drag(alpha: float, g: int, m: Any) -> float:
+    return coefficient(m.polars.drag, g, locate(alpha, m))
 
 
 @steady
-@given(alpha=st.floats(-pi, pi), column=st.sampled_from([LIFT, DRAG, MOMENT]), g=st.integers(0, 1))
-def test_look_up_is_linear_interpolation(alpha: float, column: int, g: int) -> None:
+@given(alpha=st.floats(-pi, pi), column=st.sampled_from(["lift", "drag"]), g=st.integers(0, 1))
+def test_look_up_is_linear_interpolation(alpha: float, column: str, g: int) -> None:
     # the place is found in turns times rows: 1440 * 1e-16 of a row, times differences of size 5
-    assert value(alpha, column, g) == pytest.approx(np.interp(alpha, GRID, POLARS[g, :, column]), abs=1e-11)
+    assert value(alpha, column, g) == pytest.approx(
+        np.interp(alpha, GRID, POLARS[g, :, PolarPoint.index(column)]), abs=1e-11
+    )
 
 
 def test_rows_are_met() -> None:
     for i in range(0, ROWS, 7):
-        assert value(float(GRID[i])) == pytest.approx(POLARS[0, i, LIFT], abs=1e-11)
+        assert value(float(GRID[i])) == pytest.approx(POLARS[0, i, 0], abs=1e-11)
 
 
 @steady
@@ -45,16 +72,16 @@ def test_look_up_is_periodic(alpha: float, turns: int) -> None:
 
 @pytest.mark.parametrize("alpha", [-pi, pi, -3.0 * pi, 3.0 * pi, 0.0, np.nextafter(pi, 0.0), np.nextafter(-pi, 0.0)])
 def test_both_ends_are_inside(alpha: float) -> None:
-    at = locate(POLARS, float(alpha))
-    assert 0 <= at.row <= ROWS - 2
+    at = locate(float(alpha), M)
+    assert 0 <= at.point <= ROWS - 2
     assert -1e-12 <= at.weight <= 1.0 + 1e-12
 
 
 @steady
 @given(alpha=st.floats(-1e4, 1e4))
 def test_places_are_rows_with_weights(alpha: float) -> None:
-    at = locate(POLARS, alpha)
-    assert 0 <= at.row <= ROWS - 2
+    at = locate(alpha, M)
+    assert 0 <= at.point <= ROWS - 2
     assert 0.0 <= at.weight <= 1.0
     turns = (alpha + pi) / (2.0 * pi)
-    assert (at.row + at.weight) / (ROWS - 1) == pytest.approx(turns - floor(turns), abs=1e-9)
+    assert (at.point + at.weight) / (ROWS - 1) == pytest.approx(turns - floor(turns), abs=1e-9)

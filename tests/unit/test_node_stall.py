@@ -5,6 +5,7 @@ from __future__ import annotations
 import cmath
 from collections.abc import Callable
 from math import atan2, cos, exp, hypot, pi, radians, sin, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,41 +14,22 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from meltemi.aero.flaps import FlapParameters
-from meltemi.aero.polars import ATTACHED, ATTACHMENT, DRAG, LIFT, MOMENT, SEPARATED
+from meltemi.aero import polars as look_up
+from meltemi.aero import variants
+from meltemi.aero.polars import Coefficients, ramp, wrap
 from meltemi.aero.rotor import section_coefficients
-from meltemi.aero.stall import (
-    A1,
-    A2,
-    B1,
-    B2,
+from meltemi.aero.stall import hansen
+from meltemi.aero.stall import section as flow_past
+from meltemi.aero.stall.hansen import Stall, StallInput
+from meltemi.aero.stall.section import (
     CAMBER,
-    DRAG_FLOOR,
-    DYNAMIC,
-    HANSEN,
     MAX_REDUCED_RATE,
     NO_ROTATION,
     OPENFAST,
-    SLOPE,
-    STATIC,
-    T_PRESSURE,
-    T_SEPARATION,
-    ZERO_LIFT,
-    Coefficients,
     Rotation,
-    Stall,
-    StallInput,
+    SectionFlow,
     angle_at_three_quarters,
-    effective_angle,
-    model_weight,
-    ramp,
     section_rotation,
-    stall_advance,
-    stall_coefficients,
-    stall_derivative,
-    stall_steady,
-    static_coefficients,
-    wrap,
 )
 from meltemi.aero.tables import (
     AeroMemory,
@@ -55,11 +37,21 @@ from meltemi.aero.tables import (
     AeroOptions,
     AeroParameters,
     BladeFlow,
+    FlapIncrement,
+    FlapParameters,
+    PolarPoint,
+    SectionConstants,
     StallState,
 )
-from meltemi.maths.records import Array2, Array3
+from meltemi.maths.records import Array3
+from meltemi.maths.tables import View
 from meltemi.numbers.records import Record
 
+STATIC, HANSEN = (variants.number(variants.StallModel, name) for name in ("static", "hansen"))
+LIFT, DRAG, MOMENT, ATTACHMENT, ATTACHED, SEPARATED = PolarPoint.slots(
+    "lift drag moment attachment attached_lift separated_lift"
+)
+SLOPE, ZERO_LIFT, DRAG_FLOOR, DYNAMIC = SectionConstants.slots("slope zero_lift drag_floor dynamic")
 Float = NDArray[np.float64]
 steady = settings(derandomize=True, deadline=None, max_examples=200)
 AT_REST = Rotation(0.0, 0.0, 0.0)
@@ -72,8 +64,76 @@ RATE = 2.0 * 60.0 / 3.0
 def aero() -> Float:
     """The constants of the model's authors; for the whole module, as Hypothesis wants it."""
     array = AeroParameters.zeros()
-    array[[A1, A2, B1, B2, T_PRESSURE, T_SEPARATION]] = 0.165, 0.335, 0.0455, 0.3, 1.5, 6.0
+    values = {"a1": 0.165, "a2": 0.335, "b1": 0.0455, "b2": 0.3, "pressure": 1.5, "separation": 6.0}
+    for name, value in values.items():
+        View(AeroParameters, array)[f"stall_{name}"] = value
     return array
+
+
+class Foil(Record):
+    """What the kernels of a section take of the record of the aerodynamics."""
+
+    aero: AeroParameters
+    polars: PolarPoint
+    section: SectionConstants
+
+
+def foil(aero: Float, polars: Float, section: Float) -> Any:
+    """Polars as kernels see them."""
+    return Foil("floats", {"aero": aero, "polars": polars, "section": section})
+
+
+def flow_at(g: int, alpha: float, rate: float = RATE, rotation: Rotation = AT_REST, weight: float = 1.0) -> SectionFlow:
+    """Flow past a section without flaps."""
+    return SectionFlow(g, float(alpha), rate, rotation, 0.0, weight)
+
+
+def turned(pitching: float) -> Rotation:
+    """A section that pitches."""
+    return Rotation(pitching, pitching, 0.0)
+
+
+def stall_steady(aero: Float, polars: Float, section: Float, g: int, alpha: float, pitching: float) -> Stall:
+    return hansen.stall_steady(flow_at(g, alpha, rotation=turned(pitching)), foil(aero, polars, section))
+
+
+def stall_advance(
+    aero: Float,
+    polars: Float,
+    section: Float,
+    g: int,
+    y: Stall,
+    old: StallInput,
+    alpha: float,
+    rate: float,
+    pitching: float,
+    weight: float,
+    dt: float,
+) -> tuple[Stall, StallInput]:
+    x = flow_at(g, alpha, rate, turned(pitching), weight)
+    return hansen.stall_advance(dt, y, old, x, foil(aero, polars, section))
+
+
+def stall_derivative(
+    aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rate: float, pitching: float
+) -> Stall:
+    return hansen.stall_derivative(y, flow_at(g, alpha, rate, turned(pitching)), foil(aero, polars, section))
+
+
+def stall_coefficients(
+    aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rotation: Rotation
+) -> Coefficients:
+    return hansen.stall_coefficients(y, flow_at(g, alpha, rotation=rotation), foil(aero, polars, section))
+
+
+def static_coefficients(polars: Float, g: int, alpha: float) -> Coefficients:
+    m = foil(AeroParameters.zeros(), polars, np.zeros((len(polars), len(SectionConstants))))
+    return look_up.static_coefficients(float(alpha), g, m)
+
+
+def model_weight(section: Float, g: int, alpha: float, speed: float) -> float:
+    m = foil(AeroParameters.zeros(), np.zeros((len(section), 2, len(PolarPoint))), section)
+    return flow_past.model_weight(float(alpha), speed, g, m)
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +147,7 @@ def plate(polar_of: Callable[..., tuple[Float, Float]]) -> tuple[Float, Float]:
 
 def march(
     aero: Float,
-    foil: tuple[Float, Float],
+    airfoil: tuple[Float, Float],
     alpha: Callable[[float], float],
     end: float,
     n: int,
@@ -96,7 +156,7 @@ def march(
     g: int = 0,
 ) -> list[tuple[float, Stall]]:
     """Times and states for an angle of attack over time, from the steady state at ``start``."""
-    polars, section = foil
+    polars, section = airfoil
     y = stall_steady(aero, polars, section, g, alpha(0.0) if start is None else start, 0.0)
     dt = end / n
     # with a step of zero the inputs are those of the first instant and the state stays
@@ -194,7 +254,7 @@ def test_a_step_of_the_angle_gives_wagners_function(aero: Float, plate: tuple[Fl
     for t, y in march(aero, plate, lambda t: after, 3.0, 60, start=before):
         s = t * RATE
         angle = before + (after - before) * jones(s)
-        assert effective_angle(aero, y, after) == pytest.approx(angle, abs=1e-14)
+        assert hansen.effective_angle(y, flow_at(0, after), foil(aero, *plate)) == pytest.approx(angle, abs=1e-14)
         # the flow is attached whatever the lags of pressure and separation
         found = stall_coefficients(aero, *plate, 0, y, after, AT_REST)
         assert y.attachment == pytest.approx(1.0, abs=1e-12)
@@ -387,10 +447,10 @@ def test_pitching_gives_the_added_mass_of_the_flat_plate(aero: Float, plate: tup
     alpha, pitching = 0.05, 0.02
     y = stall_steady(aero, *plate, 0, alpha, 0.0)
     still = stall_coefficients(aero, *plate, 0, y, alpha, AT_REST)
-    turned = stall_coefficients(aero, *plate, 0, y, alpha, Rotation(pitching, pitching, 0.0))
-    assert turned.lift - still.lift == pytest.approx(pi * pitching, abs=1e-14)
-    assert turned.moment - still.moment == pytest.approx(-0.5 * pi * pitching, abs=1e-14)
-    assert turned.drag == still.drag
+    moved = stall_coefficients(aero, *plate, 0, y, alpha, Rotation(pitching, pitching, 0.0))
+    assert moved.lift - still.lift == pytest.approx(pi * pitching, abs=1e-14)
+    assert moved.moment - still.moment == pytest.approx(-0.5 * pi * pitching, abs=1e-14)
+    assert moved.drag == still.drag
 
 
 # fading
@@ -495,17 +555,17 @@ class Node(Record):
     aero: AeroParameters
     aero_options: AeroOptions
     aero_nodes: AeroNode
-    polars: Array3
-    section: Array2
+    polars: PolarPoint
+    section: SectionConstants
     flap_nodes: Array3
-    increments: Array3
+    increments: FlapIncrement
     flap: FlapParameters
     flow: BladeFlow
     memory: AeroMemory
     stall: StallState
 
 
-def evaluated(aero: Float, foil: tuple[Float, Float], at: dict[str, Float], dt: float = 0.0) -> Coefficients:
+def evaluated(aero: Float, airfoil: tuple[Float, Float], at: dict[str, Float], dt: float = 0.0) -> Coefficients:
     no_flaps = {"flap_nodes": (0, 1, 1), "increments": (0, 1, 3), "flap": (4, 0, 1)}
     m = Node(
         "floats",
@@ -513,8 +573,8 @@ def evaluated(aero: Float, foil: tuple[Float, Float], at: dict[str, Float], dt: 
             "aero": aero,
             "aero_options": at["options"],
             "aero_nodes": at["nodes"],
-            "polars": foil[0],
-            "section": foil[1],
+            "polars": airfoil[0],
+            "section": airfoil[1],
             **{name: np.zeros(shape) for name, shape in no_flaps.items()},
             **{name: at[name] for name in ("flow", "memory", "stall")},
         },

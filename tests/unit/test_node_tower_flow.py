@@ -11,18 +11,65 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import TowerFlow
-from meltemi.aero.tower_flow import tower_influence, tower_load, tower_wind
+from meltemi.aero.tables import AeroOptions, AeroParameters, TowerFlow
+from meltemi.aero.tower_flow import tower_load, tower_wind
+from meltemi.aero.tower_flow.potential import influence as added_by
+from meltemi.maths.records import Array1, Single
 from meltemi.maths.tables import View
 from meltemi.maths.vectors import Vec
+from meltemi.turbine.exchange import TowerShape
 from meltemi.wind.fields import SteadyWind, wind_arrays
-from meltemi.wind.velocity import series_now
+from meltemi.wind.velocity import WindField, series_now
 
 Float = NDArray[np.float64]
 steady = settings(derandomize=True, deadline=None, max_examples=200)
 TOP, N = 80.0, 9
 RADIUS = 2.0
 angles = st.floats(-pi, pi)
+
+
+class TowerInWind(WindField):
+    """What the kernels of the tower see."""
+
+    q: Array1
+    v: Array1
+    tower_shape: TowerShape
+    tower_push: Array1
+    aero: AeroParameters
+    aero_options: AeroOptions
+    tower_flow: Single[TowerFlow]
+    tower_lanes: TowerFlow
+
+
+SHAPE = np.zeros((12, N))
+"""Two modes, six rows each: displacements along and across, and rotations that do not matter here."""
+SHAPE[0], SHAPE[1] = np.linspace(0.0, 1.0, N) ** 2, 0.1 * np.linspace(0.0, 1.0, N)
+SHAPE[7] = np.linspace(0.0, 1.0, N) ** 3
+SHAPE[2:6] = SHAPE[8:12] = 77.0
+STANDING = np.zeros(3)
+
+
+def seen(tower: Float, q: Float = STANDING, v: Float = STANDING, shape: Float = SHAPE, density: float = 1.2) -> Any:
+    """A tower with these arrays in a sheared wind, as kernels see it."""
+    wind = SteadyWind(speed=11.0, shear_exponent=0.2, direction=0.3)
+    aero, options = AeroParameters.zeros(), np.ones(len(AeroOptions), dtype=np.int64)
+    View(AeroParameters, aero)["air_density"] = density
+    arrays = {
+        "q": q,
+        "v": v,
+        "tower_shape": shape,
+        "tower_push": np.full(len(shape) // 6, 99.0),
+        "aero": aero,
+        "aero_options": options,
+        "tower_flow": tower,
+        "tower_lanes": tower,
+    }
+    return TowerInWind("floats", {**wind_arrays(wind, 90.0, 126.0), **arrays})
+
+
+def influence(tower: Float, p: Vec) -> Vec:
+    """[m/s] that the tower adds to the wind at a point."""
+    return added_by(p, seen(tower), 0)
 
 
 def cylinder(wind: Any = (10.0, 0.0), **rows: Any) -> Float:
@@ -58,7 +105,7 @@ def test_the_flow_is_that_around_a_cylinder(r: float, psi: float, direction: flo
     tower = cylinder((W * cos(direction), W * sin(direction)))
     dx, dy = RADIUS * r * cos(psi), RADIUS * r * sin(psi)
     assume(r > 1.0 + 1e-9)
-    found = tower_influence(tower, Vec(dx, dy, z))
+    found = influence(tower, Vec(dx, dy, z))
     assert found.z == 0.0
     assert found[:2] == pytest.approx(around(W, direction, RADIUS, dx, dy), abs=1e-12 * W)
 
@@ -77,7 +124,7 @@ def test_the_flow_is_that_around_a_cylinder(r: float, psi: float, direction: flo
     ],
 )
 def test_well_known_points(x: float, y: float, u: float, v: float) -> None:
-    found = tower_influence(cylinder((8.0, 0.0)), Vec(RADIUS * x, RADIUS * y, 40.0))
+    found = influence(cylinder((8.0, 0.0)), Vec(RADIUS * x, RADIUS * y, 40.0))
     assert found == pytest.approx((8.0 * u, 8.0 * v, 0.0), abs=1e-12)
 
 
@@ -86,7 +133,7 @@ def test_well_known_points(x: float, y: float, u: float, v: float) -> None:
 def test_no_wind_goes_through_the_wall(psi: float, direction: float) -> None:
     tower = cylinder((9.0 * cos(direction), 9.0 * sin(direction)))
     r = RADIUS * (1.0 + 1e-12)
-    found = tower_influence(tower, Vec(r * cos(psi), r * sin(psi), 40.0))
+    found = influence(tower, Vec(r * cos(psi), r * sin(psi), 40.0))
     u, v = 9.0 * cos(direction) + found.x, 9.0 * sin(direction) + found.y
     assert u * cos(psi) + v * sin(psi) == pytest.approx(0.0, abs=1e-9)
 
@@ -95,13 +142,13 @@ def test_no_wind_goes_through_the_wall(psi: float, direction: float) -> None:
 @given(r=st.floats(0.0, 1.0), psi=angles)
 def test_inside_the_tower_the_wind_stays_bounded(r: float, psi: float) -> None:
     x, y = r * cos(psi), r * sin(psi)
-    found = tower_influence(cylinder((10.0, 0.0)), Vec(RADIUS * x, RADIUS * y, 40.0))
+    found = influence(cylinder((10.0, 0.0)), Vec(RADIUS * x, RADIUS * y, 40.0))
     # A-44 with r_T = 1
     assert found == pytest.approx((10.0 * (y * y - x * x), -20.0 * x * y, 0.0), abs=1e-12)
 
 
 def test_in_still_air_there_is_none() -> None:
-    assert tower_influence(cylinder((0.0, 0.0)), Vec(-5.0, 0.0, 40.0)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+    assert influence(cylinder((0.0, 0.0)), Vec(-5.0, 0.0, 40.0)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
 
 
 # height
@@ -113,22 +160,22 @@ def test_radius_wind_and_axis_are_those_at_the_height() -> None:
     for z in (0.0, 13.0, 44.4, TOP):
         R, wind = 3.0 - z / 80.0, complex(8.0 + z / 20.0, z / 40.0)
         expected = around(abs(wind), float(np.angle(wind)), R, -7.0 - z / 100.0, 2.0 + z / 200.0)
-        found = tower_influence(tower, Vec(-7.0, 2.0, z))
+        found = influence(tower, Vec(-7.0, 2.0, z))
         # heights are taken a billionth of a node below the top
         assert found[:2] == pytest.approx(expected, abs=1e-7)
 
 
 def test_below_the_tower_it_is_as_at_its_base() -> None:
     tower = cylinder(height=np.linspace(10.0, 90.0, N), diameter=np.linspace(6.0, 4.0, N))
-    assert tower_influence(tower, Vec(-7.0, 2.0, 3.0)) == tower_influence(tower, Vec(-7.0, 2.0, 10.0))
+    assert influence(tower, Vec(-7.0, 2.0, 3.0)) == influence(tower, Vec(-7.0, 2.0, 10.0))
 
 
 def test_above_the_top_the_cylinder_shrinks_to_nothing() -> None:
     tower = cylinder()
-    at_top = tower_influence(tower, Vec(-6.0, 1.0, TOP))
+    at_top = influence(tower, Vec(-6.0, 1.0, TOP))
     for above in (0.0, 0.25, 0.5, 0.9):
         zeta = cos(0.5 * pi * above)
-        found = tower_influence(tower, Vec(-6.0, 1.0, TOP + above * RADIUS))
+        found = influence(tower, Vec(-6.0, 1.0, TOP + above * RADIUS))
         assert found[:2] == pytest.approx(around(10.0, 0.0, zeta * RADIUS, -6.0, 1.0), abs=1e-9)
         # A-43: a smaller cylinder, the influence goes with its section
         assert found[:2] == pytest.approx((zeta**2 * at_top.x, zeta**2 * at_top.y), abs=1e-9)
@@ -137,12 +184,12 @@ def test_above_the_top_the_cylinder_shrinks_to_nothing() -> None:
 @pytest.mark.parametrize("above", [1.0, 1.5, 20.0])
 @pytest.mark.parametrize("x", [-6.0, -1.0, 0.0])
 def test_a_radius_above_the_top_there_is_none(above: float, x: float) -> None:
-    assert tower_influence(cylinder(), Vec(x, 1.0, TOP + above * RADIUS)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+    assert influence(cylinder(), Vec(x, 1.0, TOP + above * RADIUS)) == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
 
 
 def test_the_end_above_the_top_is_smooth() -> None:
     z = TOP + RADIUS * np.linspace(-0.1, 1.2, 1301)
-    u = np.array([tower_influence(cylinder(), Vec(-6.0, 0.0, float(h))).x for h in z])
+    u = np.array([influence(cylinder(), Vec(-6.0, 0.0, float(h))).x for h in z])
     assert np.all(np.diff(u) >= -1e-12)
     # cos^2: slope at most pi/2 of the whole in a radius
     assert np.abs(np.diff(u)).max() <= 0.5 * pi * 1e-3 * abs(u[0]) * 1.01
@@ -150,20 +197,13 @@ def test_the_end_above_the_top_is_smooth() -> None:
 
 # wind on the tower
 
-SHAPE = np.zeros((12, N))
-"""Two modes, six rows each: displacements along and across, and rotations that do not matter here."""
-SHAPE[0], SHAPE[1] = np.linspace(0.0, 1.0, N) ** 2, 0.1 * np.linspace(0.0, 1.0, N)
-SHAPE[7] = np.linspace(0.0, 1.0, N) ** 3
-SHAPE[2:6] = SHAPE[8:12] = 77.0
-
 
 def test_the_wind_on_the_tower_is_relative_to_its_motion() -> None:
     tower = cylinder()
-    wind = wind_arrays(SteadyWind(speed=11.0, shear_exponent=0.2, direction=0.3), 90.0, 126.0)
-    now = np.zeros(8)
-    series_now(0.0, wind.series, now)
     q, v = np.array([0.5, -0.3, 9.0]), np.array([1.5, 0.4, 9.0])  # what follows the tower's modes is not looked at
-    tower_wind(0.0, q, v, SHAPE, wind.wind, now, wind.box, tower)
+    m = seen(tower, q, v)
+    series_now(0.0, m)
+    tower_wind(0.0, m)
     view, h = View(TowerFlow, tower), np.linspace(0.0, TOP, N)
     np.testing.assert_allclose(view["x"], 0.5 * SHAPE[0], rtol=1e-14)
     np.testing.assert_allclose(view["y"], 0.5 * SHAPE[1] - 0.3 * SHAPE[7], rtol=1e-14, atol=1e-16)
@@ -180,8 +220,10 @@ def test_the_wind_on_the_tower_is_relative_to_its_motion() -> None:
 @given(W=st.floats(0.0, 60.0), direction=angles, density=st.floats(0.0, 1.5), drag=st.floats(0.0, 2.0))
 def test_drag_on_the_tower(W: float, direction: float, density: float, drag: float) -> None:
     u, v = W * cos(direction), W * sin(direction)
-    tower, load = cylinder((u, v), drag=drag), np.full(2, 99.0)
-    tower_load(density, tower, SHAPE, load)
+    tower = cylinder((u, v), drag=drag)
+    m = seen(tower, density=density)
+    tower_load(m)
+    load = m.tower_push
     force = 0.5 * density * drag * 2.0 * RADIUS * TOP / N * W * np.array([u, v, 0.0])
     found = View(TowerFlow, tower)["force"]
     np.testing.assert_allclose(found, force[:, None] * np.ones(N), rtol=1e-12, atol=1e-12)
@@ -191,12 +233,12 @@ def test_drag_on_the_tower(W: float, direction: float, density: float, drag: flo
 
 def test_drag_takes_no_part_of_the_vertical_wind() -> None:
     tower = cylinder((3.0, 4.0, 50.0))
-    tower_load(1.2, tower, SHAPE, np.zeros(2))
+    tower_load(seen(tower))
     force = View(TowerFlow, tower)["force"][:, 0]
     assert force == pytest.approx(0.5 * 1.2 * 2.0 * RADIUS * TOP / N * 5.0 * np.array([3.0, 4.0, 0.0]), rel=1e-13)
 
 
 def test_a_tower_without_modes_bears_its_drag() -> None:
     tower = cylinder()
-    tower_load(1.2, tower, np.zeros((0, N)), np.zeros(0))
+    tower_load(seen(tower, shape=np.zeros((0, N))))
     assert np.all(View(TowerFlow, tower)["force"][0] > 0.0)

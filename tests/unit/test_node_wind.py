@@ -15,8 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from meltemi.maths.vectors import Vec
-from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, mean_before, mean_speed, wind_arrays
-from meltemi.wind.velocity import series_now, wind_velocity
+from meltemi.wind.fields import SteadyWind, Wind, WindBox, WindSeries, mean_before, mean_speed, wind_field
+from meltemi.wind.velocity import WindNow, series_now, wind_velocity
 
 HUB, DIAMETER = 90.0, 126.0
 SINGLE = 2e-6 if numba.config.DISABLE_JIT else 1e-12
@@ -25,10 +25,9 @@ steady = settings(derandomize=True, deadline=None, max_examples=100)
 
 
 def velocity(wind: Wind, p: tuple[float, float, float], t: float = 0.0) -> Vec:
-    arrays = wind_arrays(wind, HUB, DIAMETER)
-    now = np.zeros(8)
-    series_now(t, arrays.series, now)
-    return wind_velocity(Vec(*p), t, arrays.wind, now, arrays.box)
+    field = wind_field(wind, HUB, DIAMETER)
+    series_now(t, field)
+    return wind_velocity(Vec(*p), t, field)
 
 
 @steady
@@ -101,12 +100,13 @@ def test_a_series_is_linear_between_rows_and_constant_outside() -> None:
 @given(t=st.floats(-1.0, 11.0), seed=st.integers(0, 1000))
 def test_every_column_is_interpolated_like_numpy_does(t: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    rows = rng.standard_normal((17, 8))
-    rows[:, 0] = np.sort(rng.uniform(0.0, 10.0, 17))
-    now = np.zeros(8)
-    series_now(t, rows, now)
-    for c in range(1, 8):
-        assert now[c] == pytest.approx(np.interp(t, rows[:, 0], rows[:, c]), abs=1e-12)
+    columns = dict(zip(WindNow.names, rng.standard_normal((8, 17)), strict=True))
+    columns["time"] = np.sort(rng.uniform(0.0, 10.0, 17))
+    field = wind_field(WindSeries(**columns), HUB, DIAMETER)
+    series_now(t, field)
+    for name in WindNow.names[1:]:
+        expected = np.interp(t, columns["time"], columns[name])
+        assert getattr(field.now, name) == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_single_row_is_constant() -> None:

@@ -30,7 +30,7 @@ from meltemi.control.lookup import linear
 from meltemi.control.preview import PreviewState, preview_change, preview_settings
 from meltemi.maths.vectors import Vec
 from meltemi.studies.preview import FREQUENCY, rotor_average
-from meltemi.wind.fields import wind_arrays
+from meltemi.wind.fields import wind_field
 from meltemi.wind.velocity import wind_velocity
 
 Float = NDArray[np.float64]
@@ -178,14 +178,12 @@ def test_planes_pass_the_rotor_when_preview_says_so(model: Model, periodic: bool
     """The series of the preview is the wind at the rotor's centre, an overhang upwind of the tower."""
     wind = gust(periodic=periodic)
     preview = preview_of(model, wind, (4.0, np.zeros(20)))
-    arrays = wind_arrays(wind, 90.0, 126.0)
+    kernel_wind = wind_field(wind, 90.0, 126.0)
     times = 0.05 * np.arange(1001)
     said = np.interp(times, preview.time_step * np.arange(len(preview.wind)), preview.wind)
 
     def at(x: float) -> Float:
-        return np.array(
-            [wind_velocity(Vec(x, 0.0, 90.0), t, arrays.wind, np.zeros(8), arrays.box).x for t in times.tolist()]
-        )
+        return np.array([wind_velocity(Vec(x, 0.0, 90.0), t, kernel_wind).x for t in times.tolist()])
 
     assert said.max() > 22.5
     assert np.abs(at(-model.turbine.nacelle.overhang) - said).max() < 0.1
@@ -206,7 +204,7 @@ def test_the_lead_is_the_delay_of_filter_and_actuator(turbine: Turbine) -> None:
 
 @pytest.mark.parametrize("wind", [SteadyWind(speed=18.0), meltemi.TurbulentWind(speed=18.0, intensity=0.1)])
 def test_a_wind_that_is_no_box_is_refused(model: Model, wind: Any) -> None:
-    with pytest.raises(InputError, match=f"preview: a wind box is needed, found {type(wind).__name__}"):
+    with pytest.raises(InputError, match=f"preview: expected a wind box, found {type(wind).__name__}"):
         preview_of(model, wind)
 
 

@@ -16,7 +16,7 @@ from meltemi.maths.records import Array1, Array2, Constant, Kind, Nodes, Record,
 from meltemi.maths.tables import Numbers, Symmetrics, Table, Vectors, number, rotation, symmetric, xyz
 from meltemi.maths.vectors import cross
 from meltemi.numbers import records as compiled
-from meltemi.simulation.case import aligned
+from meltemi.simulation.arena import aligned
 
 Float = NDArray[np.float64]
 jit = numba.njit(fastmath=FAST_MATH, error_model="numpy")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import inf, isnan, pi, sqrt
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -16,6 +15,7 @@ from meltemi import InputError, Result
 from meltemi.postprocess.bands import ceiling, harmonic_bands, remove_bands
 from meltemi.postprocess.spectra import average_spectra, decibels, peak, power_spectrum, rotor_frequency
 from meltemi.simulation.channels import standard
+from meltemi_verification.turbulent import thinned
 
 Float = NDArray[np.float64]
 DT, T = 0.05, 600.0
@@ -296,19 +296,13 @@ def test_bad_bands_are_refused() -> None:
         ceiling(x, bands=[(0.1, 0.2)], dt=DT, slope=4.0, between=(700.0, 800.0))
 
 
-@pytest.mark.reference
-def test_what_ideal_control_of_harmonics_could_reach(reference: Path) -> None:
+def test_what_ideal_control_of_harmonics_could_reach() -> None:
     """Blade-root moment in turbulence at 20 m/s with collective pitch control, in four runs of OpenFAST."""
-    files = sorted((reference / "openfast" / "series").glob("[AB]_turb_vkm20_s[12].npz"))
-    if len(files) != 4:
-        pytest.skip("needs the series of OpenFAST in turbulence at 20 m/s")
+    runs = thinned("turbulent_runs")
     one, both = [], []
-    for file in files:
-        data = np.load(file)
-        names = list(data["channels"])
-        x = data["data"][data["data"][:, 0] > 99.99, names.index("RootMyc1")]
-        one.append(ceiling(x, dt=DT, bands=[(0.15, 0.25)], slope=10.0))
-        both.append(ceiling(x, dt=DT, bands=[(0.15, 0.25), (0.35, 0.45)], slope=10.0))
+    for x in (runs["root_moment_counts"] * runs["root_moment_steps"]).T:
+        one.append(ceiling(x, dt=0.1, bands=[(0.15, 0.25)], slope=10.0))
+        both.append(ceiling(x, dt=0.1, bands=[(0.15, 0.25), (0.35, 0.45)], slope=10.0))
     for found, std, load in ((one, (-0.31, -0.26), (-0.29, -0.225)), (both, (-0.355, -0.315), (-0.365, -0.295))):
         assert std[0] < min(c.std_change for c in found) and max(c.std_change for c in found) < std[1]
         assert load[0] < min(c.load_change for c in found) and max(c.load_change for c in found) < load[1]

@@ -161,7 +161,7 @@ def all_tables() -> list[type[Table]]:
 def test_every_table_of_the_package_describes_every_field() -> None:
     tables = all_tables()
     assert len(tables) > 20
-    allowed = {"blade", "node", "mode", "pair", "station", "flap", "part", "coordinate"}
+    allowed = {"blade", "node", "mode", "pair", "station", "flap", "part", "coordinate", "polar", "angle"}
     for t in tables:
         assert set(t.axes) <= allowed, t.title
         for field in t.rows:
@@ -176,6 +176,25 @@ class Motion(Table, axes="blade node"):
     chord: Numbers = number("m", "length of the section")
     force: Vectors = xyz("N", "on the node")
     inertia: Symmetrics = symmetric("kg m^2", "about the node")
+
+
+class Polars(Table, axes="polar angle", fields_last=True):
+    """A table with its fields last."""
+
+    lift: Numbers = number("-", "lift coefficient")
+    drag: Numbers = number("-", "drag coefficient")
+
+
+def test_fields_may_stand_last() -> None:
+    array = np.arange(12.0).reshape(2, 3, 2)
+    polars = Polars(array)
+    assert (polars.polars, polars.angles) == (2, 3)
+    assert Polars.shape(polar=2, angle=3) == array.shape
+    assert (polars.lift[1, 2], polars.drag[1, 2]) == (10.0, 11.0)
+    polars.drag[0, 1] = -1.0
+    assert array[0, 1, 1] == -1.0
+    with pytest.raises(ValueError, match="only numbers can stand last"):
+        type("Wrong", (Table,), {"force": xyz("N", "of the wind")}, axes="polar", fields_last=True)
 
 
 class Demands(Table):

@@ -81,15 +81,15 @@ def test_the_grid_of_a_turbsim_file(path: Path) -> None:
 
 def test_columns_go_from_right_to_left_and_rows_from_bottom_to_top(path: Path) -> None:
     from meltemi.maths.vectors import Vec
-    from meltemi.wind.fields import wind_arrays
+    from meltemi.wind.fields import wind_field
     from meltemi.wind.velocity import wind_velocity
 
     grid = np.full((NT, NZ, NY, 3), 8.0)
     grid[:, 0, 0, 0], grid[:, 2, 3, 0] = 1.0, 15.0
     path.write_bytes(bts(grid, np.full((NT, N_TOWER, 3), [4.0, 4.0, 4.0])))
-    arrays = wind_arrays(read_bts(path), 90.0, 126.0)
+    kernel_wind = wind_field(read_bts(path), 90.0, 126.0)
     for (y, z), expected in {(-15.0, 30.0): 1.0, (15.0, 54.0): 15.0, (-15.0, 54.0): 8.0}.items():
-        u = wind_velocity(Vec(0.0, y, z), 2.0, arrays.wind, np.zeros(8), arrays.box).x
+        u = wind_velocity(Vec(0.0, y, z), 2.0, kernel_wind).x
         assert u == pytest.approx(expected, abs=14.0 / 65535.0)  # half a count and the edge of the grid
 
 

@@ -19,7 +19,7 @@ import meltemi
 from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import LENGTH
 from meltemi.wind.fields import WindBox, WindSeries
-from meltemi.wind.files import FORMATS
+from meltemi.wind.formats import FORMATS
 
 steady = settings(derandomize=True, deadline=None, max_examples=150)
 NAMES = ["a.bts", "a.wnd", "a-u.bin", "a.nc", "gust.wnd", "a.csv"]
@@ -278,7 +278,7 @@ def test_formats_are_told_by_suffix_content_and_name(tmp_path: Path) -> None:
                 p / "a.bts",
                 meltemi.Hawc2Grid(planes=2, columns=2, rows=2, dx=1, dy=1, dz=1, speed=1, bottom=1),
             ),
-            r"grid= applies to HAWC2 files",
+            r"grid= applies to HAWC2",
         ),
     ],
 )

@@ -267,18 +267,18 @@ def test_axes_of_a_hawc2_box(tmp_path: Path, names: str) -> None:
 
 def test_the_left_column_of_a_hawc2_box_is_on_the_left(tmp_path: Path) -> None:
     from meltemi.maths.vectors import Vec
-    from meltemi.wind.fields import wind_arrays
+    from meltemi.wind.fields import wind_field
     from meltemi.wind.velocity import wind_velocity
 
     hawc2(tmp_path)
     field = read_hawc2(tmp_path / "box_u.bin", Hawc2Grid(**GRID))
-    arrays = wind_arrays(field, 60.0, 20.0)
+    kernel_wind = wind_field(field, 60.0, 20.0)
     # a box of HAWC2 is periodic: its first plane stands at the tower at time 0
     at = {(10.0, 42.0): 8.0 + 0.0, (-10.0, 42.0): 8.0 + 20.0, (10.0, 78.0): 8.0 + 3.0}
     for (y, z), expected in at.items():
-        u = wind_velocity(Vec(0.0, y, z), 0.0, arrays.wind, np.zeros(8), arrays.box).x
+        u = wind_velocity(Vec(0.0, y, z), 0.0, kernel_wind).x
         assert u == pytest.approx(expected, abs=1e-4)
-    later = wind_velocity(Vec(0.0, 0.0, 42.0), 0.5, arrays.wind, np.zeros(8), arrays.box).x
+    later = wind_velocity(Vec(0.0, 0.0, 42.0), 0.5, kernel_wind).x
     assert later == pytest.approx(8.0 + 60.0, abs=1e-4)
 
 

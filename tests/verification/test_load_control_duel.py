@@ -17,7 +17,7 @@ import pytest
 import meltemi
 from meltemi.studies.compare import WHOLE, compare
 from meltemi.studies.schemes import design_controllers
-from meltemi.wind.files import read_wind
+from meltemi.wind.formats import read_wind
 from meltemi_papers.he2018.runs import FAST_MODEL, PAPER, paper_turbine
 
 ROSCO = {"RootMyc1 std": -20.0, "RootMyc1 DEL": -17.0, "OoPDefl1 std": -20.0}

@@ -144,7 +144,7 @@ def rigid_rotor(folder: Path, name: str, pitch: float) -> tuple[meltemi.Turbine,
 def test_lengths_and_angles_are_those_of_the_prebent_blade(rosco_cases: Path, name: str) -> None:
     shape, pitch = shape_of(rosco_cases, name), 0.2
     _, case = rigid_rotor(rosco_cases, name, pitch)
-    nodes, flow = View(AeroNode, case.model.aero_nodes), View(BladeFlow, case["flow"])
+    nodes, flow = View(AeroNode, case.model.rotor.aero_nodes), View(BladeFlow, case["flow"])
     arc = np.sqrt(sum(np.diff(shape[c]) ** 2 for c in ("BlSpn", "BlCrvAC", "BlSwpAC")))
     assert arc.sum() > 1.001 * shape["BlSpn"][-1]
     np.testing.assert_allclose(nodes["length"][0, : len(arc) + 1].sum(), arc.sum(), rtol=1e-6)
@@ -167,7 +167,7 @@ def test_momentum_of_the_air_on_the_cone(rosco_cases: Path, name: str) -> None:
     """Forces per length from the polars, the momentum of the air that they change, and their sums."""
     shape = shape_of(rosco_cases, name)
     turbine, case = rigid_rotor(rosco_cases, name, 0.0)
-    nodes, flow, rotor = View(AeroNode, case.model.aero_nodes), View(BladeFlow, case["flow"]), case.view("rotor")
+    nodes, flow, rotor = View(AeroNode, case.model.rotor.aero_nodes), View(BladeFlow, case["flow"]), case.view("rotor")
     inner = slice(1, -1)
     vx, vy, a, ap, r, theta = (flow[n][0, inner] for n in ("vx", "vy", "axial", "tangential", "radius", "theta"))
     un, ut = vx * (1.0 - a), vy * (1.0 + ap)

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from meltemi.app.cli import main
+from meltemi.wind.files import read_bts, read_wnd
 from meltemi_verification.known import KNOWN
-from meltemi_verification.table import Comparison, Known, Report, Row, Verdict, relative
+from meltemi_verification.table import Comparison, Known, Report, Row, Verdict, reference_table, relative
+from meltemi_verification.turbulent import reference_series, short_series, short_wind, thinned, turbulence
 from meltemi_verification.verification import FULL, QUICK, verification
 
 
@@ -36,11 +39,27 @@ def test_full_study(study: int) -> None:
 
 @pytest.mark.slow
 @pytest.mark.reference
-def test_turbulence_against_openfast(reference: Path) -> None:
-    from meltemi_verification.turbulent import turbulence
+@pytest.mark.parametrize("aero", ["A", "B"])
+def test_ten_minutes_of_turbulence(aero: str, reference: Path) -> None:
+    assert complaints(turbulence(aero, reference)) == []
 
-    for comparison in turbulence(reference):
-        assert complaints(comparison) == []
+
+@pytest.mark.reference
+def test_thinned_data_are_those_of_the_runs(reference: Path) -> None:
+    """Within half a step of rounding, in the same units."""
+    for aero in "AB":
+        short, whole = short_series(aero), reference_series(reference, f"{aero}_turb_vkm20_s1")
+        rows = slice(400, 1301, 2)
+        for name, x in short.items():
+            y = whole[name][rows]
+            np.testing.assert_allclose(x, y, rtol=1e-6, atol=2.6e-4 * np.ptp(y))
+    ours, box = short_wind(), read_bts(reference / "openfast/wind/vkm20_s1.bts")
+    near, same = thinned("turbulent_wind")["near"], "dt dy dz bottom speed hub_height periodic direction".split()
+    assert [getattr(ours, name) for name in same] == pytest.approx([getattr(box, name) for name in same], rel=1e-6)
+    np.testing.assert_allclose(ours.velocity[:, near], box.velocity[:700, near], atol=0.0501)
+    gust = read_wnd(reference / "openfast/wind/eog12.wnd")
+    table = [[float(r["time"]), float(r["gust"])] for r in reference_table("gust_wind")]
+    np.testing.assert_array_equal(np.column_stack([gust.time, gust.gust])[1:-1], table)
 
 
 def test_verdicts() -> None:

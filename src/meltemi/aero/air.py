@@ -2,39 +2,37 @@
 
 from __future__ import annotations
 
-from meltemi.aero.flaps import FlapParameters
 from meltemi.aero.tables import (
     AeroMemory,
     AeroNode,
     AeroOptions,
     AeroParameters,
     BladeFlow,
+    FlapIncrement,
+    FlapParameters,
     InflowState,
+    PolarPoint,
     RotorFlow,
+    SectionConstants,
     StallState,
     TowerFlow,
 )
-from meltemi.maths.records import Array2, Array3, Box, Constant, Nodes, Single
+from meltemi.maths.records import Array3, Constant, Nodes, Single
 from meltemi.turbine.exchange import Exchange
-from meltemi.wind.velocity import WindNow, WindParameters
+from meltemi.wind.velocity import WindField
 
 
-class Air(Exchange):
-    """Wind, parameters, states and flow of the rotor and the tower."""
+class Air(Exchange, WindField):
+    """Parameters, states and flow of the rotor and the tower, and the wind."""
 
-    # wind
-    wind: WindParameters
-    series: Array2
-    now: WindNow
-    box: Box
     # parameters
     aero: AeroParameters
     aero_options: AeroOptions
     aero_nodes: AeroNode
-    polars: Array3
-    section: Array2
+    polars: PolarPoint
+    section: SectionConstants
     flap_nodes: Constant[Nodes[Array3]]
-    increments: Constant[Array3]
+    increments: Constant[FlapIncrement]
     flap: FlapParameters
     # states
     inflow: InflowState

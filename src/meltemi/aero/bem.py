@@ -22,30 +22,26 @@ from __future__ import annotations
 from math import acos, cos, exp, pi, sin, sqrt
 from typing import NamedTuple
 
-from numpy import float64
-from numpy.typing import NDArray
-
-from meltemi.aero.polars import DRAG, LIFT, coefficient, locate
+from meltemi.aero.air import Air
+from meltemi.aero.polars import coefficient, locate
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import anywhere, where
 
-Float = NDArray[float64]
-
 PHI_LOW, PHI_HIGH = -0.25 * pi, 0.75 * pi
 RESCUE, BISECTIONS = 1e-7, 48
-"""Residual beyond which bisections follow, and their number: to the last digit of the bracket."""
+"""Residual beyond which bisections follow, and their number: to the resolution of the bracket."""
 ROUNDING = 1e-12
 """[rad] by which a step may leave the bracket: at convergence the bracket has no width."""
 LOSS_FLOOR = 1e-4
 """Smallest loss factor."""
 LEAST_FLOW, TINY = 0.3, 1e-6
-"""Least flow through the annulus over |s|, below all that occurs where a > 1 (A-10), and least of all."""
+"""Minimum flow through the annulus over |s|, below all that occurs where a > 1 (A-10), and absolute minimum."""
 STILL = 1e-3
-"""[m/s] below which the wind counts as still."""
+"""[m/s] below which the air counts as still."""
 
 
 class Strip(NamedTuple):
-    """What a strip of the rotor is to the momentum balance.
+    """Input of the momentum balance at a strip of the rotor.
 
     Attributes:
       vx, vy: [m/s] relative wind without induction, normal to the strip and along it.
@@ -62,6 +58,20 @@ class Strip(NamedTuple):
     tip_number: float
     hub_number: float
     polar: int
+
+
+class Onset(NamedTuple):
+    """The relative wind without induction, mirrored into the range of the solution.
+
+    Attributes:
+      sin, cos: |V_x| and |V_y| over the speed: of the inflow angle without induction.
+      mirror_x, mirror_y: signs of V_x and V_y.
+    """
+
+    sin: float
+    cos: float
+    mirror_x: float
+    mirror_y: float
 
 
 class Balance(NamedTuple):
@@ -103,66 +113,40 @@ def loss_factor(tip_number: float, hub_number: float, sin_phi: float) -> float:
 
 @kernel
 def end_angle(number: float, s: float) -> float:
-    """arc cos(exp(-number / s)): the loss at one end; far from it a right angle to the last digit."""
-    angle = 0.5 * pi + 0.0 * s
+    """Loss at one end: arc cos(exp(-number / s)), which is a right angle far from it."""
+    angle = 0.5 * pi
     if anywhere(number < 40.0 * s):
         angle = acos(exp(-number / s))
     return angle
 
 
 @kernel
-def balance(
-    strip: Strip,
-    polars: Float,
-    axial_drag: float,
-    tangential_drag: float,
-    buhl: int,
-    sin_0: float,
-    cos_0: float,
-    mirror_x: float,
-    mirror_y: float,
-    phi: float,
-) -> Balance:
-    """The momentum balance at ``phi`` (A-6 to A-12).
-
-    Args:
-      sin_0, cos_0: |V_x| and |V_y| over the speed: the inflow angle without induction.
-      mirror_x, mirror_y: signs of V_x and V_y.
-    """
+def balance(phi: float, strip: Strip, onset: Onset, m: Air) -> Balance:
+    """The momentum balance at ``phi`` (A-6 to A-12)."""
     s, c = sin(phi), cos(phi)
-    true_phi = mirror_x * where(mirror_y > 0.0, phi, pi - phi)
-    at = locate(polars, true_phi - strip.theta)
-    cl = coefficient(polars, strip.polar, at, LIFT)
-    cd = coefficient(polars, strip.polar, at, DRAG)
-    lift = mirror_x * mirror_y * cl
-    cx = lift * c + axial_drag * cd * s
+    true_phi = onset.mirror_x * where(onset.mirror_y > 0.0, phi, pi - phi)
+    at = locate(true_phi - strip.theta, m)
+    cl, cd = coefficient(m.polars.lift, strip.polar, at), coefficient(m.polars.drag, strip.polar, at)
+    lift = onset.mirror_x * onset.mirror_y * cl
+    cx = lift * c + m.aero.axial_drag * cd * s
     F = loss_factor(strip.tip_number, strip.hub_number, abs(s))
     q = strip.solidity / (4.0 * F)
     kappa = q * cx
     high = (5.0 / 3.0 - F) * s + sqrt(max(2.0 * F * kappa - (4.0 / 3.0 - F) * F * s * s, 0.0))
-    heavy = (s <= 0.0) | (buhl == 1) & (kappa > (2.0 / 3.0) * s * s)
+    heavy = (s <= 0.0) | (m.aero_options.high_induction == 1) & (kappa > (2.0 / 3.0) * s * s)
     # the flow that takes up the thrust takes up the torque as well
     added = high - s
     flow = where(heavy, kappa / where(abs(added) > TINY, added, TINY), s)
     flow = max(flow, max(LEAST_FLOW * abs(s), TINY))
     axial = where(heavy, high, s + kappa / flow)
-    cy = lift * s - tangential_drag * cd * c
+    cy = lift * s - m.aero.tangential_drag * cd * c
     # air that turns back under blades that push it on does not exist: there the balance is left open
     tangential = c - q * where(s > 0.0, cy, min(cy, 0.0)) / flow
-    return Balance(cos_0 * axial - sin_0 * tangential, axial, tangential)
+    return Balance(onset.cos * axial - onset.sin * tangential, axial, tangential)
 
 
 @kernel
-def induction(
-    strip: Strip,
-    polars: Float,
-    axial_drag: float,
-    tangential_drag: float,
-    buhl: int,
-    iterations: int,
-    phi: float,
-    slope: float,
-) -> Induction:
+def induction(phi: float, slope: float, strip: Strip, m: Air) -> Induction:
     """Solve the momentum balance by a fixed number of safeguarded secant steps from a guess.
 
     The bracket [-pi/4, 3 pi/4] always holds a solution; a step that leaves the bracket becomes a
@@ -170,23 +154,22 @@ def induction(
     fixed number of bisections follows.
 
     Args:
-      iterations: evaluations of the balance.
       phi, slope: guess of the solution [rad] and of the residual's slope there.
     """
     mirror_x, mirror_y = where(strip.vx >= 0.0, 1.0, -1.0), where(strip.vy >= 0.0, 1.0, -1.0)
     vx, vy = abs(strip.vx), abs(strip.vy)
     speed = max(sqrt(vx * vx + vy * vy), STILL)
-    sin_0, cos_0 = vx / speed, vy / speed
+    onset = Onset(vx / speed, vy / speed, mirror_x, mirror_y)
     x = min(max(phi, PHI_LOW + 1e-3), PHI_HIGH - 1e-3)
     slope = min(max(slope, 0.05), 50.0)
-    now = balance(strip, polars, axial_drag, tangential_drag, buhl, sin_0, cos_0, mirror_x, mirror_y, x)
+    now = balance(x, strip, onset, m)
     low, high = where(now.residual < 0.0, x, PHI_LOW), where(now.residual < 0.0, PHI_HIGH, x)
-    for _ in range(iterations - 1):
+    for _ in range(m.aero_options.iterations - 1):
         step = x - now.residual / slope
         inside = (step >= low - ROUNDING) & (step <= high + ROUNDING)
         x_old, r_old = x, now.residual
         x = where(inside, step, 0.5 * (low + high))
-        now = balance(strip, polars, axial_drag, tangential_drag, buhl, sin_0, cos_0, mirror_x, mirror_y, x)
+        now = balance(x, strip, onset, m)
         low, high = where(now.residual < 0.0, x, low), where(now.residual < 0.0, high, x)
         dx = x - x_old
         secant = (now.residual - r_old) / where(abs(dx) > 1e-14, dx, 1.0)
@@ -195,7 +178,7 @@ def induction(
         lost = abs(now.residual) > RESCUE
         for _ in range(BISECTIONS):
             x = where(lost, 0.5 * (low + high), x)
-            now = balance(strip, polars, axial_drag, tangential_drag, buhl, sin_0, cos_0, mirror_x, mirror_y, x)
+            now = balance(x, strip, onset, m)
             low, high = where(now.residual < 0.0, x, low), where(now.residual < 0.0, high, x)
     # the last secant step improves the guess for the next time at no cost
     step = x - now.residual / slope

@@ -10,14 +10,15 @@ Reference: docs/theory/power-turbines.md (P-2 to P-4); Akima (1970), J. ACM 17(4
 from __future__ import annotations
 
 from math import exp
-from typing import NamedTuple
 
 import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+import meltemi.numbers.records  # noqa: F401 - by it kernels know what a record is
 from meltemi.core.kernel import kernel
-from meltemi.maths.tables import Table, View, number
+from meltemi.maths.records import Array1, Array4, Constant, Record
+from meltemi.maths.tables import Table, number
 from meltemi.turbine.power_turbine import CalibratedCoefficient, Coefficient, HeierCoefficient, TableCoefficient
 
 Float = NDArray[float64]
@@ -41,38 +42,40 @@ class RotorCoefficient(Table, title="coefficient"):
     floor: float = number("-", "smallest coefficient beyond the table")
 
 
-FORMULA, SCALE, RATIO_SCALE, C1, C2, C3, C4, C5, C6, LEAST_RATIO, MOST_RATIO, MOST_PITCH, FLOOR = (
-    RotorCoefficient.slots("formula scale ratio_scale c1 c2 c3 c4 c5 c6 least_ratio most_ratio most_pitch floor")
-)
 DEGREES = 57.29577951308232
-"""In a radian."""
+"""Degrees in a radian."""
 POWER, THRUST = 0, 1
-"""First axis of a table's values; the second are value, slope by ratio, slope by pitch, slope by both."""
+"""First axis of a table's values."""
 EVERYWHERE = 1e9
-"""Bound of what is known everywhere; infinities have no differences."""
+"""Bound of coefficients that are defined everywhere; infinities have no differences."""
 CALIBRATED = (0.979372, 116.0, 0.0, 6.363840, 37.744134, 0.0375390)
 
 
-class CoefficientArrays(NamedTuple):
-    """A coefficient as kernels take it: table COEFFICIENT, (n,) ratios, (m,) pitch angles, (2, 4, n, m) values."""
+class Coefficients(Record):
+    """Power and thrust coefficient of a rotor.
 
-    parameters: Float
-    ratios: Float
-    pitches: Float
-    values: Float
+    Attributes:
+      ratios, pitches: (n,) tip-speed ratios and (m,) pitch angles [rad] of the table.
+      values: (2, 4, n, m) power and thrust; value, slope by ratio, slope by pitch, slope by both.
+    """
+
+    coefficient: RotorCoefficient
+    ratios: Constant[Array1]
+    pitches: Constant[Array1]
+    values: Array4
 
 
 @kernel
-def formula(p: Float, ratio: float, pitch: float) -> float:
-    """Power coefficient of the formula (P-2)."""
-    r, b = p[RATIO_SCALE] * ratio, max(pitch * DEGREES, 0.0)
+def formula(ratio: float, pitch: float, p: RotorCoefficient) -> float:
+    """Power coefficient by the formula (P-2)."""
+    r, b = p.ratio_scale * ratio, max(pitch * DEGREES, 0.0)
     x = 1.0 / (r + 0.08 * b) - 0.035 / (b * b * b + 1.0)
-    return p[SCALE] * (p[C1] * (p[C2] * x - p[C3] * b - p[C4]) * exp(-p[C5] * x) + p[C6] * r)
+    return p.scale * (p.c1 * (p.c2 * x - p.c3 * b - p.c4) * exp(-p.c5 * x) + p.c6 * r)
 
 
 @kernel
 def below(x: float, grid: Float) -> int:
-    """The last entry but one of an increasing grid that is not above x, at least the first."""
+    """Index of the interval of an increasing grid in which x lies; the first or last one beyond its ends."""
     i, j = 0, grid.shape[0] - 1
     while j - i > 1:
         k = (i + j) // 2
@@ -84,14 +87,15 @@ def below(x: float, grid: Float) -> int:
 
 
 @kernel
-def looked_up(what: int, ratios: Float, pitches: Float, values: Float, ratio: float, pitch: float) -> float:
-    """Power or thrust coefficient of the table (P-4)."""
+def looked_up(what: int, ratio: float, pitch: float, c: Coefficients) -> float:
+    """Power or thrust coefficient from the table (P-4)."""
+    ratios, pitches, values = c.ratios, c.pitches, c.values
     n, m = ratios.shape[0], pitches.shape[0]
     x, y = min(max(ratio, ratios[0]), ratios[n - 1]), min(max(pitch, pitches[0]), pitches[m - 1])
     i, j = below(x, ratios), below(y, pitches)
     h, k = ratios[i + 1] - ratios[i], pitches[j + 1] - pitches[j]
     s, t = (x - ratios[i]) / h, (y - pitches[j]) / k
-    f = fx = fy = 0.0 * (x + y)
+    f, fx, fy = 0.0, 0.0, 0.0
     for a in range(2):
         # Hermite's polynomials of the near and of the far entry, and their slopes
         u = s if a == 0 else 1.0 - s
@@ -112,42 +116,35 @@ def looked_up(what: int, ratios: Float, pitches: Float, values: Float, ratio: fl
 
 
 @kernel
-def power_coefficient(p: Float, ratios: Float, pitches: Float, values: Float, ratio: float, pitch: float) -> float:
-    """C_p at a tip-speed ratio above zero and a pitch angle [rad].
-
-    Args:
-      p, ratios, pitches, values: see :class:`CoefficientArrays`.
-    """
-    if p[FORMULA] > 0.0:
-        return formula(p, ratio, pitch)
-    c = looked_up(POWER, ratios, pitches, values, ratio, pitch)
-    return max(c, p[FLOOR])
+def power_coefficient(ratio: float, pitch: float, c: Coefficients) -> float:
+    """C_p at a tip-speed ratio above zero and a pitch angle [rad]."""
+    if c.coefficient.formula > 0.0:
+        return formula(ratio, pitch, c.coefficient)
+    return max(looked_up(POWER, ratio, pitch, c), c.coefficient.floor)
 
 
 @kernel
-def thrust_coefficient(p: Float, ratios: Float, pitches: Float, values: Float, ratio: float, pitch: float) -> float:
-    """C_t, as :func:`power_coefficient`; 0 where there is none."""
-    if p[FORMULA] > 0.0:
-        return 0.0 * ratio
-    return looked_up(THRUST, ratios, pitches, values, ratio, pitch)
+def thrust_coefficient(ratio: float, pitch: float, c: Coefficients) -> float:
+    """C_t at a tip-speed ratio and a pitch angle [rad]; 0 if none is given."""
+    if c.coefficient.formula > 0.0:
+        return 0.0
+    return looked_up(THRUST, ratio, pitch, c)
 
 
 @kernel
-def known(p: Float, ratio: float, pitch: float) -> bool:
-    """The coefficient is known there."""
-    return p[LEAST_RATIO] <= ratio <= p[MOST_RATIO] and pitch <= p[MOST_PITCH]
+def known(ratio: float, pitch: float, p: RotorCoefficient) -> bool:
+    """Whether the coefficient is defined there."""
+    return p.least_ratio <= ratio <= p.most_ratio and pitch <= p.most_pitch
 
 
-def coefficient_arrays(coefficient: Coefficient) -> CoefficientArrays:
-    """Arrays of a described coefficient."""
-    p = RotorCoefficient.zeros()
-    view = View(RotorCoefficient, p)
-    view["formula"] = view["scale"] = view["ratio_scale"] = 1.0
-    view["most_ratio"] = view["most_pitch"] = EVERYWHERE
+def coefficient_arrays(coefficient: Coefficient) -> dict[str, Float]:
+    """Arrays of a power coefficient by the names in :class:`Coefficients`."""
+    p = RotorCoefficient.of(formula=1.0, scale=1.0, ratio_scale=1.0, most_ratio=EVERYWHERE, most_pitch=EVERYWHERE)
     ratios, pitches, values = np.arange(2.0), np.arange(2.0), np.zeros((2, 4, 2, 2))
+    constants: tuple[float, ...] = CALIBRATED
     if isinstance(coefficient, TableCoefficient):
-        view["formula"] = 0.0
-        view["floor"] = coefficient.power.min()
+        p.formula, p.floor = 0.0, coefficient.power.min()
+        constants = (0.0,) * len(CALIBRATED)
         ratios, pitches = np.concatenate([[0.0], coefficient.tip_speed_ratio]), np.array(coefficient.pitch)
         thrust = np.zeros_like(coefficient.power) if coefficient.thrust is None else coefficient.thrust
         at_rest = (np.zeros_like(coefficient.power[0]), thrust[0])
@@ -157,17 +154,20 @@ def coefficient_arrays(coefficient: Coefficient) -> CoefficientArrays:
                 for first, rows in zip(at_rest, (coefficient.power, thrust), strict=True)
             ]
         )
-        return CoefficientArrays(p, ratios, pitches, values)
-    constants = CALIBRATED
-    if isinstance(coefficient, HeierCoefficient):
+    elif isinstance(coefficient, HeierCoefficient):
         constants = coefficient.constants
         ratio, most = coefficient.peak
-        view["scale"], view["ratio_scale"] = coefficient.maximum / most, ratio / coefficient.tip_speed_ratio
+        p.scale, p.ratio_scale = coefficient.maximum / most, ratio / coefficient.tip_speed_ratio
     else:
         assert isinstance(coefficient, CalibratedCoefficient)
-        view["least_ratio"], view["most_ratio"], view["most_pitch"] = 7.0, 11.5, 1e-6
-    p[C1 : C6 + 1] = constants
-    return CoefficientArrays(p, ratios, pitches, values)
+        p.least_ratio, p.most_ratio, p.most_pitch = 7.0, 11.5, 1e-6
+    p.c1, p.c2, p.c3, p.c4, p.c5, p.c6 = constants
+    return {"coefficient": p.array, "ratios": ratios, "pitches": pitches, "values": values}
+
+
+def rotor_coefficients(coefficient: Coefficient) -> Coefficients:
+    """The record of a power coefficient, for calls from Python."""
+    return Coefficients("floats", coefficient_arrays(coefficient))
 
 
 def _with_slopes(x: Float, y: Float, f: Float) -> Float:

@@ -10,7 +10,7 @@ from meltemi.maths.generic import where
 
 
 class Lag(NamedTuple):
-    """Weights of the state and of the input at both ends of the step."""
+    """Weights of the state and of the inputs at both ends of a step."""
 
     state: float
     before: float
@@ -31,5 +31,5 @@ def lag(h: float) -> Lag:
 
 @kernel
 def lagged(w: Lag, y: float, before: float, after: float) -> float:
-    """State after the step."""
+    """State at the end of the step."""
     return w.state * y + w.before * before + w.after * after

@@ -2,42 +2,95 @@
 
 from __future__ import annotations
 
-from math import floor, pi
+import operator
+from dataclasses import dataclass
+from math import cos, floor, pi
 from typing import NamedTuple
 
-from numpy import float64
-from numpy.typing import NDArray
-
-from meltemi.aero.tables import PolarPoint
+from meltemi.aero.air import Air
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import whole
-
-Float = NDArray[float64]
-
-LIFT, DRAG, MOMENT, ATTACHMENT, ATTACHED, SEPARATED = PolarPoint.slots(
-    "lift drag moment attachment attached_lift separated_lift"
-)
+from meltemi.maths.algebra import Components
+from meltemi.maths.generic import anywhere, whole
+from meltemi.maths.groups import group, operators
+from meltemi.maths.tables import Numbers
 
 
 class Place(NamedTuple):
-    """A place between two rows of a polar."""
+    """Place in a polar: the point before it, and the weight of the next one."""
 
-    row: int
+    point: int
     weight: float
 
 
+@dataclass(frozen=True, slots=True)
+class Coefficients(Components):
+    """Lift, drag and moment coefficient."""
+
+    lift: float
+    drag: float
+    moment: float
+
+    def __add__(self, b: Coefficients) -> Coefficients:
+        return Coefficients(self.lift + b.lift, self.drag + b.drag, self.moment + b.moment)
+
+    def __sub__(self, b: Coefficients) -> Coefficients:
+        return Coefficients(self.lift - b.lift, self.drag - b.drag, self.moment - b.moment)
+
+    def __rmul__(self, s: float) -> Coefficients:
+        return Coefficients(s * self.lift, s * self.drag, s * self.moment)
+
+
+def _times(s: float, c: Coefficients) -> Coefficients:
+    return Coefficients(s * c.lift, s * c.drag, s * c.moment)
+
+
+group(Coefficients)
+operators(
+    {
+        operator.add: {(Coefficients, Coefficients): Coefficients.__add__},
+        operator.iadd: {(Coefficients, Coefficients): Coefficients.__add__},
+        operator.sub: {(Coefficients, Coefficients): Coefficients.__sub__},
+        operator.mul: {(None, Coefficients): _times},
+    }
+)
+
+
 @kernel
-def locate(polars: Float, alpha: float) -> Place:
-    """Rows around the angle of attack ``alpha`` [rad], any angle."""
-    last = polars.shape[1] - 1
+def locate(alpha: float, m: Air) -> Place:
+    """Place of the angle of attack ``alpha`` [rad] in the polars; any angle is allowed."""
+    last = m.polars.angles - 1
     turns = (alpha + pi) * (0.5 / pi)
     x = (turns - floor(turns)) * last
-    row = min(max(whole(x), 0), last - 1)  # what is no number must not lead out of the table
-    return Place(row, x - row)
+    point = min(max(whole(x), 0), last - 1)  # NaN must not lead out of the table
+    return Place(point, x - point)
 
 
 @kernel
-def coefficient(polars: Float, g: int, at: Place, column: int) -> float:
-    """Coefficient of polar ``g`` at a place, linear between rows."""
-    a = polars[g, at.row, column]
-    return a + at.weight * (polars[g, at.row + 1, column] - a)
+def coefficient(values: Numbers, g: int, at: Place) -> float:
+    """Coefficient of polar ``g`` at a place, by linear interpolation."""
+    a = values[g, at.point]
+    return a + at.weight * (values[g, at.point + 1] - a)
+
+
+@kernel
+def static_coefficients(alpha: float, g: int, m: Air) -> Coefficients:
+    """Static coefficients of polar ``g`` at ``alpha`` [rad]."""
+    at, polars = locate(alpha, m), m.polars
+    return Coefficients(
+        coefficient(polars.lift, g, at), coefficient(polars.drag, g, at), coefficient(polars.moment, g, at)
+    )
+
+
+@kernel
+def wrap(angle: float) -> float:
+    """Angle in [-pi, pi)."""
+    return angle - 2.0 * pi * floor((angle + pi) * (0.5 / pi))
+
+
+@kernel
+def ramp(x: float, low: float, high: float) -> float:
+    """Blending function: 0 below ``low``, 1 above ``high``, half a cosine between."""
+    t = min(max((x - low) / (high - low), 0.0), 1.0)
+    if anywhere((t > 0.0) & (t < 1.0)):
+        return 0.5 - 0.5 * cos(pi * t)
+    return t

@@ -1,14 +1,16 @@
-"""From the motion of the blade nodes to the loads on them: the aerodynamic entry point.
+"""Aerodynamic loads of the rotor from the motion of the blade nodes.
 
 Three passes over the nodes, because the rotor's averages stand between them:
 
 1. ``relative_wind``: wind at the nodes (tower influence included) minus their velocity, in strip axes;
    then ``disk_averages``: mean wind, skew, tip-speed ratio;
-2. ``quasi_steady``: the momentum balance at each node; then the mean induction and the time of the inflow;
+2. ``quasi_steady``: the momentum balance at each node; then the mean induction and the time constant of the inflow;
 3. ``loads``: dynamic inflow, skewed wake, dynamic stall, coefficients, loads.
 
-Pass 3 moves the states of inflow and stall over the step that led here (``dt``); with dt = 0 it
-evaluates the loads for the states as they are.
+Pass 3 advances the states of inflow and stall by the step that ends here (``dt``); with dt = 0 it
+evaluates the loads for the present states.
+
+Models of inflow, stall and tower influence are called by their number: see ``variants``.
 
 Reference: docs/theory/aerodynamics.md (A-1 to A-47).
 """
@@ -17,56 +19,16 @@ from __future__ import annotations
 
 from math import acos, atan2, cos, pi, sin, sqrt, tan
 
-from numpy import float64, int64
-from numpy.typing import NDArray
-
+from meltemi.aero import inflow, stall, tower_flow
 from meltemi.aero.air import Air
 from meltemi.aero.bem import STILL, Strip, induction
-from meltemi.aero.flaps import Increment, equivalent_angle, flap_increment
-from meltemi.aero.inflow import (
-    QUASI_STEADY,
-    VARIABLE_TIME,
-    Inflow,
-    first_time,
-    inflow_advance,
-    inflow_derivative,
-    inflow_steady,
-    second_time,
-)
-from meltemi.aero.stall import (
-    CAMBER,
-    DYNAMIC,
-    FADE_TO,
-    NO_ROTATION,
-    SLOW_FROM,
-    STATIC,
-    Rotation,
-    Stall,
-    StallInput,
-    angle_at_three_quarters,
-    model_weight,
-    ramp,
-    section_rotation,
-    stall_advance,
-    stall_coefficients,
-    stall_derivative,
-    stall_steady,
-    static_coefficients,
-    wrap,
-)
-from meltemi.aero.stall import SLOPE as STALL_SLOPE
-from meltemi.aero.tables import (
-    InflowState,
-    StallState,
-)
-from meltemi.aero.tower_flow import tower_influence
+from meltemi.aero.flaps import equivalent_angle, flap_increment
+from meltemi.aero.polars import Coefficients, ramp, wrap
+from meltemi.aero.stall.section import CAMBER
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import crossed, largest, total, where, whole
+from meltemi.maths.generic import largest, total, where, whole
 from meltemi.maths.vectors import Vec, cross, dot, norm
 from meltemi.wind.velocity import wind_velocity
-
-Float = NDArray[float64]
-Int = NDArray[int64]
 
 SLOW, MOST_CAMBER = 1.0, 0.1
 """[m/s], [rad] limits of the curved flow's angle in the momentum balance, for rotors at rest."""
@@ -81,15 +43,12 @@ def relative_wind(t: float, m: Air) -> None:
         R = frame.orientation[b]
         shaft, root_spin = frame.shaft[b], frame.spin[b]
         cp, sp = frame.cos_pitch[b], frame.sin_pitch[b]
-        influenced = m.aero_options.tower == 1 and (aero.tower_cut == 0.0 or cos(frame.azimuth[b]) <= 0.0)
         for n in range(flow.nodes):
             theta, spin = motion.rotation[b, n], motion.spin[b, n]
             offset = turned_centre(m, theta, b, n)
             r = motion.position[b, n] + offset
             p = hub + R @ r
-            u = wind_velocity(p, t, m.wind.array, m.now.array, m.box)
-            if influenced:
-                u += tower_influence(m.tower_flow.array, p)
+            u = wind_velocity(p, t, m) + tower_flow.influence(m.aero_options.tower, p, m, b)
             flow.wind[b, n] = u
             w = R.T @ u - (motion.velocity[b, n] + cross(spin, offset))
             # unpitched blade axes, then along the bent blade: elastic slopes in and out of plane, and those of prebend
@@ -143,26 +102,26 @@ def disk_averages(m: Air) -> None:
 
 @kernel
 def quotient(x: float, speed: float) -> float:
-    """x / speed [m/s], zero in still air."""
+    """Quotient x / speed [m/s], zero in still air."""
     moves = abs(speed) > STILL
     return where(moves, x / where(moves, speed, 1.0), 0.0)
 
 
 @kernel
-def flapped(m: Air, g: int, alpha: float, b: int, n: int) -> tuple[Increment, float]:
-    """What the flaps add at a node, at any angle of attack, and the angle [rad] that stands for their lift."""
-    if m.flap_nodes.shape[0] == 0:
-        return Increment(0.0 * alpha, 0.0 * alpha, 0.0 * alpha), 0.0 * alpha
-    added = flap_increment(m.flap_nodes, m.increments, m.flap.array, wrap(alpha), b, n)
-    return added, equivalent_angle(added.lift, m.section[g, STALL_SLOPE])
+def flapped(alpha: float, m: Air, b: int, n: int) -> tuple[Coefficients, float]:
+    """Increments of the flaps at a node, at any angle of attack, and their equivalent angle [rad]."""
+    added, angle = flap_increment(wrap(alpha), m, b, n), 0.0
+    if m.flap_nodes.shape[0] > 0:
+        angle = equivalent_angle(added.lift, m.section.slope[whole(m.aero_nodes.polar[b, n])])
+    return added, angle
 
 
 @kernel
 def quasi_steady(m: Air) -> None:
-    """Pass 2: momentum balance at every node, mean induction, time of the inflow."""
-    aero, options, nodes, flow, memory, rotor = m.aero, m.aero_options, m.aero_nodes, m.flow, m.memory, m.rotor
+    """Pass 2: momentum balance at every node, mean induction, time constant of the inflow."""
+    options, nodes, flow, memory, rotor = m.aero_options, m.aero_nodes, m.flow, m.memory, m.rotor
     mean, worst = 0.0, 0.0
-    curved = 0.5 if options.stall != STATIC and options.stall_rotation == CAMBER else 0.0
+    curved = 0.5 if options.stall != stall.STATIC and options.stall_rotation == CAMBER else 0.0
     for b in range(flow.blades):
         for n in range(flow.nodes):
             a, ap, residual = 0.0, 0.0, 0.0
@@ -172,7 +131,7 @@ def quasi_steady(m: Air) -> None:
                 camber = curved * flow.rotation[b, n] * nodes.chord[b, n] / max(sqrt(vx * vx + vy * vy), SLOW)
                 g = whole(nodes.polar[b, n])
                 # so is that of flaps, at the angle of attack where the solver begins
-                _, bent = flapped(m, g, memory.phi[b, n] - theta, b, n)
+                _, bent = flapped(memory.phi[b, n] - theta, m, b, n)
                 strip = Strip(
                     vx,
                     vy,
@@ -182,16 +141,7 @@ def quasi_steady(m: Air) -> None:
                     nodes.hub_number[b, n],
                     g,
                 )
-                solution = induction(
-                    strip,
-                    m.polars,
-                    aero.axial_drag,
-                    aero.tangential_drag,
-                    options.high_induction,
-                    options.iterations,
-                    memory.phi[b, n],
-                    memory.slope[b, n],
-                )
+                solution = induction(memory.phi[b, n], memory.slope[b, n], strip, m)
                 memory.phi[b, n] = solution.phi
                 memory.slope[b, n] = solution.slope
                 # where the loss factor vanishes the wake is fully blocked
@@ -206,8 +156,7 @@ def quasi_steady(m: Air) -> None:
             worst = max(worst, largest(abs(residual)))
     rotor.induction = mean
     rotor.residual = worst
-    variable = options.inflow == VARIABLE_TIME
-    rotor.inflow_time = first_time(mean, rotor.tip_radius, rotor.axial_wind) if variable else aero.inflow_time
+    rotor.inflow_time = inflow.time_constant(options.inflow, m)
 
 
 @kernel
@@ -255,70 +204,20 @@ def loads(dt: float, m: Air) -> None:
 
 
 @kernel
-def either(condition: bool, yes: Inflow, no: Inflow) -> Inflow:
-    """One of two states."""
-    return Inflow(where(condition, yes.reduced, no.reduced), where(condition, yes.velocity, no.velocity))
-
-
-@kernel
-def inflow_state(m: Air, b: int, n: int) -> tuple[Inflow, Inflow]:
-    """States of the induced velocity at a node, normal and tangential."""
-    inflow = m.inflow
-    return Inflow(inflow.reduced_x[b, n], inflow.x[b, n]), Inflow(inflow.reduced_y[b, n], inflow.y[b, n])
-
-
-@kernel
-def put_inflow(inflow: InflowState, normal: Inflow, tangential: Inflow, b: int, n: int) -> None:
-    """Write them, or their derivatives."""
-    inflow.reduced_x[b, n] = normal.reduced
-    inflow.x[b, n] = normal.velocity
-    inflow.reduced_y[b, n] = tangential.reduced
-    inflow.y[b, n] = tangential.velocity
-
-
-@kernel
-def stall_state(m: Air, b: int, n: int) -> Stall:
-    """State of the dynamic stall at a node."""
-    stall = m.stall
-    return Stall(stall.wake_1[b, n], stall.wake_2[b, n], stall.pressure[b, n], stall.attachment[b, n])
-
-
-@kernel
-def put_stall(stall: StallState, y: Stall, b: int, n: int) -> None:
-    """Write it, or its derivative."""
-    stall.wake_1[b, n] = y.wake_1
-    stall.wake_2[b, n] = y.wake_2
-    stall.pressure[b, n] = y.pressure
-    stall.attachment[b, n] = y.attachment
-
-
-@kernel
 def induced_velocity(dt: float, m: Air, sin_skew: float, b: int, n: int) -> None:
     """Dynamic inflow and skewed wake at one node: induction factors, inflow angle and speed (A-19 to A-28)."""
-    flow, rotor, memory, options = m.flow, m.rotor, m.memory, m.aero_options
+    flow, rotor, options = m.flow, m.rotor, m.aero_options
     vx, vy = flow.vx[b, n], flow.vy[b, n]
-    blocked = m.aero_nodes.end[b, n] > 0.0
-    new_x, new_y = flow.steady_axial[b, n] * vx, flow.steady_tangential[b, n] * vy
-    # the time constant changes over the step: its mean keeps the second order
-    k, tau_1 = m.aero.inflow_lead, 0.5 * (memory.time[b, n] + rotor.inflow_time)
-    tau_2 = second_time(tau_1, flow.radius[b, n] / rotor.tip_radius)
-    x, y = inflow_state(m, b, n)
-    x = inflow_advance(x, k, tau_1, tau_2, memory.induced_x[b, n], new_x, dt)
-    y = inflow_advance(y, k, tau_1, tau_2, memory.induced_y[b, n], new_y, dt)
-    at_once = blocked | (options.inflow == QUASI_STEADY)
-    x, y = either(at_once, inflow_steady(k, new_x), x), either(at_once, inflow_steady(k, new_y), y)
-    put_inflow(m.inflow, x, y, b, n)
-    memory.induced_x[b, n] = new_x
-    memory.induced_y[b, n] = new_y
-    memory.time[b, n] = rotor.inflow_time
+    inflow.advance(options.inflow, dt, m, b, n)
+    V_x, V_y = m.inflow.x[b, n], m.inflow.y[b, n]
     # skewed wake: more induction on the downwind side (Glauert; Pitt & Peters)
-    wx = rotor.fade * x.velocity
+    wx = rotor.fade * V_x
     if options.skew == 1:
-        chi = (0.6 * quotient(x.velocity, vx) + 1.0) * rotor.skew
+        chi = (0.6 * quotient(V_x, vx) + 1.0) * rotor.skew
         lean = where(abs(chi) < 0.5 * pi, tan(0.5 * chi), 1.0)
         r_R = flow.radius[b, n] / rotor.tip_radius
-        wx *= where(blocked, 1.0, 1.0 + m.aero.skew_factor * lean * r_R * sin_skew)
-    wy = rotor.fade * y.velocity
+        wx *= where(m.aero_nodes.end[b, n] > 0.0, 1.0, 1.0 + m.aero.skew_factor * lean * r_R * sin_skew)
+    wy = rotor.fade * V_y
     un, ut = vx - wx, vy + wy
     phi = atan2(un, ut)
     flow.axial[b, n] = quotient(wx, vx)
@@ -329,97 +228,36 @@ def induced_velocity(dt: float, m: Air, sin_skew: float, b: int, n: int) -> None
 
 
 @kernel
-def turned_flow(m: Air, b: int, n: int) -> tuple[float, float, Rotation]:
-    """Angle of attack [rad] at 3/4 chord, U / (c/2) [1/s], and the section's rotation (A-31, A-32)."""
-    variant, speed, chord = m.aero_options.stall_rotation, m.flow.speed[b, n], m.aero_nodes.chord[b, n]
-    rate = 2.0 * max(speed, STILL) / chord
-    turn = where(variant != NO_ROTATION, m.flow.rotation[b, n], 0.0)
-    alpha = angle_at_three_quarters(m.flow.alpha[b, n], speed, turn, chord)
-    return alpha, rate, section_rotation(variant, turn, m.flow.pitching[b, n], rate)
-
-
-@kernel
 def section_coefficients(dt: float, m: Air, b: int, n: int) -> None:
-    """Static or dynamic coefficients at one node."""
-    aero, polars, section, memory, flow = m.aero.array, m.polars, m.section, m.memory, m.flow
-    g = whole(m.aero_nodes.polar[b, n])
-    alpha, speed = flow.alpha[b, n], flow.speed[b, n]
-    c = static_coefficients(polars, g, alpha)
-    lift, drag, moment = c.lift, c.drag, c.moment
-    added, bent = flapped(m, g, alpha, b, n)
-    if m.aero_options.stall != STATIC:
-        alpha_34, rate, rotation = turned_flow(m, b, n)
-        weight = model_weight(section, g, alpha, speed)
-        memory.switches[b, n] += section[g, DYNAMIC] * (crossed(abs(alpha) - FADE_TO) + crossed(speed - SLOW_FROM))
-        old = StallInput(memory.alpha[b, n], memory.rate[b, n], memory.pressure[b, n], memory.attachment[b, n])
-        y, new = stall_advance(
-            aero, polars, section, g, stall_state(m, b, n), old, alpha_34, rate, rotation.pitching, weight, dt, bent
-        )
-        put_stall(m.stall, y, b, n)
-        memory.alpha[b, n] = new.alpha
-        memory.rate[b, n] = new.rate
-        memory.pressure[b, n] = new.pressure
-        memory.attachment[b, n] = new.attachment
-        d = stall_coefficients(aero, polars, section, g, y, alpha_34, rotation, bent)
-        lift += weight * (d.lift - lift)
-        drag += weight * (d.drag - drag)
-        moment += weight * (d.moment - moment)
-    flow.lift[b, n] = lift + added.lift
-    flow.drag[b, n] = drag + added.drag
-    flow.moment[b, n] = moment + added.moment
+    """Coefficients at one node: of the stall model, and the increments of the flaps."""
+    flow = m.flow
+    added, angle = flapped(flow.alpha[b, n], m, b, n)
+    c = stall.advance(m.aero_options.stall, dt, angle, m, b, n) + added
+    flow.lift[b, n] = c.lift
+    flow.drag[b, n] = c.drag
+    flow.moment[b, n] = c.moment
 
 
 @kernel
 def settle(m: Air) -> None:
     """Set the states of inflow and stall to their steady values for the flow of the last evaluation.
 
-    Call it, evaluate, and call it again: the second time the induction it saw was its own.
+    Alternate with evaluations: the induction changes with the states.
     """
-    flow, k = m.flow, m.aero.inflow_lead
+    flow, options = m.flow, m.aero_options
     for b in range(flow.blades):
         for n in range(flow.nodes):
-            x = inflow_steady(k, flow.steady_axial[b, n] * flow.vx[b, n])
-            y = inflow_steady(k, flow.steady_tangential[b, n] * flow.vy[b, n])
-            put_inflow(m.inflow, x, y, b, n)
-            g = whole(m.aero_nodes.polar[b, n])
-            alpha, _, rotation = turned_flow(m, b, n)
-            _, bent = flapped(m, g, flow.alpha[b, n], b, n)
-            steady = stall_steady(m.aero.array, m.polars, m.section, g, alpha, rotation.pitching, bent)
-            put_stall(m.stall, steady, b, n)
+            inflow.settle(options.inflow, m, b, n)
+            _, angle = flapped(flow.alpha[b, n], m, b, n)
+            stall.settle(options.stall, angle, m, b, n)
 
 
 @kernel
 def derivatives(m: Air) -> None:
     """Time derivatives of the states of inflow and stall, after an evaluation with dt = 0."""
-    flow, rotor, options, section = m.flow, m.rotor, m.aero_options, m.section
-    k, tau_1 = m.aero.inflow_lead, rotor.inflow_time
+    flow, options = m.flow, m.aero_options
     for b in range(flow.blades):
         for n in range(flow.nodes):
-            tau_2 = second_time(tau_1, flow.radius[b, n] / rotor.tip_radius)
-            V_x = flow.steady_axial[b, n] * flow.vx[b, n]
-            V_y = flow.steady_tangential[b, n] * flow.vy[b, n]
-            x, y = inflow_state(m, b, n)
-            x_rate = inflow_derivative(x, k, tau_1, tau_2, V_x)
-            y_rate = inflow_derivative(y, k, tau_1, tau_2, V_y)
-            still = Inflow(0.0 * V_x, 0.0 * V_y)
-            at_once = (m.aero_nodes.end[b, n] > 0.0) | (options.inflow == QUASI_STEADY)
-            put_inflow(m.d_inflow, either(at_once, still, x_rate), either(at_once, still, y_rate), b, n)
-            g = whole(m.aero_nodes.polar[b, n])
-            alpha, rate, rotation = turned_flow(m, b, n)
-            _, bent = flapped(m, g, flow.alpha[b, n], b, n)
-            state = stall_state(m, b, n)
-            s_rate = stall_derivative(m.aero.array, m.polars, section, g, state, alpha, rate, rotation.pitching, bent)
-            # where the model is off its state is not integrated but set
-            weight = model_weight(section, g, flow.alpha[b, n], flow.speed[b, n])
-            on = (weight > 0.0) & (options.stall != STATIC)
-            put_stall(
-                m.d_stall,
-                Stall(
-                    where(on, s_rate.wake_1, 0.0),
-                    where(on, s_rate.wake_2, 0.0),
-                    where(on, s_rate.pressure, 0.0),
-                    where(on, s_rate.attachment, 0.0),
-                ),
-                b,
-                n,
-            )
+            inflow.derivative(options.inflow, m, b, n)
+            _, angle = flapped(flow.alpha[b, n], m, b, n)
+            stall.derivative(options.stall, angle, m, b, n)

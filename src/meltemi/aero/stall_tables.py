@@ -1,4 +1,4 @@
-"""Attachment and fully separated lift of a polar, as dynamic stall needs them (host side).
+"""Degree of attachment and fully separated lift of a polar for dynamic stall (host side).
 
 A static lift coefficient is split into an attached and a separated share:
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Float = NDArray[np.float64]
 
 LINEAR_RANGE = np.radians(20.0)
-"""[rad] around zero within which the attached flow is looked for."""
+"""[rad] half-width around zero of the range in which attached flow is sought."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class StallTable:
 
 
 def hansen(alpha: Float, lift: Float, drag: Float) -> StallTable:
-    """As the model's authors: C_La is the largest C_L / (alpha - alpha_0) away from alpha_0; the static lift
+    """Split of the model's authors: C_La is the largest C_L / (alpha - alpha_0) away from alpha_0; the static lift
     is recovered exactly.
 
     Args:
@@ -85,7 +85,7 @@ def zero_lift_angle(alpha: Float, lift: Float) -> float:
 
 
 def openfast(alpha: Float, lift: Float, drag: Float, zero_lift: float, drag_floor: float) -> StallTable:
-    """As OpenFAST 5 (UA_Mod 4): slope by least squares over the middle of the attached range, a given zero
+    """Split of OpenFAST 5 (UA_Mod 4): slope by least squares over the middle of the attached range, a given zero
     of the lift, and attachment limited to 0..1 afterwards; the static lift is then not recovered
     exactly.
 

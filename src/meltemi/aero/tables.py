@@ -1,4 +1,4 @@
-"""Layout of the arrays that the aerodynamic kernels use.
+"""Tables of the aerodynamics.
 
 The *strip frame* w of a blade node: x normal to the local blade axis, y towards the trailing edge, z
 along the blade as it is coned, prebent and bent; pitch, twist and torsion are not part of it.
@@ -29,24 +29,20 @@ class AeroParameters(Table, title="aerodynamics"):
     stall_pressure: float = number("-", "pressure lag, in semi-chords")
     stall_separation: float = number("-", "separation lag, in semi-chords")
     sweep_flap: float = number("-", "share of the product of slopes in and out of plane in the chord's angle")
-    tower_cut: float = number("-", "1: tower influence only on the lower half of the rotor")
-
-
-(AIR_DENSITY,) = AeroParameters.slots("air_density")
 
 
 class AeroOptions(Table, title="aerodynamic options", integer=True):
-    """Options, run-time integers."""
+    """Options of the model, selected at run time."""
 
     wake: int = number("-", "0: no induction, 1: blade-element momentum")
     high_induction: int = number("-", "0: momentum theory throughout, 1: Buhl")
     skew: int = number("-", "0: none, 1: Glauert's redistribution")
-    inflow: int = number("-", "0: quasi-steady, 1: constant time, 2: time from wind and induction")
-    stall: int = number("-", "0: static polars, 1: Hansen-Gaunaa-Madsen")
+    inflow: int = number("-", "model: 0: quasi-steady, 1: constant time, 2: time from wind and induction")
+    stall: int = number("-", "model: 0: static polars, 1: Hansen-Gaunaa-Madsen")
     stall_rotation: int = number(
         "-", "rotation of a section about its span: 0: ignored, 1: acts like camber, 2: as OpenFAST"
     )
-    tower: int = number("-", "0: no influence of the tower, 1: potential flow")
+    tower: int = number("-", "influence of the tower: 0: none, 1: potential flow, 2: the same on the lower half")
     tower_drag: int = number("-", "1: drag on the tower")
     iterations: int = number("-", "of the induction solver at each evaluation")
 
@@ -69,24 +65,41 @@ class AeroNode(Table, axes="blade node", title="aerodynamic node"):
     ring: Numbers = number("-", "share of the node in the mean induction, around 70 % of the radius")
 
 
-class PolarPoint(Table, title="polar"):
-    """Columns of a polar, on a uniform grid of the angle of attack over the full circle."""
+class PolarPoint(Table, title="polar", axes="polar angle", fields_last=True):
+    """Polars, on a uniform grid of the angle of attack over the full circle."""
 
-    lift: float = number("-", "static lift coefficient")
-    drag: float = number("-", "static drag coefficient")
-    moment: float = number("-", "static moment coefficient about the aerodynamic centre")
-    attachment: float = number("-", "degree of attachment (1: fully attached)")
-    attached_lift: float = number("-", "lift coefficient when fully attached")
-    separated_lift: float = number("-", "lift coefficient when fully separated")
+    lift: Numbers = number("-", "static lift coefficient")
+    drag: Numbers = number("-", "static drag coefficient")
+    moment: Numbers = number("-", "static moment coefficient about the aerodynamic centre")
+    attachment: Numbers = number("-", "degree of attachment (1: fully attached)")
+    attached_lift: Numbers = number("-", "lift coefficient when fully attached")
+    separated_lift: Numbers = number("-", "lift coefficient when fully separated")
 
 
-class SectionConstants(Table, title="section"):
-    """Columns of constants of a polar."""
+class SectionConstants(Table, title="section", axes="polar", fields_last=True):
+    """Constants of the polars."""
 
-    slope: float = number("1/rad", "slope of the lift in attached flow")
-    zero_lift: float = number("rad", "angle of attack without lift")
-    drag_floor: float = number("-", "drag coefficient at the angle of zero lift")
-    dynamic: float = number("-", "1: dynamic stall applies")
+    slope: Numbers = number("1/rad", "slope of the lift in attached flow")
+    zero_lift: Numbers = number("rad", "angle of attack without lift")
+    drag_floor: Numbers = number("-", "drag coefficient at the angle of zero lift")
+    dynamic: Numbers = number("-", "1: dynamic stall applies")
+
+
+class FlapParameters(Table, axes="flap blade", title="flap"):
+    """State of the flaps' actuators."""
+
+    angle: Numbers = number("rad", "deflection, trailing edge towards the pressure side when positive")
+    rate: Numbers = number("rad/s", "its rate")
+    acceleration: Numbers = number("rad/s^2", "its acceleration over the last step")
+    switches: Numbers = number("-", "limits that a difference step would have reached or left, in derivative runs")
+
+
+class FlapIncrement(Table, title="flap increment", axes="flap angle", fields_last=True):
+    """Increments of the coefficients by flaps, on a uniform grid: deflections, angle of attack by angle of attack."""
+
+    lift: Numbers = number("-", "lift coefficient")
+    drag: Numbers = number("-", "drag coefficient")
+    moment: Numbers = number("-", "moment coefficient")
 
 
 class InflowState(Table, axes="blade node"):
@@ -108,7 +121,7 @@ class StallState(Table, axes="blade node"):
 
 
 class AeroMemory(Table, axes="blade node", title="aerodynamic memory"):
-    """What integrator and solver remember of the last step; not part of the physical state."""
+    """Memory of integrator and solver from the last step; not part of the physical state."""
 
     phi: Numbers = number("rad", "inflow angle of the last evaluation: where the solver begins")
     slope: Numbers = number("1/rad", "slope of the residual there")

@@ -44,6 +44,8 @@ from meltemi.app.options import (
 from meltemi.app.terminal import OutOption, print_table, progress_bar, remove_empty_folders, results_in, say
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.formats import suffixes
+from meltemi.wind.formats import WINDS
 
 if TYPE_CHECKING:
     from meltemi.loadcases.case import LoadCase
@@ -124,7 +126,7 @@ def run(
     edition: EditionOption = None,
     wind_file: Annotated[
         Path | None,
-        typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc."),
+        typer.Option("--wind-file", "--bts", "--wnd", help=f"Wind file: {suffixes(WINDS)}."),
     ] = None,
     controller: ControllerOption = None,
     controller_input: ControllerInputOption = None,
@@ -183,8 +185,8 @@ def run(
         if written:
             raise InputError(f"{path} is a case file, which defines its own run; set transient: {transient:g} in it")
         case = validated(case.content() | {"transient": transient}, LoadCase, "command line")
-    from meltemi.simulation.case import Stations
-    from meltemi.simulation.engines import build
+    from meltemi.simulation.model import Stations
+    from meltemi.simulation.rotors import build
     from meltemi.simulation.simulate import simulate
 
     with _named(path if written else None):
@@ -222,7 +224,7 @@ def run(
     print("time series in result.nc are in SI units: rad and rad/s, W, N, N m")
     if result.log:
         happened = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in result.log]
-        print_table("What happened", ["time s", "source", "what", "reason"], happened, text_columns=4)
+        print_table("Events", ["time s", "source", "what", "reason"], happened, text_columns=4)
     print(
         f"{result.time[-1] if len(result.time) else 0.0:g} s simulated in {meta['run_seconds']:.2f} s: "
         f"{meta['real_time_factor']:g} times real time (time step {meta['time_step']:g} s, "
@@ -397,7 +399,7 @@ def power_curve(
     wanted = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
-    from meltemi.simulation.engines import build, operating_point
+    from meltemi.simulation.rotors import build, operating_point
     from meltemi.turbine.plausibility import plausibility
 
     for words in plausibility(described):
@@ -489,7 +491,7 @@ def campbell(
     from meltemi.report.plots import plot_campbell, save
     from meltemi.report.tables import campbell_rows, number, write_csv
     from meltemi.simulation.campbell import campbell as diagram_of
-    from meltemi.simulation.model import build
+    from meltemi.simulation.rotors import build
 
     with results_in(out):
         with progress_bar("Campbell diagram") as progress:

@@ -17,7 +17,7 @@ GROUP = "meltemi.commands"
 
 
 class Commands(TyperGroup):
-    """Our commands, and those of other packages as soon as one is asked for that is not ours."""
+    """Commands of meltemi, and those of other packages, loaded when an unknown name is used."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Names of all commands, ours first."""
@@ -39,7 +39,7 @@ class Commands(TyperGroup):
 
 
 def _command(entry: Any) -> Any:
-    """What is registered, or a command that says why it cannot be loaded."""
+    """The registered command, or one that reports why it cannot be loaded."""
     try:
         function = entry.load()
     except Exception as error:

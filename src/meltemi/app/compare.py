@@ -94,7 +94,7 @@ def compare(
 
     described = equipped(_with_actuator(aeroelastic(load_turbine(turbine), "meltemi compare"), pitch_actuator), names)
     winds = _winds(given, described, duration, range(seed, seed + seeds))
-    from meltemi.simulation.model import build
+    from meltemi.simulation.rotors import build
     from meltemi.studies import compare as study
     from meltemi.studies import comparison_report as report
     from meltemi.studies.journal import journal

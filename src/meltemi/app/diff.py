@@ -8,13 +8,15 @@ from typing import Annotated
 import typer
 
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.core.formats import suffixes
+from meltemi.postprocess.formats import FORMATS
 
 LISTED = 12
 """Names of channels that one side has not, as many as are printed."""
 
 
 def diff(
-    ours: Annotated[Path, typer.Argument(help="First result: .nc, or OpenFAST's .outb, .out.")],
+    ours: Annotated[Path, typer.Argument(help=f"First result: {suffixes(FORMATS)}.")],
     theirs: Annotated[Path, typer.Argument(help="Second result, the reference.")],
     channels: Annotated[
         str | None,

@@ -19,14 +19,13 @@ def inspect(
 
     described = load_turbine(turbine)
     with results_in(out):
-        from meltemi.report.turbine_facts import turbine_facts
+        from meltemi.report.turbine_facts import fact_rows
         from meltemi.studies.inspection import inspect_turbine
         from meltemi.turbine.plausibility import plausibility
 
         with progress_bar(described.name) as progress:
             seen, files = inspect_turbine(described, out, progress=progress)
-    rows = [[name if i == 0 else "", *row] for name, found in turbine_facts(seen) for i, row in enumerate(found)]
-    print_table(described.description or described.name, ["", "what", "value"], rows, text_columns=3)
+    print_table(described.description or described.name, ["", "what", "value"], fact_rows(seen), text_columns=3)
     for file in files:
         print(f"wrote {file}")
     for words in plausibility(described):

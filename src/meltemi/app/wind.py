@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import ClassOption, DirectionOption, EditionOption, SpectrumOption
+from meltemi.app.options import ClassOption, DirectionOption, EditionOption, SpectrumOption, given_options
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
 from meltemi.core.errors import InputError
+from meltemi.core.formats import suffixes
+from meltemi.wind.formats import FORMATS, WINDS
 
 if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
@@ -19,10 +21,11 @@ if TYPE_CHECKING:
     from meltemi.wind.iec.models import IecModel
     from meltemi.wind.turbulent import TurbulentWind
 
-SUFFIXES = {"bts": ".bts", "bladed": ".wnd", "hawc2": ".bin", "netcdf": ".nc", "uniform": ".wnd"}
-"""Of a wind in each format; the last is that of a series, the others are those of a field."""
+SUFFIXES = {f.name: f.suffix for f in WINDS}
+FIELDS, SERIES = ([f.name for f in WINDS if kind in f.holds] for kind in ("WindBox", "WindSeries"))
+"""Names of the formats of a field and of a series."""
 FIGURES = ("series", "spectra", "coherence", "section", "profile")
-"""All that a wind may have."""
+"""Names of all figures of a wind."""
 
 
 def wind(
@@ -30,7 +33,7 @@ def wind(
         str | None, typer.Argument(help="NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH, EWSV.")
     ] = None,
     source: Annotated[
-        Path | None, typer.Option("--from", help="Evaluate a wind file instead: .bts, .wnd, .bin, .nc, .csv.")
+        Path | None, typer.Option("--from", help=f"Evaluate a wind file instead: {suffixes(FORMATS)}.")
     ] = None,
     wind_class: ClassOption = None,
     speed: Annotated[float | None, typer.Option("--speed", "--wind-speed", help="Mean at hub height [m/s].")] = None,
@@ -63,7 +66,8 @@ def wind(
     years: Annotated[int | None, typer.Option("--years", help="Of the gusts of edition 2: 1, 50.")] = None,
     steady: Annotated[bool, typer.Option("--steady", help="EWM: steady in place of turbulent.")] = False,
     file_format: Annotated[
-        str | None, typer.Option("--format", help="Of a field: bts, bladed, hawc2, netcdf [bts]; of a series: uniform.")
+        str | None,
+        typer.Option("--format", help=f"Of a field: {', '.join(FIELDS)} [bts]; of a series: {', '.join(SERIES)}."),
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -83,14 +87,13 @@ def wind(
     transient = {"sign": sign, "begin": begin, "years": years}
     every = settings | named | transient | {"steady": steady or None}
     options: dict[str, Any] = {name: v for name, v in every.items() if v is not None}
+    of_field = given_options(duration=duration, width=width, hub_series=hub_series, gust=gust)
     if (model is None) == (source is None):
         raise InputError("specify either a model (such as NTM) or --from FILE")
     from meltemi.turbine.library import load_turbine
 
     if source is not None:
-        own = {"--duration": duration, "--width": width, "--hub-series": hub_series, "--gust": gust}
-        given = [*(_option(n) for n in options), *(n for n, v in own.items() if v is not None)]
-        if given:
+        if given := [*(_option(n) for n in options), *of_field]:
             raise InputError(f"{', '.join(given)}: a wind file is looked at as it is; leave it out")
         found = _read(source)
         _check_format(file_format, found)
@@ -112,11 +115,8 @@ def wind(
 
         options["hub_series"] = read_hub_csv(hub_series)
     made: SteadyWind | WindSeries | TurbulentWind = iec_wind(name, turbine=used, **options)
-    if not isinstance(made, TurbulentWind):
-        others = {"--duration": duration, "--width": width, "--hub-series": hub_series, "--gust": gust}
-        for option, value in others.items():
-            if value is not None:
-                raise InputError(f"{option}: {name} does not generate a turbulent field; remove the option")
+    if of_field and not isinstance(made, TurbulentWind):
+        raise InputError(f"{next(iter(of_field))}: {name} does not generate a turbulent field; remove the option")
     _check_format(file_format, made)
     seconds = 600.0 if duration is None else duration
     added = None
@@ -133,7 +133,7 @@ def wind(
 
 
 UNREACHABLE = ("roughness", "veer")
-"""What only Python and case files set."""
+"""Settings that only Python and case files have."""
 
 
 def _option(name: str) -> str:
@@ -170,11 +170,10 @@ def _check_format(name: str | None, wind: SteadyWind | WindSeries | WindBox | Tu
         raise InputError(f"--format {name}: {did_you_mean(name, SUFFIXES)}")
     if isinstance(wind, SteadyWind):
         raise InputError(f"--format {name}: {wind.label} needs no file; leave it out")
-    if isinstance(wind, WindSeries) != (name == "uniform"):
-        what, valid = (
-            ("a series", "uniform") if isinstance(wind, WindSeries) else ("a field", "bts, bladed, hawc2 or netcdf")
-        )
-        raise InputError(f"--format {name}: {wind.label} is {what}; expected {valid}")
+    what, valid = ("a series", SERIES) if isinstance(wind, WindSeries) else ("a field", FIELDS)
+    if name not in valid:
+        expected = " or ".join([", ".join(valid[:-1]), valid[-1]] if len(valid) > 1 else valid)
+        raise InputError(f"--format {name}: {wind.label} is {what}; expected {expected}")
 
 
 def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: float, periodic: bool) -> WindSeries:
@@ -203,7 +202,8 @@ def _read(path: Path) -> WindBox | WindSeries:
     import numpy as np
 
     from meltemi.wind.fields import WindSeries
-    from meltemi.wind.files import read_hub_csv, read_wind
+    from meltemi.wind.files import read_hub_csv
+    from meltemi.wind.formats import read_wind
 
     if path.suffix.lower() != ".csv":
         return read_wind(path)
@@ -243,7 +243,7 @@ def _look(
     from meltemi.report.tables import field_rows, series_rows, write_csv
     from meltemi.report.wind_plots import plot_wind
     from meltemi.wind.fields import SteadyWind, WindBox
-    from meltemi.wind.files import write_wind
+    from meltemi.wind.formats import write_wind
     from meltemi.wind.statistics import field_statistics, series_statistics
 
     height = None if turbine is None else turbine.hub_height

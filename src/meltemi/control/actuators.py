@@ -12,21 +12,14 @@ from __future__ import annotations
 
 from math import cos, cosh, exp, sin, sinh, sqrt
 
-from numpy import float64
-from numpy.typing import NDArray
-
-from meltemi.aero.flaps import ACCELERATION as FLAP_ACCELERATION
-from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
-from meltemi.aero.flaps import RATE as FLAP_RATE
-from meltemi.aero.flaps import SWITCHES as FLAP_SWITCHES
-from meltemi.control import faults as f
-from meltemi.control import signals as s
+from meltemi.aero.tables import FlapParameters
+from meltemi.control.faults import Faults
+from meltemi.control.signals import Demands, Measurements
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import crossed
-from meltemi.maths.tables import MAX_BLADES, Numbers, Table, blades, number
-from meltemi.turbine import exchange as ex
-
-Float = NDArray[float64]
+from meltemi.maths.records import Record
+from meltemi.maths.tables import Numbers, Table, blades, number
+from meltemi.turbine.exchange import Drive, PitchMotion
 
 
 class Actuators(Table):
@@ -46,15 +39,29 @@ class Actuators(Table):
     pitch_offset: Numbers = blades("rad", "by which each blade stands beyond what its actuator believes")
 
 
-PITCH_IDEAL, PITCH_FREQUENCY, PITCH_DAMPING, PITCH_RATE, PITCH_MINIMUM, PITCH_MAXIMUM = Actuators.slots(
-    "pitch_ideal pitch_frequency pitch_damping pitch_rate pitch_minimum pitch_maximum"
-)
-BRAKE_TORQUE, YAW_RATE, YAW_ACCELERATION, YAW_FRICTION, YAW_HOLD, OFFSET = Actuators.slots(
-    "brake_torque yaw_rate yaw_acceleration yaw_friction yaw_hold pitch_offset"
-)
+class FlapActuators(Table, axes="flap"):
+    """Parameters of the flaps' actuators."""
+
+    ideal: Numbers = number("-", "1: the flap follows the demand at once")
+    frequency: Numbers = number("rad/s", "natural frequency")
+    damping: Numbers = number("-", "damping ratio")
+    rate: Numbers = number("rad/s", "limit")
+    minimum: Numbers = number("rad", "limit")
+    maximum: Numbers = number("rad", "limit")
 
 
-ANGLE, RATE, ACCELERATION, SWITCHES = ex.PitchMotion.slots("angle rate acceleration switches")
+class Actuation(Record):
+    """What lies between a controller's demands and the turbine."""
+
+    measured: Measurements
+    demands: Demands
+    faults: Faults
+    # actuators
+    actuators: Actuators
+    flap_actuators: FlapActuators
+    pitch: PitchMotion
+    flap: FlapParameters
+    drive: Drive
 
 
 @kernel
@@ -103,93 +110,83 @@ def limited_step(
     new = min(max(new, angle - most * dt), angle + most * dt)
     if new < low or new > high:
         new = min(max(new, low), high)
-        limited = 0.0 * limited
+        limited = 0.0
     return new, limited, crossed(abs(free) - most)
 
 
 @kernel
-def pitch_advance(p: Float, demands: Float, faults: Float, pitch: Float, dt: float) -> None:
+def pitch_advance(dt: float, c: Actuation) -> None:
     """Pitch angles after ``dt`` under held demands; with the ideal actuator at once."""
-    for b in range(pitch.shape[1]):
-        if faults[f.PITCH_STUCK + b] > 0.0:
+    p, f, pitch = c.actuators, c.faults, c.pitch
+    low, high = p.pitch_minimum, p.pitch_maximum
+    for b in range(pitch.blades):
+        if f.pitch_stuck[b] > 0.0:
             if dt > 0.0:
-                pitch[ACCELERATION, b] = -pitch[RATE, b] / dt
-                pitch[RATE, b] = 0.0
+                pitch.acceleration[b] = -pitch.rate[b] / dt
+                pitch.rate[b] = 0.0
             continue
-        demand, most, run = demands[s.PITCH_DEMAND + b], p[PITCH_RATE], faults[f.PITCH_RUN + b]
+        demand, most, run = c.demands.pitch[b], p.pitch_rate, f.pitch_run[b]
         if run != 0.0:
-            demand, most = (p[PITCH_MAXIMUM] if run > 0.0 else p[PITCH_MINIMUM]), abs(run)
+            demand, most = (high if run > 0.0 else low), abs(run)
         if dt > 0.0:
-            pitch[SWITCHES, b] += crossed(demand - p[PITCH_MINIMUM]) + crossed(demand - p[PITCH_MAXIMUM])
-        demand = min(max(demand, p[PITCH_MINIMUM]), p[PITCH_MAXIMUM])
-        angle, rate = pitch[ANGLE, b] - p[OFFSET + b], pitch[RATE, b]
-        if p[PITCH_IDEAL] > 0.0:
+            pitch.switches[b] += crossed(demand - low) + crossed(demand - high)
+        demand = min(max(demand, low), high)
+        offset = p.pitch_offset[b]
+        angle, rate = pitch.angle[b] - offset, pitch.rate[b]
+        if p.pitch_ideal > 0.0:
             if run != 0.0:
                 demand = min(max(demand, angle - most * dt), angle + most * dt)
-            pitch[ANGLE, b] = demand + p[OFFSET + b]
+            pitch.angle[b] = demand + offset
             continue
         if dt <= 0.0:
             continue
-        w, z = p[PITCH_FREQUENCY], p[PITCH_DAMPING]
-        new, new_rate, switches = limited_step(angle, rate, demand, w, z, most, p[PITCH_MINIMUM], p[PITCH_MAXIMUM], dt)
-        pitch[SWITCHES, b] += switches
-        pitch[ANGLE, b] = new + p[OFFSET + b]
-        pitch[RATE, b] = new_rate
-        pitch[ACCELERATION, b] = (new_rate - rate) / dt
-
-
-class FlapActuators(Table, axes="flap"):
-    """Parameters of the flaps' actuators."""
-
-    ideal: Numbers = number("-", "1: the flap follows the demand at once")
-    frequency: Numbers = number("rad/s", "natural frequency")
-    damping: Numbers = number("-", "damping ratio")
-    rate: Numbers = number("rad/s", "limit")
-    minimum: Numbers = number("rad", "limit")
-    maximum: Numbers = number("rad", "limit")
-
-
-F_IDEAL, F_FREQUENCY, F_DAMPING, F_RATE, F_MINIMUM, F_MAXIMUM = FlapActuators.slots(
-    "ideal frequency damping rate minimum maximum"
-)
+        new, new_rate, switches = limited_step(
+            angle, rate, demand, p.pitch_frequency, p.pitch_damping, most, low, high, dt
+        )
+        pitch.switches[b] += switches
+        pitch.angle[b] = new + offset
+        pitch.rate[b] = new_rate
+        pitch.acceleration[b] = (new_rate - rate) / dt
 
 
 @kernel
-def flap_advance(p: Float, demands: Float, faults: Float, flap: Float, dt: float) -> None:
+def flap_advance(dt: float, c: Actuation) -> None:
     """Deflections after ``dt`` under held demands; with ideal actuators at once, within their limits."""
-    for j in range(flap.shape[1]):
-        for b in range(flap.shape[2]):
-            if faults[f.FLAP_STUCK + MAX_BLADES * j + b] > 0.0:
+    p, flap = c.flap_actuators, c.flap
+    for j in range(flap.flaps):
+        low, high, most = p.minimum[j], p.maximum[j], p.rate[j]
+        for b in range(flap.blades):
+            if c.faults.flap_stuck[j, b] > 0.0:
                 if dt > 0.0:
-                    flap[FLAP_ACCELERATION, j, b] = -flap[FLAP_RATE, j, b] / dt
-                    flap[FLAP_RATE, j, b] = 0.0
+                    flap.acceleration[j, b] = -flap.rate[j, b] / dt
+                    flap.rate[j, b] = 0.0
                 continue
-            demand = demands[s.FLAP_DEMAND + MAX_BLADES * j + b]
-            low, high, most = p[F_MINIMUM, j], p[F_MAXIMUM, j], p[F_RATE, j]
+            demand = c.demands.flap[j, b]
             if dt > 0.0:
-                flap[FLAP_SWITCHES, j, b] += crossed(demand - low) + crossed(demand - high)
+                flap.switches[j, b] += crossed(demand - low) + crossed(demand - high)
             demand = min(max(demand, low), high)
-            angle, rate = flap[FLAP_ANGLE, j, b], flap[FLAP_RATE, j, b]
-            if p[F_IDEAL, j] > 0.0:
-                flap[FLAP_ANGLE, j, b] = demand
+            angle, rate = flap.angle[j, b], flap.rate[j, b]
+            if p.ideal[j] > 0.0:
+                flap.angle[j, b] = demand
                 continue
             if dt <= 0.0:
                 continue
             new, new_rate, switches = limited_step(
-                angle, rate, demand, p[F_FREQUENCY, j], p[F_DAMPING, j], most, low, high, dt
+                angle, rate, demand, p.frequency[j], p.damping[j], most, low, high, dt
             )
-            flap[FLAP_SWITCHES, j, b] += switches
-            flap[FLAP_ANGLE, j, b] = new
-            flap[FLAP_RATE, j, b] = new_rate
-            flap[FLAP_ACCELERATION, j, b] = (new_rate - rate) / dt
+            flap.switches[j, b] += switches
+            flap.angle[j, b] = new
+            flap.rate[j, b] = new_rate
+            flap.acceleration[j, b] = (new_rate - rate) / dt
 
 
 @kernel
-def drive_advance(p: Float, demands: Float, faults: Float, drive: Float) -> None:
+def drive_advance(c: Actuation) -> None:
     """Generator torque and brake under held demands."""
-    drive[ex.GENERATOR_TORQUE] = demands[s.GENERATOR_TORQUE] * faults[f.GRID] * faults[f.GENERATOR]
-    share = max(demands[s.BRAKE] * faults[f.BRAKE], faults[f.BRAKE_APPLIED])
-    drive[ex.BRAKE_TORQUE] = p[BRAKE_TORQUE] * min(max(share, 0.0), 1.0)
+    f = c.faults
+    c.drive.generator_torque = c.demands.generator_torque * f.grid * f.generator
+    share = max(c.demands.brake * f.brake, f.brake_applied)
+    c.drive.brake_torque = c.actuators.brake_torque * min(max(share, 0.0), 1.0)
 
 
 @kernel
@@ -199,9 +196,7 @@ def slid(rest: float, angle: float, most: float) -> float:
 
 
 @kernel
-def yaw_advance(
-    p: Float, stiffness: float, demands: Float, faults: Float, drive: Float, angle: float, speed: float, dt: float
-) -> None:
+def yaw_advance(dt: float, c: Actuation, stiffness: float, angle: float, speed: float) -> None:
     """Yaw drive, its brake and the bearing's friction after ``dt`` under a held demand (C-55 to C-58).
 
     Args:
@@ -209,34 +204,35 @@ def yaw_advance(
       angle: [rad] of the nacelle, after ``dt``.
       speed: [rad/s] of the same.
     """
-    most, a, friction = p[YAW_RATE], p[YAW_ACCELERATION], p[YAW_FRICTION]
-    target = min(max(demands[s.YAW_RATE_DEMAND] * faults[f.YAW_DRIVE], -most), most)
-    before = drive[ex.YAW_DRIVE_RATE]
+    p, d = c.actuators, c.drive
+    most, a, friction = p.yaw_rate, p.yaw_acceleration, p.yaw_friction
+    target = min(max(c.demands.yaw_rate * c.faults.yaw_drive, -most), most)
+    before = d.yaw_drive_rate
     if a > 0.0:
         # towards the target at constant acceleration, then at its rate
         change = min(max(target - before, -a * dt), a * dt)
         rate = target if abs(target - before) <= a * dt else before + change
-        drive[ex.YAW_COMMAND] += rate * dt - 0.5 * change * abs(change) / a
+        d.yaw_command += rate * dt - 0.5 * change * abs(change) / a
     else:
         rate = target
-        drive[ex.YAW_COMMAND] += rate * dt
-    drive[ex.YAW_DRIVE_RATE] = rate
+        d.yaw_command += rate * dt
+    d.yaw_drive_rate = rate
     stands = rate == 0.0 and target == 0.0
     if friction > 0.0:
-        rubs = drive[ex.YAW_HELD] == 0.0 or not stands
-        if rubs and drive[ex.YAW_RUBS] == 0.0:
-            drive[ex.YAW_REST], drive[ex.YAW_REST_RATE] = angle, speed
-        elif drive[ex.YAW_RUBS] > 0.0 and not rubs:
-            drive[ex.YAW_COMMAND] += drive[ex.YAW_REST] - angle  # the brake takes over what the friction held
-        drive[ex.YAW_RUBS] = 1.0 if rubs else 0.0
+        rubs = d.yaw_held == 0.0 or not stands
+        if rubs and d.yaw_rubs == 0.0:
+            d.yaw_rest, d.yaw_rest_rate = angle, speed
+        elif d.yaw_rubs > 0.0 and not rubs:
+            d.yaw_command += d.yaw_rest - angle  # the brake takes over what the friction held
+        d.yaw_rubs = 1.0 if rubs else 0.0
         if dt > 0.0:
-            rest = slid(drive[ex.YAW_REST], angle, friction / stiffness)
-            drive[ex.YAW_REST_RATE] = speed if rest != drive[ex.YAW_REST] else 0.0 * speed
-            drive[ex.YAW_REST] = rest
-    if not stands or before != 0.0 or p[YAW_HOLD] < 0.0:
-        drive[ex.YAW_COMMAND_RATE] = rate
-    elif dt > 0.0 and drive[ex.YAW_HELD] > 0.0:
-        drive[ex.YAW_SWITCHES] += crossed(stiffness * abs(angle - drive[ex.YAW_COMMAND]) - p[YAW_HOLD])
-        command = slid(drive[ex.YAW_COMMAND], angle, p[YAW_HOLD] / stiffness)
-        drive[ex.YAW_COMMAND_RATE] = speed if command != drive[ex.YAW_COMMAND] else 0.0 * speed
-        drive[ex.YAW_COMMAND] = command
+            rest = slid(d.yaw_rest, angle, friction / stiffness)
+            d.yaw_rest_rate = speed if rest != d.yaw_rest else 0.0
+            d.yaw_rest = rest
+    if not stands or before != 0.0 or p.yaw_hold < 0.0:
+        d.yaw_command_rate = rate
+    elif dt > 0.0 and d.yaw_held > 0.0:
+        d.yaw_switches += crossed(stiffness * abs(angle - d.yaw_command) - p.yaw_hold)
+        command = slid(d.yaw_command, angle, p.yaw_hold / stiffness)
+        d.yaw_command_rate = speed if command != d.yaw_command else 0.0
+        d.yaw_command = command

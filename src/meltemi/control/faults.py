@@ -12,99 +12,84 @@ from __future__ import annotations
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.control import signals as s
+from meltemi.control.signals import Measurements
 from meltemi.core.kernel import kernel
-from meltemi.maths.tables import table
+from meltemi.maths.tables import Numbers, Table, blades, flaps, number, numbers
 
 Float = NDArray[float64]
 
-SENSORS = s.Measurements.names[s.TIME + 1 : s.GRID]
+SENSORS = Measurements.names[Measurements.index("time") + 1 : Measurements.index("grid")]
 """Measurements that come from a sensor, which may fail."""
-SENSOR_UNITS = {field.name: field.unit for field in s.Measurements.rows if field.name in SENSORS}
+SENSOR_UNITS = {row.name: row.unit for row in Measurements.rows if row.name in SENSORS}
 
-_SENSOR_FAULTS = (
-    ("offset", "", "added to the measurement"),
-    ("drift", "/s", "rate at which it goes astray"),
-    ("drift_begin", "s", "since when"),
-    ("lost", "-", "1: the next value is kept, 2: the kept value is given, 3: zero is given"),
-    ("held", "", "value that is kept"),
-)
 
-FAULTS = table(
-    "faults",
-    "",
-    """
-    grid               | -     | 1 while there is a grid, 0 while there is none and no torque
-    voltage            | -     | what a dip leaves of the grid's voltage
-    request            | -     | last word of the operator, a number of REQUESTS
-    power_limit        | W     | that the operator sets; infinite without one
-    generator          | -     | 1 while it follows its demand, 0 without torque
-    brake              | -     | 1 while it follows its demand, 0 without torque
-    brake_applied      | -     | share of the full brake torque, whatever is demanded
-    yaw_drive          | -     | 1 while it follows its demand, 0 when it stands still
-    pitch_stuck blades | -     | 1: the blade keeps its angle
-    pitch_run blades   | rad/s | rate at which the blade runs away, towards feather when positive; 0: it does not
-    flap_stuck flaps   | -     | 1: the flap keeps its deflection
-    """
-    + "\n".join(
-        f"{fault}_{sensor.name} | {unit if unit in ('s', '-') else sensor.unit + unit} | {doc}"
-        for fault, unit, doc in _SENSOR_FAULTS
-        for sensor in s.Measurements.rows
-        if sensor.name in SENSORS
-    ),
-)
-"""Numbers that events change."""
+class Faults(Table):
+    """Numbers that events change."""
 
-GRID, VOLTAGE, REQUEST, POWER_LIMIT, GENERATOR, BRAKE, BRAKE_APPLIED, YAW_DRIVE = FAULTS.slots(
-    "grid voltage request power_limit generator brake brake_applied yaw_drive"
-)
-PITCH_STUCK, PITCH_RUN, FLAP_STUCK = FAULTS.slots("pitch_stuck pitch_run flap_stuck")
-OFFSET, DRIFT, DRIFT_BEGIN, LOST, HELD = (FAULTS.index(f"{fault}_{SENSORS[0]}") for fault, _, _ in _SENSOR_FAULTS)
-FIRST, N_SENSORS = s.TIME + 1, len(SENSORS)
+    grid: float = number("-", "1 while there is a grid, 0 while there is none and no torque")
+    voltage: float = number("-", "share of the grid's voltage that a dip leaves")
+    request: float = number("-", "last operator request, a number of REQUESTS")
+    power_limit: float = number("W", "operator's power limit; infinite without one")
+    generator: float = number("-", "1 while it follows its demand, 0 without torque")
+    brake: float = number("-", "1 while it follows its demand, 0 without torque")
+    brake_applied: float = number("-", "share of the full brake torque, whatever is demanded")
+    yaw_drive: float = number("-", "1 while it follows its demand, 0 when it stands still")
+    pitch_stuck: Numbers = blades("-", "1: the blade keeps its angle")
+    pitch_run: Numbers = blades("rad/s", "rate of a pitch runaway, towards feather when positive; 0: none")
+    flap_stuck: Numbers = flaps("-", "1: the flap keeps its deflection")
+    offset: Numbers = numbers("unit of the sensor", "added to the measurement", SENSORS)
+    drift: Numbers = numbers("unit of the sensor/s", "rate of the sensor's drift", SENSORS)
+    drift_begin: Numbers = numbers("s", "begin of the drift", SENSORS)
+    lost: Numbers = numbers("-", "1: the next value is kept, 2: the kept value is given, 3: zero is given", SENSORS)
+    held: Numbers = numbers("unit of the sensor", "value that is kept", SENSORS)
+
+
+FIRST, N_SENSORS = Measurements.index(SENSORS[0]), len(SENSORS)
 KEEP_NEXT, KEPT, ZERO = 1.0, 2.0, 3.0
 """Values of ``lost``."""
 
 
 def healthy() -> Float:
     """A machine in order, on a grid, without a word of the operator."""
-    faults = FAULTS.zeros()
-    faults[[GRID, VOLTAGE, GENERATOR, BRAKE, YAW_DRIVE]] = 1.0
-    faults[POWER_LIMIT] = float("inf")
-    return faults
+    f = Faults(Faults.zeros())
+    f.grid = f.voltage = f.generator = f.brake = f.yaw_drive = 1.0
+    f.power_limit = float("inf")
+    return f.array
 
 
 @kernel
-def happen(step: int, following: int, events: Float, faults: Float) -> int:
+def happen(step: int, following: int, events: Float, faults: Faults) -> int:
     """Let the events happen that are due.
 
     Args:
       step: number of the instant.
       following: the first event that has not happened.
-      events: (n, 3) step, place in ``faults``, value; by time.
+      events: (n, 3) step, row of ``Faults``, value; by time.
 
     Returns:
       The first event that has still not happened.
     """
     while following < events.shape[0] and events[following, 0] <= step:
-        faults[int(events[following, 1])] = events[following, 2]
+        faults.array[int(events[following, 1])] = events[following, 2]
         following += 1
     return following
 
 
 @kernel
-def report(t: float, faults: Float, measured: Float) -> None:
-    """What the sensors report in place of the true ``measured``, and what grid and operator say."""
-    measured[s.GRID] = faults[GRID]
-    measured[s.REQUEST] = faults[REQUEST]
-    measured[s.POWER_LIMIT] = faults[POWER_LIMIT]
+def report(t: float, f: Faults, measured: Measurements) -> None:
+    """Replace the true ``measured`` by what faulty sensors report; add the requests of grid and operator."""
+    measured.grid = f.grid
+    measured.request = f.request
+    measured.power_limit = f.power_limit
+    x = measured.array
     for i in range(N_SENSORS):
-        lost = faults[LOST + i]
+        lost = f.lost[i]
         if lost == ZERO:
-            measured[FIRST + i] = 0.0
+            x[FIRST + i] = 0.0
         elif lost == KEPT:
-            measured[FIRST + i] = faults[HELD + i]
+            x[FIRST + i] = f.held[i]
         else:
-            measured[FIRST + i] += faults[OFFSET + i] + faults[DRIFT + i] * (t - faults[DRIFT_BEGIN + i])
+            x[FIRST + i] += f.offset[i] + f.drift[i] * (t - f.drift_begin[i])
             if lost == KEEP_NEXT:
-                faults[HELD + i] = measured[FIRST + i]
-                faults[LOST + i] = KEPT
+                f.held[i] = x[FIRST + i]
+                f.lost[i] = KEPT

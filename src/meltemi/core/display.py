@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 LONGEST = 60
-"""Letters of a value; of one that needs more, its kind and size are shown."""
+"""Characters of a value; of a longer one, kind and size are shown."""
 
 
 def brief(value: Any) -> str:

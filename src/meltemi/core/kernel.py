@@ -21,7 +21,7 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -37,6 +37,7 @@ from numba.core.types.misc import unliteral
 F = TypeVar("F", bound=Callable[..., Any])
 
 FAST_MATH = {"contract", "nsz", "arcp"}
+OPTIONS: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy", "nogil": True}
 KEEP_FOLDERS = 4
 """Cache folders of other versions that are kept, most recently used first."""
 
@@ -137,7 +138,7 @@ FEATURES = {
     "control.coordinated": "coordinated control",
     "control.load_control": "load control",
     "control.yaw": "the yaw control",
-    "simulation.power": "power-coefficient turbines",
+    "simulation.disk": "power-coefficient turbines",
     "wind.turbulence": "turbulent wind",
     "electrical": "the electrical system",
     "structure.section_loads": "section loads",
@@ -209,6 +210,27 @@ def kernel_for(signature: Any) -> Callable[[F], F]:
     return decorate
 
 
+def choice(kernels: Sequence[Callable[..., Any]]) -> Any:
+    """A kernel that calls one of several by its number: ``choice([f, g])(1, x)`` is ``g(x)``.
+
+    The kernels take the same arguments and return the same types. It has no cache: its code is part of its callers'.
+    """
+    first, *others = kernels
+    if all(other is first for other in others):
+
+        def call(which: int, *arguments: Any) -> Any:
+            return first(*arguments)
+    else:
+        following = choice(others)
+
+        def call(which: int, *arguments: Any) -> Any:
+            if which == 0:
+                return first(*arguments)
+            return following(which - 1, *arguments)
+
+    return numba.njit(**OPTIONS)(call)
+
+
 _DISPATCHERS: list[Any] = []
 _TIMES = event.TimingListener()
 event.register("numba:compile", _TIMES)
@@ -267,7 +289,12 @@ class CacheFile(IndexDataCacheFile):  # type: ignore[misc]
         except OSError:
             return None
         seal, content = content[:SEAL], content[SEAL:]
-        return pickle.loads(content) if hashlib.sha256(content).digest() == seal else None
+        if hashlib.sha256(content).digest() != seal:
+            return None
+        try:
+            return pickle.loads(content)
+        except (ImportError, AttributeError):  # of a record or table that another program defines
+            return None
 
     def _write(self, path: str, data: Any) -> None:
         content = self._dump(data)
@@ -309,11 +336,10 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 
 
 def _compiled(function: F, *signature: Any) -> F:
-    options: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy", "nogil": True}
     if cache_folder() is None or numba.config.DISABLE_JIT:
-        compiled = numba.njit(*signature, **options)(function)
+        compiled = numba.njit(*signature, **OPTIONS)(function)
     else:
-        compiled = numba.njit(**options)(function)
+        compiled = numba.njit(**OPTIONS)(function)
         compiled._cache = _Cache(function)
         if signature:
             with typeinfer.register_dispatcher(compiled):

@@ -1,326 +1,269 @@
 """The electrical system over a time step of the turbine, in sub-steps of its own; its rates; and its steady state.
 
-Each sub-step: the machine's current under the torque; the grid's current under the control of the DC link; energies;
-protection. All powers are exact means over the sub-step, so that energy is kept to rounding at any length of it.
+Each sub-step: the machine's current under the torque demand; the grid's current under the control of the DC link;
+energies; protection. All powers are exact means over the sub-step, so that energy is conserved to rounding at any
+length of it.
 
 Reference: docs/theory/electrical.md (E-1 to E-28).
 """
 
 from __future__ import annotations
 
-from math import cos, pi, sin, sqrt
-from typing import NamedTuple
-
-from numpy import float64
-from numpy.typing import NDArray
+from math import pi, sin, sqrt
 
 from meltemi.core.kernel import kernel
-from meltemi.electrical.circuit import (
-    Phasor,
-    ahead,
-    along,
-    circuit,
-    drive,
-    limited,
-    minus,
-    plus,
-    scaled,
-    smooth,
-    times,
-)
+from meltemi.electrical.circuit import circuit, drive, drive_rates, smooth, steady_hold
 from meltemi.electrical.control import (
-    BAND,
-    FLUX,
-    GRID_PEAK,
     LEAST_VOLTAGE,
-    POLE_PAIRS,
-    STATOR_L,
-    STATOR_R,
+    SQRT_2,
+    energy_control,
     grid_reference,
     protection,
     stator_reference,
 )
-from meltemi.electrical.tables import ElectricalParameters, ElectricState
-from meltemi.maths.generic import whole, zero
+from meltemi.electrical.tables import Electrical, ElectricalParameters
+from meltemi.maths.generic import whole
+from meltemi.maths.phasors import Phasor, ahead, along, magnitude, polar
 
-Float = NDArray[float64]
-
-ON, IRON, FILTER_R, FILTER_L, NOMINAL, DC_VOLTAGE, CAPACITANCE = ElectricalParameters.slots(
-    "on iron_drag filter_resistance filter_inductance nominal_frequency dc_voltage capacitance"
-)
-CONDUCTANCE, BEGIN, FULL, COOLING, CURRENT_RATE, VOLTAGE_RATE, LOCK_RATE, SUBSTEP = ElectricalParameters.slots(
-    "chopper_conductance chopper_begin chopper_full chopper_cooling current_rate voltage_rate lock_rate substep"
-)
-MACHINE, GRID = ElectricalParameters.slots("machine_standing grid_standing")
-STATOR, STATOR_HOLD, GRID_I, GRID_HOLD, ENERGY, DC_HOLD, ANGLE, LOCK_HOLD = ElectricState.slots(
-    "stator_d stator_hold_d grid_d grid_hold_d dc_energy dc_hold grid_angle lock_hold"
-)
-HEAT, LOW_TIME, TRIP, OFF_TIME, TORQUE, MECHANICAL, COPPER, IRON_LOSS, CONVERTER, FILTER, CHOPPER, STORED = (
-    ElectricState.slots(
-        "heat low_time trip off_time torque mechanical_power copper_loss iron_loss converter_loss filter_loss "
-        "chopper_power stored_power"
-    )
-)
-GRID_POWER, REACTIVE, DC_LINK, STATOR_VOLTAGE, CONVERTER_VOLTAGE = ElectricState.slots(
-    "grid_power reactive_power dc_link_voltage stator_voltage converter_voltage"
-)
-SQRT_2, SQRT_3 = sqrt(2.0), sqrt(3.0)
+SQRT_3 = sqrt(3.0)
 UNLIMITED = 1e30
-"""[V] a converter that is cut off has whatever voltage its terminals have."""
+"""[V] The terminal voltage of a blocked converter is not limited."""
 LEAST_ENERGY = 1e-9
-"""Of the DC link, over C V^2 of its nominal voltage: nothing is taken below, so that its root has a slope."""
+"""Of the DC link, per C V^2 of its nominal voltage: the link gives nothing below, so that its root has a slope."""
 SWEEPS = 30
-"""Of the losses in steady operation."""
+"""Iterations of the losses in steady operation."""
 
 
-class Wanted(NamedTuple):
-    """References of the grid's current, and the rate of the control's integral part."""
-
-    current: Phasor
-    rate: float
+# powers and energies --------------------------------------------------------------------------------
 
 
 @kernel
-def two(x: Float, row: int) -> Phasor:
-    """Two rows that are one."""
-    return Phasor(x[row], x[row + 1])
-
-
-@kernel
-def store(x: Float, row: int, a: Phasor) -> None:
-    """The opposite of :func:`two`."""
-    x[row], x[row + 1] = a.d, a.q
-
-
-@kernel
-def converter_loss(p: Float, first: int, dc: float, square: float) -> float:
-    """[W] of the converter whose parameters begin at ``first``, from the mean square of its current (E-16)."""
-    part = dc / p[DC_VOLTAGE]
-    return p[first] * part * part + p[first + 1] * sqrt(square) + p[first + 2] * square
-
-
-@kernel
-def chopper(p: Float, dc: float) -> float:
-    """[W] burnt in the brake resistor (E-22)."""
-    duty = min(max((dc - p[BEGIN]) / (p[FULL] - p[BEGIN]), 0.0), 1.0)
-    return duty * p[CONDUCTANCE] * dc * dc
-
-
-@kernel
-def energy_control(p: Float, incoming: float, energy: float, hold: float, reactive: float, share: float) -> Wanted:
-    """References of the grid's side, which holds the energy of the DC link (E-17 to E-20).
+def converter_loss(share: float, square: float, standing: float, drop: float, ohms: float) -> float:
+    """[W] of a converter (E-16).
 
     Args:
-      incoming: [W] from the machine's side.
-      energy: [J] in the DC link.
-      hold: [W] integral part.
-      reactive, share: as in :func:`grid_reference`.
+      share: voltage of the DC link over the nominal one.
+      square: [A^2] mean square of the current.
+      standing, drop, ohms: [W], [V], [Ohm] parameters of the loss.
     """
-    w = p[VOLTAGE_RATE]
-    error = energy - 0.5 * p[CAPACITANCE] * p[DC_VOLTAGE] * p[DC_VOLTAGE]
-    power = incoming + SQRT_2 * w * error + hold
-    active = power / (1.5 * max(share, LEAST_VOLTAGE) * p[GRID_PEAK])
-    current = grid_reference(p, active, reactive, share)
-    # at the limit the integral part waits
-    held = (active > current.d and error > 0.0) or (active < current.d and error < 0.0)
-    return Wanted(current, 0.0 * error if held else w * w * error)
+    return standing * share * share + drop * sqrt(square) + ohms * square
+
+
+@kernel
+def machine_loss(dc: float, square: float, p: ElectricalParameters) -> float:
+    """[W] of the machine's converter at the voltage ``dc`` of the DC link."""
+    return converter_loss(dc / p.dc_voltage, square, p.machine_standing, p.machine_drop, p.machine_ohms)
+
+
+@kernel
+def grid_loss(dc: float, square: float, p: ElectricalParameters) -> float:
+    """[W] of the grid's converter at the voltage ``dc`` of the DC link."""
+    return converter_loss(dc / p.dc_voltage, square, p.grid_standing, p.grid_drop, p.grid_ohms)
+
+
+@kernel
+def chopper(dc: float, p: ElectricalParameters) -> float:
+    """[W] dissipated in the brake resistor (E-22)."""
+    duty = min(max((dc - p.chopper_begin) / (p.chopper_full - p.chopper_begin), 0.0), 1.0)
+    return duty * p.chopper_conductance * dc * dc
+
+
+@kernel
+def stored_energy(e: Electrical) -> float:
+    """[J] in DC link and inductors."""
+    p, i, g = e.electrical, e.electric.stator, e.electric.grid
+    return e.electric.dc_energy + 0.75 * (p.stator_inductance * along(i, i) + p.filter_inductance * along(g, g))
+
+
+@kernel
+def record_powers(speed: float, voltage: float, e: Electrical) -> None:
+    """Record torque, powers and DC link voltage of the states at one instant (E-25)."""
+    p, x = e.electrical, e.electric
+    i, g, dc = x.stator, x.grid, sqrt(2.0 * x.dc_energy / p.capacitance)
+    square, filtered = along(i, i), along(g, g)
+    v = polar(voltage * p.grid_peak, x.grid_angle)
+    x.torque = 1.5 * p.pole_pairs * p.flux * i.q + p.iron_drag * speed
+    x.mechanical_power = x.torque * speed
+    x.copper_loss = 1.5 * p.stator_resistance * square
+    x.iron_loss = p.iron_drag * speed * speed
+    x.converter_loss = machine_loss(dc, square, p) + grid_loss(dc, filtered, p)
+    x.filter_loss = 1.5 * p.filter_resistance * filtered
+    x.chopper_power = chopper(dc, p)
+    x.grid_power, x.reactive_power = 1.5 * along(v, g), 1.5 * ahead(v, g)
+    x.dc_link_voltage = dc
+
+
+# steady operation -----------------------------------------------------------------------------------
 
 
 @kernel
 def electric_begin(
-    p: Float, torque: float, reactive: float, speed: float, voltage: float, frequency: float, electric: Float, dt: float
+    dt: float, torque: float, reactive: float, speed: float, voltage: float, frequency: float, e: Electrical
 ) -> None:
-    """Steady operation; the arguments are those of :func:`electric_advance`, ``dt`` is that of the steps to come, or 0
-    for the limit of short ones."""
-    for row in range(electric.shape[0]):
-        electric[row] = zero(electric)
-    n = whole(dt / p[SUBSTEP]) + 1
-    w = p[POLE_PAIRS] * speed
-    electric[ENERGY] = 0.5 * p[CAPACITANCE] * p[DC_VOLTAGE] * p[DC_VOLTAGE]
-    i = stator_reference(p, torque - p[IRON] * speed, w, p[DC_VOLTAGE] / SQRT_3)
-    y = plus(Phasor(0.0 * w, -w * p[FLUX]), times(Phasor(p[STATOR_R], w * p[STATOR_L]), i))
-    incoming = -1.5 * along(y, i) - converter_loss(p, MACHINE, p[DC_VOLTAGE], along(i, i))
-    store(electric, STATOR, i)
-    electric[STATOR_VOLTAGE] = sqrt(along(y, y))
-    cross = smooth(p[STATOR_R], p[STATOR_L], w, p[CURRENT_RATE])[1]
-    if dt > 0.0:
-        cross = circuit(p[STATOR_R], p[STATOR_L], w, p[CURRENT_RATE], dt / n).cross
-    store(electric, STATOR_HOLD, minus(y, times(cross, i)))
-    # the grid's side takes what its own losses leave
-    w = 2.0 * pi * frequency
-    peak = max(voltage, LEAST_VOLTAGE) * p[GRID_PEAK]
-    g = Phasor(0.0 * peak, 0.0 * peak)
+    """Bring the electrical system into steady operation.
+
+    The arguments are those of :func:`electric_advance`; ``dt`` is that of the following steps, 0 for the limit of short
+    ones.
+    """
+    p, x = e.electrical, e.electric
+    x.grid_angle = x.heat = x.low_time = x.trip = x.off_time = x.stored_power = 0.0
+    dc, h = p.dc_voltage, dt / (whole(dt / p.substep) + 1)
+    x.dc_energy = 0.5 * p.capacitance * dc * dc
+    # the machine side
+    R, L, w = p.stator_resistance, p.stator_inductance, p.pole_pairs * speed
+    i = stator_reference(torque - p.iron_drag * speed, w, dc / SQRT_3, p)
+    y = Phasor(0.0, -w * p.flux) + Phasor(R, w * L) * i
+    incoming = -1.5 * along(y, i) - machine_loss(dc, along(i, i), p)
+    x.stator, x.stator_hold = i, steady_hold(R, L, w, p.current_rate, h, i, y)
+    x.stator_voltage = magnitude(y)
+    # the grid side delivers the incoming power less its own losses
+    R, L, w = p.filter_resistance, p.filter_inductance, 2.0 * pi * frequency
+    peak = max(voltage, LEAST_VOLTAGE) * p.grid_peak
+    g = Phasor(0.0, 0.0)
     for _ in range(SWEEPS):
         square = along(g, g)
-        lost = converter_loss(p, GRID, p[DC_VOLTAGE], square) + 1.5 * p[FILTER_R] * square
-        g = grid_reference(p, (incoming - lost) / (1.5 * peak), reactive, voltage)
-    y = plus(Phasor(voltage * p[GRID_PEAK], 0.0 * peak), times(Phasor(p[FILTER_R], w * p[FILTER_L]), g))
-    store(electric, GRID_I, g)
-    cross = smooth(p[FILTER_R], p[FILTER_L], w, p[CURRENT_RATE])[1]
-    if dt > 0.0:
-        cross = circuit(p[FILTER_R], p[FILTER_L], w, p[CURRENT_RATE], dt / n).cross
-    store(electric, GRID_HOLD, minus(y, times(cross, g)))
-    electric[DC_HOLD] = 1.5 * peak * g.d - incoming
-    electric[LOCK_HOLD] = w - p[NOMINAL]
-    electric[CONVERTER_VOLTAGE] = sqrt(along(y, y))
-    present(p, speed, voltage, electric)
+        lost = grid_loss(dc, square, p) + 1.5 * R * square
+        g = grid_reference((incoming - lost) / (1.5 * peak), reactive, voltage, p)
+    y = Phasor(voltage * p.grid_peak, 0.0) + Phasor(R, w * L) * g
+    x.grid, x.grid_hold = g, steady_hold(R, L, w, p.current_rate, h, g, y)
+    x.dc_hold = 1.5 * peak * g.d - incoming
+    x.lock_hold = w - p.nominal_frequency
+    x.converter_voltage = magnitude(y)
+    record_powers(speed, voltage, e)
 
 
-@kernel
-def present(p: Float, speed: float, voltage: float, electric: Float) -> None:
-    """What is recorded, but the rate of the stored energy and the voltages, from the states at one instant (E-25)."""
-    i, g, dc = two(electric, STATOR), two(electric, GRID_I), sqrt(2.0 * electric[ENERGY] / p[CAPACITANCE])
-    torque = 1.5 * p[POLE_PAIRS] * p[FLUX] * i.q + p[IRON] * speed
-    square, filtered = along(i, i), along(g, g)
-    peak = voltage * p[GRID_PEAK]
-    v = Phasor(peak * cos(electric[ANGLE]), peak * sin(electric[ANGLE]))
-    electric[TORQUE], electric[MECHANICAL] = torque, torque * speed
-    electric[COPPER], electric[IRON_LOSS] = 1.5 * p[STATOR_R] * square, p[IRON] * speed * speed
-    electric[CONVERTER] = converter_loss(p, MACHINE, dc, square) + converter_loss(p, GRID, dc, filtered)
-    electric[FILTER], electric[CHOPPER] = 1.5 * p[FILTER_R] * filtered, chopper(p, dc)
-    electric[GRID_POWER], electric[REACTIVE], electric[DC_LINK] = 1.5 * along(v, g), 1.5 * ahead(v, g), dc
+# rates ----------------------------------------------------------------------------------------------
 
 
 @kernel
 def electric_rates(
-    p: Float,
-    torque: float,
-    reactive: float,
-    speed: float,
-    voltage: float,
-    frequency: float,
-    electric: Float,
-    rates: Float,
+    torque: float, reactive: float, speed: float, voltage: float, frequency: float, e: Electrical
 ) -> None:
     """Rates of the states in the limit of short steps, and what is recorded at this instant (E-26).
 
-    Args:
-      rates: (rows,) get the rates of the states.
+    The arguments are those of :func:`electric_advance`.
     """
-    present(p, speed, voltage, electric)
-    i, hold, energy = two(electric, STATOR), two(electric, STATOR_HOLD), electric[ENERGY]
-    dc = electric[DC_LINK]
-    most, rate, w = dc / SQRT_3, p[CURRENT_RATE], p[POLE_PAIRS] * speed
-    wanted = stator_reference(p, torque - p[IRON] * speed, w, most)
-    lead, cross = smooth(p[STATOR_R], p[STATOR_L], w, rate)
-    inner = times(cross, i)
-    y = limited(plus(plus(scaled(lead, minus(wanted, i)), hold), inner), most)
-    drop = plus(Phasor(0.0 * w, -w * p[FLUX]), times(Phasor(p[STATOR_R], w * p[STATOR_L]), i))
-    store(rates, STATOR, scaled(1.0 / p[STATOR_L], minus(y, drop)))
-    store(rates, STATOR_HOLD, scaled(rate, minus(minus(y, inner), hold)))
-    electric[STATOR_VOLTAGE] = sqrt(along(y, y))
-    incoming = -1.5 * along(y, i) - converter_loss(p, MACHINE, dc, along(i, i))
-    aim = energy_control(p, incoming, energy, electric[DC_HOLD], reactive, voltage)
-    g, hold = two(electric, GRID_I), two(electric, GRID_HOLD)
-    lock, s = p[LOCK_RATE] if voltage > LEAST_VOLTAGE else 0.0 * p[LOCK_RATE], sin(electric[ANGLE])
-    w = p[NOMINAL] + electric[LOCK_HOLD] + SQRT_2 * lock * s
-    lead, cross = smooth(p[FILTER_R], p[FILTER_L], w, rate)
-    inner = times(cross, g)
-    y = limited(plus(plus(scaled(lead, minus(aim.current, g)), hold), inner), most)
-    peak = voltage * p[GRID_PEAK]
-    source = Phasor(peak * cos(electric[ANGLE]), peak * s)
-    drop = plus(source, times(Phasor(p[FILTER_R], w * p[FILTER_L]), g))
-    store(rates, GRID_I, scaled(1.0 / p[FILTER_L], minus(y, drop)))
-    store(rates, GRID_HOLD, scaled(rate, minus(minus(y, inner), hold)))
-    electric[CONVERTER_VOLTAGE] = sqrt(along(y, y))
-    rates[ENERGY] = incoming - 1.5 * along(y, g) - converter_loss(p, GRID, dc, along(g, g)) - chopper(p, dc)
-    rates[DC_HOLD] = aim.rate
-    rates[LOCK_HOLD] = lock * lock * s
-    rates[ANGLE] = 2.0 * pi * frequency - w
+    p, x, rates = e.electrical, e.electric, e.d_electric
+    record_powers(speed, voltage, e)
+    dc = x.dc_link_voltage
+    most = dc / SQRT_3
+    # the machine side
+    w = p.pole_pairs * speed
+    machine = smooth(p.stator_resistance, p.stator_inductance, w, p.current_rate)
+    wanted = stator_reference(torque - p.iron_drag * speed, w, most, p)
+    m = drive_rates(machine, x.stator, x.stator_hold, wanted, Phasor(0.0, -w * p.flux), most)
+    incoming = -1.5 * along(m.voltage, x.stator) - machine_loss(dc, along(x.stator, x.stator), p)
+    rates.stator, rates.stator_hold = m.current, m.hold
+    # the grid side, in axes that rotate with the phase-locked loop
+    control = energy_control(incoming, x.dc_energy, x.dc_hold, reactive, voltage, p)
+    lock, s = p.lock_rate if voltage > LEAST_VOLTAGE else 0.0, sin(x.grid_angle)
+    w = p.nominal_frequency + x.lock_hold + SQRT_2 * lock * s
+    grid = smooth(p.filter_resistance, p.filter_inductance, w, p.current_rate)
+    source = polar(voltage * p.grid_peak, x.grid_angle)
+    o = drive_rates(grid, x.grid, x.grid_hold, control.current, source, most)
+    lost = grid_loss(dc, along(x.grid, x.grid), p)
+    rates.grid, rates.grid_hold = o.current, o.hold
+    rates.dc_energy = incoming - 1.5 * along(o.voltage, x.grid) - lost - chopper(dc, p)
+    rates.dc_hold = control.rate
+    rates.lock_hold = lock * lock * s
+    rates.grid_angle = 2.0 * pi * frequency - w
+    x.stator_voltage, x.converter_voltage = magnitude(m.voltage), magnitude(o.voltage)
+
+
+# time steps -----------------------------------------------------------------------------------------
+
+
+@kernel
+def locked_speed(h: float, voltage: float, frequency: float, e: Electrical) -> float:
+    """[rad/s] Speed of the axes of the grid side over a sub-step of the phase-locked loop (E-21)."""
+    p, x = e.electrical, e.electric
+    lock, s = p.lock_rate if voltage > LEAST_VOLTAGE else 0.0, sin(x.grid_angle)
+    x.lock_hold += h * lock * lock * s
+    w = p.nominal_frequency + x.lock_hold + SQRT_2 * lock * s
+    x.grid_angle += h * (2.0 * pi * frequency - w)
+    return w
 
 
 @kernel
 def electric_advance(
-    p: Float, torque: float, reactive: float, speed: float, voltage: float, frequency: float, electric: Float, dt: float
+    dt: float, torque: float, reactive: float, speed: float, voltage: float, frequency: float, e: Electrical
 ) -> None:
-    """March the electrical system by ``dt``, everything else held.
+    """Advance the electrical system by ``dt`` with constant inputs.
 
-    Afterwards ``electric[TORQUE]`` is the mean torque on the shaft and ``electric[GRID_POWER]`` the mean power into
+    Afterwards ``e.electric.torque`` is the mean torque on the shaft and ``e.electric.grid_power`` the mean power into
     the grid.
 
     Args:
-      p: (rows,) parameters, table ELECTRICAL.
+      dt: [s].
       torque: [N m] demanded, on the generator's shaft.
       reactive: [var] demanded, delivered to the grid.
       speed: [rad/s] of the generator's shaft.
-      voltage: of the grid, share of the nominal one.
+      voltage: [per unit] of the grid.
       frequency: [Hz] of the grid.
-      electric: (rows,) states and what is recorded, table ELECTRIC.
-      dt: [s].
+      e: parameters, states and recorded quantities.
     """
-    n = whole(dt / p[SUBSTEP]) + 1
+    p, x = e.electrical, e.electric
+    n = whole(dt / p.substep) + 1
     h, part = dt / n, 1.0 / n
-    w, rate = p[POLE_PAIRS] * speed, p[CURRENT_RATE]
-    stator = circuit(p[STATOR_R], p[STATOR_L], w, rate, h)
-    force = Phasor(0.0 * w, -w * p[FLUX])
-    i, i_hold = two(electric, STATOR), two(electric, STATOR_HOLD)
-    g, g_hold = two(electric, GRID_I), two(electric, GRID_HOLD)
-    energy, dc_hold, angle, lock_hold = electric[ENERGY], electric[DC_HOLD], electric[ANGLE], electric[LOCK_HOLD]
-    heat, low_time, trip = electric[HEAT], electric[LOW_TIME], electric[TRIP]
-    before = energy + 0.75 * (p[STATOR_L] * along(i, i) + p[FILTER_L] * along(g, g))
-    for row in range(TORQUE, electric.shape[0]):
-        electric[row] = zero(electric)
-    peak = voltage * p[GRID_PEAK]
-    lock = p[LOCK_RATE] if voltage > LEAST_VOLTAGE else 0.0 * p[LOCK_RATE]
-    floor = LEAST_ENERGY * p[CAPACITANCE] * p[DC_VOLTAGE] * p[DC_VOLTAGE]
+    w = p.pole_pairs * speed
+    machine = circuit(p.stator_resistance, p.stator_inductance, w, p.current_rate, h)
+    force = Phasor(0.0, -w * p.flux)
+    least = LEAST_ENERGY * p.capacitance * p.dc_voltage * p.dc_voltage
+    before = stored_energy(e)
+    x.torque = x.copper_loss = x.converter_loss = x.filter_loss = x.chopper_power = 0.0
+    x.grid_power = x.reactive_power = 0.0
     for _ in range(n):
-        dc = sqrt(2.0 * energy / p[CAPACITANCE])
-        on = 1.0 if trip == 0.0 else 0.0
-        most = dc / SQRT_3 if trip == 0.0 else UNLIMITED + 0.0 * dc
-        # the machine's side
-        wanted = stator_reference(p, torque - p[IRON] * speed, w, dc / SQRT_3)
-        if trip > 0.0:  # cut off: the current that there is fades, whatever the source does
+        blocked = x.trip > 0.0
+        dc = sqrt(2.0 * x.dc_energy / p.capacitance)
+        most = UNLIMITED if blocked else dc / SQRT_3
+        # the machine side
+        i, i_hold = x.stator, x.stator_hold
+        wanted = stator_reference(torque - p.iron_drag * speed, w, dc / SQRT_3, p)
+        if blocked:  # the present current decays, whatever the source does
             wanted, i_hold = i, force
-        m = drive(stator, i, i_hold, wanted, force, most)
-        incoming = -1.5 * along(m.voltage, m.mean) - converter_loss(p, MACHINE, dc, m.square)
-        # the grid's side, in axes that turn with the phase-locked loop
-        s = sin(angle)
-        source = Phasor(peak * cos(angle), peak * s)
-        lock_hold += h * lock * lock * s
-        turning = p[NOMINAL] + lock_hold + SQRT_2 * lock * s
-        grid = circuit(p[FILTER_R], p[FILTER_L], turning, rate, h)
-        aim = energy_control(p, incoming, energy, dc_hold, reactive, voltage)
-        ordered = aim.current
-        if trip > 0.0:
+        m = drive(machine, i, i_hold, wanted, force, most)
+        incoming = -1.5 * along(m.voltage, m.mean) - machine_loss(dc, m.square, p)
+        # the grid side, in axes that rotate with the phase-locked loop
+        g, g_hold = x.grid, x.grid_hold
+        source = polar(voltage * p.grid_peak, x.grid_angle)
+        control = energy_control(incoming, x.dc_energy, x.dc_hold, reactive, voltage, p)
+        ordered = control.current
+        if blocked:
             ordered, g_hold = g, source
-        o = drive(grid, g, g_hold, ordered, source, most)
-        dc_hold += on * h * aim.rate
-        angle += h * (2.0 * pi * frequency - turning)
-        # energies
-        left = energy - 1.5 * h * (along(m.voltage, m.mean) + along(o.voltage, o.mean))
-        if left < floor:  # an empty link drives no current: both sides are short-circuited
-            m = drive(stator, i, i_hold, wanted, force, 0.0 * most)
-            o = drive(grid, g, g_hold, ordered, source, 0.0 * most)
-            left = energy + 0.0 * left
-        i, i_hold, g, g_hold = m.current, m.hold, o.current, o.hold
-        lost = converter_loss(p, MACHINE, dc, m.square) + converter_loss(p, GRID, dc, o.square)
-        burnt = chopper(p, dc)
-        if h * (lost + burnt) > left - floor:  # no more is lost than there is
-            there = (left - floor) / (h * (lost + burnt))
-            lost, burnt = there * lost, there * burnt
-        energy = max(left - h * (lost + burnt), floor)
-        heat += h * (burnt - p[COOLING] * heat)
-        low_time = low_time + h if voltage < 1.0 - p[BAND] else 0.0 * low_time
-        if trip > 0.0:
-            electric[OFF_TIME] += h
         else:
-            trip += protection(p, sqrt(2.0 * energy / p[CAPACITANCE]), voltage, frequency, low_time, heat)
-        electric[TORQUE] += part * (1.5 * p[POLE_PAIRS] * p[FLUX] * m.mean.q + p[IRON] * speed)
-        electric[COPPER] += part * 1.5 * p[STATOR_R] * m.square
-        electric[CONVERTER] += part * lost
-        electric[FILTER] += part * 1.5 * p[FILTER_R] * o.square
-        electric[CHOPPER] += part * burnt
-        electric[GRID_POWER] += part * 1.5 * along(source, o.mean)
-        electric[REACTIVE] += part * 1.5 * ahead(source, o.mean)
-        electric[STATOR_VOLTAGE] = sqrt(along(m.voltage, m.voltage))
-        electric[CONVERTER_VOLTAGE] = sqrt(along(o.voltage, o.voltage))
-    electric[MECHANICAL], electric[IRON_LOSS] = electric[TORQUE] * speed, p[IRON] * speed * speed
-    after = energy + 0.75 * (p[STATOR_L] * along(i, i) + p[FILTER_L] * along(g, g))
-    electric[STORED] = (after - before) / dt
-    electric[DC_LINK] = sqrt(2.0 * energy / p[CAPACITANCE])
-    store(electric, STATOR, i)
-    store(electric, STATOR_HOLD, i_hold)
-    store(electric, GRID_I, g)
-    store(electric, GRID_HOLD, g_hold)
-    electric[ENERGY], electric[DC_HOLD], electric[ANGLE], electric[LOCK_HOLD] = energy, dc_hold, angle, lock_hold
-    electric[HEAT], electric[LOW_TIME], electric[TRIP] = heat, low_time, trip
+            x.dc_hold += h * control.rate
+        turning = locked_speed(h, voltage, frequency, e)
+        grid = circuit(p.filter_resistance, p.filter_inductance, turning, p.current_rate, h)
+        o = drive(grid, g, g_hold, ordered, source, most)
+        # energies
+        left = x.dc_energy - 1.5 * h * (along(m.voltage, m.mean) + along(o.voltage, o.mean))
+        if left < least:  # an empty link drives no current: both sides are short-circuited
+            m = drive(machine, i, i_hold, wanted, force, 0.0)
+            o = drive(grid, g, g_hold, ordered, source, 0.0)
+            left = x.dc_energy
+        x.stator, x.stator_hold, x.grid, x.grid_hold = m.current, m.hold, o.current, o.hold
+        lost, burnt = machine_loss(dc, m.square, p) + grid_loss(dc, o.square, p), chopper(dc, p)
+        if h * (lost + burnt) > left - least:  # losses never exceed the available energy
+            there = (left - least) / (h * (lost + burnt))
+            lost, burnt = there * lost, there * burnt
+        x.dc_energy = max(left - h * (lost + burnt), least)
+        # protection
+        x.heat += h * (burnt - p.chopper_cooling * x.heat)
+        x.low_time = x.low_time + h if voltage < 1.0 - p.dead_band else 0.0
+        if blocked:
+            x.off_time += h
+        else:
+            dc = sqrt(2.0 * x.dc_energy / p.capacitance)
+            x.trip = protection(dc, voltage, frequency, x.low_time, x.heat, p)
+        # means
+        x.torque += part * (1.5 * p.pole_pairs * p.flux * m.mean.q + p.iron_drag * speed)
+        x.copper_loss += part * 1.5 * p.stator_resistance * m.square
+        x.converter_loss += part * lost
+        x.filter_loss += part * 1.5 * p.filter_resistance * o.square
+        x.chopper_power += part * burnt
+        x.grid_power += part * 1.5 * along(source, o.mean)
+        x.reactive_power += part * 1.5 * ahead(source, o.mean)
+        x.stator_voltage, x.converter_voltage = magnitude(m.voltage), magnitude(o.voltage)
+    x.mechanical_power, x.iron_loss = x.torque * speed, p.iron_drag * speed * speed
+    x.stored_power = (stored_energy(e) - before) / dt
+    x.dc_link_voltage = sqrt(2.0 * x.dc_energy / p.capacitance)

@@ -1,6 +1,6 @@
-"""Currents through an inductor under a controlled voltage, in a turning frame: exact steps.
+"""Currents through an inductor under a controlled voltage, in a rotating frame: exact steps.
 
-Both sides of the converter are the same circuit in their dq axes, which turn with the angular frequency w:
+Both sides of the converter are the same circuit in their dq axes, which rotate with the angular frequency w:
 
     L di/dt = y - s - (R + j w L) i          i = i_d + j i_q
 
@@ -13,64 +13,28 @@ Reference: docs/theory/electrical.md (E-6 to E-12); Harnefors & Nee (1998), IEEE
 
 from __future__ import annotations
 
-from math import cos, exp, sin, sqrt
+from math import exp
 from typing import NamedTuple
 
 from meltemi.core.kernel import kernel
+from meltemi.maths.phasors import Phasor, along, magnitude, polar
 
-
-class Phasor(NamedTuple):
-    """d + j q."""
-
-    d: float
-    q: float
+LEAST_SQUARE = 1e-12
+"""[A^2] lower limit of a mean square, so that its root has a slope."""
 
 
 @kernel
-def plus(a: Phasor, b: Phasor) -> Phasor:
-    """a + b."""
-    return Phasor(a.d + b.d, a.q + b.q)
+def limited(y: Phasor, most: float) -> Phasor:
+    """Limit the amplitude of a voltage to ``most`` (E-12)."""
+    size = magnitude(y)
+    return (most / size if size > most else 1.0) * y
 
 
-@kernel
-def minus(a: Phasor, b: Phasor) -> Phasor:
-    """a - b."""
-    return Phasor(a.d - b.d, a.q - b.q)
-
-
-@kernel
-def scaled(s: float, a: Phasor) -> Phasor:
-    """s a."""
-    return Phasor(s * a.d, s * a.q)
-
-
-@kernel
-def times(a: Phasor, b: Phasor) -> Phasor:
-    """a b."""
-    return Phasor(a.d * b.d - a.q * b.q, a.d * b.q + a.q * b.d)
-
-
-@kernel
-def over(a: Phasor, b: Phasor) -> Phasor:
-    """a / b."""
-    square = b.d * b.d + b.q * b.q
-    return Phasor((a.d * b.d + a.q * b.q) / square, (a.q * b.d - a.d * b.q) / square)
-
-
-@kernel
-def along(a: Phasor, b: Phasor) -> float:
-    """Real part of a times the conjugate of b: of voltage and current, 2/3 of the active power."""
-    return a.d * b.d + a.q * b.q
-
-
-@kernel
-def ahead(a: Phasor, b: Phasor) -> float:
-    """Imaginary part of the same: 2/3 of the reactive power."""
-    return a.q * b.d - a.d * b.q
+# exact steps ----------------------------------------------------------------------------------------
 
 
 class Circuit(NamedTuple):
-    """A circuit and its current control over one step."""
+    """A circuit and its current control over one step: Z, alpha, beta, gamma, fade, k, m, delta of the theory."""
 
     impedance: Phasor
     keep: Phasor
@@ -92,37 +56,19 @@ def circuit(resistance: float, inductance: float, w: float, rate: float, h: floa
     """
     Z = Phasor(resistance, w * inductance)
     damping = resistance * h / inductance
-    a = Phasor(-damping, -w * h)
     decay = exp(-damping)
-    keep = Phasor(decay * cos(w * h), -decay * sin(w * h))
-    mean = over(Phasor(keep.d - 1.0, keep.q), a)
-    gain = scaled(h / inductance, mean)
+    keep = polar(decay, -w * h)
+    mean = (keep - Phasor(1.0, 0.0)) / Phasor(-damping, -w * h)
+    gain = (h / inductance) * mean
     fade = (1.0 - decay * decay) / (2.0 * damping)
     slow = exp(-rate * h)
-    lead = over(Phasor(1.0 - slow, 0.0 * w), gain)
-    cross = over(Phasor(slow - keep.d, -keep.q), gain)
+    lead = Phasor(1.0 - slow, 0.0) / gain
+    cross = (Phasor(slow, 0.0) - keep) / gain
     return Circuit(Z, keep, gain, mean, fade, lead, cross, slow)
 
 
-@kernel
-def smooth(resistance: float, inductance: float, w: float, rate: float) -> tuple[float, Phasor]:
-    """``lead`` and ``cross`` in the limit of short steps (E-6)."""
-    return rate * inductance, Phasor(resistance - rate * inductance, w * inductance)
-
-
-@kernel
-def limited(y: Phasor, most: float) -> Phasor:
-    """A voltage with at most the amplitude ``most``."""
-    size = sqrt(along(y, y))
-    return scaled(most / size if size > most else 1.0, y)
-
-
-LEAST_SQUARE = 1e-12
-"""[A^2] that a mean square is at least, so that its root has a slope."""
-
-
 class Driven(NamedTuple):
-    """What a step leaves: current and integral part at its end; mean current and its mean square; the voltage."""
+    """Result of a step: current and integral part at its end; mean current and its mean square; the voltage."""
 
     current: Phasor
     hold: Phasor
@@ -136,21 +82,67 @@ def drive(c: Circuit, i: Phasor, hold: Phasor, wanted: Phasor, source: Phasor, m
     """One step of current and current control (E-7 to E-12).
 
     Args:
-      i: [A] current at the begin.
-      hold: [V] integral part, which stands for the source's voltage.
+      i: [A] current at the beginning.
+      hold: [V] integral part, which represents the voltage of the source.
       wanted: [A] reference.
-      source: [V] held.
-      most: [V] amplitude that the converter can make.
+      source: [V] constant over the step.
+      most: [V] largest amplitude of the converter's voltage.
     """
-    inner = times(c.cross, i)
-    y = limited(plus(plus(times(c.lead, minus(wanted, i)), hold), inner), most)
-    # what the voltage was, not what it should have been: the integral part does not run away at the limit
-    hold = plus(scaled(c.slow, hold), scaled(1.0 - c.slow, minus(y, inner)))
-    push = minus(y, source)
-    new = plus(times(c.keep, i), times(c.gain, push))
-    end = over(push, c.impedance)
-    off = minus(i, end)
-    swing = times(c.mean, off)
+    inner = c.cross * i
+    y = limited(c.lead * (wanted - i) + hold + inner, most)
+    hold = c.slow * hold + (1.0 - c.slow) * (y - inner)  # with the limited voltage: anti-windup
+    end = (y - source) / c.impedance
+    off = i - end
+    swing = c.mean * off
     square = along(end, end) + 2.0 * along(end, swing) + c.fade * along(off, off)
-    # where the current is next to nothing, rounding may leave less
-    return Driven(new, hold, plus(end, swing), max(square, LEAST_SQUARE), y)
+    # rounding may make the square of a vanishing current negative
+    return Driven(c.keep * i + c.gain * (y - source), hold, end + swing, max(square, LEAST_SQUARE), y)
+
+
+# limit of short steps -------------------------------------------------------------------------------
+
+
+class Smooth(NamedTuple):
+    """A circuit and its current control in the limit of short steps."""
+
+    impedance: Phasor
+    inductance: float
+    rate: float
+    lead: float
+    cross: Phasor
+
+
+@kernel
+def smooth(resistance: float, inductance: float, w: float, rate: float) -> Smooth:
+    """Coefficients in the limit of short steps (E-6); arguments of :func:`circuit`."""
+    Z = Phasor(resistance, w * inductance)
+    lead = rate * inductance
+    return Smooth(Z, inductance, rate, lead, Phasor(resistance - lead, w * inductance))
+
+
+class Rates(NamedTuple):
+    """Rates of current [A/s] and integral part [V/s], and the voltage [V] of the converter."""
+
+    current: Phasor
+    hold: Phasor
+    voltage: Phasor
+
+
+@kernel
+def drive_rates(c: Smooth, i: Phasor, hold: Phasor, wanted: Phasor, source: Phasor, most: float) -> Rates:
+    """Rates in the limit of short steps (E-6, E-12); arguments of :func:`drive`."""
+    inner = c.cross * i
+    y = limited(c.lead * (wanted - i) + hold + inner, most)
+    return Rates((1.0 / c.inductance) * (y - (source + c.impedance * i)), c.rate * (y - inner - hold), y)
+
+
+@kernel
+def steady_hold(resistance: float, inductance: float, w: float, rate: float, h: float, i: Phasor, y: Phasor) -> Phasor:
+    """[V] Integral part in steady operation at the current ``i`` and the voltage ``y``.
+
+    The other arguments are those of :func:`circuit`; ``h`` = 0 is the limit of short steps.
+    """
+    cross = smooth(resistance, inductance, w, rate).cross
+    if h > 0.0:
+        cross = circuit(resistance, inductance, w, rate, h).cross
+    return y - cross * i

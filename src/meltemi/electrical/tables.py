@@ -1,4 +1,4 @@
-"""Arrays of the electrical system: parameters, states and what is recorded.
+"""Arrays of the electrical system: parameters, states and recorded quantities.
 
 Peak values of a phase in dq axes, generator convention: a current out of the machine, and into the grid, is positive.
 """
@@ -10,8 +10,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.maths.tables import Table, View, number
-from meltemi.turbine.electrical import RESERVE, Converter, ElectricalSystem
+from meltemi.maths.phasors import Phasor
+from meltemi.maths.records import Record
+from meltemi.maths.tables import Table, dq, number
+from meltemi.turbine.electrical import RESERVE, ElectricalSystem
 
 Float = NDArray[np.float64]
 
@@ -42,51 +44,47 @@ class ElectricalParameters(Table, title="electrical"):
     capacitance: float = number("F", "of the DC link")
     dc_highest: float = number("V", "above which the turbine trips")
     dc_lowest: float = number("V", "below which the turbine trips")
-    reserve: float = number("-", "share of the voltage limit that steady operation uses")
+    reserve: float = number("-", "fraction of the voltage limit that steady operation uses")
     chopper_conductance: float = number("S", "0 without chopper")
     chopper_begin: float = number("V", "from which it acts")
-    chopper_full: float = number("V", "at which it is on all the time")
+    chopper_full: float = number("V", "at which its duty cycle is 1")
     chopper_heat: float = number("J", "that trips the turbine")
     chopper_cooling: float = number("1/s", "rate at which it cools")
     current_rate: float = number("rad/s", "bandwidth of the current controls")
     voltage_rate: float = number("rad/s", "natural frequency of the control of the DC link's voltage")
     lock_rate: float = number("rad/s", "natural frequency of the phase-locked loop")
     substep: float = number("s", "longest step of the controls")
-    support_gain: float = number("-", "reactive current over rated current, for the voltage's distance from 1")
-    dead_band: float = number("-", "distance of the voltage from 1 beyond which the grid is supported")
-    zero_time: float = number("s", "for which no voltage is ridden through")
-    recovery_time: float = number("s", "at which the voltage must be back")
+    support_gain: float = number("-", "reactive current over rated current, per unit of voltage deviation")
+    dead_band: float = number("-", "voltage deviation beyond which the grid is supported")
+    zero_time: float = number("s", "duration of zero voltage that is ridden through")
+    recovery_time: float = number("s", "after which the voltage must be back in its band")
     highest_voltage: float = number("-", "above which the turbine trips")
     lowest_frequency: float = number("Hz", "below which the turbine trips")
     highest_frequency: float = number("Hz", "above which the turbine trips")
 
 
 class ElectricState(Table, title="electric"):
-    """States, and what is recorded: powers and torque are means over a time step, the rest stands at its end."""
+    """States and recorded quantities: powers and torque are means over a time step, the rest is at its end."""
 
-    stator_d: float = number("A", "state: current along the magnets' flux")
-    stator_q: float = number("A", "state: current ahead of it, which makes the torque")
-    stator_hold_d: float = number("V", "state: integral part of its control")
-    stator_hold_q: float = number("V", "state: the same")
-    grid_d: float = number("A", "state: current in phase with the voltage that the converter sees")
-    grid_q: float = number("A", "state: current ahead of it by a quarter of a period")
-    grid_hold_d: float = number("V", "state: integral part of its control")
-    grid_hold_q: float = number("V", "state: the same")
+    stator: Phasor = dq("A", "state: stator current, d along the magnets' flux, q ahead of it, which makes the torque")
+    stator_hold: Phasor = dq("V", "state: integral part of its control")
+    grid: Phasor = dq("A", "state: grid current, d in phase with the phase-locked loop, q a quarter period ahead")
+    grid_hold: Phasor = dq("V", "state: integral part of its control")
     dc_energy: float = number("J", "state: of the DC link")
     dc_hold: float = number("W", "state: integral part of the control of its voltage")
-    grid_angle: float = number("rad", "state: of the grid's voltage, ahead of what the phase-locked loop believes")
+    grid_angle: float = number("rad", "state: of the grid's voltage, ahead of the axes of the phase-locked loop")
     lock_hold: float = number("rad/s", "state: integral part of the phase-locked loop")
     heat: float = number("J", "state: in the chopper")
-    low_time: float = number("s", "state: since when the grid's voltage is low")
+    low_time: float = number("s", "state: since the grid's voltage left its band")
     trip: float = number("-", "state: number of the protection that has tripped, 0 for none")
-    off_time: float = number("s", "state: since when")
+    off_time: float = number("s", "state: since the trip")
     torque: float = number("N m", "on the generator's shaft, against its rotation")
     mechanical_power: float = number("W", "taken from the shaft")
     copper_loss: float = number("W", "of the stator")
     iron_loss: float = number("W", "of the machine, with stray losses")
     converter_loss: float = number("W", "of both converters")
     filter_loss: float = number("W", "of the filter")
-    chopper_power: float = number("W", "burnt in the brake resistor")
+    chopper_power: float = number("W", "dissipated in the brake resistor")
     stored_power: float = number("W", "rate of the energy in DC link and inductors")
     grid_power: float = number("W", "active power into the grid")
     reactive_power: float = number("var", "delivered to the grid")
@@ -110,37 +108,42 @@ N_STATES = ElectricState.index("heat")
 """States of the linear model: all but the protection's."""
 
 
+class Electrical(Record):
+    """Electrical system: parameters, states with recorded quantities, and rates of the states."""
+
+    electrical: ElectricalParameters
+    electric: ElectricState
+    d_electric: ElectricState
+
+
 def electrical_array(system: ElectricalSystem | None) -> Float:
     """Parameters for the kernels; without a system all zero, which switches it off."""
-    array = ElectricalParameters.zeros()
+    p = ElectricalParameters(ElectricalParameters.zeros())
+    array: Float = p.array
     if system is None:
         return array
-    v = View(ElectricalParameters, array)
     m, dc, ride, control = system.machine, system.dc_link, system.ride_through, system.control
-    v["on"], v["pole_pairs"], v["flux"] = 1.0, m.pole_pairs, m.flux
-    v["stator_resistance"], v["stator_inductance"] = m.resistance, m.inductance
-    v["iron_drag"] = m.iron_loss / m.rated_speed**2
+    p.on, p.pole_pairs, p.flux = 1.0, m.pole_pairs, m.flux
+    p.stator_resistance, p.stator_inductance = m.resistance, m.inductance
+    p.iron_drag = m.iron_loss / m.rated_speed**2
     for name, converter in (("machine", system.machine_converter), ("grid", system.grid_converter)):
-        _converter(v, name, converter)
-    v["filter_resistance"], v["filter_inductance"] = system.filter.resistance, system.filter.inductance
-    v["grid_peak"], v["grid_current"] = system.grid_peak, system.rated_grid_current
-    v["nominal_frequency"] = 2.0 * math.pi * system.frequency
-    v["dc_voltage"], v["capacitance"], v["reserve"] = dc.voltage, dc.capacitance, RESERVE
-    v["dc_highest"], v["dc_lowest"] = dc.highest * dc.voltage, dc.lowest * dc.voltage
-    v["chopper_begin"], v["chopper_full"], v["chopper_heat"] = dc.voltage, 2.0 * dc.voltage, np.inf
+        setattr(p, f"{name}_limit", converter.current)
+        setattr(p, f"{name}_standing", converter.standing_loss)
+        setattr(p, f"{name}_drop", converter.voltage_drop)
+        setattr(p, f"{name}_ohms", converter.resistance)
+    p.filter_resistance, p.filter_inductance = system.filter.resistance, system.filter.inductance
+    p.grid_peak, p.grid_current = system.grid_peak, system.rated_grid_current
+    p.nominal_frequency = 2.0 * math.pi * system.frequency
+    p.dc_voltage, p.capacitance, p.reserve = dc.voltage, dc.capacitance, RESERVE
+    p.dc_highest, p.dc_lowest = dc.highest * dc.voltage, dc.lowest * dc.voltage
+    p.chopper_begin, p.chopper_full, p.chopper_heat = dc.voltage, 2.0 * dc.voltage, np.inf
     if dc.chopper is not None:
-        v["chopper_conductance"] = 1.0 / dc.chopper.resistance
-        v["chopper_begin"], v["chopper_full"] = dc.chopper.begin * dc.voltage, dc.chopper.full * dc.voltage
-        v["chopper_heat"], v["chopper_cooling"] = dc.chopper.heat, 1.0 / dc.chopper.cooling_time
+        p.chopper_conductance = 1.0 / dc.chopper.resistance
+        p.chopper_begin, p.chopper_full = dc.chopper.begin * dc.voltage, dc.chopper.full * dc.voltage
+        p.chopper_heat, p.chopper_cooling = dc.chopper.heat, 1.0 / dc.chopper.cooling_time
     for name in ("current", "voltage", "lock"):
-        v[f"{name}_rate"] = 2.0 * math.pi * getattr(control, f"{name}_bandwidth")
-    v["substep"] = control.longest_step
-    v["support_gain"] = ride.gain
+        setattr(p, f"{name}_rate", 2.0 * math.pi * getattr(control, f"{name}_bandwidth"))
+    p.substep, p.support_gain = control.longest_step, ride.gain
     for name in "dead_band zero_time recovery_time highest_voltage lowest_frequency highest_frequency".split():
-        v[name] = getattr(ride, name)
+        setattr(p, name, getattr(ride, name))
     return array
-
-
-def _converter(v: View, name: str, converter: Converter) -> None:
-    v[f"{name}_limit"], v[f"{name}_standing"] = converter.current, converter.standing_loss
-    v[f"{name}_drop"], v[f"{name}_ohms"] = converter.voltage_drop, converter.resistance

@@ -38,41 +38,35 @@ class Conditions(Table):
     reactive_power: float = number("var", "delivered to the grid, that the operator asks for")
 
 
-TIME, AIR_DENSITY, AIR_TEMPERATURE, HUMIDITY, AIR_PRESSURE, GRID_VOLTAGE, GRID_FREQUENCY, POWER_REFERENCE = (
-    Conditions.slots(
-        "time air_density air_temperature humidity air_pressure grid_voltage grid_frequency power_reference"
-    )
-)
-REACTIVE_POWER = Conditions.index("reactive_power")
-
-
 @kernel
-def conditions_now(t: float, conditions: Float, density: float, now: Float) -> None:
-    """Interpolate ``conditions`` (rows, n) to time ``t`` into ``now`` (rows,).
+def conditions_now(t: float, conditions: Float, density: float, now: Conditions) -> None:
+    """Interpolate conditions in time.
 
     Args:
+      conditions: (rows of ``Conditions``, n), the first of them the time.
       density: [kg/m^3] that holds while conditions are constant (n = 1), where it is a parameter of the model.
+      now: gets the conditions at time ``t``.
     """
-    n = conditions.shape[1]
+    times, n = conditions[0], conditions.shape[1]
     i, j = 0, n - 1
-    if t >= conditions[TIME, j]:
+    if t >= times[j]:
         i = j
-    elif t < conditions[TIME, 0]:  # not at it: where it stands twice, the value after the jump holds
+    elif t < times[0]:  # not at it: where it stands twice, the value after the jump holds
         j = 0
     while j - i > 1:
         k = (i + j) // 2
-        if conditions[TIME, k] <= t:
+        if times[k] <= t:
             i = k
         else:
             j = k
-    span = conditions[TIME, j] - conditions[TIME, i]
-    share = (t - conditions[TIME, i]) / span if span > 0.0 else 0.0
+    span = times[j] - times[i]
+    share = (t - times[i]) / span if span > 0.0 else 0.0
     for row in range(conditions.shape[0]):
         a, b = conditions[row, i], conditions[row, j]
-        now[row] = a if a == b else a + share * (b - a)
-    now[TIME] = t
+        now.array[row] = a if a == b else a + share * (b - a)
+    now.time = t
     if n == 1:
-        now[AIR_DENSITY] = density
+        now.air_density = density
 
 
 def _density_times(air: Air, times: Float) -> Float:

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, field_validator, model_validator
 
+import meltemi.numbers.records  # noqa: F401 - by it kernels know what a table is
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel
 from meltemi.core.record import Particular
 from meltemi.environment import drops
-from meltemi.maths.tables import Table, View, number
+from meltemi.maths.tables import Table, number
 
 Float = NDArray[np.float64]
 
@@ -49,11 +50,6 @@ class RainParameters(Table, title="rain"):
     tail_wind: float = number("m/s", "at which drops move with the wind")
     cross_wind: float = number("m/s", "at which they move across it")
     fall_speed: float = number("m/s", "at which they fall")
-
-
-DRAG_DENSITY, DROP_SPEED, RADIUS, HALF_THICKNESS, TAIL_WIND, CROSS_WIND, FALL_SPEED = RainParameters.slots(
-    "drag_density drop_speed radius half_thickness tail_wind cross_wind fall_speed"
-)
 
 
 class Rain(Particular):
@@ -138,28 +134,27 @@ class Rain(Particular):
         return 2.0 / 9.0 * math.pi * self.water_density * count * (self.diameter * 1e-3) ** 3
 
 
-def rain_parameters(rain: Rain | None, rotor_radius: float) -> Float:
-    """(rows of ``RainParameters``,) parameters of :func:`rain_power_loss` for a rotor [m]; all zero without rain."""
-    row = View(RainParameters, RainParameters.zeros())
+def rain_parameters(rain: Rain | None, rotor_radius: float) -> RainParameters:
+    """Parameters of :func:`rain_power_loss` for a rotor [m]; all zero without rain."""
+    p = RainParameters(RainParameters.zeros())
     if rain is not None:
-        row["drag_density"] = rain.drag_density
-        row["drop_speed"] = rain.drop_speed or 0.0
-        row["radius"], row["half_thickness"] = rotor_radius, rain.half_thickness
-        row["tail_wind"], row["cross_wind"], row["fall_speed"] = rain.tail_wind, rain.cross_wind, rain.falling
-    return row.array
+        p.drag_density, p.drop_speed = rain.drag_density, rain.drop_speed or 0.0
+        p.radius, p.half_thickness = rotor_radius, rain.half_thickness
+        p.tail_wind, p.cross_wind, p.fall_speed = rain.tail_wind, rain.cross_wind, rain.falling
+    return p
 
 
 @kernel
-def rain_power_loss(rain: Float, wind_speed: float) -> float:
-    """Power loss [W] of a rotor due to rain with parameters ``rain`` (rows of RAIN; second term of eq. 14).
+def rain_power_loss(rain: RainParameters, wind_speed: float) -> float:
+    """Power loss [W] of a rotor due to rain (second term of eq. 14).
 
     Pressure times wetted area (eq. 12) times wind speed; the speed in the area's denominator cancels, so it is finite
     in a calm. It can exceed the power of the air: what is left is to be kept from becoming negative.
     """
-    radius, half = rain[RADIUS], rain[HALF_THICKNESS]
-    speed = rain[DROP_SPEED] if rain[DROP_SPEED] > 0.0 else wind_speed
-    along, across, down = radius * (rain[TAIL_WIND] - wind_speed), half * rain[CROSS_WIND], half * rain[FALL_SPEED]
-    return rain[DRAG_DENSITY] * speed * speed * math.pi * radius * sqrt(along * along + across * across + down * down)
+    radius, half = rain.radius, rain.half_thickness
+    speed = rain.drop_speed if rain.drop_speed > 0.0 else wind_speed
+    along, across, down = radius * (rain.tail_wind - wind_speed), half * rain.cross_wind, half * rain.fall_speed
+    return rain.drag_density * speed * speed * math.pi * radius * sqrt(along * along + across * across + down * down)
 
 
 def wetness(

@@ -26,12 +26,9 @@ from meltemi.core.kernel import source_hash
 from meltemi.core.threads import available_cores, one_blas_thread
 from meltemi.environment.grid import PowerGrid
 from meltemi.postprocess.files import read_netcdf, write_netcdf
-from meltemi.simulation.case import Stations
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import Happening
-from meltemi.simulation.machine import AnyModel
-from meltemi.simulation.model import Model
-from meltemi.simulation.power.model import PowerModel
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.simulation.start import Start
@@ -57,7 +54,7 @@ class BatchCase:
       name: for messages and files; by default ``case_0001`` and so on.
     """
 
-    model: AnyModel | Callable[[], AnyModel]
+    model: Model[Any] | Callable[[], Model[Any]]
     wind: float | AnyWind | Callable[[], AnyWind]
     duration: float
     controller: Controller | Callable[[Wind], Controller] | None = None
@@ -310,7 +307,7 @@ def prepare(case: BatchCase) -> Simulation:
       InputError: something of it is not valid.
     """
     model = case.model() if callable(case.model) else case.model
-    if not isinstance(model, (Model, PowerModel)):
+    if not isinstance(model, Model):
         raise InputError(f"model: expected what build(turbine) gives, found {type(model).__name__}")
     wind = realised(case.wind() if callable(case.wind) else case.wind, model.turbine, case.duration)
     return Simulation(

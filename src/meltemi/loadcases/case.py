@@ -34,7 +34,8 @@ from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.fields import SteadyWind
-from meltemi.wind.files import read_hub_csv, read_wind
+from meltemi.wind.files import read_hub_csv
+from meltemi.wind.formats import read_wind
 from meltemi.wind.iec.models import iec_wind
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
@@ -99,7 +100,7 @@ class IecCase(Record):
 
 
 class FileCase(Record):
-    """A wind file: TurbSim (.bts), Bladed (.wnd), uniform (.wnd), HAWC2 (.bin), netCDF (.nc)."""
+    """A wind file of any format (docs/guide/wind-files.md)."""
 
     kind: Literal["file", "bts", "wnd"]
     """All three read any of these files."""

@@ -18,23 +18,9 @@ def vec1(A: Float, i: int) -> Vec:
 
 
 @kernel
-def vec2(A: Float, i: int, b: int) -> Vec:
-    """Vector in rows i, i+1, i+2 of column b."""
-    return Vec(A[i, b], A[i + 1, b], A[i + 2, b])
-
-
-@kernel
 def vec3(A: Float, i: int, b: int, n: int) -> Vec:
     """Vector in rows i, i+1, i+2 at (b, n)."""
     return Vec(A[i, b, n], A[i + 1, b, n], A[i + 2, b, n])
-
-
-@kernel
-def put2(A: Float, i: int, b: int, v: Vec) -> None:
-    """Store a vector in rows i, i+1, i+2 of column b."""
-    A[i, b] = v.x
-    A[i + 1, b] = v.y
-    A[i + 2, b] = v.z
 
 
 @kernel

@@ -1,7 +1,7 @@
-"""Vectors, rotations and symmetric matrices in three dimensions, with the operators of the textbook.
+"""Vectors, rotations and symmetric matrices in three dimensions, and phasors, with the operators of the textbook.
 
 Frames are named by one letter: ``R_ab`` holds the axes of frame b as columns in frame a, so ``R_ab @ v_b`` is ``v_a``
-and ``R_ab.T @ v_a`` is ``v_b``. Plain Python; ``vectors`` makes them known to kernels.
+and ``R_ab.T @ v_a`` is ``v_b``. Plain Python; ``vectors`` and ``phasors`` make them known to kernels.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import overload
 
 
-class _Components:
+class Components:
     """In Python a group is also the sequence of its components."""
 
     __slots__: tuple[str, ...] = ()
@@ -28,7 +28,7 @@ class _Components:
 
 
 @dataclass(frozen=True, slots=True)
-class Vec(_Components):
+class Vec(Components):
     """A vector by its components."""
 
     x: float
@@ -49,7 +49,7 @@ class Vec(_Components):
 
 
 @dataclass(frozen=True, slots=True)
-class Rot(_Components):
+class Rot(Components):
     """A rotation matrix by its rows: ``xy`` is row x, column y."""
 
     xx: float
@@ -98,7 +98,7 @@ class Rot(_Components):
 
 
 @dataclass(frozen=True, slots=True)
-class Sym(_Components):
+class Sym(Components):
     """A symmetric 3 x 3 matrix, e.g. an inertia."""
 
     xx: float
@@ -117,3 +117,27 @@ class Sym(_Components):
             self.xy * v.x + self.yy * v.y + self.yz * v.z,
             self.xz * v.x + self.yz * v.y + self.zz * v.z,
         )
+
+
+@dataclass(frozen=True, slots=True)
+class Phasor(Components):
+    """A complex number d + j q."""
+
+    d: float
+    q: float
+
+    def __add__(self, b: Phasor) -> Phasor:
+        return Phasor(self.d + b.d, self.q + b.q)
+
+    def __sub__(self, b: Phasor) -> Phasor:
+        return Phasor(self.d - b.d, self.q - b.q)
+
+    def __rmul__(self, s: float) -> Phasor:
+        return Phasor(s * self.d, s * self.q)
+
+    def __mul__(self, b: Phasor) -> Phasor:
+        return Phasor(self.d * b.d - self.q * b.q, self.d * b.q + self.q * b.d)
+
+    def __truediv__(self, b: Phasor) -> Phasor:
+        square = b.d * b.d + b.q * b.q
+        return Phasor((self.d * b.d + self.q * b.q) / square, (self.q * b.d - self.d * b.q) / square)

@@ -34,6 +34,7 @@ Array1 = Annotated[Float, 1]
 Array2 = Annotated[Float, 2]
 Array3 = Annotated[Float, 3]
 Array4 = Annotated[Float, 4]
+Ints = Annotated[NDArray[np.int64], 1, CONSTANT]
 Box = Annotated[NDArray[np.float32], 4, CONSTANT]
 LANES = 8
 """Entries of a lane; as ``numbers.lanes.WIDTH``."""
@@ -69,7 +70,7 @@ def members(record: Any) -> dict[str, Member]:
             found[name] = Member(kind, dtype, len(kind.axes), lanes, CONSTANT in marks or kind.integer)
         else:
             (ndim,) = (mark for mark in marks if isinstance(mark, int))
-            dtype = np.float32 if "float32" in str(kind) else np.float64  # type: ignore[assignment]
+            dtype = next((t for t in (np.float32, np.int64) if t.__name__ in str(kind)), np.float64)  # type: ignore[assignment]
             found[name] = Member(None, dtype, ndim, NODES in marks, CONSTANT in marks)
     return found
 

@@ -6,7 +6,8 @@
 A table lists fields (name, unit, meaning) that share one shape. From it come the places of the fields in the array, the
 host-side views, the channel catalogue, perturbation by name, and the reference pages of the docs. Nowhere else is the
 layout of an array written down. An array of a table is contiguous ``float64`` with the field first: ``array[row]``,
-``array[row, blade]`` or ``array[row, blade, node]``.
+``array[row, blade]`` or ``array[row, blade, node]``. What is looked up as a whole at one place, such as a polar, has
+the fields last.
 
 On an instance a field is its entries, ``motion.position[b, n]``, or without axes a number, vector or matrix;
 ``motion.blades`` and ``motion.nodes`` are the lengths of its axes.
@@ -26,7 +27,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.maths.algebra import Rot, Sym, Vec
+from meltemi.maths.algebra import Phasor, Rot, Sym, Vec
 
 if TYPE_CHECKING:
     import numpy as np
@@ -164,7 +165,7 @@ class _Rows:
     """Entries of one field in a table's array."""
 
     def __init__(self, table: Table, field: Field) -> None:
-        self.array, self.field = table.array, field
+        self.array, self.field, self.last = table.array, field, table.fields_last
         self.outer = len(type(table)) if table.outer else 0
         self.lengths, self.first = field.lengths(table.array), field.first(table.array)
 
@@ -186,6 +187,8 @@ class _Rows:
 
     def _place(self, index: Index) -> tuple[int, ...]:
         at = index if isinstance(index, tuple) else (index,)
+        if self.last:
+            return (*at, self.first)
         if self.outer:
             return (self.first + self.outer * at[0], *at[1:])
         own, others = at[: len(self.lengths)], at[len(self.lengths) :]
@@ -217,6 +220,11 @@ def number(unit: str, doc: str) -> Any:
 def xyz(unit: str, doc: str) -> Any:
     """A field of vectors."""
     return Field(unit, doc, Vec)
+
+
+def dq(unit: str, doc: str) -> Any:
+    """A field of phasors, d and q one behind the other."""
+    return Field(unit, doc, Phasor)
 
 
 def rotation(unit: str, doc: str) -> Any:
@@ -305,6 +313,7 @@ class Table(metaclass=TableType):
       tail: fields of variable length, which stand last.
       integer: its numbers are whole.
       outer: 1 if the first axis stands before the fields: ``array[len(table) * mode + row, blade, node]``.
+      fields_last: the fields, numbers all of them, stand last: ``array[polar, angle, row]``.
     """
 
     title: ClassVar[str]
@@ -315,10 +324,13 @@ class Table(metaclass=TableType):
     tail: ClassVar[tuple[Field, ...]] = ()
     integer: ClassVar[bool]
     outer: ClassVar[int]
+    fields_last: ClassVar[bool]
 
-    def __init_subclass__(cls, axes: str = "", title: str = "", integer: bool = False, outer: int = 0) -> None:
+    def __init_subclass__(
+        cls, axes: str = "", title: str = "", integer: bool = False, outer: int = 0, fields_last: bool = False
+    ) -> None:
         cls.title = title or re.sub(r"(?<=.)([A-Z])", r" \1", cls.__name__).lower()
-        cls.axes, cls.integer, cls.outer = tuple(axes.split()), integer, outer
+        cls.axes, cls.integer, cls.outer, cls.fields_last = tuple(axes.split()), integer, outer, fields_last
         cls.fields = {name: field for name, field in vars(cls).items() if isinstance(field, Field)}
         rows: list[Row] = []
         for field in cls.fields.values():
@@ -331,6 +343,8 @@ class Table(metaclass=TableType):
         cls.rows, cls.names = tuple(rows), tuple(row.name for row in rows)
         if len(set(cls.names)) != len(rows) or any(hasattr(Table, name) or name == "array" for name in cls.fields):
             raise ValueError(f"table {cls.title!r} has a field twice, or one with a name of its own attributes")
+        if fields_last and (outer or any(len(field) > 1 for field in cls.fields.values())):
+            raise ValueError(f"table {cls.title!r}: only numbers can stand last")
 
     array: Any
     blades: int
@@ -341,6 +355,8 @@ class Table(metaclass=TableType):
     stations: int
     pairs: int
     coordinates: int
+    polars: int
+    angles: int
 
     def __init__(self, array: Any) -> None:
         self.array = array.array if isinstance(array, Table) else array
@@ -406,6 +422,9 @@ class Table(metaclass=TableType):
     @classmethod
     def lengths(cls, array: Any) -> tuple[int, ...]:
         """Lengths of the axes of an array of this table."""
+        if cls.fields_last:
+            lengths: tuple[int, ...] = array.shape[:-1]
+            return lengths
         return (array.shape[0] // len(cls), *array.shape[1:]) if cls.outer else array.shape[1:]
 
     @classmethod
@@ -426,6 +445,8 @@ class Table(metaclass=TableType):
     def shape(cls, **sizes: int) -> tuple[int, ...]:
         """Shape of this table's array; ``sizes`` gives the length of every axis."""
         lengths = [sizes[axis] for axis in cls.axes]
+        if cls.fields_last:
+            return (*lengths, len(cls))
         return (len(cls) * lengths[0], *lengths[1:]) if cls.outer else (len(cls), *lengths)
 
     @classmethod

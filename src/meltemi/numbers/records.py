@@ -11,9 +11,11 @@ import operator
 from functools import cache
 from typing import Any
 
+import numba
 import numpy as np
 from llvmlite import ir
 from numba.core import cgutils, types
+from numba.core.boxing import unbox_unsupported
 from numba.core.imputils import lower_builtin, lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
 from numba.extending import NativeValue, models, overload, register_model, typeof_impl, unbox
@@ -24,7 +26,7 @@ from meltemi.maths.records import Record as Record
 from meltemi.maths.tables import Table
 from meltemi.maths.tables import TableType as TableClass
 from meltemi.numbers.duals import DualArrayType, dual, make_dual
-from meltemi.numbers.lanes import WIDTH, LaneArrayType, int_lanes, lanes
+from meltemi.numbers.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF, _VL = ir.VectorType(_F64, WIDTH), ir.VectorType(_I64, WIDTH)
@@ -36,11 +38,12 @@ ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
 
 
 class FieldType(types.Type):
-    """Entries of one field of a table: kind of number, what an entry is, how many axes, and rows of an outer axis."""
+    """Entries of one field of a table: kind of number, what an entry is, how many axes, rows of an outer axis, and
+    ``step`` from one entry to the next: 1, or the number of fields where they stand last."""
 
-    def __init__(self, kind: str, cls: Any, ndim: int, outer: int) -> None:
-        self.kind, self.cls, self.ndim, self.outer = kind, cls, ndim, outer
-        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim},{outer}]")
+    def __init__(self, kind: str, cls: Any, ndim: int, outer: int, step: int) -> None:
+        self.kind, self.cls, self.ndim, self.outer, self.step = kind, cls, ndim, outer, step
+        super().__init__(name=f"Field[{kind},{cls.__name__ if cls else 'number'},{ndim},{outer},{step}]")
 
     @property
     def entry(self) -> Any:
@@ -62,7 +65,7 @@ class TableType(types.Type):
 
     @property
     def key(self) -> Any:
-        """Identity: a class that is declared anew under its name, as in a notebook, is another one."""
+        """What makes two types equal: a name may be used in two modules."""
         return self.table, self.kind
 
 
@@ -127,6 +130,8 @@ def _places(builder: Any, kind: Any, proxy: Any, at: list[Any]) -> list[tuple[An
         flat = builder.mul(flat, flat.type(kind.outer))
     for n, k in zip(shape[1:], at[1:], strict=True):
         flat = builder.add(builder.mul(flat, n), k)
+    if kind.step > 1:
+        flat = builder.mul(flat, flat.type(kind.step))
     rows = _product(builder, shape[1:] if kind.outer else shape)
     result = []
     for part in range(kind.parts):
@@ -153,6 +158,8 @@ def _index(field: Any, index: Any) -> Any:
     if field.ndim == 1 and index == int_lanes and field.kind == FLOATS:
         return index
     if field.ndim > 1 and isinstance(index, types.BaseTuple) and len(index) == field.ndim:
+        if int_lanes in tuple(index):
+            return PlacesType(int_lanes, field.ndim) if field.kind == FLOATS and field.cls is None else None
         return types.UniTuple(types.intp, field.ndim) if all(isinstance(i, types.Integer) for i in index) else None
     return None
 
@@ -165,7 +172,7 @@ class _GetItem(AbstractTemplate):
         if at is None:
             return None
         entry = field.entry
-        if at == int_lanes:
+        if at == int_lanes or isinstance(at, PlacesType):
             entry = GroupType(field.cls, lanes) if field.cls else lanes
         return signature(entry, field, at)
 
@@ -192,11 +199,17 @@ def _get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 @lower_builtin(operator.getitem, FieldType, type(int_lanes))
+@lower_builtin(operator.getitem, FieldType, PlacesType)
 def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     """Eight places at once."""
     kind = sig.args[0]
     proxy = cgutils.create_struct_proxy(kind)(context, builder, args[0])
-    at = builder.sext(args[1], _VL)
+    index = cgutils.unpack_tuple(builder, args[1]) if isinstance(sig.args[1], PlacesType) else [args[1]]
+    at = builder.sext(index[0], _VL)
+    for n, i in zip(_shape(kind, proxy)[1:], index[1:], strict=True):
+        at = builder.add(builder.mul(at, splat(builder, n)), builder.sext(i, _VL))
+    if kind.step > 1:
+        at = builder.mul(at, ir.Constant(_VL, [kind.step] * WIDTH))
     parts = []
     for part in range(kind.parts):
         offset = builder.mul(proxy.n0, ir.Constant(_I64, part))
@@ -243,7 +256,9 @@ def _field(kind: Any, name: str) -> Any:
         return None
     if declared.table is not None:
         return PartsType(declared.table, kind.kind) if declared.shape else TableType(declared.table, kind.kind)
-    return FieldType(kind.kind, declared.kind, kind.ndim + len(declared.shape), len(kind.table) * kind.table.outer)
+    step = len(kind.table) if kind.table.fields_last else 1
+    ndim = len(declared.shape) + kind.ndim
+    return FieldType(kind.kind, declared.kind, ndim, len(kind.table) * kind.table.outer, step)
 
 
 def _array_type(kind: Any) -> Any:
@@ -317,7 +332,7 @@ def _rows_of(context: Any, builder: Any, kind: Any, proxy: Any, name: str) -> tu
     field, declared = _field(kind, name), kind.table.fields[name]
     result = cgutils.create_struct_proxy(field)(context, builder)
     shape = _shape(kind, proxy)
-    inner = shape[kind.table.outer :]
+    inner = [] if kind.table.fields_last else shape[kind.table.outer :]
     before = _product(builder, [*inner, _first(builder, declared, proxy.data)])
     result.data = _onwards(builder, kind.kind, proxy.data, before)
     if kind.kind == DUALS:
@@ -422,25 +437,6 @@ def _length_of(table: Any) -> Any:
     return (lambda table: table.array.shape[0]) if isinstance(table, TableType) else None
 
 
-@typeof_impl.register(Table)
-def _typeof_table(table: Any, context: Any) -> Any:
-    array = table.array
-    if table.axes or array.dtype != np.float64 or not array.flags.c_contiguous:
-        raise TypeError(f"kernels take a {type(table).__name__} only without axes, of a contiguous array of float64")
-    return TableType(type(table), FLOATS)
-
-
-@unbox(TableType)
-def _unbox_table(kind: Any, value: Any, c: Any) -> Any:
-    array = c.pyapi.object_getattr_string(value, "array")
-    vector = types.Array(types.float64, 1, "C")
-    native = c.unbox(vector, array)
-    result = cgutils.create_struct_proxy(kind)(c.context, c.builder)
-    result.data = c.context.make_array(vector)(c.context, c.builder, native.value).data
-    c.pyapi.decref(array)  # the table holds it
-    return NativeValue(result._getvalue(), is_error=native.is_error)
-
-
 def _numpy_array(context: Any, builder: Any, kind: Any, data: Any, shape: Any) -> Any:
     """A NumPy array without an owner."""
     array = context.make_array(kind)(context, builder)
@@ -471,6 +467,32 @@ def _array(context: Any, builder: Any, kind: Any, data: Any, slopes: Any, shape:
     return proxy._getvalue()
 
 
+@typeof_impl.register(Table)
+def _typeof_table(value: Any, context: Any) -> Any:
+    if not value.array.flags.c_contiguous:
+        raise TypeError(f"kernels take a {type(value).__name__} of a contiguous array only")
+    return TableType(type(value), INTS if type(value).integer else FLOATS)
+
+
+@unbox(TableType)
+def _unbox_table(kind: Any, value: Any, c: Any) -> Any:
+    """A table that the host passes: plain numbers in a contiguous array."""
+    if kind.kind not in (FLOATS, INTS):
+        return unbox_unsupported(kind, value, c)
+    made, array = _array_type(kind), c.pyapi.object_getattr_string(value, "array")
+    taken = c.unbox(made, array)
+    native = c.context.make_array(made)(c.context, c.builder, taken.value)
+    proxy = cgutils.create_struct_proxy(kind)(c.context, c.builder)
+    proxy.data = native.data
+    shape = cgutils.unpack_tuple(c.builder, native.shape)
+    if kind.table.outer:
+        shape[0] = c.builder.sdiv(shape[0], ir.Constant(_I64, len(kind.table)))
+    for i, n in enumerate(shape[1 - kind.table.outer :]):
+        setattr(proxy, f"n{i}", n)
+    c.pyapi.decref(array)  # the table holds it
+    return NativeValue(proxy._getvalue(), is_error=taken.is_error)
+
+
 @lower_getattr_generic(TableType)
 def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
     proxy = cgutils.create_struct_proxy(kind)(context, builder, value)
@@ -480,6 +502,8 @@ def _table_get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> 
     if name == "array":
         n, lengths = _extent(builder, kind.table, proxy.data), _shape(kind, proxy)
         shape = [builder.mul(lengths[0], n), *lengths[1:]] if kind.table.outer else [n, *lengths]
+        if kind.table.fields_last:
+            shape = [*lengths, n]
         slopes = proxy.slopes if kind.kind == DUALS else None
         return _array(context, builder, _array_type(kind), proxy.data, slopes, shape)
     field, rows = _rows_of(context, builder, kind, proxy, name)
@@ -505,6 +529,11 @@ class RecordType(types.Type):
         self.cls, self.kind = cls, kind
         super().__init__(name=f"{cls.__name__}[{kind}]")
 
+    @property
+    def key(self) -> Any:
+        """What makes two types equal: a name may be used in two modules."""
+        return self.cls, self.kind
+
 
 def _type_of(record: Any, member: Member) -> Any:
     """Type of a member."""
@@ -517,7 +546,7 @@ def _type_of(record: Any, member: Member) -> Any:
         return LaneArrayType(member.ndim)
     if kind == DUALS:
         return DualArrayType(member.ndim)
-    return types.Array(types.float64 if member.dtype is np.float64 else types.float32, member.ndim, "C")
+    return types.Array(numba.from_dtype(np.dtype(member.dtype)), member.ndim, "C")
 
 
 def _begin(record: Any, wanted: str) -> int:

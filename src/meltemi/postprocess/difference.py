@@ -16,7 +16,7 @@ from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
 ROUNDING = 1e-3
-"""Of a time step, within which instants are the same."""
+"""Tolerance of equal instants over the time step."""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ Seed = TypeVar("Seed")
 
 CONFIDENCE = 0.95
 LEAST_SHAPE, MOST_SHAPE = 0.5, 20.0
-"""Of Weibull distributions; those of wind speeds lie between 1 and 4."""
+"""Range of the shape of Weibull distributions; those of wind speeds lie between 1 and 4."""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ Float = NDArray[np.float64]
 RESOLUTION = 0.02
 """[Hz] Ten bins from one harmonic to the next of a rotor at 12 r/min, 23 segments in ten minutes."""
 OVERLAP = 0.5
-"""Of segments; with a Hann window more adds little."""
+"""Fraction by which segments overlap; with a Hann window a larger one adds little."""
 FEWEST = 8
 """Values in a segment."""
 UNEVEN = 1e-3

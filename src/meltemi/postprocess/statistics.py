@@ -10,7 +10,7 @@ from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
 ROUNDING = 1e-9
-"""Of a revolution."""
+"""Tolerance of the number of revolutions."""
 
 
 def means_over_revolutions(time: Float, azimuth: Float, x: Float) -> tuple[Float, Float]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.core.errors import InputError
 from meltemi.report.palette import COLOURS, INK
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import new_figure, panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from meltemi.postprocess.ensemble import EnsembleTable
 
 FULL = 0.8
-"""Of the distance between groups that bars fill."""
+"""Total width of the bars over the distance between groups."""
 
 
 def plot_changes(
@@ -51,9 +51,7 @@ def plot_changes(
     _bars(axes[0, 0], quantities, bars, colour)
     axes[0, 0].axhline(0.0, color=INK, linewidth=0.9)
     title = f"change against {base}, mean over seeds and its {100.0 * table.confidence:g} % interval"
-    axes[0, 0].set_title(title, fontsize=9, loc="left", color=INK, pad=3)
-    axes[0, 0].set_ylabel("[%]", fontsize=8)
-    axes[0, 0].legend(fontsize=8)
+    _finish(axes[0, 0], title, "%")
     if absolute:
         unit, factor = (units or {}).get(absolute[0], ("-", 1.0))
         values = {
@@ -61,10 +59,14 @@ def plot_changes(
             for s in table.schemes
         }
         _bars(axes[0, 1], absolute, values, colour)
-        axes[0, 1].set_title("duty of the actuators", fontsize=9, loc="left", color=INK, pad=3)
-        axes[0, 1].set_ylabel(f"[{unit}]", fontsize=8)
-        axes[0, 1].legend(fontsize=8)
+        _finish(axes[0, 1], "actuator travel", unit)
     return figure
+
+
+def _finish(ax: Axes, title: str, unit: str) -> None:
+    panel(ax, title, unit)
+    ax.grid(False, axis="x")
+    ax.legend(fontsize=8)
 
 
 def _bars(
@@ -81,5 +83,3 @@ def _bars(
         bar: dict[str, Any] = {"ecolor": INK, "capsize": 2.0, "error_kw": {"linewidth": 0.9}}
         ax.bar(x, mean, 0.94 * width, yerr=error, label=scheme, color=colour[scheme], **bar)
     ax.set_xticks(range(len(names)), [name.replace(" ", "\n", 1) for name in names], fontsize=8)
-    style(ax)
-    ax.grid(False, axis="x")

@@ -9,7 +9,7 @@ import numpy as np
 
 from meltemi.postprocess.difference import ChannelDifference, Differences, gaps, most_different
 from meltemi.report.palette import COLOURS, FAINT, INK
-from meltemi.report.plots import EVERYBODY, new_figure, style
+from meltemi.report.plots import EVERYBODY, heading, new_figure, style
 from meltemi.report.tables import number
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def plot_differences(found: Differences, channels: Sequence[str] | None = None, 
         worst = f"worst {number(d.worst * factor)} {unit.strip('-')}".strip() + f" at {d.worst_time:g} s"
         changes = f"mean {_percent(d.mean_change)} %, std {_percent(d.std_change)} %, rms/std {_fixed(d.distance)}"
         for ax, text in ((whole, d.channel.name.replace("_", " ")), (zoom, worst), (gap, f"difference: {changes}")):
-            ax.set_title(text, fontsize=9 if ax is whole else 8, loc="left", color=INK, pad=3)
+            heading(ax, text, size=9 if ax is whole else 8)
             style(ax)
             ax.tick_params(labelsize=7)
             ax.margins(x=0.01)

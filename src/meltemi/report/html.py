@@ -128,7 +128,7 @@ def _block(block: str | Table | Picture | Code) -> str:
 
 
 LONG = 16
-"""Letters of a cell; longer ones may be broken, so that tables fit the page."""
+"""Characters of a cell above which it may be wrapped."""
 
 
 def _table(table: Table) -> str:
@@ -209,4 +209,4 @@ footer { margin-top: 3rem; padding-top: .8rem; border-top: 1px solid var(--line)
   th, td { padding: .22rem .5rem; } figure { overflow-x: auto; } img { max-width: none; width: 40rem; } }
 @media print { nav { display: none; } figure, tr { break-inside: avoid; } h2 { break-after: avoid; } }
 """
-"""Of the page; dark on white, letters of the reader's own system."""
+"""Style sheet: dark text on white, in the fonts of the reader's system."""

@@ -14,7 +14,7 @@ COLOURS = (
     *("#0b6e99", "#e08a00", "#332288", "#56b4e9", "#994f12"),
     *("#009e73", "#882255", "#86cbb4", "#5c3a00", "#7f3ff0"),
 )
-"""Of series, in this order."""
+"""Colours of series, in this order."""
 MARKERS = "osD^v<>P*Xp"
 LINES = ("-", "--", "-.")
 FACES = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
 from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SOFT, curve
-from meltemi.report.tables import DISK_CURVE
+from meltemi.report.tables import DISK_CURVE, is_disk
 from meltemi.simulation.channels import Channel
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from meltemi.simulation.campbell import Campbell
-    from meltemi.simulation.machine import AnyModel
+    from meltemi.simulation.model import Model
     from meltemi.simulation.result import Result
     from meltemi.simulation.trim import OperatingPoint
     from meltemi.turbine.performance import Performance
@@ -33,7 +33,7 @@ EVERYBODY = (
     "root_moment_out_of_plane_1",
     "tower_base_moment_fore_aft",
 )
-"""The channels everyone wants to see first."""
+"""Main channels, shown by default."""
 
 
 def new_figure(rows: int, columns: int = 1, *, size: tuple[float, float], share: bool = True) -> tuple[Figure, Any]:
@@ -52,11 +52,38 @@ def style(ax: Axes) -> None:
         ax.spines[side].set_visible(False)
 
 
-def panel(ax: Axes, title: str, unit: str) -> None:
-    """Set title, unit and style of axes."""
-    ax.set_title(title, fontsize=9, loc="left", color=INK, pad=3)
+def heading(ax: Axes, text: str, side: Literal["left", "right"] = "left", size: float = 9.0) -> None:
+    """Set the title of axes, at their left or right end."""
+    ax.set_title(text, fontsize=size, loc=side, color=INK, pad=3)
+
+
+def panel(ax: Axes, title: str, unit: str, x: str = "") -> None:
+    """Set title, unit, label of the abscissa and style of axes."""
+    heading(ax, title)
     ax.set_ylabel(f"[{unit}]", fontsize=8)
+    if x:
+        ax.set_xlabel(x)
     style(ax)
+
+
+def note(ax: Axes, text: str, at: tuple[float, float], shift: tuple[float, float] = (0.0, 0.0), **look: Any) -> None:
+    """Write a small text beside a point in data coordinates, shifted by points."""
+    ax.annotate(text, at, xytext=shift, **{"textcoords": "offset points", "fontsize": 7, "color": SOFT, **look})
+
+
+def corner(ax: Axes, x: float, y: float, text: str, **look: Any) -> None:
+    """Write a text at a place within the axes, from (0, 0) at the lower left to (1, 1)."""
+    ax.text(x, y, text, **{"transform": ax.transAxes, "fontsize": 8, "color": INK, **look})
+
+
+ON_TOP: dict[str, Any] = {"xycoords": ("data", "axes fraction")}
+"""Coordinates of a :func:`note` whose ordinate is a fraction of the axes."""
+
+
+def figure_title(figure: Figure, text: str, more: str = "", longest: int = 90) -> None:
+    """Set the title of a figure: a text, shortened if there is not enough room for it, and what follows it."""
+    room = longest - len(more)
+    figure.suptitle((text if len(text) <= room else f"{text[: room - 3]}...") + more, fontsize=10, color=INK)
 
 
 MANY = 1e4
@@ -90,7 +117,7 @@ def plot_channel(
 
 
 MARK_COLOURS = {"event": COLOURS[1]}
-"""Of what is not a controller's, by the source of a log entry."""
+"""Colours of log entries by their source; other sources are controllers."""
 MOST_MARKS = 12
 """Log entries that are listed below a plot; of more, the first ones."""
 NEAR = 0.02
@@ -108,11 +135,8 @@ def mark_log(result: Result, axes: Sequence[Axes]) -> None:
     handles: list[Line2D] = []
     groups: list[tuple[float, list[int]]] = []
     for number, entry in enumerate(inside, 1):
-        look: dict[str, Any] = {
-            "color": MARK_COLOURS.get(entry.source, COLOURS[4]),
-            "linewidth": 0.8,
-            "linestyle": (0, (4, 2)),
-        }
+        colour = MARK_COLOURS.get(entry.source, COLOURS[4])
+        look: dict[str, Any] = {"color": colour, "linewidth": 0.8, "linestyle": (0, (4, 2))}
         for ax in axes:
             ax.axvline(entry.time, zorder=1.0, **look)
         if not groups or entry.time - groups[-1][0] > near:
@@ -122,20 +146,11 @@ def mark_log(result: Result, axes: Sequence[Axes]) -> None:
         handles.append(Line2D([], [], label=said if len(said) <= 75 else said[:72] + "...", **look))
     for time, numbers in groups:
         text = str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]}-{numbers[-1]}"
-        place: dict[str, Any] = {
-            "xycoords": ("data", "axes fraction"),
-            "xytext": (2, -1),
-            "textcoords": "offset points",
-        }
-        axes[0].annotate(text, (time, 1.0), va="top", fontsize=7, color=INK, **place)
-    if len(handles) > MOST_MARKS:
-        handles = [
-            *handles[: MOST_MARKS - 1],
-            Line2D([], [], label=f"and {len(handles) - MOST_MARKS + 1} more", alpha=0.0),
-        ]
-    axes[0].figure.legend(
-        handles=handles, loc="outside lower left", ncols=min(2, len(handles)), fontsize=7, frameon=False
-    )
+        note(axes[0], text, (time, 1.0), (2, -1), va="top", color=INK, **ON_TOP)
+    if (more := len(handles) - MOST_MARKS + 1) > 1:
+        handles = [*handles[: MOST_MARKS - 1], Line2D([], [], label=f"and {more} more", alpha=0.0)]
+    columns = min(2, len(handles))
+    axes[0].figure.legend(handles=handles, loc="outside lower left", ncols=columns, fontsize=7, frameon=False)
 
 
 ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "borderpad": 0.0}
@@ -175,7 +190,7 @@ def plot(
         for j, (result, each, text) in reversed(list(enumerate(series))):  # the first on top
             plot_channel(result, each, axes[i, 0], text, COLOURS[j % len(COLOURS)], unit)
         if blades:
-            axes[i, 0].set_title(name.removesuffix("_1").replace("_", " "), fontsize=9, loc="left", color=INK, pad=3)
+            heading(axes[i, 0], name.removesuffix("_1").replace("_", " "))
             handles = axes[i, 0].get_lines()[::-1]
             axes[i, 0].legend(handles=handles, fontsize=7, ncols=len(blades), frameon=False, **ABOVE)
     axes[-1, 0].set_xlabel("time [s]")
@@ -185,12 +200,21 @@ def plot(
         handles = axes[0, 0].get_lines()[::-1]
         axes[0, 0].legend(handles=handles, fontsize=8, ncols=len(several), frameon=False, **ABOVE)
     first = several[0]
-    title = f"{first.meta.get('turbine', '')}: {first.meta.get('wind', '')}".strip(": ")
-    figure.suptitle(title if len(title) <= 90 else title[:87] + "...", fontsize=10, color=INK)
+    figure_title(figure, f"{first.meta.get('turbine', '')}: {first.meta.get('wind', '')}".strip(": "))
     return figure
 
 
-def plot_power_curve(points: Sequence[OperatingPoint], model: AnyModel | None = None) -> Figure:
+STEADY_OPERATION: list[tuple[str, ...]] = [
+    ("rotor_aero_thrust",),
+    ("root_moment_out_of_plane_1",),
+    ("tower_base_moment_fore_aft",),
+    ("tip_out_of_plane_1", "tip_in_plane_1"),
+    ("tower_top_fore_aft",),
+]
+"""Channels of the panels of steady operation that only a turbine with blades has."""
+
+
+def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None = None) -> Figure:
     """Plot steady operation over wind speed: power, speed, pitch, thrust, root moment, deflections.
 
     A dotted line marks the first of the points with the largest power.
@@ -199,19 +223,10 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: AnyModel | None = 
       points: by wind speed.
       model: whose radius and air make C_p and C_t of aerodynamic power and thrust, shown if it is given.
     """
-    panels: tuple[tuple[str, ...], ...] = (
-        ("generator_power",),
-        ("rotor_speed",),
-        ("pitch_1",),
-        ("rotor_aero_thrust",),
-        ("root_moment_out_of_plane_1",),
-        ("tower_base_moment_fore_aft",),
-        ("tip_out_of_plane_1", "tip_in_plane_1"),
-        ("tower_top_fore_aft",),
-    )
-    if DISK_CURVE[-1] in points[0].channels:  # a power coefficient in place of blades and tower
-        panels = (*panels[:3], *((name,) for name in DISK_CURVE))
-    blades = model is not None and DISK_CURVE[-1] not in points[0].channels
+    disk = is_disk(points[0])  # a power coefficient in place of blades and tower
+    panels = [(name,) for name in DISK_CURVE] if disk else STEADY_OPERATION
+    panels = [("generator_power",), ("rotor_speed",), ("pitch_1",), *panels]
+    blades = model is not None and not disk
     rows = len(panels) // 2 + blades
     figure, axes = new_figure(rows, 2, size=(9.0, 2.25 * rows))
     speeds = np.array([p.wind.speed for p in points])
@@ -223,15 +238,14 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: AnyModel | None = 
             ax.plot(speeds, values * factor, **look, color=COLOURS[i], label=name.replace("_", " "))
             panel(ax, name.replace("_", " "), text)
         if len(names) > 1:
-            ax.set_title("tip deflection", fontsize=9, loc="left", color=INK, pad=3)
+            heading(ax, "tip deflection")
             ax.legend(fontsize=7)
     if model is not None and blades:
         pressure = 0.5 * model.environment.density * speeds**2 * np.pi * model.turbine.rotor_radius**2
         power = np.array([p["rotor_aero_torque"] * p["rotor_speed"] for p in points]) / (pressure * speeds)
         thrust = np.array([p["rotor_aero_thrust"] for p in points]) / pressure
-        for ax, name, values in zip(
-            axes[-1], ("power coefficient $C_p$", "thrust coefficient $C_t$"), (power, thrust), strict=True
-        ):
+        coefficients = (("power coefficient $C_p$", power), ("thrust coefficient $C_t$", thrust))
+        for ax, (name, values) in zip(axes[-1], coefficients, strict=True):
             ax.plot(speeds, values, **look, color=COLOURS[0])
             panel(ax, name, "-")
             ax.set_ylim(bottom=0.0)
@@ -240,12 +254,10 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: AnyModel | None = 
     for ax in axes.flat:
         ax.axvline(rated, color=FAINT, linewidth=0.9, linestyle=":", zorder=0.5)
     if rated < speeds[-1]:
-        axes[0, 0].annotate(
-            f" rated from {rated:g} m/s", (rated, 0.02), xycoords=("data", "axes fraction"), fontsize=7, color=SOFT
-        )
+        note(axes[0, 0], f" rated from {rated:g} m/s", (rated, 0.02), **ON_TOP)
     for ax in axes[-1]:
         ax.set_xlabel("wind speed [m/s]")
-    figure.suptitle("Steady operation in uniform wind, means over a revolution", fontsize=10, color=INK)
+    figure_title(figure, "Steady operation in uniform wind, azimuthal averages")
     return figure
 
 
@@ -285,14 +297,7 @@ def plot_campbell(diagram: Campbell) -> Figure:
     for n in (1, 3, 6, 9):
         axes[0, 0].plot(x, n * rpm / 60.0, color=FAINT, linewidth=0.8, linestyle="--")
         if n * rpm[-1] / 60.0 < top:
-            axes[0, 0].annotate(
-                f"{n}P",
-                (x[-1], n * rpm[-1] / 60.0),
-                xytext=(3, 0),
-                textcoords="offset points",
-                fontsize=7,
-                color=SOFT,
-            )
+            note(axes[0, 0], f"{n}P", (x[-1], n * rpm[-1] / 60.0), (3, 0))
     for j, label in enumerate(diagram.labels):
         look = curve(j) | {"markersize": 4.5, "linewidth": 1.0}
         axes[0, 0].plot(x, frequency[j], label=label, **look)
@@ -301,15 +306,12 @@ def plot_campbell(diagram: Campbell) -> Figure:
     high = float(np.nanmax(damping, initial=1.0))
     low = min(0.0, 1.05 * float(np.nanmin(damping, initial=0.0)))
     axes[0, 1].set_ylim(low, min(1.05 * high, HIGHEST_DAMPING))
-    note = f" (up to {HIGHEST_DAMPING:g} %; flap modes may lie above)" if 1.05 * high > HIGHEST_DAMPING else ""
+    cut = f" (up to {HIGHEST_DAMPING:g} %; flap modes may lie above)" if 1.05 * high > HIGHEST_DAMPING else ""
     axes[0, 1].axhline(0.0, color=INK, linewidth=0.8)
-    for ax, what, unit in ((axes[0, 0], "natural frequency", "Hz"), (axes[0, 1], f"damping ratio{note}", "%")):
-        ax.set_title(what, fontsize=9, loc="left", color=INK, pad=3)
-        ax.set_ylabel(f"[{unit}]", fontsize=8)
-        ax.set_xlabel("rotor speed [rpm]" if windless else "wind speed [m/s]")
-        style(ax)
+    for ax, what, unit in ((axes[0, 0], "natural frequency", "Hz"), (axes[0, 1], f"damping ratio{cut}", "%")):
+        panel(ax, what, unit, "rotor speed [rpm]" if windless else "wind speed [m/s]")
     figure.legend(loc="outside lower center", ncols=5, fontsize=8, frameon=False)
-    figure.suptitle(f"Campbell diagram, {'with air' if diagram.air else 'in vacuum'}", fontsize=10, color=INK)
+    figure_title(figure, f"Campbell diagram, {'with air' if diagram.air else 'in vacuum'}")
     return figure
 
 

@@ -8,25 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from meltemi.core.errors import InputError
-from meltemi.postprocess.spectra import (
-    RESOLUTION,
-    PowerSpectrum,
-    average_spectra,
-    power_spectrum,
-    rotor_frequency,
-)
-from meltemi.report.palette import COLOURS, FAINT, INK, SOFT
-from meltemi.report.plots import new_figure, style
-from meltemi.simulation.channels import Channel, every_kind, find
+from meltemi.postprocess.spectra import RESOLUTION, PowerSpectrum, average_spectra, power_spectrum, rotor_frequency
+from meltemi.report.palette import COLOURS, FAINT
+from meltemi.report.plots import ON_TOP, new_figure, note, panel
+from meltemi.simulation.channels import every_kind, find
 from meltemi.simulation.result import Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 ABOVE = 1.6
-"""Of the last harmonic that is marked, how far the figure reaches unless said otherwise."""
+"""Default upper limit of the frequency axis over the highest marked harmonic."""
 WITHOUT_ROTOR = 1.0
-"""[Hz] to which it reaches where no harmonics are marked."""
+"""[Hz] default upper limit of the frequency axis without marked harmonics."""
 
 
 def plot_spectra(
@@ -67,15 +61,12 @@ def plot_spectra(
     marked = [n for n in harmonics if rotor > 0.0]
     if highest is None:
         highest = ABOVE * max(marked) * rotor if marked else WITHOUT_ROTOR
-    about = every[0].channel(channel) if every else _known(channel)
+    about = every[0].channel(channel) if every else find(channel, every_kind())
     unit, factor = about.display_unit
     shown: list[float] = []
     for i, (name, some) in enumerate(results.items()):
-        spectrum = (
-            some
-            if isinstance(some, PowerSpectrum)
-            else average_spectra([power_spectrum(run, channel, resolution=resolution) for run in runs[name]])
-        )
+        each = [power_spectrum(run, channel, resolution=resolution) for run in runs[name]]
+        spectrum = some if isinstance(some, PowerSpectrum) else average_spectra(each)
         # at zero frequency stands what is left of the mean
         part = (spectrum.frequency > 0.0) & (spectrum.frequency <= highest)
         density = spectrum.density[part] * factor**2
@@ -84,24 +75,13 @@ def plot_spectra(
     for n in marked:
         ax.axvline(n * rotor, color=FAINT, linewidth=0.8, linestyle="--", zorder=0.5)
         if n * rotor <= highest:
-            ax.annotate(
-                f"{n}P",
-                (n * rotor, 1.0),
-                xycoords=("data", "axes fraction"),
-                xytext=(2, -9),
-                textcoords="offset points",
-                fontsize=8,
-                color=SOFT,
-            )
+            note(ax, f"{n}P", (n * rotor, 1.0), (2, -9), fontsize=8, **ON_TOP)
     ax.set_xlim(0.0, highest)
     if shown:
         ax.set_ylim(0.5 * min(shown), 3.0 * max(shown))
-    ax.set_title(f"{about.name.replace('_', ' ')}, power spectral density", fontsize=9, loc="left", color=INK, pad=3)
-    ax.set_xlabel("frequency [Hz]")
-    ax.set_ylabel(f"[({unit})$^2$/Hz]", fontsize=8)
+    panel(ax, f"{about.name.replace('_', ' ')}, power spectral density", f"({unit})$^2$/Hz", "frequency [Hz]")
     if len(results) > 1:
         ax.legend(fontsize=8)
-    style(ax)
     return ax
 
 
@@ -109,8 +89,3 @@ def _runs(some: Result | Sequence[Result] | PowerSpectrum) -> list[Result]:
     if isinstance(some, PowerSpectrum):
         return []
     return [some] if isinstance(some, Result) else list(some)
-
-
-def _known(name: str) -> Channel:
-    """The catalogue entry of a channel name."""
-    return find(name, every_kind())

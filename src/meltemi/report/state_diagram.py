@@ -40,29 +40,31 @@ _POWER_PLACES = {
     "recovery": (4.0, -4.0),
 }
 _BENDS = {("emergency_stop", "idling"): -0.5}
-"""Of arrows that pass a state by."""
+"""Curvature of arrows that pass another state."""
 SMALL = 8.0
-"""Points of the conditions: read at the width of a page."""
-MACHINES = ("operation", "yaw", "power")
+"""[pt] font size of the conditions, legible at page width."""
+MACHINES: dict[str, tuple[Any, Any, Any, tuple[float, float]]] = {
+    "operation": (_PLACES, STATES, TRANSITIONS, (8.2, 8.8)),
+    "yaw": (_YAW_PLACES, YAW_STATES, YAW_TRANSITIONS, (8.0, 4.6)),
+    "power": (_POWER_PLACES, power.STATES, power.TRANSITIONS, (8.6, 5.0)),
+}
+"""Places of the states in the diagram, states, transitions and size of the figure [in]."""
 
 
 def plot_states(machine: str = "operation") -> Figure:
     """Plot a state machine: states as boxes, transitions as arrows with their conditions.
 
     Args:
-      machine: of the supervisor ``operation``, or ``yaw``: protection against yaw errors, which derates and looks
-        again; ``power``: of the power control.
+      machine: ``operation`` of the supervisor; ``yaw``: its protection against yaw errors, with derating;
+        ``power``: of the power control.
 
     Raises:
       InputError: another machine.
     """
     if machine not in MACHINES:
         raise InputError(f"plot_states: machine {machine!r}: {did_you_mean(machine, MACHINES)}")
-    if machine == "yaw":
-        return _draw(_YAW_PLACES, [a.name for a in YAW_STATES], _merged(YAW_TRANSITIONS), (8.0, 4.6))
-    if machine == "power":
-        return _draw(_POWER_PLACES, [a.name for a in power.STATES], _merged(power.TRANSITIONS), (8.6, 5.0))
-    return _draw(_PLACES, [a.name for a in STATES], _merged(TRANSITIONS), (8.2, 8.8))
+    places, states, transitions, size = MACHINES[machine]
+    return _draw(places, [state.name for state in states], _merged(transitions), size)
 
 
 def _words(t: Transition | Transition) -> str:

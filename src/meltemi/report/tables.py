@@ -60,12 +60,12 @@ def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
 
 
 EARLY, EARLY_PART = 10.0, 0.05
-"""[s] of a run in which it may still come from its start, and of a shorter run the part: in turbulence an extreme that
-comes from the wind then falls into it once in twenty times. Nothing is told of runs shorter than three times that."""
+"""[s] in which an extreme may depend on the start, and fraction of shorter runs: in turbulence an extreme of the wind
+falls into it once in twenty times. Runs shorter than three times that give no warning."""
 EARLY_UNITS = ("N", "N m", "m", "W")
-"""Of channels whose extremes are asked for."""
+"""Units of the channels whose extremes are examined."""
 EARLY_SHARE = 0.05
-"""Of a channel's largest magnitude later on, by which an early extreme must be beyond all later ones to be told."""
+"""Amount by which an early extreme must exceed all later ones, over the channel's largest later magnitude."""
 
 
 def early_extremes(result: Result) -> str:
@@ -98,17 +98,8 @@ def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
     """
     from meltemi.wind.statistics import CALM, COMPONENTS
 
-    head = [
-        "where",
-        "component",
-        "mean m/s",
-        "std m/s",
-        "intensity %",
-        "min m/s",
-        "max m/s",
-        "time scale s",
-        "length m",
-    ]
+    head = ["where", "component", "mean m/s", "std m/s", "intensity %", "min m/s", "max m/s"]
+    head += ["time scale s", "length m"]
     mean = found.mean * (abs(found.mean) > CALM * found.speed)  # no rounding errors in a table
     values = (mean, found.std, 100.0 * found.intensity, found.lowest, found.highest)
     rows: list[list[str]] = []
@@ -150,9 +141,8 @@ def rich_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], t
 
     table = Table(title=title, title_justify="left", header_style="bold")
     for i, name in enumerate(head):
-        table.add_column(
-            name, justify="left" if i < text_columns else "right", no_wrap=i >= text_columns, overflow="fold"
-        )
+        text = i < text_columns
+        table.add_column(name, justify="left" if text else "right", no_wrap=not text, overflow="fold")
     for row in rows:
         table.add_row(*row)
     return table
@@ -176,31 +166,12 @@ def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str
     return path
 
 
-POWER_CURVE = (
-    "rotor_speed",
-    "pitch_1",
-    "generator_power",
-    "rotor_aero_thrust",
-    "rotor_torque",
-    "root_moment_out_of_plane_1",
-    "root_moment_in_plane_1",
-    "tip_out_of_plane_1",
-    "tip_in_plane_1",
-    "tower_top_fore_aft",
-    "tower_base_moment_fore_aft",
-)
-"""Columns of a power curve, as far as a turbine has them."""
-DISK_CURVE = ("tip_speed_ratio", "power_coefficient", "aerodynamic_power")
-"""Additional channels of a power-coefficient turbine."""
-_SHORT = {
+POWER_CURVE = {
     "rotor_speed": "speed",
     "pitch_1": "pitch",
     "generator_power": "power",
     "rotor_aero_thrust": "aero thrust",
     "rotor_torque": "torque",
-    "tip_speed_ratio": "lambda",
-    "power_coefficient": "C_p",
-    "aerodynamic_power": "aero power",
     "root_moment_out_of_plane_1": "root oop",
     "root_moment_in_plane_1": "root ip",
     "tip_out_of_plane_1": "tip oop",
@@ -208,15 +179,23 @@ _SHORT = {
     "tower_top_fore_aft": "tower top",
     "tower_base_moment_fore_aft": "tower base",
 }
+"""Channels of a power curve, as far as a turbine has them, and their short names."""
+DISK_CURVE = {"tip_speed_ratio": "lambda", "power_coefficient": "C_p", "aerodynamic_power": "aero power"}
+"""Additional channels of a power-coefficient turbine."""
+
+
+def is_disk(point: OperatingPoint) -> bool:
+    """Whether an operating point is that of a power-coefficient turbine."""
+    return "aerodynamic_power" in point.channels
 
 
 def power_curve_rows(
     points: Sequence[OperatingPoint], failures: Mapping[float, str] | None = None
 ) -> tuple[list[str], list[list[str]]]:
     """Header and rows of a power curve in engineering units; rows of failed wind speeds [m/s] are marked."""
-    wanted = (*POWER_CURVE, *(DISK_CURVE if DISK_CURVE[-1] in points[0].channels else ()))
+    wanted = POWER_CURVE | (DISK_CURVE if is_disk(points[0]) else {})
     channels = [points[0].channels[name] for name in wanted if name in points[0].channels]
-    head = ["wind\nm/s", *(f"{_SHORT[c.name]}\n{c.display_unit[0]}" for c in channels)]
+    head = ["wind\nm/s", *(f"{wanted[c.name]}\n{c.display_unit[0]}" for c in channels)]
     rows = {p.wind.speed: [number(p[c.name] * c.display_unit[1]) for c in channels] for p in points}
     rows |= {speed: ["failed", *[""] * (len(channels) - 1)] for speed in failures or {}}
     return head, [[number(speed), *rows[speed]] for speed in sorted(rows)]

@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.report.palette import COLOURS, FAINT, INK
-from meltemi.report.plots import new_figure, style
+from meltemi.report.plots import corner, new_figure, panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 LEAST_GAIN, MOST_GAIN = 0.03, 30.0
-"""Of |L| that is shown."""
+"""Displayed range of |L|."""
 QUIET = 0.1
-"""Of |L|: beyond the first frequency at which it is smaller the phase is not shown."""
+"""|L| below which, from the first such frequency on, the phase is not shown."""
 SLOWEST = 3e-3
-"""[Hz] from which on frequencies are shown."""
+"""[Hz] lowest displayed frequency."""
 LIMIT: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": ":", "zorder": 0.5}
 
 
@@ -111,9 +111,7 @@ def _loop(name: str, points: Sequence[LoopPoint], row: Sequence[Axes]) -> None:
     )
     what = ("gain |L|", "phase of L", "sensitivity 1/|1 + L|")
     for (ax, text), title, unit in zip(words, what, ("-", "deg", "-"), strict=True):
-        ax.set_title(f"{name}: {title}".removeprefix(": "), fontsize=9, loc="left", color=INK, pad=3)
-        ax.set_ylabel(f"[{unit}]", fontsize=8)
+        panel(ax, f"{name}: {title}".removeprefix(": "), unit)
         ax.set_xlim(left=SLOWEST)
         ax.tick_params(labelsize=8)
-        ax.text(0.04, 0.9 if ax is sensitivity else 0.06, text, transform=ax.transAxes, fontsize=8, color=INK)
-        style(ax)
+        corner(ax, 0.04, 0.9 if ax is sensitivity else 0.06, text)

@@ -7,6 +7,7 @@ import math
 from meltemi.report import tables
 from meltemi.simulation.modes import Mode
 from meltemi.simulation.portrait import Portrait, PowerPortrait, masses
+from meltemi.turbine.power_turbine import AnyTurbine
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
 FIRST = (
@@ -35,12 +36,7 @@ def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
         ("swept area", f"{number(swept)} m²"),
         ("specific power", f"{number(t.rated_power / swept)} W/m²"),
     ]
-    operation = [
-        ("rated power", f"{number(t.rated_power / 1e6)} MW electrical"),
-        ("rotor speed", f"{number(reference * 30.0 / math.pi)} rpm"),
-        ("tip speed", f"{number(reference * t.rotor_radius)} m/s"),
-        ("wind", f"{number(t.cut_in)} to {number(t.cut_out)} m/s"),
-    ]
+    operation = _operation(t, reference)
     if seen.rated:
         operation.insert(3, ("rated wind", f"{seen.rated.wind.speed:.2f} m/s, uniform"))
     if seen.curve:
@@ -58,26 +54,11 @@ def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
         ("generator inertia", f"{number(d.generator_inertia)} kg m²"),
         ("shaft stiffness", f"{number(d.stiffness)} N m/rad"),
     ]
-    actuator = t.pitch_actuator
-    kind = "ideal" if actuator.kind == "ideal" else f"{number(actuator.natural_frequency)} rad/s"
-    control = [
-        ("speed filter", f"{number(t.control.filter_frequency / (2.0 * math.pi))} Hz"),
-        ("region 2 gain", f"{number(torque.optimal_gain)} N m s²"),
-        ("pitch gains", f"{number(pitch.proportional_gain)} s, {number(pitch.integral_gain)}"),
-        ("halved at", _degrees(pitch.gain_halving_pitch)),
-        ("pitch", f"{_degrees(pitch.minimum)} to {_degrees(pitch.maximum)}"),
-        ("pitch rate", f"{_degrees(actuator.rate_limit)}/s"),
-        ("actuator", kind),
-    ]
+    control = [("speed filter", f"{number(t.control.filter_frequency / (2.0 * math.pi))} Hz"), *_control(t)]
     weights = [(name, f"{number(value / 1e3)} t") for name, value in kg.items()]
     weights.append(("tower top", f"{number((kg['rotor'] + kg['nacelle']) / 1e3)} t"))
-    groups = [
-        ("Rotor", rotor),
-        ("Operation", operation),
-        ("Drivetrain", drive),
-        ("Control", control),
-        ("Mass", weights),
-    ]
+    groups = [("Rotor", rotor), ("Operation", operation), ("Drivetrain", drive), ("Control", control)]
+    groups.append(("Mass", weights))
     if frequencies := _frequencies(seen):
         groups.append(("Frequency at rest", frequencies))
     return groups
@@ -86,8 +67,9 @@ def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
 def _power_facts(seen: PowerPortrait) -> Groups:
     """Main data of a power-coefficient turbine."""
     t, p = seen.turbine, seen.performance
-    d, law, pitch, actuator = t.drivetrain, t.control.torque, t.control.pitch, t.pitch_actuator
+    d, law, pitch = t.drivetrain, t.control.torque, t.control.pitch
     reference, swept = pitch.reference_speed / d.gear_ratio, math.pi * t.rotor_radius**2
+    stored = 0.5 * d.inertia * reference**2
     i, j = divmod(int(p.power.argmax()), len(p.pitch))
     rotor = [
         ("diameter", f"{number(t.rotor_diameter)} m"),
@@ -96,33 +78,43 @@ def _power_facts(seen: PowerPortrait) -> Groups:
         ("coefficient", t.coefficient.kind),
         ("largest C_p", f"{p.power[i, j]:.3f} at λ {number(float(p.tip_speed_ratio[i]))}, {_degrees(p.pitch[j])}"),
     ]
-    operation = [
-        ("rated power", f"{number(t.rated_power / 1e6)} MW electrical"),
-        ("rotor speed", f"{number(reference * 30.0 / math.pi)} rpm"),
-        ("tip speed", f"{number(reference * t.rotor_radius)} m/s"),
-        ("wind", f"{number(t.cut_in)} to {number(t.cut_out)} m/s"),
-    ]
+    operation = _operation(t, reference)
     if pitched := [point for point in seen.curve or () if point.pitch > pitch.minimum + 1e-3]:
         operation.append(("rated wind", f"{pitched[0].wind.speed:.2f} m/s, uniform"))
     drive = [
         ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
-        (
-            "inertia",
-            f"{number(d.inertia)} kg m², {number(0.5 * d.inertia * reference**2 / t.rated_power)} s of rated power",
-        ),
+        ("inertia", f"{number(d.inertia)} kg m², {number(stored / t.rated_power)} s of rated power"),
         ("shaft", "rigid" if d.stiffness is None else f"{number(d.stiffness)} N m/rad"),
         ("rated torque", f"{number(law.rated_power / law.rated_speed / 1e3)} kN m"),
         ("efficiency", f"{number(100.0 * d.generator_efficiency)} %"),
     ]
-    control = [
-        ("region 2 gain", f"{number(law.optimal_gain)} N m s²"),
+    return [("Rotor", rotor), ("Operation", operation), ("Drivetrain", drive), ("Control", _control(t))]
+
+
+def _operation(turbine: AnyTurbine, reference: float) -> list[tuple[str, str]]:
+    return [
+        ("rated power", f"{number(turbine.rated_power / 1e6)} MW electrical"),
+        ("rotor speed", f"{number(reference * 30.0 / math.pi)} rpm"),
+        ("tip speed", f"{number(reference * turbine.rotor_radius)} m/s"),
+        ("wind", f"{number(turbine.cut_in)} to {number(turbine.cut_out)} m/s"),
+    ]
+
+
+def _control(turbine: AnyTurbine) -> list[tuple[str, str]]:
+    pitch, actuator = turbine.control.pitch, turbine.pitch_actuator
+    return [
+        ("region 2 gain", f"{number(turbine.control.torque.optimal_gain)} N m s²"),
         ("pitch gains", f"{number(pitch.proportional_gain)} s, {number(pitch.integral_gain)}"),
         ("halved at", _degrees(pitch.gain_halving_pitch)),
         ("pitch", f"{_degrees(pitch.minimum)} to {_degrees(pitch.maximum)}"),
         ("pitch rate", f"{_degrees(actuator.rate_limit)}/s"),
         ("actuator", "ideal" if actuator.kind == "ideal" else f"{number(actuator.natural_frequency)} rad/s"),
     ]
-    return [("Rotor", rotor), ("Operation", operation), ("Drivetrain", drive), ("Control", control)]
+
+
+def fact_rows(seen: Portrait | PowerPortrait) -> list[list[str]]:
+    """Rows of :func:`turbine_facts`: group, named once, name and value."""
+    return [[name if i == 0 else "", *row] for name, facts in turbine_facts(seen) for i, row in enumerate(facts)]
 
 
 def mode_rows(modes: tuple[Mode, ...]) -> tuple[list[str], list[list[str]]]:

@@ -1,7 +1,7 @@
 """Figures of a turbine: scale drawing, blade, tower, polars, coefficients, steady operation.
 
 ``plot_turbine`` puts all of it on one page. Every panel is a function of axes and a portrait; one whose numbers could
-not be had says why.
+not be computed gives the reason.
 """
 
 from __future__ import annotations
@@ -9,17 +9,19 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS, FAINT, GRID, INK, SHADE, SOFT
-from meltemi.report.plots import style
+from meltemi.report.plots import corner, note, style
 from meltemi.report.turbine_facts import turbine_facts
-from meltemi.simulation.portrait import Portrait, line_mass, portrait, principal_stiffness
+from meltemi.simulation.portrait import Portrait, beam_mass, line_mass, portrait, principal_stiffness
+from meltemi.structure.beam import Modes
 from meltemi.structure.members import blade_beam
-from meltemi.turbine.definition import Airfoil, Turbine
+from meltemi.turbine.definition import Airfoil, Tower, Turbine
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,11 +30,14 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 Panel = Callable[["Axes", Portrait], None]
 
+RPM, DEGREES = 30.0 / math.pi, 180.0 / math.pi
 FLAP, EDGE, TORSION = COLOURS[0], COLOURS[1], COLOURS[2]
 MOST_NAMES = 10
-"""Airfoils that are named; of more, some are."""
+"""Largest number of labelled airfoils; of more, some are labelled."""
+BENDING = {"1st flap": ((0, FLAP),), "1st edge": ((1, EDGE),)}
+"""Component and colour of the modes whose twist is shown."""
 LEAST_COUPLING = 1e-4
-"""[deg/m] of elastic twist in bending modes that is shown."""
+"""[deg/m] smallest elastic twist of bending modes that is shown."""
 NEAR = (-20.0, 30.0)
 """[deg] angles of attack of the insets."""
 
@@ -49,10 +54,7 @@ def plot_turbine(turbine: Turbine | Portrait) -> Figure:
         (1.85, ((1.6, sketch), (1.85, facts), (0.85, power), (0.85, thrust))),
         (1.0, ((2.1, planform), (1.0, power_coefficient), (1.0, thrust_coefficient))),
         (1.0, ((1.0, twist), (1.0, stiffness), (1.0, mass), (1.0, offsets))),
-        (
-            1.0,
-            ((1.0, blade_bending), (1.0, blade_torsion), (0.5, tower_size), (0.5, tower_stiffness), (0.7, tower_modes)),
-        ),
+        (1.0, ((1.0, bending), (1.0, torsion), (0.5, tower_size), (0.5, tower_stiffness), (0.7, tower_modes))),
         (1.05, ((1.0, lift), (1.0, drag), (1.0, moment))),
     )
     left, right, top, across, down = 0.036, 0.992, 0.935, 0.038, 0.052
@@ -79,7 +81,7 @@ def plot_turbine(turbine: Turbine | Portrait) -> Figure:
 def turbine_figures(seen: Portrait) -> dict[str, Figure]:
     """Separate figures of blade, tower, polars, rotor and operation."""
     groups: dict[str, tuple[tuple[float, float], Sequence[Sequence[Panel]]]] = {
-        "blade": ((11.0, 12.0), ((planform,), (twist, offsets), (stiffness, mass), (blade_bending, blade_torsion))),
+        "blade": ((11.0, 12.0), ((planform,), (twist, offsets), (stiffness, mass), (bending, torsion))),
         "tower": ((11.0, 4.6), ((tower_size, tower_stiffness, tower_modes),)),
         "polars": ((11.0, 11.0), ((lift,), (drag,), (moment,))),
         "rotor": ((11.0, 4.6), ((power_coefficient, thrust_coefficient),)),
@@ -102,37 +104,40 @@ def _figure(size: tuple[float, float], layout: Literal["constrained"] | None = "
     return ShownFigure(figsize=size, layout=layout)
 
 
-def _label(ax: Axes, what: str, x: str, y: str) -> None:
-    """Set the title and axis labels of a panel."""
-    ax.set_title(what, fontsize=9, loc="left", color=INK, pad=4, fontweight="bold")
+def _title(ax: Axes, text: str) -> None:
+    ax.set_title(text, fontsize=9, loc="left", color=INK, pad=4, fontweight="bold")
+
+
+def _label(ax: Axes, title: str, x: str, y: str, **look: Any) -> None:
+    """Set title, axis labels and style of a panel, and the legend if curves have labels."""
+    _title(ax, title)
     ax.set_xlabel(x, fontsize=8, labelpad=1.5)
     ax.set_ylabel(y, fontsize=8, labelpad=2)
     ax.tick_params(labelsize=7.5)
     style(ax)
-
-
-def _legend(ax: Axes, **look: Any) -> None:
     if ax.get_legend_handles_labels()[0]:
         ax.legend(**{"fontsize": 7, "frameon": False, "borderpad": 0.1, "handlelength": 1.6, **look})
 
 
-def _missing(ax: Axes, what: str, reason: str) -> None:
+def _missing(ax: Axes, title: str, reason: str) -> None:
     """An empty panel with the reason for the missing data."""
-    ax.set_title(what, fontsize=9, loc="left", color=INK, pad=4, fontweight="bold")
+    _title(ax, title)
     ax.set_xticks([])
     ax.set_yticks([])
     for spine in ax.spines.values():
         spine.set_color(GRID)
-    ax.text(
-        0.5,
-        0.5,
-        textwrap.fill(reason, 46),
-        transform=ax.transAxes,
-        ha="center",
-        va="center",
-        fontsize=8,
-        color=COLOURS[1],
-    )
+    corner(ax, 0.5, 0.5, textwrap.fill(reason, 46), ha="center", va="center", color=COLOURS[1])
+
+
+def _curves(ax: Axes, *curves: tuple[str, Float, Float | None, str, Any, float]) -> None:
+    """Plot curves, each with label, x, y, colour, line style and width; those without values are left out."""
+    for label, x, y, colour, line, width in curves:
+        if y is not None:
+            ax.plot(x, y, color=colour, linewidth=width, linestyle=line, label=label)
+
+
+def _zero(ax: Axes) -> None:
+    ax.axhline(0.0, color=INK, linewidth=0.6)
 
 
 # the whole machine ------------------------------------------------------------------------------
@@ -150,37 +155,22 @@ def sketch(ax: Axes, seen: Portrait) -> None:
         z = t.tower.base_height + t.tower.position
         outline = np.concatenate([np.stack([centre - r, z], 1), np.stack([centre + r, z], 1)[::-1]])
         ax.add_patch(Polygon(outline, facecolor=SHADE, edgecolor=INK, linewidth=0.7))
-    angles = 2.0 * np.pi * np.arange(t.n_blades) / t.n_blades
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     ax.plot(R * np.sin(circle), hub + R * np.cos(circle), color=FAINT, linewidth=0.6, linestyle=(0, (4, 3)))
     size = 0.5 * float(t.tower.diameter[-1])
     top = t.tower.base_height + t.tower.length
     behind = side + 2.0 * max(size, n.mass_centre[0])
-    ax.add_patch(
-        Rectangle(
-            (side - 0.6 * n.overhang, top),
-            behind - side + 0.6 * n.overhang,
-            max(2.0 * n.shaft_height, 1.2 * size),
-            facecolor="white",
-            edgecolor=INK,
-            linewidth=0.7,
-        )
-    )
-    s = t.blade.structure
-    for psi in angles:
-        for leading, trailing in (_edges(t),):
-            outline = np.concatenate([leading, trailing[::-1]])  # x downwind, y to the trailing edge, z to the tip
-            front = np.stack(
-                [
-                    outline[:, 2] * np.sin(psi) - outline[:, 1] * np.cos(psi),
-                    hub + outline[:, 2] * np.cos(psi) + outline[:, 1] * np.sin(psi),
-                ],
-                1,
-            )
-            ax.add_patch(Polygon(front, facecolor="white", edgecolor=INK, linewidth=0.8, joinstyle="round"))
-            ax.add_patch(
-                Polygon(_from_the_side(t, outline, psi, side), facecolor="white", edgecolor=INK, linewidth=0.8)
-            )
+    length, height = behind - side + 0.6 * n.overhang, max(2.0 * n.shaft_height, 1.2 * size)
+    box = Rectangle((side - 0.6 * n.overhang, top), length, height, facecolor="white", edgecolor=INK, linewidth=0.7)
+    ax.add_patch(box)
+    leading, trailing = _edges(t)
+    outline = np.concatenate([leading, trailing[::-1]])  # x downwind, y to the trailing edge, z to the tip
+    _, y, z = outline.T
+    look: dict[str, Any] = {"facecolor": "white", "edgecolor": INK, "linewidth": 0.8}
+    for psi in 2.0 * np.pi * np.arange(t.n_blades) / t.n_blades:
+        front = np.stack([z * np.sin(psi) - y * np.cos(psi), hub + z * np.cos(psi) + y * np.sin(psi)], 1)
+        ax.add_patch(Polygon(front, joinstyle="round", **look))
+        ax.add_patch(Polygon(_from_the_side(t, outline, psi, side), **look))
     ax.plot(0.0, hub, marker="o", color=INK, markersize=3)
     ax.plot(side - n.overhang * math.cos(n.tilt), hub, marker="o", color=INK, markersize=3)
     ax.axhline(0.0, color=INK, linewidth=1.2)
@@ -188,21 +178,18 @@ def sketch(ax: Axes, seen: Portrait) -> None:
     _arrow(ax, (-R, hub + 1.1 * R), (R, hub + 1.1 * R), f"rotor {2 * R:.4g} m", beside=False)
     lines = [f"tilt {math.degrees(n.tilt):.3g}°, cone {math.degrees(t.hub.precone):.3g}°"]
     lines.append(f"overhang {n.overhang:.4g} m")
-    if s.axis_x is not None and np.any(s.axis_x):
-        lines.append(f"prebend {abs(s.axis_x[-1]):.3g} m {'upwind' if s.axis_x[-1] < 0 else 'downwind'}")
+    prebend = t.blade.structure.axis_x
+    if prebend is not None and np.any(prebend):
+        lines.append(f"prebend {abs(prebend[-1]):.3g} m {'upwind' if prebend[-1] < 0 else 'downwind'}")
     ax.text(side + 0.14 * R, hub - 0.55 * R, "\n".join(lines), fontsize=7.5, color=SOFT, va="top", linespacing=1.4)
-    ax.annotate(
-        "",
-        (side - 0.3 * R, hub + 0.62 * R),
-        (side - 0.62 * R, hub + 0.62 * R),
-        arrowprops={"arrowstyle": "-|>", "color": COLOURS[0], "linewidth": 1.4},
-    )
+    arrow = {"arrowstyle": "-|>", "color": COLOURS[0], "linewidth": 1.4}
+    ax.annotate("", (side - 0.3 * R, hub + 0.62 * R), (side - 0.62 * R, hub + 0.62 * R), arrowprops=arrow)
     ax.text(side - 0.46 * R, hub + 0.65 * R, "wind", fontsize=7.5, color=COLOURS[0], ha="center", va="bottom")
     ax.set_xlim(-1.3 * R, side + 0.95 * R)
     ax.set_ylim(-0.04 * R, hub + 1.18 * R)
     ax.set_aspect("equal", anchor="W")
     ax.set_axis_off()
-    ax.set_title("looking downwind, and from the side: to scale", fontsize=9, loc="left", color=INK, fontweight="bold")
+    _title(ax, "front view (looking downwind) and side view, to scale")
 
 
 def _edges(turbine: Turbine) -> tuple[Float, Float]:
@@ -212,19 +199,12 @@ def _edges(turbine: Turbine) -> tuple[Float, Float]:
     """
     a = turbine.blade.aerodynamics
     x, y, ahead = _planform(turbine)
-    edges = []
-    for along in (-ahead, 1.0 - ahead):  # of the chord, towards the trailing edge
-        edges.append(
-            np.stack(
-                [
-                    x + along * a.chord * np.sin(a.twist),  # the nose turns into the wind
-                    y + along * a.chord * np.cos(a.twist),
-                    turbine.hub.radius + a.position,
-                ],
-                1,
-            )
-        )
-    return edges[0], edges[1]
+    z = turbine.hub.radius + a.position
+    leading, trailing = (  # along the chord, towards the trailing edge; the nose turns into the wind
+        np.stack([x + along * np.sin(a.twist), y + along * np.cos(a.twist), z], 1)
+        for along in (-ahead * a.chord, (1.0 - ahead) * a.chord)
+    )
+    return leading, trailing
 
 
 def _planform(turbine: Turbine) -> tuple[Float, Float, Float]:
@@ -279,11 +259,11 @@ def facts(ax: Axes, seen: Portrait) -> None:
     for name, rows in groups:
         if x == 0.0 and (1.0 - y) / step + 0.5 * len(rows) > half:
             x, y = 0.52, 1.0
-        ax.text(x, y, name, fontsize=9, fontweight="bold", color=COLOURS[0], va="top", transform=ax.transAxes)
+        corner(ax, x, y, name, fontsize=9, fontweight="bold", color=COLOURS[0], va="top")
         y -= 1.15 * step
         for what, value in rows:
-            ax.text(x, y, what, fontsize=7.8, color=SOFT, va="top", transform=ax.transAxes)
-            ax.text(x + 0.185, y, value, fontsize=7.8, color=INK, va="top", transform=ax.transAxes)
+            corner(ax, x, y, what, fontsize=7.8, color=SOFT, va="top")
+            corner(ax, x + 0.185, y, value, fontsize=7.8, va="top")
             y -= step
         y -= 0.45 * step
 
@@ -291,29 +271,29 @@ def facts(ax: Axes, seen: Portrait) -> None:
 # blade ------------------------------------------------------------------------------------------
 
 
-def _span(seen: Portrait) -> tuple[Float, Float]:
-    """[m] from the root of the stations of aerodynamics and structure."""
-    return seen.turbine.blade.aerodynamics.position, seen.turbine.blade.structure.position
-
-
 SPAN = "from the blade root [m]"
+
+
+def _polar_colours(seen: Portrait) -> tuple[list[str], list[str], Any, int]:
+    """Airfoils from root to tip, their short names and colours; every how many are named."""
+    from matplotlib import colormaps
+
+    names = list(dict.fromkeys(seen.turbine.blade.aerodynamics.airfoil))
+    colours = colormaps["viridis_r"](np.linspace(0.08, 0.95, len(names)))
+    return names, _short(names), colours, -(-len(names) // MOST_NAMES)
 
 
 def planform(ax: Axes, seen: Portrait) -> None:
     """Leading and trailing edge relative to the pitch axis, and the polars along the span."""
-    from matplotlib import colormaps
-
     a = seen.turbine.blade.aerodynamics
+    names, short, colours, every = _polar_colours(seen)
     _, y, ahead = _planform(seen.turbine)
     leading, trailing = y - ahead * a.chord, y + (1.0 - ahead) * a.chord
-    names = list(dict.fromkeys(a.airfoil))
-    colours = colormaps["viridis_r"](np.linspace(0.08, 0.95, len(names)))
-    short = _short(names)
     edges = np.concatenate([a.position[:1], 0.5 * (a.position[1:] + a.position[:-1]), a.position[-1:]])
     fine = np.unique(np.concatenate([edges, a.position]))
     low, high = np.interp(fine, a.position, -leading), np.interp(fine, a.position, -trailing)
     begin = 0
-    every = -(-len(names) // MOST_NAMES)
+    turned = 30 if len(names) > 6 else 0
     for i in range(1, len(a.airfoil) + 1):
         if i < len(a.airfoil) and a.airfoil[i] == a.airfoil[begin]:
             continue
@@ -321,82 +301,57 @@ def planform(ax: Axes, seen: Portrait) -> None:
         part = (fine >= edges[begin]) & (fine <= edges[i])
         ax.fill_between(fine[part], low[part], high[part], color=colours[k], alpha=0.55, linewidth=0.0)
         if k % every == 0:
-            ax.text(
-                0.5 * (edges[begin] + edges[i]),
-                1.06 * low.max(),
-                short[k],
-                fontsize=7,
-                color=INK,
-                ha="center",
-                va="bottom",
-                rotation=30 if len(names) > 6 else 0,
-            )
+            look: dict[str, Any] = {"ha": "center", "va": "bottom", "rotation": turned}
+            ax.text(0.5 * (edges[begin] + edges[i]), 1.06 * low.max(), short[k], fontsize=7, color=INK, **look)
         begin = i
     ax.plot(a.position, -leading, color=INK, linewidth=1.1)
     ax.plot(a.position, -trailing, color=INK, linewidth=1.1)
     ax.plot(a.position, -y, color=COLOURS[1], linewidth=1.0, linestyle="--", label="aerodynamic centre")
     ax.axhline(0.0, color=INK, linewidth=0.7, linestyle=":", label="pitch axis")
     i = int(np.argmax(a.chord))
-    ax.annotate(
-        f"largest chord {a.chord[i]:.3g} m",
-        (a.position[i], float(-trailing[i])),
-        xytext=(12, -2),
-        textcoords="offset points",
-        fontsize=7,
-        color=SOFT,
-        va="top",
-    )
+    note(ax, f"largest chord {a.chord[i]:.3g} m", (a.position[i], float(-trailing[i])), (12, -2), va="top")
     ax.set_ylim(-1.25 * float(trailing.max()), (2.4 if len(names) > 6 else 1.45) * float(-leading.min()))
     ax.set_xlim(-0.01 * a.position[-1], 1.01 * a.position[-1])
-    _label(ax, "planform: chord, pitch axis and polars", SPAN, "towards the nose [m]")
-    _legend(ax, loc="lower right", ncols=2)
+    _label(ax, "planform: chord, pitch axis and polars", SPAN, "towards the nose [m]", loc="lower right", ncols=2)
 
 
 def twist(ax: Axes, seen: Portrait) -> None:
     """Aerodynamic and structural twist."""
-    aero, beam = _span(seen)
-    ax.plot(aero, np.degrees(seen.turbine.blade.aerodynamics.twist), color=FLAP, linewidth=1.5, label="chord")
-    structural = np.degrees(seen.turbine.blade.structure.twist)
-    ax.plot(beam, structural, color=EDGE, linewidth=1.1, linestyle="--", label="structural axes")
-    ax.axhline(0.0, color=INK, linewidth=0.6)
+    a, s = seen.turbine.blade.aerodynamics, seen.turbine.blade.structure
+    _curves(
+        ax,
+        ("chord", a.position, np.degrees(a.twist), FLAP, "-", 1.5),
+        ("structural axes", s.position, np.degrees(s.twist), EDGE, "--", 1.1),
+    )
+    _zero(ax)
     _label(ax, "twist, positive towards feather", SPAN, "[deg]")
-    _legend(ax)
 
 
 def stiffness(ax: Axes, seen: Portrait) -> None:
     """Principal stiffness in bending and torsion."""
-    _, position = _span(seen)
     s = seen.turbine.blade.structure
     flap, edge, torsion = principal_stiffness(s)
-    ax.semilogy(position, flap, color=FLAP, linewidth=1.4, label="flap")
-    ax.semilogy(position, edge, color=EDGE, linewidth=1.4, label="edge")
-    if torsion is not None:
-        ax.semilogy(position, torsion, color=TORSION, linewidth=1.4, label="torsion")
+    _curves(
+        ax,
+        ("flap", s.position, flap, FLAP, "-", 1.4),
+        ("edge", s.position, edge, EDGE, "-", 1.4),
+        ("torsion", s.position, torsion, TORSION, "-", 1.4),
+    )
+    ax.set_yscale("log")
     kind = "of the 6 x 6 matrices, principal" if s.stiffness_matrix is not None else "EI, GJ"
     _label(ax, f"blade stiffness, {kind}", SPAN, "[N m²]")
-    _legend(ax)
 
 
 def mass(ax: Axes, seen: Portrait) -> None:
     """Mass per length."""
-    from meltemi.simulation.portrait import beam_mass
-
     beam = blade_beam(seen.turbine.blade.structure)
     total, centre = beam_mass(beam)
     ax.fill_between(beam.position, line_mass(beam), color=FLAP, alpha=0.18, linewidth=0.0)
     ax.plot(beam.position, line_mass(beam), color=FLAP, linewidth=1.4)
     ax.axvline(centre, color=INK, linewidth=0.9, linestyle="--")
     ax.set_ylim(0.0, 1.12 * float(np.quantile(line_mass(beam), 0.97)))
-    ax.text(
-        0.97,
-        0.93,
-        f"{total:,.0f} kg\ncentre at {centre:.4g} m".replace(",", " "),
-        transform=ax.transAxes,
-        fontsize=8,
-        color=INK,
-        ha="right",
-        va="top",
-    )
+    text = f"{total:,.0f} kg\ncentre at {centre:.4g} m".replace(",", " ")
+    corner(ax, 0.97, 0.93, text, ha="right", va="top")
     _label(ax, "blade mass", SPAN, "[kg/m]")
 
 
@@ -404,78 +359,66 @@ def offsets(ax: Axes, seen: Portrait) -> None:
     """Positions of beam axis, aerodynamic centre and centre of mass."""
     a, s = seen.turbine.blade.aerodynamics, seen.turbine.blade.structure
     rows = (
-        ("prebend, beam axis x", s.position, s.axis_x, COLOURS[0], "-"),
-        ("sweep, beam axis y", s.position, s.axis_y, COLOURS[1], "-"),
-        ("aerodynamic centre x", a.position, a.centre_x, COLOURS[0], "--"),
-        ("aerodynamic centre y", a.position, a.centre_y, COLOURS[1], "--"),
-        ("centre of mass x*", s.position, s.mass_centre_x, COLOURS[0], ":"),
-        ("centre of mass y*", s.position, s.mass_centre_y, COLOURS[1], ":"),
+        ("prebend, beam axis x", s.position, s.axis_x, COLOURS[0], "-", 1.3),
+        ("sweep, beam axis y", s.position, s.axis_y, COLOURS[1], "-", 1.3),
+        ("aerodynamic centre x", a.position, a.centre_x, COLOURS[0], "--", 1.3),
+        ("aerodynamic centre y", a.position, a.centre_y, COLOURS[1], "--", 1.3),
+        ("centre of mass x*", s.position, s.mass_centre_x, COLOURS[0], ":", 1.3),
+        ("centre of mass y*", s.position, s.mass_centre_y, COLOURS[1], ":", 1.3),
     )
     shown = [row for row in rows if row[2] is not None and np.any(row[2])]
-    for label, position, values, colour, line in shown:
-        assert values is not None
-        ax.plot(position, values, color=colour, linewidth=1.3, linestyle=line, label=label)
-    ax.axhline(0.0, color=INK, linewidth=0.6)
+    _curves(ax, *shown)
+    _zero(ax)
     star = ", * in section's axes" if any("*" in row[0] for row in shown) else ""
     _label(ax, f"offsets: x downwind, y to the trailing edge{star}", SPAN, "[m]")
-    _legend(ax)
 
 
-def _shape_lines(
-    ax: Axes, position: Float, values: Float, label: str, colour: str, line: str, *, upright: bool = False
-) -> None:
-    pair = (values, position) if upright else (position, values)
-    ax.plot(*pair, color=colour, linewidth=1.4, linestyle=line, label=label)
+def _frequency(name: str, modes: Modes, k: int) -> str:
+    return f"{name} {modes.frequency[k] / (2.0 * np.pi):.3g} Hz"
 
 
-def blade_bending(ax: Axes, seen: Portrait) -> None:
+def bending(ax: Axes, seen: Portrait) -> None:
     """Flapwise and edgewise modes of the clamped blade."""
     title = "blade modes, clamped and at rest: bending"
     if seen.blade is None:
         return _missing(ax, title, seen.problems["blade"])
     modes = seen.blade.modes
     for k, name in enumerate(seen.blade.names):
-        if "torsion" in name:
-            continue
-        component, colour = (0, FLAP) if "flap" in name else (1, EDGE)
-        label = f"{name} {modes.frequency[k] / (2.0 * np.pi):.3g} Hz"
-        line = "-" if name.startswith("1st") else "--"
-        _shape_lines(ax, modes.z, _unit(modes.shape[k, :, component]), label, colour, line)
-    ax.axhline(0.0, color=INK, linewidth=0.6)
-    _label(ax, title, SPAN, "displacement, tip 1 [-]")
-    return _legend(ax)
+        if "torsion" not in name:
+            component, colour = (0, FLAP) if "flap" in name else (1, EDGE)
+            line = "-" if name.startswith("1st") else "--"
+            _curves(ax, (_frequency(name, modes, k), modes.z, _unit(modes.shape[k, :, component]), colour, line, 1.4))
+    _zero(ax)
+    return _label(ax, title, SPAN, "displacement, tip 1 [-]")
 
 
-def blade_torsion(ax: Axes, seen: Portrait) -> None:
+def torsion(ax: Axes, seen: Portrait) -> None:
     """Torsion of the blade modes."""
     title = "blade modes: elastic twist"
     if seen.blade is None:
         return _missing(ax, title, seen.problems["blade"])
-    modes = seen.blade.modes
-    torsion = [k for k, name in enumerate(seen.blade.names) if "torsion" in name]
-    if not torsion:
+    modes, names = seen.blade.modes, seen.blade.names
+    twisting = [k for k, name in enumerate(names) if "torsion" in name]
+    if not twisting:
         return _missing(ax, title, "the blade has no stiffness in torsion: it does not twist")
-    for k in torsion:
-        label = f"{seen.blade.names[k]} {modes.frequency[k] / (2.0 * np.pi):.3g} Hz"
-        _shape_lines(ax, modes.z, _unit(modes.shape[k, :, 5]), label, TORSION, "-")
-    ax.axhline(0.0, color=INK, linewidth=0.6)
-    _label(ax, title, SPAN, "torsion mode, tip 1 [-]")
-    coupled = [
-        (name, np.degrees(modes.shape[k, :, 5] / modes.shape[k, -1, 0 if "flap" in name else 1]))
-        for k, name in enumerate(seen.blade.names)
-        if name in ("1st flap", "1st edge")
+    for k in twisting:
+        _curves(ax, (_frequency(names[k], modes, k), modes.z, _unit(modes.shape[k, :, 5]), TORSION, "-", 1.4))
+    _zero(ax)
+    coupled = [  # twist over the displacement of the tip
+        (f"{name}, right [deg/m]", modes.z, np.degrees(modes.shape[k, :, 5] / modes.shape[k, -1, component]), colour)
+        for k, name in enumerate(names)
+        for component, colour in BENDING.get(name, ())
     ]
-    if max(float(np.abs(values).max()) for _, values in coupled) > LEAST_COUPLING:
+    _label(ax, title, SPAN, "torsion mode, tip 1 [-]")
+    if max(float(np.abs(values).max()) for _, _, values, _ in coupled) > LEAST_COUPLING:
         twin = ax.twinx()
-        for name, values in coupled:
-            _shape_lines(twin, modes.z, values, f"{name}, right [deg/m]", FLAP if "flap" in name else EDGE, "--")
+        _curves(twin, *((*curve, "--", 1.4) for curve in coupled))
         twin.tick_params(labelsize=7, direction="in", pad=-26)  # inside, for want of room
         twin.spines["top"].set_visible(False)
         lines = [*ax.get_legend_handles_labels()[0], *twin.get_legend_handles_labels()[0]]
         ax.legend(handles=lines, fontsize=7, frameon=False, loc="center left")
     else:
-        _legend(ax)
-        ax.text(0.03, 0.8, "bending does not twist it", transform=ax.transAxes, fontsize=7, color=SOFT)
+        corner(ax, 0.03, 0.8, "no twist in the bending modes", fontsize=7, color=SOFT)
     return None
 
 
@@ -493,25 +436,31 @@ HEIGHT = "above the tower base [m]"
 def tower_size(ax: Axes, seen: Portrait) -> None:
     """Diameter and mass per length."""
     t = seen.turbine.tower
-    ax.plot(t.diameter, t.position, color=INK, linewidth=1.5, label="diameter [m]")
-    ax.plot(1e-3 * t.mass, t.position, color=COLOURS[0], linewidth=1.4, linestyle="--", label="mass [t/m]")
-    ax.set_xlim(left=0.0)
-    ax.set_ylim(0.0, t.length)
-    _label(ax, "tower: diameter, mass", "[m], [t/m]", HEIGHT)
-    _legend(ax, loc="lower left")
+    _along_tower(
+        ax, t, ("diameter [m]", t.diameter, INK, "-", 1.5), ("mass [t/m]", 1e-3 * t.mass, COLOURS[0], "--", 1.4)
+    )
+    _label(ax, "tower: diameter, mass", "[m], [t/m]", HEIGHT, loc="lower left")
 
 
 def tower_stiffness(ax: Axes, seen: Portrait) -> None:
     """Stiffness in bending and torsion."""
     t = seen.turbine.tower
-    ax.plot(1e-9 * t.fore_aft_stiffness, t.position, color=FLAP, linewidth=1.5, label="fore-aft")
-    ax.plot(1e-9 * t.side_side_stiffness, t.position, color=EDGE, linewidth=1.3, linestyle="--", label="side-side")
-    if t.torsion_stiffness is not None:
-        ax.plot(1e-9 * t.torsion_stiffness, t.position, color=TORSION, linewidth=1.3, label="torsion")
+    _along_tower(
+        ax,
+        t,
+        ("fore-aft", 1e-9 * t.fore_aft_stiffness, FLAP, "-", 1.5),
+        ("side-side", 1e-9 * t.side_side_stiffness, EDGE, "--", 1.3),
+        ("torsion", None if t.torsion_stiffness is None else 1e-9 * t.torsion_stiffness, TORSION, "-", 1.3),
+    )
+    _label(ax, "tower stiffness", "[GN m²]", HEIGHT, loc="lower left")
+
+
+def _along_tower(ax: Axes, tower: Tower, *curves: tuple[str, Float | None, str, str, float]) -> None:
+    for label, x, colour, line, width in curves:
+        if x is not None:
+            _curves(ax, (label, x, tower.position, colour, line, width))
     ax.set_xlim(left=0.0)
-    ax.set_ylim(0.0, t.length)
-    _label(ax, "tower stiffness", "[GN m²]", HEIGHT)
-    _legend(ax, loc="lower left")
+    ax.set_ylim(0.0, tower.length)
 
 
 def tower_modes(ax: Axes, seen: Portrait) -> None:
@@ -519,43 +468,35 @@ def tower_modes(ax: Axes, seen: Portrait) -> None:
     title = "tower modes, with the mass on its top"
     if seen.model is None:
         return _missing(ax, title, seen.problems["model"])
-    member = seen.model.tower
+    member = seen.model.rotor.tower
     for k, name in enumerate(member.names):
-        component, colour = (0, FLAP) if "fore" in name else (1, EDGE)
-        if "torsion" in name:
-            continue
-        line = "-" if "fore" in name else (0, (4, 3))
-        label = f"{name} {member.modes.frequency[k] / (2.0 * np.pi):.3g} Hz"
-        values = member.modes.shape[k, :, component]
-        values = values / values[np.argmax(np.abs(values))]
-        _shape_lines(ax, member.modes.z, values, label, colour, line, upright=True)  # type: ignore[arg-type]
+        if "torsion" not in name:
+            component, colour, line = (0, FLAP, "-") if "fore" in name else (1, EDGE, (0, (4, 3)))
+            values = member.modes.shape[k, :, component]
+            values = values / values[np.argmax(np.abs(values))]
+            _curves(ax, (_frequency(name, member.modes, k), values, member.modes.z, colour, line, 1.4))
     ax.axvline(0.0, color=INK, linewidth=0.6)
     ax.set_ylim(0.0, seen.turbine.tower.length)
-    _label(ax, title, "displacement, largest 1 [-]", HEIGHT)
     ax.set_xlim(right=2.2)  # room for the legend
-    return _legend(ax, loc="center right")
+    return _label(ax, title, "displacement, largest 1 [-]", HEIGHT, loc="center right")
 
 
 # polars -----------------------------------------------------------------------------------------
 
 
 ROOM = {"lift": 0.5, "drag": 0.6, "moment": 0.1}
-"""For insets and legends above the curves, over their range."""
+"""Space for insets and legends above the curves, over their range."""
 
 
 def _polars(ax: Axes, seen: Portrait, field: str, symbol: str, title: str) -> None:
-    from matplotlib import colormaps
-
-    t = seen.turbine
-    names = list(dict.fromkeys(t.blade.aerodynamics.airfoil))
-    colours = colormaps["viridis_r"](np.linspace(0.08, 0.95, len(names)))
-    every, short = -(-len(names) // MOST_NAMES), _short(names)
+    names, short, colours, every = _polar_colours(seen)
     inset = ax.inset_axes((0.34, 0.6, 0.32, 0.39) if field == "drag" else (0.64, 0.56, 0.33, 0.43))
     low, high = math.inf, -math.inf
     for k, name in enumerate(names):
-        foil = t.airfoils[name]
+        foil = seen.turbine.airfoils[name]
         alpha, values = np.degrees(foil.angle_of_attack), getattr(foil, field)
-        label = short[k] if k % every == 0 or k == len(names) - 1 else None
+        named = field == "lift" and (k % every == 0 or k == len(names) - 1)
+        label = short[k] if named else None
         for each in (ax, inset):
             each.plot(alpha, values, color=colours[k], linewidth=1.0, label=label)
         inside = np.interp(np.linspace(*NEAR, 101), alpha, values)
@@ -572,34 +513,23 @@ def _polars(ax: Axes, seen: Portrait, field: str, symbol: str, title: str) -> No
     ax.set_ylim(bottom, top + ROOM[field] * (top - bottom))
     ax.set_xlim(-180.0, 180.0)
     ax.set_xticks(range(-180, 181, 45))
-    _label(ax, title, "angle of attack [deg]", f"${symbol}$ [-]")
-    if field == "lift":
-        _legend(ax, loc="upper left", ncols=2, fontsize=6.5)
+    _label(ax, title, "angle of attack [deg]", f"${symbol}$ [-]", loc="upper left", ncols=2, fontsize=6.5)
 
 
-def lift(ax: Axes, seen: Portrait) -> None:
-    """Lift coefficients, over the full circle and near zero."""
-    _polars(ax, seen, "lift", "C_l", "lift, colours from root to tip")
-
-
-def drag(ax: Axes, seen: Portrait) -> None:
-    """Drag coefficients."""
-    _polars(ax, seen, "drag", "C_d", "drag")
-
-
-def moment(ax: Axes, seen: Portrait) -> None:
-    """Moment coefficients."""
-    _polars(ax, seen, "moment", "C_m", "moment, nose up")
-
+lift = partial(_polars, field="lift", symbol="C_l", title="lift, colours from root to tip")
+drag = partial(_polars, field="drag", symbol="C_d", title="drag")
+moment = partial(_polars, field="moment", symbol="C_m", title="moment, nose up")
+"""Coefficients over the full circle and near zero."""
 
 # rotor and operation ----------------------------------------------------------------------------
 
 
-def _contour(ax: Axes, seen: Portrait, values: Float, symbol: str, levels: Float, title: str) -> None:
+def _contour(ax: Axes, seen: Portrait, name: str, symbol: str, levels: Float, title: str) -> None:
     from matplotlib import colormaps
 
-    assert seen.performance is not None
-    table = seen.performance
+    if seen.performance is None or seen.best is None:
+        return _missing(ax, f"{name} coefficient", seen.problems["performance"])
+    table, values = seen.performance, getattr(seen.performance, name)
     x, y = table.tip_speed_ratio, np.degrees(table.pitch)
     colours = colormaps["YlGnBu"].with_extremes(under="white")
     ax.contourf(x, y, values.T, levels=levels, cmap=colours, extend="both")
@@ -607,46 +537,40 @@ def _contour(ax: Axes, seen: Portrait, values: Float, symbol: str, levels: Float
     ax.clabel(lines, fontsize=6.5, fmt="%g")
     if seen.curve:
         R = seen.turbine.rotor_radius
-        ratio = [p.rotor_speed * R / p.wind.speed for p in seen.curve]
-        angle = [math.degrees(p.pitch) for p in seen.curve]
-        ax.plot(ratio, angle, color=COLOURS[1], linewidth=1.3, marker="o", markersize=2.4, label="steady operation")
-    assert seen.best is not None
-    _, at, pitch = seen.best
-    there = values[np.flatnonzero(x == at)[0], np.flatnonzero(table.pitch == pitch)[0]]
-    ax.plot(at, math.degrees(pitch), marker="*", color="white", markeredgecolor=INK, markersize=11, linestyle="none")
-    ax.annotate(
-        f"{symbol} {there:.3f}\n$\\lambda$ {at:g}, {math.degrees(pitch):.3g}°",
-        (at, math.degrees(pitch)),
-        xytext=(7, -9),
-        textcoords="offset points",
-        fontsize=7,
-        color=INK,
-        va="top",
-        bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.7},
-    )
+        ratios = [p.rotor_speed * R / p.wind.speed for p in seen.curve]
+        angles = [math.degrees(p.pitch) for p in seen.curve]
+        ax.plot(ratios, angles, color=COLOURS[1], linewidth=1.3, marker="o", markersize=2.4, label="steady operation")
+    _, ratio, angle = seen.best
+    there = values[np.flatnonzero(x == ratio)[0], np.flatnonzero(table.pitch == angle)[0]]
+    degrees = math.degrees(angle)
+    ax.plot(ratio, degrees, marker="*", color="white", markeredgecolor=INK, markersize=11, linestyle="none")
+    box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.7}
+    text = f"{symbol} {there:.3f}\n$\\lambda$ {ratio:g}, {degrees:.3g}°"
+    note(ax, text, (ratio, degrees), (7, -9), color=INK, va="top", bbox=box)
     ax.set_xlim(x[0], x[-1])
     ax.set_ylim(y[0], y[-1])
-    _label(ax, title, "tip-speed ratio [-]", "pitch [deg]")
-    _legend(ax, loc="upper right", frameon=True, framealpha=0.8, edgecolor="none")
+    look = {"loc": "upper right", "frameon": True, "framealpha": 0.8, "edgecolor": "none"}
+    return _label(ax, title, "tip-speed ratio [-]", "pitch [deg]", **look)
 
 
-def power_coefficient(ax: Axes, seen: Portrait) -> None:
-    """Power coefficient over tip-speed ratio and pitch, with the steady operating curve."""
-    if seen.performance is None:
-        return _missing(ax, "power coefficient", seen.problems["performance"])
-    levels = np.arange(0.0, 0.56, 0.04)
-    return _contour(ax, seen, seen.performance.power, "$C_p$", levels, "power coefficient $C_p$, rigid rotor")
+power_coefficient = partial(
+    _contour,
+    name="power",
+    symbol="$C_p$",
+    levels=np.arange(0.0, 0.56, 0.04),
+    title="power coefficient $C_p$, rigid rotor",
+)
+thrust_coefficient = partial(
+    _contour,
+    name="thrust",
+    symbol="$C_t$",
+    levels=np.arange(0.0, 1.31, 0.1),
+    title="thrust coefficient $C_t$; star: highest $C_p$",
+)
+"""Over tip-speed ratio and pitch, with the steady operating curve."""
 
 
-def thrust_coefficient(ax: Axes, seen: Portrait) -> None:
-    """Thrust coefficient over tip-speed ratio and pitch, with the steady operating curve."""
-    if seen.performance is None:
-        return _missing(ax, "thrust coefficient", seen.problems["performance"])
-    levels = np.arange(0.0, 1.31, 0.1)
-    return _contour(ax, seen, seen.performance.thrust, "$C_t$", levels, "thrust coefficient $C_t$; star: highest $C_p$")
-
-
-def _against_wind(ax: Axes, seen: Portrait, name: str, title: str, unit: str, factor: float, colour: str) -> None:
+def _operation(ax: Axes, seen: Portrait, name: str, title: str, unit: str, factor: float, colour: str) -> None:
     if seen.curve is None:
         return _missing(ax, title, seen.problems["curve"])
     wind, values = [p.wind.speed for p in seen.curve], [factor * p[name] for p in seen.curve]
@@ -661,25 +585,11 @@ def _against_wind(ax: Axes, seen: Portrait, name: str, title: str, unit: str, fa
     return _label(ax, title, "wind [m/s]", f"[{unit}]")
 
 
-def power(ax: Axes, seen: Portrait) -> None:
-    """Electrical power over wind speed."""
-    _against_wind(ax, seen, "generator_power", "electrical power", "MW", 1e-6, COLOURS[0])
-
-
-def thrust(ax: Axes, seen: Portrait) -> None:
-    """Aerodynamic thrust over wind speed."""
-    _against_wind(ax, seen, "rotor_aero_thrust", "thrust", "kN", 1e-3, COLOURS[1])
-
-
-def speed(ax: Axes, seen: Portrait) -> None:
-    """Rotor speed over wind speed."""
-    _against_wind(ax, seen, "rotor_speed", "rotor speed", "rpm", 30.0 / math.pi, COLOURS[2])
-
-
-def pitch(ax: Axes, seen: Portrait) -> None:
-    """Pitch over wind speed."""
-    _against_wind(ax, seen, "pitch_1", "pitch", "deg", 180.0 / math.pi, COLOURS[4])
-
+power = partial(_operation, name="generator_power", title="electrical power", unit="MW", factor=1e-6, colour=COLOURS[0])
+thrust = partial(_operation, name="rotor_aero_thrust", title="thrust", unit="kN", factor=1e-3, colour=COLOURS[1])
+speed = partial(_operation, name="rotor_speed", title="rotor speed", unit="rpm", factor=RPM, colour=COLOURS[2])
+pitch = partial(_operation, name="pitch_1", title="pitch", unit="deg", factor=DEGREES, colour=COLOURS[4])
+"""Steady operation over wind speed."""
 
 HALVED: dict[Panel, Panel] = {power: speed, thrust: pitch}
 """Panels that share their place on the page with another, below."""

@@ -1,6 +1,6 @@
 """Figures of a wind: time series, spectra, coherence, cross-sections, profiles.
 
-Targets, what a described turbulent wind shall have, are dashed.
+Dashed lines are the targets: the properties that a turbulent wind was specified with.
 """
 
 from __future__ import annotations
@@ -13,16 +13,12 @@ from numpy.typing import NDArray
 from scipy.special import gammaincinv
 
 from meltemi.core.errors import InputError
-from meltemi.report.palette import COLOURS, FAINT, INK, SOFT
-from meltemi.report.plots import new_figure, style
+from meltemi.report.palette import COLOURS, FAINT, INK
+from meltemi.report.plots import ABOVE, ON_TOP, figure_title, heading, new_figure, note, panel, style
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
 from meltemi.wind.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
-from meltemi.wind.turbulence.field import (
-    AnyWind,
-    generate_field,
-    mean_profile,
-)
+from meltemi.wind.turbulence.field import AnyWind, generate_field, mean_profile
 from meltemi.wind.turbulence.grid import Grid
 from meltemi.wind.turbulence.targets import sigmas, target_coherence, target_densities
 from meltemi.wind.turbulent import TurbulentWind
@@ -34,7 +30,7 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 NAMES = {"u": "u, along the wind", "v": "v, to the left", "w": "w, upwards"}
-TARGET = {"color": INK, "linestyle": (0, (4, 2)), "linewidth": 1.1}
+TARGET: dict[str, Any] = {"color": INK, "linestyle": (0, (4, 2)), "linewidth": 1.1}
 SHARES = (0.1, 0.25, 0.5, 0.9)
 """Separations of a coherence plot over the width and height of the field."""
 STRETCH = 10.0
@@ -45,15 +41,13 @@ TWO_THIRDS = (0.16, 0.84)
 
 def _title(figure: Figure, label: str, what: str = "") -> None:
     """Figure title: label of the wind, shortened to the width, and the content."""
-    room = int(12.0 * figure.get_figwidth()) - len(what)
-    figure.suptitle((label if len(label) <= room else label[: room - 3] + "...") + what, fontsize=10, color=INK)
+    figure_title(figure, label, what, int(12.0 * figure.get_figwidth()))
 
 
-def _panel(ax: Axes, what: str, unit: str) -> None:
-    """Set title and unit of a panel."""
-    ax.set_title(what, fontsize=9, loc="left", color=INK, pad=3)
-    ax.set_ylabel(f"[{unit}]", fontsize=8)
-    style(ax)
+def _profile_panel(ax: Axes, what: str, x: str) -> None:
+    """Set title and abscissa of a panel over height."""
+    heading(ax, what)
+    ax.set_xlabel(x)
 
 
 def plot_wind(
@@ -65,10 +59,10 @@ def plot_wind(
     steady wind: ``profile``.
 
     Args:
-      wind: any wind; of a turbulent one the field is made first, and it is its own target.
-      turbine: its rotor is drawn, and its hub is where the wind is looked at.
-      target: what a field shall be like.
-      duration: [s] of the run for which the field of a turbulent wind is made.
+      wind: any wind; for a turbulent wind the field is generated first, with the wind itself as target.
+      turbine: its rotor is drawn; the wind is evaluated at its hub height.
+      target: wind whose properties the field should have.
+      duration: [s] of the simulation for which the field of a turbulent wind is generated.
 
     Raises:
       InputError: a turbulent wind without a turbine, or a turbine whose hub lies outside the field.
@@ -114,10 +108,8 @@ def plot_hub(box: WindBox, turbine: AnyTurbine | None = None) -> Figure:
         ax.axhspan(mean - std, mean + std, color=COLOURS[c], alpha=0.13, linewidth=0.0)
         ax.plot(time, box.velocity[:, found.row, found.column, c], linewidth=0.7, color=COLOURS[c])
         ax.axhline(mean, color=INK, linewidth=0.9)
-        _panel(ax, NAMES[name], "m/s")
-        ax.set_title(
-            f"mean {_clean(mean):.2f} m/s, standard deviation {std:.2f} m/s", fontsize=8, loc="right", color=INK, pad=3
-        )
+        panel(ax, NAMES[name], "m/s")
+        heading(ax, f"mean {_clean(mean):.2f} m/s, standard deviation {std:.2f} m/s", "right", 8)
     axes[-1, 0].set_xlim(time[0], time[-1])
     axes[-1, 0].set_xlabel("time [s]")
     _title(figure, box.label, f", at {found.height:.1f} m")
@@ -145,7 +137,7 @@ def plot_spectra(box: WindBox, turbine: AnyTurbine | None = None, target: Turbul
     Args:
       box: a field.
       turbine: gives the hub height; by default that of the box.
-      target: what the field shall be like.
+      target: wind whose properties the field should have.
 
     Raises:
       InputError: the hub lies outside the field, or it has fewer than 4 planes.
@@ -162,11 +154,11 @@ def plot_spectra(box: WindBox, turbine: AnyTurbine | None = None, target: Turbul
             low, high = hub.density / high, hub.density / low
         else:  # where estimates are
             low, high = (x * target_densities(target, height, hub.f)[c] for x in (low, high))
-        ax.fill_between(
-            hub.f, hub.f * low, hub.f * high, color=COLOURS[c], alpha=0.17, linewidth=0.0, label="two thirds of samples"
-        )
-        ax.plot(hub.f, hub.f * hub.density, color=COLOURS[c], linewidth=0.8, marker="o", markersize=2.5, label="hub")
-        ax.plot(grid.f, grid.f * grid.density, color=COLOURS[c], linewidth=1.8, label="mean over the grid")
+        look: dict[str, Any] = {"color": COLOURS[c]}
+        band = {"alpha": 0.17, "linewidth": 0.0, "label": "two thirds of samples"}
+        ax.fill_between(hub.f, hub.f * low, hub.f * high, **look, **band)
+        ax.plot(hub.f, hub.f * hub.density, **look, linewidth=0.8, marker="o", markersize=2.5, label="hub")
+        ax.plot(grid.f, grid.f * grid.density, **look, linewidth=1.8, label="mean over the grid")
         levels.append(grid.f * grid.density)
         if target is not None:
             f = np.geomspace(hub.f[0], hub.f[-1], 200)
@@ -175,21 +167,12 @@ def plot_spectra(box: WindBox, turbine: AnyTurbine | None = None, target: Turbul
             levels.append(f * wanted)
         if hub.f[0] < finest < hub.f[-1]:
             ax.axvline(finest, color=FAINT, linewidth=0.9, linestyle=":")
-            ax.annotate(
-                f"eddies of two\ngrid steps, {2.0 * max(box.dy, box.dz):.3g} m",
-                (finest, 0.02),
-                xycoords=("data", "axes fraction"),
-                xytext=(-3, 2),
-                textcoords="offset points",
-                fontsize=7,
-                color=SOFT,
-                ha="right",
-            )
+            text = f"eddies of two\ngrid steps, {2.0 * max(box.dy, box.dz):.3g} m"
+            note(ax, text, (finest, 0.02), (-3, 2), ha="right", **ON_TOP)
         if np.any(hub.density > 0.0):
             ax.set_xscale("log")
             ax.set_yscale("log")
-        _panel(ax, NAMES[name], "m²/s²")
-        ax.set_xlabel("frequency [Hz]")
+        panel(ax, NAMES[name], "m²/s²", "frequency [Hz]")
         ax.legend(fontsize=7, loc="upper right")
     together = np.concatenate(levels)
     if np.any(together > 0.0):
@@ -212,12 +195,14 @@ def plot_coherence(
     Args:
       box: a field.
       turbine: gives the hub height; by default that of the box.
-      target: what the field shall be like.
+      target: wind whose properties the field should have.
       separations: [m] instead of a tenth, a quarter, half and most of the field's width and height.
 
     Raises:
       InputError: a separation does not fit into the field.
     """
+    from matplotlib.lines import Line2D
+
     height = _hub(box, turbine)
     sizes = {"lateral": (box.width, box.dy), "vertical": (box.top - box.bottom, box.dz)}
     figure, axes = new_figure(2, 3, size=(12.0, 6.8))
@@ -230,15 +215,8 @@ def plot_coherence(
             found = wind_coherence(box, name, wanted, direction=direction, per_decade=6)  # type: ignore[arg-type]
             for i, r in enumerate(found.separation):
                 colour = COLOURS[i % len(COLOURS)]
-                ax.plot(
-                    found.f,
-                    found.coherence[i],
-                    color=colour,
-                    linewidth=1.3,
-                    marker="o",
-                    markersize=2.5,
-                    label=f"{r:.3g} m",
-                )
+                look: dict[str, Any] = {"color": colour, "linewidth": 1.3, "marker": "o", "markersize": 2.5}
+                ax.plot(found.f, found.coherence[i], **look, label=f"{r:.3g} m")
                 if target is not None:
                     if r not in targets:
                         apart = (r, 0.0) if direction == "lateral" else (0.0, r)
@@ -247,24 +225,14 @@ def plot_coherence(
             ax.set_xscale("log")
             ax.set_ylim(-0.5, 1.05)
             ax.axhline(0.0, color=INK, linewidth=0.7)
-            _panel(ax, f"{name}, {direction} separation", "-")
-            if row == 1:
-                ax.set_xlabel("frequency [Hz]")
-        handles, labels = axes[row, 2].get_legend_handles_labels()
+            panel(ax, f"{name}, {direction} separation", "-", "frequency [Hz]" if row == 1 else "")
+        handles, _ = axes[row, 2].get_legend_handles_labels()
         if target is not None:
-            handles.append(_line(**TARGET))
-            labels.append("target")
-        axes[row, 2].legend(
-            handles, labels, fontsize=7, loc="upper right", title=f"{direction} separation", title_fontsize=7
-        )
+            handles.append(Line2D([], [], label="target", **TARGET))
+        look = {"fontsize": 7, "title_fontsize": 7, "loc": "upper right"}
+        axes[row, 2].legend(handles=handles, title=f"{direction} separation", **look)
     _title(figure, box.label, ": real part of the coherence, mean of all pairs")
     return figure
-
-
-def _line(**look: Any) -> Any:
-    from matplotlib.lines import Line2D
-
-    return Line2D([], [], **look)
 
 
 def plot_section(box: WindBox, turbine: AnyTurbine | None = None, time: float | None = None) -> Figure:
@@ -310,11 +278,11 @@ def plot_section(box: WindBox, turbine: AnyTurbine | None = None, time: float | 
     left.set_aspect("equal")
     left.set_xlabel("y [m], looking downwind")
     left.set_ylabel("height [m]", fontsize=8)
-    left.set_title(f"u across the wind at {passing[plane]:.1f} s", fontsize=9, loc="left", color=INK, pad=3)
+    heading(left, f"u across the wind at {passing[plane]:.1f} s")
     image = right.pcolormesh(x[shown], y, along.T, **look)
     right.set_xlabel("x [m], from the section; wind from left to right")
     right.set_ylabel("y [m]", fontsize=8)
-    right.set_title(f"u at {z[row]:.1f} m, seen from above", fontsize=9, loc="left", color=INK, pad=3)
+    heading(right, f"u at {z[row]:.1f} m, seen from above")
     if turbine is not None:
         radius, hub = 0.5 * turbine.rotor_diameter, turbine.hub_height
         angle = np.linspace(0.0, 2.0 * np.pi, 181)
@@ -336,7 +304,7 @@ def plot_profile(
     Args:
       wind: a field, or a steady wind.
       turbine: its rotor is shaded; gives the hub height.
-      target: what the field shall be like.
+      target: wind whose properties the field should have.
 
     Raises:
       InputError: the hub lies outside the field.
@@ -351,20 +319,19 @@ def plot_profile(
         speed, direction = np.hypot(mean[:, 0], mean[:, 1]), wind.direction - np.arctan2(mean[:, 1], mean[:, 0])
         each = np.hypot(found.mean[..., 0], found.mean[..., 1])
         speed_panel.fill_betweenx(z, each.min(axis=1), each.max(axis=1), color=COLOURS[0], alpha=0.2, linewidth=0.0)
-        panel = axes[0, 2]
+        intensity_panel = axes[0, 2]
         for c, name in enumerate(COMPONENTS):
             share = 100.0 * found.intensity[..., c]
-            panel.fill_betweenx(z, share.min(axis=1), share.max(axis=1), color=COLOURS[c], alpha=0.2, linewidth=0.0)
-            panel.plot(share.mean(axis=1), z, color=COLOURS[c], label=name)
+            look: dict[str, Any] = {"color": COLOURS[c], "alpha": 0.2, "linewidth": 0.0}
+            intensity_panel.fill_betweenx(z, share.min(axis=1), share.max(axis=1), **look)
+            intensity_panel.plot(share.mean(axis=1), z, color=COLOURS[c], label=name)
         if target is not None:
             for sigma in sigmas(target):
-                panel.axvline(100.0 * sigma / target.speed, **TARGET)
-        panel.set_xlim(left=0.0)
-        panel.set_xlabel("standard deviation over speed at hub [%]")
-        panel.set_title(
-            "turbulence intensity, and the range of the row's points", fontsize=9, loc="left", color=INK, pad=3
-        )
-        panel.legend(fontsize=8)
+                intensity_panel.axvline(100.0 * sigma / target.speed, **TARGET)
+        intensity_panel.set_xlim(left=0.0)
+        title = "turbulence intensity, and the range of the row's points"
+        _profile_panel(intensity_panel, title, "standard deviation over speed at hub [%]")
+        intensity_panel.legend(fontsize=8)
         if target is not None:
             described = Grid(
                 points_y=2,
@@ -385,13 +352,11 @@ def plot_profile(
     speed_panel.plot(speed, z, color=COLOURS[0], label=label)
     if field:
         speed_panel.legend(fontsize=7, loc="upper left")
-    speed_panel.set_xlabel("horizontal speed [m/s]")
-    speed_panel.set_title("mean speed", fontsize=9, loc="left", color=INK, pad=3)
+    _profile_panel(speed_panel, "mean speed", "horizontal speed [m/s]")
     direction_panel.plot(np.degrees(direction), z, color=COLOURS[0])
     middle, half = np.degrees(0.5 * (direction.min() + direction.max())), np.degrees(0.5 * np.ptp(direction))
     direction_panel.set_xlim(middle - max(1.1 * half, 5.0), middle + max(1.1 * half, 5.0))
-    direction_panel.set_xlabel("direction, clockwise from above [deg]")
-    direction_panel.set_title("mean direction", fontsize=9, loc="left", color=INK, pad=3)
+    _profile_panel(direction_panel, "mean direction", "direction, clockwise from above [deg]")
     for ax in axes[0]:
         style(ax)
         ax.set_ylim(0.0, float(z[-1]))
@@ -423,37 +388,32 @@ def plot_series(wind: WindSeries) -> Figure:
     Args:
       wind: a series.
     """
+    shear = {
+        "exponent of the power law": wind.exponent,
+        "linear, vertical": wind.vertical_shear,
+        "linear, horizontal": wind.horizontal_shear,
+    }
     panels = (
         ("speed, gust included" if np.any(wind.gust) else "speed", "m/s", {"": wind.speed + wind.gust}),
         ("direction, clockwise from above", "deg", {"": np.degrees(wind.direction)}),
         ("vertical speed", "m/s", {"": wind.vertical}),
-        (
-            "shear",
-            "-",
-            {
-                "exponent of the power law": wind.exponent,
-                "linear, vertical": wind.vertical_shear,
-                "linear, horizontal": wind.horizontal_shear,
-            },
-        ),
+        ("shear", "-", shear),
     )
     figure, axes = new_figure(4, size=(9.0, 6.4))
     for i, (ax, (what, unit, lines)) in enumerate(zip(axes[:, 0], panels, strict=True)):
         for j, (label, values) in enumerate(lines.items()):
             colour = COLOURS[i] if len(lines) == 1 else COLOURS[j]
             ax.plot(wind.time, values, linewidth=1.2, color=colour, label=label or None)
-        _panel(ax, what, unit)
+        panel(ax, what, unit)
         together = np.concatenate(list(lines.values()))
         low, high = float(together.min()), float(together.max())
         ax.margins(y=0.3 if len(lines) > 1 else 0.1)
         if high - low < 1e-9 * max(abs(high), 1.0):  # a constant is no noise
             ax.set_ylim(low - max(0.1 * abs(low), 1.0), high + max(0.1 * abs(high), 1.0))
         elif len(lines) == 1:
-            text = f"from {_clean(low):.4g} to {_clean(high):.4g} {unit}"
-            ax.set_title(text, fontsize=8, loc="right", color=INK, pad=3)
+            heading(ax, f"from {_clean(low):.4g} to {_clean(high):.4g} {unit}", "right", 8)
         if len(lines) > 1:
-            above = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "frameon": False, "borderpad": 0.0}
-            ax.legend(fontsize=7, ncols=3, **above)
+            ax.legend(fontsize=7, ncols=3, frameon=False, **ABOVE)
     axes[-1, 0].set_xlabel("time [s]")
     _title(figure, wind.label)
     return figure

@@ -12,6 +12,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +20,9 @@ from numpy.typing import NDArray
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, MeltemiError, UnsupportedError
 from meltemi.maths.multiblade import blade_matrix
+from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
 from meltemi.simulation.linear import AZIMUTHS, PARTS, linearise
-from meltemi.simulation.machine import AnyModel
-from meltemi.simulation.model import Model, with_blades
+from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode, natural_modes
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.tables import StructureParameters
@@ -63,7 +64,7 @@ class Campbell(Brief):
 
 
 def campbell(
-    model: AnyModel,
+    model: Model[Any],
     *,
     wind_speeds: Sequence[float] | None = None,
     rotor_speeds: Sequence[float] | None = None,
@@ -107,7 +108,7 @@ def campbell(
     if not given:
         raise InputError("campbell: no wind speeds or rotor speeds")
     free = air if generator_free is None else generator_free
-    model = model.with_static_gears()  # modes of a gearbox lie far above
+    model = with_static_gears(model)  # modes of a gearbox lie far above
     vacuum = replace(
         model.with_parameters(**{"structure.gravity": 0.0}), environment=model.environment.replace(gravity=0.0)
     )
@@ -181,13 +182,15 @@ def fixed_parts(mode: Mode) -> Mode:
     return replace(mode, coordinates=tuple(names), shape=shape / shape[np.argmax(np.abs(shape))])
 
 
-def strain(model: Model) -> dict[str, float]:
+def strain(model: BladedModel) -> dict[str, float]:
     """Stiffness of each coordinate in the fixed frame: twice the mean strain energy of a unit amplitude."""
     structure = model.structure
-    found = {f"tower {n}": k for n, k in zip(model.tower.names, np.diag(model.tower_matrix[1]), strict=True)}
+    found = {
+        f"tower {n}": k for n, k in zip(model.rotor.tower.names, np.diag(model.rotor.tower_matrix[1]), strict=True)
+    }
     found["yaw"] = structure[StructureParameters.index("yaw_stiffness")]
     found["drivetrain"] = structure[StructureParameters.index("shaft_stiffness")]
-    for name, k in zip(model.blade.names, np.diag(model.modal[0, 0]), strict=True):
+    for name, k in zip(model.rotor.blade.names, np.diag(model.rotor.modal[0, 0]), strict=True):
         # of three blades together: cosine and sine are 1/2 in the mean
         found.update({f"{name} {part}": k * share for part, share in zip(PARTS, (3.0, 1.5, 1.5), strict=True)})
     return found

@@ -9,16 +9,16 @@ import numpy as np
 
 from meltemi.maths.tables import View
 from meltemi.simulation.case import Case
-from meltemi.simulation.step import evaluate
+from meltemi.simulation.step import equations
 from meltemi.structure.dynamics import STIFFNESS, WEIGHT
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.structure.tables import BladeNode, GearModes, StructureParameters
-from meltemi.turbine.exchange import YAW_COMMAND, YAW_HELD, YAW_REST, YAW_RUBS, BladeFrame, BladeMotion, Machine
+from meltemi.turbine.exchange import BladeFrame, BladeMotion, Machine
 
 
 def mechanical_energy(case: Case) -> tuple[float, float, float]:
     """Kinetic, elastic and gravitational energy [J] for the present coordinates and velocities."""
-    evaluate(0.0, 0.0, case.system, False)
+    equations(0.0, 0.0, case.system)
     model = case.model
     q, v, n = case["q"], case["v"], model.n_core
     A, D = (np.tril(m) + np.tril(m, -1).swapaxes(-1, -2) for m in (case["core_mass"], case["arm_mass"]))
@@ -29,27 +29,27 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
 
     p = View(StructureParameters, model.structure)
     tower = q[: n - N_SHAFT]
-    drive = case["drive"]
-    twist, yaw = q[len(tower) + TORSION], drive[YAW_HELD] * (q[len(tower) + YAW] - drive[YAW_COMMAND])
+    drive = case.control.drive
+    twist, yaw = q[len(tower) + TORSION], drive.yaw_held * (q[len(tower) + YAW] - drive.yaw_command)
     q_blade = q[n:].reshape(model.n_blades, -1)
-    matrix = model.tower_matrix
+    matrix = model.rotor.tower_matrix
     elastic = 0.5 * tower @ matrix[STIFFNESS] @ tower
-    rubbed = drive[YAW_RUBS] * (q[len(tower) + YAW] - drive[YAW_REST])
+    rubbed = drive.yaw_rubs * (q[len(tower) + YAW] - drive.yaw_rest)
     elastic += 0.5 * (float(p["shaft_stiffness"]) * twist**2 + float(p["yaw_stiffness"]) * (yaw**2 + rubbed**2))
-    elastic += 0.5 * np.einsum("bk,bkl,bl->", q_blade, model.modal[0], q_blade)
+    elastic += 0.5 * np.einsum("bk,bkl,bl->", q_blade, model.rotor.modal[0], q_blade)
 
     machine = View(Machine, case["machine"])
     shaft, top, hub = machine["shaft"], machine["top_position"], machine["hub_position"]
     lift = float(p["nacelle_mass"]) * (top + machine["nacelle"].reshape(3, 3) @ p["nacelle_centre"])[2]
     lift += float(p["hub_mass"]) * (hub + float(p["hub_centre"]) * shaft)[2]
-    nodes, motion = View(BladeNode, model.blade_nodes), View(BladeMotion, case["motion"])
+    nodes, motion = View(BladeNode, model.rotor.blade_nodes), View(BladeMotion, case["motion"])
     for b in range(model.n_blades):
         R = View(BladeFrame, case["frame"])["orientation"][:, b].reshape(3, 3)
         moment = nodes["moment"][:, b] + np.cross(motion["rotation"][:, b], nodes["moment"][:, b], axis=0)
         total = nodes["mass"][b].sum()
         lift += total * hub[2] + (R @ (nodes["mass"][b] * motion["position"][:, b] + moment).sum(axis=1))[2]
     # the tower's own part, as far as it changes
-    lift += 0.5 * tower @ matrix[WEIGHT] @ tower - model.tower_weight @ tower
+    lift += 0.5 * tower @ matrix[WEIGHT] @ tower - model.rotor.tower_weight @ tower
     moving, strained = _gear_energy(case)
     return float(kinetic) + moving, float(elastic) + strained, float(p["gravity"]) * float(lift)
 

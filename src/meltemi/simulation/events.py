@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 NEVER = 1e18
 """Steps that no run has."""
 Change = tuple[str, float, float]
-"""Name in FAULTS, value from ``at`` on, value after ``until``."""
+"""Name in ``Faults``, value from ``at`` on, value after ``until``."""
 
 
 def _sensor(name: str) -> str:
@@ -68,7 +68,7 @@ class Happening(Record):
         raise NotImplementedError
 
     def changes(self) -> tuple[Change, ...]:
-        """What it changes in FAULTS."""
+        """What it changes in ``Faults``."""
         raise NotImplementedError
 
 
@@ -452,7 +452,7 @@ def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_step
     # an end comes before what begins at the same instant
     edges.sort(key=itemgetter(0, 1, 2, 3))
     rows = [
-        (step, f.FAULTS.index(name), on if begins else off)
+        (step, f.Faults.index(name), on if begins else off)
         for step, begins, _, _, event in edges
         for name, on, off in event.changes()
     ]

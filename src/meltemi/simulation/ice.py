@@ -20,7 +20,7 @@ Polars = tuple[Float, Float, NDArray[np.int64]]
 
 LIFTS = [PolarPoint.index(name) for name in ("lift", "attached_lift", "separated_lift")]
 DRAG = PolarPoint.index("drag")
-SLOPE, DRAG_FLOOR, ZERO_LIFT = SectionConstants.slots("slope drag_floor zero_lift")
+SLOPE, DRAG_FLOOR, ZERO_LIFT = (SectionConstants.index(name) for name in "slope drag_floor zero_lift".split())
 
 
 def ice_pieces(turbine: Turbine, icing: Icing, beam: Beam, layout: NodeLayout) -> Float:

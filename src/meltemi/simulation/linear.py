@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from meltemi.aero.stall import model_weight
+from meltemi.aero import stall
+from meltemi.aero.stall.section import model_weight
 from meltemi.aero.tables import AeroNode, AeroOptions, BladeFlow, InflowState, StallState
 from meltemi.control.actuators import FlapActuators
 from meltemi.control.signals import GENERATOR_TORQUE, REACTIVE_POWER
@@ -29,18 +30,17 @@ from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.threads import one_blas_thread
 from meltemi.electrical.tables import N_STATES, ElectricState
-from meltemi.environment.conditions import GRID_FREQUENCY, GRID_VOLTAGE
+from meltemi.environment.conditions import Conditions
 from meltemi.maths.multiblade import rotating_frame
 from meltemi.maths.tables import Table, View
 from meltemi.numbers.duals import N_DERIVATIVES
-from meltemi.simulation.case import SIGNAL_TABLES, BaseCase, Case, Stations
+from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.engines import engine_of, new_case
-from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.modes import Mode
+from meltemi.simulation.rotors import kind_of
 from meltemi.simulation.trim import SAMPLES, OperatingPoint
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
-from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import WindNow
 
 Float = NDArray[np.float64]
@@ -179,7 +179,7 @@ class LinearModel(Brief):
 
 @one_blas_thread
 def linearise(
-    model: AnyModel,
+    model: Model[Any],
     point: OperatingPoint,
     inputs: Sequence[str] = ("generator_torque", "pitch", "wind_speed"),
     outputs: Sequence[str] = ("rotor_speed", "tower_top_fore_aft"),
@@ -213,9 +213,9 @@ def linearise(
     if azimuths < 1 or SAMPLES % azimuths:
         raise InputError(f"linearise: azimuths must divide {SAMPLES}, found {azimuths!r}")
     case = linear_case(model, point)
-    engine = engine_of(model)
-    channels = engine.channels(model, Stations())
-    outputs = [engine.channel(name, model, channels).name for name in outputs]
+    kind = kind_of(model)
+    channels = kind.channels(model, Stations())
+    outputs = [kind.channel(name, model, channels).name for name in outputs]
     u = _inputs(case, point, _of_all_blades(inputs) if fixed else inputs)
     y = _outputs(case, [channels[name] for name in (_of_all_blades(outputs) if fixed else outputs)])
     places = [azimuth] if azimuth is not None else list(2.0 * np.pi / 3.0 / azimuths * np.arange(azimuths))
@@ -255,15 +255,15 @@ def linearise(
     return LinearModel(*blocks, names[0], names[1], names[2], units[0], units[1], units[2], x0, u0, y0, azimuth, point)
 
 
-def linear_case(model: AnyModel, point: OperatingPoint) -> BaseCase:
+def linear_case(model: Model[Any], point: OperatingPoint) -> Case:
     """A case that computes with derivatives, its momentum balance converged to rounding."""
-    case = new_case(model, point.wind, numbers="duals")
-    if isinstance(case, Case):
+    case = Case(model, point.wind, numbers="duals")
+    if "aero_options" in case.arrays:
         case["aero_options"][AeroOptions.index("iterations")] = ITERATIONS
     return case
 
 
-def jacobian(case: BaseCase, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
+def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
     """(rows, columns) exact derivatives of rates and outputs with respect to states and inputs.
 
     Args:
@@ -291,7 +291,7 @@ def jacobian(case: BaseCase, columns: Sequence[Variable], rows: Sequence[Variabl
     return J
 
 
-def evaluate_rates(case: BaseCase, loads: bool) -> None:
+def evaluate_rates(case: Case, loads: bool) -> None:
     """Rates of all states, and section loads where outputs need them."""
     case.electric_rates()
     case.evaluate(0.0)
@@ -300,7 +300,7 @@ def evaluate_rates(case: BaseCase, loads: bool) -> None:
         case.loads(0.0)
 
 
-def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
+def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
     """All states that move."""
     model, names = case.model, case.model.coordinates
     generator, torsion = (model.n_core - N_SHAFT + i for i in (GENERATOR, TORSION))
@@ -318,11 +318,11 @@ def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], ya
             own, grows = (_place(case, "gears", r, k) for r in (row, rate))
             x.append(Variable(f"{begins} gear mode {k + 1}", units, ((own, 1.0),), grows))
     for array, table, active in _air(case, point, azimuths):
-        for f, entry in enumerate(table.rows):
-            for b, n in np.argwhere(active):
-                place = int(np.ravel_multi_index((f, b, n), case[array].shape))
-                name = f"blade {b + 1} node {n + 1} {array} {entry.name}"
-                x.append(Variable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
+        for f, b, n in np.argwhere(active):
+            entry = table.rows[f]
+            place = int(np.ravel_multi_index((f, b, n), case[array].shape))
+            name = f"blade {b + 1} node {n + 1} {array} {entry.name}"
+            x.append(Variable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
     if model.turbine.pitch_actuator.kind != "ideal":
         w, z = model.parameter("actuators.pitch_frequency"), model.parameter("actuators.pitch_damping")
         x += _actuator_states(case, "pitch", "pitch", (), w, z)
@@ -333,33 +333,38 @@ def _states(case: BaseCase, point: OperatingPoint, azimuths: Sequence[float], ya
         for i, entry in enumerate(ElectricState.rows[:N_STATES]):
             x.append(Variable(entry.name, entry.unit, ((("electric", i), 1.0),), ("d_electric", i)))
     if yaw:
-        x.append(Variable("yaw command", "rad", ((("drive", ex.YAW_COMMAND), 1.0),), ("drive", ex.YAW_COMMAND_RATE)))
+        order, pace = (_place(case, "drive", name) for name in ("yaw_command", "yaw_command_rate"))
+        x.append(Variable("yaw command", "rad", ((order, 1.0),), pace))
     return x
 
 
 def _air(
-    case: BaseCase, point: OperatingPoint, azimuths: Sequence[float]
+    case: Case, point: OperatingPoint, azimuths: Sequence[float]
 ) -> tuple[tuple[str, type[Table], NDArray[np.bool_]], ...]:
-    """States of inflow and stall, and where they act."""
-    if not isinstance(case, Case):
+    """States of inflow and stall, and (states, blades, nodes) where they act."""
+    if not case.aero_state.views:
         return ()
-    return ("inflow", InflowState, _lagging(case)), ("stall", StallState, _stalling(case, point, azimuths))
+    lagging, stalling = _lagging(case), _stalling(case, point, azimuths)
+    model = stall.MODELS[case["aero_options"][AeroOptions.index("stall")]]
+    used = np.array([name in model.STATES for name in StallState.names])
+    return (
+        ("inflow", InflowState, np.broadcast_to(lagging, (len(InflowState), *lagging.shape))),
+        ("stall", StallState, used[:, None, None] & stalling),
+    )
 
 
-def _flap_actuator(case: BaseCase, j: int) -> tuple[bool, float, float]:
+def _flap_actuator(case: Case, j: int) -> tuple[bool, float, float]:
     """Whether flap j follows at once; natural frequency [rad/s] and damping ratio of its actuator."""
     v = View(FlapActuators, case["flap_actuators"])
     return bool(v["ideal"][j]), float(v["frequency"][j]), float(v["damping"][j])
 
 
-def _place(case: BaseCase, array: str, field: str, *index: int) -> Place:
-    row = SIGNAL_TABLES[array].index(field)
+def _place(case: Case, array: str, field: str, *index: int) -> Place:
+    row = case.model.rotor.signals[array].index(field)
     return (array, int(np.ravel_multi_index((row, *index), case[array].shape)))
 
 
-def _actuator_states(
-    case: BaseCase, name: str, array: str, which: tuple[int, ...], w: float, z: float
-) -> list[Variable]:
+def _actuator_states(case: Case, name: str, array: str, which: tuple[int, ...], w: float, z: float) -> list[Variable]:
     """Angle and rate of second-order actuators, one a blade: w natural frequency [rad/s], z damping ratio."""
     x = []
     for row, rate, what, unit, slope in (
@@ -389,25 +394,26 @@ def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> N
         for (b, n), now in np.ndenumerate(weight):
             alpha, speed = flow[BladeFlow.index("alpha"), b, n], flow[BladeFlow.index("speed"), b, n]
             polar = int(nodes[AeroNode.index("polar"), b, n])
-            weight[b, n] = min(now, model_weight(case["section"], polar, alpha, speed))
+            weight[b, n] = min(now, model_weight(alpha, speed, polar, case.plain))
     # all blades come by everywhere
     active: NDArray[np.bool_] = np.broadcast_to(weight.min(axis=0) > 0.0, weight.shape)
     return active
 
 
-def _inputs(case: BaseCase, point: OperatingPoint, names: Sequence[str]) -> list[Variable]:
+def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Variable]:
     model, B = case.model, case.model.n_blades
     wind = point.wind
     w2 = model.parameter("actuators.pitch_frequency") ** 2
     ideal = model.turbine.pitch_actuator.kind == "ideal"
     row, gain = ("angle", 1.0) if ideal else ("acceleration", w2)
     pitch = [((_place(case, "pitch", row, b), gain),) for b in range(B)]
+    torque = _place(case, "drive", "generator_torque")
     known = {
-        "generator_torque": Variable("", "N m", ((("drive", ex.GENERATOR_TORQUE), 1.0),), value=point.generator_torque),
+        "generator_torque": Variable("", "N m", ((torque, 1.0),), value=point.generator_torque),
         "pitch": Variable("", "rad", tuple(p for (p,) in pitch), value=point.pitch),
         **{f"pitch_{b + 1}": Variable("", "rad", pitch[b], value=point.pitch) for b in range(B)},
-        "yaw": Variable("", "rad", ((("drive", ex.YAW_COMMAND), 1.0),)),
-        "yaw_rate": Variable("", "rad/s", ((("drive", ex.YAW_COMMAND_RATE), 1.0),)),
+        "yaw": Variable("", "rad", ((_place(case, "drive", "yaw_command"), 1.0),)),
+        "yaw_rate": Variable("", "rad/s", ((_place(case, "drive", "yaw_command_rate"), 1.0),)),
     }
     if model.has_electrical:
         known |= _of_the_grid(case, point)
@@ -435,21 +441,21 @@ def _inputs(case: BaseCase, point: OperatingPoint, names: Sequence[str]) -> list
     return found
 
 
-def _of_the_grid(case: BaseCase, point: OperatingPoint) -> dict[str, Variable]:
+def _of_the_grid(case: Case, point: OperatingPoint) -> dict[str, Variable]:
     """Inputs of an electrical system: its demands and the grid."""
     case.begin_electric()
-    found = {}
+    found, outside = {}, case.control.outside
     for name, unit, array, place, value in (
         ("generator_torque", "N m", "demands", GENERATOR_TORQUE, point.generator_torque),
         ("reactive_power", "var", "demands", REACTIVE_POWER, 0.0),
-        ("grid_voltage", "-", "outside", GRID_VOLTAGE, float(case["outside"][GRID_VOLTAGE])),
-        ("grid_frequency", "Hz", "outside", GRID_FREQUENCY, float(case["outside"][GRID_FREQUENCY])),
+        ("grid_voltage", "-", "outside", Conditions.index("grid_voltage"), outside.grid_voltage),
+        ("grid_frequency", "Hz", "outside", Conditions.index("grid_frequency"), outside.grid_frequency),
     ):
         found[name] = Variable("", unit, (((array, place), 1.0),), value=value)
     return found
 
 
-def _outputs(case: BaseCase, channels: Sequence[Channel]) -> list[Variable]:
+def _outputs(case: Case, channels: Sequence[Channel]) -> list[Variable]:
     found = []
     for channel in channels:
         array, what = channel.source

@@ -1,378 +1,210 @@
-"""The border between the turbine an engineer describes and the arrays that kernels use.
-
-``build`` refuses by name what it cannot do; kernels assume validity.
-"""
+"""Models: a turbine with options in an environment, ready for the kernels."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero import stall_tables
-from meltemi.aero.flaps import ALPHAS, DELTAS
-from meltemi.aero.flaps import STEP as INCREMENT_STEP
-from meltemi.aero.tables import (
-    AeroNode,
-    AeroOptions,
-    AeroParameters,
-    PolarPoint,
-    SectionConstants,
-    TowerFlow,
-)
-from meltemi.control.actuators import Actuators, FlapActuators
-from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
-from meltemi.core.threads import one_blas_thread
+from meltemi.control.actuators import Actuators
+from meltemi.core.display import Brief, brief
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.fingerprint import fingerprint
 from meltemi.electrical.tables import ElectricalParameters, electrical_array
 from meltemi.environment.site import Environment
-from meltemi.maths.tables import MAX_BLADES, Table, View
-from meltemi.simulation.ice import ice_pieces, iced_polars
-from meltemi.simulation.machine import AnyModel, Parameters
+from meltemi.maths.records import Record
+from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.rain import wet_polars
-from meltemi.structure.beam import Beam
-from meltemi.structure.gear_train import gear_arrays
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION, YAW
-from meltemi.structure.members import Member, NodeLayout, blade_member, cells, points, rigid_body, tower_member
-from meltemi.structure.tables import BladeNode, StructureParameters, TowerNode
-from meltemi.turbine.definition import Airfoil, Turbine
-from meltemi.turbine.gearbox import LEAST_RATIO
-from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
+from meltemi.structure.kinematics import N_SHAFT
+from meltemi.turbine.power_turbine import AnyTurbine
+from meltemi.wind.fields import Wind
 
 Float = NDArray[np.float64]
+ParameterTables = tuple[tuple[type[Table], str, tuple[str, ...]], ...]
 
-FLAP_FADE = np.radians(16.0)
-"""[rad] beyond the angles of attack of a flap's data, over which its increments fade out."""
-POLAR_STEP = np.radians(0.25)
-"""[rad] grid of the polars; the usual half and whole degrees of polar files lie on it."""
-FADE_BEGIN, FADE_END = 1.0, 2.0
-"""Tip-speed ratios between which the induction fades in."""
-SKEW_FACTOR = 15.0 * np.pi / 32.0
-"""Pitt and Peters (1981)."""
-INFLOW_LEAD = 0.6
-"""Share k of the dynamic inflow model (Øye)."""
-RING_CENTRE, RING_WIDTH = 0.7, 0.1
-"""Relative radius and half-width of the annulus whose mean induction sets the time of the inflow."""
+
+@dataclass(frozen=True)
+class Stations:
+    """Where section loads are wanted [m]: along the blades from the root, along the tower from its base.
+
+    The tower base itself is always there, as the first station of the tower.
+    """
+
+    blade: tuple[float, ...] = ()
+    tower: tuple[float, ...] = ()
+
+
+class Rotor(Protocol):
+    """What a model and its cases ask of a kind of rotor, with all that is particular to it: tower, shaft.
+
+    Attributes:
+      in_lanes: its nodes may be computed in lanes.
+      system, sections: classes of the records that its kernels take, for evaluations and for section loads.
+      parameter_tables: table, array and names of the scalar parameters of a model.
+      signals: arrays a channel may ask for, by the tables that describe them; q, v and a come on top.
+      n_core: coordinates below the blades.
+      n_flaps: flaps of each blade.
+    """
+
+    in_lanes: ClassVar[bool]
+    system: ClassVar[type[Record]]
+    sections: ClassVar[type[Record]]
+    parameter_tables: ClassVar[ParameterTables]
+    signals: ClassVar[dict[str, type[Table]]]
+
+    @property
+    def n_core(self) -> int: ...
+    @property
+    def n_flaps(self) -> int: ...
+
+    def check(self, stations: Stations, turbine: Any) -> None:
+        """InputError for stations that are not on this turbine."""
+
+    def shapes(self, turbine: Any, stations: Stations, lanes: bool) -> dict[str, tuple[int, ...]]:
+        """Shapes of the signals."""
+
+    def states(self, turbine: Any, lanes: bool) -> dict[str, tuple[int, ...]]:
+        """Shapes of the states and memory of the aerodynamics."""
+
+    def arrays(self, turbine: Any, wind: Wind, stations: Stations, lanes: bool) -> dict[str, Any]:
+        """All other arrays of its records."""
+
+    def shown(self, arrays: dict[str, Any]) -> dict[str, Any]:
+        """The arrays without nodes that only fill up the last lanes."""
+
+
+R = TypeVar("R", bound=Rotor)
 
 
 @dataclass(frozen=True, repr=False)
-class Model(Parameters):
+class Model(Brief, Generic[R]):
     """A turbine ready for the kernels.
 
     Attributes:
       turbine, environment, options: what it was built from.
       coordinates: names of the generalised coordinates, in their order.
-      blade, tower: the flexible members.
-      blade_layout, tower_layout: their nodes.
-      structure ... actuators: arrays of the kernels, see the tables of their layers.
+      locked ... electrical: arrays of the kernels, see the tables of their layers.
+      rotor: blades and tower, or a disk with a power coefficient.
     """
 
-    turbine: Turbine
+    turbine: Any
     environment: Environment
     options: ModelOptions
     coordinates: tuple[str, ...]
-    blade: Member
-    tower: Member
-    blade_layout: NodeLayout
-    tower_layout: NodeLayout
     locked: Float
     structure: Float
-    gear_modes: Float
-    gear_rows: Float
-    gear_shape: Float
-    blade_nodes: Float
-    blade_edges: Float
-    shape: Float
-    second: Float
-    modal: Float
-    tip_shape: Float
-    tip_second: Float
-    top_shape: Float
-    top_second: Float
-    tower_matrix: Float
-    tower_weight: Float
-    tower_nodes: Float
-    tower_shape: Float
     aero: Float
-    aero_options: NDArray[np.int64]
-    aero_nodes: Float
-    polars: Float
-    section: Float
-    tower_flow: Float
     actuators: Float
-    flap_nodes: Float
-    increments: Float
-    flap_actuators: Float
     electrical: Float
+    rotor: R
 
     @property
     def n_blades(self) -> int:
-        return self.turbine.n_blades
-
-    @property
-    def n_nodes(self) -> int:
-        """Nodes of each blade."""
-        return len(self.blade_layout.position)
+        return int(self.turbine.n_blades)
 
     @property
     def n_core(self) -> int:
         """Coordinates below the blades."""
-        return len(self.tower.names) + N_SHAFT
+        return self.rotor.n_core
 
     @property
     def n_flaps(self) -> int:
         """Flaps of each blade."""
-        return len(self.flap_nodes)
+        return self.rotor.n_flaps
 
     @property
-    def n_gear_stages(self) -> tuple[int, int]:
-        """Planetary stages of the gearbox, and all its stages; none where they are not modelled."""
-        gearbox = self.turbine.drivetrain.gearbox
-        if gearbox is None or self.options.drivetrain == "two_mass":
-            return 0, 0
-        return len(gearbox.planetary), len(gearbox.stages)
-
-    def with_static_gears(self) -> Model:
-        """The same with a gearbox whose parts follow rotor and generator statically, so that none of its modes is left.
-
-        Steady operation, default time step and modes in vacuum look at the slow motion only.
-        """
-        if not self.gear_modes.shape[1]:
-            return self
-        _, modes, rows, shape = gear_arrays(self.turbine.drivetrain, "quasi_static")
-        return replace(self, gear_modes=modes, gear_rows=rows, gear_shape=shape)
+    def shaft(self) -> slice:
+        """Yaw, generator and torsion in the coordinates."""
+        return slice(self.n_core - N_SHAFT, self.n_core)
 
     @property
-    def parameter_tables(self) -> tuple[tuple[type[Table], str, tuple[str, ...]], ...]:
+    def has_electrical(self) -> bool:
+        """Whether generator, converters and grid are modelled."""
+        return self.options.electrical == "averaged"
+
+    def facts(self) -> dict[str, str]:
+        """Turbine, coordinates, and the options and conditions that are not the usual ones."""
+        told = {"turbine": self.turbine.name, "coordinates": ", ".join(self.coordinates)}
+        given = {"options": self.options, "environment": self.environment}
+        for name, record in given.items():
+            told[name] = (
+                ", ".join(f"{k}: {brief(v)}" for k, v in record if v != type(record)().__dict__[k]) or "default"
+            )
+        return told
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.turbine.name!r}, {len(self.coordinates)} coordinates)"
+
+    @property
+    def parameter_tables(self) -> ParameterTables:
         """Table, array and names of the scalar parameters."""
-        return (
-            (*_PARAMETERS, (ElectricalParameters, "electrical", ElectricalParameters.names))
-            if self.has_electrical
-            else _PARAMETERS
-        )
+        common: ParameterTables = ((Actuators, "actuators", Actuators.names),)
+        if self.has_electrical:
+            common += ((ElectricalParameters, "electrical", ElectricalParameters.names),)
+        return self.rotor.parameter_tables + common
+
+    def parameter_names(self) -> list[str]:
+        """Names that :meth:`parameter` and :meth:`with_parameters` accept."""
+        return [f"{table.title}.{name}" for table, _, names in self.parameter_tables for name in names]
+
+    def parameter(self, name: str) -> float:
+        """Value of a scalar parameter by its name, e.g. ``"structure.generator_inertia"``.
+
+        Raises:
+          InputError: unknown name; the message gives the closest ones.
+        """
+        array, row = self.find_parameter(name)
+        return float(self.array(array)[row])
+
+    def array(self, name: str) -> Float:
+        """An array of the model or of its rotor."""
+        found: Float = getattr(self if hasattr(self, name) else self.rotor, name)
+        return found
+
+    def with_arrays(self, **changed: Float) -> Model[R]:
+        """A model with some arrays replaced."""
+        own = {name: array for name, array in changed.items() if hasattr(self, name)}
+        rotor: Any = self.rotor
+        return replace(self, **own, rotor=replace(rotor, **{n: a for n, a in changed.items() if n not in own}))  # type: ignore[arg-type]
+
+    def with_parameters(self, **values: float) -> Model[R]:
+        """A model with some scalar parameters changed; dots in names are written as two underscores or
+        given in a dictionary: ``model.with_parameters(**{"aerodynamics.air_density": 1.1})``."""
+        changed: dict[str, Any] = {}
+        for name, value in values.items():
+            array, row = self.find_parameter(name.replace("__", "."))
+            changed.setdefault(array, self.array(array).copy())[row] = value
+        return self.with_arrays(**changed)
+
+    def find_parameter(self, name: str) -> tuple[str, int]:
+        """Array of the model and row in it that hold a scalar parameter; InputError as :meth:`parameter`."""
+        for table, array, names in self.parameter_tables:
+            prefix = f"{table.title}."
+            if name.startswith(prefix) and name[len(prefix) :] in names:
+                return array, table.names.index(name[len(prefix) :])
+        raise InputError(f"no parameter {name!r}: {did_you_mean(name, self.parameter_names())}")
+
+    def content_hash(self) -> str:
+        """Hash of everything that determines results of this model."""
+        found = fingerprint([getattr(self, field.name) for field in fields(self)])
+        assert found is not None, "models have records and arrays only"
+        return found
 
 
-_PARAMETERS: tuple[tuple[type[Table], str, tuple[str, ...]], ...] = (
-    (StructureParameters, "structure", StructureParameters.names),
-    (AeroParameters, "aero", AeroParameters.names),
-    (Actuators, "actuators", Actuators.names),
-)
-
-
-def with_blades(model: AnyModel, what: str) -> Model:
-    """The model, which must have blades and a tower for ``what``.
-
-    Raises:
-      InputError: it is one of a power coefficient.
-    """
-    if isinstance(model, Model):
-        return model
-    aeroelastic(model.turbine, what)
-    raise InputError(f"{what}: {type(model).__name__} has no blades")
-
-
-@one_blas_thread
-def build(turbine: Turbine, options: ModelOptions | None = None, environment: Environment | None = None) -> Model:
-    """Make a model of a turbine.
-
-    Raises:
-      UnsupportedError: the turbine or the options ask for something that is not modelled.
-      InputError: options name something that does not exist, or modes cannot be computed.
-    """
-    options = options or ModelOptions()
-    environment = environment or Environment()
-    _refuse(turbine, options)
-    blade_layout = _blade_layout(turbine, options)
-    blade_counts = blade_modes(turbine, options)
-    given = options.mode_shapes == "given"
-    with _about(f"{turbine.name}: blade.structure"):
-        blade = blade_member(turbine.blade.structure, blade_counts, blade_layout, given=given)
-    tower_layout = points(np.linspace(0.0, turbine.tower.length, options.tower_nodes))
-    tower_counts = {
-        "fore_aft": options.fore_aft_modes,
-        "side_side": options.side_side_modes,
-        "torsion": options.tower_torsion_modes,
-    }
-    pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
-    head = head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
-    with _about(f"{turbine.name}: tower"):
-        tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
-    coordinates = _coordinates(turbine, blade, tower)
-    position = blade_layout.position
-    iced = iced_polars(turbine, position, *_polars(turbine, blade_layout, options))
-    polars, section, polar_index = wet_polars(turbine, environment, position, *iced)
-    gears, gear_modes, gear_rows, gear_shape = gear_arrays(turbine.drivetrain, options.drivetrain)
-    k = len(tower.names)
-    top = tower.modes.shape[:, -1, :].T.copy() if k else np.zeros((6, 0))
-    return Model(
-        turbine=turbine,
-        environment=environment,
-        options=options,
-        coordinates=coordinates,
-        blade=blade,
-        tower=tower,
-        blade_layout=blade_layout,
-        tower_layout=tower_layout,
-        locked=_locked(coordinates, options),
-        structure=_structure(turbine, environment, options, gears),
-        gear_modes=gear_modes,
-        gear_rows=gear_rows,
-        gear_shape=gear_shape,
-        blade_nodes=_blade_nodes(turbine, blade.beam, blade_layout, pieces),
-        blade_edges=blade_layout.edges,
-        shape=_per_blade(
-            turbine,
-            blade.modes.at(blade_layout.position)
-            .transpose(0, 2, 1)
-            .reshape(6 * len(blade.names), len(blade_layout.position)),
-        ),
-        second=_per_blade(turbine, _second(blade, blade_layout.position)),
-        modal=np.repeat(np.stack([blade.modes.stiffness, blade.damping])[:, None], turbine.n_blades, axis=1),
-        tip_shape=np.ascontiguousarray(blade.modes.shape[:, -1, :].T),
-        tip_second=np.ascontiguousarray(blade.second[:, :, -1, :].transpose(2, 0, 1)),
-        top_shape=top,
-        top_second=np.ascontiguousarray(tower.second[:, :, -1, :].transpose(2, 0, 1)),
-        tower_matrix=_tower_matrix(tower, turbine.tower.top_mass),
-        tower_weight=_tower_weight(tower, turbine.tower.top_mass),
-        tower_nodes=_tower_nodes(tower, tower_layout),
-        tower_shape=np.ascontiguousarray(
-            tower.modes.at(tower_layout.position).transpose(0, 2, 1).reshape(6 * k, options.tower_nodes)
-        ),
-        aero=_aero(turbine, blade_layout, environment, options),
-        aero_options=_aero_options(options),
-        aero_nodes=_aero_nodes(turbine, blade_layout, options, polar_index),
-        polars=polars,
-        section=section,
-        tower_flow=_tower_flow(turbine, tower_layout),
-        actuators=_actuators(turbine, options),
-        flap_nodes=_flap_nodes(turbine, blade_layout),
-        increments=_increments(turbine),
-        flap_actuators=_flap_actuators(turbine),
-        electrical=electrical_of(turbine, options),
-    )
-
-
-def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
-    """Numbers of flap, edge and torsion modes of a blade: those of the options, or the usual ones for its sections."""
-    structure = turbine.blade.structure
-    usual = (3, 2, 2) if structure.stiffness_matrix is not None else (2, 1, int(structure.twists))
-    asked = (options.flap_modes, options.edge_modes, options.torsion_modes)
-    kinds = ("flap", "edge", "torsion")
-    return {kind: n if given is None else given for kind, n, given in zip(kinds, usual, asked, strict=True)}
-
-
-@contextmanager
-def _about(member: str) -> Iterator[None]:
-    try:
-        yield
-    except np.linalg.LinAlgError:
-        raise InputError(
-            f"{member}: its modes cannot be computed; the stiffness or mass of a station is out of all proportion"
-        ) from None
-
-
-def _refuse(turbine: Turbine, options: ModelOptions) -> None:
-    problems = []
-    if not 2 <= turbine.n_blades <= MAX_BLADES:
-        problems.append(f"n_blades: {turbine.n_blades} blades; 2 and 3 are supported")
-    if turbine.nacelle.overhang <= 0.0:
-        problems.append("nacelle.overhang: downwind rotors are not supported")
-    d = turbine.drivetrain
-    if options.drivetrain != "two_mass" and d.gearbox is None:
-        missing = f"{turbine.name}: options.drivetrain {options.drivetrain!r} needs drivetrain.gearbox"
-        if d.gear_ratio > LEAST_RATIO:
-            rated = turbine.control.torque.rated_power * d.gear_ratio / turbine.control.torque.rated_speed
-            missing += f"; size_gearbox(ratio={d.gear_ratio:g}, rated_torque={rated:.3g}) makes one"
-        raise InputError(missing)
-    if problems:
-        raise UnsupportedError(f"{turbine.name}: " + "; ".join(problems))
-
-
-def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
-    length = turbine.blade.length
-    given = options.blade_cells if options.blade_cells is not None else options.blade_nodes
-    if isinstance(given, int):
-        j = np.arange(given + 1) / given
-        return cells(length * (0.5 * j + 0.5 * np.sin(0.5 * np.pi * j)))
-    position = np.array(given, dtype=float)
-    name = "blade_nodes" if options.blade_cells is None else "blade_cells"
-    if (
-        np.any(np.diff(position) <= 0.0)
-        or abs(position[0]) > 1e-3 * length
-        or abs(position[-1] - length) > 1e-3 * length
-    ):
-        raise InputError(
-            f"{name} must increase from 0 to the blade length {length:g} m, found {position[0]:g} to {position[-1]:g}"
-        )
-    position[0], position[-1] = 0.0, length
-    return points(position) if options.blade_cells is None else cells(position)
-
-
-def _coordinates(turbine: Turbine, blade: Member, tower: Member) -> tuple[str, ...]:
-    names = [f"tower {name}" for name in tower.names] + ["", "", ""]
-    k = len(tower.names)
-    names[k + YAW], names[k + GENERATOR], names[k + TORSION] = "yaw", "generator", "drivetrain"
-    for b in range(turbine.n_blades):
-        names += [f"blade {b + 1} {name}" for name in blade.names]
-    return tuple(names)
-
-
-def _locked(coordinates: tuple[str, ...], options: ModelOptions) -> Float:
-    # group: what its names begin and end with
-    groups = {
-        "tower": ("tower", ""),
-        "blades": ("blade", ""),
-        "flap": ("blade", "flap"),
-        "edge": ("blade", "edge"),
-        "torsion": ("blade", "torsion"),
-    }
-    locked = np.zeros(len(coordinates))
-    for name in options.locked:
-        begin, end = groups.get(name, (name, name))
-        hits = [
-            i
-            for i, n in enumerate(coordinates)
-            if n == name or (name in groups and n.startswith(begin) and n.endswith(end))
-        ]
-        if not hits and name not in groups:
-            raise InputError(f"locked: no coordinate {name!r}: {did_you_mean(name, [*groups, *coordinates])}")
-        locked[hits] = 1.0
-    return locked
-
-
-def head_mass(turbine: Turbine, pieces: Float, axis: Float) -> Float:
-    """(6, 6) inertia about the tower top of all that it carries, as one mass at the common centre.
-
-    Their rotary inertia is left out of the tower's modes: in the assembled machine the flexible blades do
-    not follow the nodding and rolling of the second tower modes, and modes of a rigid rotor would miss
-    them by 8 % (docs/theory/structure.md). The multibody equations have the full inertia.
-    """
-    n, h = turbine.nacelle, turbine.hub
-    blades = turbine.n_blades * pieces[:, 0, 0].sum()
-    z = h.radius + np.sum(pieces[:, 0, 0] * axis[:, 2]) / pieces[:, 0, 0].sum()
-    rotor = h.mass + blades
-    # the blades lean upwind by the cone
-    along = (h.mass * h.mass_centre - blades * z * np.sin(h.precone)) / rotor if rotor > 0.0 else 0.0
-    c, s = np.cos(n.tilt), np.sin(n.tilt)
-    x_rotor, z_rotor = (along - n.overhang) * c, n.shaft_height - (along - n.overhang) * s
-    mass = turbine.tower.top_mass + n.mass + rotor
-    x, y, zn = n.mass_centre
-    centre = np.array([n.mass * x + rotor * x_rotor, n.mass * y, n.mass * zn + rotor * z_rotor]) / max(mass, 1e-9)
-    return rigid_body(mass, centre, np.zeros((3, 3)))
-
-
-def _per_blade(turbine: Turbine, rows: Float) -> Float:
-    """(rows, blades, nodes) from (rows, nodes)."""
-    return np.ascontiguousarray(np.repeat(rows[:, None, :], turbine.n_blades, axis=1))
-
-
-def _second(member: Member, position: Float) -> Float:
-    """(3 k k, nodes) displacements of second order, component fastest, then mode, then mode."""
-    k = len(member.names)
-    return member.second_at(position).transpose(0, 1, 3, 2).reshape(3 * k * k, len(position))
+def actuator_array(turbine: AnyTurbine, options: ModelOptions) -> Float:
+    """Parameters of pitch actuators, brake and yaw drive."""
+    p = Actuators(Actuators.zeros())
+    a, yaw = turbine.pitch_actuator, turbine.yaw
+    p.pitch_ideal = float(a.kind == "ideal")
+    p.pitch_frequency, p.pitch_damping, p.pitch_rate = a.natural_frequency, a.damping_ratio, a.rate_limit
+    p.pitch_minimum, p.pitch_maximum = a.minimum, a.maximum
+    p.brake_torque = turbine.drivetrain.brake_torque
+    p.yaw_rate = yaw.rate if options.yaw == "driven" else 0.0
+    p.yaw_acceleration = yaw.acceleration or 0.0
+    p.yaw_hold = -1.0
+    return p.array
 
 
 def electrical_of(turbine: AnyTurbine, options: ModelOptions) -> Float:
@@ -393,315 +225,3 @@ def electrical_of(turbine: AnyTurbine, options: ModelOptions) -> Float:
     if unfit := turbine.electrical.unfit(law.rated_power / law.rated_speed, speed):
         raise InputError(f"{turbine.name}: electrical.{unfit}")
     return electrical_array(turbine.electrical)
-
-
-def _structure(turbine: Turbine, environment: Environment, options: ModelOptions, gears: Float) -> Float:
-    array = StructureParameters.zeros()
-    v = View(StructureParameters, array)
-    n, h, d = turbine.nacelle, turbine.hub, turbine.drivetrain
-    axis_x, axis_y = turbine.blade.structure.axis_x, turbine.blade.structure.axis_y
-    v["gravity"] = environment.gravity
-    v["tower_base"], v["tower_length"] = turbine.tower.base_height, turbine.tower.length
-    v["top_mass"] = turbine.tower.top_mass
-    v["shaft_height"], v["overhang"], v["tilt"] = n.shaft_height, n.overhang, n.tilt
-    v["precone"], v["hub_radius"] = h.precone, h.radius
-    v["tip"] = (
-        0.0 if axis_x is None else axis_x[-1],
-        0.0 if axis_y is None else axis_y[-1],
-        turbine.rotor_radius,
-    )
-    v["hub_mass"], v["hub_centre"], v["hub_inertia"] = h.mass, h.mass_centre, h.inertia
-    v["nacelle_mass"], v["nacelle_centre"] = n.mass, n.mass_centre
-    x, y, _ = n.mass_centre
-    v["nacelle_inertia"] = (n.roll_inertia, n.nod_inertia, n.yaw_inertia - n.mass * (x * x + y * y))
-    v["gear_ratio"], v["generator_inertia"] = d.gear_ratio, d.generator_inertia
-    v["gearbox_efficiency"], v["gears"] = d.gearbox_efficiency, gears
-    v["generator_sense"] = 1.0 if d.gearbox is None or options.drivetrain == "two_mass" else d.gearbox.sense
-    v["shaft_stiffness"], v["shaft_damping"] = d.stiffness, d.damping
-    v["yaw_stiffness"], v["yaw_damping"] = turbine.yaw.stiffness, turbine.yaw.damping
-    return array
-
-
-def _blade_nodes(turbine: Turbine, beam: Beam, layout: NodeLayout, pieces: Float) -> Float:
-    axis = beam.at(layout.position, "axis")
-    array = _per_blade(turbine, _node_rows(turbine, pieces, axis))
-    if turbine.icing is not None:
-        heavy = _node_rows(turbine, pieces + ice_pieces(turbine, turbine.icing, beam, layout), axis)
-        for blade in turbine.icing.on(turbine.n_blades):
-            array[:, blade - 1] = heavy
-    return array
-
-
-def _node_rows(turbine: Turbine, pieces: Float, axis: Float) -> Float:
-    """(rows, nodes) of the pieces of one blade."""
-    rows = BladeNode.zeros(blade=1, node=len(pieces))[:, 0, :]
-    v = View(BladeNode, rows)
-    v["position"] = (axis + np.array([0.0, 0.0, turbine.hub.radius])).T
-    v["mass"] = pieces[:, 0, 0]
-    # the lower left block of a mass matrix is skew(first moment)
-    v["moment"] = np.stack([pieces[:, 5, 1], pieces[:, 3, 2], pieces[:, 4, 0]])
-    J = pieces[:, 3:, 3:]
-    v["inertia"] = np.stack([J[:, 0, 0], J[:, 1, 1], J[:, 2, 2], J[:, 0, 1], J[:, 0, 2], J[:, 1, 2]])
-    return rows
-
-
-def _tower_matrix(tower: Member, top_mass: float) -> Float:
-    k = len(tower.names)
-    matrix = np.zeros((4, k, k))
-    top = tower.modes.shape[:, -1, :3]
-    matrix[0] = tower.modes.mass_alone + top_mass * top @ top.T
-    matrix[1] = tower.modes.stiffness
-    matrix[2] = tower.damping
-    # own weight, P-delta: V = g sum m u_z, with the second-order displacement 1/2 q Z q
-    matrix[3] = np.einsum("n,kln->kl", _lumps(tower, top_mass), tower.second[:, :, :, 2])
-    return matrix
-
-
-def _tower_weight(tower: Member, top_mass: float) -> Float:
-    result: Float = -np.einsum("n,kn->k", _lumps(tower, top_mass), tower.modes.shape[:, :, 2])
-    return result
-
-
-def _lumps(member: Member, top_mass: float) -> Float:
-    """(n,) [kg] mass at the nodes of a member's mesh."""
-    z = member.modes.z
-    edges = np.concatenate([z[:1], 0.5 * (z[1:] + z[:-1]), z[-1:]])
-    mass: Float = member.beam.rigid_pieces(edges, member.modes.points)[:, 0, 0]
-    mass[-1] += top_mass
-    return mass
-
-
-def _tower_nodes(tower: Member, layout: NodeLayout) -> Float:
-    array = TowerNode.zeros(node=len(layout.position))
-    v = View(TowerNode, array)
-    # the pieces' inertia is taken about the middle of each piece, where section_loads puts their weight
-    middle = 0.5 * (layout.edges[1:] + layout.edges[:-1])
-    pieces = tower.beam.rigid_pieces(layout.edges, tower.beam.at(middle, "axis"))
-    v["height"], v["length"] = layout.position, layout.length
-    v["mass"] = pieces[:, 0, 0]
-    v["inertia"] = np.stack([pieces[:, 3, 3], pieces[:, 4, 4], pieces[:, 5, 5]])
-    return array
-
-
-def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, options: ModelOptions) -> Float:
-    array = AeroParameters.zeros()
-    v = View(AeroParameters, array)
-    c = options.stall_constants
-    v["air_density"] = environment.density
-    v["tip_factor"] = turbine.rotor_radius / (turbine.hub.radius + layout.position[-1])
-    v["inflow_lead"], v["inflow_time"], v["skew_factor"] = INFLOW_LEAD, options.inflow_time, SKEW_FACTOR
-    v["axial_drag"], v["tangential_drag"] = float(options.axial_drag), float(options.tangential_drag)
-    v["fade_begin"], v["fade_end"] = FADE_BEGIN, FADE_END
-    v["stall_a1"], v["stall_a2"], v["stall_b1"], v["stall_b2"] = c.a1, c.a2, c.b1, c.b2
-    v["stall_pressure"], v["stall_separation"] = c.pressure_lag, c.separation_lag
-    v["sweep_flap"] = -0.5 if options.chord_angle == "section" else 0.5
-    v["tower_cut"] = float(options.tower_influence == "lower_half")
-    return array
-
-
-def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
-    array = np.zeros(len(AeroOptions), dtype=np.int64)
-    chosen = {
-        "wake": ("none", "momentum").index(options.wake),
-        "high_induction": ("none", "buhl").index(options.high_induction),
-        "skew": ("none", "glauert").index(options.skew),
-        "inflow": ("quasi_steady", "constant", "variable").index(options.inflow),
-        "stall": ("static", "hansen").index(options.stall),
-        "stall_rotation": ("none", "camber", "openfast").index(options.stall_rotation),
-        "tower": int(options.tower_influence != "none"),
-        "tower_drag": int(options.tower_drag),
-        "iterations": options.induction_iterations,
-    }
-    for name, value in chosen.items():
-        array[AeroOptions.index(name)] = value
-    return array
-
-
-def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, polar_index: NDArray[np.int64]) -> Float:
-    a, B = turbine.blade.aerodynamics, turbine.n_blades
-    s = layout.position
-    rows = AeroNode.zeros(blade=1, node=len(s))[:, 0, :]
-    v = View(AeroNode, rows)
-
-    def at(values: Float | None) -> Float:
-        return np.zeros(len(s)) if values is None else np.interp(s, a.position, values)
-
-    structure = turbine.blade.structure
-    zero = np.zeros(len(structure.position))
-    axis_x = zero if structure.axis_x is None else structure.axis_x
-    axis_y = zero if structure.axis_y is None else structure.axis_y
-    v["chord"], v["twist"] = at(a.chord), at(a.twist)
-    # the aerodynamic centre is given from the pitch axis, the node lies on the beam's axis
-    v["centre"] = np.stack(
-        [
-            at(a.centre_x) - np.interp(s, structure.position, axis_x),
-            at(a.centre_y) - np.interp(s, structure.position, axis_y),
-            np.zeros(len(s)),
-        ]
-    )
-    if a.cant is not None:
-        v["slope_x"] = at(a.cant)
-    else:
-        for name, axis in (("slope_x", axis_x), ("slope_y", axis_y)):
-            v[name] = np.interp(s, structure.position, np.arctan(np.gradient(axis, structure.position)))
-    v["solid_length"] = B * v["chord"] / (2.0 * np.pi)
-    # lengths along the line of aerodynamic centres
-    line = [np.diff(x) for x in (a.position, a.centre_x, a.centre_y) if x is not None]
-    arc = np.concatenate([[0.0], np.cumsum(np.sqrt(np.sum(np.square(line), axis=0)))])
-    v["length"] = np.diff(np.interp(layout.edges, a.position, arc))
-    root, end, hub = np.interp(s, a.position, arc), arc[-1], turbine.hub.radius
-    v["tip_number"] = B * (end - root) / (2.0 * (hub + root)) if options.tip_loss else 1e9
-    v["hub_number"] = B * root / (2.0 * hub) if options.hub_loss else 1e9
-    v["end"] = ((v["tip_number"] < 1e-9) | (v["hub_number"] < 1e-9)).astype(float)
-    radius, tip = hub + s, turbine.rotor_radius
-    area = radius * layout.length
-    v["area"] = area / area.sum() / B
-    u = np.clip((radius / tip - RING_CENTRE) / RING_WIDTH, -1.0, 1.0)
-    ring = (1.0 - u * u) ** 3 * layout.length
-    if ring.sum() <= 0.0:
-        ring = np.where(np.abs(radius / tip - RING_CENTRE) == np.min(np.abs(radius / tip - RING_CENTRE)), 1.0, 0.0)
-    v["ring"] = ring / ring.sum() / B
-    array = _per_blade(turbine, rows)
-    View(AeroNode, array)["polar"] = polar_index
-    return array
-
-
-def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tuple[Float, Float, NDArray[np.int64]]:
-    """Polars at the nodes on the common grid: (g, rows, columns), (g, constants), index of each node."""
-    n = round(2.0 * np.pi / POLAR_STEP) + 1
-    grid = np.linspace(-np.pi, np.pi, n)
-    a = turbine.blade.aerodynamics
-    tables = {name: _table(airfoil, grid, options) for name, airfoil in turbine.airfoils.items()}
-    found: dict[tuple[str, str, float], int] = {}
-    polars: list[Float] = []
-    sections: list[Float] = []
-    index = np.zeros(len(layout.position), dtype=np.int64)
-    for i, s in enumerate(layout.position):
-        j = int(np.clip(np.searchsorted(a.position, s, side="right") - 1, 0, len(a.position) - 2))
-        w = float((s - a.position[j]) / (a.position[j + 1] - a.position[j]))
-        inner, outer = a.airfoil[j], a.airfoil[j + 1]
-        if inner == outer or w < 1e-6:
-            outer, w = inner, 0.0
-        elif w > 1.0 - 1e-6:
-            inner, w = outer, 0.0
-        key = (inner, outer, w)
-        if key not in found:
-            found[key] = len(polars)
-            polar, section = tables[inner]
-            if w > 0.0:
-                other, constants = tables[outer]
-                polar = (1.0 - w) * polar + w * other
-                dynamic = min(section[SectionConstants.index("dynamic")], constants[SectionConstants.index("dynamic")])
-                section = (1.0 - w) * section + w * constants
-                section[SectionConstants.index("dynamic")] = dynamic
-                if dynamic > 0.0 and options.stall_fit == "hansen":  # made for the blend, which then is recovered
-                    polar, section = _stall_columns(grid, polar, section)
-            polars.append(polar)
-            sections.append(section)
-        index[i] = found[key]
-    return np.stack(polars), np.stack(sections), index
-
-
-def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float, Float]:
-    """Polar on the grid and its constants."""
-    polar = np.zeros((len(grid), len(PolarPoint)))
-    for name in ("lift", "drag", "moment"):
-        polar[:, PolarPoint.index(name)] = np.interp(grid, airfoil.angle_of_attack, getattr(airfoil, name))
-    section = SectionConstants.zeros()
-    if not airfoil.dynamic_stall or np.ptp(airfoil.lift) < 0.01:
-        return polar, section
-    section[SectionConstants.index("dynamic")] = 1.0
-    if options.stall_fit == "hansen":
-        return _stall_columns(grid, polar, section)
-    if airfoil.zero_lift_angle is None or airfoil.zero_lift_drag is None:
-        raise InputError(
-            "stall_fit 'openfast' needs zero_lift_angle and zero_lift_drag of every airfoil with dynamic stall"
-        )
-    t = stall_tables.openfast(
-        airfoil.angle_of_attack, airfoil.lift, airfoil.drag, airfoil.zero_lift_angle, airfoil.zero_lift_drag
-    )
-    columns = {"attachment": t.attachment, "attached_lift": t.attached_lift, "separated_lift": t.separated_lift}
-    for name, values in columns.items():
-        polar[:, PolarPoint.index(name)] = np.interp(grid, airfoil.angle_of_attack, values)
-    view = View(SectionConstants, section)
-    view["slope"], view["zero_lift"], view["drag_floor"] = t.slope, t.zero_lift, t.drag_floor
-    return polar, section
-
-
-def _stall_columns(grid: Float, polar: Float, section: Float) -> tuple[Float, Float]:
-    """Columns and constants of the dynamic stall for a polar on the grid."""
-    t = stall_tables.hansen(grid, polar[:, PolarPoint.index("lift")], polar[:, PolarPoint.index("drag")])
-    polar, section = polar.copy(), section.copy()
-    polar[:, PolarPoint.index("attachment")] = t.attachment
-    polar[:, PolarPoint.index("attached_lift")] = t.attached_lift
-    polar[:, PolarPoint.index("separated_lift")] = t.separated_lift
-    view = View(SectionConstants, section)
-    view["slope"], view["zero_lift"], view["drag_floor"] = t.slope, t.zero_lift, t.drag_floor
-    return polar, section
-
-
-def _tower_flow(turbine: Turbine, layout: NodeLayout) -> Float:
-    array = TowerFlow.zeros(node=len(layout.position))
-    v = View(TowerFlow, array)
-    t = turbine.tower
-    v["height"] = t.base_height + layout.position
-    v["diameter"] = np.interp(layout.position, t.position, t.diameter)
-    v["drag"], v["length"] = t.drag_coefficient, layout.length
-    return array
-
-
-def _flap_nodes(turbine: Turbine, layout: NodeLayout) -> Float:
-    """(F, blades, nodes) share of each node's length that a flap covers."""
-    inner, outer = layout.edges[:-1], layout.edges[1:]
-    length = turbine.blade.length
-    shares = np.zeros((len(turbine.blade.flaps), turbine.n_blades, len(layout.position)))
-    for share, flap in zip(shares, turbine.blade.flaps, strict=True):
-        covered = np.minimum(outer, flap.end * length) - np.maximum(inner, flap.begin * length)
-        share[:] = np.maximum(covered, 0.0) / np.maximum(outer - inner, 1e-9)
-    return shares
-
-
-def _increments(turbine: Turbine) -> Float:
-    """(F, ALPHAS DELTAS, 3) increments on the grid of the kernels: bicubic between the data, faded beyond stall."""
-    result = np.zeros((len(turbine.blade.flaps), ALPHAS * DELTAS, 3))
-    if not len(result):
-        return result
-    from scipy.interpolate import PchipInterpolator, RectBivariateSpline  # a quarter of a second at start-up
-
-    alpha = INCREMENT_STEP * (np.arange(ALPHAS) - ALPHAS // 2)
-    delta = INCREMENT_STEP * (np.arange(DELTAS) - DELTAS // 2)
-    for table, flap in zip(result, turbine.blade.flaps, strict=True):
-        d = flap.increments
-        inside, bent = np.clip(alpha, *d.angle_of_attack[[0, -1]]), np.clip(delta, *d.deflection[[0, -1]])
-        fade = 0.5 + 0.5 * np.cos(np.pi * np.minimum(np.abs(alpha - inside) / FLAP_FADE, 1.0))
-        lift = RectBivariateSpline(d.angle_of_attack, d.deflection, d.lift)(inside, bent)
-        drag, moment = (PchipInterpolator(d.deflection, x)(bent) for x in (d.drag, d.moment))
-        grid = np.stack([lift, np.broadcast_to(drag, lift.shape), np.broadcast_to(moment, lift.shape)], axis=-1)
-        table[:] = (fade[:, None, None] * grid).reshape(-1, 3)
-    return result
-
-
-def _flap_actuators(turbine: Turbine) -> Float:
-    flaps = turbine.blade.flaps
-    array = FlapActuators.zeros(flap=len(flaps))
-    v = View(FlapActuators, array)
-    v["ideal"] = [float(f.frequency is None) for f in flaps]
-    v["frequency"] = [f.frequency or 1.0 for f in flaps]
-    for name in ("damping", "rate", "minimum", "maximum"):
-        v[name] = [getattr(f, name) for f in flaps]
-    return array
-
-
-def _actuators(turbine: Turbine, options: ModelOptions) -> Float:
-    array = Actuators.zeros()
-    v = View(Actuators, array)
-    a = turbine.pitch_actuator
-    v["pitch_ideal"] = float(a.kind == "ideal")
-    v["pitch_frequency"], v["pitch_damping"], v["pitch_rate"] = a.natural_frequency, a.damping_ratio, a.rate_limit
-    v["pitch_minimum"], v["pitch_maximum"] = a.minimum, a.maximum
-    v["brake_torque"] = turbine.drivetrain.brake_torque
-    yaw = turbine.yaw
-    v["yaw_rate"] = yaw.rate if options.yaw == "driven" else 0.0
-    v["yaw_acceleration"], v["yaw_friction"] = yaw.acceleration or 0.0, yaw.friction
-    v["yaw_hold"] = -1.0 if yaw.brake_torque is None else yaw.brake_torque + yaw.friction
-    return array

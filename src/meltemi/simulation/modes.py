@@ -7,18 +7,18 @@ turning rotor they are brought into multi-blade coordinates and averaged over th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroOptions
-from meltemi.control.actuators import ANGLE
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.threads import one_blas_thread
 from meltemi.maths.multiblade import fixed_frame
+from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
 from meltemi.simulation.case import Case
-from meltemi.simulation.machine import AnyModel
-from meltemi.simulation.model import Model, with_blades
+from meltemi.simulation.model import Model
 from meltemi.structure.kinematics import GENERATOR
 from meltemi.wind.fields import SteadyWind
 
@@ -59,9 +59,9 @@ class Mode:
         return "; ".join(f"{self.coordinates[i]} {abs(self.shape[i]):.2f}" for i in order if abs(self.shape[i]) > 0.05)
 
 
-def vacuum_case(model: Model) -> Case:
+def vacuum_case(model: BladedModel) -> Case:
     """A case without air or wind."""
-    still = model.with_static_gears().with_parameters(**{"aerodynamics.air_density": 0.0})
+    still = with_static_gears(model).with_parameters(**{"aerodynamics.air_density": 0.0})
     return Case(still, SteadyWind(speed=0.0))
 
 
@@ -105,7 +105,7 @@ def _check(*arrays: Float) -> None:
 
 @one_blas_thread
 def natural_modes(
-    model: AnyModel, rotor_speed: float = 0.0, *, pitch: float = 0.0, generator_free: bool = False
+    model: Model[Any], rotor_speed: float = 0.0, *, pitch: float = 0.0, generator_free: bool = False
 ) -> list[Mode]:
     """Modes of the machine in vacuum, lowest frequency first.
 
@@ -120,9 +120,9 @@ def natural_modes(
     """
     model = with_blades(model, "natural_modes")
     case = vacuum_case(model)
-    case["pitch"][ANGLE] = pitch
-    core, modes = model.n_core, len(model.blade.names)
-    generator = len(model.tower.names) + GENERATOR
+    case.view("pitch")["angle"] = pitch
+    core, modes = model.n_core, len(model.rotor.blade.names)
+    generator = len(model.rotor.tower.names) + GENERATOR
     if rotor_speed and model.n_blades != 3:
         raise UnsupportedError("natural modes of a turning rotor need three blades")
     if rotor_speed and model.environment.gravity:
@@ -144,7 +144,9 @@ def natural_modes(
             )
             K += k / AZIMUTHS
             D += d / AZIMUTHS
-        names[core:] = [f"{name} {part}" for name in model.blade.names for part in ("collective", "cosine", "sine")]
+        names[core:] = [
+            f"{name} {part}" for name in model.rotor.blade.names for part in ("collective", "cosine", "sine")
+        ]
         locked = case["locked"][core:].reshape(3, modes)[0]
         free = np.concatenate([free[free < core], core + np.flatnonzero(np.repeat(locked, 3) == 0.0)])
     else:
@@ -174,7 +176,7 @@ def growing(case: Case) -> str:
     The rotor is held at its present azimuth and speed. Without motion of the air's states, which takes more time, only
     those machines are looked at further in which something grows so.
     """
-    generator = len(case.model.tower.names) + GENERATOR
+    generator = len(case.model.rotor.tower.names) + GENERATOR
     free = np.flatnonzero((case["locked"] == 0.0) & (np.arange(len(case["q"])) != generator))
     options, kept = case["aero_options"], case["aero_options"].copy()
     options[AeroOptions.index("stall")], options[AeroOptions.index("iterations")] = 0, ITERATIONS
@@ -238,17 +240,17 @@ def _with_air(case: Case, free: NDArray[np.intp], step: float = 1e-5) -> Float:
     return A
 
 
-def highest_frequency(model: Model) -> float:
+def highest_frequency(model: BladedModel) -> float:
     """[rad/s] of the assembled machine at rest."""
     return _fastest(model)[0]
 
 
-def fastest_coordinate(model: Model) -> str:
+def fastest_coordinate(model: BladedModel) -> str:
     """Name of the coordinate that moves most at the highest frequency."""
     return _fastest(model)[1]
 
 
-def _fastest(model: Model) -> tuple[float, str]:
+def _fastest(model: BladedModel) -> tuple[float, str]:
     case = vacuum_case(model)
     free = np.flatnonzero(model.locked == 0.0)
     stiffness = -derivative_matrix(case, "q")[np.ix_(free, free)]
@@ -260,7 +262,7 @@ def _fastest(model: Model) -> tuple[float, str]:
     return float(np.sqrt(np.abs(squares[i]))), model.coordinates[free[int(np.argmax(np.abs(shapes[:, i])))]]
 
 
-def time_step(model: Model) -> float:
+def time_step(model: BladedModel) -> float:
     """Default time step [s]: the largest fraction of 0.05 s that resolves the highest frequency."""
     frequency = highest_frequency(model)
     return OUTPUT_STEP / max(2, int(np.ceil(OUTPUT_STEP * frequency / STEP_LIMIT)))

@@ -6,6 +6,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from meltemi.aero.variants import InflowModel, StallModel, TowerInfluence
 from meltemi.core.record import Record
 
 
@@ -94,11 +95,11 @@ class ModelOptions(Record):
     """Drag counts in the tangential momentum balance."""
     skew: Literal["glauert", "none"] = "glauert"
     """Redistribution of the induction in skewed wake."""
-    inflow: Literal["variable", "constant", "quasi_steady"] = "variable"
+    inflow: InflowModel = "variable"
     """Dynamic inflow with a time constant from wind and induction, a constant one, or none."""
     inflow_time: float = Field(default=4.0, gt=0.0)
     """[s] time constant of the constant variant."""
-    stall: Literal["hansen", "static"] = "hansen"
+    stall: StallModel = "hansen"
     """Dynamic stall, or static polars."""
     stall_constants: StallConstants = StallConstants()
     stall_fit: Literal["hansen", "openfast"] = "hansen"
@@ -111,7 +112,7 @@ class ModelOptions(Record):
     chord_angle: Literal["section", "openfast"] = "section"
     """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or as OpenFAST 5
     takes it out of its order of rotations."""
-    tower_influence: Literal["potential", "lower_half", "none"] = "potential"
+    tower_influence: TowerInfluence = "potential"
     """Potential flow around the tower; everywhere below its top, or only for blades that point down."""
     tower_drag: bool = True
     """The wind's drag on the tower."""

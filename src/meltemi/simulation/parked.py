@@ -13,21 +13,20 @@ Reference: docs/theory/simulation.md (M-16a, M-16b).
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import AIR_DENSITY
 from meltemi.control.baseline import parameters
 from meltemi.core.errors import InputError
 from meltemi.core.threads import one_blas_thread
+from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
 from meltemi.simulation.case import Case
-from meltemi.simulation.machine import AnyModel
-from meltemi.simulation.model import Model, with_blades
+from meltemi.simulation.model import Model
 from meltemi.simulation.modes import growing
 from meltemi.simulation.start import hold
-from meltemi.simulation.step import evaluate
+from meltemi.simulation.step import equations
 from meltemi.simulation.trim import (
     FARTHEST,
     FULL,
@@ -41,7 +40,6 @@ from meltemi.simulation.trim import (
     steady_wind,
 )
 from meltemi.structure.kinematics import GENERATOR
-from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import AnyWind
 
@@ -61,7 +59,7 @@ EXACT = 1e-10
 
 @one_blas_thread
 def parked_point(
-    model: AnyModel,
+    model: Model[Any],
     wind: float | AnyWind,
     *,
     rotor_speed: float | Idling = 0.0,
@@ -93,7 +91,7 @@ def parked_point(
     orbit = CarefulOrbit(model, steady)
     orbit.level = FULL
     if rotor_speed == "idling":
-        if model.locked[len(model.tower.names) + GENERATOR] > 0.0:
+        if model.locked[len(model.rotor.tower.names) + GENERATOR] > 0.0:
             raise InputError('parked_point: rotor_speed "idling" needs a generator that is not locked (options.locked)')
         standing, way = _swing_out(model, steady, angle, azimuth, generator_torque)
         if standing is not None:
@@ -108,7 +106,7 @@ def parked_point(
 
 
 def _swing_out(
-    model: Model, wind: SteadyWind, pitch: float, azimuth: float, torque: float
+    model: BladedModel, wind: SteadyWind, pitch: float, azimuth: float, torque: float
 ) -> tuple[OperatingPoint | None, float]:
     """Where a free rotor comes to rest that is let go at an azimuth, if anywhere, and the sense in which it turns.
 
@@ -156,17 +154,17 @@ def _idle(orbit: CarefulOrbit, way: float, pitch: float, torque: float) -> None:
 
 
 def _stand(
-    model: Model, wind: SteadyWind, pitch: float, azimuth: float, torque: float, judged: bool = True
+    model: BladedModel, wind: SteadyWind, pitch: float, azimuth: float, torque: float, judged: bool = True
 ) -> OperatingPoint:
     """Equilibrium at rest, ``judged`` for its stability."""
-    case = Case(model.with_static_gears(), wind)
+    case = Case(with_static_gears(model), wind)
     hold(case, pitch, torque)
-    case["drive"][ex.YAW_HELD] = 1.0
-    generator = len(model.tower.names) + GENERATOR
+    case.control.drive.yaw_held = 1.0
+    generator = len(model.rotor.tower.names) + GENERATOR
     q, radius = case["q"], model.turbine.rotor_radius
     q[generator] = azimuth
     free = np.flatnonzero((case["locked"] == 0.0) & (np.arange(len(q)) != generator))
-    density = float(case["aero"][AIR_DENSITY])
+    density = float(case.plain.aero.air_density)
 
     def accelerations() -> Float:
         case.settle(0.0)
@@ -174,7 +172,7 @@ def _stand(
 
     def balanced(share: float) -> bool:
         """Newton's method in a share of the air's density."""
-        case["aero"][AIR_DENSITY] = share * density
+        case.plain.aero.air_density = share * density
         moved = 0.0
         for _ in range(STEPS):
             base = accelerations()
@@ -202,7 +200,7 @@ def _stand(
     case.settle(0.0)
     case.begin_electric()
     case.loads(0.0)
-    evaluate(0.0, 0.0, case.system, False)  # with the forces in place
+    equations(0.0, 0.0, case.system)  # with the forces in place
     left_over = float(case["core_force"][generator])
     channels = channels_of(model)
     state = case["q"].copy()

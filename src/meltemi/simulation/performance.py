@@ -9,12 +9,11 @@ from collections import OrderedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from meltemi.aero.coefficient import coefficient_arrays, power_coefficient, thrust_coefficient
-from meltemi.control.actuators import ANGLE
+from meltemi.aero.coefficient import power_coefficient, rotor_coefficients, thrust_coefficient
 from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
-from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.structure.kinematics import GENERATOR
 from meltemi.turbine.performance import Float, Performance
 from meltemi.turbine.power_turbine import AnyTurbine, CalibratedCoefficient, PowerTurbine, TableCoefficient, aeroelastic
@@ -64,14 +63,14 @@ def rotor_performance(
     model = build(turbine, chosen)
     case = Case(model, SteadyWind(speed=wind_speed))
     rotor = case.view("rotor")
-    generator = len(model.tower.names) + GENERATOR
+    generator = len(model.rotor.tower.names) + GENERATOR
     R, rho = turbine.rotor_radius, model.environment.density
     area = np.pi * R**2
     thrust, torque = np.zeros((2, len(ratios), len(pitches)))
     for i, ratio in enumerate(ratios):
         case["v"][generator] = ratio * wind_speed / R
         for j, angle in enumerate(pitches):
-            case["pitch"][ANGLE] = angle
+            case.view("pitch")["angle"] = angle
             for psi in 2.0 * np.pi / model.n_blades / azimuths * np.arange(azimuths):
                 case["q"][generator] = psi
                 for _ in range(8):
@@ -113,15 +112,15 @@ def _pitches(turbine: AnyTurbine) -> Float:
 
 def _of_coefficient(turbine: PowerTurbine) -> Performance:
     described = turbine.coefficient
-    arrays = coefficient_arrays(described)
+    record = rotor_coefficients(described)
     if isinstance(described, TableCoefficient):
         ratios, pitches = np.array(described.tip_speed_ratio), np.array(described.pitch)
     elif isinstance(described, CalibratedCoefficient):
         ratios, pitches = np.arange(7.0, 11.51, RATIO_STEP), np.zeros(1)
     else:
         ratios, pitches = np.arange(1.0, MOST_RATIO + 1e-9, RATIO_STEP), _pitches(turbine)
-    power = np.array([[power_coefficient(*arrays, r, b) for b in pitches] for r in ratios])
+    power = np.array([[power_coefficient(r, b, record) for b in pitches] for r in ratios])
     thrust = np.full_like(power, np.nan)
     if isinstance(described, TableCoefficient) and described.thrust is not None:
-        thrust = np.array([[thrust_coefficient(*arrays, r, b) for b in pitches] for r in ratios])
+        thrust = np.array([[thrust_coefficient(r, b, record) for b in pitches] for r in ratios])
     return Performance(ratios, pitches, power, thrust, power / ratios[:, None])

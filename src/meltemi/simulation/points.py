@@ -7,11 +7,12 @@ from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
+from typing import Any
 
-from meltemi.simulation.engines import operating_point
-from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.model import Model
 from meltemi.simulation.parked import parked_point
+from meltemi.simulation.rotors import operating_point
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import NotConverged, OperatingPoint, rigid_point, steady_wind
 from meltemi.wind.fields import Wind
@@ -24,7 +25,7 @@ _POINTS: OrderedDict[tuple[str, ...], Future[OperatingPoint]] = OrderedDict()
 State = OperatingPoint | Start
 
 
-def begin_in(model: AnyModel, wind: Wind, start: State | None = None) -> tuple[State, tuple[str, ...]]:
+def begin_in(model: Model[Any], wind: Wind, start: State | None = None) -> tuple[State, tuple[str, ...]]:
     """The state in which a run begins, and what to know of it.
 
     Without a start it is steady operation; where none is found, that of a machine which does not deform, or is held at
@@ -41,7 +42,7 @@ def begin_in(model: AnyModel, wind: Wind, start: State | None = None) -> tuple[S
             found = shared_point(model, wind)
         elif isinstance(start, OperatingPoint):
             found = start
-        elif isinstance(model, Model) and start.coordinates is None and not start.velocities:
+        elif isinstance(model.rotor, BladedRotor) and start.coordinates is None and not start.velocities:
             found = _parked(model, wind, start)
         else:
             return _at_rest(start), ()
@@ -50,7 +51,7 @@ def begin_in(model: AnyModel, wind: Wind, start: State | None = None) -> tuple[S
         words = (f"the run begins undeflected and settles first: {error}",)
         if isinstance(start, Start):
             return _at_rest(start), words
-        if isinstance(model, Model):
+        if isinstance(model.rotor, BladedRotor):
             return _once(model, wind, ("rigid",), lambda: rigid_point(model, wind)), words
         control = model.turbine.control
         speed, most = control.pitch.reference_speed / model.turbine.drivetrain.gear_ratio, control.pitch.maximum
@@ -63,7 +64,7 @@ def _at_rest(start: Start) -> Start:
     return replace(start, rotor_speed=0.0) if start.rotor_speed == "idling" else start
 
 
-def shared_point(model: AnyModel, wind: Wind) -> OperatingPoint:
+def shared_point(model: Model[Any], wind: Wind) -> OperatingPoint:
     """The operating point in which a run begins; threads that ask for the same one wait for the first of them.
 
     Raises:
@@ -72,7 +73,7 @@ def shared_point(model: AnyModel, wind: Wind) -> OperatingPoint:
     return _once(model, wind, (), lambda: operating_point(model, steady_wind(wind, model.turbine.hub_height)))
 
 
-def _parked(model: Model, wind: Wind, start: Start) -> OperatingPoint:
+def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:
     def make() -> OperatingPoint:
         return parked_point(
             model,
@@ -86,7 +87,7 @@ def _parked(model: Model, wind: Wind, start: Start) -> OperatingPoint:
     return _once(model, wind, (repr(start),), make)
 
 
-def _once(model: AnyModel, wind: Wind, kind: tuple[str, ...], make: Callable[[], OperatingPoint]) -> OperatingPoint:
+def _once(model: Model[Any], wind: Wind, kind: tuple[str, ...], make: Callable[[], OperatingPoint]) -> OperatingPoint:
     key = (model.content_hash(), steady_wind(wind, model.turbine.hub_height).content_hash(), *kind)
     with _LOCK:
         found = _POINTS.get(key)

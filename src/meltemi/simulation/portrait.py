@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, MeltemiError
-from meltemi.simulation.engines import build, operating_point
-from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import Mode, natural_modes
 from meltemi.simulation.performance import performance_of, rotor_performance
+from meltemi.simulation.rotors import build, operating_point
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.structure.beam import Beam
 from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam
@@ -49,7 +49,7 @@ class Portrait:
     """
 
     turbine: Turbine
-    model: Model | None
+    model: BladedModel | None
     blade: Member | None
     modes: tuple[Mode, ...] | None
     performance: Performance | None
@@ -174,7 +174,9 @@ def _above(turbine: AnyTurbine, point: OperatingPoint) -> bool:
     return point.pitch > turbine.control.pitch.minimum + RATED_PITCH
 
 
-def _curve(model: AnyModel, problems: dict[str, str], progress: Callable[[float], None]) -> tuple[OperatingPoint, ...]:
+def _curve(
+    model: Model[Any], problems: dict[str, str], progress: Callable[[float], None]
+) -> tuple[OperatingPoint, ...]:
     """Operating points each 1 m/s, and those that bracket rated wind; speeds without one are left out."""
     turbine = model.turbine
     found: dict[float, OperatingPoint] = {}

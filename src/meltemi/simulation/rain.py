@@ -23,7 +23,7 @@ from meltemi.turbine.thickness import relative_thickness
 Float = NDArray[np.float64]
 
 DRAG = PolarPoint.index("drag")
-DRAG_FLOOR, ZERO_LIFT = SectionConstants.slots("drag_floor zero_lift")
+DRAG_FLOOR, ZERO_LIFT = (SectionConstants.index(name) for name in "drag_floor zero_lift".split())
 
 
 def drag_of_drops(water_over_air: float, thickness: float, angle_of_attack: Float) -> Float:

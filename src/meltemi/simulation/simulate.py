@@ -20,30 +20,28 @@ import numba
 import numpy as np
 from numba import types
 
-from meltemi.aero.tables import AIR_DENSITY
 from meltemi.control import constant
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, Entry, LogEntry, StartPoint
-from meltemi.control.faults import happen, report
-from meltemi.control.signals import GRID, Demands, Measurements
+from meltemi.control.faults import happen
+from meltemi.control.signals import Demands, Measurements
 from meltemi.control.supervisor.tables import STATES
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds, kernel_for
-from meltemi.electrical.advance import TRIP
 from meltemi.environment.grid import PowerGrid
 from meltemi.maths.records import Kind
 from meltemi.maths.tables import View
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation import step
-from meltemi.simulation.case import LEAST_BRAKE_SPEED, BaseCase, Stations
+from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.electric import check_grid
-from meltemi.simulation.engines import default_step, engine_of, new_case
 from meltemi.simulation.events import Happening, ignored, out_of_place, read_events, refuse_dips, schedule
-from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Finding, Result
+from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.simulation.validity import found
@@ -56,7 +54,7 @@ CHUNK_SECONDS = 0.1
 
 
 def simulate(
-    model: AnyModel,
+    model: Model[Any],
     wind: float | AnyWind,
     *,
     duration: float,
@@ -159,7 +157,7 @@ class Simulation:
 
     def __init__(
         self,
-        model: AnyModel,
+        model: Model[Any],
         wind: float | AnyWind,
         *,
         duration: float,
@@ -172,9 +170,9 @@ class Simulation:
         grid: PowerGrid | None = None,
         transient: float = 0.0,
         numbers: Kind = "lanes",
-        prepare: Callable[[BaseCase], None] | None = None,
+        prepare: Callable[[Case], None] | None = None,
     ) -> None:
-        turbine, engine = model.turbine, engine_of(model)
+        turbine, kind = model.turbine, kind_of(model)
         if not (math.isfinite(duration) and duration > 0.0):
             raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
         if not 0.0 <= transient < duration:
@@ -201,7 +199,7 @@ class Simulation:
         if controller is None:
             self._noticed += ignored(self.events)
         wind = realised(wind, turbine, duration)
-        reach = engine.reach(turbine)
+        reach = kind.reach(turbine)
         check_coverage(
             wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
         )
@@ -217,21 +215,21 @@ class Simulation:
 
         start, words = begin_in(model, wind, start)
         self._noticed += words
-        case = new_case(model, wind, stations, numbers=numbers, grid=grid)
+        case = Case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log
         entry = case.bind(controller, first_point(model, wind, start))
         if case.controller.close is not None:
             weakref.finalize(self, case.controller.close)  # of a run that nobody marches to its end
         # dry friction acts over a speed that a step of full braking cannot jump across: as a damper on the generator
         # it has h c / J = 0.4, below the bound of 0.5 with room for the shaft (docs/theory/simulation.md, M-7)
-        brake_step = turbine.drivetrain.brake_torque * dt / engine.brake_inertia(turbine)
+        brake_step = turbine.drivetrain.brake_torque * dt / kind.brake_inertia(turbine)
         case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.5 * brake_step)
         if prepare is not None:
             prepare(case)
         start.put(case)
         case.begin_electric(dt)
         begin(case)
-        case.clock[step.EVERY_OUTPUT], case.clock[step.EVERY_CONTROL] = every_output, every_control
+        case.clock.every_output, case.clock.every_control, case.settings.time_step = every_output, every_control, dt
         self.model, self.wind, self.case, self.controller = model, wind, case, case.controller
         self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
         self.start = {
@@ -248,8 +246,9 @@ class Simulation:
         if numbers == "duals":
             case.slopes["output"] = np.zeros((*self._output.shape, N_DERIVATIVES))
         places = np.array([case.place(channel) for channel in chosen], dtype=np.int64)
-        self._arguments = (entry.function, *case.advance_arguments(dt, places, self._output))
-        self._march = compiled_advance(case.time_loop, *self._arguments)
+        self._run = case.run(places, self._output)
+        self._arguments = (entry.function, self._run, case.control, case.system, case.one, case.plain, case.sections)
+        self._march = compiled_advance(*self._arguments)
         self._march(0, *self._arguments)
         self._moving = (
             case.signals.vector,
@@ -257,7 +256,7 @@ class Simulation:
             case.measured,
             case.v_old,
             case.a_old,
-            case.clock,
+            case.clock.array,
             case.controller_state,
             case["faults"],
             case["watch"],
@@ -270,31 +269,31 @@ class Simulation:
     @property
     def time(self) -> float:
         """[s] that have been simulated."""
-        return float(self.case.clock[step.STEP]) * self.dt
+        return float(self.case.clock.step) * self.dt
 
     @property
     def share(self) -> float:
         """Share of the run that is done."""
-        return float(self.case.clock[step.STEP]) / self.n_steps
+        return float(self.case.clock.step) / self.n_steps
 
     @property
     def status(self) -> Status:
         """How the run stands."""
         if self.interrupted:
             return Status.INTERRUPTED
-        status = Status(int(self.case.clock[step.STATUS]))
+        status = Status(int(self.case.clock.status))
         return Status.DOUBTFUL if status is Status.OK and found(self.case["watch"]) else status
 
     @property
     def finished(self) -> bool:
         """The end is reached, or something ended the run early."""
-        stopped = self.interrupted or self.case.clock[step.STATUS] != step.OK
-        return bool(stopped or self.case.clock[step.STEP] >= self.n_steps)
+        stopped = self.interrupted or self.case.clock.status != step.OK
+        return bool(stopped or self.case.clock.step >= self.n_steps)
 
     def advance(self, n_steps: int) -> None:
         """March some time steps, no further than to the end."""
         began = clock_time.perf_counter()
-        self._march(min(n_steps, self.n_steps - int(self.case.clock[step.STEP])), *self._arguments)
+        self._march(min(n_steps, self.n_steps - int(self.case.clock.step)), *self._arguments)
         self.run_seconds += clock_time.perf_counter() - began
         if isinstance(self.case.entry.exception, KeyboardInterrupt):  # came while a controller in Python ran
             self.interrupted = True
@@ -334,9 +333,8 @@ class Simulation:
             raise InputError(f"step: the run has ended ({self.status.name}); reset() begins it anew")
         if demands is not None:
             self._demand(demands)
-        clock[step.WANT_LOADS] = 1
-        every = int(clock[step.EVERY_CONTROL])
-        self.advance(every - int(clock[step.STEP]) % every)
+        clock.want_loads, every = 1, int(clock.every_control)
+        self.advance(every - int(clock.step) % every)
         return self._measure()
 
     def _demand(self, demands: Mapping[str, float] | Sequence[float]) -> None:
@@ -355,17 +353,11 @@ class Simulation:
         now[:] = demands
 
     def _measure(self) -> View:
-        case = self.case
-        now = int(case.clock[step.STEP])
-        if len(case.events):
-            case.clock[step.NEXT_EVENT] = happen(now, int(case.clock[step.NEXT_EVENT]), case.events, case["faults"])
-        density = float(case["aero"][AIR_DENSITY])
-        step.surroundings(now * self.dt, case["conditions"], density, case["faults"], case["outside"])
-        case.sample(now * self.dt)
-        if case.clock[step.NEXT_EVENT] > 0:
-            report(now * self.dt, case["faults"], case.measured)
-        if case["electric"][TRIP] > 0.0:
-            case.measured[GRID] = 0.0
+        case, clock = self.case, self.case.clock
+        clock.next_event = happen(int(clock.step), int(clock.next_event), case.events, case.control.faults)
+        t = int(clock.step) * self.dt
+        step.surroundings(t, case.control, case.system)
+        step.sense(t, int(clock.next_event), case.control, case.system)
         return View(Measurements, case.measured.copy())  # of its own, so it stays as it is
 
     def motion(self) -> tuple[Any, Any]:
@@ -375,7 +367,7 @@ class Simulation:
 
     def log(self) -> list[LogEntry]:
         """What has happened so far, by time; an event comes before what a controller makes of it."""
-        entries = [entry for at, entry in self._planned if at < self.case.clock[step.STEP]]
+        entries = [entry for at, entry in self._planned if at < self.case.clock.step]
         if self.case.trip:
             since = float(self.case.view("electric")["off_time"])
             entries.append(LogEntry(self.time - since, "protection", "electrical system tripped", self.case.trip))
@@ -385,7 +377,7 @@ class Simulation:
 
     def result(self) -> Result:
         """What has been recorded so far."""
-        rows = int(self.case.clock[step.ROW])
+        rows = int(self.case.clock.row)
         data = self._output[:rows].copy()
         for j, channel in enumerate(self.channels):
             if channel.wrap:
@@ -417,7 +409,7 @@ class Simulation:
         )
 
 
-def first_point(model: AnyModel, wind: Wind, start: OperatingPoint | Start) -> StartPoint:
+def first_point(model: Model[Any], wind: Wind, start: OperatingPoint | Start) -> StartPoint:
     """Where the controller of a run starts."""
     turbine = model.turbine
     speed = float(start.rotor_speed) * turbine.drivetrain.gear_ratio
@@ -444,12 +436,12 @@ def _multiple(value: float, dt: float, name: str) -> int:
     return n
 
 
-def model_channels(model: AnyModel, stations: Stations | None = None) -> dict[str, Channel]:
+def model_channels(model: Model[Any], stations: Stations | None = None) -> dict[str, Channel]:
     """Everything that can be recorded of a model."""
-    return engine_of(model).channels(model, stations or Stations())
+    return kind_of(model).channels(model, stations or Stations())
 
 
-def choose(model: AnyModel, names: Sequence[str], stations: Stations) -> list[Channel]:
+def choose(model: Model[Any], names: Sequence[str], stations: Stations) -> list[Channel]:
     """Channels by name, each once; those of stations that are asked for without any channel of theirs, too.
 
     Raises:
@@ -466,7 +458,7 @@ def choose(model: AnyModel, names: Sequence[str], stations: Stations) -> list[Ch
             continue
         if name in DEFAULT and name not in available and (whole or name.endswith("_3")):
             continue  # of a blade that a two-bladed turbine does not have, or of blades where there are none
-        channel = engine_of(model).channel(name, model, available)
+        channel = kind_of(model).channel(name, model, available)
         found[channel.name] = channel
     for wanted, beginning in ((stations.blade, "station_"), (stations.tower, "tower_station_")):
         if wanted and not any(name.startswith(beginning) for name in found):
@@ -482,15 +474,16 @@ def _loop_for(function: Any, signature: Any) -> Any:
     return kernel_for(signature)(function)
 
 
-def compiled_advance(advance: Any, *arguments: Any) -> Any:
+def compiled_advance(*arguments: Any) -> Any:
     """The time loop compiled for its arguments but the first; the controller has the type of all controllers."""
     if numba.config.DISABLE_JIT:
-        return advance
+        return step.advance
     entry = ENTRY_DUALS if arguments[0].signatures == [UPDATE_DUALS.args] else ENTRY
-    return _loop_for(advance, types.void(types.int64, entry, *(numba.typeof(argument) for argument in arguments[1:])))
+    types_ = (numba.typeof(argument) for argument in arguments[1:])
+    return _loop_for(step.advance, types.void(types.int64, entry, *types_))
 
 
-def explain(case: BaseCase, status: Status, t: float, dt: float) -> str:
+def explain(case: Case, status: Status, t: float, dt: float) -> str:
     """Why a run ended, with time, state and a hint."""
     if status.complete:
         return ""

@@ -7,14 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from meltemi.control.actuators import ANGLE
 from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel
-from meltemi.simulation.case import BaseCase, Case
+from meltemi.simulation.case import Case
 from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT
-from meltemi.turbine import exchange as ex
 
 GEAR_SWEEPS = 8
 """Each makes what is missing less by the gears' share in the inertia of rotor and generator."""
@@ -50,7 +48,7 @@ class Start:
     velocities: Mapping[str, float] = field(default_factory=dict)
     azimuth: float = 0.0
 
-    def put(self, case: BaseCase) -> None:
+    def put(self, case: Case) -> None:
         """Write the initial conditions into a case.
 
         Raises:
@@ -71,7 +69,7 @@ class Start:
         case.settle(0.0)
 
 
-def hold(case: BaseCase, pitch: float, torque: float) -> None:
+def hold(case: Case, pitch: float, torque: float) -> None:
     """Set actuators and demands to a pitch angle and a generator torque at rest.
 
     Raises:
@@ -80,8 +78,8 @@ def hold(case: BaseCase, pitch: float, torque: float) -> None:
     if not abs(pitch) <= math.pi:
         raise InputError(f"pitch {pitch:g} rad is not between -pi and pi; from degrees: math.radians")
     case["pitch"][:] = 0.0
-    case["pitch"][ANGLE] = pitch
-    case["drive"][ex.GENERATOR_TORQUE] = torque
+    case.view("pitch")["angle"] = pitch
+    case.control.drive.generator_torque = torque
     case["gears"][:] = 0.0
     demands = case["demands"]
     demands[:] = 0.0
@@ -89,11 +87,11 @@ def hold(case: BaseCase, pitch: float, torque: float) -> None:
     demands[PITCH_DEMAND : PITCH_DEMAND + case.model.n_blades] = pitch
 
 
-def begin(case: BaseCase) -> None:
+def begin(case: Case) -> None:
     """Compute everything at time 0 after the state was set, so that the first step finds it."""
     for _ in range(GEAR_SWEEPS if case["gears"].size else 1):
         case.evaluate(0.0)
-        if isinstance(case, Case):  # with or without a gearbox: it compiles nothing of its own
+        if "gear_modes" in case.arrays:  # with or without modes: it compiles nothing of its own
             settle_gears(case.system)
     case.loads(0.0)
     case.v_old[:], case.a_old[:] = case["v"], case["a"]

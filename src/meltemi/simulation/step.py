@@ -28,79 +28,86 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import atan2, sin, sqrt
-from typing import Any
 
-from numpy import float32, float64, int64
+from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.aero.flaps import ANGLE as FLAP_ANGLE
-from meltemi.aero.rotor import disk_averages, loads, quasi_steady, relative_wind
-from meltemi.aero.tables import AIR_DENSITY
+from meltemi.aero.rotor import derivatives, disk_averages, loads, quasi_steady, relative_wind, settle
 from meltemi.aero.tower_flow import tower_load, tower_wind
-from meltemi.control import faults as ft
-from meltemi.control import signals as sg
-from meltemi.control.actuators import ANGLE, OFFSET, drive_advance, flap_advance, pitch_advance, yaw_advance
+from meltemi.control.actuators import drive_advance, flap_advance, pitch_advance, yaw_advance
 from meltemi.control.faults import happen, report
 from meltemi.core.kernel import kernel
-from meltemi.electrical.advance import GRID_POWER, ON, TRIP, electric_advance
-from meltemi.electrical.advance import TORQUE as ELECTRIC_TORQUE
-from meltemi.environment import conditions as cd
+from meltemi.electrical.advance import electric_advance
 from meltemi.environment.conditions import conditions_now
 from meltemi.maths.algebra import Vec
-from meltemi.maths.tables import MAX_BLADES, Table, number, xyz
-from meltemi.numbers.views import viewer
-from meltemi.simulation.system import Outputs, System
+from meltemi.numbers.dispatch import by_record
+from meltemi.simulation.system import AnySystem, Control, Outputs, Run, System, generator_speed, rotor_speed, shaft_row
 from meltemi.simulation.validity import watch_blades, watch_shaft
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
-from meltemi.structure.kinematics import GENERATOR, N_SHAFT, YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
+from meltemi.structure.kinematics import GENERATOR, TORSION, YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
 from meltemi.structure.section_loads import blade_loads, chain_loads, station_loads, tower_loads
-from meltemi.structure.tables import BladeRootLoad, MachineLoad, StructureParameters
-from meltemi.turbine import exchange as ex
 from meltemi.wind.velocity import series_now, wind_velocity
 
 Float = NDArray[float64]
-Int = NDArray[int64]
+Controller = Callable[[Float, Float, Float, float], None]
 
-
-class Summary(Table):
-    """Quantities that belong to the whole machine."""
-
-    time: float = number("s", "simulation time")
-    wind: Vec = xyz("m/s", "undisturbed wind on the tower's axis, at the height of the undeflected hub, inertial axes")
-    hub_wind: Vec = xyz("m/s", "the same at the hub, where it has moved to")
-    generator_speed: float = number("rad/s", "of the generator's shaft")
-    generator_torque: float = number("N m", "on the generator's shaft")
-    power: float = number("W", "electrical")
-    rotor_power: float = number("W", "mechanical, of the low-speed shaft")
-
-
-TIME, WIND, HUB_WIND, GENERATOR_SPEED, TORQUE, POWER, ROTOR_POWER = Summary.slots(
-    "time wind hub_wind generator_speed generator_torque power rotor_power"
-)
-
-STEP, STATUS, ROW, NEXT_EVENT, EVERY_OUTPUT, EVERY_CONTROL, CORRECTIONS, WANT_LOADS = range(8)
-"""Places in ``clock``: instant, status, next output row, next event; periods in steps, options."""
-N_CLOCK = 8
-N_OUTSIDE = sg.GRID - sg.AIR_TEMPERATURE
-"""Measurements of what is around the turbine, in the order of the conditions."""
-(R_MOMENT,) = BladeRootLoad.slots("moment")
-APEX_MOMENT, YAW_MOMENT, TOP_TOTAL_ACCELERATION = MachineLoad.slots("apex_moment yaw_moment top_acceleration")
-SHAFT_TORQUE = APEX_MOMENT
-"""The first component of the apex moment is the torque."""
-OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND = 0, 1, 2, 3
-"""Values of ``clock[STATUS]``, as in ``core.errors.Status``."""
+OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND, UNKNOWN_ROTOR = 0, 1, 2, 3, 6
+"""Values of the run's status, as in ``core.errors.Status``."""
 ABSURD = 1e6
-"""Coordinates (m, rad) and velocities beyond this have diverged."""
+"""Coordinates (m, rad) and velocities beyond this have diverged; a million radians are a day at rated speed."""
 
-RUN_PARTS = (
-    "controller_state measured demands faults actuators flap_actuators conditions outside electrical electric v_old "
-    "a_old spare aero_state signals output watch"
-).split()
-"""Arrays of a run under way, see :func:`advance`."""
-GEAR_RATIO, TOWER_BASE, TOWER_LENGTH, SHAFT_HEIGHT, OVERHANG, TILT, YAW_STIFFNESS = StructureParameters.slots(
-    "gear_ratio tower_base tower_length shaft_height overhang tilt yaw_stiffness"
-)
+
+# what depends on the rotor ------------------------------------------------------------------------------
+
+
+@by_record
+def evaluate(t: float, dt: float, m: AnySystem) -> None:
+    """Everything at time ``t``; the accelerations go to ``a``.
+
+    Args:
+      dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first, and at whose end the modes
+        of a gearbox were predicted; 0 leaves them.
+    """
+
+
+@by_record
+def section_loads(m: AnySystem, s: Outputs, everywhere: bool) -> None:
+    """Section loads after an evaluation.
+
+    Args:
+      m: node by node, not in lanes.
+      everywhere: along tower and blades, too, not only at roots, hub and yaw bearing.
+    """
+
+
+@by_record
+def settle_inflow(m: AnySystem) -> None:
+    """Bring the states of inflow and stall to their steady values for the last evaluation."""
+
+
+@by_record
+def inflow_rates(m: AnySystem) -> None:
+    """Time derivatives of these states after an evaluation."""
+
+
+@by_record
+def begin_step(dt: float, m: AnySystem) -> None:
+    """Predict what follows from nothing else at the next instant, after coordinates and actuators."""
+
+
+@by_record
+def end_step(dt: float, m: AnySystem) -> None:
+    """Complete what :func:`begin_step` predicted, with the accelerations at the end of the step."""
+
+
+@by_record
+def check_rotor(t: float, m: AnySystem, run: Run) -> bool:
+    """Check the criteria of validity of the rotor; False if its model knows no loads here."""
+    raise NotImplementedError
+
+
+# blades and tower ---------------------------------------------------------------------------------------
 
 
 @kernel
@@ -108,11 +115,7 @@ def equations(t: float, dt: float, m: System) -> None:
     """The assembled equations of motion at time ``t`` for coordinates q and velocities v.
 
     Mass matrix and forces are left in ``core_mass``, ``core_force``, ``coupling``, ``arm_mass`` and
-    ``arm_force``.
-
-    Args:
-      dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first, and at whose end the modes
-        of a gearbox were predicted; 0 leaves them.
+    ``arm_force``; ``dt`` is that of :func:`evaluate`.
     """
     # motion
     tower_top(m)
@@ -120,34 +123,68 @@ def equations(t: float, dt: float, m: System) -> None:
     blade_frames(m)
     blade_motion(m)
     # wind and aerodynamic loads
-    series_now(t, m.series, m.now.array)
-    tower_wind(t, m.q, m.v, m.tower_shape.array, m.wind.array, m.now.array, m.box, m.tower_lanes.array)
+    series_now(t, m)
+    tower_wind(t, m)
     relative_wind(t, m)
     disk_averages(m)
     quasi_steady(m)
     loads(dt, m)
-    drag = m.aero_options.tower_drag * m.aero.air_density
-    tower_load(drag, m.tower_lanes.array, m.tower_shape.array, m.tower_push)
+    tower_load(m)
     # equations of motion
     collect_blades(m)
     assemble(dt, m)
 
 
-view_run = viewer()
-
-
+@evaluate.variant
 @kernel
-def evaluate(t: float, dt: float, m: System, solve: bool) -> None:
-    """Everything at time ``t``; the accelerations go to ``a``.
-
-    Args:
-      dt: as of :func:`equations`.
-      solve: False leaves the equations of motion assembled.
-    """
+def _(t: float, dt: float, m: System) -> None:
     equations(t, dt, m)
-    if solve:
-        accelerations(m)
-        gear_accelerations(dt, m)
+    accelerations(m)
+    gear_accelerations(dt, m)
+
+
+@section_loads.variant
+@kernel
+def _(m: System, s: Outputs, everywhere: bool) -> None:
+    blade_loads(m, s)
+    chain_loads(m, s)
+    if everywhere:
+        tower_loads(m, s)
+        station_loads(m, s)
+
+
+@settle_inflow.variant
+@kernel
+def _(m: System) -> None:
+    settle(m)
+
+
+@inflow_rates.variant
+@kernel
+def _(m: System) -> None:
+    derivatives(m)
+
+
+@begin_step.variant
+@kernel
+def _(dt: float, m: System) -> None:
+    gear_begin(dt, m)
+
+
+@end_step.variant
+@kernel
+def _(dt: float, m: System) -> None:
+    gear_end(dt, m)
+
+
+@check_rotor.variant
+@kernel
+def _(t: float, m: System, run: Run) -> bool:
+    watch_blades(t, m, run.watch)
+    return True
+
+
+# any turbine --------------------------------------------------------------------------------------------
 
 
 @kernel
@@ -157,316 +194,223 @@ def electrical_power(mechanical: float, efficiency: float) -> float:
 
 
 @kernel
-def sample(
-    t: float,
-    q: Float,
-    v: Float,
-    n_core: int,
-    structure: Float,
-    drive: Float,
-    pitch: Float,
-    flap: Float,
-    actuators: Float,
-    root: Float,
-    chain: Float,
-    summary: Float,
-    efficiency: float,
-    outside: Float,
-    electrical: Float,
-    electric: Float,
-    measured: Float,
-) -> None:
-    """What the sensors give at time ``t``: motion of this instant, loads of the last one."""
-    n = n_core - N_SHAFT
-    generator_speed = structure[GEAR_RATIO] * v[n + GENERATOR]
-    measured[sg.TIME] = t
-    measured[sg.GENERATOR_SPEED] = generator_speed
-    measured[sg.ROTOR_SPEED] = v[n + GENERATOR] + v[n + GENERATOR + 1]
-    measured[sg.AZIMUTH] = q[n + GENERATOR] + q[n + GENERATOR + 1]
-    measured[sg.TORQUE] = drive[ex.GENERATOR_TORQUE]
-    measured[sg.POWER] = electrical_power(drive[ex.GENERATOR_TORQUE] * generator_speed, efficiency)
-    if electrical[ON] > 0.0:
-        measured[sg.POWER] = electric[GRID_POWER]
-    measured[sg.YAW] = q[n]
-    measured[sg.YAW_RATE] = v[n]
-    for b in range(pitch.shape[1]):
-        measured[sg.PITCH + b] = pitch[ANGLE, b] - actuators[OFFSET + b]
-        measured[sg.OUT_OF_PLANE_MOMENT + b] = root[R_MOMENT + 1, b]
-        measured[sg.IN_PLANE_MOMENT + b] = root[R_MOMENT, b]
-    for j in range(flap.shape[1]):
-        for b in range(flap.shape[2]):
-            measured[sg.FLAP + MAX_BLADES * j + b] = flap[FLAP_ANGLE, j, b]
-    u, w = summary[HUB_WIND], summary[HUB_WIND + 1]
-    measured[sg.WIND_SPEED] = sqrt(u * u + w * w)
-    measured[sg.WIND_DIRECTION] = atan2(-w, u)
-    measured[sg.FORE_AFT_ACCELERATION] = chain[TOP_TOTAL_ACCELERATION]
-    measured[sg.SIDE_SIDE_ACCELERATION] = chain[TOP_TOTAL_ACCELERATION + 1]
-    measured[sg.ROTOR_POWER] = summary[ROTOR_POWER]
-    for i in range(3):
-        measured[sg.HUB_MOMENT + i] = chain[APEX_MOMENT + i]
-        measured[sg.YAW_BEARING_MOMENT + i] = chain[YAW_MOMENT + i]
-    for i in range(N_OUTSIDE):
-        measured[sg.AIR_TEMPERATURE + i] = outside[cd.AIR_TEMPERATURE + i]
-    measured[sg.POWER_REFERENCE] = outside[cd.POWER_REFERENCE]
+def surroundings(t: float, c: Control, m: AnySystem) -> None:
+    """Weather and grid at time ``t``, with the grid's voltage as events leave it."""
+    conditions_now(t, c.conditions, m.aero.air_density, c.outside)
+    c.outside.grid_voltage *= c.faults.voltage * c.faults.grid
+    m.aero.air_density = c.outside.air_density
 
 
 @kernel
-def surroundings(t: float, conditions: Float, density: float, faults: Float, outside: Float) -> None:
-    """What surrounds the machine at time ``t``: the conditions, with the grid's voltage as events leave it."""
-    conditions_now(t, conditions, density, outside)
-    outside[cd.GRID_VOLTAGE] *= faults[ft.VOLTAGE] * faults[ft.GRID]
+def sample(t: float, c: Control, m: AnySystem) -> None:
+    """Measurements at time ``t``: motion of this instant, loads of the last one."""
+    x, n, drive, outside, chain = c.measured, shaft_row(m), c.drive, c.outside, c.chain
+    x.time = t
+    x.generator_speed = generator_speed(m)
+    x.rotor_speed = rotor_speed(m)
+    x.azimuth = m.q[n + GENERATOR] + m.q[n + TORSION]
+    x.torque = drive.generator_torque
+    x.power = electrical_power(drive.generator_torque * generator_speed(m), c.settings.efficiency)
+    if c.electrical.on > 0.0:
+        x.power = c.electric.grid_power
+    x.yaw = m.q[n + YAW]
+    x.yaw_rate = m.v[n + YAW]
+    for b in range(c.pitch.blades):
+        moment = c.root.moment[b]
+        x.pitch[b] = c.pitch.angle[b] - c.actuators.pitch_offset[b]
+        x.out_of_plane_moment[b] = moment.y
+        x.in_plane_moment[b] = moment.x
+    for j in range(c.flap.flaps):
+        for b in range(c.flap.blades):
+            x.flap[j, b] = c.flap.angle[j, b]
+    wind = c.summary.hub_wind
+    x.wind_speed = sqrt(wind.x * wind.x + wind.y * wind.y)
+    x.wind_direction = atan2(-wind.y, wind.x)
+    x.fore_aft_acceleration = chain.top_acceleration.x
+    x.side_side_acceleration = chain.top_acceleration.y
+    x.rotor_power = c.summary.rotor_power
+    x.hub_moment = chain.apex_moment
+    x.yaw_bearing_moment = chain.yaw_moment
+    x.air_temperature = outside.air_temperature
+    x.humidity = outside.humidity
+    x.air_pressure = outside.air_pressure
+    x.grid_voltage = outside.grid_voltage
+    x.grid_frequency = outside.grid_frequency
+    x.power_reference = outside.power_reference
 
 
 @kernel
-def sensible(demands: Float, limits: Float) -> bool:
-    """Every demand is a number within its limits."""
-    for i in range(demands.shape[0]):
-        if not (abs(demands[i]) <= limits[i]):
-            return False
-    return True
+def sense(t: float, following: int, c: Control, m: AnySystem) -> None:
+    """Measurements as faulty sensors, grid and operator give them to the controller.
+
+    Args:
+      following: the first event that has not happened.
+    """
+    sample(t, c, m)
+    if following > 0:
+        report(t, c.faults, c.measured)
+    if c.electric.trip > 0.0:
+        c.measured.grid = 0.0
 
 
 @kernel
-def whole_machine(
-    t: float,
-    hub: Vec,
-    v: Float,
-    n_core: int,
-    structure: Float,
-    wind: Float,
-    series: Float,
-    now: Float,
-    box: NDArray[float32],
-    drive: Float,
-    efficiency: float,
-    shaft_torque: float,
-    summary: Float,
-) -> None:
-    """Fill the summary; ``hub`` [m] is the place of the hub, ``shaft_torque`` [N m] that of the rotor on the shaft."""
-    n = n_core - N_SHAFT
-    series_now(t, series, now)
-    height = structure[TOWER_BASE] + structure[TOWER_LENGTH] + structure[SHAFT_HEIGHT]
-    u = wind_velocity(Vec(0.0, 0.0, height + structure[OVERHANG] * sin(structure[TILT])), t, wind, now, box)
-    seen = wind_velocity(hub, t, wind, now, box)
-    speed = structure[GEAR_RATIO] * v[n + GENERATOR]
-    summary[TIME] = t
-    summary[WIND], summary[WIND + 1], summary[WIND + 2] = u.x, u.y, u.z
-    summary[HUB_WIND], summary[HUB_WIND + 1], summary[HUB_WIND + 2] = seen.x, seen.y, seen.z
-    summary[GENERATOR_SPEED] = speed
-    summary[TORQUE] = drive[ex.GENERATOR_TORQUE]
-    summary[POWER] = electrical_power(drive[ex.GENERATOR_TORQUE] * speed, efficiency)
-    summary[ROTOR_POWER] = (v[n + GENERATOR] + v[n + GENERATOR + 1]) * shaft_torque
+def whole_machine(t: float, c: Control, m: AnySystem) -> None:
+    """Fill the summary after section loads; ``m`` node by node."""
+    s, p = c.summary, m.structure
+    series_now(t, m)
+    undeflected = p.tower_base + p.tower_length + p.shaft_height + p.overhang * sin(p.tilt)
+    s.time = t
+    s.wind = wind_velocity(Vec(0.0, 0.0, undeflected), t, m)
+    s.hub_wind = wind_velocity(m.machine.hub_position, t, m)
+    s.generator_speed = generator_speed(m)
+    s.generator_torque = m.drive.generator_torque
+    s.power = electrical_power(m.drive.generator_torque * generator_speed(m), c.settings.efficiency)
+    if c.electrical.on > 0.0:
+        s.power = c.electric.grid_power
+    s.rotor_power = rotor_speed(m) * c.chain.apex_moment.x
 
 
 @kernel
-def section_loads(everywhere: bool, m: System, s: Outputs) -> None:
-    """Section loads after an evaluation: at roots, hub and yaw bearing, and ``everywhere`` along tower and blades."""
-    blade_loads(m, s)
-    chain_loads(m, s)
-    if everywhere:
-        tower_loads(m, s)
-        station_loads(m, s)
-
-
-@kernel
-def observe(t: float, efficiency: float, m: System, s: Outputs, everywhere: bool) -> None:
+def observe(t: float, c: Control, m: AnySystem, s: Outputs, everywhere: bool) -> None:
     """Section loads and summary after an evaluation; only ``everywhere`` for outputs, for controllers the nearest.
 
     Args:
       m: node by node, not in lanes.
     """
-    section_loads(everywhere, m, s)
-    whole_machine(
-        t,
-        m.machine.hub_position,
-        m.v,
-        m.columns.coordinates,
-        m.structure.array,
-        m.wind.array,
-        m.series,
-        m.now.array,
-        m.box,
-        m.drive.array,
-        efficiency,
-        s.chain.array[SHAFT_TORQUE],
-        s.summary,
-    )
+    section_loads(m, s, everywhere)
+    whole_machine(t, c, m)
 
 
 @kernel
-def diverged(q: Float, v: Float) -> bool:
-    """A coordinate or velocity is absurd or no number; a million radians are more than a day at rated speed."""
-    for i in range(q.shape[0]):
-        if not (abs(q[i]) < ABSURD and abs(v[i]) < ABSURD):
+def diverged(m: AnySystem) -> bool:
+    """A coordinate or velocity is absurd or not a number."""
+    for i in range(m.q.shape[0]):
+        if not (abs(m.q[i]) < ABSURD and abs(m.v[i]) < ABSURD):
             return True
     return False
 
 
+# the march ----------------------------------------------------------------------------------------------
+
+
+@kernel
+def control(t: float, controller: Controller, run: Run, c: Control, m: AnySystem) -> None:
+    """Call the controller with what the sensors give; what it does wrong goes into the status."""
+    clock = run.clock
+    sense(t, clock.next_event, c, m)
+    try:
+        controller(run.controller_state, c.measured.array, c.demands.array, clock.every_control * c.settings.time_step)
+    except Exception:
+        clock.status = CONTROLLER_RAISED
+    if clock.status == OK:
+        for i in range(run.limits.shape[0]):
+            if not (abs(c.demands.array[i]) <= run.limits[i]):
+                clock.status = CONTROLLER_DEMAND
+
+
+@kernel
+def actuate(dt: float, c: Control, m: AnySystem) -> None:
+    """Actuators after ``dt`` under held demands; 0: what follows at once."""
+    pitch_advance(dt, c)
+    yaw = shaft_row(m) + YAW
+    if dt <= 0.0:
+        generate(c, m)
+    yaw_advance(dt, c, m.structure.yaw_stiffness, m.q[yaw], m.v[yaw])
+    flap_advance(dt, c)
+
+
+@kernel
+def generate(c: Control, m: AnySystem) -> None:
+    """Torque of generator and brake; with an electrical system the mean one over the step to come."""
+    drive_advance(c)
+    if c.electrical.on > 0.0:
+        outside, demands = c.outside, c.demands
+        reactive = demands.reactive_power + outside.reactive_power
+        electric_advance(
+            c.settings.time_step,
+            c.drive.generator_torque,
+            reactive,
+            generator_speed(m),
+            outside.grid_voltage,
+            outside.grid_frequency,
+            c,
+        )
+        c.drive.generator_torque = c.electric.torque
+
+
+@kernel
+def physics(t: float, dt: float, run: Run, m: AnySystem) -> None:
+    """Evaluate at ``t`` and complete the velocities of the step that ends here."""
+    first, corrections = run.clock.step == 0, run.clock.corrections
+    for i in range(1 + corrections):
+        if corrections > 0:
+            # entry by entry: copies of whole arrays compile a check of shapes that takes seconds
+            for j in range(run.spare.shape[0]):
+                if i == 0:
+                    run.spare[j] = run.aero_state[j]
+                else:
+                    run.aero_state[j] = run.spare[j]
+        evaluate(t, 0.0 if first else dt, m)
+        if not first:
+            for j in range(m.q.shape[0]):
+                m.v[j] = run.v_old[j] + 0.5 * dt * (run.a_old[j] + m.a[j])
+    if not first:
+        end_step(dt, m)
+
+
+@kernel
+def predict(dt: float, run: Run, m: AnySystem) -> None:
+    """Coordinates, and velocities for forces, at the next instant."""
+    for j in range(m.q.shape[0]):
+        v, a = m.v[j], m.a[j]
+        before = run.a_old[j] if run.clock.step > 0 else a
+        m.q[j] += dt * (v + 0.5 * dt * a)
+        m.v[j] = v + dt * (1.5 * a - 0.5 * before)
+        run.v_old[j] = v
+        run.a_old[j] = a
+
+
 def advance(
     n_steps: int,
-    controller: Callable[[Float, Float, Float, float], None],
-    dt: float,
-    efficiency: float,
-    clock: Int,
-    limits: Float,
-    events: Float,
-    index: Int,
-    kinds: tuple[Any, ...],
-    run: tuple[Any, ...],
-    m: System,
-    one: System,
-    plain: System,
+    controller: Controller,
+    run: Run,
+    c: Control,
+    m: AnySystem,
+    one: AnySystem,
+    plain: AnySystem,
     sections: Outputs,
 ) -> None:
-    """March ``n_steps`` instants, or until something ends the run (``clock[STATUS]``).
+    """March ``n_steps`` instants, or until something ends the run (``run.clock.status``).
 
     Args:
-      events: (n, 3) see ``control.faults.happen``.
-      index: (channels,) places in the signals, recorded in the columns of the output.
-      run: arrays RUN_PARTS. ``v_old`` and ``a_old`` are velocities and accelerations of the last instant,
-        ``aero_state`` are states and memory of inflow and stall as one vector, ``spare`` a copy of it for
-        corrections, ``signals`` is everything a channel may ask for, ``output`` has (rows, channels), ``watch`` is
-        that of ``simulation.validity``.
-      kinds: of the numbers of these arrays, see ``numbers.views``.
-      m, one, plain: the system as it is computed; node by node; and in plain numbers, as the host has it.
+      m, one, plain: the turbine as it is computed; node by node; and in plain numbers, as the host has it.
     """
-    (
-        controller_state,
-        measured,
-        demands,
-        faults,
-        actuators,
-        flap_actuators,
-        conditions,
-        outside,
-        electrical,
-        electric,
-        v_old,
-        a_old,
-        spare,
-        aero_state,
-        signals,
-        output,
-        watch,
-    ) = view_run(kinds, run)
-    q, v, a, n_core = m.q, m.v, m.a, m.columns.coordinates
-    aero, structure = m.aero.array, m.structure.array
-    pitch, drive, flap = m.pitch.array, m.drive.array, m.flap.array
-    root, chain, summary = sections.root.array, sections.chain.array, sections.summary
-    yaw = n_core - N_SHAFT + YAW
+    clock, dt = run.clock, c.settings.time_step
     for _ in range(n_steps):
-        step = clock[STEP]
-        t = step * dt
-        clock[NEXT_EVENT] = happen(step, clock[NEXT_EVENT], events, faults)
-        surroundings(t, conditions, aero[AIR_DENSITY], faults, outside)
-        aero[AIR_DENSITY] = outside[cd.AIR_DENSITY]
-        if step % clock[EVERY_CONTROL] == 0:
-            sample(
-                t,
-                q,
-                v,
-                n_core,
-                structure,
-                drive,
-                pitch,
-                flap,
-                actuators,
-                root,
-                chain,
-                summary,
-                efficiency,
-                outside,
-                electrical,
-                electric,
-                measured,
-            )
-            if clock[NEXT_EVENT] > 0:
-                report(t, faults, measured)
-            if electric[TRIP] > 0.0:
-                measured[sg.GRID] = 0.0
-            try:
-                controller(controller_state, measured, demands, clock[EVERY_CONTROL] * dt)
-            except Exception:
-                clock[STATUS] = CONTROLLER_RAISED
-            if clock[STATUS] == OK and not sensible(demands, limits):
-                clock[STATUS] = CONTROLLER_DEMAND
-            if clock[STATUS] != OK:
+        t = clock.step * dt
+        clock.next_event = happen(clock.step, clock.next_event, run.events, c.faults)
+        surroundings(t, c, m)
+        if clock.step % clock.every_control == 0:
+            control(t, controller, run, c, m)
+            if clock.status != OK:
                 return
-        pitch_advance(actuators, demands, faults, pitch, 0.0)
-        drive_advance(actuators, demands, faults, drive)
-        if electrical[ON] > 0.0:
-            electric_advance(
-                electrical,
-                drive[ex.GENERATOR_TORQUE],
-                demands[sg.REACTIVE_POWER] + outside[cd.REACTIVE_POWER],
-                structure[GEAR_RATIO] * v[n_core - N_SHAFT + GENERATOR],
-                outside[cd.GRID_VOLTAGE],
-                outside[cd.GRID_FREQUENCY],
-                electric,
-                dt,
-            )
-            drive[ex.GENERATOR_TORQUE] = electric[ELECTRIC_TORQUE]
-        yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], 0.0)
-        flap_advance(flap_actuators, demands, faults, flap, 0.0)
-        # physics at t: complete the velocities of the step that ends here
-        behind = dt if step > 0 else 0.0
-        for i in range(1 + clock[CORRECTIONS]):
-            if clock[CORRECTIONS] > 0:
-                # entry by entry: copies of whole arrays compile a check of shapes that takes seconds
-                for j in range(spare.shape[0]):
-                    if i == 0:
-                        spare[j] = aero_state[j]
-                    else:
-                        aero_state[j] = spare[j]
-            evaluate(t, behind, m, True)
-            if step > 0:
-                for j in range(q.shape[0]):
-                    v[j] = v_old[j] + 0.5 * dt * (a_old[j] + a[j])
-        if step > 0:
-            gear_end(dt, m)
-        if diverged(q, v):
-            clock[STATUS] = DIVERGED
+        actuate(0.0, c, m)
+        physics(t, dt, run, m)
+        if diverged(m):
+            clock.status = DIVERGED
             return
-        generator = n_core - N_SHAFT + GENERATOR
-        watch_shaft(
-            t,
-            dt,
-            plain.v[generator] + plain.v[generator + 1],
-            plain.structure.gear_ratio * plain.v[generator],
-            plain.drive.generator_torque,
-            plain.aero.air_density,
-            plain.pitch.array,
-            plain.rotor.array,
-            watch,
-        )
-        watch_blades(
-            t,
-            plain.blade_nodes.array,
-            plain.motion.array,
-            plain.frame.array,
-            plain.machine.array,
-            plain.tower_flow.array,
-            watch,
-        )
-        due = step % clock[EVERY_OUTPUT] == 0
-        if due or clock[WANT_LOADS] == 1:
-            observe(t, efficiency, one, sections, due)
-            if electrical[ON] > 0.0:
-                summary[POWER] = electric[GRID_POWER]
+        if not check_rotor(t, plain, run):
+            clock.status = UNKNOWN_ROTOR
+            return
+        watch_shaft(t, dt, plain, run.watch)
+        due = clock.step % clock.every_output == 0
+        if due or clock.want_loads == 1:
+            observe(t, c, one, sections, due)
         if due:
-            for j in range(index.shape[0]):
-                output[clock[ROW], j] = signals[index[j]]
-            clock[ROW] += 1
-        # to the next instant
-        for j in range(q.shape[0]):
-            v_now, a_now = v[j], a[j]
-            before = a_old[j] if step > 0 else a_now
-            q[j] += dt * (v_now + 0.5 * dt * a_now)
-            v[j] = v_now + dt * (1.5 * a_now - 0.5 * before)
-            v_old[j] = v_now
-            a_old[j] = a_now
-        gear_begin(dt, m)
-        pitch_advance(actuators, demands, faults, pitch, dt)
-        yaw_advance(actuators, structure[YAW_STIFFNESS], demands, faults, drive, q[yaw], v[yaw], dt)
-        flap_advance(flap_actuators, demands, faults, flap, dt)
-        clock[STEP] = step + 1
+            for j in range(run.places.shape[0]):
+                run.output[clock.row, j] = run.signals[run.places[j]]
+            clock.row += 1
+        predict(dt, run, m)
+        actuate(dt, c, m)
+        begin_step(dt, m)
+        clock.step += 1

@@ -1,21 +1,96 @@
-"""The record of a turbine with blades: everything that its equations of motion and section loads see."""
+"""Records of a simulation: the turbine with blades and tower, what both kinds of rotors have, control, and the run."""
 
 from __future__ import annotations
 
-import meltemi.numbers.records  # noqa: F401 - by it kernels know what a record is
 from meltemi.aero.air import Air
-from meltemi.maths.records import Array1
-from meltemi.structure.tables import (
-    SectionLoads,
-    Structure,
-)
+from meltemi.aero.tables import AeroParameters, RotorFlow
+from meltemi.control.actuators import Actuation
+from meltemi.core.kernel import kernel
+from meltemi.electrical.tables import Electrical
+from meltemi.environment.conditions import Conditions
+from meltemi.maths.records import Array1, Array2, Constant, Ints, Record
+from meltemi.simulation.tables import Clock, Settings, Summary, Watch
+from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
+from meltemi.structure.tables import BladeRootLoad, Columns, MachineLoad, SectionLoads, Structure, StructureParameters
+from meltemi.turbine.exchange import Drive, Machine, PitchMotion
+from meltemi.wind.velocity import WindField
 
 
-class System(Structure, Air):
-    """Coordinates, parameters, and what an evaluation leaves; the coordinates are in the order of the model's."""
+class AnySystem(WindField):
+    """What turbines with any kind of rotor have."""
+
+    q: Array1
+    v: Array1
+    a: Array1
+    locked: Array1
+    structure: StructureParameters
+    columns: Columns
+    aero: AeroParameters
+    rotor: RotorFlow
+    machine: Machine
+    pitch: PitchMotion
+    drive: Drive
+
+
+class System(Structure, Air, AnySystem):
+    """A turbine with flexible blades and tower; the coordinates are in the order of the model's."""
+
+
+@kernel
+def shaft_row(m: AnySystem) -> int:
+    """Place of the yaw, which is followed by generator and torsion, in the coordinates."""
+    return m.columns.coordinates - N_SHAFT
+
+
+@kernel
+def generator_speed(m: AnySystem) -> float:
+    """[rad/s] of the generator's shaft."""
+    return m.structure.gear_ratio * m.v[shaft_row(m) + GENERATOR]
+
+
+@kernel
+def rotor_speed(m: AnySystem) -> float:
+    """[rad/s] of the rotor end of the shaft."""
+    n = shaft_row(m)
+    return m.v[n + GENERATOR] + m.v[n + TORSION]
+
+
+class Control(Actuation, Electrical):
+    """What lies between controller and turbine: signals, actuators, electrical system, conditions, measured loads."""
+
+    settings: Constant[Settings]
+    conditions: Constant[Array2]
+    outside: Conditions
+    root: BladeRootLoad
+    chain: MachineLoad
+    summary: Summary
+
+
+class Run(Record):
+    """A run under way.
+
+    Attributes:
+      events: (n, 3) see ``control.faults.happen``.
+      limits: largest demands.
+      v_old, a_old: velocities and accelerations of the last instant.
+      aero_state, spare: states and memory of inflow and stall as one vector, and a copy of it for corrections.
+      signals: whatever a channel may ask for.
+      places: of the recorded channels in the signals; ``output`` has (rows, channels).
+    """
+
+    clock: Clock
+    events: Constant[Array2]
+    limits: Constant[Array1]
+    controller_state: Array1
+    v_old: Array1
+    a_old: Array1
+    aero_state: Array1
+    spare: Array1
+    signals: Array1
+    places: Ints
+    output: Array2
+    watch: Constant[Watch]
 
 
 class Outputs(SectionLoads):
-    """Section loads and the summary of the turbine."""
-
-    summary: Array1
+    """Section loads of the turbine with blades and tower."""

@@ -24,8 +24,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.aero.tables import AIR_DENSITY, AeroOptions, InflowState
-from meltemi.control.actuators import ANGLE
+from meltemi.aero.tables import AeroOptions, InflowState
 from meltemi.control.baseline import parameters, steady_torque
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
@@ -33,15 +32,14 @@ from meltemi.core.kernel import kernel
 from meltemi.core.threads import one_blas_thread
 from meltemi.core.yamlfile import validated
 from meltemi.environment.drops import MM_PER_HOUR
-from meltemi.simulation.case import BaseCase, Case
+from meltemi.simulation.bladed.rotor import BladedModel, with_static_gears
+from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, catalogue, find
-from meltemi.simulation.model import Model
 from meltemi.simulation.modes import growing
 from meltemi.simulation.start import hold
-from meltemi.simulation.step import ABSURD, evaluate
+from meltemi.simulation.step import ABSURD, equations
 from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
-from meltemi.turbine import exchange as ex
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, mean_speed
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
@@ -125,7 +123,7 @@ class OperatingPoint(Brief):
         told = {c.name: f"{self[c.name] * c.display_unit[1]:.5g} {c.display_unit[0]}" for c in known}
         return {"wind_speed": f"{self.wind.speed:g} m/s", **told}
 
-    def put(self, case: BaseCase, azimuth: float | None = None) -> None:
+    def put(self, case: Case, azimuth: float | None = None) -> None:
         """Write the state at an azimuth [rad] of blade 1, by default the point's own, into a case of the same model."""
         azimuth = self.azimuth if azimuth is None else azimuth
         hold(case, self.pitch, self.generator_torque)
@@ -148,7 +146,7 @@ class OperatingPoint(Brief):
 
 @one_blas_thread
 def operating_point(
-    model: Model, wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
+    model: BladedModel, wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
 ) -> OperatingPoint:
     """Steady operation of a turbine in steady wind.
 
@@ -179,7 +177,7 @@ def operating_point(
     return replace(point, warnings=(f"steady operation is unstable: {unstable}",)) if unstable else point
 
 
-def rigid_point(model: Model, wind: AnyWind) -> OperatingPoint:
+def rigid_point(model: BladedModel, wind: AnyWind) -> OperatingPoint:
     """Steady operation of the same machine if nothing in it could deform: a start where there is no better one."""
     orbit = _Orbit(model, steady_wind(wind, model.turbine.hub_height))
     orbit.free_core, orbit.free_blade = orbit.free_core[:0], orbit.free_blade[:0]
@@ -408,7 +406,7 @@ def along(
     for i in range(motion.shape[1]):
         for j in range(q.shape[0]):
             q[j], v[j], a[j] = motion[0, i, j], motion[1, i, j], motion[2, i, j]
-        evaluate(0.0, dt, m, False)
+        equations(0.0, dt, m)
         for k in range(5):
             for j in range(left[k].shape[0]):
                 kept[k][i, j] = left[k][j]
@@ -423,14 +421,14 @@ class _Orbit:
 
     careful = False
 
-    def __init__(self, model: Model, wind: SteadyWind) -> None:
+    def __init__(self, model: BladedModel, wind: SteadyWind) -> None:
         self.model, self.wind = model, wind
-        self.case = Case(model.with_static_gears(), wind)
-        self.case["drive"][ex.YAW_HELD] = 1.0  # a free nacelle has no steady direction of its own
-        self.B, self.K = model.n_blades, len(model.blade.names)
+        self.case = Case(with_static_gears(model), wind)
+        self.case.control.drive.yaw_held = 1.0  # a free nacelle has no steady direction of its own
+        self.B, self.K = model.n_blades, len(model.rotor.blade.names)
         self.core = model.n_core
-        self.generator = len(model.tower.names) + GENERATOR
-        self.torsion = len(model.tower.names) + TORSION
+        self.generator = len(model.rotor.tower.names) + GENERATOR
+        self.torsion = len(model.rotor.tower.names) + TORSION
         free = model.locked == 0.0
         self.free_core = np.flatnonzero(free[: self.core] & (np.arange(self.core) != self.generator))
         self.free_blade = np.flatnonzero(free[self.core : self.core + self.K])
@@ -602,8 +600,8 @@ class _Orbit:
         case = self.case
         self.speed = speed
         case["pitch"][:] = 0.0
-        case["pitch"][ANGLE] = self.pitch = pitch
-        case["drive"][ex.GENERATOR_TORQUE] = self.torque = torque
+        case.view("pitch")["angle"] = self.pitch = pitch
+        case.control.drive.generator_torque = self.torque = torque
 
     def sweep(self, speed: float, pitch: float, torque: float) -> float:
         """March sectors and correct the motion after each; returns the mean torque left over [N m]."""
@@ -687,10 +685,10 @@ class _Orbit:
         rows = []
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
-            evaluate(0.0, step / self.speed, case.system, False)
-            case["drive"][ex.GENERATOR_TORQUE] = self.torque
+            equations(0.0, step / self.speed, case.system)
+            case.control.drive.generator_torque = self.torque
             case.begin_electric()
-            made += float(case["drive"][ex.GENERATOR_TORQUE]) / (B * SAMPLES)
+            made += float(case.control.drive.generator_torque) / (B * SAMPLES)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
             rows.append(np.concatenate([case["q"], case["v"], case.air()]))
@@ -721,14 +719,14 @@ class _Orbit:
         )
 
 
-def channels_of(model: Model) -> dict[str, Channel]:
+def channels_of(model: BladedModel) -> dict[str, Channel]:
     """What an operating point has."""
     return catalogue(
         model.n_blades,
-        model.n_nodes,
+        model.rotor.n_nodes,
         coordinates=model.coordinates,
         flaps=model.n_flaps,
-        gears=model.n_gear_stages,
+        gears=model.rotor.gear_stages,
         electrical=model.has_electrical,
     )
 
@@ -763,10 +761,10 @@ class CarefulOrbit(_Orbit):
 
     careful = True
 
-    def __init__(self, model: Model, wind: SteadyWind) -> None:
+    def __init__(self, model: BladedModel, wind: SteadyWind) -> None:
         super().__init__(model, wind)
         self.farthest = FARTHEST * model.turbine.rotor_radius
-        self.air = float(self.case["aero"][AIR_DENSITY])
+        self.air = float(self.case.plain.aero.air_density)
         self.at: Float | None = None
 
     def sweep(self, speed: float, pitch: float, torque: float) -> float:
@@ -806,7 +804,7 @@ class CarefulOrbit(_Orbit):
 
     def settle(self, at: Float) -> bool:
         """Whether the motion settles at a speed, pitch, torque and density."""
-        *imposed, self.case["aero"][AIR_DENSITY] = at
+        *imposed, self.case.plain.aero.air_density = at
         self.impose(*imposed)
         radius, before = self.model.turbine.rotor_radius, np.inf
         self.lefts.clear()
@@ -829,7 +827,7 @@ class CarefulOrbit(_Orbit):
         assert self.at is not None
         speed, pitch, _, density = self.at
         case, turbine = self.case, self.model.turbine
-        *imposed, case["aero"][AIR_DENSITY] = self.at
+        *imposed, case.plain.aero.air_density = self.at
         self.impose(*imposed)
         where = (
             f"at a wind speed of {self.wind.speed:g} m/s, near a rotor speed of {30.0 / np.pi * speed:.3g} rpm and "
@@ -837,7 +835,7 @@ class CarefulOrbit(_Orbit):
         )
         if density < self.air:
             where += f", with {100.0 * density / self.air:.0f} % of the air's loads"
-        tip = float(np.linalg.norm(self.model.tip_shape[:3] @ self.blade_c[0]))
+        tip = float(np.linalg.norm(self.model.rotor.tip_shape[:3] @ self.blade_c[0]))
         unstable = self.unstable()
         begin = f"operating_point: no steady operation {where}: "
         if unstable:

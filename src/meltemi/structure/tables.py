@@ -164,13 +164,6 @@ class TipShape(Table, axes="mode"):
     rotation: Vectors = xyz("rad/m", "of the tip, blade axes")
 
 
-class TowerShape(Table, axes="mode node", outer=1):
-    """Modes of the tower."""
-
-    displacement: Vectors = xyz("-", "of the nodes, inertial axes")
-    rotation: Vectors = xyz("rad/m", "of the nodes, inertial axes")
-
-
 class TowerDrag(Table, axes="node"):
     """Wind loads on the tower."""
 
@@ -214,8 +207,6 @@ class Structure(Exchange):
     """What the kernels of the structure read and write."""
 
     # state
-    q: Array1
-    v: Array1
     a: Array1
     gears: Gears
     # parameters
@@ -229,13 +220,11 @@ class Structure(Exchange):
     top_second: Array3
     tower_matrix: Array3
     tower_weight: Array1
-    tower_shape: TowerShape
     gear_modes: GearModes
     # motion
     columns: Columns
     partial: BladePartial
     # equations of motion
-    tower_push: Array1
     body: BladeBody
     link: BladeLink
     arm_mass: Array3

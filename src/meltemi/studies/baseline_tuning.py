@@ -1,4 +1,4 @@
-"""``tune_baseline``: gains of the baseline law from the turbine's own aerodynamics, by the rule of its authors.
+"""``tune_baseline``: gains of the baseline controller from the aerodynamics of the turbine, by its authors' rule.
 
 The speed of the rotor under the pitch loop is an oscillator (Jonkman et al. 2009, section 7.3):
 
@@ -9,13 +9,13 @@ so a frequency w and a damping ratio zeta ask for
     K_P = 2 I Omega zeta w / (N (-dP/dtheta)),    K_I = I Omega w^2 / (N (-dP/dtheta))
 
 dP/dtheta is the sensitivity of the rotor's power to collective pitch at operating points from rated wind to cut-out,
-with the induced velocities and the deflections held ("frozen wake"); that of a turbine of a power coefficient is its
-coefficient's own. A straight line through it against pitch gives
-its value at zero pitch and the pitch at which it has doubled, where the gains are to be halved.
+with induced velocities and deflections held ("frozen wake"); for a power-coefficient turbine it follows from the
+coefficient. A linear fit over pitch gives its value at zero pitch and the pitch at which it has doubled, where the
+gains are halved.
 
-The frequency is that of the NREL 5 MW, 0.6 rad/s, scaled with the rated rotor speed: as many revolutions to an
-oscillation, 2.1, on any rotor. The optimal gain is torque over speed squared where the power coefficient is largest,
-or at a tip-speed ratio that is given, but at most so large that rated power is not passed below rated speed.
+The frequency is that of the NREL 5 MW, 0.6 rad/s, scaled with the rated rotor speed: 2.1 revolutions per oscillation
+for any rotor. The optimal gain is torque over speed squared at the largest power coefficient, or at a given tip-speed
+ratio, limited such that rated power is not exceeded below rated speed.
 
 Reference: Jonkman et al. (2009), NREL/TP-500-38060; docs/theory/control.md (C-9a to C-9c).
 """
@@ -24,19 +24,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.actuators import ANGLE
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.units import rpm
 from meltemi.maths.tables import View
-from meltemi.simulation.engines import build, new_case, operating_point
-from meltemi.simulation.machine import AnyModel
+from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
+from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build, operating_point
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import BaselineControl
@@ -52,27 +53,27 @@ POINTS = 8
 AZIMUTHS = 4
 """Rotor positions in a third of a revolution over which the sensitivity is averaged."""
 STEP = math.radians(0.1)
-"""Of pitch, to both sides."""
+"""[rad] of pitch, to both sides."""
 PART_SPEED = 0.8
-"""Of the reference speed, where the optimal gain is taken."""
+"""Rotor speed over its reference at which the optimal gain is evaluated."""
 RATIOS = 4.0, 14.0
-"""Tip-speed ratios among which the best is sought."""
+"""Range of the search for the optimal tip-speed ratio."""
 
 
 @dataclass(frozen=True, repr=False)
 class BaselineTuning(Brief):
-    """Gains of the baseline law and what they were made from.
+    """Gains of the baseline controller and the quantities behind them.
 
     Attributes:
-      control: the turbine's control with the new gains.
+      control: of the turbine with the new gains.
       frequency: [rad/s] of the speed loop.
-      damping_ratio: of the same.
+      damping_ratio: of the speed loop.
       inertia: [kg m^2] of rotor and generator about the shaft.
       wind_speed: (n,) [m/s] of the operating points.
       pitch: (n,) [rad].
       sensitivity: (n,) [W/rad] of the power to pitch.
-      sensitivity_at_zero: [W/rad] of the line through them.
-      tip_speed_ratio: that the optimal gain holds at the smallest pitch.
+      sensitivity_at_zero: [W/rad] of the linear fit at zero pitch.
+      tip_speed_ratio: of region 2, at minimum pitch.
       power_coefficient: there, referred to the rotor radius without cone.
     """
 
@@ -96,19 +97,20 @@ def tune_baseline(
     tip_speed_ratio: float | None = None,
     options: ModelOptions | None = None,
 ) -> BaselineTuning:
-    """Pitch gains, their schedule and the optimal torque gain of the baseline law.
+    """Tune pitch gains, gain schedule and optimal torque gain of the baseline controller.
 
-    Speeds, limits, filter and rated power stay as they are.
+    Speeds, limits, filter and rated power are unchanged.
 
     Args:
+      turbine: of either kind.
       frequency: [rad/s] of the speed loop; by default 0.6 rad/s times the rated rotor speed over 12.1 rpm.
       damping_ratio: of the speed loop.
-      tip_speed_ratio: that the optimal gain holds; by default the one of the largest power coefficient.
-      options: of the model; dynamic stall is left out.
+      tip_speed_ratio: of region 2; by default that of the largest power coefficient.
+      options: of the model; dynamic stall is switched off.
 
     Raises:
       InputError: a number is not above zero, the wind does not drive the rotor, or the power does not
-        fall with pitch.
+        decrease with pitch.
     """
     reference = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
     if frequency is None:
@@ -158,7 +160,7 @@ def tune_baseline(
     )
 
 
-def _optimal(model: AnyModel, speed: float, wanted: float | None) -> tuple[float, float, float]:
+def _optimal(model: Model[Any], speed: float, wanted: float | None) -> tuple[float, float, float]:
     """Tip-speed ratio, by default the best at the smallest pitch; torque over speed squared and power coefficient."""
     from scipy.optimize import minimize_scalar
 
@@ -180,8 +182,8 @@ def _optimal(model: AnyModel, speed: float, wanted: float | None) -> tuple[float
     return best, found / speed**2, found * speed / (0.5 * rho * math.pi * R**2 * (speed * R / best) ** 3)
 
 
-def _rated_wind(model: AnyModel) -> float:
-    """[m/s] where the pitch leaves its minimum."""
+def _rated_wind(model: Model[Any]) -> float:
+    """[m/s] rated wind speed, where the pitch leaves its minimum."""
     low, high = model.turbine.cut_in, model.turbine.cut_out
     smallest = model.turbine.control.pitch.minimum
     for _ in range(8):
@@ -190,34 +192,34 @@ def _rated_wind(model: AnyModel) -> float:
     return high
 
 
-def _sensitivity(model: AnyModel, point: OperatingPoint) -> float:
-    """[W/rad] power over pitch at an operating point, deflections and induced velocities held."""
-    case = new_case(model, point.wind)
+def _sensitivity(model: Model[Any], point: OperatingPoint) -> float:
+    """[W/rad] derivative of power by pitch at an operating point, with deflections and induced velocities held."""
+    case = Case(model, point.wind)
     rotor = case.view("rotor")
     torque = np.zeros(2)
     for psi in 2.0 * math.pi / model.n_blades / AZIMUTHS * np.arange(AZIMUTHS):
         for side, sign in enumerate((-1.0, 1.0)):
             point.put(case, float(psi))
-            case["pitch"][ANGLE] = point.pitch + sign * STEP
+            case.view("pitch")["angle"] = point.pitch + sign * STEP
             for _ in range(3):
                 case.evaluate(0.0)
             torque[side] += rotor["torque"] / AZIMUTHS
     return float(point.rotor_speed * (torque[1] - torque[0]) / (2.0 * STEP))
 
 
-def _inertia(model: AnyModel) -> float:
+def _inertia(model: Model[Any]) -> float:
     """[kg m^2] of blades, hub and generator about the shaft."""
-    if not isinstance(model, Model):
+    if not isinstance(model.rotor, BladedRotor):
         assert isinstance(model.turbine, PowerTurbine)
         return model.turbine.drivetrain.inertia
     drive = model.turbine.drivetrain
     return rotor_inertia(model) + drive.gear_ratio**2 * drive.generator_inertia
 
 
-def rotor_inertia(model: Model) -> float:
+def rotor_inertia(model: BladedModel) -> float:
     """[kg m^2] of blades and hub about the shaft."""
     turbine = model.turbine
-    nodes = View(BladeNode, model.blade_nodes)
+    nodes = View(BladeNode, model.rotor.blade_nodes)
     x, y, z = nodes["position"]
     across = x * math.sin(turbine.hub.precone) + z * math.cos(turbine.hub.precone)
     return float(np.sum(nodes["mass"] * (across**2 + y**2))) + turbine.hub.inertia

@@ -1,8 +1,8 @@
-"""``compare``: control schemes on the same turbine in the same winds, as numbers with their confidence.
+"""``compare``: control schemes on the same turbine in the same wind fields, with confidence intervals.
 
-Every scheme runs in every wind, in parallel; a wind's field is made once for all schemes. From each run come the
-quantities of ``QUANTITIES`` over the time after a transient (and over further windows), spectra, and for the first
-scheme the ceiling: what ideal removal of 1P, and of 1P and 2P, would leave.
+Every scheme runs in every wind, in parallel; a wind field is generated once for all schemes. Each run gives the
+quantities of ``QUANTITIES`` after the initial transient (and in further windows), spectra, and for the first scheme the
+ceiling: the loads that ideal removal of 1P, and of 1P and 2P, would leave.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import pi
 from typing import Literal
 
@@ -19,19 +20,14 @@ from numpy.typing import NDArray
 from meltemi.control.controller import Controller
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
+from meltemi.core.units import display
 from meltemi.loadcases.batch import BatchCase, Outcome
 from meltemi.postprocess.bands import Ceiling, ceiling, harmonic_bands
 from meltemi.postprocess.ensemble import EnsembleTable, Estimate, ensemble_table, mean_interval, travel
 from meltemi.postprocess.fatigue import damage_equivalent_load
-from meltemi.postprocess.spectra import (
-    RESOLUTION,
-    PowerSpectrum,
-    average_spectra,
-    power_spectrum,
-    rotor_frequency,
-)
+from meltemi.postprocess.spectra import RESOLUTION, PowerSpectrum, average_spectra, power_spectrum, rotor_frequency
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
-from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.studies.journal import SizedCases, current, resumed
 from meltemi.wind.fields import Wind
@@ -40,47 +36,33 @@ from meltemi.wind.turbulence.field import AnyWind, realised
 Float = NDArray[np.float64]
 
 TRANSIENT = 100.0
-"""[s] at the begin of a run that are not judged."""
+"""[s] initial transient, excluded from the evaluation."""
 BLADE_SLOPE, STEEL_SLOPE = 10.0, 4.0
 SHORTEST = 20.0
-"""[s] that must be judged, for 1P and 2P to be told apart."""
+"""[s] of evaluated time, needed to separate 1P and 2P."""
 FEWEST_SEGMENTS = 3
-"""Of the spectra of short runs, whose resolution is coarser for it."""
+"""Smallest number of segments of a spectrum; short runs have a coarser resolution."""
 HALF_BAND = 0.25
 """Half-width of the bands of a ceiling, in rotor frequencies."""
 SPECTRA = ("RootMyc1", "RootMxc1")
 CHANNELS = (
-    "wind_x",
-    "rotor_speed",
-    "azimuth",
-    "generator_power",
-    "RootMyc1",
-    "RootMyc2",
-    "RootMyc3",
-    "RootMxc1",
-    "OoPDefl1",
-    "IPDefl1",
-    "pitch_1",
-    "pitch_2",
-    "pitch_3",
-    "TwrBsMyt",
-    "YawBrMyp",
-    "YawBrMzp",
+    *("wind_x", "rotor_speed", "azimuth", "generator_power", "RootMyc1", "RootMyc2", "RootMyc3", "RootMxc1"),
+    *("OoPDefl1", "IPDefl1", "pitch_1", "pitch_2", "pitch_3", "TwrBsMyt", "YawBrMyp", "YawBrMzp"),
 )
-"""What every run records; and the flaps' angles where there are any."""
+"""Channels that every run records, in addition to the flap angles."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number of a run.
+    """A scalar evaluated from a run.
 
     Attributes:
-      name: with the channel's name in OpenFAST first.
-      unit: for people.
-      factor: from SI to it.
-      of: gives it in SI from a result.
-      slope: m of the S-N curve where it is an equivalent load.
-      about: in words.
+      name: begins with OpenFAST's name of the channel.
+      unit: engineering unit.
+      factor: from SI to that unit.
+      of: its value in SI from a result.
+      slope: m of the S-N curve if it is an equivalent load.
+      about: description.
     """
 
     name: str
@@ -102,86 +84,71 @@ def hub_moments(result: Result) -> tuple[Float, Float]:
     return tilt, yaw
 
 
-def _load(series: Float, result: Result, slope: float) -> float:
-    return damage_equivalent_load(series, duration=float(result.time[-1] - result.time[0]), slope=slope)
-
-
 def _travel(result: Result, beginning: str) -> float:
-    """[rad/s] mean over the blades, and sum over flaps of a blade."""
+    """[rad/s] actuator travel per second, mean over the blades, sum over the flaps of a blade."""
     names = [name for name in result.names if name.startswith(beginning)]
     blades = len([name for name in result.names if name.startswith("pitch_")])
     return sum(travel(result, name) for name in names) / blades
 
 
-_K, _D = 1e-3, 180.0 / pi
+_SERIES: dict[str, Callable[[Result], Float]] = {
+    "Mtilt": lambda result: hub_moments(result)[0],
+    "Myaw": lambda result: hub_moments(result)[1],
+    "power": lambda result: result["generator_power"],
+    "rotor speed": lambda result: result["rotor_speed"],
+}
+"""Series of quantities whose name does not begin with a channel."""
+
+
+def _statistic(result: Result, series: str, statistic: str, slope: float) -> float:
+    """A statistic of a series: ``mean``, ``std``, ``max``, or ``DEL`` with the slope of its S-N curve."""
+    x = _SERIES[series](result) if series in _SERIES else result[series]
+    if statistic == "DEL":
+        return damage_equivalent_load(x, duration=float(result.time[-1] - result.time[0]), slope=slope)
+    return float(getattr(x, statistic)())
+
+
+def _quantities(
+    series: str, statistics: str, unit: str, about: str = "", slope: float = BLADE_SLOPE
+) -> Iterator[Quantity]:
+    """Statistics of a series in the SI unit ``unit``; the first one carries the description."""
+    for statistic in statistics.split():
+        of = partial(_statistic, series=series, statistic=statistic, slope=slope)
+        m = slope if statistic == "DEL" else None
+        yield Quantity(f"{series} {statistic}", *display(unit), of, m, about)
+        about = ""
+
+
+_RATE = display("rad/s", angular_rate_in_degrees=True)
 QUANTITIES: tuple[Quantity, ...] = (
-    Quantity("RootMyc1 std", "kN m", _K, lambda r: float(r["RootMyc1"].std()), about="out-of-plane root moment"),
-    Quantity("RootMyc1 DEL", "kN m", _K, lambda r: _load(r["RootMyc1"], r, BLADE_SLOPE), BLADE_SLOPE),
-    Quantity("RootMyc1 mean", "kN m", _K, lambda r: float(r["RootMyc1"].mean())),
-    Quantity("RootMxc1 std", "kN m", _K, lambda r: float(r["RootMxc1"].std()), about="in-plane root moment"),
-    Quantity("RootMxc1 DEL", "kN m", _K, lambda r: _load(r["RootMxc1"], r, BLADE_SLOPE), BLADE_SLOPE),
-    Quantity(
-        "Mtilt mean",
-        "kN m",
-        _K,
-        lambda r: float(hub_moments(r)[0].mean()),
-        about="tilt moment of the blades on the hub",
-    ),
-    Quantity("Mtilt std", "kN m", _K, lambda r: float(hub_moments(r)[0].std())),
-    Quantity("Mtilt DEL", "kN m", _K, lambda r: _load(hub_moments(r)[0], r, BLADE_SLOPE), BLADE_SLOPE),
-    Quantity(
-        "Myaw mean", "kN m", _K, lambda r: float(hub_moments(r)[1].mean()), about="yaw moment of the blades on the hub"
-    ),
-    Quantity("Myaw std", "kN m", _K, lambda r: float(hub_moments(r)[1].std())),
-    Quantity("Myaw DEL", "kN m", _K, lambda r: _load(hub_moments(r)[1], r, BLADE_SLOPE), BLADE_SLOPE),
-    Quantity("OoPDefl1 mean", "m", 1.0, lambda r: float(r["OoPDefl1"].mean()), about="out-of-plane tip deflection"),
-    Quantity("OoPDefl1 std", "m", 1.0, lambda r: float(r["OoPDefl1"].std())),
-    Quantity("OoPDefl1 max", "m", 1.0, lambda r: float(r["OoPDefl1"].max())),
-    Quantity("IPDefl1 std", "m", 1.0, lambda r: float(r["IPDefl1"].std()), about="in-plane tip deflection"),
-    Quantity(
-        "TwrBsMyt DEL",
-        "kN m",
-        _K,
-        lambda r: _load(r["TwrBsMyt"], r, STEEL_SLOPE),
-        STEEL_SLOPE,
-        "fore-aft moment at the tower base",
-    ),
-    Quantity(
-        "YawBrMyp DEL",
-        "kN m",
-        _K,
-        lambda r: _load(r["YawBrMyp"], r, STEEL_SLOPE),
-        STEEL_SLOPE,
-        "tilt moment at the yaw bearing",
-    ),
-    Quantity(
-        "YawBrMzp DEL",
-        "kN m",
-        _K,
-        lambda r: _load(r["YawBrMzp"], r, STEEL_SLOPE),
-        STEEL_SLOPE,
-        "yaw moment at the yaw bearing",
-    ),
-    Quantity("power mean", "kW", _K, lambda r: float(r["generator_power"].mean()), about="electrical"),
-    Quantity("power std", "kW", _K, lambda r: float(r["generator_power"].std())),
-    Quantity("rotor speed std", "rpm", 30.0 / pi, lambda r: float(r["rotor_speed"].std())),
-    Quantity("pitch travel", "deg/s", _D, lambda r: _travel(r, "pitch_"), about="mean of |rate|, mean of the blades"),
-    Quantity("flap travel", "deg/s", _D, lambda r: _travel(r, "flap_"), about="the same, sum of a blade's flaps"),
+    *_quantities("RootMyc1", "std DEL mean", "N m", "out-of-plane root moment"),
+    *_quantities("RootMxc1", "std DEL", "N m", "in-plane root moment"),
+    *_quantities("Mtilt", "mean std DEL", "N m", "tilt moment of the blades on the hub"),
+    *_quantities("Myaw", "mean std DEL", "N m", "yaw moment of the blades on the hub"),
+    *_quantities("OoPDefl1", "mean std max", "m", "out-of-plane tip deflection"),
+    *_quantities("IPDefl1", "std", "m", "in-plane tip deflection"),
+    *_quantities("TwrBsMyt", "DEL", "N m", "fore-aft moment at the tower base", STEEL_SLOPE),
+    *_quantities("YawBrMyp", "DEL", "N m", "tilt moment at the yaw bearing", STEEL_SLOPE),
+    *_quantities("YawBrMzp", "DEL", "N m", "yaw moment at the yaw bearing", STEEL_SLOPE),
+    *_quantities("power", "mean std", "W", "electrical"),
+    *_quantities("rotor speed", "std", "rad/s"),
+    Quantity("pitch travel", *_RATE, lambda r: _travel(r, "pitch_"), about="mean of |rate|, mean of the blades"),
+    Quantity("flap travel", *_RATE, lambda r: _travel(r, "flap_"), about="the same, sum of a blade's flaps"),
 )
-"""What is compared, in the order of tables."""
+"""Compared quantities, in the order of the tables."""
 
 
 @dataclass(frozen=True)
 class RunSummary:
-    """What is kept of one run.
+    """Evaluation of one run.
 
     Attributes:
       numbers: quantities by window and name, SI.
-      spectra: by channel, of the time after the transient.
+      spectra: by channel, after the transient.
       ceilings: of RootMyc1, for removal of 1P and of 1P and 2P.
       moment: (T,) RootMyc1 [N m] after the transient, as recorded.
-      ceilings_window: the same judged in each further window, by its name.
-      result: the series; None unless wanted.
+      ceilings_window: the same in each further window, by its name.
+      result: the time series; None unless they are kept.
       warnings: of the run.
     """
 
@@ -195,20 +162,20 @@ class RunSummary:
 
 
 WHOLE = "whole"
-"""Name of the time after the transient."""
+"""Name of the window after the initial transient."""
 
 
 @dataclass(frozen=True, repr=False)
 class Comparison(Brief):
-    """Schemes in the same winds.
+    """Control schemes in the same wind fields.
 
     Attributes:
-      schemes: names; the first is the base of changes.
+      schemes: names; the first is the reference of changes.
       winds: labels, one for each seed.
-      seeds: of the winds; None where a wind has none.
-      runs: ``runs[scheme][k]`` is what is kept of wind k; that of the first has the series.
+      seeds: of the winds; None for a wind without one.
+      runs: ``runs[scheme][k]`` is the evaluation in wind k; the first one contains the time series.
       windows: [s] by name; ``whole`` is the time after the transient.
-      quantities: what was computed.
+      quantities: that were evaluated.
       failures: runs that did not reach their end. A wind in which a scheme failed is left out for all; a scheme that
         failed in every wind is left out.
     """
@@ -226,7 +193,7 @@ class Comparison(Brief):
         return np.array([run.numbers[window][quantity] for run in self.runs[scheme]])
 
     def table(self, window: str = WHOLE, *, confidence: float = 0.95) -> EnsembleTable:
-        """Means over seeds, changes seed by seed, intervals, equivalent loads of the ensemble."""
+        """Means over seeds, changes by seed, confidence intervals, equivalent loads of the ensemble."""
         numbers = {
             k: {scheme: self.runs[scheme][k].numbers[window] for scheme in self.schemes} for k in range(len(self.winds))
         }
@@ -234,14 +201,14 @@ class Comparison(Brief):
         return ensemble_table(numbers, slopes, confidence=confidence)
 
     def units(self) -> dict[str, tuple[str, float]]:
-        """Unit for people and factor to it, by quantity, for ``ensemble_rows``."""
+        """Engineering unit and factor from SI by quantity, for ``ensemble_rows``."""
         return {q.name: (q.unit, q.factor) for q in self.quantities}
 
     def spectrum(self, channel: str, scheme: str) -> PowerSpectrum:
-        """Mean over seeds.
+        """Mean power spectral density of a channel over the seeds.
 
         Raises:
-          InputError: of this channel spectra are not kept.
+          InputError: the channel has no spectra.
         """
         kept = {find(name, standard()).name: name for name in SPECTRA}
         name = find(channel, standard()).name
@@ -255,12 +222,12 @@ class Comparison(Brief):
         return mean_interval([c.std_change if quantity == "std" else c.load_change for c in found])
 
     def ceiling_left(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> Estimate:
-        """What is left then [N m], mean over seeds."""
+        """RootMyc1 [N m] after that removal, mean over seeds."""
         found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
         return mean_interval([c.std_left if quantity == "std" else c.load_left for c in found])
 
     def warnings(self) -> list[str]:
-        """What runs have to say, a line a scheme."""
+        """Warnings of the runs, one line per scheme."""
         lines = []
         for scheme, runs in self.runs.items():
             told = [run.warnings for run in runs if run.warnings]
@@ -273,14 +240,14 @@ class Comparison(Brief):
         return rotor_frequency(self.results(self.schemes[0]).between(*self.windows[WHOLE]))
 
     def results(self, scheme: str) -> Result:
-        """Series of the first wind."""
+        """Time series in the first wind."""
         found = self.runs[scheme][0].result
         assert found is not None
         return found
 
 
 def compare(
-    model: Model,
+    model: BladedModel,
     controllers: Mapping[str, Controller | Callable[[Wind], Controller]],
     winds: Sequence[AnyWind],
     *,
@@ -290,20 +257,20 @@ def compare(
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Comparison:
-    """Run every controller in every wind and reduce the runs to numbers.
+    """Simulate every controller in every wind, and evaluate the runs.
 
     Args:
-      model: the turbine, with all actuators that a controller moves.
-      controllers: by name, or functions that make one for a wind; the first is the base of changes.
+      model: of the turbine, with all actuators that a controller moves.
+      controllers: by name, or functions from a wind to a controller; the first is the reference of changes.
       winds: one for each seed.
       duration: [s] of each run.
-      transient: [s] at the begin that are not judged.
-      windows: [s] further parts that are judged, by name.
+      transient: [s] initial transient, excluded from the evaluation.
+      windows: [s] further evaluated parts, by name.
       workers: threads.
-      progress: called with the share that is done.
+      progress: callback with the completed fraction.
 
     Raises:
-      InputError: there is nothing to compare, the windows do not fit, or no wind was survived by all schemes.
+      InputError: there is nothing to compare, the windows do not fit, or all schemes failed in each wind.
       KeyboardInterrupt: Ctrl-C ended the runs.
     """
     if not controllers or not winds:
@@ -349,11 +316,16 @@ def compare(
             "compare: no wind was survived by all schemes"
             + (f"; first of {len(failures)} failures: {failure_line(first)}" if first else "")
         )
+
+    def summary(k: int, scheme: str) -> RunSummary:  # with the series in the first wind only
+        found: RunSummary = by_name[f"{k}:{scheme}"].value
+        return found if k == whole[0] else replace(found, result=None)
+
     return Comparison(
         schemes=tuple(schemes),
         winds=tuple(winds[k].label for k in whole),
         seeds=tuple(getattr(winds[k], "seed", None) for k in whole),
-        runs={s: tuple(_trimmed(by_name[f"{k}:{s}"].value, series=k == whole[0]) for k in whole) for s in schemes},
+        runs={s: tuple(summary(k, s) for k in whole) for s in schemes},
         windows=judged,
         quantities=QUANTITIES,
         failures=failures,
@@ -361,10 +333,10 @@ def compare(
 
 
 def check_duration(duration: float, transient: float) -> None:
-    """Refuse runs of which too little is judged.
+    """Check that enough of a run is left after the initial transient.
 
     Raises:
-      InputError: the transient is not below the duration, or hardly.
+      InputError: less than ``SHORTEST`` is left.
     """
     if not 0.0 <= transient < duration:
         raise InputError(f"compare: transient {transient:g} s must lie below the duration {duration:g} s")
@@ -376,21 +348,21 @@ def check_duration(duration: float, transient: float) -> None:
 
 
 def failure_line(outcome: Outcome) -> str:
-    """Which scheme failed in which wind, counted from 1, and why."""
+    """Message with the scheme that failed, its wind, counted from 1, and the reason."""
     k, _, scheme = outcome.name.partition(":")
     return f"scheme {scheme!r} in wind {int(k) + 1}: {outcome.message}"
 
 
 class _Shared:
-    """A wind whose field is made when the first run asks for it and let go when the last has taken it."""
+    """A wind field that is generated for the first run that needs it and released after the last one."""
 
-    def __init__(self, wind: AnyWind, model: Model, duration: float, takers: int) -> None:
+    def __init__(self, wind: AnyWind, model: BladedModel, duration: float, takers: int) -> None:
         self.wind, self.model, self.duration, self.left = wind, model, duration, takers
         self.field: Wind | None = None
         self.lock = threading.Lock()
 
     def content_hash(self) -> str:
-        """Of the wind that it gives."""
+        """Hash of the wind."""
         return self.wind.content_hash()
 
     def __call__(self) -> Wind:
@@ -401,17 +373,14 @@ class _Shared:
             return found
 
 
-def _trimmed(run: RunSummary, *, series: bool) -> RunSummary:
-    return run if series else replace(run, result=None)
-
-
 def _limits(run: RunSummary, window: str) -> tuple[Ceiling, Ceiling]:
     return run.ceilings if window == WHOLE else run.ceilings_window[window]
 
 
 def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: bool) -> RunSummary:
-    numbers = {name: {q.name: q.of(part) for q in QUANTITIES} for name, part in _parts(result, windows)}
-    whole = result.between(*windows[WHOLE])
+    parts = {name: result.between(begin, end) for name, (begin, end) in windows.items()}
+    numbers = {name: {q.name: q.of(part) for q in QUANTITIES} for name, part in parts.items()}
+    whole = parts[WHOLE]
     resolution = max(RESOLUTION, 0.5 * (FEWEST_SEGMENTS + 1) / (windows[WHOLE][1] - windows[WHOLE][0]))
     f = rotor_frequency(whole)
     bands = [harmonic_bands(f, multiples, HALF_BAND) for multiples in ((1,), (1, 2))]
@@ -429,8 +398,3 @@ def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: b
         result=result if keep else None,
         warnings=result.warnings,
     )
-
-
-def _parts(result: Result, windows: Mapping[str, tuple[float, float]]) -> Iterator[tuple[str, Result]]:
-    for name, (begin, end) in windows.items():
-        yield name, result.between(begin, end)

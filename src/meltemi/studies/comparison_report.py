@@ -1,12 +1,12 @@
-"""A comparison as tables, pictures, and one page in which all of it stands."""
+"""Tables, figures and summary page of a comparison of control schemes."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from meltemi.core.errors import InputError
 from meltemi.postprocess.ensemble import CONFIDENCE
@@ -19,43 +19,34 @@ from meltemi.report.tables import number, write_csv
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.compare import SPECTRA, WHOLE, Comparison, failure_line
 from meltemi.studies.schemes import Design
-from meltemi.studies.tuning import Tuning
+from meltemi.studies.tuning import TunedPoint, Tuning
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SERIES_LENGTH = 60.0
-"""[s] of series that are drawn."""
+"""[s] of the time series in the figure."""
 SERIES = ("wind_x", "RootMyc1", "OoPDefl1", "pitch_1", "flap_1_angle_1", "generator_power")
 MAIN = (
-    "RootMyc1 std",
-    "RootMyc1 DEL",
-    "RootMxc1 DEL",
-    "Mtilt DEL",
-    "Myaw DEL",
-    "OoPDefl1 std",
-    "TwrBsMyt DEL",
-    "YawBrMyp DEL",
-    "YawBrMzp DEL",
-    "power std",
-    "rotor speed std",
+    *("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "Mtilt DEL", "Myaw DEL", "OoPDefl1 std", "TwrBsMyt DEL"),
+    *("YawBrMyp DEL", "YawBrMzp DEL", "power std", "rotor speed std"),
 )
-"""Of which changes are drawn."""
+"""Quantities of the figure of changes."""
 DUTY = ("pitch travel", "flap travel")
 MOST_MEANS = 4
-"""Schemes up to which their means stand beside their changes."""
+"""Largest number of schemes for which the table has means beside the changes."""
 REMOVED = {1: "1P", 2: "1P and 2P"}
-JUDGED = {"std": "RootMyc1 std", "load": "RootMyc1 DEL"}
+JUDGED: tuple[tuple[Literal["std", "load"], str], ...] = (("std", "RootMyc1 std"), ("load", "RootMyc1 DEL"))
 STATISTIC = re.compile(" (std|DEL|mean|max)$")
 
 
 def main_rows(comparison: Comparison) -> tuple[list[str], list[list[str]], list[tuple[str, int]]]:
-    """Head, rows and groups of the table of all quantities."""
+    """Header, rows and column groups of the table of all quantities."""
     return scheme_rows(comparison.table(), comparison.units(), means=len(comparison.schemes) <= MOST_MEANS)
 
 
 def notes(comparison: Comparison) -> str:
-    """What the words of that table mean."""
+    """Explanation of the terms of that table."""
     base, *others = comparison.schemes
     sentences = []
     if others:
@@ -69,15 +60,14 @@ def notes(comparison: Comparison) -> str:
 
 
 def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of what ideal removal of 1P, and of 1P and 2P, would leave, and the share each scheme reaches."""
+    """Header and rows of the ceiling: ideal removal of 1P, and of 1P and 2P, and the share each scheme reaches."""
     base, *others = comparison.schemes
     table, units = comparison.table(), comparison.units()
     head = ["removed", "quantity", "unit", base, "left", "change %", *(f"share %\n{s}" for s in others)]
     rows = []
     for harmonics, removed in REMOVED.items():
-        for kind, quantity in (("std", JUDGED["std"]), ("load", JUDGED["load"])):
-            change = comparison.ceiling_change(harmonics, "std" if kind == "std" else "load")
-            left = comparison.ceiling_left(harmonics, "std" if kind == "std" else "load")
+        for kind, quantity in JUDGED:
+            change, left = comparison.ceiling_change(harmonics, kind), comparison.ceiling_left(harmonics, kind)
             unit, factor = units[quantity]
             found = [table.entry(quantity, s).change for s in others]
             shares = [100.0 * c.mean / change.mean if c and change.mean else math.nan for c in found]
@@ -88,7 +78,7 @@ def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
 
 
 def seed_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of every quantity of every seed and scheme."""
+    """Header and rows of all quantities by seed and scheme."""
     head = ["seed", "scheme", *(f"{q.name} [{q.unit}]" for q in comparison.quantities), "wind"]
     rows = []
     for k, (seed, wind) in enumerate(zip(comparison.seeds, comparison.winds, strict=True)):
@@ -100,52 +90,40 @@ def seed_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
 
 
 def tuning_rows(tunings: Mapping[str, Tuning]) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of every loop at every operating point: plant, settings, margins."""
-    head = [
-        "loop",
-        "wind m/s",
-        "rotor rpm",
-        "pitch deg",
-        "plant kN m/deg",
-        "its phase deg",
-        "bandwidth rad/s",
-        "phase margin deg",
-        "gain margin",
-        "largest sensitivity",
-        "leak",
-        "gain rad/(N m s)",
-        "lead s",
-        "lowered to",
-        "offset deg",
-        "filter damping",
-        "halving pitch deg",
-    ]
+    """Header and rows of every loop at every operating point: plant, margins, settings."""
     rows = []
     for name, tuning in tunings.items():
-        loop, halving = tuning.loop, tuning.loop.gain_halving_pitch
-        lead = loop.proportional_gain / loop.integral_gain
-        settings = [f"{loop.integral_gain:.4g}", number(lead), number(tuning.factor)]
-        settings += [number(math.degrees(loop.offset)), number(loop.filter_damping)]
-        settings.append("" if halving is None else number(math.degrees(halving)))
-        for p in tuning.points:
-            values = (
-                p.wind_speed,
-                p.rotor_speed * 30.0 / math.pi,
-                math.degrees(p.pitch),
-                1e-3 * math.radians(abs(p.plant)),
-                math.degrees(math.atan2(p.plant.imag, p.plant.real)),
-                p.bandwidth,
-                math.degrees(p.phase_margin),
-                p.gain_margin,
-                p.sensitivity,
-                p.leak,
-            )
-            rows.append([name, *(number(v) for v in values), *settings])
-    return head, rows
+        settings = [text(tuning) for text in SETTINGS.values()]
+        rows += [[name, *(number(value(p)) for value in MARGINS.values()), *settings] for p in tuning.points]
+    return ["loop", *MARGINS, *SETTINGS], rows
+
+
+MARGINS: dict[str, Callable[[TunedPoint], float]] = {
+    "wind m/s": lambda p: p.wind_speed,
+    "rotor rpm": lambda p: p.rotor_speed * 30.0 / math.pi,
+    "pitch deg": lambda p: math.degrees(p.pitch),
+    "plant kN m/deg": lambda p: 1e-3 * math.radians(abs(p.plant)),
+    "its phase deg": lambda p: math.degrees(math.atan2(p.plant.imag, p.plant.real)),
+    "bandwidth rad/s": lambda p: p.bandwidth,
+    "phase margin deg": lambda p: math.degrees(p.phase_margin),
+    "gain margin": lambda p: p.gain_margin,
+    "largest sensitivity": lambda p: p.sensitivity,
+    "leak": lambda p: p.leak,
+}
+"""Columns of an operating point of a loop."""
+SETTINGS: dict[str, Callable[[Tuning], str]] = {
+    "gain rad/(N m s)": lambda t: f"{t.loop.integral_gain:.4g}",
+    "lead s": lambda t: number(t.loop.proportional_gain / t.loop.integral_gain),
+    "lowered to": lambda t: number(t.factor),
+    "offset deg": lambda t: number(math.degrees(t.loop.offset)),
+    "filter damping": lambda t: number(t.loop.filter_damping),
+    "halving pitch deg": lambda t: "" if (h := t.loop.gain_halving_pitch) is None else number(math.degrees(h)),
+}
+"""Columns of a loop."""
 
 
 def sentence(comparison: Comparison) -> str:
-    """The result in a sentence."""
+    """One-sentence summary of a comparison."""
     base, *others = comparison.schemes
     table = comparison.table()
     if not others:
@@ -173,15 +151,15 @@ def write_comparison(
     repeat: str = "",
     footer: str = "",
 ) -> list[Path]:
-    """Write tables, pictures and the page of a comparison into a folder.
+    """Write tables, figures and the summary page of a comparison into a folder.
 
     Args:
       comparison: from :func:`~meltemi.studies.compare.compare`.
-      out: folder, made if it is not there.
-      design: gives gains and margins of the loops.
+      out: folder, created if needed.
+      design: with gains and margins of the loops.
       title: of the page.
       facts: names and values below it.
-      repeat: how the comparison is made again, such as a command line.
+      repeat: how to reproduce the comparison, such as a command line.
       footer: last line of the page.
 
     Returns:
@@ -205,27 +183,29 @@ def write_comparison(
     pictures = {path.stem: path for path in files[2:]}
     if len(comparison.schemes) > 1:
         duty = [name for name in DUTY if any(table.entry(name, s).value.mean > 0.0 for s in table.schemes)]
-        files.append(save(plot_changes(table, MAIN, duty, units), out / "changes.png"))
-        pictures["changes"] = files[-1]
+        pictures["changes"] = save(plot_changes(table, MAIN, duty, units), out / "changes.png")
+        files.append(pictures["changes"])
     tunings = design.tunings if design else {}
     if tunings:
-        files += [
-            save(plot_tuning(tunings), out / "bode.png"),
-            write_csv(out / "tuning.csv", *tuning_rows(tunings)),
-        ]
-        pictures["bode"] = files[-2]
+        pictures["bode"] = save(plot_tuning(tunings), out / "bode.png")
+        files += [pictures["bode"], write_csv(out / "tuning.csv", *tuning_rows(tunings))]
     for name in ("changes.png", "bode.png", "tuning.csv"):
         if out / name not in files:
             (out / name).unlink(missing_ok=True)  # of an earlier comparison
-    page = write_page(
-        out / "comparison.html",
-        title,
-        _sections(comparison, pictures, tunings, repeat),
-        facts=facts,
-        lead=sentence(comparison),
-        footer=footer,
-    )
-    return [*files, page]
+    sections, lead = _sections(comparison, pictures, tunings, repeat), sentence(comparison)
+    return [*files, write_page(out / "comparison.html", title, sections, facts=facts, lead=lead, footer=footer)]
+
+
+CEILING = (
+    "The reduction that a controller could reach at most: it would remove these harmonics of the blade root moment "
+    "completely and add nothing elsewhere. The bands extend a quarter of the rotor frequency, {rotor:.3f} Hz, to "
+    "either side of the harmonics. Shares are changes over the change of the ceiling."
+)
+LOOPS = (
+    "A loop at nP works on amplitudes, whose frequency has either sign: negative ones are dashed, with mirrored phase. "
+    "Loops of one scheme add up, so the gain is also high at the harmonics of the others; margins and sensitivity are "
+    "those of all loops together."
+)
 
 
 def _sections(
@@ -236,46 +216,22 @@ def _sections(
     if "changes" in pictures:
         numbers.append(Picture(pictures["changes"], "Changes of the main loads, and how far the actuators travel."))
     numbers.append(Table(head, rows, text_columns=2, groups=groups, note=notes(comparison)))
-    numbers += [f"Left out: {failure_line(failure)}" for failure in comparison.failures]
-    ceiling_head, ceiling = ceiling_rows(comparison)
+    numbers += [f"Excluded: {failure_line(failure)}" for failure in comparison.failures]
     begin, end = comparison.windows[WHOLE]
+    spectra = Picture(pictures["spectra"], f"Power spectral densities, {begin:g} to {end:g} s, mean over seeds.")
+    series = Picture(pictures["series"], f"{comparison.winds[0]}: the first evaluated minute.")
+    ceiling = CEILING.format(rotor=comparison.rotor_frequency())
     found = [
         Section("Results", numbers),
-        Section(
-            "Ceiling",
-            [
-                (
-                    "What a controller could reach that removes these harmonics of the blade root moment wholly and "
-                    "adds nothing elsewhere. Taken out are bands of a quarter of the rotor frequency, "
-                    f"{comparison.rotor_frequency():.3f} Hz, to either side of them. Shares are changes over the "
-                    "change of the ceiling."
-                ),
-                Table(ceiling_head, ceiling, text_columns=3),
-            ],
-        ),
-        Section(
-            "Spectra",
-            [Picture(pictures["spectra"], f"Power spectral densities, {begin:g} to {end:g} s, mean over seeds.")],
-        ),
-        Section("Series", [Picture(pictures["series"], f"{comparison.winds[0]}: the first minute that is judged.")]),
+        Section("Ceiling", [ceiling, Table(*ceiling_rows(comparison), text_columns=3)]),
+        Section("Spectra", [spectra]),
+        Section("Series", [series]),
     ]
     if "bode" in pictures:
-        found.append(
-            Section(
-                "Gains and margins",
-                [
-                    (
-                        "A loop at nP works on amplitudes, whose frequency has either sign: negative ones are dashed, "
-                        "with mirrored phase. Loops of one scheme add up, so where another one stands the gain is "
-                        "high, too; margins and sensitivity are those of all together."
-                    ),
-                    Picture(pictures["bode"], "Gain, phase and sensitivity of the loops."),
-                    *_tuning_tables(tunings),
-                ],
-            )
-        )
+        bode = Picture(pictures["bode"], "Gain, phase and sensitivity of the loops.")
+        found.append(Section("Gains and margins", [LOOPS, bode, *_tuning_tables(tunings)]))
     if repeat:
-        found.append(Section("How to repeat it", [Code(repeat)]))
+        found.append(Section("Reproduction", [Code(repeat)]))
     return found
 
 
@@ -302,7 +258,7 @@ def spectra_figure(comparison: Comparison) -> Figure:
 
 
 def series_figure(comparison: Comparison) -> Figure:
-    """A minute of the first wind, all schemes on top of each other."""
+    """Time series of all schemes over a minute of the first wind."""
     begin, end = comparison.windows[WHOLE]
     results = [comparison.results(s).between(begin, min(begin + SERIES_LENGTH, end)) for s in comparison.schemes]
     return plot(results, [name for name in SERIES if name in results[0]], comparison.schemes)

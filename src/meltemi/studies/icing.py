@@ -1,4 +1,4 @@
-"""What ice does to a turbine: power, frequencies of its blades, and the loads of an unbalanced rotor."""
+"""Effects of blade icing: power loss, blade frequencies, and loads of a rotor with mass imbalance."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine
@@ -43,7 +44,7 @@ LOADS = {
     "tower_base_moment_side_side": "tower base, side to side",
     "tower_base_moment_fore_aft": "tower base, fore and aft",
 }
-"""Channels and what they are called."""
+"""Channels and their labels."""
 STANDING = ("tower", "yaw", "drivetrain", "generator")
 
 
@@ -52,14 +53,14 @@ class IcingEffects(Brief):
     """A turbine with and without ice.
 
     Attributes:
-      turbine: its name.
+      turbine: name.
       mass: [kg] of the ice on a blade, and of the blade.
       speeds: (n,) [m/s] of steady wind.
-      power: (n,) [W] of the generator in it, by variant.
+      power: (n,) [W] electrical power in steady wind, by variant.
       frequencies: [Hz] of the clean and of the iced blade at rest, by mode.
-      load_speeds: (m,) [m/s] mean wind of turbulent runs.
-      loads: by variant and channel, for each of these speeds, equivalent loads [N or N m] of the seeds.
-      first: the same, amplitudes at the rotor's frequency.
+      load_speeds: (m,) [m/s] mean wind speed of turbulent simulations.
+      loads: by variant and channel, (m, seeds) equivalent loads [N or N m].
+      first: by variant and channel, (m, seeds) 1P amplitudes [N or N m].
     """
 
     turbine: str
@@ -90,24 +91,20 @@ def icing_effects(
 
     Args:
       turbine: without ice.
-      icing: what the iced blades have; its ``blades`` do not matter.
+      icing: of the iced blades; its ``blades`` are not used.
       speeds: [m/s] of steady wind, for the power.
-      load_speeds: [m/s] mean wind of turbulent runs, for the loads.
-      seeds: of the normal turbulence of ``wind_class``.
-      duration: [s] of a turbulent run.
+      load_speeds: [m/s] mean wind speed of turbulent simulations, for the loads.
+      seeds: of the normal turbulence model of ``wind_class``.
+      duration: [s] of a turbulent simulation.
       options: of the models.
-      points: of the fields of wind, either way.
+      wind_class: of IEC 61400-1.
+      points: of the wind fields in each direction.
       workers: threads.
-      progress: called with the share that is done.
+      progress: callback with the completed fraction.
     """
     icing = icing or Icing()
-    count = turbine.n_blades
-    sets = {
-        CLEAN: None,
-        "one blade": (1,),
-        "all but one": tuple(range(2, count + 1)),
-        "all blades": tuple(range(1, count + 1)),
-    }
+    every = tuple(range(1, turbine.n_blades + 1))
+    sets = {CLEAN: None, "one blade": (1,), "all but one": every[1:], "all blades": every}
     models = {
         name: build(with_ice(turbine, None if on is None else icing.replace(blades=on)), options)
         for name, on in sets.items()
@@ -146,20 +143,20 @@ def icing_effects(
 
 
 def _reduced(result: Result) -> Float:
-    """(2, loads) equivalent loads, and amplitudes at the rotor's frequency."""
+    """(2, loads) equivalent loads, and 1P amplitudes."""
     life = equivalent_loads(result, list(LOADS))
     turn = np.exp(-1j * result["azimuth"])
     once = [2.0 * abs(np.mean((result[name] - result[name].mean()) * turn)) for name in LOADS]
     return np.array([[life[name] for name in LOADS], once])
 
 
-def _masses(clean: Model, iced: Model) -> tuple[float, float]:
-    before, after = (float(View(BladeNode, model.blade_nodes)["mass"][0].sum()) for model in (clean, iced))
+def _masses(clean: BladedModel, iced: BladedModel) -> tuple[float, float]:
+    before, after = (float(View(BladeNode, model.rotor.blade_nodes)["mass"][0].sum()) for model in (clean, iced))
     return after - before, before
 
 
 def _frequencies(turbine: Turbine, icing: Icing, options: ModelOptions) -> dict[str, tuple[float, float]]:
-    """[Hz] of blade 1 alone, clean and iced, by mode."""
+    """[Hz] natural frequencies of blade 1 alone, clean and iced, by mode."""
     found = []
     for each in (None, icing.replace(blades=(1,))):
         model = build(with_ice(turbine, each), options.replace(locked=STANDING))
@@ -173,7 +170,7 @@ def _frequencies(turbine: Turbine, icing: Icing, options: ModelOptions) -> dict[
 
 
 def power_table(effects: IcingEffects) -> Table:
-    """Power in steady wind, clean and what ice takes."""
+    """Power in steady wind: clean, and changes by ice."""
     clean = effects.power[CLEAN]
     names = [name for name in effects.power if name != CLEAN]
     rows = [
@@ -202,7 +199,7 @@ def load_changes(effects: IcingEffects, name: str, load: str) -> list[Estimate]:
 
 
 def load_table(effects: IcingEffects) -> Table:
-    """Equivalent loads in turbulence, and the amplitude at the rotor's frequency."""
+    """Equivalent loads and 1P amplitudes in turbulence."""
     names = [name for name in effects.loads if name != CLEAN]
     rows = []
     for load, words in LOADS.items():
@@ -214,14 +211,8 @@ def load_table(effects: IcingEffects) -> Table:
                 row.append(f"{100.0 * change.mean:+.1f} ± {100.0 * change.half_width:.1f}")
             row += [f"{effects.first[name][load][i].mean() / unit:.3g}" for name in (CLEAN, *names[:1])]
             rows.append(row)
-    head = [
-        "load",
-        "wind\nm/s",
-        "DEL clean\nMN m (kN)",
-        *(f"DEL {name}\n%" for name in names),
-        "1P clean",
-        "1P one blade",
-    ]
+    changes = [f"DEL {name}\n%" for name in names]
+    head = ["load", "wind\nm/s", "DEL clean\nMN m (kN)", *changes, "1P clean", "1P one blade"]
     note = (
         "Means over seeds with 95 % confidence; forces in kN, moments in MN m; 1P: amplitude at the rotor's frequency."
     )
@@ -229,15 +220,14 @@ def load_table(effects: IcingEffects) -> Table:
 
 
 def plot_icing(effects: IcingEffects) -> Figure:
-    """Power curves, what ice takes of them, frequencies, and loads."""
+    """Plot power curves, their changes by ice, natural frequencies, and loads."""
     figure, axes = new_figure(2, 2, size=(11.0, 7.0), share=False)
     (power, loss), (modes, loads) = axes
     for colour, (name, values) in zip(COLOURS, effects.power.items(), strict=False):
         power.plot(effects.speeds, values / 1e6, color=colour, label=name)
         loss.plot(effects.speeds, 100.0 * (values / effects.power[CLEAN] - 1.0), color=colour)
-    panel(power, f"{effects.turbine}: power in steady wind", "MW")
-    panel(loss, "change by ice", "%")
-    for ax in (power, loss):
+    for ax, title, unit in ((power, f"{effects.turbine}: power in steady wind", "MW"), (loss, "change by ice", "%")):
+        panel(ax, title, unit)
         ax.set_xlabel("wind speed [m/s]", fontsize=8)
     power.legend(fontsize=8)
     place = np.arange(len(effects.frequencies))
@@ -252,14 +242,8 @@ def plot_icing(effects: IcingEffects) -> Figure:
     names = [name for name in effects.loads if name != CLEAN]
     for i, (colour, name) in enumerate(zip(COLOURS[1:], names, strict=False)):
         found = [load_changes(effects, name, load)[middle] for load in LOADS]
-        loads.barh(
-            place + 0.27 * (i - 1),
-            [100.0 * e.mean for e in found],
-            0.25,
-            xerr=[100.0 * e.half_width for e in found],
-            color=colour,
-            error_kw={"linewidth": 0.8},
-        )
+        mean, half = ([100.0 * getattr(e, part) for e in found] for part in ("mean", "half_width"))
+        loads.barh(place + 0.27 * (i - 1), mean, 0.25, xerr=half, color=colour, error_kw={"linewidth": 0.8})
     loads.set_yticks(place, list(LOADS.values()), fontsize=8)
     loads.invert_yaxis()
     panel(loads, f"equivalent loads against the clean turbine at {effects.load_speeds[middle]:g} m/s [%]", "load")

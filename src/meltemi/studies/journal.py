@@ -1,13 +1,13 @@
-"""What a long study has finished, kept on disk, and what of it has failed.
+"""Finished and failed runs of a long study, kept on disk so that the study can be resumed.
 
-Within ``with journal(out, inputs):`` the runs of :func:`cells` are kept in a folder of ``out`` as each is done. The
-same study, begun again after Ctrl-C, a crash or a kill, takes them over and goes on with the rest. They are known by a
-hash of the files of meltemi and of the study's own package, of the study's inputs and of the case, so what has changed
-is computed anew.
+Within ``with journal(out, inputs):`` each finished run of :func:`cells` is stored in a folder of ``out``. The same
+study, started again after Ctrl-C, a crash or a kill, reads them and continues with the rest. They are identified by a
+hash of the files of meltemi and of the package of the study, of the inputs of the study and of the case, so that
+changed runs are repeated.
 
-A cell that fails does not end the study: :class:`Lost` stands for its result, and tells whoever uses it why there is
-none. ``attempt`` makes cells of other computations, ``guarded`` gives something in place of what depends on them. A run
-that is doubtful counts and is listed: what a paper did is shown also where it leaves what our model is made for.
+A failed cell does not end the study: :class:`Lost` takes the place of its result and raises an error with the reason
+when it is used. ``attempt`` makes cells of other computations, ``guarded`` replaces what depends on failed ones. A
+doubtful run counts and is listed, so that results outside the range of validity of the model are shown, too.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ from meltemi.simulation.result import Result
 T = TypeVar("T")
 HOUSE = "meltemi"
 FOLDER = "finished-runs"
-"""In the output folder, while the study is under way."""
+"""Folder within the output folder, while the study runs."""
 _ANY_START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.0, generator_torque=0.0)
 
 
 class LostError(MeltemiError):
-    """Something was asked for that a failed cell should have given."""
+    """The result of a failed cell was used."""
 
 
 class Lost:
-    """Stands for what a failed cell should have given; any use of it raises :class:`LostError`.
+    """Placeholder for the result of a failed cell; any use of it raises :class:`LostError`.
 
     Attributes:
-      why: cell and reason.
+      why: cell and reason of the failure.
     """
 
     def __init__(self, why: str) -> None:
@@ -66,12 +66,12 @@ class Lost:
 
 
 class Journal:
-    """Of one study: what it has finished and what has failed.
+    """Finished and failed cells of one study.
 
     Attributes:
-      failed: reasons by cell, in the order in which they were found.
-      doubtful: findings by cell whose run left what the model is made for.
-      taken: how many finished runs were taken over.
+      failed: reasons by cell, in order of occurrence.
+      doubtful: findings by cell whose run left the range of validity of the model.
+      taken: number of finished runs that were read from disk.
     """
 
     def __init__(self, folder: Path | None = None, inputs: str = "", package: str = HOUSE) -> None:
@@ -85,19 +85,19 @@ class Journal:
         self._seen: set[Path] = set()
 
     def enter(self, cell: str, why: str, *, doubtful: bool = False) -> None:
-        """Note that a cell has failed or is doubtful, under its name within the others that are under way."""
+        """Enter a failed or doubtful cell, under its name and those of the enclosing cells."""
         (self.doubtful if doubtful else self.failed).setdefault(": ".join((*self.path, cell)), why)
 
     def problems(self) -> dict[str, Any]:
-        """What has failed and what is doubtful so far."""
+        """Failed and doubtful cells so far."""
         return {"failed": dict(self.failed), "doubtful": dict(self.doubtful)}
 
     def waiting(self) -> int:
-        """How many finished runs of this study are there."""
+        """Number of stored runs of this study."""
         return 0 if self._folder is None else len(list(self._folder.glob(f"{self._study}-*")))
 
     def file_of(self, name: str, case: BatchCase) -> Path | None:
-        """Where the value of a case is kept."""
+        """File for the value of a case; None without a folder."""
         if self._folder is None:
             return None
         prints = [_print(getattr(case, field.name)) for field in fields(case) if field.name not in ("name", "start")]
@@ -109,7 +109,7 @@ class Journal:
         return file
 
     def read(self, file: Path | None) -> tuple[Any] | None:
-        """What is kept there: a tuple of one value; None if there is nothing, or nothing whole of our own making."""
+        """Stored value, in a tuple; None if the file is missing, damaged, or not written by this user."""
         with suppress(OSError):
             data = b"" if file is None else file.read_bytes()
             if hmac.compare_digest(data[:32], self._sign(data[32:])):
@@ -118,7 +118,7 @@ class Journal:
         return None
 
     def keep(self, file: Path | None, value: Any) -> None:
-        """Keep a value; without room on the disk the study goes on all the same."""
+        """Store a value; the study continues if the disk is full."""
         if file is None:
             return
         data = pickle.dumps(value, protocol=5)
@@ -132,7 +132,7 @@ class Journal:
         return hmac.digest(self._seal, data, "sha256")
 
     def clear(self) -> None:
-        """Remove what is kept: the study has come to its end."""
+        """Remove the stored values at the end of the study."""
         if self._folder is not None and self._folder.is_dir():
             for file in self._folder.iterdir():
                 with suppress(OSError):
@@ -145,20 +145,20 @@ _OPEN: ContextVar[Journal] = ContextVar("journal", default=Journal())  # noqa: B
 
 
 def current() -> Journal:
-    """The journal of the study under way."""
+    """The journal of the current study."""
     return _OPEN.get()
 
 
 @contextmanager
 def journal(out: Path, inputs: str, package: str = HOUSE) -> Iterator[Journal]:
-    """The journal of a study, in its output folder.
+    """Context with the journal of a study, in its output folder.
 
-    What is kept goes when the study has come to its end without a failed cell.
+    Stored values are removed when the study ends without a failed cell.
 
     Args:
-      out: folder; it must exist.
-      inputs: everything that the study depends on beside the packages' files, as text.
-      package: in which the study is.
+      out: existing folder.
+      inputs: all inputs of the study other than the files of the packages, as text.
+      package: of the study.
     """
     book = Journal(out / FOLDER, inputs, package)
     if book.waiting():
@@ -181,9 +181,9 @@ def _say(text: str) -> None:
 
 
 def attempt(name: str, function: Callable[..., T], *arguments: Any, **keywords: Any) -> T:
-    """A cell of a study: what a function gives, or :class:`Lost` if it raises an error in words.
+    """Cell of a study: the value of a function, or :class:`Lost` if it raises a ``MeltemiError``.
 
-    Cells inside of it have its name before theirs.
+    The names of cells inside it begin with its name.
     """
     book, before = current(), current().path
     book.path = (*before, name)
@@ -199,9 +199,9 @@ def attempt(name: str, function: Callable[..., T], *arguments: Any, **keywords: 
 
 
 def guarded(function: Callable[[], T], instead: Callable[[str], T]) -> T:
-    """What a function makes of the results, or of the reason why it cannot.
+    """Value of a function of the results, or, if it fails, of a function of the reason.
 
-    Any error counts as a consequence of cells that failed, if there are such; else only an error in words does.
+    After failed cells any error counts as their consequence; otherwise only a ``MeltemiError`` is caught.
     """
     try:
         return function()
@@ -214,10 +214,10 @@ def guarded(function: Callable[[], T], instead: Callable[[str], T]) -> T:
 
 
 def survivors(values: Iterable[T]) -> list[T]:
-    """The values of cells that did not fail.
+    """Values of the cells that did not fail.
 
     Raises:
-      LostError: all failed; with the reason of the first.
+      LostError: all failed; with the reason of the first one.
     """
     values = list(values)
     left = [value for value in values if not isinstance(value, Lost)]
@@ -305,7 +305,7 @@ def _length(cases: Iterable[BatchCase]) -> int:
 
 
 class SizedCases:
-    """A generator whose length is known, so that progress can tell the share that is done."""
+    """A generator of known length, so that progress can be reported as a fraction."""
 
     def __init__(self, make: Callable[[], Iterator[BatchCase]], length: int) -> None:
         self.make, self.length = make, length
@@ -318,9 +318,9 @@ class SizedCases:
 
 
 def _print(value: Any) -> str:
-    """What tells an argument of a case from another: its content where that is known, or else nothing."""
+    """Identification of an argument of a case by its content; empty if that is unknown."""
     if isinstance(value, Controller):
-        # the user's own may count how often they are begun
+        # a user-defined controller may count its starts
         ours = str(getattr(value.update, "__module__", "")).startswith("meltemi.") and not value.fresh
         state = value.initial_state(_ANY_START).tobytes() if ours else b""
         return f"{value.name} {value.sample_time} {hashlib.sha256(state).hexdigest()}"
@@ -340,7 +340,7 @@ def _hash_of_study(package: str, inputs: str) -> str:
 
 @cache
 def package_hash(package: str) -> str:
-    """Hash of every file of a package."""
+    """Hash of all files of a package."""
     (root,) = map(Path, import_module(package).__path__)
     digest = hashlib.sha256()
     for path in sorted(p for p in root.rglob("*") if p.is_file() and p.suffix != ".pyc"):
@@ -350,7 +350,7 @@ def package_hash(package: str) -> str:
 
 
 def _seal() -> bytes:
-    """A secret of the user, by which we know what we have written: nobody else's files are ever unpacked."""
+    """Secret key of the user that signs stored values: files of others are never unpickled."""
     file = Path(os.environ.get("MELTEMI_CACHE_DIR") or platformdirs.user_cache_dir("meltemi"), "seal")
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)

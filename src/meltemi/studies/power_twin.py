@@ -1,24 +1,27 @@
-"""``power_turbine_of``: the turbine of a power coefficient that an aeroelastic one is when nothing of it bends."""
+"""``power_turbine_of``: conversion of an aeroelastic turbine to a power-coefficient turbine."""
 
 from __future__ import annotations
 
-from meltemi.simulation.engines import build
 from meltemi.simulation.performance import performance_of
+from meltemi.simulation.rotors import build
 from meltemi.studies.baseline_tuning import rotor_inertia
 from meltemi.turbine.definition import Turbine, YawDrive
 from meltemi.turbine.performance import Performance
 from meltemi.turbine.power_turbine import PowerTurbine, Shaft, TableCoefficient
 
+SAME = ("n_blades", "rated_power", "cut_in", "cut_out", "rotor_radius", "hub_height", "electrical", "control")
+"""Fields that both kinds of turbine have."""
+
 
 def power_turbine_of(
     turbine: Turbine, performance: Performance | None = None, *, flexible_shaft: bool = False
 ) -> PowerTurbine:
-    """The same rotor as a table of coefficients, with the same inertia, actuators, yaw drive and control.
+    """Power-coefficient turbine with the rotor, inertia, actuators, yaw drive and control of an aeroelastic one.
 
     Args:
       turbine: aeroelastic.
       performance: of its rotor; by default that of the rigid rotor as built, with tilt, cone and tower.
-      flexible_shaft: with the torsion of its drivetrain; without, a step of time may be ten times as long.
+      flexible_shaft: keep the torsion of the drivetrain; without it, the time step may be ten times as long.
     """
     p = performance or performance_of(turbine)
     d = turbine.drivetrain
@@ -26,12 +29,6 @@ def power_turbine_of(
         name=f"{turbine.name}, power coefficient",
         description=f"{turbine.description or turbine.name}, by its power coefficient",
         source=turbine.source,
-        n_blades=turbine.n_blades,
-        rated_power=turbine.rated_power,
-        cut_in=turbine.cut_in,
-        cut_out=turbine.cut_out,
-        rotor_radius=turbine.rotor_radius,
-        hub_height=turbine.hub_height,
         coefficient=TableCoefficient(
             tip_speed_ratio=p.tip_speed_ratio, pitch=p.pitch, power=p.power, thrust=p.thrust, source="rotor_performance"
         ),
@@ -47,6 +44,5 @@ def power_turbine_of(
         ),
         pitch_actuator=turbine.pitch_actuator,
         yaw=YawDrive(rate=turbine.yaw.rate, acceleration=turbine.yaw.acceleration),
-        electrical=turbine.electrical,
-        control=turbine.control,
+        **{name: getattr(turbine, name) for name in SAME},
     )

@@ -1,6 +1,6 @@
-"""Preview settings from a wind and a turbine: rotor-averaged wind speed, and the pitch of steady operation.
+"""Preview settings from a wind and a turbine: rotor-averaged wind speed, and pitch of steady operation.
 
-The lead is what makes the pitch come in time: the delay of the low-pass plus that of the pitch actuator.
+The lead time compensates the delays of the low-pass filter and of the pitch actuator.
 
 Reference: docs/theory/control.md (C-39, C-41).
 """
@@ -12,20 +12,20 @@ from numpy.typing import NDArray
 
 from meltemi.control.load_control import Preview
 from meltemi.core.errors import InputError
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.wind.fields import Wind, WindBox
 
 Float = NDArray[np.float64]
 
 FREQUENCY = 1.0
-"""[rad/s] of the low-pass: eddies that pass faster are smaller than the rotor."""
+"""[rad/s] corner of the low-pass filter: eddies of higher frequencies are smaller than the rotor."""
 SPACING = 1.0
-"""[m/s] of the table of pitch."""
+"""[m/s] wind speed step of the pitch table."""
 
 
 def rotor_average(box: WindBox, hub_height: float, radius: float) -> Float:
-    """(T,) [m/s] longitudinal wind of each plane, averaged over the grid's points inside the rotor's circle.
+    """(T,) [m/s] longitudinal wind speed of each plane, averaged over the grid points inside the rotor disk.
 
     Raises:
       InputError: no point of the grid lies inside.
@@ -40,28 +40,29 @@ def rotor_average(box: WindBox, hub_height: float, radius: float) -> Float:
     return average
 
 
-def steady_pitch(model: Model) -> tuple[float, Float]:
-    """First speed [m/s], and pitch [rad] of steady operation from there to beyond cut-out, at every 1 m/s."""
+def steady_pitch(model: BladedModel) -> tuple[float, Float]:
+    """First wind speed [m/s], and pitch [rad] of steady operation from there to beyond cut-out, in steps of 1 m/s."""
     turbine = model.turbine
     speeds = np.arange(turbine.cut_in, turbine.cut_out + 10.0 + 1e-9, SPACING)
     return float(speeds[0]), np.array([operating_point(model, float(u)).pitch for u in speeds])
 
 
 def preview_of(
-    model: Model, wind: Wind, table: tuple[float, Float] | None = None, *, frequency: float = FREQUENCY
+    model: BladedModel, wind: Wind, table: tuple[float, Float] | None = None, *, frequency: float = FREQUENCY
 ) -> Preview:
-    """Preview of a wind box, read ahead by the delays of low-pass and pitch actuator.
+    """Preview of a wind box, with a lead time equal to the delays of low-pass filter and pitch actuator.
 
     Args:
+      model: of the turbine.
       wind: a box; other winds have no average over the rotor.
       table: from :func:`steady_pitch`, for several winds of one model.
-      frequency: [rad/s] of the low-pass.
+      frequency: [rad/s] corner of the low-pass filter.
 
     Raises:
-      InputError: the wind is no box.
+      InputError: the wind is not a box.
     """
     if not isinstance(wind, WindBox):
-        raise InputError(f"preview: a wind box is needed, found {type(wind).__name__}")
+        raise InputError(f"preview: expected a wind box, found {type(wind).__name__}")
     turbine, actuator = model.turbine, model.turbine.pitch_actuator
     first, pitch = table or steady_pitch(model)
     lead = 1.0 / frequency
@@ -72,11 +73,5 @@ def preview_of(
     passing = wind.passing - turbine.nacelle.overhang / wind.speed
     even = np.interp(wind.dt * np.arange(len(average)), passing, average)
     return Preview(
-        wind=even,
-        time_step=wind.dt,
-        lead=lead,
-        frequency=frequency,
-        first_speed=first,
-        spacing=SPACING,
-        pitch=pitch,
+        wind=even, time_step=wind.dt, lead=lead, frequency=frequency, first_speed=first, spacing=SPACING, pitch=pitch
     )

@@ -1,4 +1,4 @@
-"""The names of the control schemes, and what each has; nothing heavy, so that commands can list them.
+"""Names and definitions of the control schemes, without heavy imports, so that commands can list them.
 
 ``ipc`` is CPC with feed-forward and 1P feedback to pitch, ``cpfc`` is ``ipc`` with 2P feedback to flaps: the load is
 divided by frequency.
@@ -23,12 +23,12 @@ FLAP_2P: Target = ("flap", 2)
 
 @dataclass(frozen=True)
 class Scheme:
-    """What a load controller has beside the collective law.
+    """Parts of a load controller in addition to the collective pitch law.
 
     Attributes:
-      about: one line for people.
+      about: description in one line.
       loops: feedback loops.
-      feedforward: whether it has the weights by azimuth.
+      feedforward: whether it has feed-forward by azimuth.
     """
 
     about: str
@@ -37,7 +37,7 @@ class Scheme:
 
     @property
     def flaps(self) -> bool:
-        """It needs flaps."""
+        """Whether it requires flaps."""
         return any(actuator == "flap" for actuator, _ in self.loops)
 
 
@@ -55,10 +55,10 @@ SCHEMES: Mapping[str, Scheme] = {
 
 
 def check_schemes(names: Sequence[str]) -> None:
-    """Refuse names that are neither schemes nor files.
+    """Check that names are schemes or Python files.
 
     Raises:
-      InputError: a name is unknown or there twice, a file is missing, or there are no names.
+      InputError: a name is unknown or repeated, a file is missing, or there are no names.
     """
     if not names:
         raise InputError(f"schemes: name at least one of {', '.join(SCHEMES)}, or a Python file")
@@ -77,10 +77,10 @@ def check_schemes(names: Sequence[str]) -> None:
 
 
 def label(name: str) -> str:
-    """What a scheme is called in tables and files."""
+    """Label of a scheme in tables and files."""
     return Path(name).stem if is_file(name) else name
 
 
 def is_file(name: str) -> bool:
-    """A name that is no scheme's, but a Python file's."""
+    """Whether a name is that of a Python file."""
     return name.endswith(".py")

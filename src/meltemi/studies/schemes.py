@@ -1,7 +1,7 @@
-"""Control schemes by name, tuned for a turbine: the configurations of He et al. (2018), parts of them, and rivals.
+"""Control schemes by name, tuned for a turbine: configurations of He et al. (2018), parts and alternatives of them.
 
 ``ipc`` is CPC with feed-forward and 1P feedback to pitch, ``cpfc`` is ``ipc`` with 2P feedback to flaps: the load is
-divided by frequency. A scheme may also be a Python file of one's own that has ``controller(turbine)``, see
+divided by frequency. A scheme may also be a user-defined Python file with ``controller(turbine)``, see
 docs/guide/comparing.md.
 """
 
@@ -15,7 +15,7 @@ from types import ModuleType
 from meltemi.control.controller import Controller
 from meltemi.control.load_control import FeedForward, LoadControl, LoadController
 from meltemi.core.errors import InputError
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.studies.scheme_names import SCHEMES, check_schemes, is_file, label
 from meltemi.studies.tuning import Tuning, linear_models, speed_notch, tune_loops
 from meltemi.turbine.definition import Turbine
@@ -24,11 +24,11 @@ from meltemi.turbine.flaps import with_flaps
 
 @dataclass(frozen=True)
 class Design:
-    """Controllers of schemes for a turbine, and how their loops were found.
+    """Controllers of the schemes for a turbine, and the tuning of their loops.
 
     Attributes:
-      controllers: by the name of the scheme.
-      tunings: by the scheme and its loops, such as ``cpfc: 2P flap``; schemes that share all loops have them once.
+      controllers: by name of the scheme.
+      tunings: by scheme and loop, such as ``cpfc: 2P flap``; once for schemes that share all loops.
     """
 
     controllers: Mapping[str, Controller]
@@ -36,34 +36,34 @@ class Design:
 
 
 def equipped(turbine: Turbine, names: Iterable[str]) -> Turbine:
-    """The turbine, with the flaps of He et al. (2018) if a scheme needs flaps and it has none."""
+    """The turbine, with the flaps of He et al. (2018) if a scheme requires flaps and it has none."""
     wants = any(SCHEMES[name].flaps for name in names if name in SCHEMES)
     return with_flaps(turbine) if wants and not turbine.blade.flaps else turbine
 
 
 def design_controllers(
-    model: Model,
+    model: BladedModel,
     names: Sequence[str],
     *,
     shear_exponent: float = 0.2,
     progress: Callable[[float], None] | None = None,
 ) -> Design:
-    """Controllers of schemes; the loops of each are tuned together by :func:`~meltemi.studies.tuning.tune_loops`.
+    """Design the controllers of schemes; :func:`~meltemi.studies.tuning.tune_loops` tunes the loops of each together.
 
-    All of them have the same collective law with the same notch at the drivetrain's resonance if the pitch actuator has
-    dynamics (docs/theory/control.md, C-31).
+    All have the same collective law, with a notch filter at the drivetrain resonance if the pitch actuator has dynamics
+    (docs/theory/control.md, C-31).
 
     Args:
-      model: of a turbine that has what the schemes need, see :func:`equipped`.
+      model: of a turbine with the actuators that the schemes require, see :func:`equipped`.
       names: of schemes, or paths of Python files.
-      shear_exponent: that the feed-forward assumes.
-      progress: called with the share that is done.
+      shear_exponent: assumed by the feed-forward.
+      progress: callback with the completed fraction.
 
     Raises:
       InputError: as :func:`~meltemi.studies.scheme_names.check_schemes`, or a file does not give a controller.
     """
     check_schemes(names)
-    own = {name: own_controller(name, model.turbine) for name in names if is_file(name)}  # wrong ones at once
+    own = {name: own_controller(name, model.turbine) for name in names if is_file(name)}  # errors in them come first
     schemes = {name: SCHEMES[name] for name in names if name in SCHEMES}
     loops = any(scheme.loops for scheme in schemes.values())
     ideal = model.turbine.pitch_actuator.kind == "ideal"
@@ -93,10 +93,10 @@ def design_controllers(
 
 
 def own_controller(path: str, turbine: Turbine) -> Controller:
-    """The controller of a Python file that has ``controller(turbine)``.
+    """The controller of a user's Python file with a function ``controller(turbine)``.
 
     Raises:
-      InputError: the file cannot be run, has no such function, or it gives something else.
+      InputError: the file cannot be run, has no such function, or the function returns no controller.
     """
     found: Callable[[Turbine], object] | None = getattr(_module(path), "controller", None)
     if not callable(found):

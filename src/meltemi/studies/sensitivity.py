@@ -1,11 +1,11 @@
-"""``sensitivity``: exact derivatives of a run, and of its statistics, by parameters.
+"""``sensitivity``: exact derivatives of a simulation and its statistics with respect to parameters.
 
-A run with dual numbers carries with every number its derivatives by eight parameters. What it gives is the
-derivative of the simulation as it is computed, between switches: where a limiter acts or a branch of the
-controller changes within the difference step of a parameter, a finite change has a part that no derivative knows.
-Such places are counted (``Sensitivity.switches``).
+A simulation with dual numbers carries with every number its derivatives with respect to eight parameters. The result is
+the derivative of the simulation between switches: where a limiter acts or a branch of the controller changes within the
+step of a parameter, a finite change contains a part that no derivative describes. Such instants are counted
+(``Sensitivity.switches``).
 
-The start of the run, the wind and the controller's first state are held.
+The start, the wind and the initial state of the controller are held.
 
 Reference: docs/guide/sensitivities.md; docs/theory/fatigue.md (F-12 to F-15) for statistics.
 """
@@ -30,14 +30,14 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.maths.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
-from meltemi.simulation.case import BaseCase, Stations
+from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
+from meltemi.simulation.case import Case
 from meltemi.simulation.channels import DEFAULT
-from meltemi.simulation.engines import build, default_step, engine_of
 from meltemi.simulation.events import Happening
-from meltemi.simulation.machine import AnyModel
-from meltemi.simulation.model import Model
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build, default_step, kind_of
 from meltemi.simulation.simulate import Simulation, first_point, march
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
@@ -47,26 +47,26 @@ from meltemi.wind.turbulence.field import AnyWind, realised
 Float = NDArray[np.float64]
 
 RELATIVE_STEP = 1e-4
-"""Change over the value of a parameter by which switches are judged."""
+"""Relative change of a parameter within which switches are counted."""
 OFFSET_STEP = 1e-5
-"""[rad] the same of pitch offsets, which are usually zero."""
+"""[rad] the same for pitch offsets, which are usually zero."""
 DIFFERENCE_STEP = 1e-3
-"""Step of :func:`differences` over that: polars and wind boxes are piecewise linear, and at a larger step their kinks
-show in a difference; at a smaller one, rounding."""
+"""Step of :func:`differences` over that: with a larger step the kinks of piecewise linear polars and wind boxes appear
+in a difference, with a smaller one rounding errors."""
 TABLE_STEP = 1e-3
 """Relative change of the turbine for differences of the model's tables."""
 
 
 @dataclass(frozen=True)
 class Direction:
-    """How the numbers of a run change with a parameter.
+    """Derivative of the inputs of a simulation with respect to a parameter.
 
     Attributes:
-      name: the path.
+      name: path of the parameter.
       value: of the parameter; 1 for factors.
-      step: by which switches are judged.
-      arrays: change of the model's arrays for a unit of the parameter.
-      state: (row, change) of the controller's state.
+      step: within which switches are counted.
+      arrays: change of the model's arrays per unit of the parameter.
+      state: (row, change) of the controller state.
     """
 
     name: str
@@ -78,16 +78,16 @@ class Direction:
 
 @dataclass(frozen=True, repr=False)
 class Sensitivity(Brief):
-    """A run with the derivatives of its series.
+    """A result with the derivatives of its time series.
 
     Attributes:
-      result: the run.
+      result: of the simulation.
       parameters: names.
       values: of the parameters; a factor on an array is 1.
-      steps: changes of the parameters by which switches are judged.
+      steps: changes of the parameters within which switches are counted.
       slopes: (T, channels, parameters) derivatives of the series.
-      switches: how often a branch or limit would have changed within a step of a parameter, by where. A
-        controller's are its own to count: None if it does not.
+      switches: number of changes of a branch or limit within a step of a parameter, by place; None for a controller
+        that does not count its own.
     """
 
     result: Result
@@ -102,7 +102,7 @@ class Sensitivity(Brief):
 
         Raises:
           RunError: the run did not reach its end.
-          InputError: the channel was not recorded, or nothing is left.
+          InputError: the channel was not recorded, or less than two samples remain.
         """
         self.result.raise_for_status()
         column = self.result.names.index(self.result.channel(channel).name)
@@ -132,7 +132,7 @@ class Sensitivity(Brief):
 
 
 def sensitivity(
-    model: AnyModel,
+    model: Model[Any],
     wind: AnyWind,
     parameters: Sequence[str],
     *,
@@ -213,7 +213,7 @@ def sensitivity(
 
 
 def differences(
-    model: AnyModel,
+    model: Model[Any],
     wind: AnyWind,
     parameter: str,
     *,
@@ -239,14 +239,14 @@ def differences(
     options = model.options.replace(time_step=default_step(model))
     found = []
     for change in (-size, size):
-        moved: dict[str, Any] = {name: getattr(model, name) + change * array for name, array in way.arrays.items()}
+        moved: dict[str, Any] = {name: model.array(name) + change * array for name, array in way.arrays.items()}
 
-        def prepare(case: BaseCase, change: float = change) -> None:
+        def prepare(case: Case, change: float = change) -> None:
             if way.state is not None:
                 case.controller_state[way.state[0]] += change * way.state[1]
 
         run = Simulation(
-            replace(model, options=options, **moved),  # type: ignore[type-var]
+            replace(model.with_arrays(**moved), options=options),
             wind,
             controller=controller,
             start=start,
@@ -259,23 +259,23 @@ def differences(
 
 
 def directions(
-    model: AnyModel,
+    model: Model[Any],
     parameters: Sequence[str],
     controller: Controller,
     start: StartPoint,
     steps: Mapping[str, float],
 ) -> list[Direction]:
-    """What each parameter changes.
+    """Derivatives of the inputs with respect to each parameter.
 
     Raises:
-      InputError: a parameter is unknown, named twice, or none is given.
+      InputError: a parameter is unknown or repeated, or there are none.
     """
     if isinstance(parameters, str) or not parameters:
         raise InputError(f"sensitivity: parameters must be a list of at least one path, found {parameters!r}")
     for name in steps:
         if name not in parameters:
             raise InputError(
-                f"sensitivity: a step for {name!r}, which is no parameter: {did_you_mean(name, parameters)}"
+                f"sensitivity: a step for {name!r}, which is not a parameter: {did_you_mean(name, parameters)}"
             )
     twice = {name for name in parameters if list(parameters).count(name) > 1}
     if twice:
@@ -290,11 +290,11 @@ def directions(
     return found
 
 
-def direction(model: AnyModel, name: str, controller: Controller, start: StartPoint) -> Direction:
-    """What a parameter changes in a run.
+def direction(model: Model[Any], name: str, controller: Controller, start: StartPoint) -> Direction:
+    """Derivative of the inputs of a simulation with respect to a parameter.
 
-    ``controller.NAME`` is an entry of the controller's state vector by its name, or by its number if the controller
-    names none; ``pitch_offset`` stands for those of all blades; ``structure.NAME``, ``aerodynamics.NAME`` and
+    ``controller.NAME`` is an entry of the controller's state vector by name, or by number if the controller gives no
+    names; ``pitch_offset`` stands for those of all blades; ``structure.NAME``, ``aerodynamics.NAME`` and
     ``actuators.NAME`` are the parameters of ``Model.parameter_names``; ``turbine.PATH`` is a number in the turbine's
     description, or a factor on it where it is a list of numbers.
 
@@ -329,8 +329,8 @@ def direction(model: AnyModel, name: str, controller: Controller, start: StartPo
     return Direction(name, value, step, {array: change})
 
 
-def _of_turbine(name: str, path: str, model: AnyModel) -> Direction:
-    """Central differences of the model's tables, modes with matched signs."""
+def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
+    """Central differences of the model's tables, with matched signs of the modes."""
     target: Any = model.turbine
     for key in path.split("."):
         if isinstance(target, dict) and key in target:
@@ -341,7 +341,7 @@ def _of_turbine(name: str, path: str, model: AnyModel) -> Direction:
             known = target if isinstance(target, dict) else getattr(type(target), "model_fields", {})
             raise InputError(f"sensitivity: {name!r} leads nowhere at {key!r}: {did_you_mean(key, list(known))}")
     if isinstance(target, bool) or not isinstance(target, int | float | np.ndarray):
-        raise InputError(f"sensitivity: {name!r} is no number and no list of numbers")
+        raise InputError(f"sensitivity: {name!r} is neither a number nor a list of numbers")
     factor = isinstance(target, np.ndarray)
     value = 1.0 if factor else float(target)
     step = TABLE_STEP * (abs(value) or 1.0)
@@ -351,12 +351,12 @@ def _of_turbine(name: str, path: str, model: AnyModel) -> Direction:
         try:
             turbine = model.turbine.replace(**{path: moved.tolist() if isinstance(moved, np.ndarray) else moved})
             side = build(turbine, model.options, model.environment)
-            sides.append(matched(side, model) if isinstance(side, Model) and isinstance(model, Model) else side)
+            sides.append(matched(side, model) if isinstance(model.rotor, BladedRotor) else side)
         except (ValueError, MeltemiError) as error:
             raise InputError(f"sensitivity: {name!r} cannot be changed by {sign * step:g}: {error}") from None
     arrays = {}
-    for array in engine_of(model).tables:
-        low, high = (getattr(side, array) for side in sides)
+    for array in kind_of(model).tables:
+        low, high = (side.array(array) for side in sides)
         if low.shape != high.shape:
             raise InputError(f"sensitivity: {name!r} changes the layout of the model's table {array!r}")
         change = (high - low) / (2.0 * step)
@@ -368,33 +368,35 @@ def _of_turbine(name: str, path: str, model: AnyModel) -> Direction:
     return Direction(name, value, RELATIVE_STEP * (abs(value) or 1.0), arrays)
 
 
-def matched(model: Model, reference: Model) -> Model:
-    """A model whose modes have the signs of those of a reference: the sign of an eigenvector is anybody's choice."""
+def matched(model: BladedModel, reference: BladedModel) -> BladedModel:
+    """A model whose modes have the signs of those of a reference, since the sign of an eigenvector is arbitrary."""
     signs = [
         np.where(
-            np.einsum("knc,knc->k", getattr(model, m).modes.shape, getattr(reference, m).modes.shape) < 0, -1.0, 1.0
+            np.einsum("knc,knc->k", getattr(model.rotor, m).modes.shape, getattr(reference.rotor, m).modes.shape) < 0,
+            -1.0,
+            1.0,
         )
         for m in ("blade", "tower")
     ]
     b, t = signs
     rows, pairs = np.repeat(b, 6), np.repeat(np.outer(b, b).reshape(-1), 3)
     t_rows, t_pairs = np.repeat(t, 6), np.outer(t, t)
-    return replace(
-        model,
-        shape=model.shape * rows[:, None, None],
-        second=model.second * pairs[:, None, None],
-        modal=model.modal * np.outer(b, b),
-        tip_shape=model.tip_shape * b,
-        tip_second=model.tip_second * np.outer(b, b),
-        top_shape=model.top_shape * t,
-        top_second=model.top_second * t_pairs,
-        tower_matrix=model.tower_matrix * t_pairs,
-        tower_weight=model.tower_weight * t,
-        tower_shape=model.tower_shape * t_rows[:, None],
+    r = model.rotor
+    return model.with_arrays(
+        shape=r.shape * rows[:, None, None],
+        second=r.second * pairs[:, None, None],
+        modal=r.modal * np.outer(b, b),
+        tip_shape=r.tip_shape * b,
+        tip_second=r.tip_second * np.outer(b, b),
+        top_shape=r.top_shape * t,
+        top_second=r.top_second * t_pairs,
+        tower_matrix=r.tower_matrix * t_pairs,
+        tower_weight=r.tower_weight * t,
+        tower_shape=r.tower_shape * t_rows[:, None],
     )
 
 
-def seed(case: BaseCase, ways: Sequence[Direction]) -> None:
+def seed(case: Case, ways: Sequence[Direction]) -> None:
     """Give the arrays of a case the derivatives by the parameters, for a step of each."""
     for k, way in enumerate(ways):
         for name, change in way.arrays.items():
@@ -404,8 +406,8 @@ def seed(case: BaseCase, ways: Sequence[Direction]) -> None:
             case.slopes["controller_state"][row, k] += way.step * change_of_state
 
 
-def count_switches(case: BaseCase, controller: Controller) -> dict[str, int | None]:
-    """Branches and limits that would have changed within a step."""
+def count_switches(case: Case, controller: Controller) -> dict[str, int | None]:
+    """Number of branches and limits that would have changed within a step, by place."""
     names = controller.state_names
     return {
         "controller": int(case.controller_state[names.index("switches")]) if "switches" in names else None,

@@ -1,13 +1,13 @@
-"""``tune_ipc``, ``tune_loops``: gains of pitch and flap loops from the turbine's own linear model, by margins.
+"""``tune_ipc``, ``tune_loops``: gains of pitch and flap loops for stability margins of the linear turbine model.
 
 A loop at nP works on amplitudes: a signal of the blades is the real part of M(t) exp(i n psi_i), and its tilt and yaw
 part are those of M. An amplitude that changes with the frequency w, of either sign, is a tone at n W + w on each blade.
-So the turbine is one complex transfer function P_n(i w), which the linear model in the fixed frame has inside, and the
-loop is
+So the turbine is one complex transfer function P_n(i w), contained in the linear model in the fixed frame, and the loop
+is
 
     L(s) = (k_I / s + k_P) * exp(i phi) * F(s + i n W) * (-P_n(s)),    F: band-pass, sensor, delay
 
-Loops at several harmonics see the same blades: of a tone each gets its part, so their L add up (``Together``).
+Loops at several harmonics act on the same blades: each one takes its part of a tone, so their L add up.
 
 The rule: phi is the phase by which F and the turbine lag at nP, so L is an integrator for slow changes. A band-pass of
 damping zeta delays the loop by 1 / (zeta n W); it is made as slow as actuator and turbine are together, and the
@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -32,9 +33,9 @@ from meltemi.control.filters import check_harmonic, response
 from meltemi.control.load_control import HarmonicLoop, LoadSensor, SpeedNotch
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
-from meltemi.simulation.engines import default_step
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel, linearise
-from meltemi.simulation.model import Model
+from meltemi.simulation.rotors import default_step
 from meltemi.simulation.trim import operating_point
 
 Float = NDArray[np.float64]
@@ -47,39 +48,39 @@ GAIN_MARGIN = 2.0
 POINTS = 4
 """Operating points of a tuning, from a little above rated wind to cut-out."""
 ABOVE_RATED = 1.1
-"""Of rated wind speed, where they begin."""
+"""Lowest wind speed over rated wind speed."""
 FEWEST_SEARCHED, MOST_SEARCHED, SEARCHED = 1e-3, 10.0, 400
-"""[rad/s] bandwidths among which the largest is sought, and how many."""
+"""[rad/s] range of the search for the largest bandwidth, and number of bandwidths."""
 FACTORS = np.linspace(1.0, 0.02, 99)
-"""By which gains of several loops are lowered together."""
+"""Common factors on the gains of several loops."""
 HALF_DELAY = 1.5
-"""Of a sample time: loads are those of the step before, and a demand is held for a step."""
+"""Delay over the sample time: loads are those of the step before, and a demand is held for a step."""
 NEAREST, FARTHEST, PER_SIDE = 1e-3, 3.0, 70
-"""Frequencies on each side of a harmonic: from [rad/s], to [rotor speeds], how many."""
+"""Frequencies on each side of a harmonic: lowest [rad/s], highest [rotor speeds], number."""
 DAMPINGS = 0.1, 5.0
-"""Of a band-pass that the rule may choose."""
+"""Limits of the damping ratio of the band-pass."""
 NOTCH_DAMPING = 0.2
 BEYOND, HIGHEST = 3.5, 25.0
-"""Of the rotor speed: between them the drivetrain's resonance is sought."""
+"""Range of the search for the drivetrain resonance, over the rotor speed."""
 
 
 @dataclass(frozen=True)
 class TunedPoint:
-    """A loop at one operating point, with the loops beside it.
+    """A control loop at one operating point, together with the other loops.
 
     Attributes:
       wind_speed: [m/s].
       rotor_speed: [rad/s].
       pitch: [rad].
       plant: P_n(0) [N m/rad], amplitude of the blades' moments over that of the demands at nP.
-      leak: what of a demand at nP appears at other frequencies, over what appears at nP; left out of the design.
+      leak: response to a demand at nP at other frequencies over that at nP; not part of the design.
       frequency: (F,) [rad/s] of the amplitudes, both signs, without zero.
       plant_response: (F,) P_n [N m/rad].
       loop: (F,) L of this loop.
-      together: (F,) sum of all loops; the same if there is one.
+      together: (F,) sum of all loops; equal to ``loop`` for a single loop.
       bandwidth: [rad/s] lowest frequency at which |L| falls to one.
       phase_margin: [rad] smallest of all loops together, over all frequencies.
-      gain_margin: by which factor all gains could grow; infinite if any.
+      gain_margin: factor by which all gains may grow; may be infinite.
       sensitivity: largest of 1 / |1 + L|, all loops together.
     """
 
@@ -100,14 +101,14 @@ class TunedPoint:
 
 @dataclass(frozen=True, repr=False)
 class Tuning(Brief):
-    """A loop and how it was found.
+    """A tuned control loop, with its margins.
 
     Attributes:
       loop: ready for :class:`~meltemi.control.load_control.LoadControl`.
       points: the operating points, with margins.
-      phase_margin: [rad] that was asked for.
-      gain_margin: that was asked for.
-      factor: by which gains were lowered for the loops beside it; 1 for a single loop.
+      phase_margin: [rad] required.
+      gain_margin: required.
+      factor: by which gains were lowered because of the other loops; 1 for a single loop.
     """
 
     loop: HarmonicLoop
@@ -118,7 +119,7 @@ class Tuning(Brief):
 
 
 def tune_ipc(
-    model: Model,
+    model: BladedModel,
     harmonic: int = 1,
     actuator: Actuator = "pitch",
     *,
@@ -132,26 +133,26 @@ def tune_ipc(
     sample_time: float | None = None,
     linear: Sequence[LinearModel] | None = None,
 ) -> Tuning:
-    """An individual pitch or flap loop, tuned by margins on the turbine's own linear model (C-32 to C-37).
+    """Tune an individual pitch or flap loop for stability margins of the linear turbine model (C-32 to C-37).
 
     Args:
-      model: its actuators count, and its flaps.
+      model: of the turbine, with its actuators and flaps.
       harmonic: multiple n of the rotor speed.
-      actuator: what the loop moves.
-      flap: which one, from 1.
+      actuator: that the loop moves.
+      flap: its number, from 1.
       filter_damping: damping ratio of the band-pass, 0: none; by default the filter delays the loop as much as actuator
         and turbine do.
       lead_time: [s] proportional over integral gain; by default the filter's delay.
       phase_margin: [rad] kept at every operating point.
       gain_margin: factor kept at every operating point.
       wind_speeds: [m/s] of the operating points; by default four from 1.1 times rated to cut-out.
-      sensor: what lies between the blades' moments and the controller.
+      sensor: dynamics between the blade moments and the controller.
       sample_time: [s] of the controller; by default the model's time step.
       linear: from :func:`linear_models`, for several tunings of one model.
 
     Raises:
-      InputError: a harmonic that the blades or the sample time cannot do, a flap that is not there, a margin out of
-        range, or one that no gain keeps.
+      InputError: a harmonic that number of blades or sample time do not permit, a flap that does not exist, a margin
+        out of range, or one that no gain keeps.
     """
     if not 0.0 < phase_margin < 0.5 * math.pi:
         raise InputError(f"tune_ipc: phase_margin must lie between 0 and pi/2 rad, found {phase_margin!r}")
@@ -198,7 +199,7 @@ def tune_ipc(
 
 
 def tune_loops(
-    model: Model,
+    model: BladedModel,
     targets: Sequence[tuple[Actuator, int]],
     *,
     phase_margin: float = PHASE_MARGIN,
@@ -207,7 +208,7 @@ def tune_loops(
     sensor: LoadSensor | None = None,
     sample_time: float | None = None,
 ) -> tuple[Tuning, ...]:
-    """Several loops that work together: each tuned alone, then all gains lowered until all keep the margins (C-38).
+    """Tune several simultaneous loops: each alone, then all gains lowered until all keep the margins (C-38).
 
     Arguments not listed here are those of :func:`tune_ipc`.
 
@@ -220,60 +221,50 @@ def tune_loops(
     """
     models = linear or linear_models(model)
     dt = sample_time or default_step(model)
-    alone = [
-        tune_ipc(
-            model,
-            harmonic,
-            actuator,
-            phase_margin=phase_margin,
-            gain_margin=gain_margin,
-            sensor=sensor,
-            sample_time=sample_time,
-            linear=models,
-        )
-        for actuator, harmonic in targets
-    ]
+    tune = partial(
+        tune_ipc,
+        model,
+        phase_margin=phase_margin,
+        gain_margin=gain_margin,
+        sensor=sensor,
+        sample_time=sample_time,
+        linear=models,
+    )
+    alone = [tune(harmonic, actuator) for actuator, harmonic in targets]
     if len(alone) < 2:
         return tuple(alone)
     loops = [tuning.loop for tuning in alone]
     plants = [_Plant(each, loops[0].harmonic, [loop.harmonic for loop in loops[1:]]) for each in models]
     sums = [(plant.w, plant.poles, sum(plant.loop(loop, sensor, dt) for loop in loops)) for plant in plants]
-    for factor in FACTORS:
+    for factor in FACTORS.tolist():
         if all(keeps(w, factor * L, poles, phase_margin, gain_margin) for w, poles, L in sums):
             break
     else:
         raise InputError(
-            "tune_loops: no gains keep these margins with all loops together: ask for less, or fewer loops"
+            "tune_loops: no gains keep these margins with all loops together: reduce the margins or the number of loops"
         )
-    lowered = [scaled(loop, float(factor)).replace(tracking_time=loop.tracking_time / float(factor)) for loop in loops]
-    return tuple(
-        replace(
-            tuning,
-            loop=loop,
-            points=_points(models, loop, [other for other in lowered if other is not loop], sensor, dt),
-            factor=float(factor),
-        )
-        for tuning, loop in zip(alone, lowered, strict=True)
-    )
+    lowered = [scaled(loop, factor).replace(tracking_time=loop.tracking_time / factor) for loop in loops]
+    found = []
+    for tuning, loop in zip(alone, lowered, strict=True):
+        points = _points(models, loop, [other for other in lowered if other is not loop], sensor, dt)
+        found.append(replace(tuning, loop=loop, points=points, factor=factor))
+    return tuple(found)
 
 
 def scaled(loop: HarmonicLoop, factor: float) -> HarmonicLoop:
-    """The loop with all its gains times a factor."""
-    return loop.replace(
-        integral_gain=factor * loop.integral_gain,
-        proportional_gain=factor * loop.proportional_gain,
-        derivative_gain=factor * loop.derivative_gain,
-    )
+    """The loop with all gains multiplied by a factor."""
+    gains = ("integral_gain", "proportional_gain", "derivative_gain")
+    return loop.replace(**{name: factor * getattr(loop, name) for name in gains})
 
 
 def linear_models(
-    model: Model, wind_speeds: Sequence[float] | None = None, *, progress: Callable[[float], None] | None = None
+    model: BladedModel, wind_speeds: Sequence[float] | None = None, *, progress: Callable[[float], None] | None = None
 ) -> list[LinearModel]:
-    """Linear models for tunings: demands of all blades' pitch and flaps to root moments, in the fixed frame."""
+    """Linear models for tuning: pitch and flap demands of all blades to root moments, in the fixed frame."""
     speeds = default_speeds(model) if wind_speeds is None else wind_speeds
     inputs = ["pitch_1", *(f"flap_{j + 1}_1" for j in range(model.n_flaps))]
     outputs = ["generator_speed", "root_moment_out_of_plane_1"]
-    found = []
+    found: list[LinearModel] = []
     for u in speeds:
         found.append(linearise(model, operating_point(model, float(u)), inputs, outputs))
         if progress is not None:
@@ -281,8 +272,8 @@ def linear_models(
     return found
 
 
-def default_speeds(model: Model) -> list[float]:
-    """[m/s] of the operating points of a tuning: evenly from 1.1 times rated wind speed to cut-out."""
+def default_speeds(model: BladedModel) -> list[float]:
+    """[m/s] of the operating points of a tuning: evenly spaced from 1.1 times rated wind speed to cut-out."""
     turbine = model.turbine
     low, high = turbine.cut_in, turbine.cut_out
     for _ in range(6):  # rated: where the pitch leaves its minimum
@@ -293,10 +284,10 @@ def default_speeds(model: Model) -> list[float]:
 
 
 def speed_notch(linear: LinearModel, damping: float = NOTCH_DAMPING) -> SpeedNotch:
-    """A notch where collective pitch shakes the generator most, beyond 3P, so that the collective law does not (C-31).
+    """Notch filter of the speed loop at the largest response of generator speed to collective pitch above 3P (C-31).
 
     Args:
-      linear: from :func:`linear_models`; nearest to rated wind it is highest.
+      linear: from :func:`linear_models`; the response is largest near rated wind speed.
     """
     w = np.geomspace(BEYOND * linear.point.rotor_speed, HIGHEST * linear.point.rotor_speed, 200)
     size = np.abs(linear.response(1j * w)[:, linear.outputs.index("generator_speed"), 0])
@@ -304,16 +295,16 @@ def speed_notch(linear: LinearModel, damping: float = NOTCH_DAMPING) -> SpeedNot
 
 
 def turn(harmonic: int) -> int:
-    """Which way the pattern of nP goes around the three blades: 1 for n = 1, 4, ..., -1 for n = 2, 5, ... (C-33)."""
+    """Direction of rotation of the nP pattern of three blades: 1 for n = 1, 4, ..., -1 for n = 2, 5, ... (C-33)."""
     return 1 if harmonic % 3 == 1 else -1
 
 
 class _Plant:
-    """The turbine as a loop at nP sees it: amplitudes of moments over those of demands, by frequency (C-33).
+    """Plant of a loop at nP: amplitudes of moments over those of demands, by frequency (C-33).
 
     Attributes:
-      w: (F,) [rad/s] frequencies of the amplitude at nP, dense about zero and about the loops beside it.
-      poles: [rad/s] where integrators of loops stand: zero, and those of the loops beside it.
+      w: (F,) [rad/s] frequencies of the amplitude at nP, dense about zero and about the other loops.
+      poles: [rad/s] of the integrators: zero for this loop, and those of the other loops.
     """
 
     def __init__(self, linear: LinearModel, harmonic: int, beside: Sequence[int]) -> None:
@@ -336,7 +327,7 @@ class _Plant:
         return P[:-1], complex(P[-1]), float(abs(other[-1]) / abs(P[-1]))
 
     def loop(self, loop: HarmonicLoop, sensor: LoadSensor | None, dt: float) -> Complex:
-        """(F,) what a loop adds to L, at its own harmonic or another one (C-34, C-38)."""
+        """(F,) contribution of a loop, at its own or another harmonic, to L (C-34, C-38)."""
         tone = self.w + self.harmonic * self.speed
         same = turn(self.harmonic) * turn(loop.harmonic)
         s = 1j * (tone - same * loop.harmonic * self.speed)
@@ -394,7 +385,7 @@ def _filter(loop: HarmonicLoop, tone: Float, speed: float, sensor: LoadSensor | 
 
 
 def _delay(w: Float, P: Complex) -> float:
-    """[s] by which slow changes of the amplitude come later, positive."""
+    """[s] delay of slow changes of the amplitude, positive."""
     after = int(np.searchsorted(w, 0.0))
     late = -float(np.angle(P[after] / P[after - 1])) / (w[after] - w[after - 1])
     return max(late, 1e-3)
@@ -411,7 +402,7 @@ def _schedule(pitch: Float, size: Float) -> tuple[float, float | None]:
 
 
 def keeps(w: Float, L: Complex, poles: Sequence[float], phase: float, gain: float) -> bool:
-    """Both margins are kept (C-35)."""
+    """Whether both margins are kept (C-35)."""
     return phase_reserve(w, L, poles) >= phase and gain_reserve(w, L, poles) >= gain
 
 
@@ -426,7 +417,8 @@ def _largest(loops: Sequence[tuple[Float, Complex]], phase: float, gain: float) 
         best = float(bandwidth)
     if best == 0.0:
         raise InputError(
-            "tune_ipc: no gain keeps these margins at all operating points: ask for less, or look at the plants' phases"
+            "tune_ipc: no gain keeps these margins at all operating points: reduce the margins, or check the plants' "
+            "phases"
         )
     return best
 
@@ -448,7 +440,7 @@ def gain_reserve(w: Float, L: Complex, poles: Sequence[float] = (0.0,)) -> float
 
 
 def _passings(w: Float, x: Float, poles: Sequence[float]) -> NDArray[np.int64]:
-    """Where x passes zero from a frequency to the next, but not at an integrator's pole."""
+    """Indices of the frequencies after which x crosses zero, other than at the pole of an integrator."""
     passes = x[:-1] * x[1:] <= 0.0
     for pole in poles:
         passes &= (w[:-1] - pole) * (w[1:] - pole) > 0.0

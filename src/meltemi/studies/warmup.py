@@ -1,7 +1,7 @@
-"""``meltemi warmup``: compile everything now, so that no run has to.
+"""``meltemi warmup``: compilation of all kernels in advance.
 
-Numba compiles under one lock, so threads do not help: each stage runs in a process of its own. Stages do not depend on
-each other. What one has compiled and put into the cache, the others find there instead of compiling it themselves.
+Numba compiles under one lock, so threads do not help: each stage runs in a separate process. Stages are independent;
+they share the compiled kernels through the cache.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from meltemi.core.threads import available_cores
 
 @dataclass(frozen=True)
 class Stage:
-    """What one process did.
+    """Result of one compilation stage.
 
     Attributes:
       name: of the stage.
       seconds: wall time of its process.
-      signatures: it used, of functions called from Python.
-      compiled: of these that were not in the cache yet.
+      signatures: number of signatures used, of functions called from Python.
+      compiled: number of these that were not in the cache.
     """
 
     name: str
@@ -48,14 +48,14 @@ def warmup(
 
     Args:
       stages: names from ``STAGES``; by default all.
-      workers: processes at a time; by default one for each core.
-      done: called for each stage that is finished.
+      workers: simultaneous processes; by default one per core.
+      done: callback for each finished stage.
 
     Returns:
-      The folder of the machine code.
+      The cache folder.
 
     Raises:
-      InputError: there is no such stage, or no folder can be written.
+      InputError: there is no such stage, or no cache folder can be written.
       MeltemiError: a stage failed.
     """
     names = list(STAGES if stages is None else stages)
@@ -85,8 +85,8 @@ def _process(name: str) -> Stage:
 
 
 def _machine() -> tuple[Any, Any]:
-    """A model and a wind: all turbines, options and winds use the same machine code."""
-    from meltemi.simulation.model import build
+    """A model and a wind; all turbines, options and winds use the same machine code."""
+    from meltemi.simulation.rotors import build
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
 
@@ -94,10 +94,10 @@ def _machine() -> tuple[Any, Any]:
 
 
 def _runs() -> None:
-    """Trim, time loops, built-in controllers and those in plain Python."""
+    """Trim, time loops, built-in controllers and controllers in plain Python."""
     from meltemi.control.controller import Controller
     from meltemi.control.load_control import LoadController
-    from meltemi.simulation.engines import build
+    from meltemi.simulation.rotors import build
     from meltemi.simulation.simulate import simulate
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
@@ -110,7 +110,7 @@ def _runs() -> None:
 
 
 def _turbulence() -> None:
-    """Turbulent fields."""
+    """Turbulent wind fields."""
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.turbulence.field import generate_field
     from meltemi.wind.turbulent import TurbulentWind
@@ -119,27 +119,27 @@ def _turbulence() -> None:
 
 
 def _stepping() -> None:
-    """Runs that are stepped from outside."""
+    """Simulations advanced step by step by the user."""
     from meltemi.control.constant import ConstantController
-    from meltemi.control.faults import happen, report
+    from meltemi.control.faults import happen
     from meltemi.simulation.case import Case
+    from meltemi.simulation.step import sense
 
     ConstantController()
     case = Case(*_machine())
-    case.sample(0.0)
-    happen(0, 0, case.events, case["faults"])
-    report(0.0, case["faults"], case.measured)
+    happen(0, 0, case.events, case.control.faults)
+    sense(0.0, 0, case.control, case.system)
 
 
 def _section_loads() -> None:
-    """What makes output of a motion."""
+    """Section loads of the output."""
     from meltemi.simulation.case import Case
 
     Case(*_machine()).loads(0.0)
 
 
 def _derivatives() -> None:
-    """Linear models and sensitivities: the kernels with dual numbers."""
+    """Linear models and sensitivities: kernels with dual numbers."""
     from meltemi.control.controller import dual_entry
     from meltemi.control.load_control import LoadController
     from meltemi.simulation.linear import linearise
@@ -160,7 +160,7 @@ STAGES: dict[str, Callable[[], None]] = {
     "stepping": _stepping,
     "turbulence": _turbulence,
 }
-"""What is compiled, by name, the longest first."""
+"""Stages by name, the longest first."""
 
 
 if __name__ == "__main__":

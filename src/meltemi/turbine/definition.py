@@ -16,55 +16,12 @@ from pydantic import Field, field_validator, model_validator
 
 from meltemi.core.record import Array, Record, Vector
 from meltemi.maths.tables import MAX_FLAPS
+from meltemi.turbine.checks import above_ground, angles, ordered, per_station, positive, stations
 from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.gearbox import Gearbox
-from meltemi.turbine.icing import Icing
+from meltemi.turbine.ice import Icing
 
 HALF_TURN = math.pi
-
-
-def _stations(values: Vector, what: str) -> Vector:
-    if len(values) < 2:
-        raise ValueError(f"{what}: at least two stations are needed")
-    steps = np.diff(values)
-    if np.any(steps <= 0.0):
-        i = int(np.flatnonzero(steps <= 0.0)[0])
-        raise ValueError(
-            f"{what} must increase from station to station, but station {i + 2} ({values[i + 1]:g} m) "
-            f"does not lie beyond station {i + 1} ({values[i]:g} m)"
-        )
-    return values
-
-
-def _per_station(record: Record, names: str, n: int, against: str = "position") -> None:
-    for name in names.split():
-        value = getattr(record, name)
-        if value is not None and len(value) != n:
-            raise ValueError(f"{name} has {len(value)} entries, but {against} has {n}")
-
-
-def _positive(record: Record, names: str, *, zero: bool = False) -> None:
-    for name in names.split():
-        value = getattr(record, name)
-        if value is not None and np.any(value < 0.0 if zero else value <= 0.0):
-            i = int(np.flatnonzero(value < 0.0 if zero else value <= 0.0)[0])
-            raise ValueError(f"{name} must be {'zero or ' if zero else ''}positive, but entry {i + 1} is {value[i]:g}")
-
-
-def _angle(record: Record, names: str, limit: float) -> None:
-    for name in names.split():
-        value = getattr(record, name)
-        if value is not None and np.any(np.abs(value) > limit):
-            i = int(np.argmax(np.abs(value)))
-            raise ValueError(
-                f"{name} is in radians and expected within +-{limit:.2f}, but entry {i + 1} is {value[i]:g}; "
-                "if these are degrees, multiply by pi/180 = 0.01745329"
-            )
-
-
-def _limits(minimum: float, maximum: float) -> None:
-    if minimum >= maximum:
-        raise ValueError(f"minimum {minimum:g} must be less than maximum {maximum:g}")
 
 
 class ModeShapes(Record):
@@ -110,7 +67,7 @@ class Airfoil(Record):
         a = self.angle_of_attack
         if len(a) < 3 or np.any(np.diff(a) <= 0.0):
             raise ValueError("angle_of_attack must increase from entry to entry")
-        _per_station(self, "lift drag moment", len(a), "angle_of_attack")
+        per_station(self, "lift drag moment", len(a), "angle_of_attack")
         if abs(a[0] + HALF_TURN) > 1e-3 or abs(a[-1] - HALF_TURN) > 1e-3:
             hint = "; the values look like degrees, multiply by pi/180" if a[-1] > 7.0 else ""
             raise ValueError(
@@ -178,11 +135,11 @@ class BladeAerodynamics(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        _stations(self.position, "position")
-        _per_station(self, "chord twist airfoil centre_x centre_y cant", len(self.position))
-        _positive(self, "chord")
-        _angle(self, "twist", 1.6)
-        _angle(self, "cant", 0.8)
+        stations(self.position, "position")
+        per_station(self, "chord twist airfoil centre_x centre_y cant", len(self.position))
+        positive(self, "chord")
+        angles(self, "twist", 1.6)
+        angles(self, "cant", 0.8)
         return self
 
 
@@ -234,7 +191,7 @@ class BladeStructure(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        n = len(_stations(self.position, "position"))
+        n = len(stations(self.position, "position"))
         if (self.damping is None) == (self.damping_time is None):
             raise ValueError("give either damping (ratios of the modes) or damping_time (damping over stiffness)")
         classical = "mass flap_stiffness edge_stiffness"
@@ -258,10 +215,10 @@ class BladeStructure(Record):
                 if np.any(np.linalg.eigvalsh(value)[:, 0] <= 0.0):
                     i = int(np.flatnonzero(np.linalg.eigvalsh(value)[:, 0] <= 0.0)[0])
                     raise ValueError(f"{name} must be positive definite, but is not at station {i + 1}")
-        _per_station(self, f"twist {classical} {optional} mass_centre_x mass_centre_y axis_x axis_y", n)
-        _positive(self, f"{classical} torsion_stiffness axial_stiffness")
-        _positive(self, "flap_inertia edge_inertia", zero=True)
-        _angle(self, "twist", 1.6)
+        per_station(self, f"twist {classical} {optional} mass_centre_x mass_centre_y axis_x axis_y", n)
+        positive(self, f"{classical} torsion_stiffness axial_stiffness")
+        positive(self, "flap_inertia edge_inertia", zero=True)
+        angles(self, "twist", 1.6)
         return self
 
     @property
@@ -329,8 +286,7 @@ class Flap(Record):
     def _check(self) -> Self:
         if self.begin >= self.end:
             raise ValueError(f"begin {self.begin:g} must lie inside end {self.end:g}")
-        if self.minimum >= self.maximum:
-            raise ValueError(f"minimum {self.minimum:g} rad must be less than maximum {self.maximum:g} rad")
+        ordered(self, "minimum", "maximum", "rad")
         d = self.increments.deflection
         if self.minimum < d[0] - 1e-9 or self.maximum > d[-1] + 1e-9:
             raise ValueError(f"the limits lie outside increments.deflection, {d[0]:g} to {d[-1]:g} rad")
@@ -512,10 +468,10 @@ class Tower(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        n = len(_stations(self.position, "position"))
+        n = len(stations(self.position, "position"))
         names = "mass fore_aft_stiffness side_side_stiffness torsion_stiffness axial_stiffness diameter"
-        _per_station(self, names, n)
-        _positive(self, names)
+        per_station(self, names, n)
+        positive(self, names)
         if abs(self.position[0]) > 1e-6:
             raise ValueError(f"position must begin with 0 (the tower base), but begins with {self.position[0]:g} m")
         return self
@@ -558,7 +514,7 @@ class PitchActuator(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        _limits(self.minimum, self.maximum)
+        ordered(self, "minimum", "maximum")
         return self
 
 
@@ -617,7 +573,7 @@ class PitchControl(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        _limits(self.minimum, self.maximum)
+        ordered(self, "minimum", "maximum")
         return self
 
 
@@ -679,12 +635,8 @@ class Turbine(Record):
                 )
         if self.icing is not None:
             self.icing.on(self.n_blades)
-        if self.cut_in >= self.cut_out:
-            raise ValueError(f"cut_in {self.cut_in:g} m/s must be less than cut_out {self.cut_out:g} m/s")
-        if self.hub_height <= self.rotor_radius:
-            raise ValueError(
-                f"the blade tips reach the ground: hub at {self.hub_height:g} m, rotor radius {self.rotor_radius:g} m"
-            )
+        ordered(self, "cut_in", "cut_out", "m/s")
+        above_ground(self.hub_height, self.rotor_radius)
         return self
 
     @property

@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
+from meltemi.turbine.checks import ordered
 
 LINE = math.sqrt(1.5)
 """Line-to-line rms over the peak of a phase."""
@@ -113,8 +114,7 @@ class Chopper(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.begin >= self.full:
-            raise ValueError(f"begin {self.begin:g} must be less than full {self.full:g}")
+        ordered(self, "begin", "full")
         return self
 
 
@@ -162,13 +162,8 @@ class RideThrough(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.zero_time >= self.recovery_time:
-            raise ValueError(f"zero_time {self.zero_time:g} s must be less than recovery_time {self.recovery_time:g} s")
-        if self.lowest_frequency >= self.highest_frequency:
-            raise ValueError(
-                f"lowest_frequency {self.lowest_frequency:g} Hz must be less than highest_frequency "
-                f"{self.highest_frequency:g} Hz"
-            )
+        ordered(self, "zero_time", "recovery_time", "s")
+        ordered(self, "lowest_frequency", "highest_frequency", "Hz")
         return self
 
 
@@ -276,10 +271,8 @@ class ElectricalSystem(Record):
                 f"needs {LINE * e:.5g} V line to line (rms), so at least {math.sqrt(3.0) * e / RESERVE:.5g} V "
                 f"{kept}"
             )
-        for name, converter, rated in (
-            ("machine_converter", self.machine_converter, m.rated_current),
-            ("grid_converter", self.grid_converter, i),
-        ):
+        for name, rated in (("machine_converter", m.rated_current), ("grid_converter", i)):
+            converter: Converter = getattr(self, name)
             if converter.current < rated:
                 found.append(f"{name}.current {converter.current:g} A is less than the rated {rated:.5g} A (peak)")
             if converter.loss(rated) > MOST_COPPER * P:

@@ -10,7 +10,7 @@ derivatives of the generalised coordinates are zero.
 from __future__ import annotations
 
 from meltemi.maths.algebra import Rot, Vec
-from meltemi.maths.records import Record
+from meltemi.maths.records import Array1, Record
 from meltemi.maths.tables import Numbers, Rotations, Table, Vectors, number, rotation, xyz
 
 
@@ -36,11 +36,6 @@ class Machine(Table):
     rotor_speed: float = number("rad/s", "of the rotor end of the shaft, relative to the nacelle")
 
 
-(SHAFT,) = Machine.slots("shaft")
-(HUB_POSITION,) = Machine.slots("hub_position")
-AZIMUTH, ROTOR_SPEED = Machine.slots("azimuth rotor_speed")
-
-
 class BladeFrame(Table, axes="blade"):
     """Motion of the blade roots."""
 
@@ -55,9 +50,6 @@ class BladeFrame(Table, axes="blade"):
     azimuth: Numbers = number("rad", "of the blade, 0 when it points up")
 
 
-(ROOT_ORIENTATION,) = BladeFrame.slots("orientation")
-
-
 class BladeMotion(Table, axes="blade node"):
     """Motion of the blade nodes."""
 
@@ -69,17 +61,11 @@ class BladeMotion(Table, axes="blade node"):
     spin_rate: Vectors = xyz("rad/s^2", "its derivative, known part")
 
 
-POSITION, ACCELERATION = BladeMotion.slots("position acceleration")
-
-
 class BladeLoad(Table, axes="blade node"):
     """External loads on the blade nodes, gravity apart."""
 
     force: Vectors = xyz("N", "aerodynamic force on the node, blade axes")
     moment: Vectors = xyz("N m", "aerodynamic moment about the node, blade axes")
-
-
-(MOMENT,) = BladeLoad.slots("moment")
 
 
 class Drive(Table):
@@ -102,14 +88,6 @@ class Drive(Table):
     yaw_switches: float = number("-", "limits that a difference step would have reached, in derivative runs")
 
 
-GENERATOR_TORQUE, BRAKE_TORQUE, BRAKE_SPEED, YAW_COMMAND, YAW_COMMAND_RATE, YAW_HELD = Drive.slots(
-    "generator_torque brake_torque brake_speed yaw_command yaw_command_rate yaw_held"
-)
-YAW_DRIVE_RATE, YAW_RUBS, YAW_REST, YAW_REST_RATE, YAW_SWITCHES = Drive.slots(
-    "yaw_drive_rate yaw_rubs yaw_rest yaw_rest_rate yaw_switches"
-)
-
-
 class PitchMotion(Table, axes="blade", title="pitch"):
     """State of the pitch actuators."""
 
@@ -119,9 +97,24 @@ class PitchMotion(Table, axes="blade", title="pitch"):
     switches: Numbers = number("-", "limits that a difference step would have reached or left, in derivative runs")
 
 
-class Exchange(Record):
-    """What structure and aerodynamics read of each other and of the control side."""
+class TowerShape(Table, axes="mode node", outer=1):
+    """Modes of the tower."""
 
+    displacement: Vectors = xyz("-", "of the nodes, inertial axes")
+    rotation: Vectors = xyz("rad/m", "of the nodes, inertial axes")
+
+
+class Exchange(Record):
+    """What structure and aerodynamics read of each other and of the control side.
+
+    Coordinates ``q`` and velocities ``v`` begin with those of the tower's modes, on which ``tower_push`` (modes,) is
+    the generalised force of the wind.
+    """
+
+    q: Array1
+    v: Array1
+    tower_shape: TowerShape
+    tower_push: Array1
     machine: Machine
     frame: BladeFrame
     motion: BladeMotion

@@ -1,4 +1,4 @@
-"""Blade icing: ice mass along the span, and penalties on lift and drag.
+"""Effects of blade icing: ice mass along the span, and penalties on lift and drag.
 
 Mass, at the leading edge and growing linearly from zero at the shaft: GL 2010 (Guideline for the Certification of Wind
 Turbines, section 4.2.4), to half the radius, constant from there on; or annex L of IEC 61400-1 ed. 4, to the tip. Lift
@@ -10,17 +10,13 @@ Reference: docs/guide/icing.md (I-1 to I-4).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
-from meltemi.core.record import Record
-
-if TYPE_CHECKING:
-    from meltemi.turbine.definition import Blade, Turbine
+from meltemi.turbine.definition import Blade, Turbine
+from meltemi.turbine.ice import Icing as Icing
 
 Float = NDArray[np.float64]
 
@@ -33,57 +29,6 @@ CONTOUR = (0.7, 0.95)
 FULL, GONE = math.radians(20.0), math.radians(40.0)
 """Angles of attack (either sign) up to which penalties are full, and from which they are gone: in deep stall, and when
 the flow comes from behind, the shape of the leading edge hardly matters."""
-
-
-class Icing(Record):
-    """Ice on selected blades, constant in time."""
-
-    blades: tuple[int, ...] | None = None
-    """Numbers of the iced blades, from 1; by default all."""
-    amount: float = Field(default=1.0, ge=0.0, le=10.0)
-    """Factor on the mass of the formula (or on ``mass``); penalties are independent of it."""
-    law: Literal["gl2010", "iec"] = "gl2010"
-    """Mass along the span: linear to half the radius and then constant (GL 2010), or linear to the tip (IEC)."""
-    mass: float | None = Field(default=None, ge=0.0, le=2000.0)
-    """[kg/m] at the tip, in place of the value of the formula."""
-    density: float = Field(default=700.0, gt=0.0, le=920.0)
-    """[kg/m^3] of the ice, for the law of GL."""
-    tip_chord: float | None = Field(default=None, gt=0.0, le=20.0)
-    """[m] for the law of GL; without it the contour between 70 and 95 % of the radius, extrapolated to the tip."""
-    lift_penalty: float = Field(default=0.2, ge=0.0, le=1.0)
-    """Relative reduction of the lift coefficient at full penalty."""
-    drag_penalty: float = Field(default=2.0, ge=0.0, le=20.0)
-    """Relative increase of the drag coefficient at full penalty: 2 triples it."""
-    penalty_begin: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Fraction of the rotor radius where penalties start."""
-    penalty_full: float = Field(default=0.5, ge=0.0, le=1.0)
-    """Fraction of the rotor radius from which penalties are full; linear between the two."""
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.blades is not None:
-            if not self.blades:
-                raise ValueError("blades: name at least one, or leave the key out for all")
-            if len(set(self.blades)) < len(self.blades):
-                raise ValueError(f"blades: {list(self.blades)} names one twice")
-        if self.penalty_begin > self.penalty_full:
-            raise ValueError(
-                f"penalty_begin {self.penalty_begin:g} must not lie beyond penalty_full {self.penalty_full:g}"
-            )
-        return self
-
-    def on(self, n_blades: int) -> tuple[int, ...]:
-        """Numbers (from 1) of the iced blades of a rotor.
-
-        Raises:
-          ValueError: one of them is not there.
-        """
-        everywhere = tuple(range(1, n_blades + 1))
-        if self.blades is None:
-            return everywhere
-        if missing := [blade for blade in self.blades if blade not in everywhere]:
-            raise ValueError(f"icing.blades names blade {missing[0]}; the rotor has blades 1 to {n_blades}")
-        return tuple(sorted(self.blades))
 
 
 def with_ice(turbine: Turbine, icing: Icing | None) -> Turbine:

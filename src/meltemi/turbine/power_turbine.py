@@ -18,6 +18,7 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Array, Record, Vector
+from meltemi.turbine.checks import above_ground, ordered
 from meltemi.turbine.definition import BaselineControl, Flap, PitchActuator, Turbine, YawDrive
 from meltemi.turbine.electrical import ElectricalSystem
 
@@ -189,12 +190,8 @@ class PowerTurbine(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.cut_in >= self.cut_out:
-            raise ValueError(f"cut_in {self.cut_in:g} m/s must be less than cut_out {self.cut_out:g} m/s")
-        if self.hub_height <= self.rotor_radius:
-            raise ValueError(
-                f"the blade tips reach the ground: hub at {self.hub_height:g} m, rotor radius {self.rotor_radius:g} m"
-            )
+        ordered(self, "cut_in", "cut_out", "m/s")
+        above_ground(self.hub_height, self.rotor_radius)
         return self
 
     @property

@@ -15,7 +15,7 @@ from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
 from meltemi.maths.tables import View
-from meltemi.wind.velocity import WindNow, WindParameters
+from meltemi.wind.velocity import WindField, WindNow, WindParameters
 
 
 class SteadyWind(Record):
@@ -250,21 +250,12 @@ def at_speed(box: WindBox, speed: float) -> WindBox:
 Wind = SteadyWind | WindSeries | WindBox
 
 
-@dataclass(frozen=True)
-class WindArrays:
-    """Kernel arrays of a wind: table WIND, series (rows, 8), box (planes, rows, columns, 3)."""
-
-    wind: NDArray[np.float64]
-    series: NDArray[np.float64]
-    box: NDArray[np.float32]
-
-
 NO_BOX = np.zeros((2, 2, 2, 3), dtype=np.float32)
 NO_SERIES = np.zeros((1, len(WindNow.fields)))
 
 
-def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArrays:
-    """Kernel arrays of a wind for a turbine."""
+def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> dict[str, NDArray[Any]]:
+    """Arrays of the record ``WindField`` of a wind for a turbine, by name."""
     array = WindParameters.zeros()
     view = View(WindParameters, array)
     view["reference_height"], view["reference_length"] = hub_height, rotor_diameter
@@ -274,18 +265,31 @@ def wind_arrays(wind: Wind, hub_height: float, rotor_diameter: float) -> WindArr
         view["box_speed"], view["box_dt"], view["box_dy"], view["box_dz"] = wind.speed, wind.dt, wind.dy, wind.dz
         view["box_y"], view["box_z"], view["box_x"] = -0.5 * wind.width, wind.bottom, wind.lead
         view["box_direction"], view["periodic"] = wind.direction, float(wind.periodic)
-        return WindArrays(array, NO_SERIES, np.ascontiguousarray(wind.velocity, dtype=np.float32))
+        return _arrays(array, NO_SERIES, np.ascontiguousarray(wind.velocity, dtype=np.float32))
     if wind.reference_height is not None:
         view["reference_height"] = wind.reference_height
     if isinstance(wind, SteadyWind):
         view["roughness"], view["veer"], view["upflow"] = wind.roughness, wind.veer, wind.upflow
         row = View(WindNow, WindNow.zeros())
         row["speed"], row["direction"], row["exponent"] = wind.speed, wind.direction, wind.shear_exponent
-        return WindArrays(array, row.array.reshape(1, -1).copy(), NO_BOX)
+        return _arrays(array, row.array.reshape(1, -1).copy(), NO_BOX)
     if wind.reference_length is not None:
         view["reference_length"] = wind.reference_length
     series = np.stack([getattr(wind, name) for name in WindNow.names], axis=1)
-    return WindArrays(array, np.ascontiguousarray(series), NO_BOX)
+    return _arrays(array, np.ascontiguousarray(series), NO_BOX)
+
+
+def _arrays(
+    wind: NDArray[np.float64], series: NDArray[np.float64], box: NDArray[np.float32]
+) -> dict[str, NDArray[Any]]:
+    """Arrays of a wind, with those that its kernels fill."""
+    times = np.ascontiguousarray(series[:, WindNow.index("time")])
+    return {"wind": wind, "times": times, "series": series, "now": WindNow.zeros(), "box": box}
+
+
+def wind_field(wind: Wind, hub_height: float, rotor_diameter: float) -> WindField:
+    """Record of a wind for a turbine, in plain numbers."""
+    return WindField("floats", wind_arrays(wind, hub_height, rotor_diameter))
 
 
 def mean_speed(wind: Wind, hub_height: float) -> float:

@@ -3,6 +3,8 @@
 Two kinds: a *series*, uniform across the rotor but for shear and veer, given by a table in time;
 and a *box*, a turbulent field that is carried past the turbine by its mean speed (Taylor).
 
+Both stand in one record, :class:`WindField`, which the records of the turbines inherit.
+
 Inertial axes: x downwind for direction 0, y to the left looking downwind, z up from the ground.
 The direction is positive when the wind turns clockwise seen from above: it then blows towards -y.
 
@@ -13,15 +15,12 @@ from __future__ import annotations
 
 from math import cos, exp, floor, log, sin, tan
 
-from numpy import float32, float64
-from numpy.typing import NDArray
-
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import where, whole
+from meltemi.maths.records import Array1, Array2, Box, Constant
 from meltemi.maths.tables import Table, number
 from meltemi.maths.vectors import Vec
-
-Float = NDArray[float64]
+from meltemi.numbers.records import Record
 
 
 class WindParameters(Table, title="wind"):
@@ -59,64 +58,70 @@ class WindNow(Table, title="wind series"):
     gust: float = number("m/s", "added to the speed everywhere")
 
 
-KIND, REFERENCE_HEIGHT, REFERENCE_LENGTH, ROUGHNESS, VEER, UPFLOW = WindParameters.slots(
-    "kind reference_height reference_length roughness veer upflow"
-)
-BOX_SPEED, BOX_DT, BOX_DY, BOX_DZ, BOX_Y, BOX_Z, BOX_X, BOX_DIRECTION, PERIODIC = WindParameters.slots(
-    "box_speed box_dt box_dy box_dz box_y box_z box_x box_direction periodic"
-)
-TIME, SPEED, DIRECTION, VERTICAL, H_SHEAR, EXPONENT, V_SHEAR, GUST = WindNow.slots(
-    "time speed direction vertical horizontal_shear exponent vertical_shear gust"
-)
+class WindField(Record):
+    """Arrays of a wind for kernels: a series (its box is a dummy) or a box (its series is one row of zeros).
+
+    ``series`` has shape (rows, columns) with the columns of :class:`WindNow`, of which ``times`` [s] (rows,) is the
+    first; ``box`` has shape (planes, rows, columns, 3) [m/s]. ``now`` is the series at the time of the last
+    :func:`series_now`.
+    """
+
+    wind: WindParameters
+    times: Constant[Array1]
+    series: Array2
+    now: WindNow
+    box: Box
 
 
 @kernel
-def series_now(t: float, series: Float, now: Float) -> None:
-    """Interpolate a series (rows, 8) to time ``t``; constant before its first and after its last row."""
-    n = series.shape[0]
-    i, j = 0, n - 1
+def series_now(t: float, m: WindField) -> None:
+    """Interpolate the series to time ``t``; constant before its first and after its last row."""
+    times, series, now = m.times, m.series, m.now.array
+    i, j = 0, times.shape[0] - 1
     while j - i > 1:
-        m = (i + j) // 2
-        if series[m, TIME] <= t:
-            i = m
+        k = (i + j) // 2
+        if times[k] <= t:
+            i = k
         else:
-            j = m
-    span = series[j, TIME] - series[i, TIME]
-    w = min(max((t - series[i, TIME]) / span, 0.0), 1.0) if span > 0.0 else 0.0
+            j = k
+    span = times[j] - times[i]
+    w = min(max((t - times[i]) / span, 0.0), 1.0) if span > 0.0 else 0.0
     for c in range(series.shape[1]):
         now[c] = series[i, c] + w * (series[j, c] - series[i, c])
 
 
 @kernel
-def series_velocity(p: Vec, wind: Float, now: Float) -> Vec:
+def series_velocity(p: Vec, m: WindField) -> Vec:
     """Velocity of a series at point p (W-1 to W-3)."""
+    wind, now = m.wind, m.now
     z = max(p.z, 0.01)
-    zr, z0 = wind[REFERENCE_HEIGHT], wind[ROUGHNESS]
+    zr, z0 = wind.reference_height, wind.roughness
     ratio = log(z / zr)
     if z0 > 0.0:
         profile = max(1.0 + ratio / log(zr / z0), 0.0)
     else:
-        profile = exp(now[EXPONENT] * ratio)
-    c, s = cos(now[DIRECTION]), sin(now[DIRECTION])
+        profile = exp(now.exponent * ratio)
+    c, s = cos(now.direction), sin(now.direction)
     across = p.y * c + p.x * s
-    linear = (now[H_SHEAR] * across + now[V_SHEAR] * (p.z - zr)) / wind[REFERENCE_LENGTH]
-    speed = now[SPEED] * (profile + linear) + now[GUST]
-    turned = now[DIRECTION] + wind[VEER] * (p.z - zr)
-    return Vec(speed * cos(turned), -speed * sin(turned), now[VERTICAL] + speed * tan(wind[UPFLOW]))
+    linear = (now.horizontal_shear * across + now.vertical_shear * (p.z - zr)) / wind.reference_length
+    speed = now.speed * (profile + linear) + now.gust
+    turned = now.direction + wind.veer * (p.z - zr)
+    return Vec(speed * cos(turned), -speed * sin(turned), now.vertical + speed * tan(wind.upflow))
 
 
 @kernel
-def box_velocity(p: Vec, t: float, wind: Float, box: NDArray[float32]) -> Vec:
-    """Velocity of a box (planes, rows, columns, 3) at point p, trilinear (W-4 to W-6).
+def box_velocity(p: Vec, t: float, m: WindField) -> Vec:
+    """Velocity of a box at point p, trilinear (W-4 to W-6).
 
     Beyond its sides the box continues with the values at its edge; below its lowest row the wind
     falls linearly to zero at the ground.
     """
+    wind, box = m.wind, m.box
     nt, nz, ny = box.shape[0], box.shape[1], box.shape[2]
-    c, s = cos(wind[BOX_DIRECTION]), sin(wind[BOX_DIRECTION])
+    c, s = cos(wind.box_direction), sin(wind.box_direction)
     x, y = p.x * c - p.y * s, p.x * s + p.y * c
-    ti = (t + (wind[BOX_X] - x) / wind[BOX_SPEED]) / wind[BOX_DT]
-    if wind[PERIODIC] > 0.0:
+    ti = (t + (wind.box_x - x) / wind.box_speed) / wind.box_dt
+    if wind.periodic > 0.0:
         ti -= nt * floor(ti / nt)
         i = min(max(whole(ti), 0), nt - 1)
         i1 = where(i + 1 < nt, i + 1, 0)
@@ -124,39 +129,32 @@ def box_velocity(p: Vec, t: float, wind: Float, box: NDArray[float32]) -> Vec:
         ti = min(max(ti, 0.0), nt - 1.000001)
         i = min(max(whole(ti), 0), nt - 2)
         i1 = i + 1
-    yi = min(max((y - wind[BOX_Y]) / wind[BOX_DY], 0.0), ny - 1.000001)
-    zi = min(max((p.z - wind[BOX_Z]) / wind[BOX_DZ], 0.0), nz - 1.000001)
+    yi = min(max((y - wind.box_y) / wind.box_dy, 0.0), ny - 1.000001)
+    zi = min(max((p.z - wind.box_z) / wind.box_dz, 0.0), nz - 1.000001)
     # NaN must not index outside the box
     j, k = min(max(whole(yi), 0), ny - 2), min(max(whole(zi), 0), nz - 2)
     a, b, d = ti - i, yi - j, zi - k
+    ground = min(max(p.z / wind.box_z, 0.0), 1.0)
+    before, after = plane(m, i, k, j, d, b), plane(m, i1, k, j, d, b)
+    u = ground * (before + a * (after - before))
+    return Vec(u.x * c + u.y * s, -u.x * s + u.y * c, u.z)
+
+
+@kernel
+def plane(m: WindField, i: int, k: int, j: int, d: float, b: float) -> Vec:
+    """Velocity in plane i of the box, bilinear: by d from row k to the next and by b from column j to the next."""
+    box = m.box
     w00, w01, w10, w11 = (1.0 - d) * (1.0 - b), (1.0 - d) * b, d * (1.0 - b), d * b
-    ground = min(max(p.z / wind[BOX_Z], 0.0), 1.0)
-    u = _plane(box, i, k, j, 0, w00, w01, w10, w11)
-    v = _plane(box, i, k, j, 1, w00, w01, w10, w11)
-    w = _plane(box, i, k, j, 2, w00, w01, w10, w11)
-    u = ground * (u + a * (_plane(box, i1, k, j, 0, w00, w01, w10, w11) - u))
-    v = ground * (v + a * (_plane(box, i1, k, j, 1, w00, w01, w10, w11) - v))
-    w = ground * (w + a * (_plane(box, i1, k, j, 2, w00, w01, w10, w11) - w))
-    return Vec(u * c + v * s, -u * s + v * c, w)
+    return Vec(
+        w00 * box[i, k, j, 0] + w01 * box[i, k, j + 1, 0] + w10 * box[i, k + 1, j, 0] + w11 * box[i, k + 1, j + 1, 0],
+        w00 * box[i, k, j, 1] + w01 * box[i, k, j + 1, 1] + w10 * box[i, k + 1, j, 1] + w11 * box[i, k + 1, j + 1, 1],
+        w00 * box[i, k, j, 2] + w01 * box[i, k, j + 1, 2] + w10 * box[i, k + 1, j, 2] + w11 * box[i, k + 1, j + 1, 2],
+    )
 
 
 @kernel
-def _plane(
-    box: NDArray[float32], i: int, k: int, j: int, m: int, w00: float, w01: float, w10: float, w11: float
-) -> float:
-    """Component m in plane i, bilinear."""
-    return w00 * box[i, k, j, m] + w01 * box[i, k, j + 1, m] + w10 * box[i, k + 1, j, m] + w11 * box[i, k + 1, j + 1, m]
-
-
-@kernel
-def wind_velocity(p: Vec, t: float, wind: Float, now: Float, box: NDArray[float32]) -> Vec:
-    """Wind velocity [m/s] at point p [m] and time t [s], inertial axes.
-
-    Args:
-      wind: table WIND.
-      now: a series' row at time t, see :func:`series_now`.
-      box: (planes, rows, columns, 3) [m/s].
-    """
-    if wind[KIND] == 0.0:
-        return series_velocity(p, wind, now)
-    return box_velocity(p, t, wind, box)
+def wind_velocity(p: Vec, t: float, m: WindField) -> Vec:
+    """Wind velocity [m/s] at point p [m] and time t [s], inertial axes; of a series at the time of ``m.now``."""
+    if m.wind.kind == 0.0:
+        return series_velocity(p, m)
+    return box_velocity(p, t, m)

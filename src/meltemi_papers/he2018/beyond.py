@@ -1,4 +1,4 @@
-"""What the paper left open: rivals of the flaps, other wind speeds, a lifetime, the actuators' duty, preview, winds."""
+"""Results beyond the paper: alternatives to flaps, other wind speeds, lifetime loads, actuator duty, preview, winds."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ SECONDS_OF_A_YEAR = 365.25 * 86400.0
 
 
 def duty(c: Comparison, name: str, scheme: str) -> float:
-    """[deg/s] mean travel."""
+    """[deg/s] mean actuator travel."""
     return float(np.degrees(c.values(name, scheme).mean()))
 
 
 def rivals(runs: Runs) -> Table:
-    """Every scheme at the paper's wind speed: loads, speed, and what the actuators do for it."""
+    """Loads, rotor speed and actuator duty of every scheme at the paper's wind speed."""
     c = runs.readings[CLASS_B]
     rows = [
         [
@@ -50,7 +50,7 @@ _MAIN = ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "OoPDefl1 std", "TwrBsM
 
 
 def equal_travel(runs: Runs) -> Table:
-    """The flap loops that were tried, in winds of their own."""
+    """Flap loops at equal actuator travel, in winds used for tuning only."""
     load, allowed = runs.travel["cpfc"]
     rows = []
     for name, (other, travel) in runs.travel.items():
@@ -75,7 +75,7 @@ def equal_travel(runs: Runs) -> Table:
 
 
 def below_rated(runs: Runs) -> Table:
-    """What the schemes do where the pitch rests at its lower limit, and what they cost in energy."""
+    """Loads and energy of the schemes below rated wind speed, with the pitch at its lower limit."""
     rows = []
     for u, c in runs.speeds.items():
         if u < 11.4 and isinstance(c, Lost):
@@ -91,17 +91,17 @@ def below_rated(runs: Runs) -> Table:
 
 
 def at_speed(runs: Runs, speed: float) -> Comparison:
-    """The comparison in the class's wind at a wind speed."""
+    """Comparison of the schemes at a wind speed, in turbulence of the wind class."""
     return runs.readings[CLASS_B] if speed == SPEED else runs.speeds[speed]
 
 
 def lifetime_speeds(runs: Runs) -> list[float]:
-    """[m/s] those of the lifetime that were run."""
+    """[m/s] simulated wind speeds of the lifetime."""
     return sorted({u for u in (*runs.speeds, SPEED) if u in LIFETIME_SPEEDS})
 
 
 def lifetime(runs: Runs) -> Table:
-    """Equivalent loads of a lifetime, energy, and the duty of the actuators in it."""
+    """Lifetime damage-equivalent loads, energy and actuator duty."""
     speeds = lifetime_speeds(runs)
     rows, base = [], dict[str, float]()
     for scheme in ALL_SPEEDS:
@@ -132,7 +132,7 @@ def lifetime(runs: Runs) -> Table:
 
 
 def lifetime_load(runs: Runs, scheme: str, name: str) -> float:
-    """[N m] equivalent load of a lifetime, for 1 Hz."""
+    """[N m] lifetime damage-equivalent load at 1 Hz."""
     speeds = lifetime_speeds(runs)
     slope = LOADS[name]
     loads = [ensemble_load(at_speed(runs, u).values(name, scheme), slope) for u in speeds]
@@ -140,14 +140,14 @@ def lifetime_load(runs: Runs, scheme: str, name: str) -> float:
 
 
 def lifetime_energy(runs: Runs, scheme: str) -> float:
-    """[J] of a year."""
+    """[J] annual energy."""
     speeds = lifetime_speeds(runs)
     means = [at_speed(runs, u).values("power mean", scheme).mean() for u in speeds]
     return float(rayleigh_weights(speeds, MEAN_WIND) @ means) * SECONDS_OF_A_YEAR
 
 
 def lifetime_travel(runs: Runs, scheme: str, name: str) -> float:
-    """[rad/s] mean travel over the distribution of wind."""
+    """[rad/s] mean actuator travel over the wind speed distribution."""
     speeds = lifetime_speeds(runs)
     weights = rayleigh_weights(speeds, MEAN_WIND)
     values = [at_speed(runs, u).values(name, scheme).mean() for u in speeds]
@@ -155,7 +155,7 @@ def lifetime_travel(runs: Runs, scheme: str, name: str) -> float:
 
 
 def winds(runs: Runs) -> Table:
-    """In which wind the paper's figures hold: changes and ceilings in other winds, and with a stiffer blade."""
+    """Changes and ceilings in other winds and with a stiffer blade."""
     rows = []
 
     def row(study: Variant) -> list[str]:
@@ -175,7 +175,7 @@ def winds(runs: Runs) -> Table:
 
 
 def minutes_table(values: Sequence[tuple[str, Float, float]]) -> Table:
-    """How often a single minute shows the paper's figure; of (scheme, changes in all minutes, the paper's)."""
+    """How often a single minute reaches the paper's value; rows of scheme, changes in all minutes, paper's value."""
     rows = [
         [
             scheme,
@@ -192,7 +192,7 @@ def minutes_table(values: Sequence[tuple[str, Float, float]]) -> Table:
 
 
 def verdict(runs: Runs) -> str:
-    """Which scheme we would build, from the numbers."""
+    """Recommended scheme, from the results."""
     c = runs.readings[CLASS_B]
     loads = {s: lifetime_load(runs, s, "RootMyc1 DEL") for s in ALL_SPEEDS}
     saved = {s: 100.0 * (1.0 - loads[s] / loads["cpc"]) for s in ALL_SPEEDS}

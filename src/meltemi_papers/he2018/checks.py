@@ -1,4 +1,4 @@
-"""The paper's equations one by one, on the parts that its controllers are made of."""
+"""Tests of the paper's equations on the components of its controllers."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from math import atan2, hypot, pi
 
 import numpy as np
 
-from meltemi.aero.flaps import ALPHAS, DELTAS, LIFT, STEP
+from meltemi.aero.flaps import ALPHAS, DELTAS, STEP
+from meltemi.aero.tables import FlapIncrement
 from meltemi.control.feedforward import blade_wind, weight, weight_settings
 from meltemi.control.filters import response
 from meltemi.control.multiblade import blade_angle, to_blade, to_fixed
-from meltemi.simulation.model import build
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.flaps import DEFLECTION
 from meltemi.turbine.flaps import LIFT as LIFT_TABLE
@@ -23,7 +24,7 @@ RADIUS, HUB = 42.0, 90.0
 
 @dataclass(frozen=True)
 class Check:
-    """A number that follows from the paper's equations.
+    """A value that follows from the paper's equations, and ours.
 
     Attributes:
       item: what it is.
@@ -41,12 +42,12 @@ class Check:
 
     @property
     def ok(self) -> bool:
-        """Within the tolerance."""
+        """The value is within the tolerance."""
         return abs(self.found - self.expected) <= self.tolerance
 
 
 def checks(runs: Runs) -> list[Check]:
-    """All of them."""
+    """All checks."""
     return [*_wind(), *_multiblade(), *_filters(), *_limits(runs), *_steady(runs), *_polars(runs)]
 
 
@@ -94,7 +95,7 @@ def _filters() -> list[Check]:
 
 
 def _limits(runs: Runs) -> list[Check]:
-    """Largest rates and angles of all schemes' first seeds, as excess over the limits."""
+    """Largest excess of rates and angles over their limits, over all schemes with the first seed."""
     turbine = runs.bench.model.turbine
     pitch, flap = turbine.pitch_actuator, turbine.blade.flaps[0]
     excess = {"pitch rate": 0.0, "pitch angle": 0.0, "flap rate": 0.0, "flap angle": 0.0}
@@ -125,8 +126,8 @@ def _steady(runs: Runs) -> list[Check]:
 
 
 def _polars(runs: Runs) -> list[Check]:
-    """Largest difference of the flap's lift increments from the table, at all its angles."""
-    grid = runs.bench.model.increments[0, :, LIFT].reshape(ALPHAS, DELTAS)
+    """Largest difference between flap lift increments and the table, over all its angles."""
+    grid = runs.bench.model.rotor.increments[0, :, FlapIncrement.index("lift")].reshape(ALPHAS, DELTAS)
     worst = 0.0
     for row in LIFT_TABLE.strip().splitlines():
         alpha, *lift = (float(word) for word in row.split())

@@ -1,4 +1,4 @@
-"""The paper's results, line by line, beside ours: over all seeds, and in the window that it shows.
+"""Claims of the paper against our results: over all seeds, and in the time window of its figures.
 
 Nothing is tuned to the paper. A verdict compares a number with the paper's within a tolerance, or a direction with its
 sign; ``reasons`` says why a number differs.
@@ -29,7 +29,7 @@ PEAK_WIDTH = 0.04
 
 @dataclass(frozen=True)
 class Row:
-    """A claim of the paper and ours.
+    """A claim of the paper and our result.
 
     Attributes:
       quantity: what it is about.
@@ -66,24 +66,24 @@ class Acceptance:
 
     @property
     def everywhere(self) -> bool:
-        """It holds in every seed of every reading."""
+        """The condition holds in every seed of every reading."""
         return all(held == of > 0 for held, of in self.held)
 
 
 def change(c: Comparison, quantity: str, scheme: str, window: str = WHOLE, base: str = "cpc") -> Float:
-    """(seeds,) change [%] of the size of a quantity against another scheme."""
+    """(seeds,) change [%] of the magnitude of a quantity relative to another scheme."""
     a, b = (np.abs(c.values(quantity, name, window)) for name in (scheme, base))
     return np.asarray(100.0 * (a / b - 1.0))
 
 
 def percent(values: Float) -> str:
-    """Mean of changes and the half-width of its 95 % interval."""
+    """Mean of changes and half-width of its 95 % confidence interval."""
     e = mean_interval(values)
     return f"{e.mean:+.1f}" + (f" ± {e.half_width:.1f}" if e.n > 1 else "") + " %"
 
 
 def peak_change(c: Comparison, scheme: str, harmonic: int, seed: int | None = None) -> float:
-    """[dB] by which the peak of RootMyc1 at a multiple of the rotor frequency rises against CPC."""
+    """[dB] change of the peak of RootMyc1 at a multiple of the rotor frequency, relative to CPC."""
     f = harmonic * c.rotor_frequency()
     both = [
         c.spectrum("RootMyc1", name) if seed is None else c.runs[name][seed].spectra["RootMyc1"]
@@ -94,7 +94,7 @@ def peak_change(c: Comparison, scheme: str, harmonic: int, seed: int | None = No
 
 
 def harmonic_amplitude(result: Result, channel: str, harmonic: int) -> float:
-    """Half the mean peak-to-peak of a channel's part at a multiple of the rotor's azimuth, in its unit."""
+    """Half the mean peak-to-peak value of a channel's harmonic of the azimuth, in its unit."""
     psi = harmonic * result["azimuth"]
     x = result[channel] - result[channel].mean()
     return float(np.hypot(2.0 * np.mean(x * np.cos(psi)), 2.0 * np.mean(x * np.sin(psi))))
@@ -106,7 +106,7 @@ Judge = Callable[[Comparison], str]
 
 
 def claims(runs: Runs) -> list[Row]:
-    """Every line of the paper's results, as ``claims.csv`` states them; ``limit`` is a tolerance or what is allowed."""
+    """All claims of ``claims.csv``; ``limit`` is a tolerance or an allowed value."""
     rows: list[Row] = []
     for stated in rows_of("he2018", "claims.csv").values():
         of, judge = KINDS[stated["kind"]](stated["quantity"], stated["scheme"], stated["paper"], stated["limit"])
@@ -232,7 +232,7 @@ KINDS: Mapping[str, Callable[[str, str, str, str], tuple[Measure, Judge]]] = {
 
 
 def acceptances(runs: Runs) -> list[Acceptance]:
-    """What must hold in every seed."""
+    """Conditions that must hold in every seed."""
     found = []
 
     def each(condition: str, unit: str, margin: Callable[[Comparison], Float]) -> None:
@@ -267,7 +267,7 @@ def _peak_below(scheme: str, harmonic: int, by: float) -> Callable[[Comparison],
 
 @dataclass(frozen=True)
 class CeilingRow:
-    """What ideal removal of harmonics would give, and what share of it a scheme reaches; means over seeds.
+    """Reduction by ideal removal of harmonics, and the fraction that a scheme reaches; means over seeds.
 
     Attributes:
       reading: of the wind.
@@ -290,7 +290,7 @@ class CeilingRow:
 
 
 def ceilings(runs: Runs) -> list[CeilingRow]:
-    """For each reading and scheme, the ceiling of the harmonics that it works on."""
+    """Ceiling of the controlled harmonics, for each reading and scheme."""
     rows = []
     for reading, c in runs.readings.items():
         for scheme, which, removed in (("ipc", 0, "1P"), ("cpfc", 1, "1P and 2P")):
@@ -314,7 +314,7 @@ def ceilings(runs: Runs) -> list[CeilingRow]:
 
 
 def reasons(runs: Runs) -> dict[str, str]:
-    """Why numbers differ, or agree, by key."""
+    """Reasons for differences and agreement, by key."""
     held = {}
     for reading, c in runs.readings.items():
         left = np.array([1.0 + run.ceilings[1].std_change for run in c.runs["cpc"]])
@@ -325,7 +325,7 @@ def reasons(runs: Runs) -> dict[str, str]:
 
 
 def minutes(runs: Runs, scheme: str, length: float = 60.0, every: float = 10.0) -> Float:
-    """Change [%] of std of RootMyc1 in all minutes of all seeds and readings: how much a single one may tell."""
+    """Change [%] of the standard deviation of RootMyc1 in each minute of all seeds and readings."""
     found = []
     for c in runs.readings.values():
         result = c.results("cpc")

@@ -1,4 +1,4 @@
-"""Our load control and ROSCO's on the same turbine in the same winds, each against its own collective pitch."""
+"""Our load control and ROSCO's on the same turbine and winds, each relative to its own collective pitch control."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from meltemi.control.bladed.controller import BladedController
 from meltemi.control.bladed.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
 from meltemi.report.html import Table
-from meltemi.simulation.model import build
+from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi.turbine.definition import Turbine
@@ -41,7 +41,7 @@ SHOWN = ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "OoPDefl1 std", "TwrBsM
 
 @dataclass(frozen=True)
 class Duel:
-    """What came of it.
+    """Results of the comparison with ROSCO.
 
     Attributes:
       setup: how much was run.
@@ -53,7 +53,7 @@ class Duel:
 
 
 def rosco_schemes(b: Bench, folder: Path) -> dict[str, Controller]:
-    """ROSCO with its collective pitch, its individual pitch as in its example, and with the phase lead of our loops.
+    """ROSCO with collective pitch, individual pitch as in its example, and individual pitch with our loops' phase lead.
 
     Args:
       b: turbine, and our loops for it.
@@ -77,7 +77,7 @@ def rosco_schemes(b: Bench, folder: Path) -> dict[str, Controller]:
 
 
 def duel(setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Duel:
-    """Run it.
+    """Run the comparison.
 
     Raises:
       InputError: the rosco package is not installed.
@@ -106,12 +106,12 @@ def duel(setup: Setup, *, workers: int | None = None, progress: Progress = lambd
 
 
 def base_of(scheme: str) -> str:
-    """The collective pitch that a scheme is judged against."""
+    """The collective pitch scheme that is the baseline of a scheme."""
     return ROSCO_BASE if scheme.startswith(ROSCO_BASE) else BASE
 
 
 def duel_tables(found: Duel) -> list[Table]:
-    """One a plant: changes against the own collective pitch, and what they cost."""
+    """One table for each plant: changes relative to collective pitch, and actuator duty."""
     tables = []
     for plant, c in found.plants.items():
         rows = []
@@ -133,14 +133,14 @@ def duel_tables(found: Duel) -> list[Table]:
 
 
 def brief(table: Table) -> Table:
-    """The same for a terminal."""
+    """The table for a terminal."""
     kept = [table.head.index(name) for name in ("scheme", "RootMyc1 std", "RootMyc1 DEL", "TwrBsMyt DEL")]
     kept.append(table.head.index("pitch travel deg/s"))
     return Table([table.head[i] for i in kept], [[row[i] for i in kept] for row in table.rows], table.caption)
 
 
 def findings(found: Duel) -> list[str]:
-    """What the tables say of DEL of RootMyc1, a sentence a plant."""
+    """Sentences on the DEL of RootMyc1, one for each plant."""
     lines = []
     for plant, c in found.plants.items():
 
@@ -165,7 +165,7 @@ def findings(found: Duel) -> list[str]:
 
 
 def chapter(found: Duel) -> Chapter:
-    """The section of the page."""
+    """The chapter of the page."""
     head = (Path(__file__).parent / "duel_head.md").read_text(encoding="utf-8")
     made = f"rosco {version('rosco')}, meltemi {version('meltemi')}, {datetime.now(UTC):%Y-%m-%d}"
     s = found.setup

@@ -1,4 +1,4 @@
-"""The paper's Figures 4 to 12 from our runs: the first seed, in the window that the paper shows."""
+"""Figures 4 to 12 of the paper from our runs: first seed, time window of the paper."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def hub_wind(runs: Runs) -> Figure:
 
 
 def shown(*panels: Panel) -> Callable[[Runs], Figure]:
-    """Draws panels of the paper's window, one curve a scheme."""
+    """Panels over the time window of the paper, one curve for each scheme."""
 
     def draw(runs: Runs) -> Figure:
         c = runs.readings[CLASS_B]
@@ -95,7 +95,7 @@ def actuators(runs: Runs) -> Figure:
 
 
 def loads(runs: Runs) -> Figure:
-    """Fig. 12: damage-equivalent loads over CPC's, mean over seeds with intervals, beside the paper's."""
+    """Fig. 12: damage-equivalent loads relative to CPC, mean over seeds with confidence intervals, and the paper's."""
     names = ("RootMyc1 DEL", "RootMxc1 DEL", "Myaw DEL", "Mtilt DEL")
     paper: Mapping[str, tuple[float, float]] = {"RootMyc1 DEL": (-42.2, -53.7)}
     figure, axes = new_figure(1, len(runs.readings), size=(11.0, 3.8))

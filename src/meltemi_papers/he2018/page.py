@@ -1,4 +1,4 @@
-"""What the page says: claims, conditions, ceilings, checks, gains, and what lies beyond."""
+"""Page of the study: claims, conditions, ceilings, checks, gains, results beyond the paper."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def row_cells(row: Row) -> list[str]:
 
 
 def claims_table(runs: Runs) -> Table:
-    """The paper's results line by line."""
+    """Table of claims."""
     n = len(runs.setup.seeds)
     head = ["quantity", "scheme", "paper"]
     groups = [("", 3)]
@@ -45,7 +45,7 @@ def claims_table(runs: Runs) -> Table:
 
 
 def brief_claims(runs: Runs) -> Table:
-    """The same for a terminal: without the window, reasons and places."""
+    """The table for a terminal, without time window, reasons and places."""
     full = claims_table(runs)
     kept = [0, 1, 2, *range(3, 3 + 2 * len(runs.readings), 2), len(full.head) - 3]
     head = ["quantity", "scheme", "paper", *runs.readings, "verdict"]
@@ -53,7 +53,7 @@ def brief_claims(runs: Runs) -> Table:
 
 
 def acceptance_table(runs: Runs) -> Table:
-    """What must hold in every seed."""
+    """Table of conditions that must hold in every seed."""
     head, rows = ["condition"], []
     for reading in runs.readings:
         head += [f"{reading}\nseeds that hold", "least margin"]
@@ -66,7 +66,7 @@ def acceptance_table(runs: Runs) -> Table:
 
 
 def ceiling_table(runs: Runs) -> Table:
-    """Ceilings and the shares that are reached."""
+    """Table of ceilings and of the fractions that are reached."""
 
     def share(e: Estimate) -> str:
         return f"{100.0 * e.mean:.0f}" + (f" ± {100.0 * e.half_width:.0f}" if e.n > 1 else "") + " %"
@@ -93,7 +93,7 @@ def ceiling_table(runs: Runs) -> Table:
 
 
 def checks_table(runs: Runs) -> Table:
-    """The parts."""
+    """Table of the checks of equations."""
     rows = [
         [c.item, number(c.expected), number(c.found), f"{c.tolerance:g}", c.unit, "holds" if c.ok else "differs"]
         for c in checks(runs)
@@ -107,7 +107,7 @@ def checks_table(runs: Runs) -> Table:
 
 
 def gains_table(runs: Runs) -> Table:
-    """Gains by the rule."""
+    """Table of tuned gains."""
     rows = []
     for name, scheme in SCHEMES.items():
         for tuning in runs.bench.tunings.get(scheme.loops, ()):
@@ -151,7 +151,7 @@ def _lead(runs: Runs) -> str:
 
 
 def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
-    """Chapters, and what stands at the top."""
+    """Chapters, lead and facts of the page."""
 
     def in_minutes(runs: Runs) -> Table:
         return beyond.minutes_table([("ipc", minutes(runs, "ipc"), -47.9), ("cpfc", minutes(runs, "cpfc"), -55.3)])

@@ -10,9 +10,10 @@ import numpy as np
 
 from meltemi.control.controller import Controller
 from meltemi.control.load_control import FeedForward, HarmonicLoop, LoadControl, LoadController, SpeedNotch
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel
-from meltemi.simulation.model import Model, build
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.journal import Lost, attempt
 from meltemi.studies.preview import preview_of, steady_pitch
@@ -48,7 +49,7 @@ SHARES_1P, SHARES_2P = (0.0, 0.5, 1.0), (0.3, 0.6, 1.0)
 
 @dataclass(frozen=True)
 class Setup:
-    """How much is run.
+    """Extent of the simulations.
 
     Attributes:
       seeds: of turbulence.
@@ -68,7 +69,7 @@ class Setup:
 
     @property
     def windows(self) -> dict[str, tuple[float, float]]:
-        """For ``compare``."""
+        """Windows for ``compare``."""
         return {PAPER: self.window}
 
 
@@ -78,7 +79,7 @@ QUICK = Setup(seeds=(1, 2), duration=170.0, speeds=(8.0, 24.0), study_seeds=(1,)
 
 @dataclass(frozen=True)
 class Bench:
-    """A turbine with controllers for it.
+    """A turbine model with tuned controllers.
 
     Attributes:
       model: with the paper's flaps and a second-order pitch actuator.
@@ -87,19 +88,19 @@ class Bench:
       tunings: loops tuned together, by what they move.
     """
 
-    model: Model
+    model: BladedModel
     linear: tuple[LinearModel, ...] = field(repr=False)
     notch: SpeedNotch
     tunings: Mapping[tuple[Target, ...], tuple[Tuning, ...]]
 
     def controller(self, name: str) -> Controller:
-        """That of a scheme."""
+        """Controller of a scheme."""
         scheme = SCHEMES[name]
         loops = [tuning.loop for tuning in self.tunings[scheme.loops]]
         return self.composed(name, loops, feedforward=scheme.feedforward)
 
     def composed(self, name: str, loops: list[HarmonicLoop], *, feedforward: bool, **more: Any) -> Controller:
-        """A load controller with these loops."""
+        """Load controller with given loops."""
         weights = FeedForward(shear_exponent=SHEAR) if feedforward else None
         settings = LoadControl(feedforward=weights, loops=tuple(loops), notch=self.notch, **more)
         return LoadController(self.model.turbine, settings, name=name)
@@ -110,8 +111,8 @@ def paper_turbine() -> Turbine:
     return with_flaps(load_turbine("nrel5mw")).replace(**{"pitch_actuator.kind": "second_order"})
 
 
-def bench(model: Model, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
-    """Tune everything for a model."""
+def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
+    """Tune all controllers for a model."""
     linear = tuple(linear_models(model))
     wanted = {SCHEMES[name].loops for name in schemes}
     tunings = {loops: tune_loops(model, loops, linear=linear) for loops in sorted(wanted)}
@@ -120,7 +121,7 @@ def bench(model: Model, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
 
 @dataclass(frozen=True)
 class Variant:
-    """A wind or a model in which the schemes differ.
+    """A wind or model for which the schemes are compared.
 
     Attributes:
       name: what is different.
@@ -133,7 +134,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Runs:
-    """Everything that was simulated.
+    """Results of all simulations.
 
     Attributes:
       setup: how much.
@@ -157,7 +158,7 @@ class Runs:
 def run_all(
     *, quick: bool, workers: int | None, progress: Progress, partly: Callable[[Runs], object], parts: Sequence[str]
 ) -> Runs:
-    """Simulate everything; ``partly`` sees the paper's own runs when they are done, with the others lost."""
+    """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as lost."""
     setup = QUICK if quick else Setup()
     n, few = len(setup.seeds), len(setup.study_seeds)
     candidates = len(SHARES_1P) * len(SHARES_2P) + 1
@@ -169,7 +170,7 @@ def run_all(
     b = bench(build(paper_turbine()))
 
     def run(
-        what: str, size: int, controllers: Mapping[str, Made], winds: list[AnyWind], model: Model | None = None
+        what: str, size: int, controllers: Mapping[str, Made], winds: list[AnyWind], model: BladedModel | None = None
     ) -> Comparison:
         nonlocal done
         begin = done
@@ -228,7 +229,7 @@ def run_all(
 
 
 def wind_of(seed: int, speed: float, **more: Any) -> AnyWind:
-    """The paper's wind for a seed and speed, with what a reading or study changes."""
+    """The paper's wind for a seed and wind speed, with the settings of a reading or study."""
     options: dict[str, Any] = {"spectrum": "vonkarman", "shear_exponent": SHEAR, "wind_class": None} | more
     return ntm(speed, seed=seed, **options)
 
@@ -250,7 +251,7 @@ _STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
 
 
 def _previews(b: Bench) -> dict[str, Made]:
-    """Collective pitch, and IPC, with the rotor-averaged wind known beforehand."""
+    """Collective pitch and IPC with preview of the rotor-averaged wind."""
     table = steady_pitch(b.model)
     loops = [tuning.loop for tuning in b.tunings[SCHEMES["ipc"].loops]]
 
@@ -266,7 +267,7 @@ def _previews(b: Bench) -> dict[str, Made]:
 def _equal_travel(
     b: Bench, setup: Setup, run: Callable[[Mapping[str, Made], list[AnyWind]], Comparison]
 ) -> tuple[tuple[float, float], dict[str, tuple[float, float]], Controller]:
-    """Shares of the flap gains at 1P and 2P with the least load at no more flap travel than CPFC has."""
+    """Fractions of the flap gains at 1P and 2P with the smallest load at no more flap travel than CPFC."""
     pitch, flap_1, flap_2 = (tuning.loop for tuning in b.tunings[SCHEMES["cpfc12"].loops])
     tried: dict[str, tuple[float, float]] = {
         f"{100 * one:.0f} % 1P, {100 * two:.0f} % 2P": (one, two) for one in SHARES_1P for two in SHARES_2P

@@ -1,4 +1,4 @@
-"""The paper's results, line by line, beside ours: formulas here, runs in ``run_claims``. Nothing is tuned to them."""
+"""Claims of the paper that follow from formulas (those from runs: ``run_claims``). Nothing is tuned to them."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ WIDE = {
 
 
 def formula_claims() -> list[Claim]:
-    """Every line that needs no run."""
+    """All claims that need no run."""
     return [*_air(), *_power(), *_rain(), *_speeds()]
 
 
 def _off_table() -> tuple[float, int]:
-    """[kg/m^3] largest difference from the tables of densities, and how many these are."""
+    """[kg/m^3] largest difference from the density tables, and number of their entries."""
     off = []
     for row in MOIST.split("\n")[1:-1]:
         t, *expected = map(float, row.split())
@@ -100,7 +100,7 @@ def _air() -> list[Claim]:
 
 
 def _peaks(unit: str, expected: dict[float, float], ours: dict[float, float], where: str) -> Claim:
-    """Peaks of power [W] over a quantity, beside those expected [MW]."""
+    """Peaks of power [W] over a quantity, and the expected ones [MW]."""
     found = [ours[x] * 1e-6 for x in expected]
     near = all(abs(x / peak - 1.0) <= 0.025 for x, peak in zip(found, expected.values(), strict=True))
     powers, places = listed(expected.values(), ".2f"), listed(expected, ",.0f")
@@ -166,7 +166,7 @@ def counted_pressure(rain: Rain) -> float:
 
 
 def shadow(radius: float, half: float, rain: tuple[float, float, float]) -> float:
-    """[m^3/s] of rain that a spheroid of a radius and half thickness [m] meets: its shadow times the rain's speed.
+    """[m^3/s] rain that hits a spheroid of a radius and half thickness [m]: projected area times rain velocity.
 
     Summed over the spheroid's surface: half of the size of the rain's velocity [m/s] along each piece's normal.
     """

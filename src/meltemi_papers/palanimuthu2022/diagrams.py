@@ -20,5 +20,5 @@ def parts(name: str) -> tuple[dict[str, Block], list[Wire], list[Frame]]:
 
 
 def diagram(name: str) -> Figure:
-    """Draw it."""
+    """Draw a diagram."""
     return plot_blocks(*parts(name), font=9.5)

@@ -1,4 +1,4 @@
-"""Figure 6 line by line: what a torque law wins that knows the air's temperature."""
+"""Claims of Figure 6: power gain of a torque law that takes the air temperature into account."""
 
 from __future__ import annotations
 
@@ -36,17 +36,17 @@ FITTED = 0.02
 
 
 def gains(steps: Steps) -> Float:
-    """(levels,) [W] of the air that case ii wins at the end of each interval."""
+    """(levels,) [W] gain of aerodynamic power in case ii at the end of each interval."""
     return steps.settled("ii", "", aero_power) - steps.settled("i", "", aero_power)
 
 
 def mean_gains(steps: Steps) -> Float:
-    """(levels,) [W] that it wins in the mean of each interval, of generator or grid."""
+    """(levels,) [W] mean gain of generator or grid power in case ii over each interval."""
     return steps.means("ii", "generator_power") - steps.means("i", "generator_power")
 
 
 def kinetic_gains(steps: Steps) -> Float:
-    """(levels,) [W] of these that case ii gives less, or takes more, from the motion of its rotor than case i."""
+    """(levels,) [W] part of the gain that stems from kinetic energy of the rotor."""
     ends = steps.lead + INTERVAL * np.arange(len(steps.levels) + 1)
     given = {}
     for case in ("i", "ii"):
@@ -56,7 +56,7 @@ def kinetic_gains(steps: Steps) -> Float:
 
 
 def closed_gains(steps: Steps) -> Float:
-    """(levels,) [W] of the air in closed form, without losses and without motion."""
+    """(levels,) [W] gain of aerodynamic power in closed form, quasi-steady and without losses."""
     made = rotor(steps.model)
     air = density(np.array(steps.levels), steps.humidity)
     best = [0.5 * float(rho) * made.area * made.best()[1] * STEADY**3 for rho in air]
@@ -65,7 +65,7 @@ def closed_gains(steps: Steps) -> Float:
 
 
 def within(steps: Steps, ends: Float) -> bool:
-    """Whether gains [W] at 40 and -10 degC are those to be expected, in sign, order and size."""
+    """Gains [W] at 40 and -10 degC have the expected sign, order and magnitude."""
     if steps.model == CALIBRATED:
         near = bool(np.all(np.abs(ends / np.array([paper.GAINS[40.0], paper.GAINS[-10.0]]) - 1.0) <= FITTED))
     else:
@@ -80,12 +80,12 @@ def _tolerance(steps: Steps) -> str:
 
 
 def kilo(values: Float, digits: int = 1) -> str:
-    """[kW] with commas."""
+    """[kW] values separated by commas."""
     return ", ".join(f"{x * 1e-3:.{digits}f}" for x in values)
 
 
 def temperature_claims(runs: Runs) -> list[Claim]:
-    """Both cases' tip-speed ratios, and what case ii wins: at the end of the intervals, and over them."""
+    """Claims on tip-speed ratios of both cases and on gains of case ii, at the end of and over the intervals."""
     plain = runs.temperature[PLAIN]
     best = plain.settled("ii", "", ratio), plain.settled("ii", "", power_ratio)
     fixed = runs.temperature[LITERAL].settled("i", "", ratio)
@@ -151,7 +151,7 @@ def _over_the_interval(name: str, steps: Steps) -> Claim:
 
 
 def gains_table(runs: Runs) -> Table:
-    """Figure 6 in numbers: at the end of each interval, over all of it, and in closed form."""
+    """Table of Figure 6: gains at the end of each interval, over it, and in closed form."""
     rows = []
     for name, steps in runs.temperature.items():
         where = "grid" if name == CONVERTERS else "generator"

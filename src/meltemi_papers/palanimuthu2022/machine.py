@@ -9,7 +9,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from meltemi.aero.coefficient import CoefficientArrays, coefficient_arrays, power_coefficient
+from meltemi.aero.coefficient import Coefficients, power_coefficient, rotor_coefficients
 from meltemi.environment.air import CELSIUS, density_of, site_pressure
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.library import load_turbine
@@ -30,18 +30,18 @@ class Rotor:
     radius: float
 
     @cached_property
-    def _arrays(self) -> CoefficientArrays:
-        return coefficient_arrays(self.coefficient)
+    def _arrays(self) -> Coefficients:
+        return rotor_coefficients(self.coefficient)
 
     @property
     def area(self) -> float:
-        """[m^2]."""
+        """[m^2] rotor area."""
         return math.pi * self.radius**2
 
     def coefficients(self, ratio: ArrayLike, pitch: ArrayLike = 0.0) -> Float:
         """C_p at tip-speed ratios above zero and pitch angles [rad], which broadcast."""
         ratios, pitches = np.broadcast_arrays(np.asarray(ratio, float), np.asarray(pitch, float))
-        found = [power_coefficient(*self._arrays, r, b) for r, b in zip(ratios.flat, pitches.flat, strict=True)]
+        found = [power_coefficient(r, b, self._arrays) for r, b in zip(ratios.flat, pitches.flat, strict=True)]
         return np.array(found).reshape(ratios.shape)
 
     def best(self, pitch: float = 0.0) -> tuple[float, float]:
@@ -59,7 +59,7 @@ class Rotor:
         return float(found.x), -float(found.fun)
 
     def power(self, speed: ArrayLike, wind: ArrayLike, pitch: ArrayLike = 0.0, density: ArrayLike = STANDARD) -> Float:
-        """[W] of the air at rotor speeds [rad/s] in winds [m/s] (eq. 1)."""
+        """[W] aerodynamic power at rotor speeds [rad/s] and wind speeds [m/s] (eq. 1)."""
         v = np.asarray(wind, float)
         c = self.coefficients(np.asarray(speed, float) * self.radius / v, pitch)
         return np.asarray(0.5 * np.asarray(density, float) * self.area * c * v**3)
@@ -81,7 +81,7 @@ class Rotor:
         return float(brentq(lambda r: float(self.coefficients(r)) / r**3 - wanted, 0.75 * best, 1.2 * best, xtol=1e-12))
 
     def settled_power(self, wind: float, assumed: float, density: float) -> float:
-        """[W] of the air there."""
+        """[W] aerodynamic power at that tip-speed ratio."""
         return float(self.power(self.settled(assumed, density) * wind / self.radius, wind, 0.0, density))
 
     def speed_for(self, power: float, density: float = STANDARD, pitch: float = 0.0) -> float:
@@ -94,7 +94,7 @@ class Rotor:
 
 
 def turbine(model: str = FORMULA) -> PowerTurbine:
-    """The library's turbine with a model of its coefficient."""
+    """The library's turbine with a model of its power coefficient."""
     if model == BLADES:
         return load_turbine("pmsg20mw-bem")
     made = load_turbine("pmsg20mw")
@@ -103,7 +103,7 @@ def turbine(model: str = FORMULA) -> PowerTurbine:
 
 @cache
 def rotor(model: str) -> Rotor:
-    """Its rotor."""
+    """Rotor with a model of the power coefficient."""
     made = turbine(model)
     return Rotor(model, made.coefficient, made.rotor_radius)
 

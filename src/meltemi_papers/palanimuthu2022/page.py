@@ -1,4 +1,4 @@
-"""What the page says: claims, errors of the paper, figures, diagrams, and what lies beyond."""
+"""Page of the study: claims, errors of the paper, figures, diagrams, results beyond the paper."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
 def run(
     *, quick: bool, workers: int | None, progress: Progress, partly: Callable[[Found], object], parts: Sequence[str]
 ) -> Found:
-    """Simulate the paper's part, then parts beyond it; ``partly`` sees what is there before each."""
+    """Simulate the paper's runs, then parts beyond it; ``partly`` is called with the results so far before each."""
     paper = PAPER if parts else 1.0
     runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, paper))
     found = Found(runs, [*formula_claims(), *run_claims(runs)])
@@ -129,7 +129,7 @@ def _readings(runs: Runs) -> Table:
 
 
 def contents(found: Found, out: Path, draw: Draw) -> Contents:
-    """Chapters, and what stands at the top."""
+    """Chapters, lead and facts of the page."""
     runs, table = found.runs, claims_table(found.claims)
     used = {claim.reason: REASONS[claim.reason] for claim in found.claims if claim.reason}
     chapters = {"claims": Chapter("Claim by claim", [table, *reason_lines(used)])}

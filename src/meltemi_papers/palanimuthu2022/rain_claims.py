@@ -1,4 +1,4 @@
-"""Figures 10 to 13, line by line, on the turbine that is simulated: the same machine with and without rain."""
+"""Claims of Figures 10 to 13 on the simulated turbine, with and without rain."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from meltemi.environment.rain import Rain
 from meltemi.environment.site import Environment
-from meltemi.simulation.engines import build
-from meltemi.simulation.power.point import power_point
+from meltemi.simulation.disk.point import disk_point
+from meltemi.simulation.rotors import build
 from meltemi_papers.claim import Claim
 from meltemi_papers.palanimuthu2022.figures.rain_power import STORM
 from meltemi_papers.palanimuthu2022.machine import BLADES, turbine
@@ -25,20 +25,20 @@ Point = tuple[float, float, float]
 
 
 def rain_gaps(rain: Rain, points: Iterable[Point]) -> dict[Point, tuple[float, float]]:
-    """By wind, speed and pitch: power [W] without rain, and how much less it is in rain, where the wind drives."""
+    """Power [W] without rain and its loss in rain by wind speed, rotor speed and pitch, if driven by the wind."""
     machine = turbine(BLADES)
     dry, wet = (build(machine, environment=Environment(rain=r)) for r in (None, rain))
     found = {}
     for v, speed, pitch in points:
         at = {"rotor_speed": speed, "pitch": math.radians(pitch)}
-        power, left = (float(power_point(m, v, **at)["aerodynamic_power"]) for m in (dry, wet))
+        power, left = (float(disk_point(m, v, **at)["aerodynamic_power"]) for m in (dry, wet))
         if power > 0.0:
             found[v, speed, pitch] = power, power - left
     return found
 
 
 def rain_claims() -> list[Claim]:
-    """Below everywhere; in proportion to the cubes of wind and drop size; whatever speed and pitch."""
+    """Claims on the loss: everywhere, with the cubes of wind speed and drop size, at any rotor speed and pitch."""
     storm = rain_gaps(STORM, product(WINDS, SPEEDS, PITCHES))
     below = all(gap > 0.0 for _, gap in storm.values())
     whole = {at: gap for at, (power, gap) in storm.items() if gap < 0.999 * power}  # rain stops the rotor at most

@@ -1,4 +1,4 @@
-"""What rain does to a rotor by the momentum of its drops on the blades, to judge the review's energy balance by.
+"""Loads of rain on a rotor by the momentum of drops on the blades, to judge the review's energy balance.
 
 Drops are carried by the wind and fall at their terminal speed. On the scale of the rotor they follow the air that slows
 down before it (a drop of 2 mm takes over a change of the wind within 10 m); on that of a chord they fly straight on: a
@@ -55,7 +55,7 @@ class DropLoads:
 
 @dataclass(frozen=True)
 class BladeShape:
-    """What drops see of a rotor.
+    """Geometry of a rotor for drop impact.
 
     Attributes:
       radius: (S,) [m] from the axis, ascending.
@@ -134,7 +134,7 @@ def drop_loads(
 def rain_loads(
     turbine: Turbine, rain: Rain, wind_speed: float, rotor_speed: float, pitch: float = 0.0, **options: float | str
 ) -> DropLoads:
-    """:func:`drop_loads` of a turbine in a rain: all the water of its spectrum, which falls as its mean drop does."""
+    """:func:`drop_loads` of a turbine in rain: all the water of the spectrum, at the fall speed of the mean drop."""
     content = float(drops.water_content(rain.intensity, rain.water_density, 0.0, np.inf))
     blades = blade_shape(turbine)
     return drop_loads(

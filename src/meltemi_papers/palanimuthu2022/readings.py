@@ -1,4 +1,4 @@
-"""Where the paper errs or is unclear: its words, our reading, and what each of them gives, computed."""
+"""Errors and ambiguities of the paper: its statement, our reading, and computed results of both."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ INERTIAS = {"2.93e9 (rotor of the reference blades)": 2.93e9, "4.872e9": 4.872e9
 
 @dataclass(frozen=True)
 class Reading:
-    """A ruling.
+    """An ambiguity of the paper and our reading of it.
 
     Attributes:
       key: number in the list of the paper's errors.
@@ -56,7 +56,7 @@ def printed_density(temperature: float, humidity: float, altitude: float, zero: 
 
 
 def time_constant(inertia: float, wind: float = 10.0) -> float:
-    """[s] in which the speed settles under the optimal law: J / (3 K_T omega)."""
+    """[s] time constant of the rotor speed under the optimal torque law: J / (3 K_T omega)."""
     made = rotor(FORMULA)
     ratio, _ = made.best()
     return inertia / (3.0 * made.gain() * ratio * wind / made.radius)
@@ -222,7 +222,7 @@ def _control(gains: dict[float, float], speeds: tuple[float, float]) -> list[Rea
 
 
 def readings(gains: dict[float, float], speeds: tuple[float, float]) -> list[Reading]:
-    """All, in the order of their numbers.
+    """All readings, in the order of their numbers.
 
     Args:
       gains: [W] by temperature [degC] of Figure 6 with M1 and the default inertia, at the end of the intervals.
@@ -233,7 +233,7 @@ def readings(gains: dict[float, float], speeds: tuple[float, float]) -> list[Rea
 
 
 def readings_table(found: list[Reading]) -> Table:
-    """Both readings as numbers."""
+    """Table of the results of both readings."""
     head = ["", "the paper", "which gives", "read as", "which gives"]
     rows = [[r.key, r.paper, r.theirs, r.reading, r.ours] for r in found]
     return Table(head, rows, "Errors and gaps of the paper, both readings", text_columns=len(head))

@@ -1,4 +1,4 @@
-"""Lines of the paper that need runs: all of them, and those of Figures 7, 20 and 21."""
+"""Claims of the paper that need runs: Figures 7, 20, 21, and all together."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ MOVES = np.radians(0.01)
 
 
 def run_claims(runs: Runs) -> list[Claim]:
-    """Every line that needs runs."""
+    """All claims that need runs."""
     return [
         *claim_group("temperature in steps", "Fig. 6", lambda: temperature_claims(runs)),
         *claim_group("humidity in steps", "Fig. 7", lambda: _humidity(runs)),
@@ -120,23 +120,23 @@ def _climates(runs: Runs) -> list[Claim]:
 
 
 def judged(result: Result) -> Result:
-    """Without the begin."""
+    """The result without its initial transient."""
     return result.between(SETTLING, float(result.time[-1]))
 
 
 def limiting(result: Result) -> NDArray[np.bool_]:
-    """While the controller is in another state than that which takes all that the wind gives."""
+    """Samples in which the controller limits the power."""
     return np.asarray(np.round(result["power_state"]) != NUMBER["maximum_power"])
 
 
 def pitch_travel(result: Result) -> float:
-    """[deg]."""
+    """[deg] pitch travel."""
     part = judged(result)
     return float(np.degrees(travel(part, "pitch_1") * (part.time[-1] - part.time[0])))
 
 
 def moving(result: Result) -> float:
-    """Share of the time in which the pitch moves."""
+    """Fraction of the time in which the pitch moves."""
     part = judged(result)
     return float(np.mean(np.abs(np.diff(part["pitch_1"]) / np.diff(part.time)) > MOVES))
 
@@ -148,7 +148,7 @@ def mean_speed(runs: Runs, model: str, scheme: str) -> float:
 
 
 def range_of_speed(part: Result) -> Claim:
-    """Between which speeds A2 lets the rotor turn while it limits."""
+    """Range of rotor speed of A2 while it limits the power."""
     speeds = part["rotor_speed"][limiting(part)]
     low, high = rotor(BLADES).speed_for(paper.REFERENCE), paper.SPEED
     under, over = speeds.min() / low - 1.0, speeds.max() / high - 1.0
@@ -210,14 +210,14 @@ def _limited(runs: Runs) -> list[Claim]:
 
 
 def travel_ratio(runs: Runs, inertia: float, scheme: str) -> Estimate:
-    """Pitch travel of a scheme over that of A0 in the turbulent winds, with an inertia [kg m^2]."""
+    """Ratio of the pitch travel of a scheme to that of A0 in the turbulent winds, with an inertia [kg m^2]."""
     winds = [w for m, j, w, s in runs.limited if (m, j, s) == (BLADES, inertia, "A0") and w != RAMPS]
     pairs = [(runs.limited[BLADES, inertia, w, scheme], runs.limited[BLADES, inertia, w, "A0"]) for w in winds]
     return mean_interval(np.array([pitch_travel(a) / pitch_travel(b) for a, b in pairs]))
 
 
 def schemes_table(runs: Runs) -> Table:
-    """Figure 21 in numbers, over the turbulent winds."""
+    """Table of Figure 21, over the turbulent winds."""
     rows = []
     for inertia in runs.setup.inertias:
         for scheme in SCHEMES:

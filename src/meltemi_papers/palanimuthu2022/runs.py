@@ -15,10 +15,10 @@ from meltemi.environment.air import Air
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.loadcases.batch import BatchCase
-from meltemi.simulation.engines import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.start import Start
 from meltemi.studies.journal import cells
 from meltemi.turbine.power_turbine import PowerTurbine
@@ -52,7 +52,7 @@ SCHEMES = ("A0", "A1", "A2", "A3")
 
 @dataclass(frozen=True)
 class Setup:
-    """How much is run.
+    """Extent of the simulations.
 
     Attributes:
       seeds: of turbulence.
@@ -107,7 +107,7 @@ class Steps:
 
 @dataclass(frozen=True)
 class Runs:
-    """Everything that was simulated.
+    """Results of all simulations.
 
     Attributes:
       setup: how much.
@@ -130,7 +130,7 @@ def machine_with(model: str, inertia: float = PHYSICAL) -> PowerTurbine:
 
 
 def aero_power(result: Result) -> Float:
-    """[W] of the air on the shaft."""
+    """[W] aerodynamic power of the rotor."""
     return np.asarray(result["aerodynamic_power"])
 
 
@@ -140,7 +140,7 @@ def ratio(result: Result) -> Float:
 
 
 def power_ratio(result: Result) -> Float:
-    """C_p."""
+    """Power coefficient."""
     area = np.pi * paper.RADIUS**2
     return np.asarray(aero_power(result) / (0.5 * result["air_density"] * area * result["wind_x"] ** 3))
 
@@ -221,7 +221,7 @@ def humidity_cases() -> list[BatchCase]:
 
 
 def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
-    """Simulate everything but what lies beyond the paper."""
+    """Run all simulations of the paper."""
     variants: dict[str, tuple[str, float, float, ModelOptions | None]] = {
         PLAIN: (FORMULA, 0.0, PHYSICAL, None),
         "M1, 40 %": (FORMULA, 0.4, PHYSICAL, None),

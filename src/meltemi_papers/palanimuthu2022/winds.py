@@ -21,7 +21,7 @@ COURSE = (
 
 
 def ramps() -> WindSeries:
-    """The deterministic course."""
+    """Deterministic ramps of the wind speed."""
     time, speed = np.array(COURSE).T
     return WindSeries(time=time, speed=speed, source="ramps between 9 and 12 m/s")
 

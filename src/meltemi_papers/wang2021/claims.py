@@ -1,4 +1,4 @@
-"""The paper's results, line by line, beside ours."""
+"""Claims of the paper against our results."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ CHECKS = ((7.5, 52.5), (8.8, 48.6), (10.0, 45.0), (15.0, 42.0), (20.0, 39.0), (2
 
 
 def claims(runs: Runs) -> list[Claim]:
-    """Every line."""
+    """All claims."""
     found = []
     for name, table in runs.tables.items():
         found += claim_group(f"power and moments, {name}", "Table 2", lambda: _table2(name, table.whole()))  # noqa: B023
@@ -146,7 +146,7 @@ def _laws() -> list[Claim]:
 
 
 def unfiltered_trigger(law: YawProtection, rise: float, hub_height: float, step: float = 0.01) -> float:
-    """[s] at which the direction of Figure 9 passes the law, without filters and with the nacelle held."""
+    """[s] time at which the direction of Figure 9 exceeds the threshold, without filters and with fixed nacelle."""
     t = np.arange(-30.0, 30.0 + step, step)
     s = 0.5 * (1.0 - np.cos(np.pi * np.clip((t - GUST_BEGIN) / 10.0, 0.0, 1.0)))
     speed, change = 10.67 + rise * s, np.radians(720.0 / 10.67) * s

@@ -21,18 +21,18 @@ MOVED = np.radians(0.2)
 
 
 def transitions(result: Result, to: str) -> list[LogEntry]:
-    """Entries of the log that lead to a state with this word in its name, such as "stop"."""
+    """Log entries of transitions to a state with this word in its name, such as "stop"."""
     return [entry for entry in result.log if to in entry.what.rsplit("->", 1)[-1]]
 
 
 def first(result: Result, where: NDArray[np.bool_]) -> float:
-    """[s] of the first record at which something holds; NaN if it never does."""
+    """[s] time of the first record that meets a condition; NaN if none does."""
     return float(result.time[np.argmax(where)]) if where.any() else np.nan
 
 
 @dataclass(frozen=True)
 class Gust:
-    """Runs of one wind, by strategy.
+    """Runs in one wind, by strategy.
 
     Attributes:
       results: by strategy.
@@ -41,25 +41,25 @@ class Gust:
     results: Mapping[str, Result] = field(repr=False)
 
     def peak(self, strategy: str, load: str) -> float:
-        """Largest size of a load after the gust began, in engineering units."""
+        """Largest magnitude of a load after the start of the gust, in engineering units."""
         return extreme(self.results[strategy].between(GUST_BEGIN, np.inf), load)
 
     def ratio(self, load: str, against: str, strategy: str = DERATE) -> float:
-        """Peak of a strategy over that of another."""
+        """Ratio of the peaks of two strategies."""
         return self.peak(strategy, load) / self.peak(against, load)
 
     def first_pitch(self, strategy: str) -> float:
-        """[s] at which the pitch of blade 1 has left its angle of the start by 0.2 degrees."""
+        """[s] time at which the pitch of blade 1 differs from its initial value by 0.2 degrees."""
         result = self.results[strategy]
         return first(result, np.abs(result["pitch_1"] - result["pitch_1"][0]) > MOVED)
 
     def parting(self, strategy: str) -> float:
-        """[s] at which the pitch of blade 1 leaves that of the strategy that ignores the error by 0.2 degrees."""
+        """[s] time at which the pitch of blade 1 differs by 0.2 degrees from that without any reaction to the error."""
         one, other = self.results[strategy], self.results[IGNORE]
         return first(one, np.abs(one["pitch_1"] - other["pitch_1"]) > MOVED)
 
     def late(self) -> tuple[float, float, float]:
-        """Derating over ignoring in the last 40 s, when both have settled: mean bending, ranges of bending, torsion."""
+        """Ratios of derating to ignoring over the last 40 s: mean bending, ranges of bending and torsion."""
         parts = [self.results[name].between(60.0, np.inf) for name in (DERATE, IGNORE)]
         bend = [LOADS[YAW_BENDING].size(r) for r in parts]
         twist = [r["yaw_moment_z"] for r in parts]
@@ -70,22 +70,22 @@ class Gust:
         )
 
     def triggered(self, strategy: str) -> float:
-        """[s] at which the yaw error first lies above its threshold, as the controller sees both."""
+        """[s] time at which the yaw error first exceeds its threshold, both as measured by the controller."""
         result = self.results[strategy]
         return first(result, np.abs(result["yaw_error"]) > result["yaw_threshold"])
 
     def feathered(self, strategy: str) -> float:
-        """[s] at which the pitch passes 85 degrees; NaN if it does not."""
+        """[s] time at which the pitch exceeds 85 degrees; NaN if it does not."""
         result = self.results[strategy]
         return first(result, result["pitch_1"] > np.radians(85.0))
 
     def power(self, strategy: str, begin: float, end: float = np.inf) -> Float:
-        """(T,) [W] from ``begin`` to ``end`` [s]."""
+        """(T,) [W] generator power from ``begin`` to ``end`` [s]."""
         return self.results[strategy].between(begin, end)["generator_power"]
 
 
 def peaks(gust: Gust) -> list[list[str]]:
-    """Rows of a table: peaks of every load under every strategy, and the ratios."""
+    """Table rows: peaks of every load under every strategy, and ratios."""
     rows = []
     for name, load in LOADS.items():
         values = [gust.peak(strategy, name) for strategy in (STOP, DERATE, IGNORE)]

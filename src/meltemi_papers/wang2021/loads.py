@@ -1,4 +1,4 @@
-"""Loads at the yaw bearing and the tower top: which quantity is meant, and its extreme and fatigue values.
+"""Loads at the yaw bearing and tower top: definition, extreme and fatigue values.
 
 The paper names a "yaw bearing load" and a "tower top load" without components. The bearing is at the tower top, so both
 are cuts at one place; here the bearing has its moments and the tower top its shear force, and all of them are reported.
@@ -30,7 +30,7 @@ TOWER_BASE, BLADE_ROOT = "tower base bending", "blade root flap"
 
 @dataclass(frozen=True)
 class Load:
-    """A load that is judged.
+    """A load that is evaluated.
 
     Attributes:
       unit: engineering unit.
@@ -64,7 +64,7 @@ CHANNELS = (
 
 
 def extreme(result: Result, name: str) -> float:
-    """Largest size of a load, in engineering units."""
+    """Largest magnitude of a load, in engineering units."""
     load = LOADS[name]
     return float(load.size(result).max() * load.factor)
 

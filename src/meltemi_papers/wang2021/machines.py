@@ -35,7 +35,7 @@ def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
 
 
 def prompt_yaw() -> YawControl:
-    """A yaw control that turns as soon as the filtered error leaves the dead band: "the yaw drive corrects"."""
+    """Yaw control that starts as soon as the filtered yaw error leaves the dead band."""
     return YawControl(average_time=1.0, start_time=0.0)
 
 

@@ -1,4 +1,4 @@
-"""What the page says: claims, Table 2, figures, diagrams, and what lies beyond."""
+"""Page of the study: claims, Table 2, figures, diagrams, results beyond the paper."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SHARE = 0.6
 
 @dataclass(frozen=True)
 class Found:
-    """The paper's runs, and those beyond it."""
+    """Results of the paper's runs and of those beyond it."""
 
     runs: Runs
     more: Beyond
@@ -69,7 +69,7 @@ FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
 def run(
     *, quick: bool, workers: int | None, progress: Progress, partly: Callable[[Found], object], parts: Sequence[str]
 ) -> Found:
-    """Simulate everything; ``partly`` sees the paper's own runs when they are done, with the others lost."""
+    """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as lost."""
     runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, SHARE))
     later: Any = Lost("not run yet")
     partly(Found(runs, Beyond(later, later, later)))
@@ -77,13 +77,13 @@ def run(
 
 
 def calibration_words(runs: Runs) -> str:
-    """The two numbers."""
+    """Sentence on the two calibrated numbers."""
     c = runs.calibration
     return f"efficiency {c.efficiency:.3f}, air density {c.air_density:.3f} kg/m^3, from bins 5 to 7"
 
 
 def bins_table(runs: Runs) -> Table:
-    """Table 2 beside ours."""
+    """Table 2 of the paper and ours."""
     columns = [
         ("mean power [kW]", POWER, "mean", "power_mean", 0),
         ("std of power [kW]", POWER, "std", "power_std", 0),
@@ -110,13 +110,13 @@ def bins_table(runs: Runs) -> Table:
 
 
 def loads_table(runs: Runs) -> Table:
-    """Peaks after the gust began."""
+    """Table of peak loads after the start of the gust."""
     head = ["largest size after the gust began", STOP, DERATE, IGNORE, "S2 over S1", "S2 over S3"]
     return Table(head, peaks(runs.gust), "Loads of the strategies in the gust with direction change")
 
 
 def log_table(runs: Runs) -> Table:
-    """What the supervisor did."""
+    """Table of the supervisor's transitions."""
     rows = [
         [name, f"{entry.time:.2f}", entry.what, entry.reason]
         for name in (STOP, DERATE, IGNORE, SHORT)
@@ -126,7 +126,7 @@ def log_table(runs: Runs) -> Table:
 
 
 def contents(found: Found, out: Path, draw: Draw) -> Contents:
-    """Chapters, and what stands at the top."""
+    """Chapters, lead and facts of the page."""
     runs, more = found.runs, found.more
     lines = claims(runs)
     table = claims_table(lines)

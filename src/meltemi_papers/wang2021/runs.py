@@ -13,9 +13,9 @@ from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.environment.site import Environment
 from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.events import Request
-from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.start import Start
 from meltemi.studies.journal import Lost, attempt, cells
 from meltemi.turbine.definition import Turbine
@@ -42,7 +42,7 @@ SHOWN = (
 
 @dataclass(frozen=True)
 class Setup:
-    """How much is run.
+    """Extent of the simulations.
 
     Attributes:
       seeds: of turbulence.
@@ -63,7 +63,7 @@ QUICK = Setup(seeds=(1,), period=60.0, limit_seeds=(1,), quick=True)
 
 @dataclass(frozen=True)
 class Runs:
-    """Everything that was simulated.
+    """Results of all simulations.
 
     Attributes:
       setup: how much.
@@ -84,7 +84,7 @@ class Runs:
 
 
 def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
-    """Simulate everything but what lies beyond the paper."""
+    """Run all simulations of the paper."""
     turbine, studied = measured_turbine(), studied_turbine(YAW_RATE)
 
     calibration = attempt(

@@ -1,4 +1,4 @@
-"""Table 2 again: every bin simulated with its mean speed and intensity, and binned by the code that bins measurements.
+"""Table 2: each bin simulated with its mean speed and intensity, then binned like the measurements.
 
 The rotor is scaled from another, so it is reported twice: as it comes, and calibrated by two numbers, an efficiency and
 an air density, that are fitted to power and flapwise moment of bins 5 to 7 alone. The other bins then judge it.
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from meltemi.environment.site import Environment
 from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.bins import EDGES, bin_statistics, result_statistics
-from meltemi.simulation.model import build
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, LostError, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
@@ -40,7 +40,7 @@ ROUNDS = 2
 
 @dataclass(frozen=True)
 class Calibration:
-    """Two numbers that turn the scaled turbine into one that is like the measured one.
+    """Two factors that fit the scaled turbine to the measurements.
 
     Attributes:
       efficiency: electrical power over that of the scaled turbine: losses of a rotor that is not as good.
@@ -51,7 +51,7 @@ class Calibration:
     air_density: float = 1.225
 
     def turbine(self, reference: Turbine) -> Turbine:
-        """The turbine with the efficiency; its control holds the same electrical power."""
+        """The turbine with the calibrated efficiency and unchanged rated electrical power."""
         share = reference.drivetrain.generator_efficiency * self.efficiency
         torque = reference.control.torque
         return reference.replace(
@@ -78,7 +78,7 @@ class Table2:
     lost: Mapping[int, str] = field(default_factory=dict)
 
     def whole(self) -> Table2:
-        """The table itself, for what needs all of it.
+        """The table; raises if a part is lost.
 
         Raises:
           LostError: a bin has no run that reached its end.
@@ -88,7 +88,7 @@ class Table2:
         return self
 
     def column(self, name: str, of: str) -> Float:
-        """(18,) of the bins that are measured, in kW and kNm."""
+        """(18,) column of the measured bins, in kW and kNm."""
         return np.asarray(self.bins[name, of].to_numpy()[: len(measured())] * 1e-3)
 
 

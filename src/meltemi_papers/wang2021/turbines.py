@@ -64,7 +64,7 @@ DIGITS = 7
 
 
 def scaled_turbine(name: str, **changes: Any) -> Turbine:
-    """A turbine of the library made anew, with some of its numbers changed.
+    """A scaled turbine of the library, with some parameters changed.
 
     Args:
       name: ``zr20-122`` or ``ct30-155``.
@@ -98,7 +98,7 @@ def main(folder: Path = DATA) -> None:
 
 
 def _rounded(content: Any) -> Any:
-    """The same with fewer digits: the last ones are the compiler's."""
+    """The value with fewer digits: the last ones depend on the compiler."""
     if isinstance(content, dict):
         return {key: _rounded(value) for key, value in content.items()}
     if isinstance(content, list | tuple):

@@ -18,57 +18,35 @@ from meltemi.simulation.result import Result
 Float = NDArray[np.float64]
 
 _DEG = math.pi / 180.0
-UNITS: dict[str, tuple[str, float]] = {
-    "s": ("s", 1.0),
-    "Hz": ("Hz", 1.0),
-    "rad": ("rad", 1.0),
-    "rad/s": ("rad/s", 1.0),
-    "rad/s^2": ("rad/s^2", 1.0),
+_SI = "s Hz rad rad/s rad/s^2 m m^2 m/s m/s^2 kg A J Pa K kg/m^3 -"
+_ANGULAR = {
     "deg": ("rad", _DEG),
     "deg/s": ("rad/s", _DEG),
     "deg/s^2": ("rad/s^2", _DEG),
     "rpm": ("rad/s", math.pi / 30.0),
-    "m": ("m", 1.0),
-    "m^2": ("m^2", 1.0),
-    "m/s": ("m/s", 1.0),
-    "m/s^2": ("m/s^2", 1.0),
-    "kg": ("kg", 1.0),
-    "N": ("N", 1.0),
-    "kN": ("N", 1e3),
-    "MN": ("N", 1e6),
-    "N-m": ("N m", 1.0),
-    "kN-m": ("N m", 1e3),
-    "MN-m": ("N m", 1e6),
-    "N/m": ("N/m", 1.0),
-    "kN/m": ("N/m", 1e3),
-    "N-m/m": ("N m/m", 1.0),
-    "kN-m/m": ("N m/m", 1e3),
-    "W": ("W", 1.0),
-    "kW": ("W", 1e3),
-    "MW": ("W", 1e6),
-    "kvar": ("var", 1e3),
-    "var": ("var", 1.0),
-    "kV": ("V", 1e3),
-    "V": ("V", 1.0),
-    "A": ("A", 1.0),
-    "J": ("J", 1.0),
-    "Pa": ("Pa", 1.0),
-    "K": ("K", 1.0),
-    "kg/m^3": ("kg/m^3", 1.0),
-    "-": ("-", 1.0),
+}
+_PREFIXED = (
+    *(("N", "N", "kM"), ("N-m", "N m", "kM"), ("N/m", "N/m", "k"), ("N-m/m", "N m/m", "k")),
+    *(("W", "W", "kM"), ("var", "var", "k"), ("V", "V", "k")),
+)
+UNITS: dict[str, tuple[str, float]] = {
+    **{unit: (unit, 1.0) for unit in _SI.split()},
+    **_ANGULAR,
+    **{unit: (si, 1.0) for unit, si, _ in _PREFIXED},
+    **{prefix + unit: (si, {"k": 1e3, "M": 1e6}[prefix]) for unit, si, each in _PREFIXED for prefix in each},
 }
 """OpenFAST's unit -> SI unit, factor."""
 _SPELLINGS = (("**", "^"), ("/s/s", "/s^2"), ("*", "-"), ("·", "-"), (" ", "-"), ("sec", "s"), ("Nm", "N-m"))
 OURS = "Result of meltemi"
-"""With which the description of our own files begins."""
+"""Beginning of the description in files that meltemi wrote."""
 _INVALID = "invalid"
-"""Unit that OpenFAST gives to channels which a run could not compute; their values are 0."""
+"""OpenFAST's unit of channels that could not be computed; their values are 0."""
 MOST = 300
-"""Nodes and stations that are looked for."""
+"""Largest number of nodes and stations."""
 GEARS = 5
-"""Stages of a gearbox that are looked for."""
+"""Largest number of gearbox stages."""
 EVEN = 0.1
-"""Of a time step: instants that are written with few digits may be off their grid by this."""
+"""Tolerance of a uniform time grid over the time step, for times that are written with few digits."""
 
 
 @dataclass(frozen=True)

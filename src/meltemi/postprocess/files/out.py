@@ -16,11 +16,11 @@ from meltemi.wind.files.common import replacing, text_of
 LARGEST = 4_000_000_000
 """[bytes] of an hour with many channels."""
 HEAD = 50
-"""Lines in which the names are looked for."""
+"""Number of lines that are searched for the names."""
 STARS = re.compile(r"\*+")
-"""What Fortran writes for a number that needs more room than it has."""
+"""Fortran's output for a number that does not fit its field."""
 CLOSED = "This output file was closed"
-"""With which modules that run alone end their files."""
+"""Last line in the files of stand-alone modules."""
 
 
 def read_out(path: str | Path) -> Result:

@@ -37,11 +37,11 @@ KINDS = (WITH_TIME, WITHOUT_TIME, UNPACKED, LONG_NAMES)
 SHORT = 10
 """Characters of names and units but in the fourth kind."""
 LEVELS = 65532
-"""Of int16, less a margin for the rounding of the offset to float32."""
+"""Number of levels of int16, less a margin for the rounding of the offset to float32."""
 LARGEST = 1e37
 """Value, and scale: float32 ends at 3e38."""
 LARGEST_OFFSET = 2.0**23
-"""Up to it float32 resolves halves."""
+"""Largest number at which float32 resolves halves."""
 
 
 def read_outb(path: str | Path) -> Result:

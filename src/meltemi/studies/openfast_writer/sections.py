@@ -1,4 +1,4 @@
-"""A blade's sections as ElastoDyn and as BeamDyn have them."""
+"""Sections of a blade in the form of ElastoDyn and BeamDyn."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Float = NDArray[np.float64]
 Report = Callable[[str, str], None]
 
 AXIAL_OVER_MASS = 1.43e7
-"""[N m/kg] axial stiffness over mass per length where none is described: that of the NREL 5 MW's root."""
+"""[N m/kg] default of axial stiffness over mass per length: that of the blade root of the NREL 5 MW."""
 SHEAR_OVER_AXIAL = 0.1
-"""Shear stiffness over axial stiffness, where none is described."""
+"""Default of shear stiffness over axial stiffness."""
 LEAST_INERTIA = 1e-6
-"""[m^2] rotary inertia over mass of sections that are described without one: BeamDyn's mass may not be singular."""
+"""[m^2] default of rotary inertia over mass: the mass matrix of BeamDyn must not be singular."""
 
 
 def classical(blade: BladeStructure, ratios: Damping, lost: Report) -> BladeStructure:
-    """What ElastoDyn can have of a blade: a straight one with principal bending stiffness and no torsion."""
+    """Blade for ElastoDyn: straight, with principal bending stiffness, without torsion."""
     if blade.axis_x is not None or blade.axis_y is not None:
         lost("prebend and sweep of the structure", "ElastoDyn's blades are straight; AeroDyn's keep their curve")
     if blade.twists:
@@ -50,9 +50,9 @@ def classical(blade: BladeStructure, ratios: Damping, lost: Report) -> BladeStru
 
 
 def principal(stiffness: Float) -> tuple[Float, Float, Float]:
-    """Principal flap and edge stiffness [N m^2] of 6 x 6 sections, and how far their axes are turned to feather [rad].
+    """Principal flap and edge stiffness [N m^2] of 6 x 6 sections, and rotation of their axes to feather [rad].
 
-    Of the compliance in bending about x and y, as in ``simulation.portrait.principal_stiffness``.
+    From the compliance in bending about x and y, as in ``simulation.portrait.principal_stiffness``.
     """
     C = np.linalg.inv(stiffness)[:, 3:5, 3:5]
     # flapwise bending is about y; a turn to feather is by the negative angle about z
@@ -65,7 +65,7 @@ def principal(stiffness: Float) -> tuple[Float, Float, Float]:
 
 
 def matrices(blade: BladeStructure, lost: Report) -> tuple[Float, Float]:
-    """(S, 6, 6) stiffness and mass for BeamDyn."""
+    """(S, 6, 6) stiffness and mass matrices for BeamDyn."""
     if blade.stiffness_matrix is not None and blade.mass_matrix is not None:
         return blade.stiffness_matrix, blade.mass_matrix
     assert blade.mass is not None and blade.flap_stiffness is not None and blade.edge_stiffness is not None
@@ -87,7 +87,7 @@ def matrices(blade: BladeStructure, lost: Report) -> tuple[Float, Float]:
 
 
 def damping_ratios(damping: Damping | DampingTime | None, member: Member) -> Damping:
-    """Ratios of the first modes; of damping in proportion to stiffness w mu / 2."""
+    """Damping ratios of the first modes; w mu / 2 for stiffness-proportional damping."""
     if isinstance(damping, DampingTime):
         first = dict(zip(member.names, member.modes.frequency_alone.tolist(), strict=True))
         return Damping(flap=0.5 * damping.flap * first["1st flap"], edge=0.5 * damping.edge * first["1st edge"])
@@ -95,7 +95,7 @@ def damping_ratios(damping: Damping | DampingTime | None, member: Member) -> Dam
 
 
 def damping_times(damping: Damping | DampingTime | None, member: Member) -> tuple[float, float, float]:
-    """[s] of flap, edge and torsion; of ratios 2 zeta / w of the first mode each."""
+    """[s] damping times of flap, edge and torsion; 2 zeta / w of the first modes for damping ratios."""
     if isinstance(damping, DampingTime):
         return damping.flap, damping.edge, damping.torsion
     ratios = damping or Damping()

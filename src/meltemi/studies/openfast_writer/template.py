@@ -1,6 +1,6 @@
-"""The files of an OpenFAST 5 deck, line by line: ``lines.txt`` has keywords in the order in which OpenFAST reads them.
+"""Templates of the files of an OpenFAST 5 deck: ``lines.txt`` contains the keywords in the order of the input files.
 
-A line there is a neutral value and a keyword; ``==`` begins a heading, ``@`` a table or list that the writer fills in.
+A line there is a default value and a keyword; ``==`` begins a heading, ``@`` a table or list that the writer fills in.
 The order is that of the decks of OpenFAST 5.0.0's reference runs (Apache-2.0), which the tests compare.
 """
 
@@ -9,12 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from meltemi.turbine.openfast.keywords import row_of
 from meltemi.turbine.openfast.text import key
 
 
 def template(module: str) -> list[str]:
-    """The lines of a file."""
+    """Lines of the template of a file."""
     text = (Path(__file__).parent / "lines.txt").read_text(encoding="utf-8")
     for part in text.split("\n# "):
         name, _, lines = part.removeprefix("# ").partition("\n")
@@ -24,17 +27,19 @@ def template(module: str) -> list[str]:
 
 
 def fill(module: str, title: str, values: Mapping[str, object], tables: Mapping[str, Sequence[str]]) -> str:
-    """The text of a file: what is not among the values is as the template has it.
+    """Text of a file, with the defaults of the template for keywords without a value.
 
     Args:
       module: name of the file, such as ``"ElastoDyn"``.
       title: second line.
-      values: by keyword; one for ``BldFile`` counts for ``BldFile(1)`` to ``BldFile(3)``.
-      tables: lines by the name of their place; of a list of outputs only its entries.
+      values: by keyword; that of ``BldFile`` holds for ``BldFile(1)`` to ``BldFile(3)``.
+      tables: lines by name of the table; of a list of outputs only its entries.
+
+    Raises:
+      KeyError: a value whose keyword the file does not have.
     """
-    mark = "!" if module == "airfoil" else "-"
-    lines = [f"{mark}------ {module.upper()} INPUT FILE for OpenFAST 5, by meltemi ".ljust(80, "-")]
-    lines.append(f"! {title}" if module == "airfoil" else title)
+    mark, begin = ("!", "! ") if module == "airfoil" else ("-", "")
+    lines = [f"{mark}------ {module.upper()} INPUT FILE for OpenFAST 5, by meltemi ".ljust(80, "-"), begin + title]
     left = set(values)
     for line in template(module):
         if line.startswith("=="):
@@ -52,16 +57,14 @@ def fill(module: str, title: str, values: Mapping[str, object], tables: Mapping[
             left.discard(known or "")
             value = default if known is None else text_of(values[known])
             unit = unit_of(module, name)
-            lines.append(
-                f"{value:>22}   {name:<18} {'!' if module == 'airfoil' else '-'}{f' ({unit})' if unit else ''}"
-            )
+            lines.append(f"{value:>22}   {name:<18} {mark}{f' ({unit})' if unit else ''}")
     if left:
         raise KeyError(f"{module}: {sorted(left)}")
     return "\n".join(lines) + "\n"
 
 
 def text_of(value: object) -> str:
-    """A value as Fortran reads it."""
+    """A value in Fortran's notation."""
     if isinstance(value, bool):
         return str(value)
     if isinstance(value, str):
@@ -70,12 +73,21 @@ def text_of(value: object) -> str:
 
 
 def unit_of(module: str, name: str) -> str:
-    """Unit of a keyword, as far as the reader's table says it."""
+    """Unit of a keyword from the reader's table; empty if unknown."""
     row = row_of(module, key(name))
     return row.unit if row else ""
 
 
-def columns(*values: Sequence[float] | Sequence[str]) -> list[str]:
-    """Lines of a table."""
+def columns(*values: Sequence[float] | Sequence[str] | NDArray[np.float64]) -> list[str]:
+    """Lines of a table of numbers or texts."""
     cells = ([text if isinstance(text, str) else f"{text:.9E}" for text in column] for column in values)
-    return ["  ".join(f"{cell:>17}" for cell in row) for row in zip(*cells, strict=True)]
+    return [_line(row) for row in zip(*cells, strict=True)]
+
+
+def table(names: str, units: str, *values: Sequence[float] | Sequence[str] | NDArray[np.float64]) -> list[str]:
+    """Lines of a table under the names and units of its columns, each separated by blanks."""
+    return [_line(names.split()), _line([f"({unit})" for unit in units.split()]), *columns(*values)]
+
+
+def _line(cells: Sequence[str]) -> str:
+    return "  ".join(f"{cell:>17}" for cell in cells)

@@ -1,10 +1,10 @@
-"""A turbine as an OpenFAST 5 deck, so that a run can be repeated there."""
+"""Export of a turbine as an OpenFAST 5 deck, for a simulation of the same case there."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,13 +15,15 @@ from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.files import replacing
 from meltemi.core.series import TimeSeries
 from meltemi.environment.site import Environment
-from meltemi.simulation.model import Model, blade_modes, build, head_mass
+from meltemi.simulation.bladed.build import blade_modes, head_mass
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.modes import highest_frequency
 from meltemi.simulation.options import BEDDOES, ModelOptions, StallConstants
+from meltemi.simulation.rotors import build
 from meltemi.structure.members import Member, blade_member
 from meltemi.studies.openfast_writer.sections import classical, damping_ratios, damping_times, matrices
 from meltemi.studies.openfast_writer.shapes import Shape, blade_shapes, tower_shapes
-from meltemi.studies.openfast_writer.template import columns, fill
+from meltemi.studies.openfast_writer.template import columns, fill, table
 from meltemi.turbine.definition import Airfoil, Blade, Turbine
 from meltemi.turbine.openfast.airfoils import has_lift
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
@@ -30,19 +32,19 @@ from meltemi.wind.fields import SteadyWind
 
 RPM, DEGREES = 30.0 / math.pi, 180.0 / math.pi
 ATTACHED = 0.7
-"""Attachment at OpenFAST's alpha1 and alpha2."""
+"""Attached fraction of the flow at OpenFAST's alpha1 and alpha2."""
 LINEAR = (-0.06, 0.09)
-"""[rad] about zero lift, between which the normal force is taken for straight."""
+"""[rad] range about zero lift in which the normal force is taken as linear."""
 STEPS = (0.01, 0.00625, 0.005, 0.0025, 0.002, 0.00125, 0.001, 0.0005, 0.00025, 0.0002, 0.0001)
-"""[s] time steps with few digits that divide ``OUTPUT_STEP``: between outputs OpenFAST wants a whole number of them."""
+"""[s] time steps with few digits that divide ``OUTPUT_STEP``, as OpenFAST requires."""
 OUTPUT_STEP, BEAM_STEP = 0.05, 0.001
 """[s] between outputs, and the longest time step with BeamDyn."""
 FINENESS = 0.45
 """Time step times the highest frequency of ElastoDyn's degrees of freedom, at most."""
 STALL_RADII = (0.25, 0.95)
-"""Share of the radius between which OpenFAST computes dynamic stall: its model fails at round roots and at tips."""
+"""Range of r/R in which OpenFAST computes dynamic stall: its model fails at cylindrical roots and at tips."""
 NEAR = 1e-7
-"""[rad] at which two angles of a polar are one for OpenFAST, which stops if they do not increase."""
+"""[rad] difference below which OpenFAST treats two angles of a polar as equal, and stops."""
 OUTPUTS = {
     "ElastoDyn": (
         "RotSpeed GenSpeed BldPitch1 Azimuth OoPDefl1 IPDefl1 TTDspFA TTDspSS RootMxc1 RootMyc1 RootMxb1 RootMyb1 "
@@ -53,17 +55,17 @@ OUTPUTS = {
     "InflowWind": "Wind1VelX Wind1VelY Wind1VelZ",
     "BeamDyn": "TipTDxr TipTDyr TipRDzr RootMxr RootMyr",
 }
-"""Channels that are written; ours have their names, too."""
+"""Output channels; meltemi's catalogue contains them under these names."""
 
 
 @dataclass(frozen=True)
 class Written:
-    """A deck that was written.
+    """An exported deck.
 
     Attributes:
       main: the main file (.fst).
-      files: all of them.
-      notes: what the deck does not have, or has otherwise.
+      files: all files.
+      notes: features that the deck lacks or approximates.
     """
 
     main: Path
@@ -89,30 +91,30 @@ def write_openfast(
 ) -> Written:
     """Write a turbine as input of OpenFAST 5: main file, ElastoDyn, AeroDyn, InflowWind, ServoDyn, airfoils.
 
-    BeamDyn's files are written for blades with a stiffness in torsion. Mode shapes are those of the description, or
-    the best that ElastoDyn's polynomials can do for our sections.
+    BeamDyn files are written for blades with torsional stiffness. Mode shapes are those of the description, or the best
+    polynomials of ElastoDyn for the sections.
 
     Args:
-      turbine: as described.
-      folder: is made if it is not there; files of the same names are replaced.
+      turbine: aeroelastic.
+      folder: created if needed; files of the same names are replaced.
       options: degrees of freedom and aerodynamic models.
       environment: air density and gravity.
       wind: a steady wind (12 m/s by default), or a TurbSim file (.bts).
       duration: [s].
-      time_step: [s]; by default that of the options, or what the highest frequency of ElastoDyn's degrees of freedom
-        needs, at most 0.01 s, with BeamDyn 0.001 s.
-      rotor_speed: [rad/s] at the begin; by default rated.
-      pitch: [rad] at the begin; by default the smallest.
-      azimuth: [rad] of blade 1 at the begin, 0 when it points up.
-      beamdyn: BeamDyn computes the blades (CompElast 2) instead of ElastoDyn.
+      time_step: [s]; by default that of the options, or the one required by the highest frequency of ElastoDyn's
+        degrees of freedom, at most 0.01 s, with BeamDyn 0.001 s.
+      rotor_speed: [rad/s] initial; by default rated.
+      pitch: [rad] initial; by default the minimum.
+      azimuth: [rad] initial, of blade 1, 0 when it points up.
+      beamdyn: compute the blades with BeamDyn (CompElast 2) instead of ElastoDyn.
       library: Bladed-style controller library, with its input file ``settings``; without it the torque follows
-        OpenFAST's simple law of region 2 and 2 1/2, and the pitch is held.
+        OpenFAST's simple law of regions 2 and 2 1/2 at constant pitch.
       settings: see library.
 
     Raises:
       InputError: a file cannot be written, or the wind is of another kind.
-      UnsupportedError: there is ice on a blade, BeamDyn is asked for one without torsion, or the turbine cannot be
-        modelled.
+      UnsupportedError: there is ice on a blade, BeamDyn is requested for a blade without torsion, or the turbine cannot
+        be modelled.
     """
     turbine, folder = aeroelastic(turbine, "write_openfast"), Path(folder)
     if turbine.icing is not None:
@@ -141,14 +143,14 @@ def _save(folder: Path, texts: Mapping[str, str]) -> list[Path]:
             path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{error.filename or folder}: cannot be written ({error.strerror or error})") from None
-    with replacing(*files) as partial:  # a deck without some of its files reads as another one
+    with replacing(*files) as partial:  # an incomplete deck would be read as another one
         for path, text in zip(partial, texts.values(), strict=True):
             path.write_text(text, encoding="utf-8")
     return files
 
 
 class _Deck:
-    """The files of a deck; each method adds the text of some, and what they cannot carry to the notes."""
+    """The files of a deck; each method adds the texts of some files, and their limitations to the notes."""
 
     def __init__(self, turbine: Turbine, options: ModelOptions, environment: Environment) -> None:
         self.turbine, self.options, self.environment = turbine, options, environment
@@ -156,9 +158,9 @@ class _Deck:
         self.notes: list[Note] = []
         self.name = re.sub(r"[^\w.-]+", "_", turbine.name)
         self.title = turbine.description or turbine.name
-        self.model: Model = build(turbine)
+        self.model: BladedModel = build(turbine)
         counts = {"flap": 1, "edge": 1, "torsion": int(turbine.blade.structure.twists)}
-        self.member: Member = blade_member(turbine.blade.structure, counts, self.model.blade_layout)
+        self.member: Member = blade_member(turbine.blade.structure, counts, self.model.rotor.blade_layout)
         self._limits()
 
     def lost(self, what: str, why: str) -> None:
@@ -170,47 +172,35 @@ class _Deck:
     def _limits(self) -> None:
         t, o, air = self.turbine, self.options, self.environment.air
         weather = air and any(isinstance(q, TimeSeries) for q in (air.temperature, air.humidity, air.pressure))
+        nacelle = t.nacelle.roll_inertia or t.nacelle.nod_inertia
+        speeds = (t.cut_in, t.cut_out) != (3.0, 25.0)
+        tower = t.tower.torsion_stiffness is not None or t.tower.axial_stiffness is not None
+        blade_modes = self.modes["flap"] > 2 or self.modes["edge"] > 1
+        tower_modes = o.fore_aft_modes > 2 or o.side_side_modes > 2
         for there, what, why in (
             (t.foundation is not None, "foundation", "the tower is clamped; SubDyn is not written"),
-            (
-                t.nacelle.roll_inertia or t.nacelle.nod_inertia,
-                "roll and nod inertia of the nacelle",
-                "only yaw inertia",
-            ),
+            (nacelle, "roll and nod inertia of the nacelle", "only yaw inertia"),
             (t.blade.flaps, "trailing-edge flaps", "AeroDyn has them in tables of another kind"),
-            (
-                (t.cut_in, t.cut_out) != (3.0, 25.0),
-                "wind speeds of cut-in and cut-out",
-                "no file has them; they are 3 and 25 m/s when it is read back",
-            ),
+            (speeds, "cut-in and cut-out wind speed", "no file has them; they are 3 and 25 m/s when it is read back"),
             (t.drivetrain.gearbox, "gearbox", "ElastoDyn has the ratio, the efficiency and one spring"),
             (t.electrical, "electrical system", "ServoDyn has an efficiency"),
-            (
-                t.tower.torsion_stiffness is not None or t.tower.axial_stiffness is not None,
-                "torsion and stretching of the tower",
-                "ElastoDyn has none",
-            ),
+            (tower, "torsion and stretching of the tower", "ElastoDyn has none"),
             (t.yaw.friction or t.yaw.brake_torque is not None, "friction and brake of the yaw bearing", "not written"),
             (self.environment.rain, "rain", "the drag of its drops is in no polar"),
             (weather, "weather that changes", "the density is that of the start"),
-            (
-                self.modes["flap"] > 2 or self.modes["edge"] > 1,
-                "further blade modes",
-                "ElastoDyn has 2 flap modes and 1 edge mode",
-            ),
-            (o.fore_aft_modes > 2 or o.side_side_modes > 2, "further tower modes", "ElastoDyn has two each way"),
+            (blade_modes, "further blade modes", "ElastoDyn has 2 flap modes and 1 edge mode"),
+            (tower_modes, "further tower modes", "ElastoDyn has two each way"),
             (t.pitch_actuator.kind == "second_order", "pitch actuator", "the controller library has to model it"),
         ):
             if there:
                 self.lost(what, why)
 
     def time_step(self) -> float:
-        """[s] that resolves the degrees of freedom which ElastoDyn has of those asked for."""
+        """[s] that resolves those of the requested degrees of freedom that ElastoDyn has."""
         o = self.options
-        modes = {
-            f"{name}_modes": min(self.modes[name], most) for name, most in (("flap", 2), ("edge", 1), ("torsion", 0))
-        }
-        modes |= {f"{name}_modes": min(getattr(o, f"{name}_modes"), 2) for name in ("fore_aft", "side_side")}
+        wanted = self.modes | {"fore_aft": o.fore_aft_modes, "side_side": o.side_side_modes}
+        most = {"flap": 2, "edge": 1, "torsion": 0, "fore_aft": 2, "side_side": 2}
+        modes = {f"{name}_modes": min(wanted[name], n) for name, n in most.items()}
         has = ModelOptions(locked=o.locked).replace(**modes)
         frequency = highest_frequency(build(self.turbine, has, self.environment))
         return next((step for step in STEPS if step * frequency <= FINENESS), STEPS[-1])
@@ -288,68 +278,51 @@ class _Deck:
             flap, edge = blade_shapes(blade, self.model)
             self._shapes("blade", {"flap": flap, "edge": edge})
         else:
-            flap, edge = (
-                [Shape(c, math.nan) for c in modes] for modes in (blade.mode_shapes.flap, blade.mode_shapes.edge)
-            )
+            flap, edge = (_given(modes) for modes in (blade.mode_shapes.flap, blade.mode_shapes.edge))
         assert blade.mass is not None and blade.flap_stiffness is not None and blade.edge_stiffness is not None
         values: dict[str, object] = {
             "NBlInpSt": len(blade.position),
             "BldFlDmp": 100.0 * ratios.flap,
             "BldEdDmp": 100.0 * ratios.edge,
             "AdjBlMs": 1.0,
-            **_coefficients({"BldFl1Sh": flap[0], "BldFl2Sh": flap[1], "BldEdgSh": edge[0]}),
+            **_coefficients(BldFl1Sh=flap[0], BldFl2Sh=flap[1], BldEdgSh=edge[0]),
         }
-        stations = columns(
-            (blade.position / blade.position[-1]).tolist(),
-            (blade.twist * DEGREES).tolist(),
-            blade.mass.tolist(),
-            blade.flap_stiffness.tolist(),
-            blade.edge_stiffness.tolist(),
-        )
-        head = _head("BlFract StrcTwst BMassDen FlpStff EdgStff", "- deg kg/m Nm^2 Nm^2")
-        return fill("ElastoDyn blade", self.title, values, {"stations": [*head, *stations]})
+        sections = (blade.twist * DEGREES, blade.mass, blade.flap_stiffness, blade.edge_stiffness)
+        names, units = "BlFract StrcTwst BMassDen FlpStff EdgStff", "- deg kg/m Nm^2 Nm^2"
+        stations = table(names, units, blade.position / blade.position[-1], *sections)
+        return fill("ElastoDyn blade", self.title, values, {"stations": stations})
 
     def _tower(self) -> str:
         tower = self.turbine.tower
         if tower.mode_shapes is None:
             model = self.model
-            axis = model.blade.beam.at(model.blade_layout.position, "axis")
-            pieces = model.blade.beam.rigid_pieces(model.blade_layout.edges, axis)
+            axis = model.rotor.blade.beam.at(model.rotor.blade_layout.position, "axis")
+            pieces = model.rotor.blade.beam.rigid_pieces(model.rotor.blade_layout.edges, axis)
             fore_aft, side_side = tower_shapes(model, head_mass(self.turbine, pieces, axis))
             self._shapes("tower", {"fore-aft": fore_aft, "side-side": side_side})
         else:
-            given = tower.mode_shapes
-            fore_aft, side_side = ([Shape(c, math.nan) for c in modes] for modes in (given.fore_aft, given.side_side))
+            fore_aft, side_side = (_given(modes) for modes in (tower.mode_shapes.fore_aft, tower.mode_shapes.side_side))
         values: dict[str, object] = {
             "NTwInpSt": len(tower.position),
             "TwrFADmp": 100.0 * tower.damping.fore_aft,
             "TwrSSDmp": 100.0 * tower.damping.side_side,
-            **_coefficients(
-                {"TwFAM1Sh": fore_aft[0], "TwFAM2Sh": fore_aft[1], "TwSSM1Sh": side_side[0], "TwSSM2Sh": side_side[1]}
-            ),
+            **_coefficients(TwFAM1Sh=fore_aft[0], TwFAM2Sh=fore_aft[1], TwSSM1Sh=side_side[0], TwSSM2Sh=side_side[1]),
         }
-        stations = columns(
-            (tower.position / tower.length).tolist(),
-            tower.mass.tolist(),
-            tower.fore_aft_stiffness.tolist(),
-            tower.side_side_stiffness.tolist(),
-        )
-        head = _head("HtFract TMassDen TwFAStif TwSSStif", "- kg/m Nm^2 Nm^2")
-        return fill("ElastoDyn tower", self.title, values, {"stations": [*head, *stations]})
+        sections = (tower.position / tower.length, tower.mass, tower.fore_aft_stiffness, tower.side_side_stiffness)
+        stations = table("HtFract TMassDen TwFAStif TwSSStif", "- kg/m Nm^2 Nm^2", *sections)
+        return fill("ElastoDyn tower", self.title, values, {"stations": stations})
 
     def _shapes(self, member: str, shapes: Mapping[str, list[Shape]]) -> None:
-        """Say how far the frequencies of the polynomials are from those of the natural modes."""
-        natural = self.model.blade if member == "blade" else self.model.tower
+        """Note the deviation of the polynomials' frequencies from those of the natural modes."""
+        natural = self.model.rotor.blade if member == "blade" else self.model.rotor.tower
         for kind, found in shapes.items():
             for i, shape in enumerate(found):
                 name = f"{('1st', '2nd')[i]} {kind}"
                 if name in natural.names:
                     there = float(natural.modes.frequency[natural.names.index(name)])
                     off = 100.0 * (shape.frequency / there - 1.0)
-                    what = f"{name} mode of the {member}"
-                    self.changed(
-                        what, f"polynomial of degree 6: frequency {off:+.2f} % of ours, {there / math.tau:.4g} Hz"
-                    )
+                    why = f"polynomial of degree 6: frequency {off:+.2f} % of ours, {there / math.tau:.4g} Hz"
+                    self.changed(f"{name} mode of the {member}", why)
 
     def beamdyn(self, texts: dict[str, str]) -> None:
         s = self.turbine.blade.structure
@@ -359,24 +332,25 @@ class _Deck:
         z = s.position
         arc = np.concatenate([[0.0], np.cumsum(np.sqrt(np.diff(x) ** 2 + np.diff(y) ** 2 + np.diff(z) ** 2))])
         values: dict[str, object] = {"kp_total": len(z), "BldFile": "BeamDyn_blade.dat"}
-        points = columns(x.tolist(), y.tolist(), z.tolist(), (s.twist * DEGREES).tolist())
-        head = [f"     1   {len(z)}   - member, its key points", *_head("kp_xr kp_yr kp_zr initial_twist", "m m m deg")]
-        tables = {"key_points": [*head, *points], "outputs": OUTPUTS["BeamDyn"].split()}
+        points = table("kp_xr kp_yr kp_zr initial_twist", "m m m deg", x, y, z, s.twist * DEGREES)
+        head = f"     1   {len(z)}   - member, its key points"
+        tables = {"key_points": [head, *points], "outputs": OUTPUTS["BeamDyn"].split()}
         texts["BeamDyn.dat"] = fill("BeamDyn", self.title, values, tables)
         flap, edge, torsion = damping_times(s.damping or s.damping_time, self.member)
         if s.damping is not None:
             self.changed("damping of the blade", "ratios of the first modes as times over stiffness in BeamDyn")
         sections = []
         for share, stiffness, mass in zip(arc / arc[-1], K, M, strict=True):
-            sections += [f"{share:.12f}", *columns(*stiffness.T.tolist()), "", *columns(*mass.T.tolist()), ""]
-        times = columns(*([mu] for mu in (flap, edge, flap, edge, flap, torsion)))
-        tables = {"damping": [*_head("mu1 mu2 mu3 mu4 mu5 mu6", "s s s s s s"), *times], "sections": sections}
+            sections += [f"{share:.12f}", *columns(*stiffness.T), "", *columns(*mass.T), ""]
+        times = ([mu] for mu in (flap, edge, flap, edge, flap, torsion))
+        tables = {"damping": table("mu1 mu2 mu3 mu4 mu5 mu6", "s s s s s s", *times), "sections": sections}
         values = {"station_total": len(z), "damp_type": int(any((flap, edge, torsion)))}
         texts["BeamDyn_blade.dat"] = fill("BeamDyn blade", self.title, values, tables)
 
     def aerodyn(self, texts: dict[str, str]) -> None:
         t, o = self.turbine, self.options
         names = list(dict.fromkeys(t.blade.aerodynamics.airfoil))
+        foils = {name: t.airfoils[name] for name in names}
         files = {name: f"Airfoils/{re.sub(r'[^A-Za-z0-9_.+-]+', '_', name)}.dat" for name in names}
         if len(set(files.values())) < len(files):
             files = {name: f"Airfoils/{i + 1:02d}.dat" for i, name in enumerate(names)}
@@ -386,10 +360,7 @@ class _Deck:
             self.changed("cant of the sections", "BlCrvAng is the slope of the beam's axis")
         if o.tower_influence == "lower_half":
             self.changed("tower_influence lower_half", "TwrPotent 1: everywhere below the tower top")
-        if o.wake == "none" or o.inflow == "quasi_steady":
-            dynamic = 0
-        else:
-            dynamic = 1 if o.inflow == "constant" else 2
+        steady = o.wake == "none" or o.inflow == "quasi_steady"
         values: dict[str, object] = {
             "Wake_Mod": 0 if o.wake == "none" else 1,
             "TwrPotent": 0 if o.tower_influence == "none" else 1,
@@ -400,7 +371,7 @@ class _Deck:
             "HubLoss": o.hub_loss,
             "AIDrag": o.axial_drag,
             "TIDrag": o.tangential_drag,
-            "DBEMT_Mod": dynamic,
+            "DBEMT_Mod": 0 if steady else 1 if o.inflow == "constant" else 2,
             "tau1_const": o.inflow_time,
             "UA_Mod": 4 if o.stall == "hansen" else 0,
             **dict(zip(("UAStartRad", "UAEndRad"), STALL_RADII if o.stall == "hansen" else (0, 1), strict=True)),
@@ -408,33 +379,26 @@ class _Deck:
             "ADBlFile": "AeroDyn_blade.dat",
             "NumTwrNds": len(t.tower.position),
         }
-        n = len(t.tower.position)
-        zeros = [0.0] * n
-        height = (t.tower.base_height + t.tower.position).tolist()
-        drag = [t.tower.drag_coefficient] * n
-        tower = columns(height, t.tower.diameter.tolist(), drag, [0.1] * n, zeros, zeros, zeros)
-        head = _head("TwrElev TwrDiam TwrCd TwrTI TwrCb TwrCp TwrCa", "m m - - - - -")
-        listed = [
-            f'"{file}"' + ("    AFNames - airfoil files" if i == 0 else "") for i, file in enumerate(files.values())
-        ]
-        tables = {"airfoils": listed, "tower": [*head, *tower], "outputs": OUTPUTS["AeroDyn"].split()}
+        constants = ([value] * len(t.tower.position) for value in (t.tower.drag_coefficient, 0.1, 0.0, 0.0, 0.0))
+        height = t.tower.base_height + t.tower.position
+        names_of_tower = "TwrElev TwrDiam TwrCd TwrTI TwrCb TwrCp TwrCa"
+        tower = table(names_of_tower, "m m - - - - -", height, t.tower.diameter, *constants)
+        listed = [f'"{file}"' for file in files.values()]
+        listed[0] += "    AFNames - airfoil files"
+        tables = {"airfoils": listed, "tower": tower, "outputs": OUTPUTS["AeroDyn"].split()}
         texts["AeroDyn.dat"] = fill("AeroDyn", self.title, values, tables)
         texts["AeroDyn_blade.dat"] = _aerodyn_blade(t.blade, names, self.title)
         if o.stall == "hansen":
             self.changed("dynamic stall", "from {} to {} of the radius; static polars beyond".format(*STALL_RADII))
-            static = [
-                n for n in names if not (a := t.airfoils[n]).dynamic_stall and has_lift(a.angle_of_attack, a.lift)
-            ]
+            static = [n for n, a in foils.items() if not a.dynamic_stall and has_lift(a.angle_of_attack, a.lift)]
             if static:
-                self.changed(
-                    f"static polars of {', '.join(static)}", "OpenFAST has dynamic stall wherever there is lift"
-                )
-        whole = {name: _closed(t.airfoils[name]) for name in names}
-        if changed := [name for name in names if len(whole[name].lift) < len(t.airfoils[name].lift)]:
-            self.changed(
-                f"polars of {', '.join(changed)}", "angles that are the same but for rounding are written once"
-            )
-        if changed := [name for name in names if abs(t.airfoils[name].lift[-1] - t.airfoils[name].lift[0]) > NEAR]:
+                what = f"static polars of {', '.join(static)}"
+                self.changed(what, "OpenFAST has dynamic stall wherever there is lift")
+        whole = {name: _closed(foil) for name, foil in foils.items()}
+        if changed := [name for name, foil in foils.items() if len(whole[name].lift) < len(foil.lift)]:
+            why = "angles that are the same but for rounding are written once"
+            self.changed(f"polars of {', '.join(changed)}", why)
+        if changed := [name for name, foil in foils.items() if abs(foil.lift[-1] - foil.lift[0]) > NEAR]:
             self.changed(f"polars of {', '.join(changed)}", "the mean of both ends stands at -180 and 180 degrees")
         for name, file in files.items():
             texts[file] = _airfoil(name, whole[name], o.stall_constants)
@@ -494,15 +458,16 @@ class _Deck:
             "GenTrq_Dem": rated_torque,
             "GenPwr_Dem": law.rated_power,
         }
-        tables = {"torque_table": _head("GenSpd_TLU GenTrq_TLU", "rpm Nm"), "outputs": OUTPUTS["ServoDyn"].split()}
+        tables = {"torque_table": table("GenSpd_TLU GenTrq_TLU", "rpm Nm"), "outputs": OUTPUTS["ServoDyn"].split()}
         texts["ServoDyn.dat"] = fill("ServoDyn", self.title, values, tables)
 
 
-def _head(names: str, units: str) -> list[str]:
-    return ["  ".join(f"{name:>17}" for name in line) for line in (names.split(), [f"({u})" for u in units.split()])]
+def _given(modes: Sequence[tuple[float, ...]]) -> list[Shape]:
+    """Shapes of the description; their frequencies are unknown."""
+    return [Shape(coefficients, math.nan) for coefficients in modes]
 
 
-def _coefficients(shapes: Mapping[str, Shape]) -> dict[str, object]:
+def _coefficients(**shapes: Shape) -> dict[str, object]:
     return {
         f"{name}({power})": float(c)
         for name, shape in shapes.items()
@@ -519,17 +484,17 @@ def _aerodyn_blade(blade: Blade, names: list[str], title: str) -> str:
     if a.cant is None and s.axis_x is not None:  # sections stand normal to the beam's own axis
         cant = np.arctan(np.interp(a.position, s.position, np.gradient(s.axis_x, s.position)))
     ids = [str(names.index(name) + 1) for name in a.airfoil]
-    numbers = (v.tolist() for v in (a.position, x, y, cant * DEGREES, a.twist * DEGREES, a.chord))
-    head = _head(
-        "BlSpn BlCrvAC BlSwpAC BlCrvAng BlTwist BlChord BlAFID t_c BlCb BlCenBn BlCenBt BlCpn BlCpt BlCan BlCat BlCam",
-        "m m m deg deg m - - - m m - - - - -",
+    numbers = (a.position, x, y, cant * DEGREES, a.twist * DEGREES, a.chord)
+    names_of_columns = (
+        "BlSpn BlCrvAC BlSwpAC BlCrvAng BlTwist BlChord BlAFID t_c BlCb BlCenBn BlCenBt BlCpn BlCpt BlCan BlCat BlCam"
     )
-    lines = columns(*numbers, ids, *([0.0] * n for _ in range(9)))
-    return fill("AeroDyn blade", title, {"NumBlNds": n}, {"stations": [*head, *lines]})
+    units = "m m m deg deg m - - - m m - - - - -"
+    stations = table(names_of_columns, units, *numbers, ids, *([0.0] * n for _ in range(9)))
+    return fill("AeroDyn blade", title, {"NumBlNds": n}, {"stations": stations})
 
 
 def _closed(airfoil: Airfoil) -> Airfoil:
-    """A polar whose angles increase for OpenFAST, too, from exactly -pi to pi, with the same coefficients at both."""
+    """A polar with angles that increase by more than ``NEAR``, from -pi to pi, and equal coefficients at both ends."""
     alpha = airfoil.angle_of_attack.copy()
     alpha[[0, -1]] = -np.pi, np.pi
     keep = [0]
@@ -547,15 +512,14 @@ def _closed(airfoil: Airfoil) -> Airfoil:
 def _airfoil(name: str, airfoil: Airfoil, constants: StallConstants) -> str:
     """A polar; constants of dynamic stall are written where they are stated, OpenFAST finds the others itself."""
     alpha = airfoil.angle_of_attack
-    values: dict[str, object] = {"NumAlf": len(alpha)}
-    table = columns(*(v.tolist() for v in (alpha * DEGREES, airfoil.lift, airfoil.drag, airfoil.moment)))
     stated = airfoil.dynamic_stall and (airfoil.zero_lift_angle is not None or constants != BEDDOES)
-    values["InclUAdata"] = stated
+    values: dict[str, object] = {"NumAlf": len(alpha), "InclUAdata": stated}
     if stated:
         values |= _stall(airfoil, constants)
-    text = fill(
-        "airfoil", name, values, {"polar": ["!  " + line for line in _head("Alpha Cl Cd Cm", "deg - - -")] + table}
+    names, units, *rows = table(
+        "Alpha Cl Cd Cm", "deg - - -", alpha * DEGREES, airfoil.lift, airfoil.drag, airfoil.moment
     )
+    text = fill("airfoil", name, values, {"polar": [f"!  {names}", f"!  {units}", *rows]})
     if not stated:
         lines = text.splitlines(keepends=True)
         first = next(i for i, line in enumerate(lines) if " alpha0 " in line)
@@ -565,7 +529,7 @@ def _airfoil(name: str, airfoil: Airfoil, constants: StallConstants) -> str:
 
 
 def _stall(airfoil: Airfoil, constants: StallConstants) -> dict[str, object]:
-    """OpenFAST's constants of dynamic stall, as stated, or from the normal force.
+    """OpenFAST's constants of dynamic stall, from the airfoil or from its normal force.
 
     Its slope is that of a straight line near zero lift; alpha1 and alpha2 are where Kirchhoff's flow
     C_n = C_n,alpha (1 + sqrt f)^2 / 4 (alpha - alpha0) has the attachment f = 0.7 on either side.

@@ -30,14 +30,9 @@ def read_elastodyn_blade(file: InputFile, length: float, notes: list[Note]) -> d
         "edge_stiffness": "EdgStff",
     }
     columns = file.table(entry, wanted)
-    for name in ("flap_tuner", "flap_tuner_2"):
-        if values.given(name, 1.0) != 1.0:
-            values.note("ignored", name, "tuning of a mode: modes follow from the stiffness")
-    if "flap_damping_2" in values.source:
-        equal = values.given("flap_damping_2", values["flap_damping"]) == values["flap_damping"]
-        values.note(
-            "equivalent" if equal else "approximated", "flap_damping_2", "all flap modes have that of the first"
-        )
+    tuning = "tuning of a mode: modes follow from the stiffness"
+    values.differs("ignored", 1.0, flap_tuner=tuning, flap_tuner_2=tuning)
+    values.like("flap_damping_2", "flap_damping", "all flap modes have that of the first")
     return {
         "position": columns["position"] * length,
         "twist": np.radians(columns["twist"]),

@@ -49,12 +49,13 @@ def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str,
             f"(proportional) and {100.0 * off[1]:.0f} % (integral)",
         )
     )
-    if v.given("filter_type", 1) != 1:
-        v.note("approximated", "filter_type", "the filter of the generator speed is of first order")
-    if v.given("torque_control", 1) != 1:
-        v.note("approximated", "torque_control", "optimal torque by speed squared, VS_Rgn2K; no wind estimate")
-    if v.given("constant_power", 1) != 1:
-        v.note("approximated", "constant_power", "above rated the power is constant, not the torque")
+    v.differs(
+        "approximated",
+        1,
+        filter_type="the filter of the generator speed is of first order",
+        torque_control="optimal torque by speed squared, VS_Rgn2K; no wind estimate",
+        constant_power="above rated the power is constant, not the torque",
+    )
     v.note("approximated", "minimum_speed", "a torque ramp from there, instead of a PI loop at this speed")
     rated = v["reference_speed"]
     low = max(v["minimum_speed"], 0.05 * rated)

@@ -193,34 +193,28 @@ def _title(main: InputFile) -> str:
 
 
 def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
-    def refuse(target: str, reason: str) -> None:
-        raise UnsupportedError(f"{main.path.parent / v.source[target]}: {reason}")
-
-    if v.given("mhk", 0) != 0:
-        refuse("mhk", "a marine turbine (MHK): water around the rotor is not modelled")
-    if v.given("rotors", 1) != 1:
-        refuse("rotors", "several rotors are not modelled")
-    if v.given("mirror", False):
-        refuse("mirror", "a rotor that turns counter-clockwise is not modelled")
-    if v["comp_elast"] not in (1, 2):
-        refuse("comp_elast", "only ElastoDyn (1) and ElastoDyn with BeamDyn (2) are read")
-    if v["comp_aero"] in (0, 1):
-        refuse("comp_aero", "aerodynamics of AeroDyn are needed (2)")
-    if v.given("comp_mooring", 0) != 0 and not fixed_base:
-        refuse("comp_mooring", f"a floating turbine on moorings: {FIXED}")
-    if v.given("comp_sub", 0) > 1 and not fixed_base:
-        refuse("comp_sub", f"an external platform (ExtPtfm): {FIXED}")
-    for target, what in (
-        ("comp_hydro", "waves and water are not modelled"),
-        ("comp_ice", "ice loads are not modelled"),
-        ("comp_soil", "soil is not modelled"),
+    moored = v.given("comp_mooring", 0) != 0 and not fixed_base
+    for target, unsupported, reason in (
+        ("mhk", v.given("mhk", 0) != 0, "a marine turbine (MHK): water around the rotor is not modelled"),
+        ("rotors", v.given("rotors", 1) != 1, "several rotors are not modelled"),
+        ("mirror", v.given("mirror", False), "a rotor that turns counter-clockwise is not modelled"),
+        ("comp_elast", v["comp_elast"] not in (1, 2), "only ElastoDyn (1) and ElastoDyn with BeamDyn (2) are read"),
+        ("comp_aero", v["comp_aero"] in (0, 1), "aerodynamics of AeroDyn are needed (2)"),
+        ("comp_mooring", moored, f"a floating turbine on moorings: {FIXED}"),
+        ("comp_sub", v.given("comp_sub", 0) > 1 and not fixed_base, f"an external platform (ExtPtfm): {FIXED}"),
     ):
-        if v.given(target, 0) != 0:
-            v.note("ignored", target, what)
+        if unsupported:
+            raise UnsupportedError(f"{main.path.parent / v.source[target]}: {reason}")
+    v.differs(
+        "ignored",
+        0,
+        comp_hydro="waves and water are not modelled",
+        comp_ice="ice loads are not modelled",
+        comp_soil="soil is not modelled",
+    )
     if fixed_base:
-        for target in ("comp_mooring", "comp_sub"):
-            if v.given(target, 0) != 0:
-                v.note("ignored", target, "the tower base is clamped, as requested")
+        clamped = "the tower base is clamped, as requested"
+        v.differs("ignored", 0, comp_mooring=clamped, comp_sub=clamped)
 
 
 FIXED = "floating platforms are not modelled; fixed_base=True (--fixed-base) clamps the tower base instead"
@@ -229,12 +223,8 @@ FIXED = "floating platforms are not modelled; fixed_base=True (--fixed-base) cla
 def _refuse_platform(path: Path, v: Values, fixed_base: bool) -> None:
     free = any(v.given(f"platform_{name}", False) for name in ("surge", "pitch"))
     for name in ("surge", "pitch"):
-        if v[f"platform_{name}"] is not None:
-            v.note(
-                "ignored" if v[f"platform_{name}"] else "equivalent",
-                f"platform_{name}",
-                "the foundation is a spring, or fixed",
-            )
+        if (moves := v[f"platform_{name}"]) is not None:
+            v.note("ignored" if moves else "equivalent", f"platform_{name}", "the foundation is a spring, or fixed")
     if free and v.given("comp_sub", 0) == 0 and not fixed_base:
         raise UnsupportedError(
             f"{path.parent / v.source['platform_surge']} and PtfmPDOF: a platform that moves without SubDyn: {FIXED}"
@@ -249,11 +239,8 @@ def _refuse_wake(aero: InputFile, values: Values, momentum_wake: bool) -> None:
                 "momentum_wake=True (--momentum-wake) uses momentum theory instead"
             )
         values.note("approximated", "wake", "momentum theory instead of a vortex wake, as requested")
-    for name in ("tangential", "use_moment"):
-        if values.given(name, True) is False:
-            values.note("ignored", name, "always on")
-    if values.given("bem", 1) != 1:
-        values.note("approximated", "bem", "momentum theory of meltemi, see docs/theory/aerodynamics.md")
+    values.differs("ignored", True, tangential="always on", use_moment="always on")
+    values.differs("approximated", 1, bem="momentum theory of meltemi, see docs/theory/aerodynamics.md")
     if values.given("tower_potential", 0) == 2:
         values.note("approximated", "tower_potential", "potential flow without Bak's correction")
     if values.given("table_mode", 1) == 2:
@@ -317,8 +304,7 @@ def _structure(
             raise InputError(f"{main.path}: BDBldFile(1) names no BeamDyn file")
         return read_beamdyn(read_input(path, "BeamDyn"), length, notes)
     structure = read_elastodyn_blade(read_input(_file(elastodyn, v, "blade_file"), "ElastoDyn blade"), length, notes)
-    if v.given("tip_mass", 0.0) != 0.0:
-        v.note("ignored", "tip_mass", "tip brakes are not modelled")
+    v.differs("ignored", 0.0, tip_mass="tip brakes are not modelled")
     if path is not None:
         add_torsion(structure, read_beamdyn(read_input(path, "BeamDyn"), length, []), path.name, notes)
     return structure
@@ -404,18 +390,13 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[Note], *, m
     control, actuator = from_discon(own, notes)
     data["control"], data["pitch_actuator"] = control, actuator
     data["rated_power"] = own["rated_power"]
-    set_keys(
-        data,
-        "drivetrain.generator_efficiency",
-        v.given("drivetrain.generator_efficiency", own.given("efficiency", 1.0)),
-    )
+    efficiency = v.given("drivetrain.generator_efficiency", own.given("efficiency", 1.0))
+    set_keys(data, "drivetrain.generator_efficiency", efficiency)
     if own["yaw_rate"]:
         data.setdefault("yaw", {})["rate"] = own["yaw_rate"]
         v.unneeded("that of ROSCO's settings is used", "yaw_rate")
-    stiffness, inertia = (
-        v.given("pitch_stiffness", 0.0),
-        v.given("pitch_inertia", 0.0) + v.given("bearing_inertia", 0.0),
-    )
+    stiffness = v.given("pitch_stiffness", 0.0)
+    inertia = v.given("pitch_inertia", 0.0) + v.given("bearing_inertia", 0.0)
     if v.given("pitch_free", False) and stiffness > 0.0 and inertia > 0.0:
         w = math.sqrt(stiffness / inertia)
         actuator |= {

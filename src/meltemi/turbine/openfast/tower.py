@@ -40,20 +40,12 @@ def read_tower(file: InputFile, values: Values, notes: list[Note]) -> dict[str, 
     if not length > 0.0:
         raise InputError(f"{values.source['tower_top']}: TowerHt must be above TowerBsHt")
     position = columns["position"] * length
-    for name, target, what in (
-        ("fore_aft_tuner", 1, "fore-aft"),
-        ("fore_aft_tuner_2", 2, "fore-aft"),
-        ("side_side_tuner", 1, "side-to-side"),
-        ("side_side_tuner_2", 2, "side-to-side"),
-    ):
-        if own.given(name, 1.0) != 1.0:
-            own.note("ignored", name, f"tuning of {what} mode {target}: modes follow from the stiffness")
-    for first, second in (("fore_aft_damping", "fore_aft_damping_2"), ("side_side_damping", "side_side_damping_2")):
-        if second in own.source:
-            equal = own.given(second, own[first]) == own[first]
-            own.note(
-                "equivalent" if equal else "approximated", second, f"both modes have that of the first, {own[first]:g}"
-            )
+    for axis, what in (("fore_aft", "fore-aft"), ("side_side", "side-to-side")):
+        for target, mode in ((f"{axis}_tuner", 1), (f"{axis}_tuner_2", 2)):
+            why = f"tuning of {what} mode {mode}: modes follow from the stiffness"
+            own.differs("ignored", 1.0, **{target: why})
+        first = f"{axis}_damping"
+        own.like(f"{first}_2", first, f"both modes have that of the first, {own[first]:g}")
     return {
         "position": position,
         "mass": columns["mass"] * own.given("mass_factor", 1.0),

@@ -105,6 +105,18 @@ class Values:
             p for p in places if p is not None
         ]
 
+    def differs(self, kind: Kind, usual: object, **reasons: str) -> None:
+        """Add notes, with their reasons, on those values that the deck gives and that are not the usual one."""
+        for target, why in reasons.items():
+            if self.given(target, usual) != usual:
+                self.note(kind, target, why)
+
+    def like(self, target: str, first: str, why: str) -> None:
+        """Replace the note on a value for which the model takes that of another target."""
+        if target in self.source:
+            equal = self.given(target, self[first]) == self[first]
+            self.note("equivalent" if equal else "approximated", target, why)
+
     def unneeded(self, why: str, *targets: str) -> None:
         """Add notes on values that are not needed."""
         for target in targets:

@@ -37,11 +37,7 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[Note]) -> dict[s
             "speed": v["speed"] * (hub_height / height) ** shear,
             "shear_exponent": shear,
         }
-        if v.given("direction", 0.0):
-            wind["direction"] = v["direction"]
-        if v.given("upflow", 0.0):
-            wind["upflow"] = v["upflow"]
-        return wind
+        return wind | {name: v[name] for name in ("direction", "upflow") if v.given(name, 0.0)}
     target, suffix = {2: ("uniform_file", ""), 3: ("turbsim_file", ""), 4: ("bladed_file", ".wnd")}.get(
         v["wind_type"], ("", "")
     )

@@ -27,6 +27,9 @@ BANDWIDTH, DAMPING = 0.6 / rpm(12.1), 0.7
 """Frequency of the speed loop over the rated rotor speed, and its damping ratio, of the same."""
 REGION_3, SLIP, POWER_PITCH = 0.99, 0.1, DEGREE
 """Rated over reference speed, slip and [rad] pitch above the smallest where the power is held, of the same."""
+TORQUE = {"maximum_torque": ("control.max_gen_torque", 1.0), "rate_limit": ("control.max_torque_rate", 1.0)}
+PITCH = {"maximum": ("control.max_pitch_limit", DEGREE), "rate_limit": ("control.max_pitch_rate", DEGREE)}
+"""Our keys from the paths of a windIO file, with the factor to SI units."""
 TORQUE_BEGINS = 0.95
 """Generator speed where torque begins over the smallest one, where region 2 begins."""
 
@@ -45,14 +48,8 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
     power = scaled(electric, 1.0 / efficiency)
     fine = tree.number("control.fine_pitch")
     low = tree.number("control.min_pitch_limit") if fine is None else fine
-    torque: dict[str, Any] = {"slip": SLIP} | given(
-        maximum_torque=tree.number("control.max_gen_torque"), rate_limit=tree.number("control.max_torque_rate")
-    )
-    pitch: dict[str, Any] = given(
-        minimum=scaled(low, DEGREE),
-        maximum=scaled(tree.number("control.max_pitch_limit"), DEGREE),
-        rate_limit=scaled(tree.number("control.max_pitch_rate"), DEGREE),
-    )
+    torque: dict[str, Any] = {"slip": SLIP} | tree.quantities(TORQUE)
+    pitch: dict[str, Any] = given(minimum=scaled(low, DEGREE)) | tree.quantities(PITCH)
     if low is not None:
         torque["power_pitch"] = max(low * DEGREE + POWER_PITCH, 0.0)
     if slowest is not None:

@@ -10,6 +10,20 @@ from meltemi.turbine.windio.tree import Tree
 
 DRIVE = "components.drivetrain"
 DEGREE = math.pi / 180.0
+HUB = {
+    "radius": ("components.hub.diameter", 0.5),
+    "precone": ("components.hub.cone_angle", DEGREE),
+    "mass": ("components.hub.elastic_properties.mass", 1.0),
+}
+YAW = {"rate": ("control.yaw_rate", DEGREE)}
+ACTUATOR = {
+    "natural_frequency": ("control.pitch_actuator_frequency", 1.0),
+    "damping_ratio": ("control.pitch_actuator_damping", 1.0),
+    "rate_limit": ("control.max_pitch_rate", DEGREE),
+    "minimum": ("control.min_pitch_limit", DEGREE),
+    "maximum": ("control.max_pitch_limit", DEGREE),
+}
+"""Our keys from the paths of a windIO file, with the factor to SI units."""
 
 
 def given(**values: Any) -> dict[str, Any]:
@@ -30,10 +44,7 @@ def read_hub(tree: Tree) -> dict[str, Any]:
     if centre is not None:
         why = "the format does not say whether x points up- or downwind; taken as downwind"
         tree.note("approximated", f"{body}.location", "centre of mass of the hub", why)
-    return given(
-        radius=scaled(tree.number("components.hub.diameter"), 0.5),
-        precone=scaled(tree.number("components.hub.cone_angle"), DEGREE),
-        mass=tree.number(f"{body}.mass"),
+    return tree.quantities(HUB) | given(
         inertia=None if inertia is None else float(tree.numbers(f"{body}.inertia")[0]),
         mass_centre=None if centre is None else float(tree.numbers(f"{body}.location")[0]),
         source=tree.source,
@@ -93,21 +104,13 @@ def read_drivetrain(tree: Tree) -> dict[str, Any]:
 
 def read_yaw(tree: Tree) -> dict[str, Any]:
     """Content of ``Turbine.yaw``: windIO has the rate only."""
-    return given(rate=scaled(tree.number("control.yaw_rate"), DEGREE), source=tree.source)
+    return {**tree.quantities(YAW), "source": tree.source}
 
 
 def read_actuator(tree: Tree) -> dict[str, Any]:
     """Content of ``Turbine.pitch_actuator``, as far as available in the file."""
-    frequency = tree.number("control.pitch_actuator_frequency")
-    content = given(
-        natural_frequency=frequency,
-        damping_ratio=tree.number("control.pitch_actuator_damping"),
-        rate_limit=scaled(tree.number("control.max_pitch_rate"), DEGREE),
-        minimum=scaled(tree.number("control.min_pitch_limit"), DEGREE),
-        maximum=scaled(tree.number("control.max_pitch_limit"), DEGREE),
-        source=tree.source,
-    )
-    if frequency is None:
+    content: dict[str, Any] = {**tree.quantities(ACTUATOR), "source": tree.source}
+    if "natural_frequency" not in content:
         content["kind"] = "ideal"
         tree.note("approximated", "control.pitch_actuator_frequency", "pitch actuator", "ideal: none is given")
     return content

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -70,6 +71,15 @@ class Tree:
         if isinstance(found, bool) or not isinstance(found, (int, float)) or not np.isfinite(found):
             raise InputError(f"{self.where}: {path}: expected a number, found {str(found)[:40]!r}")
         return float(found)
+
+    def quantities(self, table: Mapping[str, tuple[str, float]]) -> dict[str, float]:
+        """Numbers in SI units by our names, from a table ``name: (path, factor)``; what is missing is left out.
+
+        Raises:
+          InputError: something else stands there.
+        """
+        found = {name: (self.number(path), factor) for name, (path, factor) in table.items()}
+        return {name: value * factor for name, (value, factor) in found.items() if value is not None}
 
     def numbers(self, path: str, count: int | None = None) -> Float:
         """A list of numbers.

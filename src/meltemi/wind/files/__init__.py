@@ -1,4 +1,4 @@
-"""Wind files: one module per format, and a table of the formats."""
+"""Wind files: one module per format; the table of the formats is ``meltemi.wind.formats``."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ from meltemi.wind.files.bladed import read_bladed as read_bladed
 from meltemi.wind.files.bladed import write_bladed as write_bladed
 from meltemi.wind.files.bts import read_bts as read_bts
 from meltemi.wind.files.bts import write_bts as write_bts
-from meltemi.wind.files.formats import FORMATS as FORMATS
-from meltemi.wind.files.formats import read_wind as read_wind
-from meltemi.wind.files.formats import write_wind as write_wind
 from meltemi.wind.files.hawc2 import Hawc2Grid as Hawc2Grid
 from meltemi.wind.files.hawc2 import read_hawc2 as read_hawc2
 from meltemi.wind.files.hawc2 import write_hawc2 as write_hawc2

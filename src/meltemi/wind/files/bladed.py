@@ -109,17 +109,15 @@ def read_bladed(path: str | Path) -> WindBox:
     dt = float(f"{decimal(h.dx) / decimal(h.speed):.10g}")
     return box_or_error(
         path,
-        {
-            "velocity": velocity,
-            "dt": dt,
-            "dy": decimal(h.dy),
-            "dz": decimal(h.dz),
-            "bottom": round(summary.hub_height - summary.height_offset - 0.5 * height, 6),
-            "speed": decimal(h.speed),
-            "hub_height": summary.hub_height,
-            "periodic": summary.periodic,
-            "source": path.name,
-        },
+        velocity=velocity,
+        dt=dt,
+        dy=decimal(h.dy),
+        dz=decimal(h.dz),
+        bottom=round(summary.hub_height - summary.height_offset - 0.5 * height, 6),
+        speed=decimal(h.speed),
+        hub_height=summary.hub_height,
+        periodic=summary.periodic,
+        source=path.name,
     )
 
 

@@ -69,17 +69,15 @@ def read_bts(path: str | Path) -> WindBox:
                 velocity[span] = (raw[:, : 3 * nz * ny].reshape(-1, nz, ny, 3).astype(np.float32) - offset) / slope
     return box_or_error(
         path,
-        {
-            "velocity": velocity,
-            "dt": decimal(dt),
-            "dy": float(dy),
-            "dz": float(dz),
-            "bottom": float(bottom),
-            "speed": float(speed),
-            "hub_height": float(hub_height),
-            "periodic": kind == 8,
-            "source": path.name,
-        },
+        velocity=velocity,
+        dt=decimal(dt),
+        dy=float(dy),
+        dz=float(dz),
+        bottom=float(bottom),
+        speed=float(speed),
+        hub_height=float(hub_height),
+        periodic=kind == 8,
+        source=path.name,
     )
 
 

@@ -62,9 +62,9 @@ def refuse_direction(box: WindBox, what: str) -> None:
         )
 
 
-def box_or_error(path: Path, box: dict[str, object]) -> WindBox:
+def box_or_error(path: Path, **box: Any) -> WindBox:
     """Create a wind box; errors name the file."""
     try:
-        return WindBox(**box)  # type: ignore[arg-type]
+        return WindBox(**box)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None

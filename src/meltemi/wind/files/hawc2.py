@@ -141,18 +141,16 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
                     velocity[span, :, :, c] = part + means[:, c, None]
     return box_or_error(
         path,
-        {
-            "velocity": velocity,
-            "dt": float(f"{grid.dx / grid.speed:.14g}"),
-            "dy": grid.dy,
-            "dz": grid.dz,
-            "bottom": grid.lowest,
-            "speed": grid.speed,
-            "hub_height": grid.hub_height,
-            "periodic": grid.periodic,
-            "direction": grid.direction,
-            "source": path.name,
-        },
+        velocity=velocity,
+        dt=float(f"{grid.dx / grid.speed:.14g}"),
+        dy=grid.dy,
+        dz=grid.dz,
+        bottom=grid.lowest,
+        speed=grid.speed,
+        hub_height=grid.hub_height,
+        periodic=grid.periodic,
+        direction=grid.direction,
+        source=path.name,
     )
 
 

@@ -61,21 +61,12 @@ def write_wind_netcdf(box: WindBox, path: str | Path, compression: int = 0) -> l
             for i, (c, text) in enumerate(AXES.items())
         },
         coords={
-            "time": (
-                "time",
-                box.dt * np.arange(nt),
-                {"units": "s", "axis": "T", "long_name": "time after the first plane"},
-            ),
-            "z": (
-                "z",
-                box.bottom + box.dz * np.arange(nz),
-                {"units": "m", "axis": "Z", "positive": "up", "long_name": "height above ground"},
-            ),
-            "y": (
-                "y",
-                box.dy * np.arange(ny) - 0.5 * box.width,
-                {"units": "m", "axis": "Y", "long_name": "to the left looking downwind"},
-            ),
+            name: (name, values, {"units": unit, "axis": axis, **more, "long_name": text})
+            for name, values, unit, axis, text, more in (
+                ("time", box.dt * np.arange(nt), "s", "T", "time after the first plane", {}),
+                ("z", box.bottom + box.dz * np.arange(nz), "m", "Z", "height above ground", {"positive": "up"}),
+                ("y", box.dy * np.arange(ny) - 0.5 * box.width, "m", "Y", "to the left looking downwind", {}),
+            )
         },
         attrs=attributes,
     )
@@ -95,7 +86,7 @@ def read_wind_netcdf(path: str | Path) -> WindBox:
     path = Path(path)
     kind = "a wind box of meltemi; expected netCDF4 with u, v, w over time, z, y and the attributes "
     velocity, about = read_hdf5(path, _content, kind + ", ".join(SCALARS))
-    return box_or_error(path, {"velocity": velocity, **about, "source": about["source"] or path.name})
+    return box_or_error(path, velocity=velocity, **about | {"source": about["source"] or path.name})
 
 
 def _content(file: h5py.File) -> tuple[NDArray[np.float32], dict[str, Any]]:

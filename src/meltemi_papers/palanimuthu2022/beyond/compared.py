@@ -1,4 +1,4 @@
-"""The same questions in the same winds, seed after seed."""
+"""Comparison of control schemes in the same winds, seed by seed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Question = TypeVar("Question")
 
 @dataclass(frozen=True)
 class Setup:
-    """What is run.
+    """Extent of the simulations.
 
     Attributes:
       speed: [m/s] mean wind; IEC normal turbulence of class IB.
@@ -47,7 +47,7 @@ def compared(
     progress: Progress,
     what: str,
 ) -> dict[Question, EnsembleTable]:
-    """A table for each question. ``of_seed`` gives a seed's cases, question after question and for each all schemes.
+    """One comparison for each question. ``of_seed`` gives the cases of a seed: for each question all schemes.
 
     A seed in which the run of a scheme failed is left out of that question for all schemes.
 

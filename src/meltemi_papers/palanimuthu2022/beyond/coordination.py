@@ -1,4 +1,4 @@
-"""Which coordination of pitch, torque and yaw wins: hours of turbulent wind that also turns slowly.
+"""Coordination of pitch, torque and yaw, compared in turbulent wind with slow direction changes.
 
 Every candidate sees the same winds: IEC normal turbulence, and on it directions and speeds that change within the hour,
 as Gauss-Markov processes: meandering of 0.6 m/s along and across in twenty minutes whatever the wind speed (after
@@ -29,9 +29,10 @@ from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.tuning import tune_ipc
 from meltemi.turbine.definition import Turbine
@@ -78,7 +79,7 @@ MOVES = 1e-4
 
 @dataclass(frozen=True)
 class Candidate:
-    """A way to coordinate.
+    """A coordination scheme.
 
     Attributes:
       scheme: of the power control.
@@ -109,7 +110,7 @@ Tables = Mapping[float, EnsembleTable]
 
 
 def markov(rng: np.random.Generator, deviation: float, time: float, step: float, n: int) -> Float:
-    """(n,) Gauss-Markov process of a standard deviation and a time scale [s], begun at zero."""
+    """(n,) Gauss-Markov process with a standard deviation and time scale [s], starting at zero."""
     share = math.exp(-step / time)
     x = np.zeros(n)
     for i in range(1, n):
@@ -118,7 +119,7 @@ def markov(rng: np.random.Generator, deviation: float, time: float, step: float,
 
 
 def turning_wind(turbine: Turbine, setup: Setup, seed: int) -> WindBox:
-    """A turbulent field whose mean speed and direction change slowly."""
+    """A turbulent wind field with slowly varying mean speed and direction."""
     duration, step = setup.begin + setup.length, 10.0
     reach = turbine.rotor_diameter / setup.speed + 60.0
     box = generate_field(
@@ -132,8 +133,8 @@ def turning_wind(turbine: Turbine, setup: Setup, seed: int) -> WindBox:
     return with_gust(box, WindSeries(time=step * np.arange(n) - reach, speed=along, direction=direction))
 
 
-def controllers(model: Model, performance: Performance) -> dict[str, Controller]:
-    """Of the candidates; individual pitch at once the rotor's frequency, by margins."""
+def controllers(model: BladedModel, performance: Performance) -> dict[str, Controller]:
+    """Controllers of the candidates; individual pitch control at 1P, tuned by stability margins."""
     assert isinstance(model.turbine, Turbine)
     loop = tune_ipc(model).loop
     return {
@@ -151,7 +152,7 @@ def controllers(model: Model, performance: Performance) -> dict[str, Controller]
 
 
 def quantities(result: Result) -> dict[str, float]:
-    """What a run gives and costs."""
+    """Energy, loads and actuator duty of a run."""
     loads = equivalent_loads(result, [TOWER, ROOT, TOP])
     turning = np.abs(np.diff(result["yaw_command"]) / STEP) > MOVES
     hours = float(result.time[-1] - result.time[0])
@@ -196,7 +197,7 @@ def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
 
 
 def coordination_figure(tables: Tables) -> Figure:
-    """Changes against a controller whose parts know nothing of each other, with 95 % intervals."""
+    """Changes relative to an uncoordinated controller, with 95 % confidence intervals."""
     figure, axes = new_figure(len(tables), 2, size=(12.5, 3.4 * len(tables)), share=False)
     axes[0, 0].get_gridspec().set_width_ratios([1.0, 0.9 * len(SHOWN)])
     for (left, right), (level, table) in zip(axes, tables.items(), strict=True):
@@ -209,7 +210,7 @@ def coordination_figure(tables: Tables) -> Figure:
 
 
 def _bars(ax: Axes, table: EnsembleTable, shown: Sequence[str]) -> None:
-    """Changes of quantities, candidates side by side."""
+    """Bar chart of changes, candidates side by side."""
     others = table.schemes[1:]
     width = 0.8 / len(others)
     for i, name in enumerate(others):
@@ -228,7 +229,7 @@ def _bars(ax: Axes, table: EnsembleTable, shown: Sequence[str]) -> None:
 
 
 def chapter(found: Tables, draw: Draw) -> Chapter:
-    """Which coordination wins."""
+    """Chapter of the coordination schemes."""
     words = "Coordination on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; bars: 95 % intervals"
     figure = draw("coordination_changes", words, lambda: coordination_figure(found))
     heading = "Beyond the paper: which coordination wins"
@@ -247,7 +248,7 @@ def tables(found: Tables) -> list[Table]:
 
 
 def _pitch_of_each_blade(table: EnsembleTable) -> str:
-    """Its travel against that of the same coordination without."""
+    """Pitch travel of individual pitch control relative to the same scheme without it."""
     single, shared = "all three, individual pitch", "all three"
     if not {single, shared} <= set(table.schemes):
         return ""
@@ -261,7 +262,7 @@ def _pitch_of_each_blade(table: EnsembleTable) -> str:
 
 
 def verdict(found: Tables) -> str:
-    """What the numbers say."""
+    """Conclusion, from the results."""
     lines = []
     for level, table in found.items():
         words = []

@@ -1,4 +1,4 @@
-"""What each active-power scheme costs on the aeroelastic turbine in turbulence: pitch, loads and tracking.
+"""Pitch duty, loads and power tracking of the active-power schemes on the aeroelastic turbine in turbulence.
 
 The base of all changes is A0, which pitches at the speed at which the reference is just met. At full power that is a
 slow base, see ``BASE_SPEED``: the usual controller there is A1.
@@ -28,10 +28,10 @@ from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
-from meltemi.simulation.model import build
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
@@ -103,7 +103,7 @@ def regulation_signal(seed: int, duration: float, step: float = 2.0) -> tuple[Fl
 
 
 def reference(setup: Setup, rated: float, level: float, signal: str, seed: int) -> float | TimeSeries:
-    """[W] that the operator asks for."""
+    """[W] power reference of the operator."""
     if signal == STEADY:
         return level * rated
     time, value = regulation_signal(seed, setup.begin + setup.length)
@@ -111,7 +111,7 @@ def reference(setup: Setup, rated: float, level: float, signal: str, seed: int) 
 
 
 def quantities(result: Result, rated_power: float, rated_speed: float) -> dict[str, float]:
-    """What a run costs."""
+    """Power, pitch duty, loads and tracking error of a run."""
     loads = equivalent_loads(result, [TOWER, ROOT, SHAFT])
     power, pitch = result["generator_power"], result["pitch_1"]
     return {
@@ -162,7 +162,7 @@ def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
 
 
 def costs_figure(tables: Tables) -> Figure:
-    """What the schemes cost over the level of power, with 95 % intervals of the mean; below with a signal to follow."""
+    """Changes over the power level with 95 % confidence intervals; lower row with a regulation signal."""
     figure, axes = new_figure(2, len(SHOWN), size=(15.0, 6.4), share=False)
     for row, signal in zip(axes, (STEADY, FOLLOWING), strict=True):
         levels = [level for kind, level in tables if kind == signal]
@@ -191,7 +191,7 @@ def costs_figure(tables: Tables) -> Figure:
 
 
 def chapter(found: Tables, draw: Draw) -> Chapter:
-    """What the schemes cost."""
+    """Chapter of the active-power schemes."""
     words = "Cost of the schemes on an aeroelastic 22 MW turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
     figure = draw("power_costs", words, lambda: costs_figure(found))
     heading = "Beyond the paper: what each scheme of limited power costs"
@@ -199,7 +199,7 @@ def chapter(found: Tables, draw: Draw) -> Chapter:
 
 
 def tables(found: Tables) -> list[Table]:
-    """One table for a steady and one for a moving reference."""
+    """One table for a constant and one for a varying power reference."""
     made = []
     for signal, words in ((STEADY, "A steady reference"), (FOLLOWING, "A reference that follows a regulation signal")):
         rows = []
@@ -226,7 +226,7 @@ def best_scheme(table: EnsembleTable, quantity: str) -> str:
 
 
 def slow_base() -> str:
-    """What A0 at full power is, in words."""
+    """Sentence on A0 at full power."""
     return (
         f"At 100 % the base A0 holds {BASE_SPEED:g} of rated speed, where the optimal torque meets rated power, and "
         "loses energy in every lull; the usual controller at full power is A1"
@@ -234,7 +234,7 @@ def slow_base() -> str:
 
 
 def _at_full_power(table: EnsembleTable) -> str:
-    """A2 beside A1 where all is asked for."""
+    """Sentence on A2 and A1 at full power."""
     power, pitch = (
         100.0 * (table.entry(what, "A2").value.mean / table.entry(what, "A1").value.mean - 1.0)
         for what in (ENERGY, PITCH)
@@ -243,7 +243,7 @@ def _at_full_power(table: EnsembleTable) -> str:
 
 
 def verdict(found: Tables) -> str:
-    """What the numbers say."""
+    """Conclusion, from the results."""
     first = next(iter(found.values()))
     base, *others = first.schemes
     words = f"The schemes on an aeroelastic turbine ({TURBINE}) in turbulence, {first.seeds} seeds for each of "

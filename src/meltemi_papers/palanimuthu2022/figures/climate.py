@@ -1,4 +1,4 @@
-"""Figures 2 to 5: density of the air, and power over rotor speed in it."""
+"""Figures 2 to 5: air density, and power over rotor speed at different air densities."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the figures have in common."""
+"""Colours, legends and labels of the figures."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def beside(ax: Axes, title: str = "") -> None:
 
 
 def label(ax: Axes, x: str, y: str, title: str = "") -> None:
-    """Names of the axes with units, and of the panel."""
+    """Label the axes with units and give the panel a title."""
     ax.set_xlabel(x, fontsize=8)
     ax.set_ylabel(y, fontsize=8)
     ax.tick_params(which="both", labelsize=8)  # an axis of less than a decade labels its minor ticks

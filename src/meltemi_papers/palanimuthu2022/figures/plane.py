@@ -51,7 +51,7 @@ def _background(ax: Axes) -> None:
 
 
 def _path(ax: Axes, runs: Runs, scheme: str) -> None:
-    """The way of a run through the ramps: up with the wind, along the reference, back down."""
+    """Path of a run through the ramps: up with the wind, along the reference, and back."""
     result = runs.limited[BLADES, PHYSICAL, RAMPS, scheme]
     inside = result.time >= 40.0
     speed = result["rotor_speed"][inside]
@@ -64,7 +64,7 @@ def _path(ax: Axes, runs: Runs, scheme: str) -> None:
 
 
 def _arrows(ax: Axes, x: Float, y: Float, colour: str, number: int = 9) -> None:
-    """Heads along a path, evenly over its length in the picture."""
+    """Arrow heads along a path, evenly spaced in the picture."""
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     steps = np.hypot(np.diff(x) / (right - left), np.diff(y) / (high - low))
     way = np.concatenate([[0.0], np.cumsum(steps)])
@@ -117,5 +117,5 @@ def hold(runs: Runs) -> Figure:
 
 
 def wide_hold(runs: Runs) -> Figure:
-    """Figure 19: held down to the speed that gives the power at the present pitch."""
+    """Figure 19: pitch held down to the speed that gives the power at the present pitch."""
     return _plane(runs, "A3")

@@ -27,18 +27,18 @@ SPEED = np.linspace(0.15, 1.25, 221)
 
 
 def loss(rain: Rain, wind: ArrayLike, radius: float = paper.RADIUS) -> Float:
-    """[W] that rain takes at wind speeds [m/s]."""
+    """[W] power loss by rain at wind speeds [m/s]."""
     parameters = rain_parameters(rain, radius)
     return np.array([rain_power_loss(parameters, v) for v in np.atleast_1d(np.asarray(wind, float))])
 
 
 def left(power: Float, lost: ArrayLike) -> Float:
-    """Power of the air less what rain takes, not below zero; where the rotor drives itself nothing is taken."""
+    """Aerodynamic power less the loss by rain, at least zero; no loss where the rotor is driven."""
     return np.maximum(power - np.asarray(lost, float), 0.0)
 
 
 def rainy_gain(made: Rotor, rain: Rain) -> float:
-    """[N m s^2] of the locus of the best points in rain whose loss grows with the wind's cube."""
+    """[N m s^2] gain of the optimal torque law in rain whose loss is proportional to the cube of the wind speed."""
     per_cube = float(loss(rain, 10.0)[0]) / 1e3
     return made.gain() - per_cube * (made.radius / made.best()[0]) ** 3
 
@@ -48,7 +48,7 @@ Curve = tuple[str, Float, ArrayLike]
 
 
 def _both(height: float, x: Float, curves: Sequence[Curve]) -> tuple[Figure, Axes]:
-    """Curves without rain, and dashed with it."""
+    """Curves without rain (solid) and with rain (dashed)."""
     figure, axes = new_figure(1, size=(7.5, height))
     ax: Axes = axes[0, 0]
     for colour, (name, power, lost) in zip(shades(len(curves)), curves, strict=True):

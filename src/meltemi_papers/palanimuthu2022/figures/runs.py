@@ -55,7 +55,7 @@ def _steps(
     title: str,
     converters: Mapping[str, Result] | None = None,
 ) -> Figure:
-    """Panels of steps, the last one from runs with converters if there are any, and what the other cases win."""
+    """Panels of the runs with steps: cases, gains, and runs with converters if there are any."""
     n = len(panels) + 1
     sources = [results] * (len(panels) - 1) + [converters or results]
     figure, axes = new_figure((n + 1) // 2, 2, size=(11.0, 1.75 * ((n + 1) // 2) + 0.6))

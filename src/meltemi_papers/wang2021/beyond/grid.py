@@ -1,4 +1,4 @@
-"""Gusts with direction change by the thousand: what each strategy costs in energy, stops and loads.
+"""Energy, stops and loads of each strategy over thousands of gusts with direction change.
 
 Over rise, direction change, begin and speed of the gust, seeds of turbulence, yaw rate and recheck time. A turbine that
 was stopped is down for a given time after its run ends; the energy that it misses then is counted.
@@ -16,9 +16,10 @@ import numpy as np
 
 from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.loadcases.batch import BatchCase
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
@@ -47,7 +48,7 @@ LENGTH = 150.0
 
 @dataclass(frozen=True)
 class Grid:
-    """What is varied.
+    """Parameters of the gusts and strategies.
 
     Attributes:
       speeds: [m/s] before the gust.
@@ -79,7 +80,7 @@ OURS = "S2 ours"
 
 @dataclass(frozen=True)
 class Found:
-    """One row a run.
+    """Results, one row for each run.
 
     Attributes:
       grid: what was varied.
@@ -99,7 +100,7 @@ def run_grid(
     workers: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Found:
-    """Run the whole grid.
+    """Run all gusts of a grid.
 
     Args:
       base_points: of a further strategy, which derates as the second one with the longest recheck time.
@@ -117,7 +118,7 @@ def run_grid(
 
 
 class _Cases:
-    """The cases, made one after another: those of one wind follow each other."""
+    """Cases in sequence; those in the same wind are consecutive."""
 
     def __init__(
         self, turbine: Turbine, grid: Grid, base_points: BasePoints | None, keys: dict[str, dict[str, Any]]
@@ -134,7 +135,7 @@ class _Cases:
             ours = YawProtection(strategy="derate", recheck_time=longest, wind_speeds=c, thresholds=b)
             self.strategies.append((OURS, longest, ours))
         self.machines = {rate: with_yaw_rate(turbine, rate) for rate in grid.yaw_rates}
-        self.models: dict[float, Model] = {rate: build(t, FAST) for rate, t in self.machines.items()}
+        self.models: dict[float, BladedModel] = {rate: build(t, FAST) for rate, t in self.machines.items()}
         steady = {speed: SteadyWind(speed=speed, shear_exponent=SHEAR) for speed in grid.speeds}
         model = self.models[grid.yaw_rates[0]]
         self.starts = {
@@ -184,7 +185,7 @@ class _Cases:
 
 
 def reduced(result: Result) -> dict[str, Any]:
-    """What is kept of a run."""
+    """Results of a run that are kept."""
     power, dt = result["generator_power"], float(result.time[1] - result.time[0])
     stopped = bool(transitions(result, "stop"))
     # after the run a stopped turbine stays down, another goes on with its last half minute's power

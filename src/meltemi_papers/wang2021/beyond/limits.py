@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.loadcases.batch import BatchCase
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, attempt, cells, survivors
@@ -57,11 +57,11 @@ class Limits:
 
     @property
     def use(self) -> Float:
-        """(S, E) largest share of a limit that a load takes."""
+        """(S, E) largest ratio of a load to its limit."""
         return np.max([self.loads[name] / self.limit[name] for name in JUDGED], axis=0)
 
     def allowed(self) -> Float:
-        """(S,) [rad] largest yaw error at which no limit is passed, linear between the errors; never rising."""
+        """(S,) [rad] largest yaw error within all limits, interpolated linearly; non-increasing with wind speed."""
         found = []
         for use in self.use:
             over = np.flatnonzero(use > 1.0)
@@ -77,12 +77,12 @@ class Limits:
 
     @property
     def base_points(self) -> BasePoints:
-        """For the interpolated law."""
+        """Base points of the interpolated law."""
         return self.speeds, self.allowed()
 
 
 def find_limits(
-    model: Model,
+    model: BladedModel,
     seeds: Sequence[int],
     *,
     speeds: Sequence[float] = SPEEDS,

@@ -1,4 +1,4 @@
-"""What lies beyond the paper: run it, and put it into tables, figures and words."""
+"""Results beyond the paper: simulations, tables, figures, conclusion."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
-from meltemi.simulation.model import build
+from meltemi.simulation.rotors import build
 from meltemi.studies.journal import Lost, attempt
 from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
 from meltemi_papers.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid
@@ -34,7 +34,7 @@ STRATEGIES = ("S1", "S2", OURS, "S3")
 
 @dataclass(frozen=True)
 class Beyond:
-    """Everything that was found.
+    """Results beyond the paper.
 
     Attributes:
       limits: loads over wind speed and yaw error.
@@ -48,7 +48,7 @@ class Beyond:
 
 
 def study(runs: Runs, *, workers: int | None, progress: Progress) -> Beyond:
-    """Limits, then the grid with base points from them, then the year."""
+    """Run limits, the grid of gusts with base points from the limits, and the year."""
     turbine, quick = runs.turbines[1], runs.setup.quick
     fixed = build(turbine, FAST.replace(yaw="held"))
     few = {"speeds": (8.0, 25.0), "length": 30.0} if quick else {}
@@ -79,7 +79,7 @@ def study(runs: Runs, *, workers: int | None, progress: Progress) -> Beyond:
 
 
 def longest(grid: Found) -> pd.DataFrame:
-    """Rows of the strategies, of derating that with the longest recheck time."""
+    """Rows of the strategies; of derating only those with the longest recheck time."""
     rows = grid.rows
     return rows[(rows["recheck"] == 0.0) | (rows["recheck"] == rows["recheck"].max())]
 
@@ -99,7 +99,7 @@ def mean_gains(rows: pd.DataFrame, column: str) -> pd.Series:
 
 
 def costs_table(grid: Found) -> Table:
-    """What each strategy costs, over all gusts of the grid."""
+    """Table of energy loss and loads of each strategy, over all gusts of the grid."""
     some = longest(grid)
     energy = relative(some, "energy")
     lost = (energy["base"] - energy["energy"]).groupby(energy["strategy"]).mean()
@@ -122,14 +122,14 @@ def costs_table(grid: Found) -> Table:
 
 
 def stopped_all_the_same(grid: Found) -> Float:
-    """(yaw rates, recheck times) share of derated runs that end in a stop; NaN where none was derated."""
+    """(yaw rates, recheck times) fraction of derated runs that end in a stop; NaN where none was derated."""
     part = grid.rows[(grid.rows["strategy"] == "S2") & (grid.rows["derates"] > 0)]
     means = part.pivot_table(index="yaw_rate", columns="recheck", values="stops", aggfunc="mean")
     return means.reindex(index=grid.grid.yaw_rates, columns=grid.grid.rechecks).to_numpy()
 
 
 def recheck_table(grid: Found) -> Table:
-    """How many derated runs end in a stop all the same, by yaw rate and recheck time."""
+    """Table of derated runs that end in a stop, by yaw rate and recheck time."""
     rates, times = grid.grid.yaw_rates, grid.grid.rechecks
     rows = [
         [f"{np.degrees(rate):.1f}", *(f"{100.0 * x:.0f}" if np.isfinite(x) else "-" for x in shares)]
@@ -143,7 +143,7 @@ def recheck_table(grid: Found) -> Table:
 
 
 def limits_table(limits: Limits) -> Table:
-    """Base points by a load limit."""
+    """Table of base points from load limits."""
     rows = [
         [f"{c:g}", *(f"{u:.2f}" if np.isfinite(u) else "failed" for u in use), f"{np.degrees(b):.0f}"]
         for c, use, b in zip(limits.speeds, limits.use, limits.allowed(), strict=True)
@@ -157,7 +157,7 @@ def limits_table(limits: Limits) -> Table:
 
 
 def year_table(years: tuple[Year, ...]) -> Table:
-    """A year by strategy and number of fronts."""
+    """Table of a year by strategy and number of fronts."""
     rows = [
         [
             f"{y.fronts}",
@@ -178,7 +178,7 @@ def year_table(years: tuple[Year, ...]) -> Table:
 
 
 def chapter(found: Beyond, draw: Draw) -> Chapter:
-    """Verdict, the page to act on, tables."""
+    """Chapter: conclusion, page of figures, tables."""
     return Chapter(
         "Beyond the paper: what an owner would do",
         [
@@ -213,7 +213,7 @@ def by_gust(rows: pd.DataFrame, column: str) -> tuple[Float, Float, Float]:
 
 
 def page(found: Beyond) -> Figure:
-    """One page of figures that an owner would act on."""
+    """Page of figures for the choice of a strategy."""
     figure, axes = new_figure(3, 3, size=(14.0, 11.0), share=False)
     some = longest(found.grid)
     middle = sorted(found.grid.grid.yaw_rates)[len(found.grid.grid.yaw_rates) // 2]
@@ -286,7 +286,7 @@ def _years(ax: Axes, years: tuple[Year, ...]) -> None:
 
 
 def better(grid: Found) -> Table:
-    """Where derating beats stopping: less energy lost, and no load of the limit's kind larger than the stop's."""
+    """Table of extreme loads of derating relative to those of stopping."""
     some = longest(grid)
     wind = ["speed", "rise", "change", "begin", "seed", "yaw_rate"]
     rows = []
@@ -309,7 +309,7 @@ def better(grid: Found) -> Table:
 
 
 def verdict(found: Beyond) -> str:
-    """What to do, in words, from the numbers."""
+    """Recommendation, from the results."""
     some = longest(found.grid)
     share = 100.0 * some.groupby("strategy")["stops"].mean()
     gains = mean_gains(some, f"{YAW_BENDING}, extreme")

@@ -1,4 +1,4 @@
-"""A year of wind, second by second: how often the yaw error passes its threshold, and what each strategy makes of it.
+"""A year of wind at 1 s: exceedances of the yaw-error threshold, and energy of each strategy.
 
 The yaw control and the threshold of the supervisor run at 1 Hz in a wind made for it; the turbine is its steady power
 curve. Directions change for four reasons:
@@ -31,7 +31,7 @@ from meltemi.control.signals import Measurements
 from meltemi.control.supervisor.threshold import YawProtection, YawThreshold, threshold
 from meltemi.control.yaw import YawControl, YawControlState, wrap, yaw_settings, yaw_step
 from meltemi.core.threads import available_cores
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.journal import Lost, LostError, attempt
 from meltemi.turbine.definition import Turbine
@@ -61,7 +61,7 @@ STRATEGIES = {"S3": 0, "S1": 1, "S2": 2}
 
 @dataclass(frozen=True)
 class Year:
-    """What a year brings to a strategy.
+    """Annual results of a strategy.
 
     Attributes:
       strategy: its name.
@@ -100,8 +100,8 @@ class PowerCurve:
     rated: float
 
 
-def power_curve(model: Model) -> PowerCurve:
-    """Of a turbine, from cut-in to where it is rated."""
+def power_curve(model: BladedModel) -> PowerCurve:
+    """Power curve of a turbine from cut-in to rated wind speed."""
     turbine = model.turbine
     speeds, powers = [], []
     for speed in np.arange(math.ceil(turbine.cut_in + 0.5), turbine.cut_out, 0.75):
@@ -126,13 +126,13 @@ def power_curve(model: Model) -> PowerCurve:
 
 @njit(nogil=True)  # type: ignore[untyped-decorator]
 def uniform(count: int, stream: int, seed: int) -> float:
-    """Uniform number between 0 and 1 at an address."""
+    """Uniform random number between 0 and 1 by hashing a key."""
     return (philox(count, stream, seed)[0] + 0.5) / 4294967296.0
 
 
 @njit(nogil=True)  # type: ignore[untyped-decorator]
 def course(x: float, time: float, number: float) -> float:
-    """The next second of a Gaussian signal with standard deviation 1 and an exponential autocorrelation [s]."""
+    """Next value, after 1 s, of a Gaussian process with unit variance and exponential autocorrelation [s]."""
     a = math.exp(-1.0 / time)
     return a * x + math.sqrt(1.0 - a * a) * number
 
@@ -155,7 +155,7 @@ def live(
     measured_now: Measurements,
     found: Float,
 ) -> None:
-    """March through the seconds.
+    """Simulate the year second by second.
 
     Args:
       fronts: a second.
@@ -241,7 +241,7 @@ def a_year(
     seed: int = 1,
     workers: int | None = None,
 ) -> tuple[Year, ...]:
-    """Strategies and numbers of fronts, in the same wind."""
+    """Annual results of all strategies and numbers of fronts in the same wind."""
     rows = measured()
     paper = YawProtection()
     first = (paper.wind_speeds, paper.thresholds)

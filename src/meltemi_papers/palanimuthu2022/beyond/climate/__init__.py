@@ -1,4 +1,4 @@
-"""What weather costs or adds in a year: an aeroelastic super-large turbine in turbulence, at three sites.
+"""Effect of weather on annual energy and lifetime loads: an aeroelastic turbine in turbulence, at three sites.
 
 ``response`` simulates what the turbine does over wind speed, density and ice; ``year`` puts it together with the months
 of a climate; ``report`` and ``review`` say it in tables, a figure and words.

@@ -1,4 +1,4 @@
-"""Tables and a figure of the years."""
+"""Tables and figure of annual energy and lifetime loads."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SEED_RAIN = "rain by the review's formula, one drop size"
 
 
 def energy_table(found: Found) -> Table:
-    """What each effect adds to a year's energy."""
+    """Table of the contribution of each effect to annual energy."""
     head, rows = ["", *(words(name) for name in found.years)], []
     all_ = list(found.years.values())
     rated = found.response.turbine.rated_power
@@ -68,7 +68,7 @@ def energy_table(found: Found) -> Table:
 
 
 def _rated_winds(found: Found) -> str:
-    """What ice and rain do to rated wind."""
+    """Rated wind speed with ice and in rain."""
     response, parts = found.response, []
     for name in (ICED, WET):
         state = response.states[name]
@@ -78,7 +78,7 @@ def _rated_winds(found: Found) -> str:
 
 
 def load_table(found: Found) -> Table:
-    """What each effect does to lifetime loads."""
+    """Table of the contribution of each effect to lifetime loads."""
     head, rows = ["", *(words(name) for name in found.years)], []
     for name in SLOPES:
         loads = [year.loads[name] for year in found.years.values()]
@@ -98,7 +98,7 @@ def load_table(found: Found) -> Table:
 
 
 def scenario_table(found: Found) -> Table:
-    """The same years, shifted."""
+    """Table of scenarios."""
     head = ["scenario", *(f"{words(name)}\n%" for name in found.years)]
     names = next(iter(found.years.values())).scenarios
     rows = [
@@ -109,7 +109,7 @@ def scenario_table(found: Found) -> Table:
 
 
 def chapter(found: Found, draw: Draw) -> Chapter:
-    """A year in three climates."""
+    """Chapter of a year in three climates."""
     caption = (
         "A year in three climates: what the turbine does, the air, and what weather adds; bars with 95 % intervals"
     )
@@ -124,7 +124,7 @@ def tables(found: Found) -> list[Table]:
 
 
 def years_figure(found: Found) -> Figure:
-    """What the turbine does, the air, and what weather adds."""
+    """Turbine response, air density and effects of weather."""
     figure, axes = new_figure(2, 3, size=(15.0, 8.2), share=False)
     response = found.response
     _over_speed(axes[0, 0], found, response.power, {name: response.states[name].power for name in (ICED, SHED)}, 1e6)

@@ -12,8 +12,9 @@ from meltemi.environment.rain import Rain
 from meltemi.environment.site import STANDARD, Environment
 from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.simulation.model import Model, build
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import OperatingPoint, operating_point
 from meltemi.studies.journal import Lost, LostError, cells
 from meltemi.turbine.definition import Turbine
@@ -40,7 +41,7 @@ RATED_STEPS = 10
 
 @dataclass(frozen=True)
 class Setup:
-    """What is run.
+    """Extent of the simulations.
 
     Attributes:
       speeds: [m/s] mean winds, IEC normal turbulence of class IB.
@@ -66,7 +67,7 @@ QUICK = Setup(speeds=(5.0, 9.0, 12.0, 18.0), seeds=(1, 2), begin=10.0, length=40
 
 @dataclass(frozen=True)
 class State:
-    """What the turbine does with ice or in rain, at one density.
+    """Power and loads with ice or in rain, at one air density.
 
     Attributes:
       density: [kg/m^3] of the air.
@@ -83,7 +84,7 @@ class State:
 
 @dataclass(frozen=True)
 class Response:
-    """What the turbine does.
+    """Power and loads of the turbine in all conditions.
 
     Attributes:
       turbine, setup: which, and how much was run.
@@ -113,7 +114,7 @@ def respond(
     workers: int | None = None,
     progress: Progress = lambda share, what: None,
 ) -> Response:
-    """Run all conditions in all winds. A seed in which a run failed is left out everywhere.
+    """Run all conditions in all winds; a seed with a failed run is excluded everywhere.
 
     Args:
       turbine: with clean blades.
@@ -184,8 +185,8 @@ def respond(
     )
 
 
-def rated_wind(model: Model, points: Sequence[OperatingPoint]) -> float:
-    """Steady wind [m/s] at which a model comes to its rated power, between two of its operating points."""
+def rated_wind(model: BladedModel, points: Sequence[OperatingPoint]) -> float:
+    """Rated wind speed [m/s] of a model, interpolated between two operating points."""
 
     def full(point: OperatingPoint) -> bool:
         return point["generator_power"] > 0.999 * model.turbine.rated_power

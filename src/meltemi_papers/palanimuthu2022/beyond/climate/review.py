@@ -1,4 +1,4 @@
-"""The years beside what the review quotes, and the answer in words."""
+"""Annual results against the figures of the review, and the conclusion."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ Float = NDArray[np.float64]
 
 
 def words(name: str) -> str:
-    """A site's name to be read."""
+    """Readable name of a site."""
     return name.replace("_", " ")
 
 
 def share(part: Float, whole: Float) -> Estimate:
-    """Percent of each seed, with its 95 % interval."""
+    """Mean of the seeds in percent with its 95 % confidence interval."""
     return mean_interval(100.0 * part / whole)
 
 
 def said(estimate: Estimate, digits: int = 2) -> str:
-    """Mean and interval, with a sign."""
+    """Mean and confidence interval with sign."""
     mean = round(estimate.mean, digits) + 0.0  # no minus before a zero
     return f"{mean:+.{digits}f} ± {estimate.half_width:.{digits}f}"
 
 
 def iced_loss(found: Found) -> tuple[float, float]:
-    """Largest and smallest share of the power below rated that ice on all blades takes, means over seeds [%]."""
+    """Largest and smallest power loss below rated by ice on all blades, means over seeds [%]."""
     response = found.response
     setup = response.setup
     at = int(np.argmin(np.abs(np.array(setup.densities) - setup.icing_density)))
@@ -43,7 +43,7 @@ def iced_loss(found: Found) -> tuple[float, float]:
 
 
 def rain_loss(found: Found) -> tuple[float, float, float]:
-    """[%] of the power below rated that a rainstorm takes: by drops on blades; by the formula, integrated; one size."""
+    """[%] power loss below rated in a rainstorm: drops on blades; formula, integrated; formula, one drop size."""
     r = found.response
     point = min(r.points, key=lambda p: abs(p.wind.speed - 9.0))
     power = point["generator_power"]
@@ -57,7 +57,7 @@ def rain_loss(found: Found) -> tuple[float, float, float]:
 
 
 def spread(found: Found) -> tuple[Estimate, Estimate]:
-    """Energy of the second and third site's air against the first's, in the first's wind [%]."""
+    """Annual energy with the air of the second and third site relative to the first, in the first site's wind [%]."""
     base, *others = (year.common for year in found.years.values())
     one, two = (share(each - base, base) for each in others)
     return one, two
@@ -71,7 +71,7 @@ def worst_density(found: Found) -> tuple[float, str]:
 
 
 def of_standard(year: Year, what: str) -> Estimate:
-    """Percent that an effect adds to the energy at 1.225 kg/m^3; of all effects together for ``all``."""
+    """[%] contribution of an effect to the energy at 1.225 kg/m^3; of all effects together for ``all``."""
     return share(year.energy - year.reference if what == "all" else year.steps[what], year.reference)
 
 
@@ -81,7 +81,7 @@ def in_its_air(year: Year) -> Float:
 
 
 def review_table(found: Found) -> Table:
-    """Figures that the review quotes, and ours beside them."""
+    """Table of the figures of the review and ours."""
     years, names = list(found.years.values()), [words(name) for name in found.years]
 
     def row(what: str, digits: int) -> str:
@@ -114,7 +114,7 @@ def review_table(found: Found) -> Table:
 
 
 def verdict(found: Found) -> str:
-    """The answer in words, from the numbers."""
+    """Conclusion, from the results."""
     names = [words(name) for name in found.years]
     years = list(found.years.values())
     one, two = spread(found)

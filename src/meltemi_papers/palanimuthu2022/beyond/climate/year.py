@@ -1,4 +1,4 @@
-"""A year at a site: energy and lifetime loads from what the turbine does and from the months of a climate.
+"""A year at a site: energy and lifetime loads from the turbine's response and a monthly climate.
 
 Of each month the density of its air, the hours of its wind speeds (Weibull), of its rain and of ice are known. Power in
 turbulence is interpolated in the wind speed (monotone cubic) and in the density (through three values). One weather
@@ -59,7 +59,7 @@ SCENARIOS: dict[str, dict[str, float]] = {
 
 @dataclass(frozen=True)
 class Year:
-    """A year at a site, of each seed.
+    """Annual results at a site, for each seed.
 
     Attributes:
       climate: of the site.
@@ -88,20 +88,20 @@ class Year:
 
     @property
     def energy(self) -> Float:
-        """(seeds,) [J] with all that there is."""
+        """(seeds,) [J] annual energy with all effects."""
         return self.reference + sum(self.steps.values())
 
 
 @dataclass(frozen=True)
 class Found:
-    """The years, and what they are made of."""
+    """Annual results and the data behind them."""
 
     response: Response
     years: Mapping[str, Year]
 
 
 def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Found:
-    """Simulate, and live through the years; a look with ``runs.setup.quick``."""
+    """Simulate the response and compute the years; few runs with ``runs.setup.quick``."""
     setup = QUICK if runs.setup.quick else Setup()
     return of_turbine(load_turbine(TURBINE), setup, workers=workers, progress=progress)
 
@@ -109,19 +109,19 @@ def study(runs: Any, *, workers: int | None = None, progress: Progress = lambda 
 def of_turbine(
     turbine: Turbine, setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None
 ) -> Found:
-    """The three climates with a turbine."""
+    """Annual results of a turbine in three climates."""
     response = respond(turbine, setup, workers=workers, progress=lambda share, what: progress(0.98 * share, what))
     return years(response)
 
 
 def years(response: Response) -> Found:
-    """The three climates with what a turbine does."""
+    """Annual results in three climates from a response."""
     climates, curves = {name: load_climate(name) for name in CLIMATES}, Curves(response)
     return Found(response, {name: a_year(curves, each, climates[CLIMATES[0]]) for name, each in climates.items()})
 
 
 class Curves:
-    """What the turbine does at the middles of the bins of the wind speed."""
+    """Power and loads at the centres of the wind speed bins."""
 
     def __init__(self, response: Response) -> None:
         self.response = response
@@ -131,7 +131,7 @@ class Curves:
         self.wet: dict[tuple[str, str], Float] = {}
 
     def over_speed(self, values: Float) -> Float:
-        """(..., bins, seeds) of (..., speeds, seeds); the outermost speeds stand for what lies beyond."""
+        """(..., bins, seeds) interpolated from (..., speeds, seeds), constant beyond the outermost speeds."""
         from scipy.interpolate import PchipInterpolator
 
         inside = np.clip(self.middle, self.speeds[0], self.speeds[-1])
@@ -139,12 +139,12 @@ class Curves:
         return found
 
     def power(self, values: Float) -> Float:
-        """The same of a power, which goes with the third power of the wind below the slowest one."""
+        """As ``over_speed`` for power, which is proportional to the cube of the wind speed below the smallest one."""
         slow = np.minimum(self.middle / self.speeds[0], 1.0) ** 3
         return self.over_speed(values) * slow[:, None]
 
     def at(self, values: Float, density: Float) -> Float:
-        """(12, bins, seeds) of (densities, bins, seeds): Lagrange's polynomial through all densities."""
+        """(12, bins, seeds) from (densities, bins, seeds) by Lagrange interpolation in density."""
         x, result = self.densities, np.zeros((len(density), *values.shape[1:]))
         for i, value in enumerate(values):
             others = np.delete(x, i)
@@ -158,19 +158,19 @@ class Curves:
         return np.clip(self.at(self.produced, density), 0.0, 1.02 * rated)
 
     def ice_ratio(self, name: str) -> Float:
-        """(bins, seeds) power with ice over that without."""
+        """(bins, seeds) ratio of power with and without ice."""
         state = self.response.states[name]
         base = self.at(self.response.power, np.array([state.density]))[0]
         return self.over_speed(state.power / np.maximum(base, 1.0))
 
     def load_ratio(self, name: str, load: str) -> Float:
-        """(bins, seeds) load with ice or in rain over that without."""
+        """(bins, seeds) ratio of a load with ice or in rain to that without."""
         state = self.response.states[name]
         base = self.at(self.response.loads[load], np.array([state.density]))[0]
         return self.over_speed(state.loads[load] / base)
 
     def rain_loss(self, kind: str, by: Literal["drops", "review"]) -> Float:
-        """(bins, seeds) [W] that rain of a class takes: only while the power is below rated."""
+        """(bins, seeds) [W] power loss in rain of a class, only below rated power."""
         if (kind, by) not in self.wet:
             below = self.at(self.over_speed(self.response.below), np.array([STANDARD]))[0]
             lost = np.interp(self.middle, self.speeds, self.rain_power(kind, by))
@@ -178,7 +178,7 @@ class Curves:
         return self.wet[kind, by]
 
     def rain_power(self, kind: str, by: Literal["drops", "review"]) -> list[float]:
-        """[W] of the generator that rain of a class takes at the speeds of the response."""
+        """[W] generator power loss in rain of a class at the wind speeds of the response."""
         r, rain = self.response, Rain.model_validate({"kind": kind, "mode": "integrated" if by == "drops" else "seed"})
         if by == "drops":
             lost = [rain_loads(r.turbine, rain, p.wind.speed, p.rotor_speed, p.pitch).power for p in r.points]
@@ -241,14 +241,14 @@ def a_year(curves: Curves, climate: Climate, first: Climate) -> Year:
 
 
 def _all(curves: Curves, climate: Climate) -> Float:
-    """(seeds,) [J] of a year with all effects."""
+    """(seeds,) [J] annual energy with all effects."""
     hours = climate.wind_hours(EDGES, curves.response.turbine.hub_height)
     dry = 3600.0 * np.einsum("mb,mbs->s", hours, curves.clean(climate.density))
     return np.asarray(dry - _rain(curves, climate, hours, "drops") - _ice(curves, climate, hours))
 
 
 def _rain(curves: Curves, climate: Climate, hours: Float, by: Literal["drops", "review"]) -> Float:
-    """(seeds,) [J] that rain takes in a year; never more than there is."""
+    """(seeds,) [J] annual energy loss by rain, at most the energy itself."""
     clean = curves.clean(climate.density)
     lost = np.zeros(clean.shape[-1])
     for kind, wet in climate.rain_hours.items():
@@ -258,14 +258,14 @@ def _rain(curves: Curves, climate: Climate, hours: Float, by: Literal["drops", "
 
 
 def _ice(curves: Curves, climate: Climate, hours: Float) -> Float:
-    """(seeds,) [J] that ice takes in a year."""
+    """(seeds,) [J] annual energy loss by ice."""
     share = hours * (climate.icing_hours / MONTH_HOURS)[:, None]
     kept = (1.0 - SHED_SHARE) * curves.ice_ratio(ICED) + SHED_SHARE * curves.ice_ratio(SHED)
     return np.asarray(3600.0 * np.einsum("mb,mbs,bs->s", share, curves.clean(climate.density), 1.0 - kept))
 
 
 def _loads(curves: Curves, climate: Climate, hours: Float, name: str) -> dict[str, Float]:
-    """(seeds,) equivalent load of the hours in operation, one effect after another.
+    """(seeds,) damage-equivalent load of the hours in operation, effects added one by one.
 
     What rain adds to a load goes with the water that it puts into the air.
     """

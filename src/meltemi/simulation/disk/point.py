@@ -1,4 +1,4 @@
-"""Steady operation of a turbine of a power coefficient: roots of the balance of torque."""
+"""Steady operation of a power-coefficient turbine: roots of the balance of torque."""
 
 from __future__ import annotations
 
@@ -6,16 +6,15 @@ import math
 
 import numpy as np
 
-from meltemi.aero.coefficient import known
+from meltemi.aero.coefficient import RotorCoefficient, known
 from meltemi.control.baseline import parameters, steady_torque
 from meltemi.core.errors import InputError
-from meltemi.simulation.power.case import PowerCase
-from meltemi.simulation.power.channels import power_channels
-from meltemi.simulation.power.model import PowerModel
+from meltemi.simulation.case import Case
+from meltemi.simulation.disk.channels import disk_channels
+from meltemi.simulation.disk.rotor import DiskModel
 from meltemi.simulation.start import hold
 from meltemi.simulation.trim import NotConverged, OperatingPoint, no_balance, steady_wind
 from meltemi.structure.kinematics import GENERATOR, TORSION
-from meltemi.turbine import exchange as ex
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.turbulence.field import AnyWind
 
@@ -23,15 +22,15 @@ SCAN = 61
 """Rotor speeds, from a tenth of the reference speed up to it, at which the balance of torque is looked at first."""
 
 
-def power_point(
-    model: PowerModel, wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
+def disk_point(
+    model: DiskModel, wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
 ) -> OperatingPoint:
     """Steady operation in steady wind; arguments and errors as for ``operating_point``."""
     from scipy.optimize import brentq
 
     turbine = model.turbine
     steady = steady_wind(wind, turbine.hub_height)
-    case = PowerCase(model, steady)
+    case, coefficient = Case(model, steady), RotorCoefficient(model.rotor.coefficient)
     law, control, ratio = parameters(turbine.control), turbine.control, turbine.drivetrain.gear_ratio
     reference = control.pitch.reference_speed / ratio
     rotor, friction = case.view("rotor"), turbine.drivetrain.friction
@@ -54,7 +53,7 @@ def power_point(
         if lefts[-1] > 0.0:
             rotor_speed = reference
             if pitch is None:
-                if not known(model.coefficient, float(rotor["tip_ratio"]), control.pitch.maximum):
+                if not known(float(rotor["tip_ratio"]), control.pitch.maximum, coefficient):
                     raise _unknown(turbine, steady.speed, "it would have to pitch")
                 most = control.pitch.maximum
                 if left_over(reference, most) > 0.0:
@@ -76,19 +75,19 @@ def power_point(
             rain = f"; rain takes {100.0 * loss / (loss + kept):.0f} % of the rotor's power" if loss > 0.0 else ""
             raise no_balance(steady.speed, rain)
     imbalance = left_over(rotor_speed, angle)
-    if not known(model.coefficient, float(rotor["tip_ratio"]), angle):
+    if not known(float(rotor["tip_ratio"]), angle, coefficient):
         where = f"it runs at a tip-speed ratio of {float(rotor['tip_ratio']):.2f}"
         raise _unknown(turbine, steady.speed, f"{where} and a pitch of {math.degrees(angle):.2f} degrees")
     if turbine.drivetrain.stiffness is not None:
         # without acceleration the shaft carries what drives the rotor
         case["q"][TORSION] = (float(rotor["torque"]) - friction * rotor_speed) / turbine.drivetrain.stiffness
         case.evaluate(0.0)
-    case["drive"][ex.GENERATOR_TORQUE] = asked = float(steady_torque(law, ratio * rotor_speed, angle))
+    case.control.drive.generator_torque = asked = float(steady_torque(law, ratio * rotor_speed, angle))
     case.begin_electric()
-    imbalance += ratio * (asked - float(case["drive"][ex.GENERATOR_TORQUE]))  # what the machine cannot make is left
+    imbalance += ratio * (asked - float(case.control.drive.generator_torque))  # what the machine cannot make is left
     case.loads(0.0)
     q, v = case["q"].copy(), case["v"].copy()
-    channels = power_channels(model)
+    channels = disk_channels(model)
     return OperatingPoint(
         wind=steady,
         rotor_speed=rotor_speed,

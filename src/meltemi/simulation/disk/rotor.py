@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.coefficient import RotorCoefficient, coefficient_arrays
-from meltemi.aero.tables import AeroParameters
-from meltemi.control.actuators import Actuators
+from meltemi.aero.tables import AeroParameters, FlapParameters, RotorFlow
+from meltemi.control.actuators import FlapActuators
+from meltemi.control.signals import Demands
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.electrical.tables import ElectricalParameters
+from meltemi.electrical.tables import ElectricState
+from meltemi.environment.conditions import Conditions
 from meltemi.environment.rain import rain_parameters
 from meltemi.environment.site import Environment
+from meltemi.maths.records import Record
 from meltemi.maths.tables import Table, View
-from meltemi.simulation.machine import Parameters
-from meltemi.simulation.model import electrical_of
+from meltemi.simulation.disk.system import Disk, DiskFlow, DiskSystem
+from meltemi.simulation.model import Model, ParameterTables, Stations, actuator_array, electrical_of
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.power.step import Disk
+from meltemi.simulation.tables import Summary
 from meltemi.structure.kinematics import N_SHAFT
-from meltemi.structure.tables import StructureParameters
+from meltemi.structure.tables import BladeRootLoad, Gears, MachineLoad, StructureParameters
+from meltemi.turbine.exchange import Drive, Machine, PitchMotion
 from meltemi.turbine.power_turbine import PowerTurbine
+from meltemi.wind.fields import Wind, WindBox
 
 Float = NDArray[np.float64]
 
@@ -33,22 +39,39 @@ GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 
 @dataclass(frozen=True, repr=False)
-class PowerModel(Parameters):
-    """A turbine of a power coefficient, ready for the kernels.
+class DiskRotor:
+    """Rotor with a power coefficient; see ``simulation.model.Rotor``.
 
     Attributes:
-      turbine, environment, options: what it was built from.
-      coordinates: names of the generalised coordinates; without a stiffness of the shaft its torsion is locked.
-      locked ... actuators: arrays of the kernels.
+      disk ... points: arrays of the kernels.
     """
 
-    turbine: PowerTurbine
-    environment: Environment
-    options: ModelOptions
-    coordinates: tuple[str, ...]
-    locked: Float
-    structure: Float
-    aero: Float
+    in_lanes: ClassVar[bool] = False
+    system: ClassVar[type[Record]] = DiskSystem
+    sections: ClassVar[type[Record]] = DiskSystem
+    signals: ClassVar[dict[str, type[Table]]] = {
+        "summary": Summary,
+        "machine": Machine,
+        "rotor": RotorFlow,
+        "disk_flow": DiskFlow,
+        "chain": MachineLoad,
+        "root": BladeRootLoad,
+        "pitch": PitchMotion,
+        "flap": FlapParameters,
+        "drive": Drive,
+        "gears": Gears,
+        "demands": Demands,
+        "outside": Conditions,
+        "electric": ElectricState,
+    }
+    parameter_tables: ClassVar[ParameterTables] = (
+        (StructureParameters, "structure", ("gear_ratio", "generator_inertia", "shaft_stiffness", "shaft_damping")),
+        (AeroParameters, "aero", ("air_density",)),
+        (Disk, "disk", Disk.names),
+        (RotorCoefficient, "coefficient", ("scale", "ratio_scale")),
+    )
+    n_core: ClassVar[int] = N_SHAFT
+    n_flaps: ClassVar[int] = 0
     disk: Float
     coefficient: Float
     ratios: Float
@@ -56,47 +79,44 @@ class PowerModel(Parameters):
     values: Float
     rain: Float
     points: Float
-    actuators: Float
-    electrical: Float
 
-    @property
-    def n_blades(self) -> int:
-        return self.turbine.n_blades
+    def check(self, stations: Stations, turbine: PowerTurbine) -> None:
+        """InputError for any station."""
+        if stations.blade or stations.tower:
+            raise InputError(
+                f"{turbine.name}: blade_stations and tower_stations need blades and a tower, which a power-coefficient "
+                "turbine does not have"
+            )
 
-    @property
-    def n_core(self) -> int:
-        """Coordinates below the blades."""
-        return N_SHAFT
+    def shapes(self, turbine: PowerTurbine, stations: Stations, lanes: bool) -> dict[str, tuple[int, ...]]:
+        """Shapes of the signals."""
+        return {name: t.shape(blade=turbine.n_blades, flap=0, mode=0) for name, t in self.signals.items()}
 
-    @property
-    def n_flaps(self) -> int:
+    def states(self, turbine: PowerTurbine, lanes: bool) -> dict[str, tuple[int, ...]]:
         """None."""
-        return 0
+        return {}
 
-    @property
-    def parameter_tables(self) -> tuple[tuple[type[Table], str, tuple[str, ...]], ...]:
-        """Table, array and names of the scalar parameters."""
-        return (
-            (*_PARAMETERS, (ElectricalParameters, "electrical", ElectricalParameters.names))
-            if self.has_electrical
-            else _PARAMETERS
-        )
+    def arrays(self, turbine: PowerTurbine, wind: Wind, stations: Stations, lanes: bool) -> dict[str, Any]:
+        """All other arrays of its records; a wind that is given at the hub is taken there."""
+        return {
+            **{field.name: getattr(self, field.name) for field in fields(self)},
+            "points": self.points if isinstance(wind, WindBox) else np.zeros((2, 1)),
+            "columns": np.zeros((6, N_SHAFT)),
+            "flap_actuators": FlapActuators.zeros(flap=0),
+        }
 
-
-SHAFT = ("gear_ratio", "generator_inertia", "shaft_stiffness", "shaft_damping")
-_PARAMETERS: tuple[tuple[type[Table], str, tuple[str, ...]], ...] = (
-    (StructureParameters, "structure", SHAFT),
-    (AeroParameters, "aero", ("air_density",)),
-    (Disk, "disk", Disk.names),
-    (RotorCoefficient, "coefficient", ("scale", "ratio_scale")),
-    (Actuators, "actuators", Actuators.names),
-)
+    def shown(self, arrays: dict[str, Any]) -> dict[str, Any]:
+        """All arrays."""
+        return arrays
 
 
-def build_power(
+DiskModel = Model[DiskRotor]
+
+
+def build_disk(
     turbine: PowerTurbine, options: ModelOptions | None = None, environment: Environment | None = None
-) -> PowerModel:
-    """Make a model of a turbine of a power coefficient.
+) -> DiskModel:
+    """Make a model of a power-coefficient turbine.
 
     Raises:
       InputError: an option concerns what such a turbine does not have.
@@ -124,8 +144,13 @@ def build_power(
     aero["air_density"] = environment.density
     disk["radius"], disk["inertia"], disk["friction"] = turbine.rotor_radius, shaft.rotor_inertia, shaft.friction
     disk["power_exponent"], disk["thrust_exponent"] = turbine.power_yaw_exponent, turbine.thrust_yaw_exponent
-    known = coefficient_arrays(turbine.coefficient)
-    return PowerModel(
+    rotor = DiskRotor(
+        disk=disk.array,
+        **coefficient_arrays(turbine.coefficient),
+        rain=rain_parameters(environment.rain, turbine.rotor_radius).array,
+        points=disk_points(turbine.rotor_radius, options.disk_points),
+    )
+    return Model(
         turbine=turbine,
         environment=environment,
         options=options,
@@ -133,15 +158,9 @@ def build_power(
         locked=locked,
         structure=structure.array,
         aero=aero.array,
-        disk=disk.array,
-        coefficient=known.parameters,
-        ratios=known.ratios,
-        pitches=known.pitches,
-        values=known.values,
-        rain=rain_parameters(environment.rain, turbine.rotor_radius),
-        points=disk_points(turbine.rotor_radius, options.disk_points),
-        actuators=_actuators(turbine, options),
+        actuators=actuator_array(turbine, options),
         electrical=electrical_of(turbine, options),
+        rotor=rotor,
     )
 
 
@@ -163,15 +182,3 @@ def disk_points(radius: float, n: int) -> Float:
     i = np.arange(n)
     r, turn = radius * np.sqrt((i + 0.5) / n), GOLDEN * i
     return np.ascontiguousarray([r * np.cos(turn), r * np.sin(turn)])
-
-
-def _actuators(turbine: PowerTurbine, options: ModelOptions) -> Float:
-    v = View(Actuators, Actuators.zeros())
-    a = turbine.pitch_actuator
-    v["pitch_ideal"] = float(a.kind == "ideal")
-    v["pitch_frequency"], v["pitch_damping"], v["pitch_rate"] = a.natural_frequency, a.damping_ratio, a.rate_limit
-    v["pitch_minimum"], v["pitch_maximum"] = a.minimum, a.maximum
-    v["brake_torque"] = turbine.drivetrain.brake_torque
-    v["yaw_rate"] = turbine.yaw.rate if options.yaw == "driven" else 0.0
-    v["yaw_acceleration"], v["yaw_hold"] = turbine.yaw.acceleration or 0.0, -1.0
-    return v.array

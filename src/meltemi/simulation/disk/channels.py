@@ -1,10 +1,10 @@
-"""What can be recorded of a turbine of a power coefficient: the part of the catalogue that it has, and its own."""
+"""What can be recorded of a power-coefficient turbine: the part of the catalogue that it has, and its own."""
 
 from __future__ import annotations
 
 from meltemi.core.errors import InputError
 from meltemi.simulation.channels import Channel, catalogue, find, standard
-from meltemi.simulation.power.model import PowerModel
+from meltemi.simulation.disk.rotor import DiskModel
 from meltemi.turbine.power_turbine import TableCoefficient
 
 WHOLE = ("summary", "pitch", "demands", "outside", "electric")
@@ -20,7 +20,7 @@ SOME = {
 """And those of which these rows are."""
 
 
-def power_channels(model: PowerModel) -> dict[str, Channel]:
+def disk_channels(model: DiskModel) -> dict[str, Channel]:
     """All channels of a model, by name."""
     turbine = model.turbine
     missing = [] if turbine.drivetrain.stiffness is not None else [("q", "drivetrain"), ("v", "drivetrain")]
@@ -35,7 +35,7 @@ def power_channels(model: PowerModel) -> dict[str, Channel]:
     }
 
 
-def find_power_channel(name: str, model: PowerModel, available: dict[str, Channel]) -> Channel:
+def find_disk_channel(name: str, model: DiskModel, available: dict[str, Channel]) -> Channel:
     """A channel by its name.
 
     Raises:
@@ -51,6 +51,6 @@ def find_power_channel(name: str, model: PowerModel, available: dict[str, Channe
         if known is None:
             raise
     raise InputError(
-        f"no channel {name!r}: {model.turbine.name} is a turbine of a power coefficient, without blades and tower that "
+        f"no channel {name!r}: {model.turbine.name} is a power-coefficient turbine, without blades and tower that "
         f"could have {known.description!r}; an aeroelastic turbine has it"
     )

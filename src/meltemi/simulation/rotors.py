@@ -1,7 +1,7 @@
-"""Both kinds of turbines behind one front: what a run, a study or the command line asks of a model.
+"""Kinds of rotors, and what a run, a study or the command line asks of a model, whatever its rotor.
 
-A model of blades and tower and one of a power coefficient have the same controllers, events, winds, channels and
-results; what differs between them is told here, once.
+A rotor with blades on a tower and a disk with a power coefficient share controllers, events, winds, channels and
+results. What differs is told here, once for each kind: another kind is a folder of its own and an entry in ``KINDS``.
 """
 
 from __future__ import annotations
@@ -12,39 +12,35 @@ from dataclasses import dataclass
 from typing import Any, overload
 
 from meltemi.core.errors import InputError
-from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
-from meltemi.maths.records import Kind
 from meltemi.simulation import modes, trim
-from meltemi.simulation.case import BaseCase, Case, Stations
+from meltemi.simulation.bladed.build import build_bladed
+from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.channels import Channel, catalogue, find
-from meltemi.simulation.machine import AnyModel
-from meltemi.simulation.model import Model
-from meltemi.simulation.model import build as build_aeroelastic
+from meltemi.simulation.disk.channels import disk_channels, find_disk_channel
+from meltemi.simulation.disk.point import disk_point
+from meltemi.simulation.disk.rotor import DiskModel, DiskRotor, build_disk
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.power.case import PowerCase
-from meltemi.simulation.power.channels import find_power_channel, power_channels
-from meltemi.simulation.power.model import PowerModel, build_power
-from meltemi.simulation.power.point import power_point
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
-from meltemi.wind.fields import Wind
 from meltemi.wind.turbulence.field import AnyWind
 
 LONGEST_STEP = modes.OUTPUT_STEP
 SHARE_OF_TIME = 0.1
-"""Longest default time step of a turbine of a power coefficient over the time in which rated torque stops it."""
+"""Longest default time step of a power-coefficient turbine over the time in which rated torque stops it."""
 SHORTEST_STEP = 1e-5
 """[s] no shorter time step is taken unasked: a run would seem to hang."""
 
 
 @dataclass(frozen=True)
-class Engine:
-    """What a kind of model has.
+class RotorKind:
+    """Functions of a kind of rotor.
 
     Attributes:
-      case: its arrays for a run; arguments as for ``Case``.
+      turbine: class of the turbines that have it.
+      build: (turbine, options, environment) the model.
       time_step: (model) [s], by default; runs take that of :func:`default_step`.
       step_cause: (model) in words, what makes this time step so short.
       channels: (model, stations) all it can record, by name.
@@ -55,7 +51,8 @@ class Engine:
       tables: arrays of the model that may change with the turbine's description.
     """
 
-    case: Callable[..., BaseCase]
+    turbine: type
+    build: Callable[..., Model[Any]]
     time_step: Callable[[Any], float]
     step_cause: Callable[[Any], str]
     channels: Callable[[Any, Stations], dict[str, Channel]]
@@ -66,26 +63,26 @@ class Engine:
     tables: tuple[str, ...]
 
 
-def _aeroelastic_channels(model: Model, stations: Stations) -> dict[str, Channel]:
+def _bladed_channels(model: BladedModel, stations: Stations) -> dict[str, Channel]:
     return catalogue(
         model.n_blades,
-        model.n_nodes,
+        model.rotor.n_nodes,
         len(stations.blade),
         len(stations.tower),
         model.coordinates,
         model.n_flaps,
-        model.n_gear_stages,
+        model.rotor.gear_stages,
         model.has_electrical,
     )
 
 
-def _power_step(model: PowerModel) -> float:
+def _disk_step(model: DiskModel) -> float:
     """[s] a divisor of 0.05 s that is not above these limits."""
-    longest = min(_power_limits(model).values())
+    longest = min(_disk_limits(model).values())
     return LONGEST_STEP / max(math.ceil(LONGEST_STEP / longest - 1e-9), 1)
 
 
-def _power_limits(model: PowerModel) -> dict[str, float]:
+def _disk_limits(model: DiskModel) -> dict[str, float]:
     """[s] by cause: for torsion as for other machines, for the speed a share of its time under torque."""
     shaft, control = model.turbine.drivetrain, model.turbine.control
     inertia = model.parameter("disk.inertia") + shaft.gear_ratio**2 * model.parameter("structure.generator_inertia")
@@ -103,19 +100,20 @@ def _power_limits(model: PowerModel) -> dict[str, float]:
     return limits
 
 
-def _power_cause(model: PowerModel) -> str:
-    limits = _power_limits(model)
+def _disk_cause(model: DiskModel) -> str:
+    limits = _disk_limits(model)
     return min(limits, key=limits.__getitem__)
 
 
-AEROELASTIC = Engine(
-    case=Case,
+BLADED = RotorKind(
+    turbine=Turbine,
+    build=build_bladed,
     time_step=modes.time_step,
     step_cause=lambda model: (
         f"coordinate {modes.fastest_coordinate(model)!r} is very stiff for its inertia, with "
         f"{modes.highest_frequency(model):.3g} rad/s"
     ),
-    channels=_aeroelastic_channels,
+    channels=_bladed_channels,
     channel=lambda name, model, available: find(name, available),
     operating_point=trim.operating_point,
     reach=lambda t: t.nacelle.overhang + t.rotor_radius * math.sin(t.hub.precone + t.nacelle.tilt),
@@ -125,55 +123,62 @@ AEROELASTIC = Engine(
         "tower_weight tower_nodes tower_shape aero aero_nodes polars section tower_flow actuators electrical".split()
     ),
 )
-POWER = Engine(
-    case=PowerCase,
-    time_step=_power_step,
-    step_cause=_power_cause,
-    channels=lambda model, stations: power_channels(model),
-    channel=lambda name, model, available: find_power_channel(name, model, available),
-    operating_point=power_point,
+DISK = RotorKind(
+    turbine=PowerTurbine,
+    build=build_disk,
+    time_step=_disk_step,
+    step_cause=_disk_cause,
+    channels=lambda model, stations: disk_channels(model),
+    channel=lambda name, model, available: find_disk_channel(name, model, available),
+    operating_point=disk_point,
     reach=lambda t: 0.0,
     brake_inertia=lambda t: t.drivetrain.inertia / t.drivetrain.gear_ratio**2,
     tables=("structure", "aero", "disk", "coefficient", "values", "actuators", "electrical"),
 )
 
 
-def engine_of(model: AnyModel) -> Engine:
-    """The engine of a model."""
-    return POWER if isinstance(model, PowerModel) else AEROELASTIC
+KINDS: dict[type, RotorKind] = {BladedRotor: BLADED, DiskRotor: DISK}
+"""By the class of a model's rotor."""
 
 
-def default_step(model: AnyModel) -> float:
-    """Time step [s] of a run: that of the options, else the engine's.
+def kind_of(model: Model[Any]) -> RotorKind:
+    """The kind of a model's rotor."""
+    return KINDS[type(model.rotor)]
+
+
+def default_step(model: Model[Any]) -> float:
+    """Time step [s] of a run: that of the options, else by its kind of rotor.
 
     Raises:
-      InputError: the engine's is so short that runs would seem to hang.
+      InputError: the default is so short that runs would seem to hang.
     """
     if model.options.time_step is not None:
         return model.options.time_step
-    engine = engine_of(model)
-    dt = engine.time_step(model)
+    kind = kind_of(model)
+    dt = kind.time_step(model)
     if dt < SHORTEST_STEP:
         raise InputError(
             f"{model.turbine.name}: its time step would be {dt:.2g} s, {1.0 / dt:.2g} steps for each second of a run: "
-            f"{engine.step_cause(model)}; check these values, or set options.time_step"
+            f"{kind.step_cause(model)}; check these values, or set options.time_step"
         )
     return dt
 
 
 @overload
-def build(turbine: Turbine, options: ModelOptions | None = None, environment: Environment | None = None) -> Model: ...
+def build(
+    turbine: Turbine, options: ModelOptions | None = None, environment: Environment | None = None
+) -> BladedModel: ...
 @overload
 def build(
     turbine: PowerTurbine, options: ModelOptions | None = None, environment: Environment | None = None
-) -> PowerModel: ...
+) -> DiskModel: ...
 @overload
 def build(
     turbine: AnyTurbine, options: ModelOptions | None = None, environment: Environment | None = None
-) -> Model | PowerModel: ...
+) -> Model[Any]: ...
 def build(
     turbine: AnyTurbine, options: ModelOptions | None = None, environment: Environment | None = None
-) -> Model | PowerModel:
+) -> Model[Any]:
     """Make a model of a turbine.
 
     Raises:
@@ -181,25 +186,12 @@ def build(
       InputError: options name something that does not exist, or concern what the turbine does not have, or modes
         cannot be computed.
     """
-    if isinstance(turbine, PowerTurbine):
-        return build_power(turbine, options, environment)
-    return build_aeroelastic(turbine, options, environment)
-
-
-def new_case(
-    model: AnyModel,
-    wind: Wind,
-    stations: Stations | None = None,
-    *,
-    numbers: Kind = "lanes",
-    grid: PowerGrid | None = None,
-) -> BaseCase:
-    """Arrays of one simulation of a model in a wind."""
-    return engine_of(model).case(model, wind, stations, numbers=numbers, grid=grid)
+    kind = next(kind for kind in KINDS.values() if isinstance(turbine, kind.turbine))
+    return kind.build(turbine, options, environment)
 
 
 def operating_point(
-    model: AnyModel, wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
+    model: Model[Any], wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
 ) -> OperatingPoint:
     """Steady operation of a turbine in steady wind.
 
@@ -211,4 +203,4 @@ def operating_point(
     Raises:
       InputError: the wind cannot turn the rotor.
     """
-    return engine_of(model).operating_point(model, wind, rotor_speed=rotor_speed, pitch=pitch)
+    return kind_of(model).operating_point(model, wind, rotor_speed=rotor_speed, pitch=pitch)

@@ -1,0 +1,50 @@
+"""Functions of phasors, and their operators in kernels for every kind of number."""
+
+from __future__ import annotations
+
+import operator
+from math import cos, sin, sqrt
+
+from meltemi.core.kernel import kernel
+from meltemi.maths.algebra import Phasor as Phasor
+from meltemi.maths.groups import group, operators
+
+group(Phasor)
+
+
+def _scaled(s: float, a: Phasor) -> Phasor:
+    return Phasor(s * a.d, s * a.q)
+
+
+operators(
+    {
+        operator.add: {(Phasor, Phasor): Phasor.__add__},
+        operator.sub: {(Phasor, Phasor): Phasor.__sub__},
+        operator.mul: {(None, Phasor): _scaled, (Phasor, Phasor): Phasor.__mul__},
+        operator.truediv: {(Phasor, Phasor): Phasor.__truediv__},
+    }
+)
+
+
+@kernel
+def polar(size: float, angle: float) -> Phasor:
+    """size e^(j angle)."""
+    return Phasor(size * cos(angle), size * sin(angle))
+
+
+@kernel
+def magnitude(a: Phasor) -> float:
+    """|a|."""
+    return sqrt(a.d * a.d + a.q * a.q)
+
+
+@kernel
+def along(a: Phasor, b: Phasor) -> float:
+    """Re(a b*): of voltage and current, 2/3 of the active power."""
+    return a.d * b.d + a.q * b.q
+
+
+@kernel
+def ahead(a: Phasor, b: Phasor) -> float:
+    """Im(a b*): of voltage and current, 2/3 of the reactive power."""
+    return a.q * b.d - a.d * b.q

@@ -1,0 +1,46 @@
+"""Contiguous vectors of which arrays are views."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.numbers.duals import N_DERIVATIVES
+from meltemi.numbers.lanes import WIDTH
+
+Float = NDArray[np.float64]
+
+
+def aligned(shape: tuple[int, ...]) -> Float:
+    """Zeros that begin at a multiple of 64 bytes, as the processor's widest registers like it."""
+    size = int(np.prod(shape))
+    spare = np.zeros(size + WIDTH)
+    begin = (-spare.ctypes.data // spare.itemsize) % WIDTH
+    return spare[begin : begin + size].reshape(shape)
+
+
+class Arena:
+    """Views cut one after another from one contiguous vector, each beginning at a multiple of 64 bytes.
+
+    With ``duals`` there is a second vector, and views of it, with the derivatives of every entry.
+    """
+
+    def __init__(self, shapes: dict[str, tuple[int, ...]], *, duals: bool = False) -> None:
+        self.begin: dict[str, int] = {}
+        at = 0
+        for name, shape in shapes.items():
+            self.begin[name] = at
+            at += -(-int(np.prod(shape)) // WIDTH) * WIDTH
+        self.vector = aligned((at,))
+        self.slopes = aligned((at if duals else 0, N_DERIVATIVES))
+        self.views: dict[str, Float] = {}
+        self.slope_views: dict[str, Float] = {}
+        for name, shape in shapes.items():
+            entries = slice(self.begin[name], self.begin[name] + int(np.prod(shape)))
+            self.views[name] = self.vector[entries].reshape(shape)
+            if duals:
+                self.slope_views[name] = self.slopes[entries].reshape(*shape, N_DERIVATIVES)
+
+    def place(self, name: str, index: tuple[int, ...]) -> int:
+        """Place in the vector of one entry of a view."""
+        return self.begin[name] + int(np.ravel_multi_index(index, self.views[name].shape))

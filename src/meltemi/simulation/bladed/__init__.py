@@ -1,0 +1,1 @@
+"""Rotors with flexible blades on a flexible tower."""

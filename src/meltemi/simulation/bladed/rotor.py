@@ -1,0 +1,262 @@
+"""Arrays of a rotor with flexible blades on a flexible tower, and those of its cases."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.aero.tables import (
+    AeroMemory,
+    AeroNode,
+    AeroParameters,
+    BladeFlow,
+    FlapParameters,
+    InflowState,
+    RotorFlow,
+    StallState,
+    TowerFlow,
+)
+from meltemi.control.signals import Demands
+from meltemi.core.errors import InputError
+from meltemi.electrical.tables import ElectricState
+from meltemi.environment.conditions import Conditions
+from meltemi.maths.records import Record, members
+from meltemi.maths.tables import Table
+from meltemi.numbers.lanes import WIDTH
+from meltemi.simulation.arena import aligned
+from meltemi.simulation.model import Model, ParameterTables, Stations
+from meltemi.simulation.system import Outputs, System
+from meltemi.simulation.tables import Summary
+from meltemi.structure.gear_train import gear_arrays
+from meltemi.structure.kinematics import N_SHAFT
+from meltemi.structure.members import Member, NodeLayout
+from meltemi.structure.tables import (
+    BladeBody,
+    BladeNode,
+    BladeRootLoad,
+    BladeStationLoad,
+    GearLoads,
+    Gears,
+    MachineLoad,
+    StructureParameters,
+    TowerStationLoad,
+)
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.exchange import BladeFrame, BladeLoad, BladeMotion, Drive, Machine, PitchMotion
+from meltemi.turbine.power_turbine import aeroelastic
+from meltemi.wind.fields import Wind
+
+Float = NDArray[np.float64]
+
+SIGNALS: dict[str, type[Table]] = {
+    "summary": Summary,
+    "machine": Machine,
+    "rotor": RotorFlow,
+    "chain": MachineLoad,
+    "root": BladeRootLoad,
+    "pitch": PitchMotion,
+    "flap": FlapParameters,
+    "drive": Drive,
+    "gears": Gears,
+    "gear_loads": GearLoads,
+    "demands": Demands,
+    "outside": Conditions,
+    "electric": ElectricState,
+    "flow": BladeFlow,
+    "motion": BladeMotion,
+    "station": BladeStationLoad,
+    "tower_station": TowerStationLoad,
+}
+STATES: dict[str, type[Table]] = {"inflow": InflowState, "stall": StallState, "memory": AeroMemory}
+FILLED = [name for name, member in members(System).items() if member.in_lanes]
+"""Arrays whose last axis are the nodes of a blade or of the tower, which fill up the last lanes."""
+WEIGHTS = {
+    "tower_flow": [TowerFlow.index("length")],
+    "blade_nodes": [row for row, name in enumerate(BladeNode.names) if not name.startswith("position")],
+    "aero_nodes": [AeroNode.index(name) for name in ("length", "area", "ring")],
+}
+"""Rows by which a node counts in sums: zero for the nodes that only fill up the last lanes."""
+
+
+def filled(name: str, array: Float, nodes: int) -> Float:
+    """Constants of the nodes, continued to ``nodes`` by copies of the last one that carry no weight."""
+    missing = nodes - array.shape[-1]
+    result = aligned((*array.shape[:-1], nodes))
+    result[...] = np.concatenate([array, np.repeat(array[..., -1:], missing, axis=-1)], axis=-1)
+    for row in WEIGHTS.get(name, ()):
+        result[row, ..., nodes - missing :] = 0.0
+    return result
+
+
+def to_lanes(nodes: int, lanes: bool) -> int:
+    """Number of nodes that fills up the last lanes."""
+    return -(-nodes // WIDTH) * WIDTH if lanes else nodes
+
+
+@dataclass(frozen=True, repr=False)
+class BladedRotor:
+    """Rotor with flexible blades on a flexible tower; see ``simulation.model.Rotor``.
+
+    Attributes:
+      blade, tower: the flexible members.
+      blade_layout, tower_layout: their nodes.
+      gear_stages: planetary stages of the gearbox, and all its stages; none where they are not modelled.
+      gear_modes ... flap_actuators: arrays of the kernels, see the tables of their layers.
+    """
+
+    in_lanes: ClassVar[bool] = True
+    system: ClassVar[type[Record]] = System
+    sections: ClassVar[type[Record]] = Outputs
+    signals: ClassVar[dict[str, type[Table]]] = SIGNALS
+    parameter_tables: ClassVar[ParameterTables] = (
+        (StructureParameters, "structure", StructureParameters.names),
+        (AeroParameters, "aero", AeroParameters.names),
+    )
+    blade: Member
+    tower: Member
+    blade_layout: NodeLayout
+    tower_layout: NodeLayout
+    gear_stages: tuple[int, int]
+    gear_modes: Float
+    gear_rows: Float
+    gear_shape: Float
+    blade_nodes: Float
+    blade_edges: Float
+    shape: Float
+    second: Float
+    modal: Float
+    tip_shape: Float
+    tip_second: Float
+    top_shape: Float
+    top_second: Float
+    tower_matrix: Float
+    tower_weight: Float
+    tower_nodes: Float
+    tower_shape: Float
+    aero_options: NDArray[np.int64]
+    aero_nodes: Float
+    polars: Float
+    section: Float
+    tower_flow: Float
+    flap_nodes: Float
+    increments: Float
+    flap_actuators: Float
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes of each blade."""
+        return len(self.blade_layout.position)
+
+    @property
+    def n_core(self) -> int:
+        """Coordinates below the blades."""
+        return len(self.tower.names) + N_SHAFT
+
+    @property
+    def n_flaps(self) -> int:
+        """Flaps of each blade."""
+        return len(self.flap_nodes)
+
+    def check(self, stations: Stations, turbine: Turbine) -> None:
+        """InputError for stations beyond the ends of blades or tower."""
+        for name, places, length in (
+            ("blade_stations", stations.blade, turbine.blade.length),
+            ("tower_stations", stations.tower, turbine.tower.length),
+        ):
+            for place in places:
+                if not 0.0 <= place <= length:
+                    raise InputError(f"{name}: {place:g} m is not between 0 and {length:g} m, the end of the member")
+
+    def _sizes(self, turbine: Turbine, lanes: bool) -> dict[str, int]:
+        return {
+            "blade": turbine.n_blades,
+            "node": to_lanes(self.n_nodes, lanes),
+            "flap": self.n_flaps,
+            "mode": self.gear_modes.shape[1],
+            "part": self.gear_rows.shape[1],
+        }
+
+    def shapes(self, turbine: Turbine, stations: Stations, lanes: bool) -> dict[str, tuple[int, ...]]:
+        """Shapes of the signals."""
+        sizes, number = self._sizes(turbine, lanes), {"tower_station": 1 + len(stations.tower)}
+        return {
+            name: table.shape(**sizes, station=number.get(name, len(stations.blade)))
+            for name, table in self.signals.items()
+        }
+
+    def states(self, turbine: Turbine, lanes: bool) -> dict[str, tuple[int, ...]]:
+        """Shapes of the states of inflow and stall, and of what integrator and solver remember."""
+        return {name: table.shape(**self._sizes(turbine, lanes)) for name, table in STATES.items()}
+
+    def arrays(self, turbine: Turbine, wind: Wind, stations: Stations, lanes: bool) -> dict[str, Any]:
+        """All other arrays of its records; those of nodes are filled up to whole lanes."""
+        sizes = self._sizes(turbine, lanes)
+        B, nodes, K, M, nc = turbine.n_blades, sizes["node"], len(self.blade.names), len(self.tower.names), self.n_core
+        tower_nodes = to_lanes(self.tower_flow.shape[1], lanes)
+        tower_flow = filled("tower_flow", self.tower_flow, tower_nodes)
+        own = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in MEMBERS}
+        of_nodes = {
+            name: filled(name, array, tower_nodes if name == "tower_shape" else nodes)
+            for name, array in own.items()
+            if name in FILLED
+        }
+        return {
+            **own,
+            **of_nodes,
+            "aero_options": self.aero_options.copy(),
+            "columns": np.zeros((6, nc)),
+            "frame": BladeFrame.zeros(**sizes),
+            "partial": aligned((3 * K, B, nodes)),
+            "load": aligned(BladeLoad.shape(**sizes)),
+            "d_inflow": aligned(InflowState.shape(**sizes)),
+            "d_stall": aligned(StallState.shape(**sizes)),
+            "body": BladeBody.zeros(blade=B),
+            "link": np.zeros((6, B, K)),
+            "arm_mass": np.zeros((B, K, K)),
+            "arm_force": np.zeros((B, K)),
+            "core_mass": np.zeros((nc, nc)),
+            "core_force": np.zeros(nc),
+            "coupling": np.zeros((B, K, nc)),
+            "tower_flow": tower_flow,
+            "tower_lanes": tower_flow,
+            "tower_push": np.zeros(M),
+            "tower_drag": tower_flow[-3:],
+            "apex": np.zeros(6),
+            "blade_stations": np.array(stations.blade, dtype=float),
+            "tower_stations": np.array((0.0, *stations.tower), dtype=float),
+        }
+
+    def shown(self, arrays: dict[str, Any]) -> dict[str, Any]:
+        """The arrays without nodes that only fill up the last lanes."""
+        N, NT = self.n_nodes, self.tower_flow.shape[1]
+        ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in FILLED}}
+        return {name: array[..., : ends[name]] if name in ends else array for name, array in arrays.items()}
+
+
+MEMBERS = ("blade", "tower", "blade_layout", "tower_layout", "gear_stages")
+BladedModel = Model[BladedRotor]
+
+
+def with_static_gears(model: BladedModel) -> BladedModel:
+    """The same with a gearbox whose parts follow rotor and generator statically, so that none of its modes is left.
+
+    Steady operation, default time step and modes in vacuum look at the slow motion only.
+    """
+    if not model.rotor.gear_modes.shape[1]:
+        return model
+    _, modes, rows, shape = gear_arrays(model.turbine.drivetrain, "quasi_static")
+    return model.with_arrays(gear_modes=modes, gear_rows=rows, gear_shape=shape)
+
+
+def with_blades(model: Model[Any], what: str) -> BladedModel:
+    """The model, which must have blades and a tower for ``what``.
+
+    Raises:
+      InputError: it has a rotor with a power coefficient.
+    """
+    if not isinstance(model.rotor, BladedRotor):
+        aeroelastic(model.turbine, what)
+    return model

@@ -1,0 +1,1 @@
+"""Rotors with a power coefficient: a disk in the wind, and a shaft."""

@@ -1,1 +1,0 @@
-"""The engine of turbines of a power coefficient: model, case, step and steady operation."""
