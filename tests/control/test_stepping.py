@@ -29,7 +29,7 @@ def uses_all(state: Any, measurements: Any, demands: Any, dt: float) -> None:
 @pytest.mark.parametrize("law", ["baseline", "loads"])
 def test_stepping_gives_the_bits_of_the_same_law_as_plug_in(model: Model, law: str, sample_time: float | None) -> None:
     if law == "baseline":
-        controller = meltemi.control.BaselineController(model.turbine, sample_time)
+        controller = meltemi.control.BaselineController(model.turbine, sample_time=sample_time)
     else:
         controller = Controller(uses_all, sample_time=sample_time)
     plugged = simulate(model, WIND, duration=3.0, controller=controller, channels=["all"])
@@ -112,7 +112,7 @@ def test_what_is_refused(model: Model) -> None:
     with pytest.raises(InputError, match="reset"):
         run.step()
     own = Simulation(Run(model, WIND, duration=0.1))
-    with pytest.raises(InputError, match="fixed"):
+    with pytest.raises(InputError, match="ConstantController"):
         own.step({"pitch": 0.1})
     assert own.step()["time"] == pytest.approx(own.dt)  # its own controller goes on
 
