@@ -31,7 +31,7 @@ CHANNELS = ("rotor_speed", "tower_base_moment_fore_aft", "pitch_1", "root_moment
 SKIP = 60.0  # [s] initial transient, excluded from the objective
 
 
-def parts(run: meltemi.Sensitivity) -> dict[str, tuple[float, np.ndarray]]:
+def parts(run: meltemi.analysis.Sensitivity) -> dict[str, tuple[float, np.ndarray]]:
     """Terms of the objective: values in SI units, and their derivatives with respect to the gains."""
     pitch, slopes = run.series("pitch_1", skip=SKIP)
     travelled = len(pitch) * run.result.meta["output_step"]
@@ -51,14 +51,16 @@ class Tuning:
         self.published = {name: value for name, (value, _) in parts(self.run(np.zeros(2))).items()}
         self.path: list[tuple[np.ndarray, float]] = []
 
-    def run(self, logarithms: np.ndarray) -> meltemi.Sensitivity:
-        return meltemi.sensitivity(
-            self.model,
-            self.wind,
+    def run(self, logarithms: np.ndarray) -> meltemi.analysis.Sensitivity:
+        return meltemi.analysis.sensitivity(
+            meltemi.Run(
+                self.model,
+                self.wind,
+                duration=self.duration,
+                controller=law(self.model, np.exp(logarithms)),
+                channels=CHANNELS,
+            ),
             [*(f"controller.{name}" for name in GAINS), "controller.integral"],
-            duration=self.duration,
-            controller=law(self.model, np.exp(logarithms)),
-            channels=CHANNELS,
         )
 
     def __call__(self, logarithms: np.ndarray) -> tuple[float, np.ndarray]:
@@ -81,7 +83,7 @@ def law(model: meltemi.Model, factors: np.ndarray) -> meltemi.Controller:
         f"control.pitch.{name}": factor * getattr(turbine.control.pitch, name)
         for name, factor in zip(GAINS, factors, strict=True)
     }
-    return meltemi.BaselineController(turbine.replace(**gains))
+    return meltemi.control.BaselineController(turbine.replace(**gains))
 
 
 def measures(run: meltemi.Result) -> dict[str, float]:
@@ -91,7 +93,7 @@ def measures(run: meltemi.Result) -> dict[str, float]:
     rpm = late["rotor_speed"] * 30.0 / np.pi
 
     def fatigue(channel: str, slope: float) -> float:
-        return meltemi.damage_equivalent_load(late[channel], duration=span, slope=slope) / 1e6
+        return meltemi.loads.damage_equivalent_load(late[channel], duration=span, slope=slope) / 1e6
 
     return {
         "rotor speed, std [rpm]": rpm.std(),
@@ -116,7 +118,7 @@ def main(arguments: list[str] | None = None) -> None:
 
     def wind(speed: float, seed: int) -> meltemi.WindBox:
         turbulent = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=seed)
-        return meltemi.generate_field(turbulent, turbine, duration)
+        return meltemi.wind.generate_field(turbulent, turbine, duration)
 
     print("18 m/s, seed 1:")
     tuning = Tuning(model, wind(18.0, 1), duration)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import shutil
 import signal
 import subprocess
@@ -15,8 +16,14 @@ import meltemi
 from meltemi import Model, Turbine
 from meltemi.core import kernel
 
+
+class _Everything(set[str]):
+    def __contains__(self, _: object) -> bool:
+        return True
+
+
 # what is still to be compiled, and said on stderr, depends on the order of the tests
-kernel._FEATURES_TOLD.update((*kernel.FEATURES.values(), "the simulation", "derivatives"))
+kernel._FEATURES_TOLD = _Everything()
 
 # background shells, nohup and cron switch Ctrl-C off, for processes that are started here, too
 if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -39,7 +46,7 @@ def model(turbine: Turbine) -> Model:
 @pytest.fixture(scope="session")
 def geared(turbine: Turbine) -> Turbine:
     """The same with a gearbox of two planetary stages and a parallel one, sized for its rated torque."""
-    gearbox = meltemi.size_gearbox(ratio=turbine.drivetrain.gear_ratio, rated_torque=4.18e6)
+    gearbox = meltemi.turbine.size_gearbox(ratio=turbine.drivetrain.gear_ratio, rated_torque=4.18e6)
     return turbine.replace(**{"drivetrain.gearbox": gearbox})
 
 
@@ -65,6 +72,32 @@ def reference() -> Path:
     if not (REFERENCE / "openfast").is_dir():
         pytest.skip(f"needs the OpenFAST reference runs in {REFERENCE}")
     return REFERENCE
+
+
+@pytest.fixture(scope="session")
+def openfast_deck(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder with the OpenFAST deck of the reference runs and settings of ROSCO, written from their values."""
+    folder = tmp_path_factory.mktemp("values") / "deck"
+    lines: dict[str, list[str]] = {}
+    with Path(__file__).with_name("nrel5mw_deck.csv").open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(line for line in file if not line.startswith("#")):
+            keyword, values = row["keyword"], row["values"]
+            comment = "!" if row["file"].startswith(("Airfoils", "DISCON")) else ""
+            mark = "! " if row["file"] == "DISCON.IN" else ""
+            line = {
+                "": values,
+                "blank": "",
+                "title": values,
+                "columns": f"{comment} {values}\n{comment} (-)",
+                "section": f"{comment}---------- {values} ----------",
+                "OutList": "OutList -",
+                "END": "END",
+            }.get(keyword, f"{values} {mark}{keyword} -")
+            lines.setdefault(row["file"], []).append(line)
+    for name, text in lines.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text("\n".join(text) + "\n", encoding="utf-8")
+    return folder
 
 
 @pytest.fixture(scope="session")

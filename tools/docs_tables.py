@@ -73,6 +73,23 @@ def _kind(annotation: Any) -> str:
     return {float: "number", int: "integer", str: "text", bool: "true or false"}.get(annotation, annotation.__name__)
 
 
+def names(namespace: str) -> str:
+    """Public names of a namespace, e.g. ``meltemi.wind``, with the first line of their documentation."""
+    from importlib import import_module
+    from inspect import getdoc
+
+    from meltemi.namespaces import NAMESPACES, declared
+
+    home = import_module(namespace)
+    rows = []
+    for name in sorted(declared(namespace), key=str.lower):
+        value = getattr(home, name)
+        told = isinstance(value, type) or callable(value) or name in NAMESPACES
+        first = (getdoc(value) or "").partition("\n\n")[0] if told else ""
+        rows.append([f"`{name}`", re.sub(r":\w+:`", "`", first).replace("``", "`")])
+    return _table(["name", "what"], rows)
+
+
 def events() -> str:
     """Kinds of events with their own keys."""
     from meltemi.simulation.events import KINDS, Lasting
@@ -265,6 +282,7 @@ MAKERS: dict[str, Any] = {
     f.__name__: f
     for f in (
         record,
+        names,
         events,
         channels,
         openfast_channels,

@@ -340,9 +340,9 @@ def make_good(folder: Path) -> None:
     noise = np.random.default_rng(1).normal(12.0, 1.0, (100, 8, 8, 3)).astype(np.float32)
     box = WindBox(noise, dt=0.5, dy=25.0, dz=25.0, bottom=10.0, speed=12.0, hub_height=90.0)
     for name in ("w.nc", "w.bts", "w.wnd", "w-u.bin", "hub.csv"):
-        meltemi.write_wind(box, folder / name)
+        meltemi.io.write_wind(box, folder / name)
     series = WindSeries(time=[0.0, 5.0, 9.0], speed=[12.0, 14.0, 12.0], direction=[0.0, 0.1, 0.0])
-    meltemi.write_wind(series, folder / "gust.wnd")
+    meltemi.io.write_wind(series, folder / "gust.wnd")
     (folder / "deck").mkdir()
     write_openfast(machine, folder / "deck")
     write_record(machine, folder / "turbine.yaml")

@@ -21,7 +21,7 @@ import numpy as np
 
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation.channels import standard
-from meltemi.turbine.openfast.text import key, read_input
+from meltemi.turbine.openfast.text import key, number, read_input, split
 from meltemi.wind.files import read_bts
 from meltemi_verification.measure import decay, extremes, harmonic, undershoot
 from meltemi_verification.turbulent import CHANNELS, SHORT
@@ -31,6 +31,7 @@ SOURCE = (
     "of NREL/TP-500-38060"
 )
 DATA = Path(__file__).parents[1] / "src/meltemi_verification/data"
+TESTS = Path(__file__).parents[1] / "tests"
 WINDS = ("4", "6", "8", "10", "11.4", "12", "13", "15", "18", "20", "22", "24")
 STEADY = (
     "GenPwr RotSpeed BldPitch1 RotThrust RotTorq RotPwr RtFldFxh RootMyc1 RootMxc1 OoPDefl1 IPDefl1 TTDspFA TwrBsMyt "
@@ -229,6 +230,7 @@ def main(folder: Path) -> None:
     write("gust_wind", "extreme operating gust, added to 12 m/s", "time gust", gusts)
 
     keywords(folder / "decks/nrel5mw-land")
+    deck_values(folder)
     thinned_wind(openfast)
     thinned_runs(openfast)
 
@@ -242,6 +244,49 @@ def keywords(deck: Path) -> None:
     rows = [row for row in rows if not str(row[1]).startswith("bldnd")]
     what = "keywords of input files in the order in which OpenFAST reads them"
     write("openfast_keywords", what, "module keyword", rows, units="")
+
+
+def deck_values(folder: Path) -> None:
+    """Values of the deck and of ROSCO's settings, file by file, for the tests of the reader: no text of these files."""
+    deck, rosco = folder / "decks/nrel5mw-land", folder / "openfast_rosco/DISCON.IN"
+    rows: list[list[object]] = []
+    for path in (*sorted(p for p in deck.rglob("*") if p.suffix in (".fst", ".dat")), rosco):
+        name = path.name if path == rosco else path.relative_to(deck).as_posix()
+        rows += [[name, *row] for row in values_of(path)]
+    what = "values of the input files; rows of tables without a keyword"
+    write("nrel5mw_deck", what, "file keyword values", rows, units="", to=TESTS)
+
+
+def values_of(path: Path) -> list[tuple[str, str]]:
+    """Keywords and values of an input file in their order, its tables, and the names of its sections."""
+    file = read_input(path, "any")
+    entries = {entry.line: entry for several in file.entries.values() for entry in several}
+    found: list[tuple[str, str]] = []
+    outputs = False
+    for i, line in enumerate(file.lines, start=1):
+        bare = line.strip()
+        words = split(bare)
+        if i == 2 and file.lines[0].lstrip().startswith("--"):
+            found.append(("title", "NREL 5 MW"))
+        elif outputs:
+            outputs = not bare.startswith("END")
+            found += [] if outputs else [("END", "")]
+        elif any(word.lower() == "outlist" for word in words[:2]):
+            outputs = True
+            found.append(("OutList", ""))
+        elif i in entries:
+            at = next(j for j, word in enumerate(words) if j and word.strip("!") == entries[i].name)
+            found.append((entries[i].name, " ".join(word for word in words[:at] if word not in "!-")))
+        elif not bare and found and found[-1][0] == "":
+            found.append(("blank", ""))  # ends a table
+        elif bare.lstrip("!").startswith(("---", "===")):
+            found.append(("section", bare.strip("!-= ").split(" [")[0]))
+        elif words and (number(words[0]) is not None or words[0][0] == '"'):
+            texts = (j for j, word in enumerate(words) if number(word) is None and word[0] != '"')
+            found.append(("", " ".join(words[: next(texts, len(words))])))
+        elif i < len(file.lines) and file.lines[i].strip().lstrip("! ").startswith("("):  # units below the header
+            found.append(("columns", " ".join(word for word in words if word.strip("!"))))
+    return found
 
 
 def thinned_wind(openfast: Path) -> None:
@@ -302,8 +347,10 @@ def pack(name: str, about: str, **content: np.ndarray) -> None:
     print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
 
 
-def write(name: str, what: str, head: str, rows: list[list[object]], units: str = "; SI units") -> None:
-    with (DATA / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
+def write(
+    name: str, what: str, head: str, rows: list[list[object]], units: str = "; SI units", to: Path = DATA
+) -> None:
+    with (to / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
         file.write(f"# {what}{units}\n# Source: {SOURCE}\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head.split())

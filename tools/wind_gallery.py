@@ -13,7 +13,7 @@ from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, style
 from meltemi.wind.turbulence import mann
 from meltemi.wind.turbulence.field import generate_field, mean_profile
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.spectra import coherence_decay, scale_parameter
 from meltemi.wind.turbulence.targets import target_densities
 from meltemi.wind.turbulent import TurbulentWind
@@ -21,8 +21,8 @@ from meltemi.wind.turbulent import TurbulentWind
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 MODELS = {"kaimal": "Kaimal", "vonkarman": "von Karman", "mann": "Mann"}
 SPEED, INTENSITY, DURATION, DT, SEEDS = 12.0, 0.14, 600.0, 0.25, 30
-GRID = Grid(points_y=9, points_z=9, dy=15.0, dz=15.0, bottom=30.0, hub_height=90.0)
-FINE = Grid(points_y=51, points_z=49, dy=3.0, dz=3.0, bottom=9.0, hub_height=90.0)
+GRID = WindGrid(points_y=9, points_z=9, dy=15.0, dz=15.0, bottom=30.0, hub_height=90.0)
+FINE = WindGrid(points_y=51, points_z=49, dy=3.0, dz=3.0, bottom=9.0, hub_height=90.0)
 Complex = NDArray[np.complex128]
 Float = NDArray[np.float64]
 
@@ -86,7 +86,7 @@ def coherence(c: Complex, steps: int) -> Float:
 def mann_coherence(f: Float, steps: list[int]) -> Float:
     """(steps, F, 3) of the tensor, by a sum over a grid fine enough to be one."""
     length = 0.8 * scale_parameter(3, GRID.hub_height)
-    fine = Grid(points_y=49, points_z=2, dy=2.5, dz=2.5, bottom=90.0, hub_height=90.0)
+    fine = WindGrid(points_y=49, points_z=2, dy=2.5, dz=2.5, bottom=90.0, hub_height=90.0)
     out = np.empty((len(steps), len(f), 3))
     for i, k1 in enumerate(2.0 * np.pi * f * length / SPEED):
         column = mann.covariance_with((0, 0), float(k1), fine, length, mann.GAMMA)

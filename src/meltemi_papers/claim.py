@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from meltemi.report.html import Table
-from meltemi.studies.journal import guarded
+from meltemi.studies.run_store import guarded
 
 
 @dataclass(frozen=True)

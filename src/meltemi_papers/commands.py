@@ -77,10 +77,10 @@ def _parts(study: str, names: str) -> list[str]:
 
 def _duel(quick: bool, workers: int | None, out: Path) -> None:
     from meltemi.control.bladed.rosco import find_rosco
-    from meltemi.studies.journal import journal
+    from meltemi.studies.run_store import run_store
 
     find_rosco()
-    with results_in(out), journal(out, f"duel, quick {quick}", "meltemi_papers"):
+    with results_in(out), run_store(out, f"duel, quick {quick}", "meltemi_papers"):
         from meltemi_papers.he2018.duel import brief, chapter, duel, duel_tables, findings
         from meltemi_papers.he2018.runs import QUICK, Setup
 

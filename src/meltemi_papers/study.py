@@ -14,7 +14,7 @@ from meltemi.core.files import write_text
 from meltemi.report.html import Picture, Section, Table, write_page
 from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
-from meltemi.studies.journal import current, guarded, journal
+from meltemi.studies.run_store import current, guarded, run_store
 from meltemi_papers.claim import UNJUDGED
 from meltemi_papers.markdown import alone, documented, table_lines
 
@@ -214,7 +214,7 @@ def reproduce(
         )
         return Reproduction(said.shown, said.lead, [*files, *said.files, html], documented(text, study.name))
 
-    with journal(out, f"{study.name}, quick {quick}", PACKAGE) as book:
+    with run_store(out, f"{study.name}, quick {quick}", PACKAGE) as book:
         found = study.run(quick=quick, workers=workers, progress=progress, partly=write, parts=parts)
         return replace(write(found), **book.problems())
 

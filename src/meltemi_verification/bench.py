@@ -29,12 +29,13 @@ from meltemi.core.kernel import statistics
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, first_point, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
 
 CHANNELS = (
@@ -250,7 +251,7 @@ def beyond() -> dict[str, float]:
     point = operating_point(model, wind)
     timed("derivatives of an evaluation (linear models)", lambda: linearise(model, point, azimuth=0.0))
     timed("Mann's turbulence", lambda: _turbulence(1.0, spectrum="mann"))
-    timed("derivatives of a run", lambda: sensitivity(model, wind, ["pitch_offset"], duration=1.0))
+    timed("derivatives of a run", lambda: sensitivity(Run(model, wind, duration=1.0), ["pitch_offset"]))
     return found
 
 
@@ -266,7 +267,7 @@ def _timed(model: Any, wind: Any, duration: float, **arguments: Any) -> dict[str
     """Time step of the fastest of several runs."""
     best = float("inf")
     for _ in range(REPEATS):
-        run = Simulation(model, wind, duration=duration, channels=CHANNELS, **arguments)
+        run = Simulation(Run(model, wind, duration=duration, channels=CHANNELS, **arguments))
         march(run)
         run.result().raise_for_status()
         best = min(best, run.run_seconds)
@@ -313,7 +314,7 @@ def timed_field(name: str) -> dict[str, float]:
     """Time to generate a turbulent field, the fastest of several, and peak memory of the process, field included."""
     points, settings = FIELDS[name]
     step = 151.2 / (points - 1)
-    grid = Grid(points_y=points, points_z=points, dy=step, dz=step, bottom=14.4, hub_height=90.0)
+    grid = WindGrid(points_y=points, points_z=points, dy=step, dz=step, bottom=14.4, hub_height=90.0)
     wind = TurbulentWind(speed=12.0, intensity=0.14, dt=FIELD_STEP, periodic=True, **settings)
     generate_field(wind, grid, 10.0)  # compiles
     best = float("inf")
@@ -384,7 +385,7 @@ def timed_controllers(duration: float) -> dict[str, float]:
     individual = Controller(
         _individual_pitch, init=lambda start: [start.generator_torque, start.pitch], sample_time=0.0125
     )
-    stepped = Simulation(model, wind, duration=duration, controller=ConstantController(), channels=CHANNELS)
+    stepped = Simulation(Run(model, wind, duration=duration, controller=ConstantController(), channels=CHANNELS))
     stepped.reset()
     began, calls = time.perf_counter(), 2000
     for _ in range(calls):
@@ -404,15 +405,15 @@ def timed_controllers(duration: float) -> dict[str, float]:
 def timed_batch(duration: float) -> dict[str, Any]:
     """Time a batch on all cores and on one core, generation of winds and preparation of cases included."""
     from meltemi.core.threads import available_cores
-    from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
+    from meltemi.loadcases.batch import completed, simulate_batch
 
     model = _model()
 
-    def cases(seeds: range) -> list[BatchCase]:
+    def cases(seeds: range) -> list[Run]:
         winds = [TurbulentWind(speed=12.0, intensity=0.14, seed=seed) for seed in seeds]
-        return [BatchCase(model, wind, duration, channels=CHANNELS) for wind in winds]
+        return [Run(model, wind, duration=duration, channels=CHANNELS) for wind in winds]
 
-    def factor(some: list[BatchCase], workers: int) -> float:
+    def factor(some: list[Run], workers: int) -> float:
         began = time.perf_counter()
         outcomes = simulate_batch(some, workers=workers, reduce=lambda result: result.raise_for_status().status)
         seconds = time.perf_counter() - began

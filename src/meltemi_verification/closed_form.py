@@ -18,6 +18,7 @@ from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.modes import equilibrium, natural_modes, vacuum_case
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, simulate
 from meltemi.simulation.start import Start
 from meltemi.structure.tables import BladeNode
@@ -237,15 +238,8 @@ def _pendulum(turbine: Turbine) -> list[Row]:
     rows = [relative("free fall of one blade, acceleration", "horizontal", "rad/s^2", moment / inertia, fall, 0.5)]
     amplitude = np.radians(60.0)
     begin = Start(coordinates={"generator": np.pi - amplitude})
-    result = simulate(
-        model,
-        CALM,
-        duration=60.0,
-        controller=ConstantController(),
-        start=begin,
-        channels=["azimuth"],
-        output_step=0.005,
-    )
+    swing: dict[str, Any] = {"controller": ConstantController(), "channels": ["azimuth"], "output_step": 0.005}
+    result = simulate(model, CALM, duration=60.0, start=begin, **swing)
     hanging = np.sin(result["azimuth"])  # zero when the blade hangs down; falls when it swings on
     at = np.flatnonzero((hanging[:-1] > 0.0) & (hanging[1:] <= 0.0))
     crossings = result.time[at] + 0.005 * hanging[at] / (hanging[at] - hanging[at + 1])
@@ -270,7 +264,9 @@ def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: fl
     )
     model = build(free, options).with_parameters(**{"aerodynamics.air_density": 0.0})
     duration = round(100 * TURN / SPEED)
-    run = Simulation(model, CALM, duration=duration, controller=ConstantController(), start=start, channels=["azimuth"])
+    run = Simulation(
+        Run(model, CALM, duration=duration, controller=ConstantController(), start=start, channels=["azimuth"])
+    )
     probe, energies = Case(model, CALM), []
     run.advance(1)
     while True:

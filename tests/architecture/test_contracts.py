@@ -26,7 +26,7 @@ WIND = SteadyWind(speed=11.0)
 
 def box() -> meltemi.WindBox:
     wind = meltemi.TurbulentWind(speed=11.0, intensity=0.14)
-    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), 5.0)
+    return meltemi.wind.generate_field(wind, meltemi.load_turbine("nrel5mw"), 5.0)
 
 
 def read_only_box() -> meltemi.WindBox:
@@ -82,7 +82,7 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
     ),
     "gearbox": lambda t: simulate(
         meltemi.build(
-            t.replace(**{"drivetrain.gearbox": meltemi.size_gearbox(ratio=97.0, rated_torque=4e6)}),
+            t.replace(**{"drivetrain.gearbox": meltemi.turbine.size_gearbox(ratio=97.0, rated_torque=4e6)}),
             ModelOptions(drivetrain="multibody"),
         ),
         WIND,
@@ -103,7 +103,7 @@ CHANGES: dict[str, Callable[[Turbine], Any]] = {
     ),
     "corrections": lambda t: simulate(meltemi.build(t, ModelOptions(corrections=2)), WIND, duration=1.0),
     "modes of the machine": lambda t: natural_modes(meltemi.build(t)),
-    "performance": lambda t: meltemi.rotor_performance(t, [7.0], [0.0]),
+    "performance": lambda t: meltemi.analysis.rotor_performance(t, [7.0], [0.0]),
 }
 
 
@@ -120,7 +120,7 @@ def test_nothing_is_compiled_again(turbine: Turbine, model: Model, what: str) ->
 def test_length_of_chunks_changes_no_bit(model: Model) -> None:
     runs = []
     for steps in (1, 7, 1000):
-        run = meltemi.Simulation(model, box(), duration=4.0, channels=["all"])
+        run = meltemi.Simulation(meltemi.Run(model, box(), duration=4.0, channels=["all"]))
         while not run.finished:
             run.advance(steps)
         runs.append(run.result().data)
@@ -150,7 +150,9 @@ def test_the_warm_start_is_a_mere_guess(turbine: Turbine) -> None:
     start = meltemi.operating_point(model, WIND)
     loads = []
     for disturbed in (False, True):
-        run = meltemi.Simulation(model, WIND, duration=2.0, start=start, channels=["RootMyc1", "RtFldFxh", "TwrBsMyt"])
+        run = meltemi.Simulation(
+            meltemi.Run(model, WIND, duration=2.0, start=start, channels=["RootMyc1", "RtFldFxh", "TwrBsMyt"])
+        )
         while not run.finished:
             if disturbed:
                 memory = run.case["memory"]

@@ -13,7 +13,7 @@ from meltemi import Model, Stations, SteadyWind
 from meltemi.maths.records import members
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.simulation.case import Case
-from meltemi.simulation.system import Control, Outputs, Run, System
+from meltemi.simulation.system import Control, March, Outputs, System
 from meltemi.turbine.library import load_turbine
 
 SOURCES = Path(meltemi.__file__).parent
@@ -32,7 +32,7 @@ MODULES: dict[str, tuple[str, ...]] = {
 }
 """Files compiled for nodes, and the functions in them that are; none named means all."""
 
-RECORDS = (System, Outputs, Control, Run)
+RECORDS = (System, Outputs, Control, March)
 SAME_FOR_ALL = {"t", "dt"}
 """Arguments that are one number for all nodes, besides whole numbers."""
 ARRAYS_WITHOUT_NODES = {"options", "aero", "wind", "now", "times", "series", "frame", "machine", "rotor", "structure"}

@@ -574,7 +574,7 @@ def test_a_step_too_large_stops_the_run_and_keeps_what_was_computed(command: Com
     assert said, ran.err
     assert sorted(out.iterdir()) == sorted(ran.files)
     assert len(ran.files) == 4
-    result = meltemi.read_netcdf(out / "result.nc")
+    result = meltemi.io.read_netcdf(out / "result.nc")
     assert result.status is Status.DIVERGED
     assert result.message == said[1]
     with pytest.raises(RunError, match="diverged"):

@@ -60,7 +60,7 @@ def test_run_in_steady_wind(command: Command, tmp_path: Path, model: Model) -> N
     assert re.search(r"5 s simulated in \d+\.\d\d s: [\d.]+ times real time \(time step 0\.01 s", ran.out)
     assert (out / "result.png").read_bytes().startswith(b"\x89PNG")
     # the same as from Python
-    result = meltemi.read_netcdf(out / "result.nc")
+    result = meltemi.io.read_netcdf(out / "result.nc")
     again = meltemi.simulate(model, SteadyWind(speed=10.0), duration=5.0)
     assert result.status is Status.OK
     assert result.names == DEFAULT
@@ -85,7 +85,7 @@ def test_channels_are_chosen_by_either_name(command: Command, tmp_path: Path) ->
     names = "RootMyc1, wind_x,rotspeed,,node_20_alpha_2"
     ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--channels", names, "--out", tmp_path)
     succeeded(ran, tmp_path, *RUN)
-    recorded = meltemi.read_netcdf(tmp_path / "result.nc").names
+    recorded = meltemi.io.read_netcdf(tmp_path / "result.nc").names
     assert recorded == ["root_moment_out_of_plane_1", "wind_x", "rotor_speed", "node_20_alpha_2"]
 
 
@@ -116,10 +116,10 @@ def test_events_of_a_case_happen_and_are_told(command: Command, tmp_path: Path) 
     ran = command("run", tmp_path / "a.yaml", "--out", tmp_path / "out")
     succeeded(ran, tmp_path / "out", *RUN)
     assert re.search(r"1\.50 .* event .* pitch of blade 3 stuck .*\n.* 2\.00 .* grid lost", ran.out)
-    result = meltemi.read_netcdf(tmp_path / "out" / "result.nc")
+    result = meltemi.io.read_netcdf(tmp_path / "out" / "result.nc")
     assert np.flatnonzero(result["GenTq"] == 0.0)[0] == 40 and len(result.log) == 3
     again = command("run", tmp_path / "out" / "case.yaml", "--out", tmp_path / "again")
-    assert np.array_equal(meltemi.read_netcdf(tmp_path / "again" / "result.nc").data, result.data)
+    assert np.array_equal(meltemi.io.read_netcdf(tmp_path / "again" / "result.nc").data, result.data)
     assert again.status == 0
 
 
@@ -129,7 +129,7 @@ def test_turbulence_repeats_with_its_seed(command: Command, tmp_path: Path) -> N
         out = tmp_path / str(i)
         options = ("--wind-speed", 9, "--turbulence", 0.2, "--seed", seed, "--duration", 5, "--channels", "wind_x")
         succeeded(command("run", "nrel5mw", *options, "--out", out), out, *RUN)
-        winds.append(meltemi.read_netcdf(out / "result.nc")["wind_x"])
+        winds.append(meltemi.io.read_netcdf(out / "result.nc")["wind_x"])
     assert np.array_equal(winds[0], winds[1])
     assert not np.array_equal(winds[0], winds[2])
     assert np.std(winds[0]) > 0.1
@@ -144,7 +144,7 @@ def test_shear_reaches_the_wind(command: Command, tmp_path: Path) -> None:
 def test_run_in_a_turbsim_field(command: Command, tmp_path: Path, bts: Callable[..., Path]) -> None:
     out = tmp_path / "out"
     succeeded(command("run", "nrel5mw", "--bts", bts(), "--duration", 9, "--out", out), out, *RUN)
-    result = meltemi.read_netcdf(out / "result.nc")
+    result = meltemi.io.read_netcdf(out / "result.nc")
     # the gust of 1 m/s ends after 10 s of the field, half of whose width has passed when the run begins
     assert result["wind_x"][0] == pytest.approx(11.0, abs=1e-4)
     assert result["wind_x"][-1] == pytest.approx(10.0, abs=1e-4)
@@ -156,7 +156,7 @@ def test_run_in_a_uniform_wind_file(command: Command, tmp_path: Path, monkeypatc
     monkeypatch.chdir(tmp_path)
     ran = command("run", "nrel5mw", "--wnd", "gust.wnd", "--duration", 5, "--out", "out")
     succeeded(ran, Path("out"), *RUN)
-    wind = meltemi.read_netcdf("out/result.nc")["wind_x"]
+    wind = meltemi.io.read_netcdf("out/result.nc")["wind_x"]
     assert wind[0] == pytest.approx(10.0)
     assert wind[-1] == pytest.approx(12.0)
 
@@ -167,17 +167,17 @@ def test_warnings_of_a_run_are_shown(command: Command, tmp_path: Path, monkeypat
     monkeypatch.setattr("meltemi.simulation.simulate.baseline", lambda control: wary)
     ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 1, "--out", tmp_path)
     assert (ran.status, ran.err) == (0, "warning: pitch: look at it\n")
-    assert meltemi.read_netcdf(tmp_path / "result.nc").warnings == ("pitch: look at it",)
+    assert meltemi.io.read_netcdf(tmp_path / "result.nc").warnings == ("pitch: look at it",)
 
 
 def test_statistics_leave_the_transient_out(command: Command, tmp_path: Path) -> None:
     ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 3, "--transient", 1, "--out", tmp_path / "out")
     assert ran.status == 0
     assert "after 1 s" in ran.out
-    case = meltemi.read_case(tmp_path / "out" / "case.yaml")
+    case = meltemi.io.read_case(tmp_path / "out" / "case.yaml")
     assert case.transient == 1.0
-    result = meltemi.read_netcdf(tmp_path / "out" / "result.nc")
-    assert result.time[0] == 0.0 and result.judged.time[0] == 1.0
+    result = meltemi.io.read_netcdf(tmp_path / "out" / "result.nc")
+    assert result.time[0] == 0.0 and result.evaluated.time[0] == 1.0
     again = command("run", tmp_path / "out" / "case.yaml", "--transient", 2, "--out", tmp_path / "out")
     assert again.status == 2 and "transient: 2" in again.err
     late = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 3, "--transient", 3, "--out", tmp_path / "none")
@@ -191,12 +191,12 @@ def test_a_doubtful_run_says_so(command: Command, tmp_path: Path, monkeypatch: p
     assert ran.status == 1
     assert "DOUBTFUL: rotor faster than 1.5 times its rated speed" in ran.err
     assert (tmp_path / "result.nc").exists()
-    assert meltemi.read_netcdf(tmp_path / "result.nc").status is Status.DOUBTFUL
+    assert meltemi.io.read_netcdf(tmp_path / "result.nc").status is Status.DOUBTFUL
 
 
 def test_a_turbine_that_may_be_a_slip_is_told(command: Command, tmp_path: Path) -> None:
     light = meltemi.load_turbine("nrel5mw").replace(**{"nacelle.mass": 240.0})
-    meltemi.write_turbine(light, tmp_path / "light.yaml")
+    meltemi.io.write_turbine(light, tmp_path / "light.yaml")
     ran = command("run", tmp_path / "light.yaml", "--wind-speed", 9, "--duration", 0.5, "--out", tmp_path / "out")
     assert "warning: nacelle.mass: 240 kg in all" in ran.err
 
@@ -205,7 +205,7 @@ def test_run_a_case(command: Command, tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(STEADY + "channels: [RotSpeed, station_1_moment_y_1]\nblade_stations: [20.0]\n")
     out = tmp_path / "out"
     succeeded(command("run", tmp_path / "a.yaml", "--out", out), out, *RUN)
-    result = meltemi.read_netcdf(out / "result.nc")
+    result = meltemi.io.read_netcdf(out / "result.nc")
     assert result.names == ["rotor_speed", "station_1_moment_y_1"]
     assert result.time[-1] == 5.0
 
@@ -225,7 +225,7 @@ def test_the_written_case_repeats_the_run(command: Command, tmp_path: Path) -> N
     options = ("--wind-speed", 9, "--turbulence", 0.1, "--duration", 5)
     command("run", "nrel5mw", *options, "--out", tmp_path / "a")
     succeeded(command("run", tmp_path / "a" / "case.yaml", "--out", tmp_path / "b"), tmp_path / "b", *RUN)
-    a, b = (meltemi.read_netcdf(tmp_path / name / "result.nc") for name in "ab")
+    a, b = (meltemi.io.read_netcdf(tmp_path / name / "result.nc") for name in "ab")
     assert np.array_equal(a.data, b.data)
     assert a.meta["wind_hash"] == b.meta["wind_hash"]
 
@@ -269,7 +269,7 @@ def test_what_the_template_has_in_comments_is_valid(command: Command, tmp_path: 
         assert old in text
         text = text.replace(old, new, 1)
     (tmp_path / "a.yaml").write_text(text)
-    case = meltemi.read_case(tmp_path / "a.yaml")
+    case = meltemi.io.read_case(tmp_path / "a.yaml")
     assert (case.grid.power_reference, case.electrical, case.options.electrical) == (3e6, "sized", "averaged")
     assert case.controller.kind == "power"
 
@@ -317,7 +317,7 @@ def test_a_case_takes_a_measured_series(command: Command, tmp_path: Path) -> Non
     )
     ran = command("run", tmp_path / "a.yaml", "--out", tmp_path / "out")
     assert ran.status == 0, ran.err
-    wind = meltemi.read_netcdf(tmp_path / "out" / "result.nc")
+    wind = meltemi.io.read_netcdf(tmp_path / "out" / "result.nc")
     expected = 9.0 + 2.0 / 5.0 * wind.time  # between the planes linear, as the series is
     np.testing.assert_allclose(wind.data[2:, 0], expected[2:], rtol=0.0, atol=0.01)
 
@@ -505,7 +505,7 @@ def test_an_interrupted_run_keeps_what_it_computed(
     ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 1000, "--out", tmp_path)
     assert ran.status == 130
     assert re.match(r"the run ended early: at t = \d+\.\d+ s: interrupted by the user", ran.err)
-    result = meltemi.read_netcdf(tmp_path / "result.nc")
+    result = meltemi.io.read_netcdf(tmp_path / "result.nc")
     assert result.status is Status.INTERRUPTED
     assert 2.0 <= result.time[-1] < 1000.0
     assert np.isfinite(result.data).all()

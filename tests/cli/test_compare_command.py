@@ -23,7 +23,7 @@ import meltemi
 from meltemi.control import signals as s
 
 def controller(turbine):
-    law = meltemi.BaselineController(turbine)
+    law = meltemi.control.BaselineController(turbine)
     def update(state, measured, demands, dt):
         law.update(state, measured, demands, dt)
         {body}
@@ -36,7 +36,7 @@ from meltemi.control import signals as s
 runs = []
 
 def controller(turbine):
-    law = meltemi.BaselineController(turbine)
+    law = meltemi.control.BaselineController(turbine)
     def init(start):
         runs.append(start)
         return law.init(start)

@@ -23,15 +23,15 @@ def test_a_library_controls_the_run(command: Command, library: Path, tmp_path: P
     asked = ("--controller", library, "--controller-input", order, "--channels", "generator_torque")
     ran = command("run", "nrel5mw", *STEADY, *asked, "--out", out)
     assert ran.status == 0, ran
-    result = meltemi.read_netcdf(out / "result.nc")
+    result = meltemi.io.read_netcdf(out / "result.nc")
     assert result["generator_torque"][-1] == 101.0
     assert result.meta["controller"] == "libdiscon.so"
-    case = meltemi.read_case(out / "case.yaml")
+    case = meltemi.io.read_case(out / "case.yaml")
     assert isinstance(case.controller, LibraryCase)
     assert Path(case.controller.library) == library
     again = tmp_path / "again"
     assert command("run", out / "case.yaml", "--out", again).status == 0
-    assert meltemi.read_netcdf(again / "result.nc")["generator_torque"][-1] == 101.0
+    assert meltemi.io.read_netcdf(again / "result.nc")["generator_torque"][-1] == 101.0
 
 
 def test_a_crash_ends_the_run_with_a_message(command: Command, library: Path, tmp_path: Path) -> None:
@@ -42,7 +42,7 @@ def test_a_crash_ends_the_run_with_a_message(command: Command, library: Path, tm
     assert ran.status == 1
     assert "at t = 0.500 s the controller 'libdiscon.so' failed" in ran.err and "SIGSEGV" in ran.err
     assert "hello from the library" not in ran.out
-    assert len(meltemi.read_netcdf(out / "result.nc").time) == 10
+    assert len(meltemi.io.read_netcdf(out / "result.nc").time) == 10
 
 
 CASE = """turbine: nrel5mw
@@ -58,7 +58,7 @@ def test_paths_in_a_case_file_are_relative_to_it(command: Command, library: Path
     path = tmp_path / "case.yaml"
     path.write_text(CASE + "controller: {kind: bladed, library: lib.so, input: order.in, sample_time: 0.1}\n")
     assert command("run", path, "--out", tmp_path / "out").status == 0
-    assert meltemi.read_netcdf(tmp_path / "out" / "result.nc")["generator_torque"][-1] == 11.0
+    assert meltemi.io.read_netcdf(tmp_path / "out" / "result.nc")["generator_torque"][-1] == 11.0
 
 
 @pytest.mark.parametrize(
@@ -91,7 +91,7 @@ def test_an_input_file_alone_is_refused(command: Command, tmp_path: Path) -> Non
 def test_baseline_by_its_name_is_the_default(command: Command, tmp_path: Path) -> None:
     ran = command("run", "nrel5mw", *STEADY, "--controller", "baseline", "--out", tmp_path / "out")
     assert ran.status == 0
-    assert meltemi.read_netcdf(tmp_path / "out" / "result.nc").meta["controller"] == "baseline"
+    assert meltemi.io.read_netcdf(tmp_path / "out" / "result.nc").meta["controller"] == "baseline"
 
 
 @pytest.mark.rosco
@@ -122,7 +122,7 @@ def test_a_deck_runs_under_rosco_with_its_own_settings(command: Command, rosco_c
     before = sorted((tmp_path / "NREL-5MW").rglob("*"))
     ran = command("run", deck, "--controller", "rosco", "--out", tmp_path / "out")
     assert ran.status == 0, ran
-    assert meltemi.read_netcdf(tmp_path / "out" / "result.nc").meta["controller"] == "libdiscon.so"
-    case = meltemi.read_case(tmp_path / "out" / "case.yaml").controller
+    assert meltemi.io.read_netcdf(tmp_path / "out" / "result.nc").meta["controller"] == "libdiscon.so"
+    case = meltemi.io.read_case(tmp_path / "out" / "case.yaml").controller
     assert isinstance(case, LibraryCase) and case.input == str(deck.with_name("DISCON.IN"))
     assert sorted((tmp_path / "NREL-5MW").rglob("*")) == before

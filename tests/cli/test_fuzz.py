@@ -15,9 +15,10 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
 import meltemi
-from meltemi import InputError, LoadCase, MeltemiError, ModelOptions, Turbine
+from meltemi import InputError, MeltemiError, ModelOptions, Turbine
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, validated, write_record
+from meltemi.io import LoadCase
 from meltemi.loadcases.case import TEMPLATE
 
 Content = dict[str, Any]
@@ -202,7 +203,7 @@ def texts_of(path: Path) -> dict[str, bytes]:
     return {"turbine": path.read_bytes(), "case": TEMPLATE.encode()}
 
 
-READ: dict[str, Callable[[Path], Any]] = {"turbine": meltemi.load_turbine, "case": meltemi.read_case}
+READ: dict[str, Callable[[Path], Any]] = {"turbine": meltemi.load_turbine, "case": meltemi.io.read_case}
 
 
 @fuzz(300)
@@ -259,7 +260,7 @@ def test_a_changed_turbine_survives_a_file(
 ) -> None:
     turbine = loaded(lambda: validated(content | labels | {"foundation": foundation}, Turbine, "FILE"), "FILE")
     assume(turbine is not None)
-    meltemi.write_turbine(turbine, path)
+    meltemi.io.write_turbine(turbine, path)
     again = meltemi.load_turbine(path)
     assert again == turbine
     assert again.content() == turbine.content()
@@ -269,7 +270,7 @@ def test_a_changed_turbine_survives_a_file(
 @pytest.mark.parametrize("mark", ["\x85", "\u2028", "\u2029", "\ufeff", "\t", "\r\n"])
 def test_line_breaks_and_marks_survive_a_file(path: Path, mark: str) -> None:
     turbine = Turbine.model_validate(TURBINE | {"name": mark, "description": f"one{mark}twé"})
-    meltemi.write_turbine(turbine, path)
+    meltemi.io.write_turbine(turbine, path)
     assert meltemi.load_turbine(path) == turbine
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from terminal import Command
 
-from meltemi import Turbine, write_turbine
+from meltemi import Turbine
+from meltemi.io import write_turbine
 
 
 def test_it_draws_and_prints(command: Command, tmp_path: Path) -> None:

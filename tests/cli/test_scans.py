@@ -37,7 +37,7 @@ def test_a_power_curve_of_failures_alone_leaves_no_folder(command: Command, tmp_
 def test_ctrl_c_leaves_the_points_before_it(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     original = rotors.operating_point
 
-    def at(model: Any, speed: float) -> meltemi.OperatingPoint:
+    def at(model: Any, speed: float) -> meltemi.analysis.OperatingPoint:
         if speed > 9.0:
             raise KeyboardInterrupt
         return original(model, speed)
@@ -58,12 +58,12 @@ def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path
     assert all(float(row["frequency Hz"]) > 0.0 for row in rows if row["wind m/s"] == "9")
     model = meltemi.build(meltemi.load_turbine("nrel5mw"))
     shares: list[float] = []
-    diagram = meltemi.campbell(model, wind_speeds=[9.0, 0.5], air=False, progress=shares.append)
+    diagram = meltemi.analysis.campbell(model, wind_speeds=[9.0, 0.5], air=False, progress=shares.append)
     assert list(diagram.failures) == [0.5]
     assert shares == sorted(shares)
     assert len(shares) > 2
     with pytest.raises(InputError, match="no operating point was found"):
-        meltemi.campbell(model, wind_speeds=[0.5], air=False)
+        meltemi.analysis.campbell(model, wind_speeds=[0.5], air=False)
 
 
 @pytest.mark.parametrize(
@@ -95,7 +95,7 @@ def test_one_word_for_the_class_and_a_direction_for_every_wind(command: Command,
             *("--duration", 1, "--channels", "wind_x,wind_y", "--out", tmp_path),
         )
         assert ran.status == 0
-    case = meltemi.read_case(tmp_path / "case.yaml")
+    case = meltemi.io.read_case(tmp_path / "case.yaml")
     assert case.wind.direction == pytest.approx(0.1396, rel=1e-3)  # type: ignore[union-attr]
     path = tmp_path / "mine.yaml"
     path.write_text("turbine: pmsg20mw\nwind: {kind: iec, model: NTM, class: IIB, speed: 9}\nduration: 1\n")
@@ -105,5 +105,5 @@ def test_one_word_for_the_class_and_a_direction_for_every_wind(command: Command,
         "channels: [wind_x, wind_y]\n"
     )
     assert command("run", path, "--out", tmp_path).status == 0
-    result = meltemi.read_netcdf(tmp_path / "result.nc")
+    result = meltemi.io.read_netcdf(tmp_path / "result.nc")
     assert -result["wind_y"][0] / result["wind_x"][0] == pytest.approx(0.14054, rel=1e-3)  # tan 8 deg

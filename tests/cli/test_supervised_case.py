@@ -6,7 +6,7 @@ from pathlib import Path
 
 from terminal import Command
 
-from meltemi import read_case
+from meltemi.io import read_case
 
 
 def test_it_starts_from_standstill_and_shows_its_log(command: Command, supervised_case: str, tmp_path: Path) -> None:

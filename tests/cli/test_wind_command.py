@@ -78,7 +78,7 @@ def test_a_field_of_the_standard(command: Command, tmp_path: Path, turbine: Turb
     # the same as from Python
     wind = meltemi.iec_wind("NTM", wind_class="IIB", speed=20.0, points=5, dt=0.25, turbine=turbine)
     assert isinstance(wind, meltemi.TurbulentWind)
-    box = meltemi.generate_field(wind, turbine, 20.0)
+    box = meltemi.wind.generate_field(wind, turbine, 20.0)
     np.testing.assert_allclose(meltemi.read_wind(out / "wind.bts").velocity, box.velocity, atol=1e-3)
 
 

@@ -32,7 +32,7 @@ def make(library: Path, model: Model, tmp_path: Path) -> Any:
     def maker(what: str = "", model: Model = model, **more: Any) -> Controller:
         order = tmp_path / f"{what.replace(' ', '_') or 'plain'}.in"
         order.write_text(what)
-        return meltemi.BladedController(model.turbine, library, order, **more)
+        return meltemi.control.BladedController(model.turbine, library, order, **more)
 
     return maker
 
@@ -127,7 +127,7 @@ def test_demands_reach_the_turbine(make: Any, model: Model) -> None:
 
 
 def last_demands(model: Model, controller: Controller) -> Any:
-    simulation = meltemi.Simulation(model, WIND, duration=SHORT, controller=controller)
+    simulation = meltemi.Simulation(meltemi.Run(model, WIND, duration=SHORT, controller=controller))
     simulation.advance(10)
     demands = simulation.case.view("demands").array.copy()
     simulation.close()
@@ -138,7 +138,7 @@ def test_brake_yaw_and_flaps(make: Any, model: Model) -> None:
     assert last_demands(model, make())[s.BRAKE] == 0.0
     assert last_demands(model, make("brake"))[s.BRAKE] == 1.0
     assert last_demands(model, make("yaw"))[s.YAW_RATE_DEMAND] == np.float32(0.004)
-    flapped = meltemi.build(meltemi.with_flaps(model.turbine))
+    flapped = meltemi.build(meltemi.turbine.with_flaps(model.turbine))
     demands = last_demands(flapped, make("flap", model=flapped))
     assert demands[s.FLAP_DEMAND] == pytest.approx(math.radians(5.0))
     assert demands[s.FLAP_DEMAND + 1] == 0.0
@@ -155,7 +155,9 @@ def test_every_run_has_a_fresh_library(make: Any, model: Model) -> None:
     controller = make("count")
     first, second = (run(model, controller)["generator_torque"] for _ in range(2))
     np.testing.assert_array_equal(first, second)
-    simulation = meltemi.Simulation(model, WIND, duration=SHORT, controller=controller, channels=["generator_torque"])
+    simulation = meltemi.Simulation(
+        meltemi.Run(model, WIND, duration=SHORT, controller=controller, channels=["generator_torque"])
+    )
     for _ in range(2):
         simulation.advance(simulation.n_steps)
         np.testing.assert_array_equal(simulation.result()["generator_torque"], first)
@@ -200,7 +202,14 @@ def test_a_warning_of_the_library_is_one_of_the_result(make: Any, model: Model) 
 def test_a_batch_goes_on(make: Any, model: Model) -> None:
     orders = ["count", "crash 0.2", "count", "hang 0.2", "count", "fail 0.2", "count", "exit 0.2"]
     cases = [
-        meltemi.BatchCase(model, WIND, SHORT, make(order, timeout=2.0), ["generator_torque"], name=f"{i} {order}")
+        meltemi.Run(
+            model,
+            WIND,
+            duration=SHORT,
+            controller=make(order, timeout=2.0),
+            channels=["generator_torque"],
+            name=f"{i} {order}",
+        )
         for i, order in enumerate(orders)
     ]
     outcomes = meltemi.simulate_batch(cases, workers=4)
@@ -216,7 +225,7 @@ def test_nothing_is_left_behind(make: Any, model: Model, tmp_path: Path, capfd: 
     before = sorted(tmp_path.parent.rglob("*"))
     controller = make()
     order = tmp_path / "plain.in"
-    dropped = meltemi.Simulation(model, WIND, duration=SHORT, controller=controller)
+    dropped = meltemi.Simulation(meltemi.Run(model, WIND, duration=SHORT, controller=controller))
     dropped.advance(5)
     (process,) = children()
     folder = Path(process.cwd())
@@ -262,20 +271,20 @@ def test_a_child_ends_with_its_parent(library: Path) -> None:
 def test_bad_input_says_what_to_do(library: Path, model: Model, tmp_path: Path) -> None:
     turbine = model.turbine
     with pytest.raises(meltemi.InputError, match="did you mean 'libdiscon.so'"):
-        meltemi.BladedController(turbine, library.with_name("libdiscom.so"))
+        meltemi.control.BladedController(turbine, library.with_name("libdiscom.so"))
     with pytest.raises(meltemi.InputError, match="input file .*DISCON.IN: no such file"):
-        meltemi.BladedController(turbine, library, tmp_path / "DISCON.IN")
+        meltemi.control.BladedController(turbine, library, tmp_path / "DISCON.IN")
     with pytest.raises(meltemi.InputError, match="timeout must be"):
-        meltemi.BladedController(turbine, library, timeout=math.nan)
+        meltemi.control.BladedController(turbine, library, timeout=math.nan)
     with pytest.raises(meltemi.InputError, match="no folder"):
-        meltemi.BladedController(turbine, library, folder=tmp_path / "nowhere")
+        meltemi.control.BladedController(turbine, library, folder=tmp_path / "nowhere")
     with pytest.raises(meltemi.InputError, match=r"expected a shared library .* with the function CONTROL") as wrong:
-        run(model, meltemi.BladedController(turbine, library, procedure="CONTROL"))
+        run(model, meltemi.control.BladedController(turbine, library, procedure="CONTROL"))
     assert "undefined symbol" in str(wrong.value) or "CONTROL" in str(wrong.value)
     text = tmp_path / "text.so"
     text.write_text("no library")
     with pytest.raises(meltemi.InputError, match=r"text.so: cannot be used as a controller library"):
-        run(model, meltemi.BladedController(turbine, text))
+        run(model, meltemi.control.BladedController(turbine, text))
     assert not children()
 
 
@@ -329,4 +338,4 @@ def test_rosco_is_looked_up(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("meltemi.control.bladed.rosco.distribution", missing)
     with pytest.raises(meltemi.InputError, match="pip install --no-deps"):
-        meltemi.find_rosco()
+        meltemi.control.find_rosco()

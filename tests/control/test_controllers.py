@@ -53,7 +53,7 @@ wind = meltemi.SteadyWind(speed=11.0)
 def plain(state, measurements, demands, dt):
     demands[s.GENERATOR_TORQUE] = 3.0e4
 own = [meltemi.Controller(update=update) for update in (numba.njit(plain), plain)]
-for controller in (None, meltemi.ConstantController(), *own):
+for controller in (None, meltemi.control.ConstantController(), *own):
     meltemi.simulate(model, wind, duration=1.0, controller=controller)
 print(json.dumps(statistics()))
 """
@@ -123,7 +123,7 @@ def test_a_controller_is_made_fresh_for_every_run_and_closed_after_it(model: Mod
     assert ends == [Status.OK, Status.CONTROLLER_RAISED]
     assert [mine[0] for mine in made] == [0.0, 0.0] and len(made[0]) > len(made[1])
     assert set(closed) == {1, 2}
-    dropped = meltemi.Simulation(model, WIND, duration=0.2, controller=controller, start=BEGIN)
+    dropped = meltemi.Simulation(meltemi.Run(model, WIND, duration=0.2, controller=controller, start=BEGIN))
     dropped.advance(3)
     assert 3 not in closed
     del dropped

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import InputError, ModelOptions, PowerGrid, Result, SteadyWind, WindSeries
+from meltemi import InputError, ModelOptions, Result, SteadyWind, WindSeries
 from meltemi.control.coordinated import CoordinatedController, Coordination
 from meltemi.control.load_control import HarmonicLoop, LoadControl, SpeedNotch
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
+from meltemi.environment import PowerGrid
 
 CHANNELS = ("generator_power", "rotor_speed", "pitch_1", "pitch_2", "yaw_command", "yaw_threshold", "wind_estimate")
 OWN = YawControl().dead_band
@@ -24,7 +25,7 @@ TURNING = np.arange(0.0, 801.0, 10.0)
 @cache
 def machine() -> Any:
     turbine = meltemi.load_turbine("pmsg20mw")
-    return turbine, meltemi.build(turbine, ModelOptions(yaw="driven")), meltemi.performance_of(turbine)
+    return turbine, meltemi.build(turbine, ModelOptions(yaw="driven")), meltemi.analysis.performance_of(turbine)
 
 
 def run(relief: Coordination | None, wind: Any, power: float, **given: Any) -> Result:
@@ -111,7 +112,7 @@ def test_individual_pitch_and_numbers_on_an_aeroelastic_turbine() -> None:
     loop = HarmonicLoop(harmonic=1, actuator="pitch", integral_gain=1e-9)
     law = CoordinatedController(
         turbine,
-        meltemi.performance_of(turbine),
+        meltemi.analysis.performance_of(turbine),
         power=PowerControl(density="weather"),
         yaw=YawControl(start_time=1.0),
         relief=Coordination(mean_time=10.0),
@@ -123,13 +124,15 @@ def test_individual_pitch_and_numbers_on_an_aeroelastic_turbine() -> None:
     given: dict[str, Any] = {"duration": 20.0, "channels": channels, "controller": law, "grid": grid}
     lanes = meltemi.simulate(model, wind, **given)
     assert np.abs(lanes["pitch_1"] - lanes["pitch_2"]).max() > 1e-3
-    floats = meltemi.Simulation(model, wind, numbers="floats", **given)
+    floats = meltemi.Simulation(meltemi.Run(model, wind, **given), numbers="floats")
     floats.advance(10**6)
     np.testing.assert_allclose(lanes.data, floats.result().data, rtol=0.0, atol=1e-9 * np.abs(lanes.data).max())
     names = ["controller.frequency", "controller.coordination_caution", "aerodynamics.air_density"]
-    found = meltemi.sensitivity(model, wind, names, **given)
+    found = meltemi.analysis.sensitivity(meltemi.Run(model, wind, **given), names)
     for number, name in enumerate(names):
-        low, high, step = meltemi.differences(model, wind, name, step=1e-5 * abs(found.values[number]), **given)
+        low, high, step = meltemi.analysis.finite_difference_runs(
+            meltemi.Run(model, wind, **given), name, step=1e-5 * abs(found.values[number])
+        )
         change, exact = (high.data - low.data) / (2.0 * step), found.slopes[..., number]
         size = np.maximum(np.abs(exact).max(axis=0), 1e-12)
         assert np.all(np.abs(change - exact).max(axis=0) / size < 1e-4), name
@@ -138,7 +141,7 @@ def test_individual_pitch_and_numbers_on_an_aeroelastic_turbine() -> None:
 def test_a_reference_is_one_of_power_into_the_grid() -> None:
     """C-86b: losses of machine, converters and filter are added to what the shaft has to give."""
     turbine, _, performance = machine()
-    law = meltemi.PowerController(turbine, performance)
+    law = meltemi.control.PowerController(turbine, performance)
     found = {}
     for electrical in ("ideal", "averaged"):
         model = meltemi.build(turbine, ModelOptions(electrical=electrical))

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import (
-    ConstantController,
     Controller,
     InputError,
     Model,
@@ -28,6 +27,7 @@ from meltemi import (
 )
 from meltemi.control import signals as s
 from meltemi.simulation.events import KINDS
+from meltemi.simulation.run import Run
 
 WIND = SteadyWind(speed=13.0, shear_exponent=0.2)
 DT, AT = 0.01, 1.0
@@ -61,7 +61,7 @@ def machine(turbine: Turbine) -> Model:
     """With actuators of second order, flaps and a driven yaw bearing."""
     options = meltemi.ModelOptions(yaw="driven", time_step=DT)
     turbine = turbine.replace(**{"pitch_actuator.kind": "second_order"})
-    return meltemi.build(meltemi.with_flaps(turbine, meltemi.naca64618_flap()), options)
+    return meltemi.build(meltemi.turbine.with_flaps(turbine, meltemi.turbine.naca64618_flap()), options)
 
 
 def ran(machine: Model, *events: dict[str, Any], seconds: float = 2.0, controller: Any = by_the_clock) -> Result:
@@ -238,7 +238,15 @@ def test_stepped_from_outside_and_reset(machine: Model) -> None:
     ]
     inside = ran(machine, *events, seconds=1.0)
     run = Simulation(
-        machine, WIND, duration=1.0, controller=ConstantController(), channels=CHANNELS, output_step=DT, events=events
+        Run(
+            machine,
+            WIND,
+            duration=1.0,
+            controller=meltemi.control.ConstantController(),
+            channels=CHANNELS,
+            output_step=DT,
+            events=events,
+        )
     )
     state = np.zeros(1)
     for _ in range(2):
@@ -256,8 +264,8 @@ def test_stepped_from_outside_and_reset(machine: Model) -> None:
 def test_log_and_meta(machine: Model, tmp_path: Any) -> None:
     """Events and what the controller says, by time; kept in files; only what has happened."""
 
-    def log(state: Any) -> list[meltemi.LogEntry]:
-        return [meltemi.LogEntry(0.5, "supervisor", "production -> stop", "grid lost")]
+    def log(state: Any) -> list[meltemi.control.LogEntry]:
+        return [meltemi.control.LogEntry(0.5, "supervisor", "production -> stop", "grid lost")]
 
     law = Controller(by_the_clock, log=log)
     grid = {"at": 0.5, "until": 0.9, "type": "grid_loss"}
@@ -268,9 +276,9 @@ def test_log_and_meta(machine: Model, tmp_path: Any) -> None:
         ("event", "grid lost: over"),
     ]
     assert result.meta["events"] == [{"type": "grid_loss", **grid}]
-    back = meltemi.read_netcdf(meltemi.write_netcdf(result, tmp_path / "run.nc"))
+    back = meltemi.io.read_netcdf(meltemi.io.write_netcdf(result, tmp_path / "run.nc"))
     assert back.log == result.log
-    run = Simulation(machine, WIND, duration=1.0, events=[grid])
+    run = Simulation(Run(machine, WIND, duration=1.0, events=[grid]))
     run.advance(60)
     assert [entry.what for entry in run.result().log] == ["grid lost"]
     assert ran(machine, seconds=0.1).log == ()
@@ -278,8 +286,8 @@ def test_log_and_meta(machine: Model, tmp_path: Any) -> None:
 
 def test_the_supervisor_notices(model: Model) -> None:
     """At the same instant; the log has the cause before what is made of it."""
-    law = meltemi.SupervisedController(model.turbine)
-    result = simulate(model, WIND, duration=2.0, controller=law, events=[meltemi.GridLoss(at=1.0)])
+    law = meltemi.control.SupervisedController(model.turbine)
+    result = simulate(model, WIND, duration=2.0, controller=law, events=[meltemi.events.GridLoss(at=1.0)])
     cause, reaction = result.log
     assert (cause.source, reaction.source) == ("event", "supervisor")
     assert cause.time == reaction.time == 1.0 and reaction.what.endswith("emergency stop")
@@ -287,8 +295,16 @@ def test_the_supervisor_notices(model: Model) -> None:
 
 def test_in_a_batch(machine: Model) -> None:
     cases = [
-        meltemi.BatchCase(machine, WIND, 0.5, Controller(by_the_clock), CHANNELS, DT, events=events)
-        for events in ((), [meltemi.GridLoss(at=0.2)], [{"at": 0.2, "type": "pitch_stuck", "blade": 4}])
+        meltemi.Run(
+            machine,
+            WIND,
+            duration=0.5,
+            controller=Controller(by_the_clock),
+            channels=CHANNELS,
+            output_step=DT,
+            events=events,
+        )
+        for events in ((), [meltemi.events.GridLoss(at=0.2)], [{"at": 0.2, "type": "pitch_stuck", "blade": 4}])
     ]
     free, lost, wrong = meltemi.simulate_batch(cases, workers=1)
     assert np.flatnonzero(lost.value["generator_torque"] == 0.0)[0] == 20

@@ -15,30 +15,15 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import (
-    FeedForward,
-    HarmonicLoop,
-    InputError,
-    LoadControl,
-    LoadController,
-    LoadSensor,
-    Model,
-    Result,
-    Simulation,
-    SpeedNotch,
-    StartPoint,
-    Status,
-    SteadyWind,
-    Turbine,
-    naca64618_flap,
-    simulate,
-    with_flaps,
-)
+from meltemi import InputError, Model, Result, Simulation, Status, SteadyWind, Turbine, simulate
+from meltemi.control import FeedForward, HarmonicLoop, LoadControl, LoadController, LoadSensor, SpeedNotch, StartPoint
 from meltemi.control import signals as s
 from meltemi.control.feedforward import weight, weight_settings
 from meltemi.control.filters import LowPass, low_pass
 from meltemi.control.multiblade import to_blade
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
+from meltemi.turbine import naca64618_flap, with_flaps
 
 Float = NDArray[np.float64]
 DEGREE = np.pi / 180.0
@@ -130,13 +115,13 @@ def tilt_and_yaw(result: Result, harmonic: int, skip: float = 40.0) -> Float:
 
 @pytest.mark.parametrize("speed", [11.4, 18.0])
 def test_without_parts_it_is_the_baseline_to_the_bit(model: Model, speed: float) -> None:
-    wind = meltemi.generate_field(
+    wind = meltemi.wind.generate_field(
         meltemi.TurbulentWind(speed=speed, intensity=0.15, seed=2, points=9), model.turbine, 30.0
     )
     runs = [
         simulate(model, wind, duration=30.0, channels=["all"], controller=controller)
         for controller in (
-            meltemi.BaselineController(model.turbine),
+            meltemi.control.BaselineController(model.turbine),
             LoadController(model.turbine),
             LoadController(model.turbine, LoadControl(feedforward=FeedForward(gain=0.0))),
         )
@@ -291,7 +276,7 @@ def test_ten_times_the_gain_is_noticed(flap_model: Model) -> None:
     wild = LoadController(flap_model.turbine, one(PITCH, integral_gain=10.0 * PITCH_GAIN))
     tuned = LoadController(flap_model.turbine, one(PITCH))
     winds = [meltemi.TurbulentWind(speed=18.0, intensity=0.15, seed=seed, points=9) for seed in (1, 2)]
-    found = meltemi.compare(flap_model, {"tuned": tuned, "wild": wild}, winds, duration=60.0, transient=20.0)
+    found = meltemi.analysis.compare(flap_model, {"tuned": tuned, "wild": wild}, winds, duration=60.0, transient=20.0)
     (line,) = found.warnings()
     assert re.match(r"scheme 'wild' in 2 of 2 winds: pitch: demands at their limits \d\d % of the time", line)
 
@@ -302,7 +287,7 @@ def test_sound_gains_have_no_warning(flap_model: Model, speed: float, intensity:
     turbine = flap_model.turbine
     wind = meltemi.TurbulentWind(speed=speed, intensity=intensity, shear_exponent=0.2, seed=4, points=9)
     law = LoadController(turbine, LoadControl(loops=(PITCH, FLAP), feedforward=FeedForward(tower_shadow=True)))
-    run = Simulation(flap_model, wind, duration=100.0, controller=law, channels=CHANNELS)
+    run = Simulation(Run(flap_model, wind, duration=100.0, controller=law, channels=CHANNELS))
     march(run)
     result = run.result()
     assert result.status is Status.OK and result.warnings == ()
@@ -642,7 +627,8 @@ def test_state_names(flapped: Turbine) -> None:
     names = driven.controller.state_names
     assert len(names) == len(set(names)) == len(driven.state)
     assert (
-        names[: len(meltemi.BaselineController(flapped).state_names)] == meltemi.BaselineController(flapped).state_names
+        names[: len(meltemi.control.BaselineController(flapped).state_names)]
+        == meltemi.control.BaselineController(flapped).state_names
     )
     for name, value in {
         "loop_1_tilt_integral_gain": PITCH_GAIN,
@@ -691,13 +677,15 @@ def test_derivatives_are_limits_of_differences(flap_model: Model) -> None:
     channels = ("root_moment_out_of_plane_1", "pitch_2", "flap_1_angle_3", "rotor_speed")
     law = LoadController(flap_model.turbine, ALL)
     case: dict[str, Any] = {"duration": 20.0, "channels": channels, "controller": law}
-    found = meltemi.sensitivity(flap_model, wind, PARAMETERS, **case)
+    found = meltemi.analysis.sensitivity(meltemi.Run(flap_model, wind, **case), PARAMETERS)
     assert found.switches["controller"] == 0
-    run = Simulation(flap_model, wind, numbers="floats", **case)
+    run = Simulation(Run(flap_model, wind, **case), numbers="floats")
     march(run)
     assert np.all(np.abs(found.result.data - run.result().data).max(axis=0) < 1e-9 * np.abs(found.result.data).max(0))
     for number, name in enumerate(PARAMETERS):
-        low, high, step = meltemi.differences(flap_model, wind, name, step=1e-5 * abs(found.values[number]), **case)
+        low, high, step = meltemi.analysis.finite_difference_runs(
+            meltemi.Run(flap_model, wind, **case), name, step=1e-5 * abs(found.values[number])
+        )
         exact = found.slopes[..., number]
         size = np.abs(exact).max(axis=0)
         change = (high.data - low.data) / (2.0 * step)
@@ -715,7 +703,11 @@ def test_switches_of_all_parts_are_counted(flap_model: Model) -> None:
     for loop, wind in ((PITCH, SteadyWind(speed=8.0, shear_exponent=0.2)), (FLAP.replace(authority=0.01), WIND)):
         law = LoadController(flap_model.turbine, LoadControl(loops=(loop,)))
         step = {name: 0.1 * abs(loop.integral_gain)}
-        counts.append(meltemi.sensitivity(flap_model, wind, [name], controller=law, steps=step, **case).switches)
+        counts.append(
+            meltemi.analysis.sensitivity(
+                meltemi.Run(flap_model, wind, controller=law, **case), [name], steps=step
+            ).switches
+        )
     assert all(count["controller"] for count in counts)
 
 
@@ -724,7 +716,7 @@ def test_lanes_and_floats_agree(flap_model: Model) -> None:
     runs = []
     for numbers in ("lanes", "floats"):
         law = LoadController(flap_model.turbine, ALL)
-        run = Simulation(flap_model, WIND, duration=20.0, channels=["all"], controller=law, numbers=numbers)
+        run = Simulation(Run(flap_model, WIND, duration=20.0, channels=["all"], controller=law), numbers=numbers)
         march(run)
         keep = [name not in ("induction_residual", "azimuth") for name in run.result().names]
         runs.append(run.result().data[:, keep])

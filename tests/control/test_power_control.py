@@ -12,7 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Droop, InputError, PowerControl, PowerController, PowerGrid, StartPoint
+from meltemi import InputError
+from meltemi.control import Droop, PowerControl, PowerController, StartPoint
 from meltemi.control import signals as s
 from meltemi.control.controller import new_vectors
 from meltemi.control.machine import FROM, TO
@@ -21,12 +22,13 @@ from meltemi.control.power_control.controller import power_settings, shaft_inert
 from meltemi.control.power_control.law import lower_speed, optimal_gain
 from meltemi.control.power_control.rotor import gain_at_pitch, power_coefficient, rotor_tables
 from meltemi.control.power_control.state import PowerControlState
+from meltemi.environment import PowerGrid
 from meltemi.environment.air import density_of
 from meltemi.environment.conditions import conditions_array
 from meltemi.environment.density import moist_air_density
 from meltemi.environment.site import Environment
 from meltemi.loadcases.case import LoadCase, PowerCase
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine
 
 Float = NDArray[np.float64]
@@ -57,8 +59,8 @@ def heier(ratio: float, pitch: float = 0.0) -> float:
     return 0.5176 * (116.0 * x - 0.4 * pitch - 5.0) * math.exp(-21.0 * x) + 0.0068 * stretched
 
 
-def performance(power: Float, ratios: Float = RATIOS, pitch: Any = tuple(BLADES)) -> Performance:
-    return Performance(ratios, np.radians(np.array(pitch, float)), power, np.full_like(power, np.nan), power)
+def performance(power: Float, ratios: Float = RATIOS, pitch: Any = tuple(BLADES)) -> RotorPerformance:
+    return RotorPerformance(ratios, np.radians(np.array(pitch, float)), power, np.full_like(power, np.nan), power)
 
 
 BLADED = performance(BEM)
@@ -124,7 +126,7 @@ class Run:
         weather: tuple[float, float, float] = (288.15, 0.0, 101325.0),
         rho: float = RHO,
         coefficient: Callable[[float, float], float] | None = None,
-        rotor: Performance = BLADED,
+        rotor: RotorPerformance = BLADED,
         begin: tuple[float, float, float] = (0.66, 22e6, 0.03),
     ) -> None:
         def at(series: Series, time: float) -> float:
@@ -429,7 +431,7 @@ def test_a_signal_above_rating_is_taken_as_rated_and_said_once(machine: PowerTur
 def test_a_loop_faster_than_the_filter_of_the_speed_is_refused(machine: PowerTurbine) -> None:
     for name in ("frequency", "tracking_frequency"):
         with pytest.raises(InputError, match=rf"{name} 3 rad/s is not below the 2 rad/s"):
-            PowerController(machine, meltemi.performance_of(machine), PowerControl.model_validate({name: 3.0}))
+            PowerController(machine, meltemi.analysis.performance_of(machine), PowerControl.model_validate({name: 3.0}))
 
 
 def test_the_set_point_moves_at_its_rate_from_the_power_there_is(machine: PowerTurbine) -> None:
@@ -562,7 +564,7 @@ def test_what_does_not_suit_the_turbine_is_refused(machine: PowerTurbine) -> Non
 
 
 def test_a_reference_above_rating_is_refused_before_the_run() -> None:
-    series = meltemi.TimeSeries(time=np.array([0.0, 10.0]), value=np.array([10e6, 25e6]))
+    series = meltemi.environment.TimeSeries(time=np.array([0.0, 10.0]), value=np.array([10e6, 25e6]))
     with pytest.raises(InputError, match=r"2.5e\+07 W is above the turbine's rated power of 2e\+07 W"):
         conditions_array(Environment(), PowerGrid(power_reference=series), RATED)
 

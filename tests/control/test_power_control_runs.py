@@ -9,21 +9,12 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import (
-    Air,
-    Droop,
-    Environment,
-    InputError,
-    PowerControl,
-    PowerController,
-    PowerGrid,
-    Result,
-    Simulation,
-    SteadyWind,
-    TurbulentWind,
-)
+from meltemi import Environment, InputError, Result, Simulation, SteadyWind, TurbulentWind
+from meltemi.control import Droop, PowerControl, PowerController
 from meltemi.control.power_control.tables import NUMBER
+from meltemi.environment import Air, PowerGrid
 from meltemi.loadcases.case import case_controller, read_case
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
 from meltemi.turbine.power_turbine import AnyTurbine
 
@@ -32,7 +23,7 @@ SCHEMES = ("A0", "A1", "A2", "A3")
 
 
 def control(turbine: AnyTurbine, **settings: Any) -> meltemi.Controller:
-    return PowerController(turbine, meltemi.performance_of(turbine), PowerControl.model_validate(settings))
+    return PowerController(turbine, meltemi.analysis.performance_of(turbine), PowerControl.model_validate(settings))
 
 
 def run(model: Any, wind: Any, seconds: float, controller: Any, **more: Any) -> Result:
@@ -157,11 +148,11 @@ def test_derivatives_are_those_of_differences(table: AnyTurbine, settings: dict[
         "output_step": 0.1,
     }
     names = [f"controller.{name}" for name in ("frequency", "best_coefficient", "estimator_gain", "inertia")]
-    exact = meltemi.sensitivity(model, wind, names, **arguments)
+    exact = meltemi.analysis.sensitivity(meltemi.Run(model, wind, **arguments), names)
     exact.result.raise_for_status()
     moved = 0
     for i, name in enumerate(names):
-        below, above, step = meltemi.differences(model, wind, name, **arguments)
+        below, above, step = meltemi.analysis.finite_difference_runs(meltemi.Run(model, wind, **arguments), name)
         difference = (above.data - below.data) / (2.0 * step)
         size = np.sqrt(np.mean(exact.slopes[:, :, i] ** 2, axis=0))
         error = np.sqrt(np.mean((exact.slopes[:, :, i] - difference) ** 2, axis=0))
@@ -179,13 +170,15 @@ def test_lanes_are_floats_on_blades(turbine: meltemi.Turbine) -> None:
     found = []
     for numbers in ("lanes", "floats"):
         one = Simulation(
-            model,
-            SteadyWind(speed=12.0, shear_exponent=0.2),
-            duration=20.0,
-            controller=controller,
-            channels=CHANNELS,
-            grid=PowerGrid(power_reference=3e6),
-            numbers=numbers,  # type: ignore[arg-type]
+            Run(
+                model,
+                SteadyWind(speed=12.0, shear_exponent=0.2),
+                duration=20.0,
+                controller=controller,
+                channels=CHANNELS,
+                grid=PowerGrid(power_reference=3e6),  # type: ignore[arg-type]
+            ),
+            numbers=numbers,
         )
         march(one)
         found.append(one.result().data)

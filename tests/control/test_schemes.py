@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 import meltemi
-from meltemi import Controller, InputError, Model, Turbine, build, design_controllers
+from meltemi import Controller, InputError, Model, Turbine, build
+from meltemi.analysis import design_controllers
 from meltemi.studies import schemes, tuning
 from meltemi.studies.scheme_names import FLAP_1P, FLAP_2P, PITCH_1P, PITCH_2P, SCHEMES, check_schemes, label
 from meltemi.studies.schemes import equipped
@@ -78,7 +79,9 @@ def test_unknown_schemes_are_refused(model: Model, names: list[str], said: str) 
 
 def test_a_controller_of_ones_own_stands_beside_ours(model: Model, tmp_path: Path) -> None:
     path = tmp_path / "mine.py"
-    path.write_text("import meltemi\n\ndef controller(turbine):\n    return meltemi.BaselineController(turbine)\n")
+    path.write_text(
+        "import meltemi\n\ndef controller(turbine):\n    return meltemi.control.BaselineController(turbine)\n"
+    )
     design = design_controllers(model, ["cpc", str(path)])
     assert list(design.controllers) == ["cpc", "mine"] == ["cpc", label(str(path))]
-    assert design.controllers["mine"].update is meltemi.BaselineController(model.turbine).update
+    assert design.controllers["mine"].update is meltemi.control.BaselineController(model.turbine).update

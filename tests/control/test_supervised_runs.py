@@ -11,27 +11,16 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import (
-    HarmonicLoop,
-    InputError,
-    LoadControl,
-    Model,
-    Result,
-    Start,
-    SteadyWind,
-    SupervisedController,
-    Supervision,
-    WindSeries,
-    YawControl,
-    YawProtection,
-    read_case,
-)
+from meltemi import InputError, Model, Result, Start, SteadyWind, WindSeries
+from meltemi.control import HarmonicLoop, LoadControl, SupervisedController, Supervision, YawControl, YawProtection
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.moving_mean import mean_start, moving_mean
 from meltemi.control.supervisor.settings import limits
 from meltemi.control.supervisor.supervised import SupervisedState
+from meltemi.io import read_case
 from meltemi.loadcases.case import case_controller, case_start
-from meltemi.studies.sensitivity import differences, sensitivity
+from meltemi.simulation.run import Run
+from meltemi.studies.sensitivity import finite_difference_runs, sensitivity
 from meltemi.wind.fields import mean_before
 from meltemi.wind.iec.models import iec_wind
 
@@ -81,10 +70,10 @@ def series(time: list[float], speed: list[float]) -> WindSeries:
 @pytest.mark.parametrize("loops", [(), (HarmonicLoop(harmonic=1, integral_gain=1e-9),)], ids=["law", "loops"])
 def test_production_is_load_control_to_the_bit(model: Model, loops: Any) -> None:
     load = LoadControl(loops=loops)
-    wind = meltemi.generate_field(
+    wind = meltemi.wind.generate_field(
         meltemi.TurbulentWind(speed=12.0, intensity=0.15, seed=3, points=7), model.turbine, 30.0
     )
-    one = run(model, wind, 25.0, meltemi.LoadController(model.turbine, load))
+    one = run(model, wind, 25.0, meltemi.control.LoadController(model.turbine, load))
     other = run(model, wind, 25.0, SupervisedController(model.turbine, load=load, protection=YawProtection()))
     for name in ("rotor_speed", "generator_torque", "pitch_1", "TwrBsMyt", "RootMyc1"):
         assert np.array_equal(one[name], other[name])
@@ -100,9 +89,9 @@ def test_start_from_standstill(model: Model) -> None:
     result = run(model, SteadyWind(speed=8.0), 160.0, SupervisedController(model.turbine), FEATHERED)
     assert whats(result) == ["standby -> start up", "start up -> connection", "connection -> maximum power"]
     begin = Start(rotor_speed=0.95, generator_torque=2e4)
-    steady = run(model, SteadyWind(speed=8.0), 100.0, meltemi.BaselineController(model.turbine), begin)["rotor_speed"][
-        -1
-    ]
+    steady = run(model, SteadyWind(speed=8.0), 100.0, meltemi.control.BaselineController(model.turbine), begin)[
+        "rotor_speed"
+    ][-1]
     assert result["rotor_speed"][-1] == pytest.approx(steady, rel=2e-3)
     assert result["rotor_speed"].max() < 1.09 * steady
     assert result["TwrBsMyt"].max() < 60e6
@@ -222,7 +211,7 @@ def test_strategies_in_a_gust_with_change_of_direction(model: Model) -> None:
     found = {}
     for strategy in ("stop", "derate", "ignore"):
         law = SupervisedController(turbine, yaw=YawControl(), protection=YawProtection(strategy=strategy))
-        found[strategy] = run(driven, meltemi.ecd(turbine, 10.67, begin=10.0), 90.0, law)
+        found[strategy] = run(driven, meltemi.wind.ecd(turbine, 10.67, begin=10.0), 90.0, law)
     for strategy, what in (("stop", "normal -> shutdown"), ("derate", "normal -> derated")):
         (first, *_) = [entry for entry in found[strategy].log if entry.source == "yaw protection"]
         assert first.what == what
@@ -239,7 +228,7 @@ def test_derivatives_go_through_the_supervisor(model: Model) -> None:
 
     The ramp must not end on a sample: there the derivative by its rate has two values.
     """
-    wind = meltemi.generate_field(
+    wind = meltemi.wind.generate_field(
         meltemi.TurbulentWind(speed=20.0, intensity=0.14, seed=3, points=7), model.turbine, 12.0
     )
     law = SupervisedController(model.turbine, protection=YawProtection())
@@ -247,10 +236,12 @@ def test_derivatives_go_through_the_supervisor(model: Model) -> None:
     arguments["events"] = [{"at": 2.0, "type": "power_limit", "power": 3.7137e6}]
     names = ["controller.supervisor_derate_rate", "controller.proportional_gain"]
     channels = ["pitch_1", "generator_torque", "rotor_speed"]
-    found = sensitivity(model, wind, names, channels=channels, **arguments)
+    found = sensitivity(Run(model, wind, channels=channels, **arguments), names)
     for number, name in enumerate(names):
         step = 1e-6 * abs(found.values[number])
-        low, high, step = differences(model=model, wind=wind, parameter=name, step=step, channels=channels, **arguments)
+        low, high, step = finite_difference_runs(
+            Run(model=model, wind=wind, channels=channels, **arguments), parameter=name, step=step
+        )
         for channel in channels:
             exact = found.series(channel)[1][:, number]
             change = (high[channel] - low[channel]) / (2.0 * step)
@@ -306,7 +297,7 @@ def test_an_emergency_stop_at_cut_out_finds_production(model: Model, seed: int) 
 
 def test_means_begin_with_the_mean_wind_of_the_case(model: Model) -> None:
     wind = iec_wind(turbine=model.turbine, model="NTM", wind_class="IA", speed=25.0, seed=1, points=5)
-    box = meltemi.generate_field(wind, model.turbine, 600.0)
+    box = meltemi.wind.generate_field(wind, model.turbine, 600.0)
     assert mean_before(box, model.turbine.hub_height) == pytest.approx(25.0, abs=0.01)
     measured = series([0.0, 1.0, 2.0, 3.0], [9.0, 11.0, 9.0, 11.0])
     assert mean_before(measured, 90.0) == pytest.approx(10.0)  # not what it has at first
@@ -321,7 +312,7 @@ def test_means_begin_with_the_mean_wind_of_the_case(model: Model) -> None:
 def test_ten_minutes_of_normal_turbulence_at_cut_out_are_no_storm(model: Model) -> None:
     """Means of what the anemometer has, as the supervisor makes them, against its limits."""
     wind = iec_wind(turbine=model.turbine, model="NTM", wind_class="IA", speed=25.0, seed=3, points=5)
-    box = meltemi.generate_field(wind, model.turbine, 700.0)
+    box = meltemi.wind.generate_field(wind, model.turbine, 700.0)
     size = np.hypot(*np.moveaxis(box.velocity[:, 2, 2, :2].astype(float), -1, 0))
     x = mean_start(600.0, 600, before=mean_before(box, model.turbine.hub_height))
     most = max(moving_mean(x, float(u), box.dt) for u in size)

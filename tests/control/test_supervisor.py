@@ -15,16 +15,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import (
-    InputError,
-    StartPoint,
-    SupervisedController,
-    Supervision,
-    Turbine,
-    YawControl,
-    YawProtection,
-    yaw_threshold,
-)
+from meltemi import InputError, Turbine
+from meltemi.control import StartPoint, SupervisedController, Supervision, YawControl, YawProtection, yaw_threshold
 from meltemi.control import signals as s
 from meltemi.control.controller import Controller, LogEntry
 from meltemi.control.moving_mean import mean_start, moving_mean
@@ -210,13 +202,13 @@ def test_every_running_state_can_be_stopped_and_every_condition_is_used() -> Non
 
 def test_diagrams_show_all_states() -> None:
     for machine, states in (("operation", t.STATES), ("yaw", t.YAW_STATES), ("power", POWER_STATES)):
-        (axes,) = meltemi.plot_states(machine).axes
+        (axes,) = meltemi.plots.plot_states(machine).axes
         text = " ".join(words.get_text() for words in axes.texts)
         assert all(state.name.replace("_", " ") in text for state in states)
         # on a page of 750 pixels; they were 5 pixels high
         assert min(t.get_fontsize() for t in axes.texts if t.get_text()) / 72 / axes.figure.get_figwidth() * 750 > 9.5
     with pytest.raises(InputError, match="did you mean 'yaw'"):
-        meltemi.plot_states("yaww")
+        meltemi.plots.plot_states("yaww")
 
 
 # protection against yaw errors -------------------------------------------------------------------------------

@@ -11,9 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, ModelOptions, SteadyWind, Turbine, YawControl, YawController
+from meltemi import InputError, ModelOptions, SteadyWind, Turbine
+from meltemi.control import YawControl, YawController, yaw
 from meltemi.control import signals as s
-from meltemi.control import yaw
 from meltemi.loadcases.case import case_controller, read_case
 from meltemi.turbine.definition import Yaw
 
@@ -174,15 +174,17 @@ def test_a_turbine_turns_into_the_wind(turbine: Turbine) -> None:
 def test_a_held_nacelle_and_a_yaw_control_do_not_go_together(turbine: Turbine, kind: Any) -> None:
     with pytest.raises(InputError, match=rf"turns the nacelle, but the model's yaw is '{kind}'.*yaw=\"driven\""):
         meltemi.Simulation(
-            meltemi.build(turbine, ModelOptions(yaw=kind)),
-            SteadyWind(speed=10.0),
-            duration=1.0,
-            controller=YawController(turbine),
+            meltemi.Run(
+                meltemi.build(turbine, ModelOptions(yaw=kind)),
+                SteadyWind(speed=10.0),
+                duration=1.0,
+                controller=YawController(turbine),
+            )
         )
 
 
 def test_beside_load_control(turbine: Turbine) -> None:
-    load = meltemi.LoadControl(loops=(meltemi.HarmonicLoop(harmonic=1, integral_gain=5e-10),))
+    load = meltemi.control.LoadControl(loops=(meltemi.control.HarmonicLoop(harmonic=1, integral_gain=5e-10),))
     model = meltemi.build(turbine, ModelOptions(yaw="driven"))
     wind = SteadyWind(speed=16.0, direction=0.3)
     settings = YawControl(average_time=1.0, start_time=0.0)
@@ -210,7 +212,7 @@ def test_in_a_case_file(turbine: Turbine, tmp_path: Path) -> None:
     controller = case_controller(case, turbine, tmp_path)
     assert controller is not None
     assert controller.yaws
-    state = controller.initial_state(meltemi.StartPoint(10.0, 100.0, 0.0, 1e4))
+    state = controller.initial_state(meltemi.control.StartPoint(10.0, 100.0, 0.0, 1e4))
     assert state[controller.state_names.index("yaw_dead_band")] == 0.1
     assert case_controller(case.replace(**{"controller.yaw": None}), turbine, tmp_path) is None
     path.write_text(path.read_text().replace("dead_band", "deadband"))

@@ -72,7 +72,7 @@ def test_the_highest_mode_of_a_blade_decays_as_it_should() -> None:
         model,
         SteadyWind(speed=0.0),
         duration=4.0,
-        controller=meltemi.ConstantController(),
+        controller=meltemi.control.ConstantController(),
         start=meltemi.Start(coordinates=dict.fromkeys(names, 1e-3)),
         channels=[f"q {names[0]}"],
         output_step=time_step(model),

@@ -25,7 +25,7 @@ def response(turbine: Turbine, dt: float, **options: Any) -> Any:
         model,
         wind,
         duration=10.0,
-        controller=meltemi.ConstantController(),
+        controller=meltemi.control.ConstantController(),
         start=meltemi.operating_point(meltemi.build(turbine, ModelOptions(torsion_modes=0, **options)), 9.0),
         channels=["tip_out_of_plane_1", "tower_top_fore_aft", "azimuth"],
     ).data

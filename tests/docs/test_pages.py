@@ -147,7 +147,7 @@ def test_a_file_format_is_one_module_and_one_row(
 def test_moving_from_rosco(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Needs the rosco package, which the page says how to install."""
     try:
-        meltemi.find_rosco()
+        meltemi.control.find_rosco()
     except meltemi.InputError as missing:
         pytest.skip(str(missing))
     test_code_on_the_page_runs("docs/migrate/rosco.md", tmp_path, monkeypatch, capsys)

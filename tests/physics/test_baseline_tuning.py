@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import BaselineTuning, InputError, Turbine, tune_baseline
+from meltemi import InputError, Turbine
+from meltemi.analysis import BaselineTuning, tune_baseline
 from meltemi.turbine.library import library_entries
 
 

@@ -20,13 +20,13 @@ import pytest
 
 import meltemi
 from meltemi import (
-    BatchCase,
     Controller,
     InputError,
     Model,
     ModelOptions,
     Outcome,
     Result,
+    Run,
     Start,
     Status,
     SteadyWind,
@@ -35,13 +35,13 @@ from meltemi import (
     simulate_batch,
 )
 from meltemi.control import signals as s
-from meltemi.loadcases.batch import _Batch, interruptible_batch
+from meltemi.loadcases.batch import Batch
 from meltemi.simulation import points
 
 
 def box(seed: int, speed: float = 11.0) -> WindBox:
     wind = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=seed, points=9)
-    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), 3.0)
+    return meltemi.wind.generate_field(wind, meltemi.load_turbine("nrel5mw"), 3.0)
 
 
 def raising(state: Any, measurements: Any, demands: Any, dt: float) -> None:
@@ -51,13 +51,13 @@ def raising(state: Any, measurements: Any, demands: Any, dt: float) -> None:
 
 def test_a_batch_gives_the_bits_of_single_runs(model: Model) -> None:
     other = model.with_parameters(**{"aerodynamics.air_density": 1.1})
-    slow = meltemi.BaselineController(model.turbine, sample_time=0.1)
+    slow = meltemi.control.BaselineController(model.turbine, sample_time=0.1)
     cases = [
-        BatchCase(model, lambda: box(1), 3.0),
-        BatchCase(other, lambda: box(1), 3.0),
-        BatchCase(model, lambda: box(2), 3.0, controller=slow),
-        BatchCase(lambda: model, SteadyWind(speed=9.0), 2.0, channels=["rotor_speed", "RootMyc1"]),
-        BatchCase(model, box(3), 3.0, start=Start(rotor_speed=1.2, generator_torque=3e4)),
+        Run(model, lambda: box(1), duration=3.0),
+        Run(other, lambda: box(1), duration=3.0),
+        Run(model, lambda: box(2), duration=3.0, controller=slow),
+        Run(lambda: model, SteadyWind(speed=9.0), duration=2.0, channels=["rotor_speed", "RootMyc1"]),
+        Run(model, box(3), duration=3.0, start=Start(rotor_speed=1.2, generator_torque=3e4)),
     ]
     outcomes = simulate_batch(cases, workers=3)
     alone = [
@@ -83,18 +83,18 @@ def test_cases_that_fail_harm_no_other(model: Model) -> None:
     def no_wind() -> WindBox:
         raise FileNotFoundError("field.bts")
 
-    good = BatchCase(model, lambda: box(1), 3.0)
+    good = Run(model, lambda: box(1), duration=3.0)
     fails = {
-        "diverges": BatchCase(wild, SteadyWind(speed=11.0), 3.0, start=Start(rotor_speed=1.2)),
-        "raises": BatchCase(model, SteadyWind(speed=11.0), 2.0, controller=Controller(raising)),
-        "small": BatchCase(model, small, 3.0),
-        "missing": BatchCase(model, no_wind, 3.0),
-        "short": BatchCase(model, SteadyWind(speed=11.0), -1.0),
-        "no model": BatchCase("nrel5mw", SteadyWind(speed=11.0), 1.0),  # type: ignore[arg-type]
+        "diverges": Run(wild, SteadyWind(speed=11.0), duration=3.0, start=Start(rotor_speed=1.2)),
+        "raises": Run(model, SteadyWind(speed=11.0), duration=2.0, controller=Controller(raising)),
+        "small": Run(model, small, duration=3.0),
+        "missing": Run(model, no_wind, duration=3.0),
+        "short": Run(model, SteadyWind(speed=11.0), duration=-1.0),
+        "no model": Run("nrel5mw", SteadyWind(speed=11.0), duration=1.0),  # type: ignore[arg-type]
     }
-    cases = [BatchCase(**{**vars(case), "name": name}) for name, case in fails.items()]
+    cases = [Run(**{**vars(case), "name": name}) for name, case in fails.items()]
     cases[2:2] = [good]
-    cases += [good, BatchCase(**{**vars(good), "name": "raises"})]
+    cases += [good, Run(**{**vars(good), "name": "raises"})]
     outcomes = simulate_batch(cases, workers=2)
     by_name: dict[str, Outcome] = {}
     for outcome in outcomes:
@@ -128,7 +128,7 @@ def test_reduce_keeps_only_what_it_returns_and_may_fail(model: Model) -> None:
         return float(result["RootMyc1"].max())
 
     names = ["good", "bad", "other"]
-    cases = [BatchCase(model, SteadyWind(speed=11.0), 0.5, name=name) for name in names]
+    cases = [Run(model, SteadyWind(speed=11.0), duration=0.5, name=name) for name in names]
     good, bad, other = simulate_batch(cases, reduce=peak)
     assert good.value == other.value > 1e6
     assert (bad.status, bad.error, bad.value) == (Status.FAILED, ZeroDivisionError, None)
@@ -137,17 +137,17 @@ def test_reduce_keeps_only_what_it_returns_and_may_fail(model: Model) -> None:
 def test_files_appear_as_soon_as_a_case_is_done(model: Model, tmp_path: Path) -> None:
     seen: list[list[str]] = []
 
-    def cases() -> Iterator[BatchCase]:
+    def cases() -> Iterator[Run]:
         for name in ("a", "b", "c"):
             seen.append(sorted(path.name for path in tmp_path.glob("runs/*.nc")))
-            yield BatchCase(model, SteadyWind(speed=11.0), 0.5, name=name)
+            yield Run(model, SteadyWind(speed=11.0), duration=0.5, name=name)
 
     outcomes = simulate_batch(cases(), out=tmp_path / "runs", workers=1)
     assert seen == [[], ["a.nc"], ["a.nc", "b.nc"]]
     for outcome in outcomes:
         assert outcome.value == tmp_path / "runs" / f"{outcome.name}.nc"
-        assert meltemi.read_netcdf(outcome.value).meta["case"] == outcome.name
-    (bad,) = simulate_batch([BatchCase(model, SteadyWind(speed=11.0), 0.5, name="../up")], out=tmp_path / "runs")
+        assert meltemi.io.read_netcdf(outcome.value).meta["case"] == outcome.name
+    (bad,) = simulate_batch([Run(model, SteadyWind(speed=11.0), duration=0.5, name="../up")], out=tmp_path / "runs")
     assert bad.error is InputError
     assert not (tmp_path / "up.nc").exists()
 
@@ -162,7 +162,7 @@ def test_only_as_many_winds_as_workers_are_in_memory(model: Model) -> None:
             alive += change
             most = max(most, alive)
 
-    def cases() -> Iterator[BatchCase]:
+    def cases() -> Iterator[Run]:
         for seed in range(8):
 
             def wind(seed: int = seed) -> WindBox:
@@ -171,7 +171,7 @@ def test_only_as_many_winds_as_workers_are_in_memory(model: Model) -> None:
                 weakref.finalize(made, count, -1)
                 return made
 
-            yield BatchCase(model, wind, 0.5, controller=Controller(lambda state, measured, demands, dt: None))
+            yield Run(model, wind, duration=0.5, controller=Controller(lambda state, measured, demands, dt: None))
 
     gc.disable()  # what reference counts do not free stays
     try:
@@ -185,7 +185,7 @@ def test_only_as_many_winds_as_workers_are_in_memory(model: Model) -> None:
 
 def test_progress_rises_to_one(model: Model) -> None:
     shares: list[float] = []
-    cases = [BatchCase(model, SteadyWind(speed=11.0), 20.0) for _ in range(4)]
+    cases = [Run(model, SteadyWind(speed=11.0), duration=20.0) for _ in range(4)]
     simulate_batch(cases, workers=2, progress=shares.append)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
@@ -202,7 +202,7 @@ def test_an_operating_point_is_found_once(model: Model, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(points, "operating_point", counted)
     winds = [SteadyWind(speed=speed) for speed in (9.01, 9.02, 9.01, 9.02)]
-    assert all(outcome.ok for outcome in simulate_batch([BatchCase(model, wind, 0.5) for wind in winds], workers=4))
+    assert all(outcome.ok for outcome in simulate_batch([Run(model, wind, duration=0.5) for wind in winds], workers=4))
     assert sorted(calls) == [9.01, 9.02]
 
 
@@ -217,8 +217,8 @@ def test_no_cases_no_outcomes() -> None:
 
 
 def test_an_iterable_that_fails_says_so(model: Model) -> None:
-    def cases() -> Iterator[BatchCase]:
-        yield BatchCase(model, SteadyWind(speed=11.0), 0.5)
+    def cases() -> Iterator[Run]:
+        yield Run(model, SteadyWind(speed=11.0), duration=0.5)
         raise KeyError("table of seeds")
 
     with pytest.raises(KeyError, match="table of seeds"):
@@ -231,7 +231,7 @@ model = meltemi.build(meltemi.load_turbine("nrel5mw"))
 wind = meltemi.SteadyWind(speed=11.0)
 meltemi.simulate(model, wind, duration=0.5)
 lengths = [0.5, *[5000.0] * 5]
-cases = [meltemi.BatchCase(model, wind, duration, channels=["rotor_speed"]) for duration in lengths]
+cases = [meltemi.Run(model, wind, duration=duration, channels=["rotor_speed"]) for duration in lengths]
 threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT)).start()
 outcomes = meltemi.simulate_batch(cases, workers=2)
 print(json.dumps([(int(o.status), len(o.value.time)) for o in outcomes]))
@@ -243,19 +243,21 @@ def test_an_interrupt_at_the_end_of_the_last_case_is_told(model: Model) -> None:
         _thread.interrupt_main()
         return float(result["rotor_speed"][-1])
 
-    case = BatchCase(model, SteadyWind(speed=11.0), 0.5)
-    outcomes, interrupted = interruptible_batch([case], reduce=late, workers=1)
-    assert ([o.status for o in outcomes], interrupted) == ([Status.OK], True)
-    assert not interruptible_batch([case], workers=1)[1]
+    case = Run(model, SteadyWind(speed=11.0), duration=0.5)
+    batch = Batch([case], reduce=late, workers=1)
+    assert ([o.status for o in batch.run()], batch.interrupted) == ([Status.OK], True)
+    batch = Batch([case], workers=1)
+    assert batch.run()
+    assert not batch.interrupted
 
 
 def test_who_raises_what_the_keyboard_raises_ends_the_batch(model: Model) -> None:
     def raising(wind: Any) -> Controller:
         raise KeyboardInterrupt
 
-    case = BatchCase(model, SteadyWind(speed=11.0), 0.5)
-    outcomes, interrupted = interruptible_batch([replace(case, controller=raising), case], workers=1)
-    assert ([o.error for o in outcomes], interrupted) == ([KeyboardInterrupt], True)
+    case = Run(model, SteadyWind(speed=11.0), duration=0.5)
+    batch = Batch([replace(case, controller=raising), case], workers=1)
+    assert ([o.error for o in batch.run()], batch.interrupted) == ([KeyboardInterrupt], True)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C cannot be sent to one process")
@@ -271,24 +273,24 @@ def test_finished_cases_are_kept(tmp_path: Path) -> None:
     model = meltemi.build(meltemi.load_turbine("pmsg20mw"))
 
     def run(speeds: tuple[float, ...] = (8.0, 9.0), **options: Any) -> list[Outcome]:
-        cases = (BatchCase(lambda: model, u, 2.0, name=f"case {i}") for i, u in enumerate(speeds))
+        cases = (Run(lambda: model, u, duration=2.0, name=f"case {i}") for i, u in enumerate(speeds))
         return simulate_batch(cases, out=tmp_path, workers=2, **options)
 
-    assert [o.kept for o in run()] == [False, False]
+    assert [o.reused for o in run()] == [False, False]
     first = (tmp_path / "case 0.nc").read_bytes()
     again = run()
-    assert [(o.kept, o.ok, o.value) for o in again] == [(True, True, tmp_path / f"case {i}.nc") for i in range(2)]
+    assert [(o.reused, o.ok, o.value) for o in again] == [(True, True, tmp_path / f"case {i}.nc") for i in range(2)]
     assert (tmp_path / "case 0.nc").read_bytes() == first
-    assert [o.kept for o in run((8.0, 9.5))] == [True, False]  # other inputs
+    assert [o.reused for o in run((8.0, 9.5))] == [True, False]  # other inputs
     assert [o.value for o in run((8.0, 9.5), reduce=lambda r: len(r.time))] == [41, 41]
-    assert [o.kept for o in run((8.0, 9.5), redo=True)] == [False, False]
+    assert [o.reused for o in run((8.0, 9.5), rerun=True)] == [False, False]
     (tmp_path / "case 0.nc").write_bytes(first[:-100])
-    assert [o.kept for o in run((8.0, 9.5))] == [False, True]  # damaged
-    law = meltemi.BaselineController(model.turbine)
-    told = BatchCase(model, 8.0, 2.0, controller=law, name="law")
-    other = replace(told, controller=meltemi.BaselineController(model.turbine, sample_time=0.1))
+    assert [o.reused for o in run((8.0, 9.5))] == [False, True]  # damaged
+    law = meltemi.control.BaselineController(model.turbine)
+    told = Run(model, 8.0, duration=2.0, controller=law, name="law")
+    other = replace(told, controller=meltemi.control.BaselineController(model.turbine, sample_time=0.1))
     unknown = replace(told, controller=replace(law, fresh=lambda: law))
-    kept = [simulate_batch([case], out=tmp_path)[0].kept for case in (told, told, other, unknown, unknown)]
+    kept = [simulate_batch([case], out=tmp_path)[0].reused for case in (told, told, other, unknown, unknown)]
     assert kept == [False, True, False, False, False]
 
 
@@ -297,14 +299,14 @@ def test_progress_is_no_more_than_is_known() -> None:
 
     def shares(**options: int) -> list[float]:
         seen: list[float] = []
-        cases = (BatchCase(model, 8.0 + 0.1 * i, 400.0) for i in range(6))
+        cases = (Run(model, 8.0 + 0.1 * i, duration=400.0) for i in range(6))
         simulate_batch(cases, workers=1, progress=seen.append, **options)  # type: ignore[arg-type]
         return seen
 
     for seen in (shares(), shares(total=6)):
         assert seen == sorted(seen)
         assert seen[-1] == 1.0
-    waiting = _Batch((BatchCase(model, 8.0, 400.0) for _ in range(6)), None, None, None, False)
+    waiting = Batch(Run(model, 8.0, duration=400.0) for _ in range(6))
     waiting.outcomes[0] = Outcome("first", Status.OK)
     assert waiting._share() == 0.0
     waiting.total = 6

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Campbell, InputError, Model, campbell
+from meltemi import InputError, Model
+from meltemi.analysis import Campbell, campbell
 from meltemi_verification.table import reference_table
 
 RPM = np.pi / 30.0
@@ -29,7 +30,7 @@ def curve(diagram: Campbell, label: str) -> np.ndarray:
 def test_standstill_has_the_natural_modes(model: Model) -> None:
     diagram = campbell(model, rotor_speeds=[0.0], air=False)
     still = meltemi.build(model.turbine, environment=meltemi.Environment(gravity=0.0))
-    modes = meltemi.natural_modes(still)
+    modes = meltemi.analysis.natural_modes(still)
     np.testing.assert_allclose(diagram.frequency[:, 0], [m.frequency for m in modes], rtol=1e-9)
     np.testing.assert_allclose(diagram.damping[:, 0], [m.damping for m in modes], rtol=1e-7)
     assert diagram.labels[:3] == ("1st tower side-side", "1st tower fore-aft", "1st drivetrain torsion")
@@ -111,6 +112,6 @@ def test_errors_name_what_is_wrong(model: Model) -> None:
 
 def test_plot_draws_every_mode(vacuum: Campbell, air: Campbell) -> None:
     for diagram in (vacuum, air):
-        figure = meltemi.plot_campbell(diagram)
+        figure = meltemi.plots.plot_campbell(diagram)
         (legend,) = figure.legends
         assert [text.get_text() for text in legend.get_texts()] == list(diagram.labels)

@@ -9,8 +9,9 @@ import pytest
 
 import meltemi
 from meltemi.electrical.tables import N_STATES
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
-from meltemi.studies.sensitivity import differences, sensitivity
+from meltemi.studies.sensitivity import finite_difference_runs, sensitivity
 
 FLOWS = "copper_loss iron_loss converter_loss filter_loss chopper_power electrical_stored_power generator_power".split()
 DIP = {"at": 0.5, "until": 0.7, "type": "voltage_dip", "voltage": 0.2}
@@ -19,7 +20,7 @@ DIP = {"at": 0.5, "until": 0.7, "type": "voltage_dip", "voltage": 0.2}
 def turbine_with_machine(name: str = "nrel5mw") -> Any:
     turbine = meltemi.load_turbine(name)
     law = turbine.control
-    system = meltemi.size_electrical(law.torque.rated_power, law.pitch.reference_speed)
+    system = meltemi.turbine.size_electrical(law.torque.rated_power, law.pitch.reference_speed)
     return turbine.replace(electrical=system)
 
 
@@ -82,7 +83,7 @@ def test_reactive_power_is_a_demand_and_frequency_is_followed(model: Any) -> Non
         duration=0.5,
         controller=absorbing(),
         channels=["reactive_power", "generator_torque", "generator_power"],
-        grid=meltemi.PowerGrid(frequency=50.5),
+        grid=meltemi.environment.PowerGrid(frequency=50.5),
     )
     result.raise_for_status()
     assert np.asarray(result["reactive_power"])[-1] == pytest.approx(-3e6, rel=1e-3)
@@ -97,7 +98,7 @@ def test_the_operator_asks_for_reactive_power(model: Any) -> None:
         meltemi.SteadyWind(speed=12.0),
         duration=0.5,
         channels=["reactive_power"],
-        grid=meltemi.PowerGrid.model_validate({"reactive_power": series}),
+        grid=meltemi.environment.PowerGrid.model_validate({"reactive_power": series}),
     )
     found = np.asarray(result["reactive_power"])
     assert found[0] == pytest.approx(4e6, rel=1e-6)
@@ -110,7 +111,7 @@ def test_the_operator_asks_for_reactive_power(model: Any) -> None:
         duration=0.5,
         controller=absorbing(),
         channels=["reactive_power"],
-        grid=meltemi.PowerGrid(reactive_power=1e6),
+        grid=meltemi.environment.PowerGrid(reactive_power=1e6),
     )
     assert np.asarray(result["reactive_power"])[-1] == pytest.approx(-2e6, rel=1e-3)
 
@@ -126,11 +127,11 @@ def test_misunderstandings_are_told() -> None:
         meltemi.simulate(ideal, wind, duration=1.0, events=[DIP])
     changing = {"time": [0.0, 1.0], "value": [1.0, 0.9]}
     for name, value in (("voltage", 0.9), ("voltage", changing), ("reactive_power", 1e6)):
-        grid = meltemi.PowerGrid.model_validate({name: value})
+        grid = meltemi.environment.PowerGrid.model_validate({name: value})
         with pytest.raises(meltemi.InputError, match=rf"grid.{name}: .*set options.electrical: averaged"):
             meltemi.simulate(ideal, wind, duration=1.0, grid=grid)
     with pytest.raises(meltemi.InputError, match=r"4e\+08 var is far beyond the rated power of 2e\+07 W"):
-        meltemi.simulate(averaged(pmsg), wind, duration=1.0, grid=meltemi.PowerGrid(reactive_power=4e8))
+        meltemi.simulate(averaged(pmsg), wind, duration=1.0, grid=meltemi.environment.PowerGrid(reactive_power=4e8))
     with pytest.raises(meltemi.InputError, match="share of the nominal voltage, not volts"):
         meltemi.simulate(ideal, wind, duration=1.0, events=[{**DIP, "voltage": 1320.0}])
     with pytest.raises(meltemi.InputError, match="need options.electrical: averaged"):
@@ -153,12 +154,14 @@ def test_lanes_and_floats_agree_through_a_dip() -> None:
     model, ends = averaged(turbine_with_machine()), []
     for numbers in ("lanes", "floats"):
         run = Simulation(
-            model,
-            meltemi.SteadyWind(speed=13.0),
-            duration=2.0,
-            channels=["generator_torque", "generator_power", "tower_base_moment_side_side", *FLOWS],
-            events=[DIP],
-            numbers=numbers,  # type: ignore[arg-type]
+            Run(
+                model,
+                meltemi.SteadyWind(speed=13.0),
+                duration=2.0,
+                channels=["generator_torque", "generator_power", "tower_base_moment_side_side", *FLOWS],
+                events=[DIP],  # type: ignore[arg-type]
+            ),
+            numbers=numbers,
         )
         march(run)
         ends.append(run.result())
@@ -178,8 +181,8 @@ def test_derivatives_are_differences_through_a_dip(parameter: str) -> None:
         "events": [{"at": 0.3, "until": 0.4, "type": "voltage_dip", "voltage": 0.85}],
         "start": meltemi.operating_point(model, wind),
     }
-    found = sensitivity(model, wind, [parameter], **arguments)
-    low, high, step = differences(model, wind, parameter, **arguments)
+    found = sensitivity(Run(model, wind, **arguments), [parameter])
+    low, high, step = finite_difference_runs(Run(model, wind, **arguments), parameter)
     expected = (high.data - low.data) / (2.0 * step)
     # as relative changes; differences are taken over 1e-7 of the value, so rounding leaves them seven digits or so
     unit = found.values[0] / np.abs(found.result.data).max(axis=0)
@@ -193,7 +196,7 @@ def test_the_linear_model_has_the_bandwidths_of_the_design() -> None:
     point = meltemi.operating_point(model, 12.0)
     inputs = ("generator_torque", "reactive_power", "grid_voltage", "grid_frequency")
     outputs = ("generator_torque", "generator_power", "reactive_power", "dc_link_voltage")
-    linear = meltemi.linearise(model, point, inputs=inputs, outputs=outputs, azimuth=0.0)
+    linear = meltemi.analysis.linearise(model, point, inputs=inputs, outputs=outputs, azimuth=0.0)
     first = linear.states.index("stator_d")
     own = slice(first, first + N_STATES)
     poles = np.linalg.eigvals(linear.A[own, own])

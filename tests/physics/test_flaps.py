@@ -9,17 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import (
-    Controller,
-    InputError,
-    Model,
-    ModelOptions,
-    Simulation,
-    SteadyWind,
-    Turbine,
-    naca64618_flap,
-    with_flaps,
-)
+from meltemi import Controller, InputError, Model, ModelOptions, Simulation, SteadyWind, Turbine
 from meltemi.aero.flaps import ALPHAS, DELTAS, STEP, flap_increment
 from meltemi.aero.polars import Coefficients
 from meltemi.aero.tables import AeroNode, AeroOptions, FlapIncrement, FlapParameters
@@ -27,6 +17,8 @@ from meltemi.control import signals as s
 from meltemi.maths.records import Array3
 from meltemi.numbers.records import Record
 from meltemi.simulation.case import Case
+from meltemi.simulation.run import Run
+from meltemi.turbine import naca64618_flap, with_flaps
 from meltemi.turbine.flaps import DEFLECTION, LIFT
 
 Float = NDArray[np.float64]
@@ -198,7 +190,7 @@ def test_lanes_and_floats_agree_with_flaps(flapped: Turbine) -> None:
     runs = []
     for numbers in ("lanes", "floats"):
         run = Simulation(
-            model, SteadyWind(speed=18.0, shear_exponent=0.2), duration=3.0, channels=["all"], numbers=numbers
+            Run(model, SteadyWind(speed=18.0, shear_exponent=0.2), duration=3.0, channels=["all"]), numbers=numbers
         )
         run.case["flap"][0, 0] = (0.1, -0.05, 0.2)
         run.case["demands"][s.FLAP_DEMAND : s.FLAP_DEMAND + 3] = (-0.1, 0.2, 0.0)
@@ -216,8 +208,10 @@ def test_derivatives_with_flaps_are_limits_of_differences(flapped: Turbine) -> N
     start = meltemi.operating_point(model, wind)
     case = {"duration": 2.0, "channels": [channel], "start": start}
 
-    found = meltemi.sensitivity(model, wind, ["aerodynamics.air_density"], **case)  # type: ignore[arg-type]
-    low, high, step = meltemi.differences(model, wind, "aerodynamics.air_density", **case)  # type: ignore[arg-type]
+    found = meltemi.analysis.sensitivity(meltemi.Run(model, wind, **case), ["aerodynamics.air_density"])  # type: ignore[arg-type]
+    low, high, step = meltemi.analysis.finite_difference_runs(
+        meltemi.Run(model, wind, **case), "aerodynamics.air_density"
+    )  # type: ignore[arg-type]
     change = (high[channel].mean() - low[channel].mean()) / (2.0 * step)
     assert found.mean(channel)[1][0] == pytest.approx(change, rel=1e-5)
 
@@ -225,7 +219,7 @@ def test_derivatives_with_flaps_are_limits_of_differences(flapped: Turbine) -> N
 def test_linear_models_have_the_flaps_of_all_blades(flapped: Turbine) -> None:
     model = meltemi.build(flapped)
     point = meltemi.operating_point(model, 18.0)
-    found = meltemi.linearise(model, point, ("flap_1_1",), ("root_moment_out_of_plane_1",), azimuth=0.4)
+    found = meltemi.analysis.linearise(model, point, ("flap_1_1",), ("root_moment_out_of_plane_1",), azimuth=0.4)
     i, j = (found.states.index(f"blade 1 flap 1{what}") for what in ("", " rate"))
     w, z = 62.8, 0.7
     np.testing.assert_allclose(found.A[j, [i, j]], [-w * w, -2.0 * z * w], rtol=1e-12)
@@ -247,7 +241,7 @@ def test_linear_models_have_the_flaps_of_all_blades(flapped: Turbine) -> None:
     v = [found.states.index(f"v {name}") for name in model.coordinates]
     np.testing.assert_allclose(found.A[v, i], difference[:-1], rtol=1e-5, atol=1e-6 * np.abs(difference[:-1]).max())
     assert found.C[0, i] == pytest.approx(difference[-1], rel=1e-5)
-    fixed = meltemi.linearise(model, point, ("flap_1_1",), ("root_moment_out_of_plane_1",), azimuths=1)
+    fixed = meltemi.analysis.linearise(model, point, ("flap_1_1",), ("root_moment_out_of_plane_1",), azimuths=1)
     assert fixed.inputs == ("flap_1_collective", "flap_1_cosine", "flap_1_sine")
     assert {"flap 1 collective", "flap 1 rate sine"} <= set(fixed.states)
 

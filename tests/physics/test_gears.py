@@ -18,6 +18,7 @@ from meltemi.simulation.bladed.rotor import with_static_gears
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
 from meltemi.simulation.modes import natural_modes, time_step
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import begin
 from meltemi.structure.gear_train import gear_train, reduced
@@ -134,7 +135,7 @@ def test_linear_model_has_the_modes_of_the_chain(geared: Turbine) -> None:
     options = ModelOptions(drivetrain="multibody", locked=("tower", "yaw", "blades"), inflow="quasi_steady")
     model = meltemi.build(undamped, options, Environment(gravity=0.0))
     point = meltemi.operating_point(model, 9.0)
-    found = meltemi.linearise(model, point, (), ("main_shaft_torque",))
+    found = meltemi.analysis.linearise(model, point, (), ("main_shaft_torque",))
     assert sum(name.startswith("q gear mode") for name in found.states) == 8
     r, d = reduced(gear_train(undamped.drivetrain)), undamped.drivetrain
     # the rotor's inertia as the equations have it: what is in the core's mass matrix beyond generator and gears
@@ -200,7 +201,14 @@ def energy(geared: Turbine, dt: float) -> tuple[Float, float]:
     calm = SteadyWind(speed=0.0)
     start = Start(rotor_speed=1.267, coordinates={"drivetrain": 0.005, "yaw": 0.001})
     run = Simulation(
-        model, calm, duration=10.0, controller=meltemi.ConstantController(), start=start, channels=["azimuth"]
+        Run(
+            model,
+            calm,
+            duration=10.0,
+            controller=meltemi.control.ConstantController(),
+            start=start,
+            channels=["azimuth"],
+        )
     )
     probe, whole, inside = Case(model, calm), [], []
     modes = View(GearModes, model.rotor.gear_modes)
@@ -244,7 +252,7 @@ def test_time_integration_remains_of_second_order(geared: Turbine, kind: str) ->
         names = ["q drivetrain", "rotor_speed", "main_shaft_torque", "stage_1_sun_force", "high_speed_shaft_torque"]
         runs.append(
             simulate(
-                model, wind, duration=5.0, controller=meltemi.ConstantController(), start=start, channels=names
+                model, wind, duration=5.0, controller=meltemi.control.ConstantController(), start=start, channels=names
             ).data[20:]
         )
     change = [np.sqrt(np.mean((a - b) ** 2, axis=0)) for a, b in pairwise(runs)]
@@ -300,7 +308,7 @@ def test_lanes_give_what_floats_give(geared: Turbine, kind: str) -> None:
     for numbers in ("floats", "lanes"):
         model = meltemi.build(geared, ModelOptions(drivetrain=kind))
         wind = meltemi.TurbulentWind(speed=12.0, intensity=0.16)
-        run = Simulation(model, wind, duration=20.0, channels=[*GEAR_LOADS, "yaw_moment_x"], numbers=numbers)  # type: ignore[arg-type]
+        run = Simulation(Run(model, wind, duration=20.0, channels=[*GEAR_LOADS, "yaw_moment_x"]), numbers=numbers)  # type: ignore[arg-type]
         while not run.finished:
             run.advance(1000)
         found.append(run.result().data)
@@ -328,10 +336,10 @@ def test_derivatives_go_through_the_gears(geared: Turbine) -> None:
         "duration": 3.0,
         "channels": names,
         "start": start,
-        "controller": meltemi.ConstantController(),
+        "controller": meltemi.control.ConstantController(),
     }
     path = "structure.shaft_stiffness"
-    exact = meltemi.sensitivity(model, wind, [path], **given).slopes[..., 0]
+    exact = meltemi.analysis.sensitivity(meltemi.Run(model, wind, **given), [path]).slopes[..., 0]
     value = model.parameter(path)
     h = 1e-5 * value
     runs = [simulate(model.with_parameters(**{path: value + x}), wind, **given).data for x in (h, -h)]

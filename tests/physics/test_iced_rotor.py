@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Environment, Icing, ModelOptions, Start, SteadyWind, Turbine, with_ice
+from meltemi import Environment, ModelOptions, Start, SteadyWind, Turbine
 from meltemi.maths.tables import View
 from meltemi.simulation.modes import natural_modes
 from meltemi.structure.tables import BladeNode
 from meltemi.studies.icing import frequency_table, load_table, plot_icing, power_table
+from meltemi.turbine import Icing, with_ice
 from meltemi.turbine.icing import ice_mass, ice_stations, leading_edge
 
 RIGID = ("tower", "yaw", "generator", "drivetrain", "blades")
@@ -35,7 +36,7 @@ def test_imbalance_of_one_iced_blade(turbine: Turbine) -> None:
             m,
             still,
             duration=6.0,
-            controller=meltemi.ConstantController(),
+            controller=meltemi.control.ConstantController(),
             start=start,
             channels=channels,
             output_step=0.05,
@@ -119,7 +120,7 @@ def test_power_under_ice(turbine: Turbine) -> None:
 
 @pytest.mark.long
 def test_effects_of_ice(turbine: Turbine) -> None:
-    effects = meltemi.icing_effects(
+    effects = meltemi.analysis.icing_effects(
         turbine, speeds=(6.0, 15.0), load_speeds=(8.0,), seeds=(1, 2), duration=60.0, points=9
     )
     assert effects.mass[0] == pytest.approx(2620.0, rel=1e-3)

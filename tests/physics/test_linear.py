@@ -12,7 +12,8 @@ from scipy.interpolate import CubicSpline
 from scipy.linalg import expm
 
 import meltemi
-from meltemi import InputError, LinearModel, Model, ModelOptions, OperatingPoint, Result, SteadyWind, Turbine, linearise
+from meltemi import InputError, Model, ModelOptions, Result, SteadyWind, Turbine
+from meltemi.analysis import LinearModel, OperatingPoint, linearise
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import standard
 
@@ -111,7 +112,7 @@ def test_small_steps_of_the_nonlinear_machine(
             model,
             wind,
             duration=30.0,
-            controller=meltemi.ConstantController(),
+            controller=meltemi.control.ConstantController(),
             start=start,
             channels=names,
             output_step=0.01,
@@ -222,7 +223,7 @@ def test_without_air_it_has_the_natural_modes(turbine: Turbine) -> None:
     point = meltemi.operating_point(empty, 8.0, rotor_speed=speed, pitch=0.0)
     held = replace(empty, locked=np.array([float(name == "generator") for name in model.coordinates]))
     found = linearise(held, point, (), (), azimuths=1).modes()
-    expected = meltemi.natural_modes(model, speed)
+    expected = meltemi.analysis.natural_modes(model, speed)
     assert len(found) == len(expected)
     for one, two in zip(found, expected, strict=True):
         assert one.frequency == pytest.approx(two.frequency, rel=2e-4)

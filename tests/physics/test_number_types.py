@@ -15,6 +15,7 @@ from meltemi.aero.tables import AeroMemory, AeroOptions, BladeFlow
 from meltemi.maths.records import Kind
 from meltemi.simulation import linear
 from meltemi.simulation.case import Case
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, model_channels
 
 Float = NDArray[np.float64]
@@ -23,7 +24,7 @@ LAST = 3.06
 
 def turbulent(speed: float, intensity: float, duration: float) -> meltemi.WindBox:
     wind = meltemi.TurbulentWind(speed=speed, intensity=intensity)
-    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), duration)
+    return meltemi.wind.generate_field(wind, meltemi.load_turbine("nrel5mw"), duration)
 
 
 def series() -> meltemi.WindSeries:
@@ -103,7 +104,7 @@ def test_lanes_give_what_floats_give(turbine: Turbine, what: str) -> None:
 
 
 def test_lanes_with_ice_on_one_blade(turbine: Turbine) -> None:
-    iced = meltemi.with_ice(turbine, meltemi.Icing(blades=(2,)))
+    iced = meltemi.turbine.with_ice(turbine, meltemi.turbine.Icing(blades=(2,)))
     clean, floats, lanes = (
         disturbed(machine, {}, WINDS["sheared, yawed"](), kind)
         for machine, kind in ((turbine, "floats"), (iced, "floats"), (iced, "lanes"))
@@ -156,7 +157,7 @@ def compared(turbine: Turbine, speed: float, duration: float, options: dict[str,
     wind = turbulent(speed, 0.16, duration)
     found = []
     for numbers in ("floats", "lanes"):
-        run = Simulation(model, wind, duration=duration, channels=["all"], numbers=numbers)
+        run = Simulation(Run(model, wind, duration=duration, channels=["all"]), numbers=numbers)
         while not run.finished:
             run.advance(1000)
         result = run.result()
@@ -214,7 +215,7 @@ SITUATIONS: dict[str, tuple[float, float, dict[str, Any]]] = {
 class Difference:
     """Rates and outputs of a case of floats for small changes of states and inputs."""
 
-    def __init__(self, model: meltemi.Model, point: meltemi.OperatingPoint, azimuth: float, rows: Any) -> None:
+    def __init__(self, model: meltemi.Model, point: meltemi.analysis.OperatingPoint, azimuth: float, rows: Any) -> None:
         self.case, self.rows = Case(model, point.wind, numbers="floats"), rows
         self.case["aero_options"][AeroOptions.index("iterations")] = linear.ITERATIONS
         point.put(self.case, azimuth)

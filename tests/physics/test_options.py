@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import BEDDOES, Air, Environment, ModelOptions, Result, SteadyWind, Turbine, operating_point, simulate
+from meltemi import BEDDOES, Environment, ModelOptions, Result, SteadyWind, Turbine, operating_point, simulate
+from meltemi.environment import Air
 
 STEADY: list[tuple[dict[str, Any], dict[str, Any], str, float]] = [
     # option, base, channel, sign of option minus base
@@ -59,7 +60,9 @@ def test_in_steady_operation(
 
 def test_high_induction_correction_raises_thrust_of_a_heavily_loaded_rotor(turbine: Turbine) -> None:
     thrust = [
-        meltemi.rotor_performance(turbine, [12.0], [-0.035], options=ModelOptions(high_induction=kind)).thrust[0, 0]
+        meltemi.analysis.rotor_performance(turbine, [12.0], [-0.035], options=ModelOptions(high_induction=kind)).thrust[
+            0, 0
+        ]
         for kind in ("buhl", "none")
     ]
     assert thrust[0] > thrust[1] + 0.02
@@ -161,7 +164,7 @@ def test_points_know_what_surrounds_them(name: str) -> None:
     model = meltemi.build(meltemi.load_turbine(name), environment=Environment(air=air))
     found = [operating_point(model, 8.0)]
     if isinstance(model, meltemi.Model):
-        found.append(meltemi.parked_point(model, 8.0))
+        found.append(meltemi.analysis.parked_point(model, 8.0))
     outside = [c.name for c in found[0].channels.values() if c.source[0] == "outside"]
     begin = simulate(model, SteadyWind(speed=8.0), duration=0.5, channels=outside)
     assert begin["air_density"][0] == pytest.approx(model.environment.density, rel=1e-12)

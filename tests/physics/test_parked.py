@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import InputError, Model, ModelOptions, Result, Start, SteadyWind, Turbine, parked_point, simulate
+from meltemi import InputError, Model, ModelOptions, Result, Start, SteadyWind, Turbine, simulate
+from meltemi.analysis import parked_point
 from meltemi.loadcases.case import case_controller, case_start, read_case
 from meltemi.simulation.case import Case
 
@@ -26,7 +27,7 @@ def held(turbine: Turbine) -> Model:
 
 def run(model: Model, wind: SteadyWind, start: Start, duration: float = 40.0) -> Result:
     return simulate(
-        model, wind, duration=duration, controller=meltemi.ConstantController(), start=start, channels=CHANNELS
+        model, wind, duration=duration, controller=meltemi.control.ConstantController(), start=start, channels=CHANNELS
     )
 
 

@@ -10,18 +10,14 @@ import pytest
 
 import meltemi
 from meltemi import (
-    Air,
-    CalibratedCoefficient,
     Environment,
     InputError,
     Model,
     ModelOptions,
-    PowerTurbine,
     Result,
     Start,
     Status,
     SteadyWind,
-    TimeSeries,
     WindBox,
     WindSeries,
     build,
@@ -29,9 +25,11 @@ from meltemi import (
     simulate,
 )
 from meltemi.control.signals import Demands
+from meltemi.environment import Air, TimeSeries
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.maths.tables import View
 from meltemi.simulation.rotors import default_step, kind_of
+from meltemi.turbine import CalibratedCoefficient, PowerTurbine
 
 R, AREA = 138.0, np.pi * 138.0**2
 LAMBDA, C_P = 9.5085, 0.48
@@ -336,7 +334,7 @@ def test_a_plain_python_controller_runs_it_and_repeats_bit_by_bit(model: Model) 
 
 def test_a_batch_takes_models_and_what_makes_them(model: Model) -> None:
     cases = [
-        meltemi.BatchCase(made, SteadyWind(speed=9.0), 2.0, name=name)
+        meltemi.Run(made, SteadyWind(speed=9.0), duration=2.0, name=name)
         for name, made in (("model", model), ("function", lambda: model))
     ]
     for outcome in meltemi.simulate_batch(cases):
@@ -356,9 +354,9 @@ def test_channels_of_blades_and_options_of_modes_are_refused_by_name(model: Mode
         build(turbine, ModelOptions(flap_modes=3))
     with pytest.raises(InputError, match="blade_stations and tower_stations need blades"):
         simulate(model, calm, duration=1.0, stations=meltemi.Stations(blade=(10.0,)))
-    loops = meltemi.LoadControl(loops=(meltemi.HarmonicLoop(harmonic=1, integral_gain=1e-9),))
+    loops = meltemi.control.LoadControl(loops=(meltemi.control.HarmonicLoop(harmonic=1, integral_gain=1e-9),))
     with pytest.raises(InputError, match="loops, which need loads of the blades: pmsg20mw"):
-        meltemi.LoadController(turbine, loops)
+        meltemi.control.LoadController(turbine, loops)
     assert "rotor_aero_torque" in kind_of(model).channels(model, meltemi.Stations())
 
 
@@ -394,7 +392,7 @@ def test_a_time_step_of_nearly_nothing_is_refused(turbine: PowerTurbine, changes
 @pytest.mark.long  # 180,000 evaluations of the rotor, and the kernels of the aeroelastic machine
 def test_its_steady_power_is_that_of_the_rigid_aeroelastic_turbine() -> None:
     nrel = meltemi.load_turbine("nrel5mw")
-    twin = build(meltemi.power_turbine_of(nrel))
+    twin = build(meltemi.analysis.power_turbine_of(nrel))
     rigid = build(
         nrel,
         ModelOptions(
@@ -418,7 +416,7 @@ def test_the_linear_model_is_the_slope_of_the_machine(turbine: PowerTurbine) -> 
     for t in (turbine, flexible):
         model = build(t)
         point = operating_point(model, 14.0)
-        linear = meltemi.linearise(model, point, outputs=["rotor_speed", "aerodynamic_power"])
+        linear = meltemi.analysis.linearise(model, point, outputs=["rotor_speed", "aerodynamic_power"])
         assert "v generator" in linear.states
         assert ("q drivetrain" in linear.states) == (t is flexible)
         i = linear.states.index("v generator")
@@ -447,10 +445,12 @@ def test_derivatives_of_a_run_are_those_of_differences() -> None:
     model, wind = build(turbine), gusty(7.5)
     names = ["disk.inertia", "aerodynamics.air_density", "pitch_offset", "turbine.drivetrain.friction"]
     arguments: dict[str, Any] = {"duration": 20.0, "channels": ["rotor_speed", "generator_power"]}
-    found = meltemi.sensitivity(model, wind, names, **arguments)
+    found = meltemi.analysis.sensitivity(meltemi.Run(model, wind, **arguments), names)
     for k, name in enumerate(names):
         given = 1e-2 if "friction" in name else None
-        low, high, step = meltemi.differences(model, wind, name, step=given, **arguments)
+        low, high, step = meltemi.analysis.finite_difference_runs(
+            meltemi.Run(model, wind, **arguments), name, step=given
+        )
         difference = (high.data - low.data) / (2.0 * step)
         error = np.abs(found.slopes[..., k] - difference).max(axis=0)
         assert (error < 3e-5 * np.abs(difference).max(axis=0)).all(), name

@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Environment, InputError, Turbine, scale_turbine, typical_masses
+from meltemi import Environment, InputError, Turbine
 from meltemi.core.record import Record
 from meltemi.core.units import rpm
 from meltemi.simulation.portrait import masses
 from meltemi.structure.members import blade_member, cells
+from meltemi.turbine import scale_turbine, typical_masses
 from meltemi.turbine.gearbox import size_gearbox
 from meltemi.turbine.scaling.factors import design_ratio
 from meltemi.turbine.scaling.machine import Inertia, inertia_of
@@ -141,7 +142,7 @@ def test_a_gearbox_of_another_ratio_is_sized_anew(turbine: Turbine) -> None:
 def test_a_foundation_and_flaps_are_scaled_too(turbine: Turbine) -> None:
     stiffness = np.diag([1e9, 1e9, 2e9, 3e11, 3e11, 1e11])
     stiffness[0, 4] = stiffness[4, 0] = 2e9
-    on_springs = meltemi.with_flaps(turbine).replace(foundation={"stiffness": stiffness, "mass": 1e5})
+    on_springs = meltemi.turbine.with_flaps(turbine).replace(foundation={"stiffness": stiffness, "mass": 1e5})
     large = scale_turbine(on_springs, rotor_diameter=S * 126.0)
     assert large.foundation is not None
     K = large.foundation.stiffness
@@ -242,7 +243,7 @@ def test_the_blade_is_shaped_for_the_ratio_and_keeps_its_power_coefficient(turbi
     best = []
     for asked in (7.55, 9.0):
         ratios = asked + np.arange(-1.0, 1.01, 0.25)
-        table = meltemi.rotor_performance(scale_turbine(turbine, tip_speed_ratio=asked), ratios, [0.0])
+        table = meltemi.analysis.rotor_performance(scale_turbine(turbine, tip_speed_ratio=asked), ratios, [0.0])
         best.append((ratios[np.argmax(table.power)] / asked, table.power.max()))
     assert best[1][0] == pytest.approx(best[0][0], abs=0.05)
     assert best[1][1] == pytest.approx(best[0][1], rel=0.01)
@@ -266,7 +267,7 @@ def test_a_tower_gets_its_frequency(turbine: Turbine) -> None:
     """Of the whole machine 3 to 6 % less is found: blades that bend count as more than their mass."""
     for asked in (0.22, 0.30):
         tall = scale_turbine(turbine, **SMALL, tower_height=100.0, tower_frequency=asked)
-        found = meltemi.natural_modes(meltemi.build(tall))[0].frequency / (2.0 * math.pi)
+        found = meltemi.analysis.natural_modes(meltemi.build(tall))[0].frequency / (2.0 * math.pi)
         assert found == pytest.approx(0.96 * asked, rel=0.03)
 
 
@@ -299,7 +300,7 @@ def test_what_no_turbine_can_have_is_refused(turbine: Turbine, numbers: dict[str
 
 
 def test_a_scaled_turbine_survives_its_file(small: Turbine, tmp_path: Path) -> None:
-    meltemi.write_turbine(small, tmp_path / "small.yaml")
+    meltemi.io.write_turbine(small, tmp_path / "small.yaml")
     assert meltemi.load_turbine(tmp_path / "small.yaml") == small
 
 
@@ -329,7 +330,7 @@ def test_the_librarys_scaled_turbines_are_those_of_the_paper(name: str) -> None:
     usual, found = typical_masses(turbine), masses(turbine)
     for part, tolerance in (("blade", 0.20), ("hub", 0.10), ("nacelle", 0.15)):  # -16, -10 %; +3, +7 %; 0, +12 %
         assert found[part] == pytest.approx(getattr(usual, part), rel=tolerance), part
-    modes = {mode.participation(): mode.frequency for mode in meltemi.natural_modes(meltemi.build(turbine))}
+    modes = {mode.participation(): mode.frequency for mode in meltemi.analysis.natural_modes(meltemi.build(turbine))}
     tower = min(modes.values())
     assert tower / rpm(speed) == pytest.approx(1.15, abs=0.01)  # above 1P at rated speed,
     assert tower < 0.82 * 3.0 * rpm(6.0)  # below 3P at the smallest
@@ -358,7 +359,7 @@ def test_usual_masses_are_close_to_published_ones(turbine: Turbine) -> None:
 @pytest.mark.rosco
 def test_the_nrel5mw_scaled_to_2_8_mw_is_close_to_the_nrel_2_8_127(turbine: Turbine, rosco_cases: Path) -> None:
     """A turbine made by others, of half the power on the same diameter; this says which blade stiffness is usual."""
-    theirs = meltemi.read_openfast(rosco_cases / "NREL_2p8_127" / "NREL-2p8-127.fst")
+    theirs = meltemi.io.read_openfast(rosco_cases / "NREL_2p8_127" / "NREL-2p8-127.fst")
     ours = scale_turbine(
         turbine,
         rotor_diameter=theirs.rotor_diameter,
@@ -391,7 +392,7 @@ def test_the_librarys_scaled_turbines_run_in_turbulence(name: str) -> None:
     model = meltemi.build(turbine)
     clearances = [f"tip_clearance_{blade}" for blade in (1, 2, 3)]
     for speed in (9.0, turbine.cut_out):
-        wind = meltemi.ntm(speed, "IIIC", seed=2, points=9)
+        wind = meltemi.wind.ntm(speed, "IIIC", seed=2, points=9)
         result = meltemi.simulate(
             model, wind, duration=150.0, channels=["rotor_speed", "generator_power", "pitch_1", *clearances]
         )

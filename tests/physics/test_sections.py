@@ -137,7 +137,7 @@ def test_momentum_is_balanced_at_any_yaw_and_speed(turbine: Turbine, yaw: float,
     names = ["induction_residual", "mean_induction"]
     model = meltemi.build(turbine, options)
     result = meltemi.simulate(
-        model, wind, duration=6.0, controller=meltemi.ConstantController(), start=start, channels=names
+        model, wind, duration=6.0, controller=meltemi.control.ConstantController(), start=start, channels=names
     )
     assert np.abs(result["induction_residual"]).max() < 1e-6
 
@@ -151,7 +151,7 @@ def test_a_rotor_that_idles_across_the_wind_has_no_wake(turbine: Turbine) -> Non
 
 
 def test_what_is_no_number_stays_inside_the_tables(turbine: Turbine) -> None:
-    wind = meltemi.generate_field(meltemi.TurbulentWind(speed=10.0, intensity=0.1, points=5), turbine, 1.0)
+    wind = meltemi.wind.generate_field(meltemi.TurbulentWind(speed=10.0, intensity=0.1, points=5), turbine, 1.0)
     case = Case(meltemi.build(turbine), wind)
     Start(rotor_speed=1.0).put(case)
     case["q"][:] = np.nan

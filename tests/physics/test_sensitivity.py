@@ -29,20 +29,19 @@ from meltemi import (
     ModelOptions,
     Result,
     RunError,
-    Sensitivity,
     Simulation,
     Start,
-    StartPoint,
     Status,
     SteadyWind,
     WindBox,
-    differences,
-    sensitivity,
     simulate,
 )
+from meltemi.analysis import Sensitivity, finite_difference_runs, sensitivity
+from meltemi.control import StartPoint
 from meltemi.control import signals as s
 from meltemi.maths.generic import crossed
 from meltemi.numbers.duals import N_DERIVATIVES
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
 from meltemi.studies.sensitivity import matched
 
@@ -67,12 +66,12 @@ MOVES = (2e-7, 7e-8, 2.5e-8)
 
 def box(speed: float, seed: int) -> WindBox:
     wind = meltemi.TurbulentWind(speed=speed, intensity=0.14, seed=seed, points=9)
-    return meltemi.generate_field(wind, meltemi.load_turbine("nrel5mw"), SECONDS)
+    return meltemi.wind.generate_field(wind, meltemi.load_turbine("nrel5mw"), SECONDS)
 
 
 def statistics(result: Result, channel: str) -> tuple[float, float, float]:
     x = result[channel]
-    return x.mean(), x.std(), meltemi.damage_equivalent_load(x, duration=SECONDS, slope=SLOPE)
+    return x.mean(), x.std(), meltemi.loads.damage_equivalent_load(x, duration=SECONDS, slope=SLOPE)
 
 
 def gradients(found: Sensitivity, channel: str) -> list[tuple[float, Any]]:
@@ -90,7 +89,9 @@ def mismatch(found: Sensitivity, number: int, move: float, **arguments: Any) -> 
     name = found.parameters[number]
     spread = {c: float(np.sqrt(np.mean(found.series(c)[1][:, number] ** 2))) for c in CHANNELS}
     step = move / max(spread[c] / found.std(c)[0] for c in CHANNELS)
-    low, high, step = differences(parameter=name, step=step, duration=SECONDS, channels=CHANNELS, **arguments)
+    low, high, step = finite_difference_runs(
+        Run(duration=SECONDS, channels=CHANNELS, **arguments), parameter=name, step=step
+    )
     low.raise_for_status()
     high.raise_for_status()
     rows = []
@@ -109,7 +110,7 @@ def wind() -> WindBox:
 @pytest.fixture(scope="module")
 def found(model: Model, wind: WindBox) -> Sensitivity:
     assert len(PARAMETERS) > N_DERIVATIVES
-    return sensitivity(model, wind, PARAMETERS, duration=SECONDS, channels=CHANNELS)
+    return sensitivity(Run(model, wind, duration=SECONDS, channels=CHANNELS), PARAMETERS)
 
 
 @pytest.mark.parametrize("name", PARAMETERS)
@@ -127,7 +128,7 @@ def test_nothing_switches_at_20_metres_a_second(found: Sensitivity) -> None:
 
 
 def test_the_run_is_that_of_floats(found: Sensitivity, model: Model, wind: WindBox) -> None:
-    run = Simulation(model, wind, duration=SECONDS, channels=CHANNELS, numbers="floats")
+    run = Simulation(Run(model, wind, duration=SECONDS, channels=CHANNELS), numbers="floats")
     march(run)
     for result in (run.result(), simulate(model, wind, duration=SECONDS, channels=CHANNELS)):
         assert np.all(np.abs(found.result.data - result.data).max(axis=0) < 1e-9 * np.abs(result.data).max(axis=0))
@@ -140,15 +141,15 @@ def test_values_are_those_of_the_usual_functions(found: Sensitivity) -> None:
         assert np.allclose(values, statistics(found.result, channel), rtol=1e-12)
     late = found.result.between(20.0, SECONDS)["RootMyc1"]
     assert found.mean("RootMyc1", skip=20.0)[0] == late.mean()
-    expected = meltemi.damage_equivalent_load(late, duration=SECONDS - 20.0, slope=10.0)
+    expected = meltemi.loads.damage_equivalent_load(late, duration=SECONDS - 20.0, slope=10.0)
     assert found.fatigue("RootMyc1", 10.0, skip=20.0)[0] == pytest.approx(expected, rel=1e-12)
 
 
 def test_near_rated_with_smoothing(model: Model) -> None:
-    wind, law = box(11.4, 4), meltemi.BaselineController(model.turbine, smoothing=0.01)
+    wind, law = box(11.4, 4), meltemi.control.BaselineController(model.turbine, smoothing=0.01)
     assert simulate(model, wind, duration=SECONDS)["pitch_1"].min() == 0.0
     names = PARAMETERS[:8]
-    found = sensitivity(model, wind, names, duration=SECONDS, channels=CHANNELS, controller=law)
+    found = sensitivity(Run(model, wind, duration=SECONDS, channels=CHANNELS, controller=law), names)
     for number in range(len(names)):
         assert errors(found, number, model=model, wind=wind, controller=law).max() < 1e-3
 
@@ -164,16 +165,16 @@ def test_through_events(model: Model, wind: WindBox) -> None:
     ]
     arguments: dict[str, Any] = {"duration": 12.0, "channels": CHANNELS, "events": events}
     names = ["controller.proportional_gain", "aerodynamics.air_density"]
-    found = sensitivity(model, wind, names, **arguments)
-    plain = sensitivity(model, wind, names, duration=12.0, channels=CHANNELS)
+    found = sensitivity(Run(model, wind, **arguments), names)
+    plain = sensitivity(Run(model, wind, duration=12.0, channels=CHANNELS), names)
     for number, name in enumerate(names):
-        low, high, step = differences(model, wind, name, **arguments)
+        low, high, step = finite_difference_runs(Run(model, wind, **arguments), name)
         change = (high.data - low.data) / (2.0 * step)
         exact = found.slopes[..., number]
         assert np.all(np.abs(change - exact).max(axis=0) < 1e-4 * np.abs(exact).max(axis=0))
         assert np.array_equal(exact[:41], plain.slopes[:41, :, number])
         assert not np.allclose(exact[60:], plain.slopes[60:, :, number], rtol=0.1)
-    run = Simulation(model, wind, numbers="floats", **arguments)
+    run = Simulation(Run(model, wind, **arguments), numbers="floats")
     march(run)
     for result in (run.result(), simulate(model, wind, **arguments)):
         assert np.all(np.abs(found.result.data - result.data).max(axis=0) < 1e-9 * np.abs(result.data).max(axis=0))
@@ -183,21 +184,24 @@ def test_through_events(model: Model, wind: WindBox) -> None:
 def test_switches_are_counted(model: Model) -> None:
     wind = box(11.4, 4)
     arguments: dict[str, Any] = {"duration": SECONDS, "channels": CHANNELS}
-    usual = sensitivity(model, wind, ["controller.rated_power"], **arguments)
-    wide = sensitivity(model, wind, ["controller.rated_power"], steps={"controller.rated_power": 1e5}, **arguments)
-    tiny = sensitivity(model, wind, ["controller.rated_power"], steps={"controller.rated_power": 1e-3}, **arguments)
+    run = Run(model, wind, **arguments)
+    usual = sensitivity(run, ["controller.rated_power"])
+    wide = sensitivity(run, ["controller.rated_power"], steps={"controller.rated_power": 1e5})
+    tiny = sensitivity(run, ["controller.rated_power"], steps={"controller.rated_power": 1e-3})
     assert wide.switches["controller"] > usual.switches["controller"] >= tiny.switches["controller"] == 0  # type: ignore[operator]
     assert wide.switches["pitch limits"] > 0  # type: ignore[operator]
     # the step decides what is counted, not the derivative
     assert np.allclose(wide.slopes, tiny.slopes, rtol=1e-9, atol=1e-12 * np.abs(tiny.slopes).max())
     storm = sensitivity(
-        model,
-        SteadyWind(speed=28.0, direction=0.5),
+        Run(
+            model,
+            SteadyWind(speed=28.0, direction=0.5),
+            duration=10.0,
+            controller=meltemi.control.ConstantController(),
+            start=Start(rotor_speed=0.3, pitch=0.9),
+        ),
         ["pitch_offset"],
         steps={"pitch_offset": 0.05},
-        duration=10.0,
-        controller=meltemi.ConstantController(),
-        start=Start(rotor_speed=0.3, pitch=0.9),
     )
     assert storm.switches["stall"] > 0  # type: ignore[operator]
     assert storm.switches["controller"] is None
@@ -206,7 +210,7 @@ def test_switches_are_counted(model: Model) -> None:
 def test_tables_by_differences_follow_models_that_are_built_anew(model: Model, wind: WindBox) -> None:
     name = "turbine.blade.structure.flap_stiffness"
     point = meltemi.operating_point(model, 20.0)
-    found = sensitivity(model, wind, [name], duration=20.0, channels=CHANNELS, start=point)
+    found = sensitivity(Run(model, wind, duration=20.0, channels=CHANNELS, start=point), [name])
     given = model.turbine.blade.structure.flap_stiffness
     assert given is not None
     sides = []
@@ -269,7 +273,7 @@ def begin(start: StartPoint) -> list[float]:
 def test_own_controllers(model: Model, wind: WindBox) -> None:
     named = Controller(proportional, init=begin, name="mine", state_names=("gain", "reference", "switches"))
     names = ["controller.gain", "controller.reference", "aerodynamics.air_density"]
-    found = sensitivity(model, wind, names, duration=SECONDS, channels=CHANNELS, controller=named)
+    found = sensitivity(Run(model, wind, duration=SECONDS, channels=CHANNELS, controller=named), names)
     assert found.values[:2] == pytest.approx([0.004, 122.9096], rel=1e-3)
     for number in range(3):
         error = errors(found, number, model=model, wind=wind, controller=named)
@@ -277,13 +281,13 @@ def test_own_controllers(model: Model, wind: WindBox) -> None:
         assert error[:, 2].max() < 1e-4
     assert found.switches["controller"] is not None
     numbered = Controller(proportional, init=begin)
-    other = sensitivity(model, wind, ["controller.0"], duration=SECONDS, channels=CHANNELS, controller=numbered)
+    other = sensitivity(Run(model, wind, duration=SECONDS, channels=CHANNELS, controller=numbered), ["controller.0"])
     assert np.allclose(other.slopes[..., 0], found.slopes[..., 0], rtol=1e-9)
     assert other.switches["controller"] is None
 
 
 def test_a_compiled_controller_around_the_baseline(model: Model, wind: WindBox) -> None:
-    law = meltemi.BaselineController(model.turbine)
+    law = meltemi.control.BaselineController(model.turbine)
     inner = law.update
 
     @numba.njit
@@ -293,14 +297,14 @@ def test_a_compiled_controller_around_the_baseline(model: Model, wind: WindBox) 
 
     own = Controller(around, init=law.init, state_names=law.state_names)
     names = ["controller.proportional_gain", "pitch_offset"]
-    found = sensitivity(model, wind, names, duration=SECONDS, channels=CHANNELS, controller=own)
+    found = sensitivity(Run(model, wind, duration=SECONDS, channels=CHANNELS, controller=own), names)
     for number in range(2):
         assert errors(found, number, model=model, wind=wind, controller=own).max() < 1e-4
 
 
-def refused(model: Model, parameters: Any, words: str, **arguments: Any) -> None:
+def refused(model: Model, parameters: Any, words: str, steps: Any = None, **arguments: Any) -> None:
     with pytest.raises(InputError, match=words):
-        sensitivity(model, SteadyWind(speed=18.0), parameters, **{"duration": 1.0, **arguments})
+        sensitivity(Run(model, SteadyWind(speed=18.0), **{"duration": 1.0, **arguments}), parameters, steps=steps)
 
 
 @pytest.mark.parametrize(
@@ -345,9 +349,9 @@ def test_locked_two_bladed_and_stations(model: Model) -> None:
         "channels": ["RootMyc1", "azimuth", "tower_top_fore_aft"],
         "stations": stations,
     }
-    found = sensitivity(two, parameters=["structure.gravity", "aerodynamics.air_density"], **arguments)
+    found = sensitivity(Run(two, **arguments), parameters=["structure.gravity", "aerodynamics.air_density"])
     assert found.slopes.shape == (101, len(found.result.channels), 2)
-    low, high, step = differences(two, parameter="aerodynamics.air_density", **arguments)
+    low, high, step = finite_difference_runs(Run(two, **arguments), parameter="aerodynamics.air_density")
     for i, channel in enumerate(found.result.channels):
         change = high.data[:, i] - low.data[:, i]
         if channel.wrap:  # slopes are those of the angle, without the jump at a full turn
@@ -361,11 +365,13 @@ def test_a_run_that_diverges_has_no_statistics(model: Model) -> None:
     wild = meltemi.build(model.turbine, ModelOptions(time_step=0.05))
     names = [f"structure.{name}" for name in "hub_mass gravity tilt precone overhang gear_ratio nacelle_mass".split()]
     found = sensitivity(
-        wild,
-        SteadyWind(speed=11.0),
+        Run(
+            wild,
+            SteadyWind(speed=11.0),
+            duration=3.0,
+            start=Start(rotor_speed=1.2),
+        ),
         [*names, "pitch_offset", "aerodynamics.air_density"],
-        duration=3.0,
-        start=Start(rotor_speed=1.2),
     )
     assert found.result.status is Status.DIVERGED
     assert found.slopes.shape == (*found.result.data.shape, 9)
@@ -383,7 +389,7 @@ def test_statistics_of_what_is_not_there(found: Sensitivity) -> None:
 def test_progress_and_interrupts(model: Model) -> None:
     shares: list[float] = []
     names = [name for name in model.parameter_names() if name.startswith("structure.hub")][:3] + list(PARAMETERS[:6])
-    sensitivity(model, SteadyWind(speed=18.0), names, duration=20.0, progress=shares.append)
+    sensitivity(Run(model, SteadyWind(speed=18.0), duration=20.0, progress=shares.append), names)
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
 
@@ -391,12 +397,12 @@ def test_progress_and_interrupts(model: Model) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        sensitivity(model, SteadyWind(speed=18.0), ["pitch_offset"], duration=20.0, progress=stop)
+        sensitivity(Run(model, SteadyWind(speed=18.0), duration=20.0, progress=stop), ["pitch_offset"])
 
 
 def seconds(model: Model, wind: WindBox, numbers: Any) -> Iterator[float]:
     for _ in range(3):
-        run = Simulation(model, wind, duration=SECONDS, numbers=numbers)
+        run = Simulation(Run(model, wind, duration=SECONDS), numbers=numbers)
         began = time.thread_time()
         march(run)
         yield time.thread_time() - began

@@ -121,7 +121,9 @@ def test_rotor_is_symmetric_under_a_third_of_a_turn(turbine: Turbine) -> None:
             coordinates |= {f"blade {other} 1st flap": 1.0 * b, f"blade {other} 1st edge": 0.1 * b}
         start = Start(rotor_speed=1.2, coordinates=coordinates, generator_torque=3e4)
         runs.append(
-            simulate(model, wind, duration=20.0, channels=names, start=start, controller=meltemi.ConstantController())
+            simulate(
+                model, wind, duration=20.0, channels=names, start=start, controller=meltemi.control.ConstantController()
+            )
         )
     for b in (1, 2, 3):
         other = (b - 2) % 3 + 1
@@ -147,7 +149,7 @@ def test_two_blades_are_symmetric_under_half_a_turn(turbine: Turbine) -> None:
                 duration=20.0,
                 channels=["RootMyc1", "RootMyc2"],
                 start=start,
-                controller=meltemi.ConstantController(),
+                controller=meltemi.control.ConstantController(),
             )
         )
     assert runs[1]["RootMyc2"] == pytest.approx(runs[0]["RootMyc1"], rel=1e-7, abs=1.0)
@@ -171,7 +173,14 @@ def energy_range(turbine: Turbine, blades: int, time_step: float) -> float:
     model = meltemi.build(described, options).with_parameters(**{"aerodynamics.air_density": 0.0})
     start = Start(rotor_speed=1.267, coordinates={"blade 1 1st flap": 2.0, "tower 1st side-side": 0.3, "yaw": 0.001})
     run = meltemi.Simulation(
-        model, CALM, duration=20.0, controller=meltemi.ConstantController(), start=start, channels=["azimuth"]
+        meltemi.Run(
+            model,
+            CALM,
+            duration=20.0,
+            controller=meltemi.control.ConstantController(),
+            start=start,
+            channels=["azimuth"],
+        )
     )
     probe, energy = Case(model, CALM), []
     run.advance(1)
@@ -197,7 +206,7 @@ def test_energy_is_kept_with_a_mass_at_the_tower_top(turbine: Turbine) -> None:
 
 
 def test_energy_is_kept_with_ice_on_one_blade(turbine: Turbine) -> None:
-    assert energy_range(meltemi.with_ice(turbine, meltemi.Icing(blades=(2,))), 3, 0.005) < 5e-3
+    assert energy_range(meltemi.turbine.with_ice(turbine, meltemi.turbine.Icing(blades=(2,))), 3, 0.005) < 5e-3
 
 
 def test_section_loads_agree_with_the_springs_they_pass_through(turbine: Turbine) -> None:
@@ -250,7 +259,7 @@ def test_section_loads_of_a_hanging_blade(turbine: Turbine) -> None:
         model,
         CALM,
         duration=0.1,
-        controller=meltemi.ConstantController(),
+        controller=meltemi.control.ConstantController(),
         start=Start(coordinates={"generator": np.pi}),
         stations=Stations(blade=(20.0, 41.0)),
         channels=["station_1_force_z_1", "station_2_force_z_1", "TwrBsFzt", "YawBrFzp"],
@@ -279,7 +288,7 @@ def test_rotation_turns_sections_into_the_rotor_plane(turbine: Turbine, pitch: f
         model.with_parameters(**{"aerodynamics.air_density": 0.0}),
         CALM,
         duration=0.1,
-        controller=meltemi.ConstantController(),
+        controller=meltemi.control.ConstantController(),
         start=start,
         channels=["RootMzc1"],
     )
@@ -308,7 +317,7 @@ def test_a_mass_below_the_yaw_bearing_loads_the_tower_only(turbine: Turbine) -> 
             SteadyWind(speed=10.0),
             duration=10.0,
             start=start,
-            controller=meltemi.ConstantController(),
+            controller=meltemi.control.ConstantController(),
             channels=channels,
         )
         for changes in ({"tower.top_mass": mass}, in_nacelle)
@@ -402,7 +411,7 @@ def test_parked_and_turning_backwards_at_any_yaw_angle(turbine: Turbine, yaw: fl
         meltemi.build(turbine, ModelOptions(locked=("generator",))),
         SteadyWind(speed=25.0, direction=np.radians(yaw)),
         duration=20.0,
-        controller=meltemi.ConstantController(),
+        controller=meltemi.control.ConstantController(),
         start=Start(rotor_speed=speed, pitch=1.57),
         channels=["RootMyc1", "TwrBsMyt", "induction_residual", "mean_induction", "rotor_speed"],
     )
@@ -421,7 +430,7 @@ def test_induction_fades_out_for_a_parked_rotor(turbine: Turbine) -> None:
             model,
             SteadyWind(speed=10.0),
             duration=2.0,
-            controller=meltemi.ConstantController(),
+            controller=meltemi.control.ConstantController(),
             start=Start(rotor_speed=ratio * 10.0 / 63.0),
             channels=["node_14_axial_induction_1"],
         )
@@ -459,7 +468,7 @@ def test_gearbox_takes_its_share(turbine: Turbine, torque: float) -> None:
             CALM,
             duration=1.0,
             start=start,
-            controller=meltemi.ConstantController(),
+            controller=meltemi.control.ConstantController(),
             channels=["rotor_speed"],
         )
         return float(np.polyfit(result.time, result["rotor_speed"], 1)[0])

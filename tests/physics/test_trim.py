@@ -90,7 +90,7 @@ def test_the_library_turbine_is_stable_under_its_law(model: Model, speed: float)
 def test_a_wind_that_does_not_turn_the_rotor_is_explained(model: Model) -> None:
     with pytest.raises(InputError, match=r"the generator\. Take a higher wind speed, or begin elsewhere: in a case"):
         operating_point(model, 0.5)
-    wet = meltemi.build(model.turbine, environment=meltemi.Environment(rain=meltemi.Rain(rate=8.0)))
+    wet = meltemi.build(model.turbine, environment=meltemi.Environment(rain=meltemi.environment.Rain(rate=8.0)))
     with pytest.raises(InputError, match=r"the generator in rain of 8 mm/h\. Take less rain or a higher wind speed"):
         operating_point(wet, 0.5)
 

@@ -10,9 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Controller, InputError, LinearModel, Model, Result, SteadyWind, Tuning, tune_ipc, with_flaps
+from meltemi import Controller, InputError, Model, Result, SteadyWind
+from meltemi.analysis import LinearModel, LoopTuning, tune_ipc
 from meltemi.control import signals as s
 from meltemi.studies.tuning import _Plant, default_speeds, linear_models, scaled, speed_notch, tune_loops
+from meltemi.turbine import with_flaps
 
 Complex = NDArray[np.complex128]
 WIND = 18.0
@@ -37,7 +39,7 @@ def linear(machine: Model) -> list[LinearModel]:
 
 def shaken(machine: Model, actuator: str, sign: float, law: Controller | None = None) -> Result:
     """A run in steady wind in which pitch or flap demands have tones about 1P and 2P, beside a law, the collective."""
-    law = law or meltemi.BaselineController(machine.turbine)
+    law = law or meltemi.control.BaselineController(machine.turbine)
     place = s.PITCH_DEMAND if actuator == "pitch" else s.FLAP_DEMAND
     size = sign * AMPLITUDE[actuator]
 
@@ -98,7 +100,7 @@ def test_plants_are_those_of_the_machine_in_time(machine: Model, linear: list[Li
 def test_loops_act_on_their_own_harmonic_and_on_others_as_computed(machine: Model, linear: list[LinearModel]) -> None:
     # tones of the pitch with a 2P loop of the flaps closed: at 2P it is the loop's own L, at 1P what it does beside
     loop = scaled(tune_ipc(machine, 2, "flap", linear=linear).loop, 0.7)
-    closed = meltemi.LoadController(machine.turbine, meltemi.LoadControl(loops=(loop,)))
+    closed = meltemi.control.LoadController(machine.turbine, meltemi.control.LoadControl(loops=(loop,)))
     runs = [(shaken(machine, "pitch", sign), shaken(machine, "pitch", sign, closed)) for sign in (1.0, -1.0)]
     dt = float(runs[0][0].meta["time_step"])
     for harmonic in (1, 2):
@@ -139,7 +141,7 @@ def test_response_is_that_of_direct_solves(linear: list[LinearModel]) -> None:
 
 
 def test_gains_follow_the_margins(machine: Model, linear: list[LinearModel]) -> None:
-    loops: dict[float, Tuning] = {
+    loops: dict[float, LoopTuning] = {
         margin: tune_ipc(machine, 1, linear=linear, phase_margin=math.radians(margin)) for margin in (45.0, 60.0, 75.0)
     }
     gains = [tuning.loop.integral_gain for tuning in loops.values()]

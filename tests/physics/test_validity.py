@@ -12,6 +12,7 @@ import pytest
 import meltemi
 from meltemi import Model, Result, RunError, Start, Status, SteadyWind
 from meltemi.simulation import validity
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.simulation.tables import Watch
 from meltemi.wind.iec.models import iec_wind
@@ -52,13 +53,13 @@ def test_overspeed_deflection_and_tower(overspeed: Result) -> None:
 def test_findings_stand_wherever_the_result_goes(overspeed: Result, model: Model, tmp_path: Path) -> None:
     assert f"{overspeed.status}" == str(overspeed.status) == "DOUBTFUL"
     assert "DOUBTFUL; rotor faster" in repr(overspeed)
-    path = meltemi.write_netcdf(overspeed, tmp_path / "result.nc")
-    again = meltemi.read_netcdf(path)
+    path = meltemi.io.write_netcdf(overspeed, tmp_path / "result.nc")
+    again = meltemi.io.read_netcdf(path)
     assert again.status is Status.DOUBTFUL
     assert again.findings == overspeed.findings
     assert overspeed.to_xarray().attrs["status_name"] == "DOUBTFUL"
-    fast = meltemi.BatchCase(model, WIND, 0.5, start=Start(rotor_speed=5.0), channels=CHANNELS)
-    usual = meltemi.BatchCase(model, WIND, 0.5, channels=CHANNELS)
+    fast = meltemi.Run(model, WIND, duration=0.5, start=Start(rotor_speed=5.0), channels=CHANNELS)
+    usual = meltemi.Run(model, WIND, duration=0.5, channels=CHANNELS)
     first, second = meltemi.simulate_batch([fast, usual], workers=1)
     assert not first.ok and first.status is Status.DOUBTFUL and "rated speed" in first.message
     assert isinstance(first.value, Result)
@@ -66,7 +67,7 @@ def test_findings_stand_wherever_the_result_goes(overspeed: Result, model: Model
 
 
 def test_a_reversed_rotor_under_torque(model: Model) -> None:
-    law = meltemi.ConstantController()
+    law = meltemi.control.ConstantController()
     torque = model.turbine.control.torque.maximum_torque
     result = run(model, controller=law, start=Start(rotor_speed=-0.5, pitch=math.pi / 2, generator_torque=torque))
     assert "drives a rotor that turns backwards" in told(result)
@@ -85,7 +86,7 @@ def test_power_above_that_of_the_wind(model: Model, monkeypatch: pytest.MonkeyPa
 
 
 def test_pitch_beyond_half_a_turn(model: Model) -> None:
-    simulation = Simulation(model, WIND, duration=1.0, channels=CHANNELS)
+    simulation = Simulation(Run(model, WIND, duration=1.0, channels=CHANNELS))
     simulation.case["watch"][Watch.index("limit"), validity.PITCH] = -1.0  # actuators have closer limits
     march(simulation)
     assert "half a turn" in told(simulation.result())
@@ -112,7 +113,7 @@ def test_an_extreme_between_outputs_is_seen(model: Model) -> None:
 
 
 def test_a_new_begin_forgets_the_findings(model: Model) -> None:
-    simulation = Simulation(model, SteadyWind(speed=20.0), duration=1.0, start=Start(rotor_speed=5.0))
+    simulation = Simulation(Run(model, SteadyWind(speed=20.0), duration=1.0, start=Start(rotor_speed=5.0)))
     march(simulation)
     assert simulation.status is Status.DOUBTFUL and simulation.finished
     simulation.reset()

@@ -6,20 +6,9 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import (
-    Air,
-    Environment,
-    InputError,
-    Model,
-    ModelOptions,
-    Rain,
-    SteadyWind,
-    TimeSeries,
-    Turbine,
-    air_density,
-)
+from meltemi import Environment, InputError, Model, ModelOptions, SteadyWind, Turbine
 from meltemi.aero.tables import AeroNode, PolarPoint
-from meltemi.environment import drops
+from meltemi.environment import Air, Rain, TimeSeries, air_density, drops
 from meltemi.simulation.rain import drag_of_drops
 
 WIND = SteadyWind(speed=8.0)
@@ -115,7 +104,7 @@ def test_linear_models_know_the_density(turbine: Turbine) -> None:
     for temperature in (-10.0, 40.0):
         model = meltemi.build(turbine, RIGID, Environment(air=Air(temperature=temperature)))
         point = meltemi.operating_point(model, 8.0, rotor_speed=0.95, pitch=0.0)
-        linear = meltemi.linearise(model, point, ("wind_speed",), ("rotor_aero_torque",))
+        linear = meltemi.analysis.linearise(model, point, ("wind_speed",), ("rotor_aero_torque",))
         found.append(linear.D[0, 0])
     assert found[0] / found[1] == pytest.approx(float(air_density(-10.0) / air_density(40.0)), rel=1e-6)
 
@@ -123,11 +112,13 @@ def test_linear_models_know_the_density(turbine: Turbine) -> None:
 @pytest.mark.long
 def test_derivatives_in_air_of_a_weather(turbine: Turbine) -> None:
     """The same numbers as at the density of that weather, and unharmed by one that changes."""
-    arguments = {"parameters": ["controller.gain_halving_pitch", "structure.hub_mass"], "duration": 2.0}
+    parameters = ["controller.gain_halving_pitch", "structure.hub_mass"]
     gust = SteadyWind(speed=14.0)
     by_air, by_density, changing = (
-        meltemi.sensitivity(meltemi.build(turbine, environment=environment), gust, **arguments)
-        for environment in (
+        meltemi.analysis.sensitivity(
+            meltemi.Run(meltemi.build(turbine, environment=each), gust, duration=2.0), parameters
+        )
+        for each in (
             Environment(air=Air(temperature=30.0)),
             Environment(air_density=float(air_density(30.0))),
             Environment(air=Air(temperature=TimeSeries(time=[0.0, 2.0], value=[30.0, 30.0 + 1e-9]))),

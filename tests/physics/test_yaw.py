@@ -9,12 +9,14 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, YawControl, YawController, simulate
+from meltemi import Model, ModelOptions, Start, SteadyWind, Turbine, simulate
+from meltemi.control import YawControl, YawController
 from meltemi.control import signals as s
 from meltemi.control.actuators import yaw_advance
 from meltemi.simulation.case import Case
 from meltemi.simulation.energy import mechanical_energy
-from meltemi.studies.sensitivity import differences
+from meltemi.simulation.run import Run
+from meltemi.studies.sensitivity import finite_difference_runs
 
 Float = NDArray[np.float64]
 ALL_BUT_YAW = ("tower", "generator", "drivetrain", "blades")
@@ -126,7 +128,7 @@ def test_free_yaw_loses_what_friction_takes(turbine: Turbine, friction: float) -
         model,
         CALM,
         duration=20.0,
-        controller=meltemi.ConstantController(),
+        controller=meltemi.control.ConstantController(),
         start=start,
         channels=CHANNELS,
         output_step=0.005,
@@ -148,7 +150,8 @@ def test_free_yaw_loses_what_friction_takes(turbine: Turbine, friction: float) -
 def test_the_held_bearing_swings_at_its_frequency(turbine: Turbine) -> None:
     model = in_vacuum(turbine, {"locked": ALL_BUT_YAW}, damping=0.0)
     result = simulate(
-        model, CALM, duration=10.0, controller=meltemi.ConstantController(), start=Start(coordinates={"yaw": 1e-3}),
+        model, CALM, duration=10.0, controller=meltemi.control.ConstantController(),
+        start=Start(coordinates={"yaw": 1e-3}),
         channels=["nacelle_yaw"], output_step=0.0025,
     )  # fmt: skip
     w, h = np.sqrt(turbine.yaw.stiffness / yaw_inertia(model)), 0.0025
@@ -169,7 +172,8 @@ def test_yaw_to_the_other_side_is_a_half_turn_about_the_shaft(turbine: Turbine) 
     left, right = (
         simulate(
             model, SteadyWind(speed=10.0, direction=way * 0.35), duration=10.0, channels=channels,
-            controller=meltemi.ConstantController(), start=Start(rotor_speed=1.2, coordinates={"generator": begin}),
+            controller=meltemi.control.ConstantController(),
+            start=Start(rotor_speed=1.2, coordinates={"generator": begin}),
         )
         for way, begin in ((1.0, 0.0), (-1.0, np.pi))
     )  # fmt: skip
@@ -212,10 +216,10 @@ def test_lanes_and_floats_agree_with_everything_on(turbine: Turbine) -> None:
     model = meltemi.build(turbine.replace(**FULL), ModelOptions(yaw="driven"))
     runs = []
     for numbers in ("floats", "lanes"):
-        run = meltemi.Simulation(
+        run = meltemi.Simulation(meltemi.Run(
             model, SteadyWind(speed=14.0, direction=0.25, shear_exponent=0.2), duration=30.0, channels=CHANNELS,
-            controller=YawController(model.turbine, ACTIVE), numbers=numbers,  # type: ignore[arg-type]
-        )  # fmt: skip
+            controller=YawController(model.turbine, ACTIVE),  # type: ignore[arg-type]
+        ), numbers=numbers)  # fmt: skip
         run.advance(run.n_steps)
         runs.append(run.result().data)
     assert np.ptp(runs[0][:, 0]) > 0.1
@@ -238,9 +242,9 @@ def test_derivatives_through_drive_brake_and_friction(turbine: Turbine, kind: An
         "channels": ["nacelle_yaw", "yaw_moment_z"],
         "controller": controller,
     }
-    found = meltemi.sensitivity(model, parameters=parameters, **arguments)
+    found = meltemi.analysis.sensitivity(meltemi.Run(model, **arguments), parameters=parameters)
     for k, name in enumerate(parameters):
-        low, high, step = differences(model=model, parameter=name, **arguments)
+        low, high, step = finite_difference_runs(Run(model=model, **arguments), parameter=name)
         slope = (high.data - low.data) / (2.0 * step)
         size = np.abs(slope).max(axis=0)
         assert size[0] > 0.0, name

@@ -54,13 +54,13 @@ def parked() -> dict[str, dict[str, float]]:
     return run(
         wind,
         ModelOptions(locked=("generator",)),
-        controller=meltemi.ConstantController(),
+        controller=meltemi.control.ConstantController(),
         start=meltemi.Start(pitch=1.5),
     )
 
 
 def modes() -> dict[str, dict[str, float]]:
-    found = meltemi.natural_modes(meltemi.build(meltemi.load_turbine("nrel5mw")))
+    found = meltemi.analysis.natural_modes(meltemi.build(meltemi.load_turbine("nrel5mw")))
     return {f"mode {i}": {"frequency": m.frequency, "damping": m.damping} for i, m in enumerate(found)}
 
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Air, Climate, Environment, InputError, PowerGrid, TimeSeries, air_density, load_climate
+from meltemi import Environment, InputError
+from meltemi.environment import Air, Climate, PowerGrid, TimeSeries, air_density, load_climate
 from meltemi.environment.air import R_DRY, R_VAPOUR, site_pressure, vapour_pressure
 from meltemi.environment.climate import MONTH_HOURS
 from meltemi.environment.conditions import Conditions, conditions_array, conditions_now
@@ -158,7 +159,7 @@ def test_air_or_its_density() -> None:
 def test_the_grid_has_the_frequency_of_the_turbines_system() -> None:
     """But what is given holds, and without a system it is 50 Hz."""
     plain = meltemi.load_turbine("nrel5mw")
-    sixty = plain.replace(electrical=meltemi.size_electrical(5.3e6, 122.9, frequency=60.0))
+    sixty = plain.replace(electrical=meltemi.turbine.size_electrical(5.3e6, 122.9, frequency=60.0))
     for turbine, grid, hertz in ((plain, None, 50.0), (sixty, None, 60.0), (sixty, PowerGrid(frequency=59.0), 59.0)):
         assert nominal_frequency(turbine.electrical) == (50.0 if turbine is plain else 60.0)
         array = conditions_array(Environment(), grid, 5e6, nominal_frequency(turbine.electrical))
@@ -223,7 +224,7 @@ def test_a_jump_at_the_very_start_has_been() -> None:
 # ---------------------------------------------------------------------------------------- climates
 
 
-@pytest.mark.parametrize("name", meltemi.list_climates())
+@pytest.mark.parametrize("name", meltemi.environment.list_climates())
 def test_example_climates(name: str) -> None:
     climate = load_climate(name)
     assert climate.name == name

@@ -29,7 +29,7 @@ def record(means: list[float], swing: float = 0.5) -> tuple[np.ndarray, dict[str
 
 def test_ten_minutes_are_exact() -> None:
     time, series = record([8.0, 3.0])
-    found = mt.period_statistics(time, series)
+    found = mt.loads.period_statistics(time, series)
     assert list(found.index) == [0.0, 600.0]
     assert found["wind_speed", "mean"].to_numpy() == pytest.approx([8.0, 3.0], rel=1e-12)
     assert found["wind_speed", "std"].to_numpy() == pytest.approx([0.5, 0.5], rel=1e-12)
@@ -39,7 +39,7 @@ def test_ten_minutes_are_exact() -> None:
 
 def test_bins_are_exact() -> None:
     time, series = record([8.1, 2.0, 7.7, 8.6, 2.5])
-    found = mt.bin_statistics(mt.period_statistics(time, series))
+    found = mt.loads.bin_statistics(mt.loads.period_statistics(time, series))
     assert len(found) == len(EDGES) - 1
     assert found["bin", "sets"].loc[[1, 2, 7, 8]].tolist() == [1, 1, 2, 1]  # 2.5 belongs to the bin above
     assert found["bin", "sets"].sum() == 5
@@ -53,7 +53,7 @@ def test_bins_are_exact() -> None:
 
 def test_the_last_edge_belongs_to_the_last_bin_and_what_lies_outside_to_none() -> None:
     time, series = record([5.0, 6.0, 7.0])
-    found = mt.bin_statistics(mt.period_statistics(time, series), edges=(4.0, 5.0, 6.0))
+    found = mt.loads.bin_statistics(mt.loads.period_statistics(time, series), edges=(4.0, 5.0, 6.0))
     assert found["bin", "sets"].tolist() == [0, 2]
 
 
@@ -61,9 +61,9 @@ def test_gaps_leave_periods_out() -> None:
     time, series = record([8.0, 9.0, 10.0])
     series["power"][: 60 * int(RATE)] = np.nan  # a minute of the first ten
     keep = (time < 900.0) | (time >= 1200.0)  # half of the second ten
-    found = mt.period_statistics(time[keep], {k: x[keep] for k, x in series.items()})
+    found = mt.loads.period_statistics(time[keep], {k: x[keep] for k, x in series.items()})
     assert list(found.index) == [1200.0]
-    found = mt.period_statistics(time[keep], {k: x[keep] for k, x in series.items()}, complete=0.8)
+    found = mt.loads.period_statistics(time[keep], {k: x[keep] for k, x in series.items()}, complete=0.8)
     assert list(found.index) == [0.0, 1200.0]
     assert found["power", "mean"].iloc[0] == pytest.approx(800.0)
 
@@ -88,16 +88,16 @@ def test_a_simulation_is_a_period() -> None:
 def test_bad_series_are_refused(change: dict[str, object], words: str) -> None:
     arguments: dict[str, object] = {"time": [0.0, 1.0], "series": {"power": [1.0, 2.0]}} | change
     with pytest.raises(InputError, match=words):
-        mt.period_statistics(**arguments)  # type: ignore[arg-type]
+        mt.loads.period_statistics(**arguments)  # type: ignore[arg-type]
 
 
 def test_bad_bins_are_refused() -> None:
     time, series = record([8.0])
-    periods = mt.period_statistics(time, series)
+    periods = mt.loads.period_statistics(time, series)
     with pytest.raises(InputError, match="did you mean 'wind_speed'"):
-        mt.bin_statistics(periods, "wind_sped")
+        mt.loads.bin_statistics(periods, "wind_sped")
     with pytest.raises(InputError, match="edges"):
-        mt.bin_statistics(periods, edges=(2.0, 1.0))
+        mt.loads.bin_statistics(periods, edges=(2.0, 1.0))
 
 
 def test_the_table_of_the_paper_adds_up() -> None:

@@ -28,7 +28,10 @@ MODEL = meltemi.build(TURBINE)
         ),
         (lambda: meltemi.simulate(MODEL, 12.0, duraton=2.0), "unknown argument 'duraton'; did you mean 'duration'"),
         (lambda: meltemi.simulate(MODEL, "12", duration=2.0), "wind: expected a number or SteadyWind or .*found '12'"),
-        (lambda: meltemi.simulate("pmsg20mw", 12.0, duration=2.0), "model: expected Model[Any], found 'pmsg20mw'"),
+        (
+            lambda: meltemi.simulate("pmsg20mw", 12.0, duration=2.0),
+            "model: expected what build.* gives, found str",
+        ),
         (lambda: meltemi.simulate(MODEL, 12.0, duration="long"), "duration: expected a number, found 'long'"),
         (
             lambda: meltemi.simulate(MODEL, 12.0, duration=2.0, start=meltemi.Start("str")),  # type: ignore[arg-type]
@@ -42,7 +45,7 @@ MODEL = meltemi.build(TURBINE)
         (lambda: meltemi.Environment(air_density=float("nan")), "air_density: expected a finite number, found nan$"),
         (lambda: setattr(meltemi.SteadyWind(speed=3.0), "speed", 4.0), r"frozen .*replace\(speed=...\)"),
         (lambda: TURBINE.replace(**{"electrical.machine.rated_power": 5e-324}), "too small or too large to compute"),
-        (lambda: meltemi.size_electrical(5e-324, 100.0), "rated_power must lie between"),
+        (lambda: meltemi.turbine.size_electrical(5e-324, 100.0), "rated_power must lie between"),
         (lambda: meltemi.ModelOptions(stall_constants={"a2": 1e9}), "stall_constants.a2: expected less than"),  # type: ignore[arg-type]
         (lambda: meltemi.ModelOptions(stall_constants={"a1": 0.9, "a2": 0.9}), "at most 1, found 1.8"),  # type: ignore[arg-type]
     ],
@@ -57,7 +60,7 @@ def test_errors_of_the_user_s_own_code_stay_what_they_are() -> None:
     def reduce(result: meltemi.Result) -> None:
         raise TypeError("mine")
 
-    outcome = meltemi.simulate_batch([meltemi.BatchCase(MODEL, 9.0, 1.0)], reduce=reduce)[0]
+    outcome = meltemi.simulate_batch([meltemi.Run(MODEL, 9.0, duration=1.0)], reduce=reduce)[0]
     assert outcome.error is TypeError
 
 

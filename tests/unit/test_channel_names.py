@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import InputError, Model, OperatingPoint, Result
+from meltemi import InputError, Model, Result
+from meltemi.analysis import OperatingPoint
 from meltemi.postprocess.difference import compare_results
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.difference_plots import plot_differences
@@ -37,15 +38,15 @@ USES: dict[str, Callable[[str], Any]] = {
     "series": lambda name: RESULT[name],
     "channel": lambda name: RESULT.channel(name),
     "contains": lambda name: name in RESULT,
-    "revolution_means": lambda name: meltemi.revolution_means(RESULT, name),
+    "revolution_means": lambda name: meltemi.loads.azimuthal_averages(RESULT, name),
     "azimuth_bins": lambda name: azimuth_bins(RESULT, name),
-    "power_spectrum": lambda name: meltemi.power_spectrum(RESULT, name, resolution=0.05).density,
-    "ceiling": lambda name: meltemi.ceiling(RESULT, name, bands=[(0.15, 0.25)]).std_left,
-    "travel": lambda name: meltemi.travel(RESULT, name),
+    "power_spectrum": lambda name: meltemi.loads.power_spectrum(RESULT, name, resolution=0.05).density,
+    "ceiling": lambda name: meltemi.loads.ideal_removal(RESULT, name, bands=[(0.15, 0.25)]).std_left,
+    "travel": lambda name: meltemi.loads.actuator_travel(RESULT, name),
     "equivalent_loads": lambda name: list(meltemi.equivalent_loads(RESULT, [name]).items()),
     "compare_results": lambda name: compare_results(RESULT, RESULT, [name]).channels,
     "plot": lambda name: label(meltemi.plot(RESULT, [name])),
-    "plot_spectra": lambda name: label(meltemi.plot_spectra({"a": [RESULT]}, name).figure),
+    "plot_spectra": lambda name: label(meltemi.plots.plot_spectra({"a": [RESULT]}, name).figure),
     "plot_differences": lambda name: label(
         plot_differences(compare_results(RESULT, RESULT), [name], labels=("a", "b"))
     ),
@@ -68,7 +69,7 @@ def test_no_spelling_but_these(use: str) -> None:
 
 
 def test_spectra_of_a_comparison() -> None:
-    spectra = {name: meltemi.power_spectrum(RESULT, NAME) for name in ("RootMyc1", "RootMxc1")}
+    spectra = {name: meltemi.loads.power_spectrum(RESULT, NAME) for name in ("RootMyc1", "RootMxc1")}
     comparison: Any = SimpleNamespace(runs={"a": [SimpleNamespace(spectra=spectra)]})
     for name in (NAME, *SPELLINGS):
         np.testing.assert_array_equal(Comparison.spectrum(comparison, name, "a").density, spectra["RootMyc1"].density)
@@ -79,5 +80,7 @@ def test_spectra_of_a_comparison() -> None:
 def test_operating_points_and_linear_models(model: Model) -> None:
     point: OperatingPoint = meltemi.operating_point(model, 12.0)
     assert len({point[name] for name in (NAME, *SPELLINGS)}) == 1
-    linear = meltemi.linearise(model, point, inputs=["generator_torque"], outputs=["LSSTipVxa", "ttdspfa"], azimuth=0.0)
+    linear = meltemi.analysis.linearise(
+        model, point, inputs=["generator_torque"], outputs=["LSSTipVxa", "ttdspfa"], azimuth=0.0
+    )
     assert linear.outputs == ("rotor_speed", "tower_top_fore_aft")

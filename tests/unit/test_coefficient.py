@@ -8,15 +8,7 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import (
-    CalibratedCoefficient,
-    HeierCoefficient,
-    InputError,
-    PowerTurbine,
-    TableCoefficient,
-    load_turbine,
-    performance_of,
-)
+from meltemi import InputError, load_turbine
 from meltemi.aero.coefficient import (
     akima_slopes,
     known,
@@ -25,7 +17,9 @@ from meltemi.aero.coefficient import (
     rotor_coefficients,
     thrust_coefficient,
 )
+from meltemi.analysis import performance_of
 from meltemi.core.yamlfile import validated
+from meltemi.turbine import CalibratedCoefficient, HeierCoefficient, PowerTurbine, TableCoefficient
 from meltemi.turbine.power_turbine import Coefficient, aeroelastic
 
 DEG = np.pi / 180.0
@@ -174,7 +168,7 @@ def test_a_file_with_an_unknown_coefficient_names_the_known_ones(tmp_path: Any) 
 def test_a_turbine_of_a_coefficient_survives_a_file(tmp_path: Any) -> None:
     for name in ("pmsg20mw", "pmsg20mw-bem"):
         turbine = load_turbine(name)
-        meltemi.write_turbine(turbine, tmp_path / "t.yaml")
+        meltemi.io.write_turbine(turbine, tmp_path / "t.yaml")
         assert load_turbine(tmp_path / "t.yaml") == turbine
 
 
@@ -222,11 +216,11 @@ def test_performance_is_the_turbines_own() -> None:
     ("what", "words"),
     [
         (lambda t: aeroelastic(t, "meltemi export"), "meltemi export: pmsg20mw is a power-coefficient turbine"),
-        (lambda t: meltemi.write_openfast(t, "nowhere"), "write_openfast: pmsg20mw"),
-        (lambda t: meltemi.rotor_performance(t, [8.0], [0.0]), "performance_of has the coefficients"),
-        (lambda t: meltemi.natural_modes(meltemi.build(t)), "natural_modes: pmsg20mw"),
-        (lambda t: meltemi.campbell(meltemi.build(t), wind_speeds=[8.0]), "campbell: pmsg20mw"),
-        (lambda t: meltemi.with_flaps(t), "PowerTurbine has no 'blade.flaps'"),
+        (lambda t: meltemi.io.write_openfast(t, "nowhere"), "write_openfast: pmsg20mw"),
+        (lambda t: meltemi.analysis.rotor_performance(t, [8.0], [0.0]), "performance_of has the coefficients"),
+        (lambda t: meltemi.analysis.natural_modes(meltemi.build(t)), "natural_modes: pmsg20mw"),
+        (lambda t: meltemi.analysis.campbell(meltemi.build(t), wind_speeds=[8.0]), "campbell: pmsg20mw"),
+        (lambda t: meltemi.turbine.with_flaps(t), "PowerTurbine has no 'blade.flaps'"),
     ],
 )
 def test_what_needs_blades_refuses_a_turbine_without(what: Any, words: str, tmp_path: Any) -> None:

@@ -5,15 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from meltemi import (
-    EnsembleTable,
-    InputError,
-    PowerSpectrum,
-    average_spectra,
-    ensemble_table,
-    plot_changes,
-    plot_spectra,
-)
+from meltemi import InputError
+from meltemi.loads import EnsembleTable, PowerSpectrum, average_spectra, ensemble_table
+from meltemi.plots import plot_changes, plot_spectra
 from meltemi.postprocess.spectra import power_spectrum
 from meltemi.report.ensemble_tables import change_text, scheme_rows
 

@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from meltemi import Model, Performance, Result, load_turbine, plot, plot_states
+from meltemi import Model, Result, load_turbine, plot
 from meltemi.core.display import LONGEST, brief
+from meltemi.plots import plot_states
 from meltemi.simulation.channels import standard
+from meltemi.turbine import RotorPerformance
 
 
 def shown(thing: Any) -> None:
@@ -23,7 +25,7 @@ def test_large_objects_are_shown_in_a_few_lines(model: Model) -> None:
     assert repr(model) == "Model('nrel5mw', 19 coordinates)"
     for thing in (model, model.turbine, model.turbine.blade.structure, model.options, load_turbine("pmsg20mw")):
         shown(thing)
-    shown(Performance(*(np.linspace(0.0, 1.0, 50) for _ in range(2)), *(np.ones((50, 50)) for _ in range(3))))
+    shown(RotorPerformance(*(np.linspace(0.0, 1.0, 50) for _ in range(2)), *(np.ones((50, 50)) for _ in range(3))))
 
 
 def test_what_is_short_is_shown_as_it_is() -> None:

@@ -167,8 +167,8 @@ def test_a_machine_of_any_voltage_can_be_sized() -> None:
 def test_a_sized_system_that_is_not_used_is_a_misunderstanding() -> None:
     case = {"turbine": "nrel5mw", "wind": {"kind": "steady", "speed": 12.0}, "duration": 1.0, "electrical": "sized"}
     with pytest.raises(meltemi.InputError, match=r"sized has no effect .* set options.electrical: averaged"):
-        meltemi.LoadCase.model_validate(case)
-    assert meltemi.LoadCase.model_validate({**case, "options": {"electrical": "averaged"}}).electrical == "sized"
+        meltemi.io.LoadCase.model_validate(case)
+    assert meltemi.io.LoadCase.model_validate({**case, "options": {"electrical": "averaged"}}).electrical == "sized"
 
 
 # exact steps ----------------------------------------------------------------------------------------

@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from meltemi import InputError, Result
 from meltemi.postprocess.ensemble import (
+    actuator_travel,
     ensemble_load,
     ensemble_table,
     lifetime_del,
     mean_interval,
     rayleigh_weights,
-    travel,
     weibull_weights,
 )
 from meltemi.report.ensemble_tables import ensemble_rows
@@ -186,12 +186,12 @@ def result(time: Any, **columns: Any) -> Result:
 def test_travel_of_an_actuator() -> None:
     time = np.linspace(0.0, 100.0, 10_001)
     angle = 0.3 + 0.05 * np.sin(2.0 * pi * 0.2 * time)
-    assert travel(angle, dt=0.01) == pytest.approx(4.0 * 0.05 * 0.2, rel=1e-6)  # four amplitudes a period
-    assert travel(result(time, pitch_1=angle), "BldPitch1") == pytest.approx(travel(angle, dt=0.01))
-    assert travel([1.0, 1.0, 1.0], dt=0.1) == 0.0
-    assert travel(0.2 * time, dt=0.01) == pytest.approx(0.2)
+    assert actuator_travel(angle, dt=0.01) == pytest.approx(4.0 * 0.05 * 0.2, rel=1e-6)  # four amplitudes a period
+    assert actuator_travel(result(time, pitch_1=angle), "BldPitch1") == pytest.approx(actuator_travel(angle, dt=0.01))
+    assert actuator_travel([1.0, 1.0, 1.0], dt=0.1) == 0.0
+    assert actuator_travel(0.2 * time, dt=0.01) == pytest.approx(0.2)
     with pytest.raises(InputError, match="travel: a bare series needs its time step"):
-        travel(angle)
+        actuator_travel(angle)
 
 
 # tables and figures

@@ -23,11 +23,11 @@ RESULT = Result(np.arange(200.0), np.random.default_rng(3).normal(size=(200, 1))
 READERS: tuple[Callable[[Path], Any], ...] = (
     read_mapping,
     meltemi.load_turbine,
-    meltemi.read_case,
+    meltemi.io.read_case,
     meltemi.read_wind,
-    meltemi.read_hub_csv,
+    meltemi.io.read_hub_csv,
     meltemi.read_result,
-    meltemi.read_deck,
+    meltemi.io.read_deck,
 )
 NAMES = ("a.yaml", "a.yaml", "a.yaml", "a.wnd", "a.csv", "a.out", "a.fst")
 
@@ -87,7 +87,7 @@ def test_aliases_do_not_fill_the_memory(tmp_path: Path) -> None:
     for text in ("\n".join([*lines, "duration: *a11"]), "duration: &a [*a]"):
         (tmp_path / "a.yaml").write_text(text)
         with pytest.raises(InputError, match="a.yaml: not valid YAML: its aliases expand to more than 3000000 values"):
-            meltemi.read_case(tmp_path / "a.yaml")
+            meltemi.io.read_case(tmp_path / "a.yaml")
     (tmp_path / "a.yaml").write_text("k: &a [1.0, 2.0]\nl: *a")
     assert read_mapping(tmp_path / "a.yaml") == {"k": [1.0, 2.0], "l": [1.0, 2.0]}
 

@@ -10,10 +10,11 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Gearbox, InputError, ModelOptions, ParallelStage, PlanetaryStage, Turbine, size_gearbox
+from meltemi import InputError, ModelOptions, Turbine
 from meltemi.core.yamlfile import validated
 from meltemi.structure.gear_train import gear_train, reduced
 from meltemi.structure.gears import implicit_step
+from meltemi.turbine import Gearbox, ParallelStage, PlanetaryStage, size_gearbox
 from meltemi.turbine.definition import Drivetrain
 from meltemi.turbine.library import load_turbine, write_turbine
 

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Icing, InputError, Model, Turbine, UnsupportedError, with_ice
+from meltemi import InputError, Model, Turbine, UnsupportedError
 from meltemi.aero.tables import AeroNode, PolarPoint, SectionConstants
 from meltemi.maths.tables import View
 from meltemi.structure.tables import BladeNode
+from meltemi.turbine import Icing, with_ice
 from meltemi.turbine.icing import ice_mass, law_mass, leading_edge, penalty_factors
 
 LIFT, DRAG, ATTACHMENT, ATTACHED, SEPARATED = (
@@ -147,7 +148,7 @@ def test_every_option_changes_something(turbine: Turbine, change: dict[str, Any]
 
 def test_a_turbine_file_with_ice(turbine: Turbine, tmp_path: Path) -> None:
     iced = with_ice(turbine, Icing(blades=(3,), amount=0.5))
-    meltemi.write_turbine(iced, tmp_path / "iced.yaml")
+    meltemi.io.write_turbine(iced, tmp_path / "iced.yaml")
     again = meltemi.load_turbine(tmp_path / "iced.yaml")
     assert again == iced != turbine
 
@@ -155,7 +156,7 @@ def test_a_turbine_file_with_ice(turbine: Turbine, tmp_path: Path) -> None:
 def test_a_case_with_ice(turbine: Turbine) -> None:
     from meltemi.loadcases.case import case_turbine
 
-    case = meltemi.LoadCase(turbine="nrel5mw", wind={"kind": "steady", "speed": 9.0}, duration=1.0)
+    case = meltemi.io.LoadCase(turbine="nrel5mw", wind={"kind": "steady", "speed": 9.0}, duration=1.0)
     assert case_turbine(case, Path()) == turbine
     assert case_turbine(case.replace(icing=Icing(amount=2.0)), Path()).icing == Icing(amount=2.0)
 
@@ -168,7 +169,7 @@ def test_what_cannot_be(turbine: Turbine, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="names one twice"):
         Icing(blades=(1, 1))
     with pytest.raises(UnsupportedError, match="a deck has no ice"):
-        meltemi.write_openfast(with_ice(turbine, Icing()), tmp_path)
+        meltemi.io.write_openfast(with_ice(turbine, Icing()), tmp_path)
     assert not list(tmp_path.iterdir())
 
 

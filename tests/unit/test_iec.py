@@ -18,8 +18,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import meltemi
-from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, UnsupportedError, WindBox, WindClass, WindSeries
+from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, UnsupportedError, WindBox, WindSeries
 from meltemi.maths.vectors import Vec
+from meltemi.wind import WindClass
 from meltemi.wind.fields import Wind, wind_field
 from meltemi.wind.iec.classes import CLASSES, extreme_speed, sigma_etm, sigma_ntm, wind_class
 from meltemi.wind.iec.gusts import ecd, ecg, edc, eog, ews_horizontal, ews_vertical

@@ -44,7 +44,7 @@ def sources(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     root = tmp_path / "package"
     (root / "core").mkdir(parents=True)
     (root / "core" / "kernel.py").write_text("a = 1\n")
-    (root / "other.py").write_text("b = 2\n")
+    (root / "core" / "other.py").write_text("b = 2\n")
     monkeypatch.setattr(kernel, "__file__", str(root / "core" / "kernel.py"))
     return root
 
@@ -60,9 +60,9 @@ def test_the_same_sources_give_the_same_folder(fresh: Path, sources: Path) -> No
 
 def test_an_edit_anywhere_gives_another_folder(fresh: Path, sources: Path) -> None:
     before = folder()
-    (sources / "other.py").write_text("b = 3\n")
+    (sources / "core" / "other.py").write_text("b = 3\n")
     assert folder() != before
-    (sources / "other.py").write_text("b = 2\n")
+    (sources / "core" / "other.py").write_text("b = 2\n")
     assert folder() == before
 
 
@@ -77,17 +77,26 @@ def test_a_new_or_renamed_file_gives_another_folder(fresh: Path, sources: Path) 
 
 def test_edits_of_what_no_kernel_calls_change_nothing(fresh: Path, sources: Path) -> None:
     before = folder()
-    (sources / "report").mkdir()
-    (sources / "report" / "plots.py").write_text("c = 1\n")
+    for package, called in (("report", "()"), ("turbine", '("exchange.py",)')):
+        (sources / package / "inner").mkdir(parents=True)
+        (sources / package / "__init__.py").write_text(f"KERNELS = {called}\n")
+        (sources / package / "plots.py").write_text("c = 1\n")
+        (sources / package / "inner" / "more.py").write_text("c = 1\n")
     (sources / "__init__.py").write_text("d = 1\n")
     assert folder() == before
+    (sources / "turbine" / "exchange.py").write_text("e = 1\n")
+    assert folder() != before
 
 
 def test_no_kernel_stands_in_a_file_that_the_hash_leaves_out() -> None:
     root = Path(kernel.__file__).parents[1]
+    left_out = kernel._leaves_out(root)
+    assert left_out(root / "turbine" / "definition.py")
+    assert not left_out(root / "turbine" / "exchange.py")
+    assert not left_out(root / "aero" / "bem.py")
     for path in root.rglob("*.py"):
         name = path.relative_to(root).as_posix()
-        if name.startswith(kernel.HOST_ONLY) and name != kernel.CALLED:
+        if left_out(path):
             text = path.read_text(encoding="utf-8")
             assert "@kernel" not in text, name
             assert "kernel_for" not in text, name

@@ -12,20 +12,17 @@ import pytest
 
 from meltemi import (
     BEDDOES,
-    Air,
     Environment,
     InputError,
     ModelOptions,
-    Rain,
     SteadyWind,
-    TimeSeries,
     Turbine,
     UnsupportedError,
-    air_density,
     build,
     load_turbine,
 )
-from meltemi import write_openfast as write
+from meltemi.environment import Air, Rain, TimeSeries, air_density
+from meltemi.io import write_openfast as write
 from meltemi.structure.beam import section_axes
 from meltemi.studies.openfast_writer.sections import principal
 from meltemi.studies.openfast_writer.template import fill

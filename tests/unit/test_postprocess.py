@@ -20,7 +20,7 @@ import meltemi
 from meltemi import InputError, Model, Result, Start, Status, SteadyWind
 from meltemi.postprocess.fatigue import damage_equivalent_load, equivalent_loads, rainflow_cycles
 from meltemi.postprocess.files import read_netcdf, write_netcdf
-from meltemi.postprocess.statistics import azimuth_bins, means_over_revolutions, revolution_means
+from meltemi.postprocess.statistics import azimuth_bins, azimuthal_averages, means_over_revolutions
 from meltemi.simulation.channels import Channel, standard
 
 Float = NDArray[np.float64]
@@ -307,13 +307,13 @@ def test_revolution_means_of_a_channel() -> None:
     some = result(t, azimuth=(t % (2.0 * pi)), root_moment_out_of_plane_1=t)
     # one rad/s: the mean over a revolution of the time is its middle
     expected = 2.0 * pi * (np.arange(3) + 0.5)
-    np.testing.assert_allclose(revolution_means(some, "RootMyc1"), expected, rtol=1e-9)
+    np.testing.assert_allclose(azimuthal_averages(some, "RootMyc1"), expected, rtol=1e-9)
 
 
 def test_revolution_means_need_the_azimuth() -> None:
     t = np.linspace(0.0, 21.0, 421)
     with pytest.raises(InputError, match="no channel 'azimuth'"):
-        revolution_means(result(t, rotor_torque=t), "rotor_torque")
+        azimuthal_averages(result(t, rotor_torque=t), "rotor_torque")
 
 
 # averages over the azimuth

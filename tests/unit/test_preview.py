@@ -9,20 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import (
-    InputError,
-    LoadControl,
-    LoadController,
-    Model,
-    Preview,
-    Result,
-    SteadyWind,
-    Turbine,
-    WindBox,
-    preview_of,
-    simulate,
-    steady_pitch,
-)
+from meltemi import InputError, Model, Result, SteadyWind, Turbine, WindBox, simulate
+from meltemi.analysis import preview_of, steady_pitch
+from meltemi.control import LoadControl, LoadController, Preview
 from meltemi.control import signals as s
 from meltemi.control.filters import LowPass, low_pass
 from meltemi.control.load_control import LoadControlState
@@ -126,7 +115,7 @@ def test_the_integral_moves_the_pitch_by_the_change(turbine: Turbine) -> None:
         **{**GIVEN, "wind": (12.0, 12.0, 16.0, 16.0, 14.0, 14.0), "lead": 0.0, "pitch": (0.0, 0.1, 0.2, 0.3)}
     )
     controller = LoadController(turbine, LoadControl(preview=settings))
-    x = controller.initial_state(meltemi.StartPoint(12.0, reference, 0.1, 4e4))
+    x = controller.initial_state(meltemi.control.StartPoint(12.0, reference, 0.1, 4e4))
     measured, demands = s.Measurements.zeros(), s.Demands.zeros()
     measured[s.GENERATOR_SPEED], measured[s.N_BLADES] = reference, 3
     found = []
@@ -229,7 +218,7 @@ def test_steady_pitch_is_that_of_operating_points(model: Model, steady: tuple[fl
 
 @pytest.fixture(scope="module")
 def field(turbine: Turbine) -> WindBox:
-    return meltemi.generate_field(meltemi.TurbulentWind(speed=20.0, intensity=0.15, seed=3), turbine, 150.0)
+    return meltemi.wind.generate_field(meltemi.TurbulentWind(speed=20.0, intensity=0.15, seed=3), turbine, 150.0)
 
 
 def run(model: Model, wind: WindBox, preview: Preview | None, seconds: float = 150.0) -> Result:
@@ -246,7 +235,7 @@ def test_preview_holds_the_speed_and_spares_the_tower(
     previews = (preview_of(model, field, steady), None)
     with_it, without = (run(model, field, preview).between(30.0, 150.0) for preview in previews)
     assert with_it["rotor_speed"].std() < 0.4 * without["rotor_speed"].std()
-    loads = [meltemi.damage_equivalent_load(r["TwrBsMyt"], duration=120.0, slope=4.0) for r in (with_it, without)]
+    loads = [meltemi.loads.damage_equivalent_load(r["TwrBsMyt"], duration=120.0, slope=4.0) for r in (with_it, without)]
     assert loads[0] < 0.9 * loads[1]
 
 

@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from meltemi import InputError, Rain, Turbine
-from meltemi.environment import drops
+from meltemi import InputError, Turbine
+from meltemi.environment import Rain, drops
 from meltemi.environment.rain import RAIN_CLASSES, driest_speed, rain_parameters, rain_power_loss, wetness
 from meltemi.simulation.rain import drag_of_drops
 from meltemi.turbine.thickness import relative_thickness, thickness_in

@@ -15,12 +15,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from meltemi import InputError, Model, OperatingPoint, Result, operating_point, plot, plot_performance, plot_power_curve
+from meltemi import InputError, Model, Result, operating_point, plot
+from meltemi.analysis import OperatingPoint
+from meltemi.plots import plot_performance, plot_power_curve
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import EVERYBODY, new_figure, plot_channel, save
 from meltemi.report.tables import POWER_CURVE, power_curve_rows, rich_table
 from meltemi.simulation.channels import standard
-from meltemi.simulation.performance import Performance
+from meltemi.simulation.performance import RotorPerformance
 
 TIME = np.linspace(0.0, 20.0, 201)
 
@@ -177,10 +179,10 @@ def test_a_power_curve_is_tabulated(points: list[OperatingPoint]) -> None:
     assert float(rows[0][head.index("speed\nrpm")]) == pytest.approx(points[0]["rotor_speed"] * 30.0 / np.pi, rel=1e-3)
 
 
-def performance() -> Performance:
+def performance() -> RotorPerformance:
     ratio, pitch = np.linspace(4.0, 12.0, 9), np.radians([0.0, 5.0])
     power = 0.48 - 0.01 * (ratio[:, None] - 7.5) ** 2 - pitch
-    return Performance(ratio, pitch, power, 2.0 * power, power / ratio[:, None])
+    return RotorPerformance(ratio, pitch, power, 2.0 * power, power / ratio[:, None])
 
 
 def test_performance_is_plotted() -> None:

@@ -305,7 +305,7 @@ def test_formats_that_do_not_exist(tmp_path: Path) -> None:
         (b"", "is empty"),
         (b"\x07\x00" + bytes(40), "no result"),
         (b"\x02\x00", "cut or damaged"),
-        (b"\x02\x00" + struct.pack("<ii", -1, 5) + bytes(40), "it tells of -1 channels"),
+        (b"\x02\x00" + struct.pack("<ii", -1, 5) + bytes(40), "its header gives -1 channels"),
         (b"\x02\x00" + struct.pack("<ii", 1, -5) + bytes(68), "a negative number of bytes"),
         (b"\x02\x00" + struct.pack("<ii", 2**31 - 1, 2**31 - 1) + bytes(40), "cut or damaged"),
         (b"\x04\x00\x00\x00" + bytes(40), "names of 0 characters"),
@@ -359,7 +359,7 @@ def test_a_file_that_is_cut_or_too_long_anywhere(tmp_path: Path, kind: int) -> N
         np.testing.assert_allclose(found.time, TIME[:rows], atol=1e-6)
         assert found.warnings == (f"b.outb is cut: {rows} of 4 rows are there",)
     path.write_bytes(whole + b"\0")
-    with pytest.raises(InputError, match="1 bytes more than its header tells of"):
+    with pytest.raises(InputError, match="1 bytes more than its header gives"):
         meltemi.read_result(path)
 
 

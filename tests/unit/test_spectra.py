@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from meltemi import InputError, Result
-from meltemi.postprocess.bands import ceiling, harmonic_bands, remove_bands
-from meltemi.postprocess.spectra import average_spectra, decibels, peak, power_spectrum, rotor_frequency
+from meltemi.postprocess.bands import harmonic_bands, ideal_removal, remove_bands
+from meltemi.postprocess.spectra import average_spectra, decibels, power_spectrum, rotor_frequency, spectral_peak
 from meltemi.simulation.channels import standard
 from meltemi_verification.turbulent import thinned
 
@@ -72,7 +72,7 @@ def test_a_tone_has_its_power_where_it_belongs() -> None:
     assert spectrum.resolution == pytest.approx(0.02)
     assert spectrum.bandwidth == pytest.approx(0.03)
     assert spectrum.segments == 23
-    found = peak(spectrum, P, 0.05)
+    found = spectral_peak(spectrum, P, 0.05)
     assert found.frequency == pytest.approx(P)
     assert found.variance == pytest.approx(4.5, rel=1e-9)
     assert found.density == pytest.approx(4.5 / spectrum.bandwidth, rel=1e-9)
@@ -81,11 +81,11 @@ def test_a_tone_has_its_power_where_it_belongs() -> None:
 def test_a_peak_stands_above_what_is_beside_it() -> None:
     x = noise() + tone(P, 2.0)
     spectrum = power_spectrum(x, dt=DT)
-    at_1p, at_2p = peak(spectrum, P, 0.06), peak(spectrum, 2.0 * P, 0.06)
+    at_1p, at_2p = spectral_peak(spectrum, P, 0.06), spectral_peak(spectrum, 2.0 * P, 0.06)
     assert at_1p.background == pytest.approx(2.0 * DT, rel=0.3)
     assert at_1p.decibels == pytest.approx(decibels(2.0 / 0.03, 2.0 * DT), abs=1.5)
     assert at_2p.decibels < 4.0
-    assert isnan(peak(spectrum, P, 30.0).decibels)  # nothing is beside the whole spectrum
+    assert isnan(spectral_peak(spectrum, P, 30.0).decibels)  # nothing is beside the whole spectrum
 
 
 def test_decibels() -> None:
@@ -170,9 +170,9 @@ def test_bad_series_are_refused() -> None:
         power_spectrum(result(TIME, wind_x=noise()))
     spectrum = power_spectrum(noise(), dt=DT)
     with pytest.raises(InputError, match="no frequency within"):
-        peak(spectrum, 50.0, 0.1)
+        spectral_peak(spectrum, 50.0, 0.1)
     with pytest.raises(InputError, match="half_width"):
-        peak(spectrum, 0.2, 0.0)
+        spectral_peak(spectrum, 0.2, 0.0)
     with pytest.raises(InputError, match="confidence"):
         spectrum.interval(95.0)
 
@@ -215,8 +215,8 @@ def test_noise_outside_the_bands_stays() -> None:
     rest = remove_bands(noise(), DT, bands)
     np.testing.assert_allclose(remove_bands(rest, DT, bands), rest, atol=1e-12)
     x = rest + tone(P, 3.0) + tone(2.0 * P, 1.5, 2.0)
-    found = ceiling(x, bands=bands, dt=DT, slope=10.0)
-    wanted = ceiling(rest, bands=bands, dt=DT, slope=10.0)
+    found = ideal_removal(x, bands=bands, dt=DT, slope=10.0)
+    wanted = ideal_removal(rest, bands=bands, dt=DT, slope=10.0)
     assert found.std**2 == pytest.approx(rest.var() + 4.5 + 1.125, rel=1e-12)
     assert found.std_left == pytest.approx(rest.std(), rel=1e-12)
     assert found.load_left == pytest.approx(wanted.load, rel=1e-12)
@@ -258,16 +258,16 @@ def test_a_window_of_the_record_is_judged() -> None:
     x = tone(P, 3.0) + tone(0.6, 1.0) * (TIME > 300.0)
     bands = [(0.15, 0.25)]
     run = result(50.0 + TIME, root_moment_out_of_plane_1=x)
-    late = ceiling(run, "RootMyc1", bands=bands, between=(400.0, 500.0))
+    late = ideal_removal(run, "RootMyc1", bands=bands, between=(400.0, 500.0))
     assert late.slope == 10.0
     assert late.std == pytest.approx(sqrt(4.5 + 0.5), rel=0.01)
     assert late.std_left == pytest.approx(sqrt(0.5), rel=0.01)
-    bare = ceiling(x, bands=bands, dt=DT, slope=10.0, between=(350.0, 450.0))
+    bare = ideal_removal(x, bands=bands, dt=DT, slope=10.0, between=(350.0, 450.0))
     assert bare.load_left == pytest.approx(late.load_left, rel=1e-9)
 
 
 def test_nothing_changes_where_nothing_is() -> None:
-    still = ceiling(np.full(100, 3.0), bands=[(0.1, 0.3)], dt=0.1, slope=4.0)
+    still = ideal_removal(np.full(100, 3.0), bands=[(0.1, 0.3)], dt=0.1, slope=4.0)
     assert isnan(still.std_change) or still.std < 1e-12
     all_gone = remove_bands(noise(n=64), 0.1, [(0.0, 5.0)])
     np.testing.assert_allclose(all_gone, noise(n=64).mean(), atol=1e-12)
@@ -289,11 +289,11 @@ def test_bad_bands_are_refused() -> None:
     with pytest.raises(InputError, match="a band must go"):
         harmonic_bands(0.2, (1,), 1.5)
     with pytest.raises(InputError, match="specify the slope"):
-        ceiling(x, bands=[(0.1, 0.2)], dt=DT)
+        ideal_removal(x, bands=[(0.1, 0.2)], dt=DT)
     with pytest.raises(InputError, match="specify the slope"):
-        ceiling(result(TIME, wind_x=x), "wind_x", bands=[(0.1, 0.2)])
+        ideal_removal(result(TIME, wind_x=x), "wind_x", bands=[(0.1, 0.2)])
     with pytest.raises(InputError, match="fewer than two values"):
-        ceiling(x, bands=[(0.1, 0.2)], dt=DT, slope=4.0, between=(700.0, 800.0))
+        ideal_removal(x, bands=[(0.1, 0.2)], dt=DT, slope=4.0, between=(700.0, 800.0))
 
 
 def test_what_ideal_control_of_harmonics_could_reach() -> None:
@@ -301,8 +301,8 @@ def test_what_ideal_control_of_harmonics_could_reach() -> None:
     runs = thinned("turbulent_runs")
     one, both = [], []
     for x in (runs["root_moment_counts"] * runs["root_moment_steps"]).T:
-        one.append(ceiling(x, dt=0.1, bands=[(0.15, 0.25)], slope=10.0))
-        both.append(ceiling(x, dt=0.1, bands=[(0.15, 0.25), (0.35, 0.45)], slope=10.0))
+        one.append(ideal_removal(x, dt=0.1, bands=[(0.15, 0.25)], slope=10.0))
+        both.append(ideal_removal(x, dt=0.1, bands=[(0.15, 0.25), (0.35, 0.45)], slope=10.0))
     for found, std, load in ((one, (-0.31, -0.26), (-0.29, -0.225)), (both, (-0.355, -0.315), (-0.365, -0.295))):
         assert std[0] < min(c.std_change for c in found) and max(c.std_change for c in found) < std[1]
         assert load[0] < min(c.load_change for c in found) and max(c.load_change for c in found) < load[1]

@@ -134,10 +134,10 @@ def test_two_prebent_blades_are_drawn(turbine: Turbine, seen: Portrait) -> None:
     bent = (-3.0 * (s.position / s.position[-1]) ** 2).tolist()
     other = turbine.replace(**{"n_blades": 2, "blade.structure.axis_x": bent})
     figure = plot_turbine(replace(seen, turbine=other))
-    assert "prebend 3 m upwind" in " ".join(t.get_text() for t in axes_named(figure, "looking").texts)
+    assert "prebend 3 m upwind" in " ".join(t.get_text() for t in axes_named(figure, "front").texts)
     line = axes_named(figure, "offsets").lines[0]
     np.testing.assert_allclose(line.get_ydata(), bent)
-    blades = [len(axes_named(plot_turbine(each), "looking").patches) for each in (seen, replace(seen, turbine=other))]
+    blades = [len(axes_named(plot_turbine(each), "front").patches) for each in (seen, replace(seen, turbine=other))]
     assert blades[0] - blades[1] == 2  # one blade, seen from two sides
 
 
@@ -159,7 +159,7 @@ def test_winds_without_operation_are_left_out(turbine: Turbine) -> None:
 
 def test_a_folder_that_is_not_there(turbine: Turbine, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such folder"):
-        meltemi.inspect_turbine(turbine, tmp_path / "nowhere")
+        meltemi.analysis.inspect_turbine(turbine, tmp_path / "nowhere")
 
 
 def test_long_names_are_shortened() -> None:

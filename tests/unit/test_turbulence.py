@@ -13,11 +13,12 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import Grid, HubSeries, InputError, Turbine, TurbulentWind, WindBox, generate_field
+from meltemi import InputError, Turbine, TurbulentWind, WindBox
+from meltemi.wind import HubSeries, WindGrid, generate_field
 from meltemi.wind.fields import check_coverage
 from meltemi.wind.turbulence.targets import sigmas
 
-GRID = Grid(points_y=9, points_z=10, dy=18.0, dz=17.0, bottom=5.0, hub_height=90.0)
+GRID = WindGrid(points_y=9, points_z=10, dy=18.0, dz=17.0, bottom=5.0, hub_height=90.0)
 DURATION = 300.0
 SINGLE = 1e-6
 """Relative: velocities are stored in single precision."""
@@ -232,7 +233,7 @@ def test_a_field_that_does_not_fit_into_memory_is_refused() -> None:
 def test_runs_share_a_field_and_a_described_wind_makes_the_same(turbine: Turbine, model: meltemi.Model) -> None:
     wind = described(points=9)
     box = generate_field(wind, turbine, 2.0)
-    runs = [meltemi.Simulation(model, w, duration=2.0) for w in (box, box, wind)]
+    runs = [meltemi.Simulation(meltemi.Run(model, w, duration=2.0)) for w in (box, box, wind)]
     assert runs[0].case["box"] is runs[1].case["box"] is box.velocity
     np.testing.assert_array_equal(runs[2].case["box"], box.velocity)
     digest = hashlib.sha256(runs[2].wind.velocity.data).hexdigest()  # type: ignore[union-attr]

@@ -9,9 +9,10 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from meltemi import BatchCase, InputError, YawProtection, build, load_turbine, yaw_threshold
+from meltemi import InputError, Run, build, load_turbine
 from meltemi.app.cli import app
-from meltemi.studies.journal import Lost, LostError
+from meltemi.control import YawProtection, yaw_threshold
+from meltemi.studies.run_store import FailedResult, FailedResultError
 from meltemi_papers.wang2021.beyond.grid import Found, Grid
 from meltemi_papers.wang2021.beyond.limits import JUDGED, Limits, find_limits
 from meltemi_papers.wang2021.beyond.report import limits_table, recheck_table, relative
@@ -52,10 +53,10 @@ def test_base_points_lie_where_a_load_reaches_its_limit() -> None:
 def test_a_failed_run_limits_its_own_yaw_error_only(monkeypatch: pytest.MonkeyPatch) -> None:
     """Not the load limit, which would become infinite and allow everything."""
 
-    def found(cases: list[BatchCase], **_: object) -> list[object]:
+    def found(cases: list[Run], **_: object) -> list[object]:
         loads = dict.fromkeys(JUDGED, 1.0)
         return [
-            Lost("no start") if c.name in ("etm 8 m/s 8 deg seed 1", "ntm 8 m/s 60 deg seed 1") else loads
+            FailedResult("no start") if c.name in ("etm 8 m/s 8 deg seed 1", "ntm 8 m/s 60 deg seed 1") else loads
             for c in cases
         ]
 
@@ -70,7 +71,7 @@ def test_a_failed_run_limits_its_own_yaw_error_only(monkeypatch: pytest.MonkeyPa
 
 def test_a_bin_without_a_run_is_not_judged() -> None:
     table = Table2(Calibration(), pd.DataFrame(), {5: "bin 5, seed 1: it diverged"})
-    with pytest.raises(LostError, match="bin 5, seed 1: it diverged"):
+    with pytest.raises(FailedResultError, match="bin 5, seed 1: it diverged"):
         table.whole()
 
 

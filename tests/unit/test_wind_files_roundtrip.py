@@ -52,7 +52,7 @@ def boxes(draw: st.DrawFn, directions: bool = False) -> WindBox:
 def back(box: WindBox, name: str) -> WindBox:
     """The box that is read from what was written."""
     with tempfile.TemporaryDirectory() as folder:
-        path = meltemi.write_wind(box, Path(folder) / name)[0]
+        path = meltemi.io.write_wind(box, Path(folder) / name)[0]
         again = meltemi.read_wind(path)
     assert isinstance(again, WindBox)
     assert again.velocity.shape == box.velocity.shape and again.periodic == box.periodic
@@ -109,7 +109,7 @@ def test_boxes_of_hawc2_with_their_description(box: WindBox) -> None:
 def test_boxes_in_netcdf_are_the_same(box: WindBox, compression: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.nc"
-        meltemi.write_wind_netcdf(box, path, compression=compression)
+        meltemi.io.write_wind_netcdf(box, path, compression=compression)
         again = meltemi.read_wind(path)
     assert isinstance(again, WindBox)
     assert again.content_hash() == box.content_hash()
@@ -140,7 +140,7 @@ def test_plain_xarray_opens_a_netcdf_box(tmp_path: Path) -> None:
 
     v = np.random.default_rng(1).normal(size=(4, 2, 3, 3)).astype(np.float32)
     box = WindBox(velocity=v, dt=0.5, dy=10.0, dz=12.0, bottom=30.0, speed=8.0)
-    meltemi.write_wind(box, tmp_path / "a.nc")
+    meltemi.io.write_wind(box, tmp_path / "a.nc")
     with xr.open_dataset(tmp_path / "a.nc") as data:
         assert dict(data.sizes) == {"time": 4, "z": 2, "y": 3}
         assert data.u.attrs["units"] == "m s-1" and data.w.dtype == np.float32
@@ -148,7 +148,7 @@ def test_plain_xarray_opens_a_netcdf_box(tmp_path: Path) -> None:
         assert float(data.v.sel(time=1.5, z=42.0, y=-10.0)) == v[3, 1, 0, 1]
         assert "hub_height" not in data.attrs and data.attrs["dt_units"] == "s"
     with pytest.raises(InputError, match="compression must be a whole number from 0 to 9"):
-        meltemi.write_wind_netcdf(box, tmp_path / "b.nc", compression=11)
+        meltemi.io.write_wind_netcdf(box, tmp_path / "b.nc", compression=11)
 
 
 columns = st.lists(st.tuples(*[st.floats(-50.0, 50.0)] * 7), min_size=1, max_size=6)
@@ -162,7 +162,7 @@ def test_series_in_uniform_wind_files(rows: list[tuple[float, ...]], start: floa
     wind = WindSeries(time=start + step * np.arange(len(rows)), **data)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.wnd"
-        assert meltemi.write_wind(wind, path) == [path]
+        assert meltemi.io.write_wind(wind, path) == [path]
         again = meltemi.read_wind(path)
     assert isinstance(again, WindSeries)
     for name in ("time", *names):  # twelve digits
@@ -179,8 +179,8 @@ def test_hub_series_are_the_same(rows: list[tuple[float, float, float]], has_v: 
     u, v, w = np.array(rows).T
     series = HubSeries(time=np.arange(len(rows)) / 3.0, u=u, v=v if has_v else None, w=w if has_w else None)
     with tempfile.TemporaryDirectory() as folder:
-        meltemi.write_wind(series, Path(folder) / "a.csv")
-        assert meltemi.read_hub_csv(Path(folder) / "a.csv") == series
+        meltemi.io.write_wind(series, Path(folder) / "a.csv")
+        assert meltemi.io.read_hub_csv(Path(folder) / "a.csv") == series
 
 
 @given(box=boxes())
@@ -214,7 +214,7 @@ def test_a_direction_is_not_lost_in_silence(tmp_path: Path) -> None:
     box = WindBox(velocity=np.ones((2, 2, 2, 3)), dt=1.0, dy=1.0, dz=1.0, bottom=10.0, speed=5.0, direction=0.1)
     for name in ("a.bts", "a.wnd"):
         with pytest.raises(InputError, match=r"cannot store the direction of 5\.72958 deg"):
-            meltemi.write_wind(box, tmp_path / name)
+            meltemi.io.write_wind(box, tmp_path / name)
     assert not list(tmp_path.iterdir())
 
 

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, WindBox, WindSeries, generate_field, plot_wind
+from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, WindBox, WindSeries
+from meltemi.plots import plot_wind
 from meltemi.report.wind_plots import plot_coherence, plot_section, plot_spectra
+from meltemi.wind import generate_field
 
 NAMES = ["series", "spectra", "coherence", "section", "profile"]
 

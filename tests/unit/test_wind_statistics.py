@@ -9,18 +9,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from meltemi import (
-    InputError,
-    SteadyWind,
-    TurbulentWind,
-    WindBox,
-    WindSeries,
-    field_statistics,
-    series_statistics,
-    wind_coherence,
-    wind_spectrum,
-)
+from meltemi import InputError, SteadyWind, TurbulentWind, WindBox, WindSeries
 from meltemi.report.tables import field_rows, series_rows
+from meltemi.wind import field_statistics, series_statistics, wind_coherence, wind_spectrum
 from meltemi.wind.statistics import hub_point
 from meltemi.wind.turbulence.targets import target_coherence
 
@@ -184,10 +175,10 @@ def test_targets_of_coherence() -> None:
 
 def test_mann_fields_have_the_target() -> None:
     """Averaged over many frequencies and pairs."""
-    from meltemi import Grid, generate_field
+    from meltemi.wind import WindGrid, generate_field
 
     wind = TurbulentWind(speed=12.0, intensity=0.14, spectrum="mann", dt=0.4)
-    grid = Grid(points_y=7, points_z=7, dy=10.0, dz=10.0, bottom=60.0, hub_height=90.0)
+    grid = WindGrid(points_y=7, points_z=7, dy=10.0, dz=10.0, bottom=60.0, hub_height=90.0)
     field = generate_field(wind, grid, 4000.0)
     for direction, apart in (("lateral", (10.0, 0.0)), ("vertical", (0.0, 10.0))):
         for c, name in enumerate("uvw"):

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import InputError, Turbine, import_windio, read_windio
+from meltemi import InputError, Turbine
 from meltemi.app.cli import main
 from meltemi.core.yamlfile import parse
+from meltemi.io import import_windio, read_windio
 from meltemi.turbine.library import DATA, windio_file
 from meltemi.turbine.windio.tower import tube
 from meltemi.turbine.windio.tree import load, parse_quickly

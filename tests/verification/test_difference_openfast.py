@@ -24,13 +24,13 @@ def test_every_common_channel_is_the_same_quantity(tmp_path: Path) -> None:
     theirs = meltemi.read_result(path)
     run = {"duration": SHORT.end, "output_step": SHORT.step, "start": SHORT.start}
     ours = meltemi.simulate(deck_model("A"), short_wind(), channels=["all"], **run)
-    found = meltemi.compare_results(ours, theirs)
+    found = meltemi.analysis.compare_results(ours, theirs)
     assert found.notes == ("they cover 0 to 65 s and 20 to 65 s", "compared from 20 to 65 s")
     assert len(found.channels) == 63  # all of the file that the catalogue has, but the azimuth
     for d in found.channels:
         assert d.correlation > (0.5 if d.channel.name in UNCERTAIN else 0.88), d
         assert 0.9 < d.std[0] / d.std[1] < 1.1, d
     # in pairs: the first output node of that run is node 6
-    (alpha,) = meltemi.compare_results(ours, theirs, ["B1N6Alpha=B1N1Alpha"]).channels
+    (alpha,) = meltemi.analysis.compare_results(ours, theirs, ["B1N6Alpha=B1N1Alpha"]).channels
     assert alpha.correlation > 0.999
     assert abs(alpha.mean_change) < 0.01

@@ -89,7 +89,7 @@ def test_what_hawc2_takes_for_the_induction_explains_its_power() -> None:
         )
         ours[wind] = hawc2 / buhl - 1.0
         ratio = speed * turbine.rotor_radius / wind
-        table = meltemi.rotor_performance(turbine, [ratio], [np.radians(pitch)])
+        table = meltemi.analysis.rotor_performance(turbine, [ratio], [np.radians(pitch)])
         force = 0.5 * 1.225 * np.pi * turbine.rotor_radius**2 * wind**3
         assert buhl == pytest.approx(float(table.power[0, 0]) * force, rel=0.015)  # the plain BEM has no hub loss
     assert ours[5.0] == pytest.approx(0.135, abs=0.015)

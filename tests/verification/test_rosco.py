@@ -48,9 +48,9 @@ def test_as_in_openfast(discon: Path, reference: Path) -> None:
     options = deck_options(turbine, "A", locked=(), tower_drag=True, time_step=0.00625)
     result = meltemi.simulate(
         meltemi.build(turbine, options),
-        meltemi.read_bts(reference / "openfast/wind/vkm20_s1.bts"),
+        meltemi.io.read_bts(reference / "openfast/wind/vkm20_s1.bts"),
         duration=700.0,
-        controller=meltemi.BladedController(turbine, meltemi.find_rosco(), folder / "DISCON.IN"),
+        controller=meltemi.control.BladedController(turbine, meltemi.control.find_rosco(), folder / "DISCON.IN"),
         channels=[*CONTROL, *DELS],
     )
     assert result.status is meltemi.Status.OK, result.message
@@ -77,7 +77,7 @@ def test_as_in_openfast(discon: Path, reference: Path) -> None:
 @pytest.mark.parametrize("speed", [8.0, 15.0, 18.0])
 def test_it_holds_the_steady_state(discon: Path, model: meltemi.Model, speed: float) -> None:
     """ROSCO's set points are those of the report: tip speed ratio 7.5 below rated, 12.1 rpm and 5 MW well above it."""
-    controller = meltemi.BladedController(model.turbine, meltemi.find_rosco(), discon)
+    controller = meltemi.control.BladedController(model.turbine, meltemi.control.find_rosco(), discon)
     wind = meltemi.SteadyWind(speed=speed)
     result = meltemi.simulate(model, wind, duration=150.0, controller=controller, channels=["RotSpeed", "GenPwr"])
     assert result.status is meltemi.Status.OK, result.message
@@ -97,7 +97,7 @@ def test_individual_pitch_acts(discon: Path, model: meltemi.Model, tmp_path: Pat
     for file in (discon, single):
         folder = tmp_path / file.stem
         folder.mkdir()
-        controller = meltemi.BladedController(model.turbine, meltemi.find_rosco(), file, folder=folder)
+        controller = meltemi.control.BladedController(model.turbine, meltemi.control.find_rosco(), file, folder=folder)
         result = meltemi.simulate(model, wind, duration=90.0, controller=controller, channels=["RootMyc1"])
         assert result.status is meltemi.Status.OK, result.message
         spread.append(result.between(60.0, 90.0)["RootMyc1"].std())
@@ -112,7 +112,9 @@ def test_its_logs_stand_in_the_folder_of_the_run(
 ) -> None:
     """Under a root name as OpenFAST gives it; with another form, level 2 opened one file twice and ended the run."""
     settings = edit_discon(discon, tmp_path / "log.IN", LoggingLevel=level)
-    controller = meltemi.BladedController(model.turbine, meltemi.find_rosco(), settings, folder=tmp_path)
+    controller = meltemi.control.BladedController(
+        model.turbine, meltemi.control.find_rosco(), settings, folder=tmp_path
+    )
     result = meltemi.simulate(model, meltemi.SteadyWind(speed=12.0), duration=0.5, controller=controller)
     assert result.status is meltemi.Status.OK, result.message
     logs = ["run.RO.dbg", "run.RO.dbg2", "run.RO.dbg3"][:level]
@@ -122,13 +124,13 @@ def test_its_logs_stand_in_the_folder_of_the_run(
 
 def test_settings_are_asked_for(turbine: meltemi.Turbine) -> None:
     with pytest.raises(meltemi.InputError, match="--controller-input DISCON.IN"):
-        meltemi.BladedController(turbine, meltemi.find_rosco())
+        meltemi.control.BladedController(turbine, meltemi.control.find_rosco())
 
 
 def test_what_rosco_refuses_is_said(discon: Path, model: meltemi.Model, tmp_path: Path) -> None:
     """Its own message, not that of a crash."""
     wrong = edit_discon(discon, tmp_path / "wrong.IN", IPC_ControlMode=7)
-    controller = meltemi.BladedController(model.turbine, meltemi.find_rosco(), wrong)
+    controller = meltemi.control.BladedController(model.turbine, meltemi.control.find_rosco(), wrong)
     result = meltemi.simulate(model, meltemi.SteadyWind(speed=12.0), duration=1.0, controller=controller)
     assert result.status is meltemi.Status.CONTROLLER_RAISED
     assert "IPC_ControlMode must be" in result.message
@@ -145,10 +147,10 @@ def test_the_iea15mw(speed: float, source: str, tmp_path: Path) -> None:
         deck, settings = rosco_example(f"{folder}.fst"), rosco_example(f"{folder}_DISCON.IN")
     except meltemi.InputError as missing:
         pytest.skip(str(missing))
-    turbine = meltemi.read_openfast(deck) if source == "deck" else meltemi.load_turbine("iea15mw")
+    turbine = meltemi.io.read_openfast(deck) if source == "deck" else meltemi.load_turbine("iea15mw")
     discon = edit_discon(settings, tmp_path / "DISCON.IN", LoggingLevel=0)
     model = meltemi.build(turbine)
-    controller = meltemi.BladedController(turbine, meltemi.find_rosco(), discon)
+    controller = meltemi.control.BladedController(turbine, meltemi.control.find_rosco(), discon)
     wind = meltemi.SteadyWind(speed=speed)
     channels = ["RotSpeed", "GenPwr", "pitch_1"]
     result = meltemi.simulate(model, wind, duration=120.0, controller=controller, channels=channels)

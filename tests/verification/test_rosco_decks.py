@@ -43,10 +43,10 @@ def main_file(folder: Path, name: str) -> Path:
     return next(folder.rglob(f"{name}.fst"))
 
 
-def read(folder: Path, name: str, how: dict[str, Any]) -> meltemi.Deck:
+def read(folder: Path, name: str, how: dict[str, Any]) -> meltemi.io.Deck:
     if "control_of" in how:
-        how = how | {"control_of": meltemi.read_openfast(main_file(folder, how["control_of"]))}
-    return meltemi.read_deck(main_file(folder, name), **how)
+        how = how | {"control_of": meltemi.io.read_openfast(main_file(folder, how["control_of"]))}
+    return meltemi.io.read_deck(main_file(folder, name), **how)
 
 
 def test_no_deck_is_left_out(rosco_cases: Path) -> None:
@@ -56,7 +56,7 @@ def test_no_deck_is_left_out(rosco_cases: Path) -> None:
 @pytest.mark.parametrize("name", REFUSED)
 def test_refused_by_name(rosco_cases: Path, name: str) -> None:
     with pytest.raises((UnsupportedError, meltemi.InputError), match=REFUSED[name]):
-        meltemi.read_openfast(main_file(rosco_cases, name))
+        meltemi.io.read_openfast(main_file(rosco_cases, name))
 
 
 @pytest.mark.parametrize("models", ["as in the deck", "ours"])
@@ -88,7 +88,7 @@ def test_trims_and_runs_in_turbulence(rosco_cases: Path, name: str, models: str)
 
 def test_the_monopile_softens_the_tower(rosco_cases: Path) -> None:
     path = main_file(rosco_cases, "IEA-15-240-RWT-Monopile")
-    free, clamped = (meltemi.build(meltemi.read_openfast(path, fixed_base=fixed)) for fixed in (False, True))
+    free, clamped = (meltemi.build(meltemi.io.read_openfast(path, fixed_base=fixed)) for fixed in (False, True))
     on_pile, on_ground = (m.tower.modes.frequency[0] / (2.0 * np.pi) for m in (free, clamped))
     assert on_pile < 0.9 * on_ground
     assert on_pile == pytest.approx(0.17, abs=0.02)  # NREL/TP-5000-75698: 0.17 Hz on its monopile
@@ -96,7 +96,7 @@ def test_the_monopile_softens_the_tower(rosco_cases: Path) -> None:
 
 def test_flaps_of_the_bar_stand_at_zero(rosco_cases: Path) -> None:
     """Four of its airfoils have tables for UserProp -10, 0 and 10; the first are half a unit of lift lower."""
-    turbine = meltemi.read_openfast(main_file(rosco_cases, "BAR_10"))
+    turbine = meltemi.io.read_openfast(main_file(rosco_cases, "BAR_10"))
     lift = [
         float(np.interp(0.05, polar.angle_of_attack, polar.lift))
         for name, polar in turbine.airfoils.items()
@@ -106,7 +106,9 @@ def test_flaps_of_the_bar_stand_at_zero(rosco_cases: Path) -> None:
 
 
 def test_losses_of_the_gearbox_are_read(rosco_cases: Path) -> None:
-    assert meltemi.read_openfast(main_file(rosco_cases, "BAR_10")).drivetrain.gearbox_efficiency == pytest.approx(0.95)
+    assert meltemi.io.read_openfast(main_file(rosco_cases, "BAR_10")).drivetrain.gearbox_efficiency == pytest.approx(
+        0.95
+    )
 
 
 # at fixed speed, against closed forms --------------------------------------------------------------------
@@ -128,7 +130,7 @@ def shape_of(folder: Path, name: str) -> dict[str, NDArray[np.float64]]:
 
 
 def rigid_rotor(folder: Path, name: str, pitch: float) -> tuple[meltemi.Turbine, Case]:
-    deck = meltemi.read_deck(main_file(folder, name), fixed_base=True)
+    deck = meltemi.io.read_deck(main_file(folder, name), fixed_base=True)
     turbine = deck.turbine.replace(**{"nacelle.tilt": 0.0})
     options = ModelOptions(**(deck.options | RIGID | STATIC))
     assert options.axial_drag
@@ -208,16 +210,18 @@ def test_momentum_of_the_air_on_the_cone(rosco_cases: Path, name: str) -> None:
 @pytest.mark.parametrize("law", ["baseline", "rosco"])
 def test_no_node_is_caught_in_a_second_solution(rosco_cases: Path, tmp_path: Path, law: str) -> None:
     """With drag in the induction single nodes were, here after 47 s under the baseline law, at a = -0.5 to the end."""
-    deck = meltemi.read_deck(main_file(rosco_cases, "NREL-2p8-127"))
+    deck = meltemi.io.read_deck(main_file(rosco_cases, "NREL-2p8-127"))
     assert deck.options["tangential_drag"]
     model = meltemi.build(deck.turbine, ModelOptions(**(deck.options | {"inflow": "quasi_steady", "stall": "static"})))
     controller = None
     if law == "rosco":
         settings = rosco_example("Test_Cases/NREL_2p8_127/NREL-2p8-127_DISCON.IN")
         settings = edit_discon(settings, tmp_path / "DISCON.IN", LoggingLevel=0)
-        controller = meltemi.BladedController(deck.turbine, meltemi.find_rosco(), settings)
+        controller = meltemi.control.BladedController(deck.turbine, meltemi.control.find_rosco(), settings)
     wind = TurbulentWind(speed=7.0, intensity=0.16, seed=1)
-    run = meltemi.Simulation(model, wind, duration=70.0, controller=controller, channels=["induction_residual"])
+    run = meltemi.Simulation(
+        meltemi.Run(model, wind, duration=70.0, controller=controller, channels=["induction_residual"])
+    )
     axial, lowest = View(BladeFlow, run.case["flow"])["axial"], 1.0
     while not run.finished:
         run.advance(20)

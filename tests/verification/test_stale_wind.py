@@ -18,6 +18,7 @@ from meltemi.aero.tables import BladeFlow, InflowState
 from meltemi.maths.tables import View
 from meltemi.postprocess.statistics import azimuth_bins, means_over_revolutions
 from meltemi.simulation.bladed.build import INFLOW_LEAD
+from meltemi.simulation.run import Run
 from meltemi.turbine.exchange import BladeFrame
 from meltemi_verification.measure import extremes, harmonic
 from meltemi_verification.steady import PERIODIC, PSI, deck_model
@@ -28,7 +29,7 @@ from meltemi_verification.turbulent import SHORT, short_series, short_wind
 
 def simulate_with_stale_wind(wind: Any, duration: float, channels: Any, begin: float = 0.0, **more: Any) -> Result:
     """A run with the options of set B; from ``begin`` [s] on its inflow misses changes of the wind within a step."""
-    run = Simulation(deck_model("B"), wind, duration=duration, channels=channels, **more)
+    run = Simulation(Run(deck_model("B"), wind, duration=duration, channels=channels, **more))
     case = run.case
     flow, frame = View(BladeFlow, case["flow"]), View(BladeFrame, case["frame"])
     inflow = View(InflowState, case["inflow"])

@@ -28,7 +28,7 @@ from meltemi.wind.fields import WindBox
 from meltemi.wind.files import read_bts
 from meltemi.wind.turbulence import exponential, mann
 from meltemi.wind.turbulence.field import generate_field, mean_profile
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.measured import hub_amplitudes
 from meltemi.wind.turbulence.spectra import coherence_decay
 from meltemi.wind.turbulent import HubSeries, TurbulentWind
@@ -38,7 +38,7 @@ Complex = NDArray[np.complex128]
 
 SPEED, INTENSITY, DURATION, DT, SEEDS = 12.0, 0.14, 600.0, 0.25, 30
 PLANES = round(DURATION / DT)
-GRID = Grid(points_y=7, points_z=7, dy=15.0, dz=15.0, bottom=45.0, hub_height=90.0)
+GRID = WindGrid(points_y=7, points_z=7, dy=15.0, dz=15.0, bottom=45.0, hub_height=90.0)
 F = np.arange(1, PLANES // 2) / DURATION
 HUB = 24
 SIGMAS = 4.0
@@ -71,7 +71,7 @@ def wind(spectrum: str, seed: int = 1, **options: object) -> TurbulentWind:
     return TurbulentWind.model_validate(settings | {"spectrum": spectrum, "seed": seed} | options)
 
 
-def coefficients(box: WindBox, setup: TurbulentWind, grid: Grid = GRID) -> Complex:
+def coefficients(box: WindBox, setup: TurbulentWind, grid: WindGrid = GRID) -> Complex:
     """(3, P, B) Fourier coefficients of the fluctuations."""
     fluctuation = box.velocity - mean_profile(setup, grid)[:, None]
     amplitudes = np.fft.rfft(fluctuation, axis=0, norm="forward")[1:-1]
@@ -330,7 +330,7 @@ def test_decay_of_the_editions(spectrum: str, edition: int) -> None:
     np.testing.assert_allclose(coherence_decay(spectrum, edition, f, SPEED, scale), expected, rtol=1e-12)
 
 
-def mann_covariance_error(k1: float, grid: Grid, length: float) -> Float:
+def mann_covariance_error(k1: float, grid: WindGrid, length: float) -> Float:
     """(3,) largest deviation of what a field has, modes and remainder, from the tensor, over the density."""
     found = mann.covariance_with((0, 0), k1, grid, length, 3.9)
     y, z = grid.y - grid.y[0], grid.z - grid.z[0]
@@ -346,7 +346,7 @@ def mann_covariance_error(k1: float, grid: Grid, length: float) -> Float:
 @pytest.mark.parametrize("step", [5.0, 15.0])
 def test_modes_of_mann_have_the_covariance_of_the_tensor(step: float) -> None:
     length = 33.6
-    grid = Grid(points_y=7, points_z=7, dy=step, dz=step, bottom=90.0 - 3.0 * step, hub_height=90.0)
+    grid = WindGrid(points_y=7, points_z=7, dy=step, dz=step, bottom=90.0 - 3.0 * step, hub_height=90.0)
     for k1 in (0.02, 0.1, 0.4, 1.0):
         assert mann_covariance_error(k1, grid, length).max() < 0.004, k1
     for reach in (1.0, 2.0, 3.0, 4.9):  # k1 times the step
@@ -517,7 +517,7 @@ def test_nothing_is_shared(spectrum: str) -> None:
 
 # ------------------------------------------------------------------------------------------- through a given series
 
-SMALL = Grid(points_y=5, points_z=5, dy=15.0, dz=15.0, bottom=60.0, hub_height=90.0)
+SMALL = WindGrid(points_y=5, points_z=5, dy=15.0, dz=15.0, bottom=60.0, hub_height=90.0)
 CENTRE = 12
 
 
@@ -738,7 +738,7 @@ def test_turbsim_boxes_are_of_the_same_population(reference: Path) -> None:
     One differs by design: Veers' method has fixed amplitudes and random phases where points are independent, so there
     all points have the same sigma. Here amplitudes are normal, and sigma scatters as that of nature does.
     """
-    grid = Grid(points_y=15, points_z=15, dy=150.0 / 14.0, dz=150.0 / 14.0, bottom=15.0, hub_height=90.0)
+    grid = WindGrid(points_y=15, points_z=15, dy=150.0 / 14.0, dz=150.0 / 14.0, bottom=15.0, hub_height=90.0)
     settings = {"speed": 20.0, "dt": 0.1, "scaled": True, "shear_exponent": 0.2}
     profile = mean_profile(wind("vonkarman", **settings), grid)
     seeds = 20

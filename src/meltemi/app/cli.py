@@ -24,28 +24,16 @@ from meltemi.app.importing import HELP as IMPORT_HELP
 from meltemi.app.importing import import_
 from meltemi.app.inspect import inspect
 from meltemi.app.options import (
-    ClassOption,
-    ControllerInputOption,
-    ControllerOption,
-    DirectionOption,
-    EditionOption,
-    IecOption,
-    NtmOption,
-    ShearOption,
-    SpectrumOption,
-    TurbulenceOption,
-    WindSpeedOption,
+    RunOptions,
     controller_of_options,
-    given_options,
     is_case,
     wind_of_options,
     wind_options,
+    with_options,
 )
 from meltemi.app.terminal import OutOption, print_table, progress_bar, remove_empty_folders, results_in, say
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
-from meltemi.core.formats import suffixes
-from meltemi.wind.formats import WINDS
 
 if TYPE_CHECKING:
     from meltemi.loadcases.case import LoadCase
@@ -110,63 +98,22 @@ def options(
 
 
 @app.command()
+@with_options
 def run(
     target: Annotated[
         str, typer.Argument(help="A turbine's name, the YAML file of a turbine or a case, or an OpenFAST deck (.fst).")
     ],
-    wind_speed: WindSpeedOption = None,
-    turbulence: TurbulenceOption = None,
-    seed: Annotated[int | None, typer.Option("--seed", help="Seed of the turbulence [1].")] = None,
-    shear: ShearOption = None,
-    direction: DirectionOption = None,
-    spectrum: SpectrumOption = None,
-    iec: IecOption = None,
-    ntm: NtmOption = False,
-    wind_class: ClassOption = None,
-    edition: EditionOption = None,
-    wind_file: Annotated[
-        Path | None,
-        typer.Option("--wind-file", "--bts", "--wnd", help=f"Wind file: {suffixes(WINDS)}."),
-    ] = None,
-    controller: ControllerOption = None,
-    controller_input: ControllerInputOption = None,
-    duration: Annotated[float | None, typer.Option("--duration", help="Duration of the simulation [s] [60].")] = None,
+    options: RunOptions,
     transient: Annotated[
         float | None, typer.Option("--transient", help="Initial transient, excluded from statistics [s] [0].")
-    ] = None,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            "--start", help="operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating]."
-        ),
-    ] = None,
-    channels: Annotated[
-        str | None,
-        typer.Option("--channels", help="Channels to record, separated by commas; 'all' records everything."),
     ] = None,
     outb: Annotated[bool, typer.Option("--outb", help="Also write the result as OpenFAST's binary output.")] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate a case; writes a table, a plot and a result file."""
-    if start not in (None, "operating", "deck"):
-        raise InputError(f"--start {start!r}: expected operating or deck")
-    given = given_options(
-        wind_speed=wind_speed,
-        turbulence=turbulence,
-        seed=seed,
-        shear=shear,
-        direction=direction,
-        spectrum=spectrum,
-        iec="NTM" if ntm else iec,
-        wind_class=wind_class,
-        edition=edition,
-        wind_file=wind_file,
-        controller=controller,
-        controller_input=controller_input,
-        duration=duration,
-        start=start,
-        channels=channels,
-    )
+    if options.start not in (None, "operating", "deck"):
+        raise InputError(f"--start {options.start!r}: expected operating or deck")
+    given = options.given()
     path = Path(target)
     written = path.suffix in (".yaml", ".yml") and (is_case(path) or not (given or path.exists()))
     if written:
@@ -179,37 +126,22 @@ def run(
 
     from meltemi.core.errors import Status
     from meltemi.core.yamlfile import validated, write_record
-    from meltemi.loadcases.case import LoadCase, case_controller, case_start, case_turbine, case_wind, self_contained
+    from meltemi.loadcases.case import LoadCase, case_run, case_turbine, self_contained
 
     if transient is not None:
         if written:
             raise InputError(f"{path} is a case file, which defines its own run; set transient: {transient:g} in it")
         case = validated(case.content() | {"transient": transient}, LoadCase, "command line")
-    from meltemi.simulation.model import Stations
-    from meltemi.simulation.rotors import build
-    from meltemi.simulation.simulate import simulate
+    from meltemi.simulation.simulate import Simulation, march
 
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
-        wind = case_wind(case, turbine, folder)
     with TemporaryDirectory() as kept, _named(path if written else None), results_in(out):
-        law = case_controller(case, turbine, folder, Path(kept))
-        model = build(turbine, case.options, case.environment)
+        described = case_run(case, turbine, folder, Path(kept))
         with progress_bar(f"{turbine.name}, {case.duration:g} s") as progress:
-            result = simulate(
-                model,
-                wind,
-                duration=case.duration,
-                controller=law,
-                channels=case.channels,
-                output_step=case.output_step,
-                start=case_start(case, turbine),
-                stations=Stations(case.blade_stations, case.tower_stations),
-                events=case.events,
-                grid=case.grid,
-                transient=case.transient,
-                progress=progress,
-            )
+            simulation = Simulation(described)
+            march(simulation, progress)
+        result = simulation.result()
         files = _write(result, out, outb) + _library_files(Path(kept), out)
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
@@ -400,9 +332,9 @@ def power_curve(
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
     from meltemi.simulation.rotors import build, operating_point
-    from meltemi.turbine.plausibility import plausibility
+    from meltemi.turbine.plausibility import plausibility_warnings
 
-    for words in plausibility(described):
+    for words in plausibility_warnings(described):
         say(f"warning: {words}")
     points, failures, interrupted = [], {}, False
     with results_in(out):

@@ -11,18 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import (
-    ClassOption,
-    EditionOption,
-    IecOption,
-    NtmOption,
-    ShearOption,
-    SpectrumOption,
-    TurbulenceOption,
-    WindSpeedOption,
-    given_options,
-    wind_of_options,
-)
+from meltemi.app.options import WindOptions, wind_of_options, with_options
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.studies.scheme_names import SCHEMES, check_schemes
@@ -47,16 +36,10 @@ HELP = "\n".join(
 )
 
 
+@with_options
 def compare(
     turbine: Annotated[str, typer.Argument(help="A turbine's name or YAML file.")],
-    wind_speed: WindSpeedOption = None,
-    turbulence: TurbulenceOption = None,
-    shear: ShearOption = None,
-    spectrum: SpectrumOption = None,
-    iec: IecOption = None,
-    ntm: NtmOption = False,
-    wind_class: ClassOption = None,
-    edition: EditionOption = None,
+    options: WindOptions,
     seeds: Annotated[int, typer.Option("--seeds", help="How many winds.")] = 6,
     seed: Annotated[int, typer.Option("--seed", help="First seed; the others follow.")] = 1,
     duration: Annotated[float, typer.Option("--duration", help="Length of each run [s].")] = 700.0,
@@ -71,15 +54,7 @@ def compare(
     out: OutOption = Path("out"),
 ) -> None:
     """See ``HELP``."""
-    given = given_options(
-        wind_speed=wind_speed,
-        turbulence=turbulence,
-        shear=shear,
-        spectrum=spectrum,
-        iec="NTM" if ntm else iec,
-        wind_class=wind_class,
-        edition=edition,
-    )
+    given = options.given()
     names = [name.strip() for name in controllers.split(",") if name.strip()]
     check_schemes(names)
     if not 1 <= seeds <= MOST_SEEDS:
@@ -97,12 +72,12 @@ def compare(
     from meltemi.simulation.rotors import build
     from meltemi.studies import compare as study
     from meltemi.studies import comparison_report as report
-    from meltemi.studies.journal import journal
+    from meltemi.studies.run_store import run_store
 
     study.check_duration(duration, transient)
     began = time.perf_counter()
     own = [Path(name).read_text(encoding="utf-8") for name in names if name not in SCHEMES]
-    with results_in(out), journal(out, repr(("compare", transient, own))):
+    with results_in(out), run_store(out, repr(("compare", transient, own))):
         model = build(described)
         with progress_bar("tuning") as progress:
             designed = design_controllers(

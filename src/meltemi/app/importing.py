@@ -11,7 +11,7 @@ from meltemi.app.terminal import OutOption, print_table, results_in, say
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
-    from meltemi.turbine.report import Imported, Kind
+    from meltemi.turbine.report import ImportedTurbine, Kind
 
 HELP = "Turn an OpenFAST deck (.fst) or a windIO file (.yaml) into a turbine file, with a report."
 MOST_LINES = 20
@@ -87,9 +87,9 @@ def import_(
     print(f"next: meltemi run {out / 'case.yaml'}")
 
 
-def _show(imported: Imported) -> None:
+def _show(imported: ImportedTurbine) -> None:
     """Print approximated and ignored data, the number of notes, and implausible values."""
-    from meltemi.turbine.plausibility import plausibility
+    from meltemi.turbine.plausibility import plausibility_warnings
     from meltemi.turbine.report import KINDS
 
     heads: dict[Kind, str] = {"approximated": "how", "ignored": "why"}
@@ -98,11 +98,11 @@ def _show(imported: Imported) -> None:
             rows = [[note.where, note.what, note.why] for note in notes[:MOST_LINES]]
             print_table(kind.capitalize(), ["where", "what", head], rows, text_columns=3)
     print(", ".join(f"{len(imported.noted(kind))} {kind}" for kind in KINDS) + ": see the report")
-    for words in plausibility(imported.turbine):
+    for words in plausibility_warnings(imported.turbine):
         say(f"warning: {words}")
 
 
-def _write_report(imported: Imported, source: Path, out: Path) -> None:
+def _write_report(imported: ImportedTurbine, source: Path, out: Path) -> None:
     from meltemi.core.files import write_text
     from meltemi.turbine.report import report_text
 

@@ -21,14 +21,14 @@ def inspect(
     with results_in(out):
         from meltemi.report.turbine_facts import fact_rows
         from meltemi.studies.inspection import inspect_turbine
-        from meltemi.turbine.plausibility import plausibility
+        from meltemi.turbine.plausibility import plausibility_warnings
 
         with progress_bar(described.name) as progress:
             seen, files = inspect_turbine(described, out, progress=progress)
     print_table(described.description or described.name, ["", "what", "value"], fact_rows(seen), text_columns=3)
     for file in files:
         print(f"wrote {file}")
-    for words in plausibility(described):
+    for words in plausibility_warnings(described):
         say(f"warning: {words}")
     for what, why in seen.problems.items():
         say(f"missing: {what}: {why}")

@@ -1,31 +1,19 @@
-"""Wind options shared by several commands, and the wind that they describe."""
+"""Options shared by several commands, and the wind and the controller that they describe."""
 
 from __future__ import annotations
 
+import inspect
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields, is_dataclass
 from math import radians
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
 from meltemi.core.errors import InputError
 
-WindSpeedOption = Annotated[float | None, typer.Option("--wind-speed", help="Mean wind speed at hub height [m/s].")]
-TurbulenceOption = Annotated[
-    float | None, typer.Option("--turbulence", help="Turbulence intensity, e.g. 0.14; steady wind without it.")
-]
-ShearOption = Annotated[
-    float | None, typer.Option("--shear", help="Power-law exponent [0 in steady wind, 0.2 in turbulence].")
-]
-SpectrumOption = Annotated[
-    str | None, typer.Option("--spectrum", help="Of turbulence: kaimal, vonkarman, mann [kaimal].")
-]
-IecOption = Annotated[
-    str | None, typer.Option("--iec", help="Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).")
-]
-NtmOption = Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")]
 ClassOption = Annotated[
     str | None, typer.Option("--wind-class", "--class", help="Wind turbine class of IEC 61400-1, e.g. IIB.")
 ]
@@ -33,13 +21,86 @@ DirectionOption = Annotated[
     float | None, typer.Option("--direction", help="Wind direction [deg], clockwise from above [0: along the shaft].")
 ]
 EditionOption = Annotated[int | None, typer.Option("--edition", help="Edition of IEC 61400-1: 2, 3, 4 [3].")]
+SpectrumOption = Annotated[
+    str | None, typer.Option("--spectrum", help="Of turbulence: kaimal, vonkarman, mann [kaimal].")
+]
 
-ControllerOption = Annotated[
-    str | None, typer.Option("--controller", help="Bladed-style controller library, or: rosco, baseline [baseline].")
-]
-ControllerInputOption = Annotated[
-    Path | None, typer.Option("--controller-input", help="Input file of the controller library, e.g. DISCON.IN.")
-]
+
+@dataclass(frozen=True)
+class WindOptions:
+    """Options of a wind."""
+
+    wind_speed: Annotated[float | None, typer.Option(help="Mean wind speed at hub height [m/s].")] = None
+    turbulence: Annotated[
+        float | None, typer.Option(help="Turbulence intensity, e.g. 0.14; steady wind without it.")
+    ] = None
+    shear: Annotated[float | None, typer.Option(help="Power-law exponent [0 in steady wind, 0.2 in turbulence].")] = (
+        None
+    )
+    spectrum: SpectrumOption = None
+    iec: Annotated[
+        str | None, typer.Option(help="Wind of IEC 61400-1: NTM, ETM, EOG, ECD ... (see meltemi wind --help).")
+    ] = None
+    ntm: Annotated[bool, typer.Option("--ntm", help="The same as --iec NTM: normal turbulence.")] = False
+    wind_class: ClassOption = None
+    edition: EditionOption = None
+
+    def given(self) -> dict[str, Any]:
+        """The given options under their names on the command line."""
+        values = asdict(self)
+        if values.pop("ntm"):
+            values["iec"] = "NTM"
+        return {f"--{name.replace('_', '-')}": value for name, value in values.items() if value is not None}
+
+
+@dataclass(frozen=True)
+class RunOptions(WindOptions):
+    """Options of a simulation that stand for keys of a case file."""
+
+    seed: Annotated[int | None, typer.Option(help="Seed of the turbulence [1].")] = None
+    direction: DirectionOption = None
+    wind_file: Annotated[
+        Path | None, typer.Option("--wind-file", "--bts", "--wnd", help="Wind file: .bts, .wnd, .bin, .nc.")
+    ] = None
+    controller: Annotated[
+        str | None, typer.Option(help="Bladed-style controller library, or: rosco, baseline [baseline].")
+    ] = None
+    controller_input: Annotated[
+        Path | None, typer.Option(help="Input file of the controller library, e.g. DISCON.IN.")
+    ] = None
+    duration: Annotated[float | None, typer.Option(help="Duration of the simulation [s] [60].")] = None
+    start: Annotated[
+        str | None,
+        typer.Option(help="operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating]."),
+    ] = None
+    channels: Annotated[
+        str | None, typer.Option(help="Channels to record, separated by commas; 'all' records everything.")
+    ] = None
+
+
+def with_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Decorator: the fields of a record of options that a command takes are options of the command."""
+    hints, taken = get_type_hints(command, include_extras=True), inspect.signature(command).parameters
+    records = {name: hints[name] for name in taken if is_dataclass(hints[name])}
+    shown: list[inspect.Parameter] = []
+    for name, parameter in taken.items():
+        if name in records:
+            kinds = get_type_hints(records[name], include_extras=True)
+            inner = inspect.signature(records[name]).parameters.values()
+            shown += [p.replace(kind=p.KEYWORD_ONLY, annotation=kinds[p.name]) for p in inner]
+        else:
+            shown.append(parameter.replace(kind=parameter.KEYWORD_ONLY, annotation=hints[name]))
+
+    def call(**values: Any) -> None:
+        made = {
+            name: record(**{f.name: values.pop(f.name) for f in fields(record)}) for name, record in records.items()
+        }
+        command(**made, **values)
+
+    call.__doc__, call.__name__ = command.__doc__, command.__name__
+    call.__annotations__ = {p.name: p.annotation for p in shown}
+    vars(call)["__signature__"] = inspect.Signature(shown)
+    return call
 
 
 def is_case(path: Path) -> bool:
@@ -51,11 +112,6 @@ def is_case(path: Path) -> bool:
     except InputError:  # which the reader will say
         return False
     return re.search(r"""^(\{\s*)?(['"]?)(turbine|wind|duration)\2\s*:""", text, re.MULTILINE) is not None
-
-
-def given_options(**options: Any) -> dict[str, Any]:
-    """The given options under their names on the command line."""
-    return {f"--{name.replace('_', '-')}": value for name, value in options.items() if value is not None}
 
 
 WIND = tuple(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from meltemi.app.options import ClassOption, DirectionOption, EditionOption, SpectrumOption, given_options
+from meltemi.app.options import ClassOption, DirectionOption, EditionOption, SpectrumOption
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in
 from meltemi.core.errors import InputError
 from meltemi.core.formats import suffixes
@@ -87,7 +87,8 @@ def wind(
     transient = {"sign": sign, "begin": begin, "years": years}
     every = settings | named | transient | {"steady": steady or None}
     options: dict[str, Any] = {name: v for name, v in every.items() if v is not None}
-    of_field = given_options(duration=duration, width=width, hub_series=hub_series, gust=gust)
+    fields = {"--duration": duration, "--width": width, "--hub-series": hub_series, "--gust": gust}
+    of_field = [option for option, value in fields.items() if value is not None]
     if (model is None) == (source is None):
         raise InputError("specify either a model (such as NTM) or --from FILE")
     from meltemi.turbine.library import load_turbine
@@ -116,7 +117,7 @@ def wind(
         options["hub_series"] = read_hub_csv(hub_series)
     made: SteadyWind | WindSeries | TurbulentWind = iec_wind(name, turbine=used, **options)
     if of_field and not isinstance(made, TurbulentWind):
-        raise InputError(f"{next(iter(of_field))}: {name} does not generate a turbulent field; remove the option")
+        raise InputError(f"{of_field[0]}: {name} does not generate a turbulent field; remove the option")
     _check_format(file_format, made)
     seconds = 600.0 if duration is None else duration
     added = None
@@ -223,9 +224,9 @@ def _field(
 ) -> WindBox:
     from meltemi.wind.superposition import with_gust
     from meltemi.wind.turbulence.field import generate_field
-    from meltemi.wind.turbulence.grid import grid_for
+    from meltemi.wind.turbulence.grid import wind_grid_for
 
-    grid = grid_for(turbine, described.points, width=width)
+    grid = wind_grid_for(turbine, described.points, width=width)
     with progress_bar(described.label, compiles=False) as progress:
         box = generate_field(described, grid, duration, progress)
     return box if gust is None else with_gust(box, gust)

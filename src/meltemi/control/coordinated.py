@@ -39,8 +39,10 @@ from meltemi.core.record import Record
 from meltemi.maths.generic import crossed
 from meltemi.maths.tables import Table, number, part
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine
+
+FEATURE = "coordinated control"
 
 Float = NDArray[float64]
 
@@ -133,7 +135,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 
 def CoordinatedController(
     turbine: Turbine | PowerTurbine,
-    performance: Performance,
+    performance: RotorPerformance,
     *,
     power: PowerControl | None = None,
     yaw: YawControl | None = None,

@@ -38,6 +38,8 @@ from meltemi.maths.generic import crossed, whole
 from meltemi.maths.tables import MAX_BLADES, MAX_FLAPS, Entries, Numbers, Table, blades, number, part, parts
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
+FEATURE = "load control"
+
 Float = NDArray[float64]
 
 
@@ -303,7 +305,7 @@ def LoadController(
         if loop.actuator == "flap" and loop.flap > len(flaps):
             raise InputError(
                 f"{where}: flap {loop.flap} is asked for, the blades of {turbine.name!r} have {len(flaps) or 'none'}: "
-                "add flaps to the blade, such as meltemi.with_flaps(turbine)"
+                "add flaps to the blade, such as meltemi.turbine.with_flaps(turbine)"
             )
         try:
             check_harmonic(loop.harmonic, _top_speed(turbine), sample_time or 1e-3, turbine.n_blades)

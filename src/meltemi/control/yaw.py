@@ -35,6 +35,8 @@ from meltemi.maths.tables import Table, number, part
 from meltemi.turbine.definition import YawDrive
 from meltemi.turbine.power_turbine import AnyTurbine
 
+FEATURE = "the yaw control"
+
 Float = NDArray[float64]
 
 

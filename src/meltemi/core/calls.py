@@ -14,6 +14,32 @@ from meltemi.core.errors import InputError, did_you_mean
 
 P = ParamSpec("P")
 R = TypeVar("R")
+S = TypeVar("S")
+
+
+def arguments_of(record: Callable[P, S]) -> Callable[[Callable[[S], R]], Callable[P, R]]:
+    """Decorator: a function of one record is called with the fields of the record as its arguments.
+
+    The arguments, their defaults and their documentation stand once, in the data class. Type checkers and editors see
+    the signature of the data class, and so does ``help``, with the attributes of its docstring as arguments.
+    """
+
+    def decorate(function: Callable[[S], R]) -> Callable[P, R]:
+        @wraps(function)
+        def call(*args: P.args, **kwargs: P.kwargs) -> R:
+            return function(record(*args, **kwargs))
+
+        returned = get_type_hints(function)["return"]
+        shown = inspect.signature(record).replace(return_annotation=returned)
+        told = inspect.cleandoc(record.__doc__ or "").partition("Attributes:\n")[2]
+        summary, section, rest = inspect.cleandoc(function.__doc__ or "").partition("\nReturns:\n")
+        call.__doc__ = f"{summary}\nArgs:\n{told}\n{section}{rest}"
+        call.__annotations__ = {**get_type_hints(record), "return": returned}
+        vars(call)["__signature__"] = shown
+        del vars(call)["__wrapped__"]  # its signature is another one
+        return call
+
+    return decorate
 
 
 def explained(function: Callable[P, R]) -> Callable[P, R]:
@@ -103,5 +129,5 @@ def _names(hint: Any) -> list[str]:
     if origin is Literal:
         return [repr(each) for each in get_args(hint)]
     kind = origin or hint
-    special = {float: "a number", str: "a text", type(None): "None"}
+    special = {float: "a number", str: "a text", type(None): "None", Callable: "a function"}
     return [special.get(kind, getattr(kind, "__name__", str(kind)))]

@@ -17,10 +17,12 @@ import hashlib
 import os
 import pickle
 import platform
+import re
 import shutil
 import sys
 import threading
 import time
+from ast import literal_eval
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
@@ -40,23 +42,38 @@ FAST_MATH = {"contract", "nsz", "arcp"}
 OPTIONS: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy", "nogil": True}
 KEEP_FOLDERS = 4
 """Cache folders of other versions that are kept, most recently used first."""
+KERNELS = re.compile(r"^KERNELS = (\(.*\))$", re.MULTILINE)
+"""Line of a package's ``__init__.py`` that names the files of the package, and of those in it, that kernels call."""
 
 
-HOST_ONLY = ("__", "app/", "studies/", "report/", "loadcases/", "postprocess/", "turbine/", "wind/files/", "wind/iec/")
-"""Beginnings of the names of files without anything that a kernel calls, but for the module below."""
-CALLED = "turbine/exchange.py"
+def _leaves_out(root: Path) -> Callable[[Path], bool]:
+    """Whether nothing in a file is called by kernels: it stands at the root, or its package does not name it."""
+
+    @cache
+    def called(folder: Path) -> tuple[str, ...] | None:
+        if folder == root:
+            return None
+        file = folder / "__init__.py"
+        line = KERNELS.search(file.read_text(encoding="utf-8")) if file.is_file() else None
+        return literal_eval(line[1]) if line else called(folder.parent)
+
+    def left_out(path: Path) -> bool:
+        names = called(path.parent)
+        return path.parent == root or (names is not None and path.name not in names)
+
+    return left_out
 
 
 @cache
 def source_hash() -> str:
     """Hash of the source files on which the machine code depends."""
     root = Path(__file__).parents[1]
+    left_out = _leaves_out(root)
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
-        name = path.relative_to(root).as_posix()
-        if name != CALLED and name.startswith(HOST_ONLY):
+        if left_out(path):
             continue
-        digest.update(name.encode())
+        digest.update(path.relative_to(root).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -125,25 +142,15 @@ def announce(package: str = "simulation") -> bool:
     told = package not in _LOOKED and is_cold(package)
     _LOOKED.add(package)
     if told:
-        _FEATURES_TOLD.update(("the simulation", "power-coefficient turbines"))
+        _FEATURES_TOLD.add(FEATURE)
         print(COLD, file=sys.stderr, flush=True)
     return told
 
 
 PATIENCE = 1.0
 """[s] of compiling in silence."""
-FEATURES = {
-    "control.supervisor": "the supervisor",
-    "control.power_control": "power control",
-    "control.coordinated": "coordinated control",
-    "control.load_control": "load control",
-    "control.yaw": "the yaw control",
-    "simulation.disk": "power-coefficient turbines",
-    "wind.turbulence": "turbulent wind",
-    "electrical": "the electrical system",
-    "structure.section_loads": "section loads",
-}
-"""What is compiled, by the beginning of a module's name in this package; all else is "the simulation"."""
+FEATURE = "the simulation"
+"""What is compiled, unless a module, or the package it stands in, has another ``FEATURE``."""
 _FEATURES_TOLD: set[str] = set()
 
 
@@ -192,8 +199,11 @@ def feature_of(data: dict[str, Any]) -> str:
     module = data["dispatcher"].py_func.__module__
     if not module.startswith("meltemi."):
         return f"{module}.{data['dispatcher'].py_func.__name__}"
-    name = module.removeprefix("meltemi.")
-    return next((words for begin, words in FEATURES.items() if name.startswith(begin)), "the simulation")
+    while module:
+        if words := vars(sys.modules[module]).get("FEATURE"):
+            return str(words)
+        module = module.rpartition(".")[0]
+    return FEATURE
 
 
 def kernel(function: F) -> F:

@@ -10,62 +10,28 @@ is asked for the next one when a worker is free. So memory holds as many fields 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Callable, Iterable, Iterator, Sized
 from concurrent.futures import ThreadPoolExecutor, wait
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 from meltemi.control.controller import Controller
-from meltemi.core.calls import explained
+from meltemi.core.calls import arguments_of, explained
 from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import source_hash
 from meltemi.core.threads import available_cores, one_blas_thread
-from meltemi.environment.grid import PowerGrid
 from meltemi.postprocess.files import read_netcdf, write_netcdf
-from meltemi.simulation.channels import DEFAULT
-from meltemi.simulation.events import Happening
-from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
-from meltemi.simulation.start import Start
-from meltemi.simulation.trim import OperatingPoint
-from meltemi.wind.fields import Wind
-from meltemi.wind.turbulence.field import AnyWind, realised
 
 MOST_WORKERS = 1000
 PROGRESS_SECONDS = 0.2
 """Wall time between calls of ``progress``."""
-
-
-@dataclass(frozen=True)
-class BatchCase:
-    """One case of a batch: the arguments of :func:`meltemi.simulate`.
-
-    Attributes:
-      model: from ``build``, or a function without arguments that makes it when its turn comes.
-      wind: the same. The field of a ``TurbulentWind`` is made when the case's turn comes and freed with it; a
-        ``WindBox`` may be shared by many cases.
-      duration: [s].
-      controller: or a function that makes it for the wind, once that is there.
-      name: for messages and files; by default ``case_0001`` and so on.
-    """
-
-    model: Model[Any] | Callable[[], Model[Any]]
-    wind: float | AnyWind | Callable[[], AnyWind]
-    duration: float
-    controller: Controller | Callable[[Wind], Controller] | None = None
-    channels: Sequence[str] = tuple(DEFAULT)
-    output_step: float = 0.05
-    start: OperatingPoint | Start | None = None
-    stations: Stations | None = None
-    events: Sequence[Happening | Mapping[str, Any]] = ()
-    grid: PowerGrid | None = None
-    name: str = ""
-    transient: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -78,7 +44,7 @@ class Outcome:
       message: why, in words; empty if all went well.
       value: the result, what ``reduce`` made of it, or the file it was written to; None if there is none.
       error: class of the exception that ended a failed case.
-      kept: it was found finished in the folder and not run again.
+      reused: it was found finished in the folder and not run again.
     """
 
     name: str
@@ -86,7 +52,7 @@ class Outcome:
     message: str = ""
     value: Any = None
     error: type[BaseException] | None = None
-    kept: bool = False
+    reused: bool = False
 
     @property
     def ok(self) -> bool:
@@ -94,23 +60,12 @@ class Outcome:
         return self.status is Status.OK
 
 
-def simulate_batch(
-    cases: Iterable[BatchCase],
-    *,
-    reduce: Callable[[Result], Any] | None = None,
-    out: str | Path | None = None,
-    workers: int | None = None,
-    progress: Callable[[float], None] | None = None,
-    total: int | None = None,
-    redo: bool = False,
-) -> list[Outcome]:
-    """Simulate many cases on all cores.
+@dataclass
+class Batch:
+    """A batch under way, shared between threads: each entry is written by one thread.
 
-    A case that fails, for any reason, reports this in its outcome and affects no other. Ctrl-C ends all cases; what
-    was computed until then is given back.
-
-    Args:
-      cases: any iterable; a generator is asked for a case when a worker is free.
+    Attributes:
+      cases: any iterable of runs; a generator is asked for one when a worker is free.
       reduce: called with each result in its worker; only what it returns is kept.
       out: folder in which each result is written as ``NAME.nc`` as soon as it is done, instead of being kept. A case
         that is found there finished, from the same inputs under the same version, is not run again.
@@ -118,56 +73,30 @@ def simulate_batch(
       progress: callback with the completed fraction, from the calling thread; 0 while it is unknown how many cases
         there are.
       total: how many cases a generator gives, for ``progress``.
-      redo: run all cases, also those that are finished.
-
-    Returns:
-      One outcome a case, in their order; after Ctrl-C those that were begun.
-
-    Raises:
-      InputError: ``workers`` or ``out`` is not valid.
+      rerun: run all cases, also those that are finished.
     """
-    return interruptible_batch(
-        cases, reduce=reduce, out=out, workers=workers, progress=progress, total=total, redo=redo
-    )[0]
 
+    cases: Iterable[Run]
+    _: KW_ONLY
+    reduce: Callable[[Result], Any] | None = None
+    out: str | Path | None = None
+    workers: int | None = None
+    progress: Callable[[float], None] | None = None
+    total: int | None = None
+    rerun: bool = False
 
-def interruptible_batch(
-    cases: Iterable[BatchCase],
-    *,
-    reduce: Callable[[Result], Any] | None = None,
-    out: str | Path | None = None,
-    workers: int | None = None,
-    progress: Callable[[float], None] | None = None,
-    total: int | None = None,
-    redo: bool = False,
-) -> tuple[list[Outcome], bool]:
-    """As :func:`simulate_batch`, and whether it was interrupted, which no outcome may show."""
-    if workers is not None and not (isinstance(workers, int) and 1 <= workers <= MOST_WORKERS):
-        raise InputError(f"workers must be an integer from 1 to {MOST_WORKERS}, found {workers!r}")
-    folder = None if out is None else Path(out)
-    if folder is not None:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{folder}: cannot be written ({error.strerror or error})") from None
-    batch = _Batch(cases, reduce, folder, total, redo)
-    return batch.run(workers or available_cores(), progress), batch.interrupted
-
-
-class _Batch:
-    """State of a running batch, shared between threads: each entry is written by one thread."""
-
-    def __init__(
-        self,
-        cases: Iterable[BatchCase],
-        reduce: Callable[[Result], Any] | None,
-        folder: Path | None,
-        total: int | None,
-        redo: bool,
-    ) -> None:
-        self.total = len(cases) if isinstance(cases, Sized) else total
-        self.waiting: Iterator[tuple[int, BatchCase]] = enumerate(cases)
-        self.reduce, self.folder, self.redo = reduce, folder, redo
+    def __post_init__(self) -> None:
+        if self.workers is not None and not (isinstance(self.workers, int) and 1 <= self.workers <= MOST_WORKERS):
+            raise InputError(f"workers must be an integer from 1 to {MOST_WORKERS}, found {self.workers!r}")
+        self.folder = None if self.out is None else Path(self.out)
+        if self.folder is not None:
+            try:
+                self.folder.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise InputError(f"{self.folder}: cannot be written ({error.strerror or error})") from None
+        if isinstance(self.cases, Sized):
+            self.total = len(self.cases)
+        self.waiting: Iterator[tuple[int, Run]] = enumerate(self.cases)
         self.stop = threading.Event()
         self.next_lock, self.first_lock = threading.Lock(), threading.Lock()
         self.compiled = self.interrupted = False
@@ -176,15 +105,17 @@ class _Batch:
         self.under_way: dict[int, Simulation] = {}
 
     @one_blas_thread  # once for all threads: the setting belongs to the process
-    def run(self, workers: int, progress: Callable[[float], None] | None) -> list[Outcome]:
+    def run(self) -> list[Outcome]:
+        """Run all cases; after Ctrl-C, ``interrupted`` is set, which no outcome may show."""
+        workers = self.workers or available_cores()
         with on_interrupt(self._heard), ThreadPoolExecutor(workers, thread_name_prefix="meltemi") as pool:
             futures = [pool.submit(self._work) for _ in range(workers)]
             try:
                 busy = set(futures)
                 while busy:
                     done, busy = wait(busy, timeout=PROGRESS_SECONDS)
-                    if progress is not None:
-                        progress(self._share())
+                    if self.progress is not None:
+                        self.progress(self._share())
                     if any(future.exception() for future in done):
                         break  # the iterable of the cases has failed
             except KeyboardInterrupt:
@@ -233,7 +164,7 @@ class _Batch:
             finally:
                 self.under_way.pop(i, None)
 
-    def _one(self, i: int, name: str, case: BatchCase) -> Outcome:
+    def _one(self, i: int, name: str, case: Run) -> Outcome:
         case = replace(
             case,
             model=case.model() if callable(case.model) else case.model,
@@ -241,11 +172,11 @@ class _Batch:
         )
         path = None if self.folder is None else self.folder / f"{name}.nc"
         inputs = None if path is None else _inputs(case)
-        if path is not None and not self.redo and (found := _finished(path, inputs)):
-            return Outcome(name, found.status, value=path if self.reduce is None else self.reduce(found), kept=True)
+        if path is not None and not self.rerun and (found := _finished(path, inputs)):
+            return Outcome(name, found.status, value=path if self.reduce is None else self.reduce(found), reused=True)
         run = self._prepare(case)
         self.under_way[i] = run
-        march(run, stop=self.stop.is_set)
+        march(run, case.progress, stop=self.stop.is_set)
         if run.status is Status.INTERRUPTED:
             self._heard(None)
         result = run.result()
@@ -258,7 +189,7 @@ class _Batch:
             value = self.reduce(result)
         return Outcome(name, result.status, result.message, value)
 
-    def _prepare(self, case: BatchCase) -> Simulation:
+    def _prepare(self, case: Run) -> Simulation:
         with self.first_lock:  # Numba compiles under one lock: the first case compiles, the others find it done
             if not self.compiled:
                 run = prepare(case)
@@ -267,11 +198,37 @@ class _Batch:
         return prepare(case)
 
 
-def _inputs(case: BatchCase) -> str | None:
+@explained
+def prepare(case: Run) -> Simulation:
+    """Create the simulation of a case.
+
+    Raises:
+      InputError: something of it is not valid.
+    """
+    return Simulation(case)
+
+
+@arguments_of(Batch)
+def simulate_batch(batch: Batch) -> list[Outcome]:
+    """Simulate many cases on all cores; the arguments are the fields of :class:`Batch`.
+
+    A case that fails, for any reason, reports this in its outcome and affects no other. Ctrl-C ends all cases; what
+    was computed until then is given back.
+
+    Returns:
+      One outcome a case, in their order; after Ctrl-C those that were begun.
+
+    Raises:
+      InputError: ``workers`` or ``out`` is not valid.
+    """
+    return batch.run()
+
+
+def _inputs(case: Run) -> str | None:
     """Hash of all inputs of a case, including this package; None if an input has no reproducible hash."""
     if isinstance(case.controller, Controller) and case.controller.fresh is not None:
         return None  # depends on a library or another process
-    return fingerprint(source_hash(), replace(case, name=""))
+    return fingerprint(source_hash(), replace(case, name="", progress=None))
 
 
 def _finished(path: Path, inputs: str | None) -> Result | None:
@@ -297,29 +254,3 @@ def completed(outcomes: Iterable[Outcome]) -> list[Any]:
             raise RunError(f"{outcome.name}: {outcome.message}")
         values.append(outcome.value)
     return values
-
-
-@explained
-def prepare(case: BatchCase) -> Simulation:
-    """Create the simulation of a case.
-
-    Raises:
-      InputError: something of it is not valid.
-    """
-    model = case.model() if callable(case.model) else case.model
-    if not isinstance(model, Model):
-        raise InputError(f"model: expected what build(turbine) gives, found {type(model).__name__}")
-    wind = realised(case.wind() if callable(case.wind) else case.wind, model.turbine, case.duration)
-    return Simulation(
-        model,
-        wind,
-        duration=case.duration,
-        controller=case.controller(wind) if callable(case.controller) else case.controller,
-        channels=case.channels,
-        output_step=case.output_step,
-        start=case.start,
-        stations=case.stations,
-        events=case.events,
-        grid=case.grid,
-        transient=case.transient,
-    )

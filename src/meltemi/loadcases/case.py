@@ -26,8 +26,11 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import Event, Happening, conflict
+from meltemi.simulation.model import Stations
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
+from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.turbine.electrical import size_electrical
 from meltemi.turbine.icing import Icing, with_ice
@@ -380,6 +383,19 @@ def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
             raise InputError(f"wind.turbulence: {', '.join(sorted(twice))} is given twice")
         return iec_wind(turbine=turbine, **given, **w.turbulence)
     return read_wind(folder / w.file)
+
+
+def case_run(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Path | None = None) -> Run:
+    """The arguments of :func:`simulate` of a case; paths are relative to ``folder``, ``kept`` as for the controller."""
+    same = ("duration", "channels", "output_step", "transient", "events", "grid")
+    return Run(
+        build(turbine, case.options, case.environment),
+        case_wind(case, turbine, folder),
+        controller=case_controller(case, turbine, folder, kept),
+        start=case_start(case, turbine),
+        stations=Stations(case.blade_stations, case.tower_stations),
+        **{name: getattr(case, name) for name in same},
+    )
 
 
 TEMPLATE = """\

@@ -1,1 +1,3 @@
 """Evaluation of results: statistics, fatigue, spectra, files."""
+
+KERNELS = ()

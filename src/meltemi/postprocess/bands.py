@@ -34,7 +34,7 @@ Detrend = Literal["constant", "linear"]
 
 
 @dataclass(frozen=True)
-class Ceiling:
+class IdealRemoval:
     """Standard deviation and equivalent load of a series, before and after ideal removal of bands.
 
     Attributes:
@@ -133,7 +133,7 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
     return left
 
 
-def ceiling(
+def ideal_removal(
     source: Result | ArrayLike,
     channel: str | None = None,
     *,
@@ -143,7 +143,7 @@ def ceiling(
     f_eq: float = 1.0,
     between: tuple[float, float] | None = None,
     detrend: Detrend = "constant",
-) -> Ceiling:
+) -> IdealRemoval:
     """Reduction of standard deviation and equivalent load of a series by ideal removal of bands.
 
     This is what a controller could reach that takes away these harmonics wholly and adds nothing elsewhere. It is no
@@ -178,7 +178,7 @@ def ceiling(
             raise InputError(f"{where}: between {between[0]:g} and {between[1]:g} s lie fewer than two values")
     duration = (len(x) - 1) * step
     load, load_left = (damage_equivalent_load(y, duration=duration, slope=slope, f_eq=f_eq) for y in (x, left))
-    return Ceiling(
+    return IdealRemoval(
         bands=tuple((float(low), float(high)) for low, high in bands),
         slope=slope,
         std=float(x.std()),

@@ -59,7 +59,7 @@ class ChannelDifference:
 
 
 @dataclass(frozen=True, repr=False)
-class Differences(Brief):
+class ResultDifferences(Brief):
     """Two results on their common time.
 
     Attributes:
@@ -89,7 +89,7 @@ def compare_results(
     begin: float | None = None,
     end: float | None = None,
     progress: Callable[[float], None] = lambda share: None,
-) -> Differences:
+) -> ResultDifferences:
     """Differences of two results; the second is the reference.
 
     They are compared over the time that both cover, at the instants of the one with the longer time step, onto which
@@ -114,7 +114,7 @@ def compare_results(
     for i, channel in enumerate(a.channels):
         found.append(_difference(channel, time, a.data[:, i], b.data[:, i]))
         progress((i + 1) / len(pairs))
-    return Differences(
+    return ResultDifferences(
         a,
         b,
         channels=tuple(found),
@@ -242,7 +242,7 @@ def _over(value: float, size: float) -> float:
     return value / size if size > 0.0 else (0.0 if value == 0.0 else np.nan)
 
 
-def most_different(found: Differences, n: int) -> list[ChannelDifference]:
+def most_different(found: ResultDifferences, n: int) -> list[ChannelDifference]:
     """The ``n`` channels with the largest difference relative to their standard deviation, largest first."""
     known = [d for d in found.channels if np.isfinite(d.distance)]
     return sorted(known, key=lambda d: -d.distance)[:n]

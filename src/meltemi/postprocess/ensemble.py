@@ -30,7 +30,7 @@ LEAST_SHAPE, MOST_SHAPE = 0.5, 20.0
 
 
 @dataclass(frozen=True)
-class Estimate:
+class MeanEstimate:
     """Sample mean and its confidence interval.
 
     Attributes:
@@ -69,8 +69,8 @@ class EnsembleEntry:
 
     quantity: str
     scheme: str
-    value: Estimate
-    change: Estimate | None = None
+    value: MeanEstimate
+    change: MeanEstimate | None = None
     load: float | None = None
     load_change: float | None = None
 
@@ -107,7 +107,7 @@ class EnsembleTable(Brief):
         return self.entries[self.quantities.index(quantity) * len(self.schemes) + self.schemes.index(scheme)]
 
 
-def mean_interval(values: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
+def mean_interval(values: ArrayLike, confidence: float = CONFIDENCE) -> MeanEstimate:
     """Mean and Student's confidence interval of independent samples, such as one per seed.
 
     Args:
@@ -127,7 +127,7 @@ def mean_interval(values: ArrayLike, confidence: float = CONFIDENCE) -> Estimate
     n = len(x)
     std = float(x.std(ddof=1)) if n > 1 else nan
     quantile = float(t.ppf(0.5 * (1.0 + confidence), n - 1)) if n > 1 else nan
-    return Estimate(mean=float(x.mean()), half_width=quantile * std / sqrt(n), std=std, n=n)
+    return MeanEstimate(mean=float(x.mean()), half_width=quantile * std / sqrt(n), std=std, n=n)
 
 
 def ensemble_load(loads: ArrayLike, slope: float, weights: ArrayLike | None = None) -> float:
@@ -203,7 +203,7 @@ def ensemble_table(
     return EnsembleTable(quantities, schemes, len(values), confidence, tuple(entries))
 
 
-def travel(source: Result | ArrayLike, channel: str | None = None, *, dt: float | None = None) -> float:
+def actuator_travel(source: Result | ArrayLike, channel: str | None = None, *, dt: float | None = None) -> float:
     """Actuator travel per second: mean absolute rate.
 
     Args:

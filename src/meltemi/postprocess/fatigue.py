@@ -129,7 +129,7 @@ def equivalent_loads(
     """
     given = {result.channel(name).name: m for name, m in (slopes or {}).items()}
     found: dict[str, float] = {}
-    result = result.judged
+    result = result.evaluated
     if len(result.time) < 2:
         return found
     duration = float(result.time[-1] - result.time[0])

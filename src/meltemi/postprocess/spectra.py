@@ -83,7 +83,7 @@ class PowerSpectrum(Brief):
 
 
 @dataclass(frozen=True)
-class Peak:
+class SpectralPeak:
     """The highest spectral density near a frequency.
 
     Attributes:
@@ -275,7 +275,7 @@ def average_spectra(spectra: Sequence[PowerSpectrum]) -> PowerSpectrum:
     )
 
 
-def peak(spectrum: PowerSpectrum, frequency: float, half_width: float) -> Peak:
+def spectral_peak(spectrum: PowerSpectrum, frequency: float, half_width: float) -> SpectralPeak:
     """The highest density within ``half_width`` of a frequency, such as of a multiple of the rotor frequency.
 
     Args:
@@ -296,7 +296,7 @@ def peak(spectrum: PowerSpectrum, frequency: float, half_width: float) -> Peak:
     beside = spectrum.density[(distance > half_width + rounding) & (distance <= 2.0 * half_width + rounding)]
     beside = beside[beside > 0.0]
     place = int(near[np.argmax(spectrum.density[near])])
-    return Peak(
+    return SpectralPeak(
         frequency=float(spectrum.frequency[place]),
         density=float(spectrum.density[place]),
         background=float(np.exp(np.log(beside).mean())) if len(beside) else nan,

@@ -36,7 +36,7 @@ def means_over_revolutions(time: Float, azimuth: Float, x: Float) -> tuple[Float
     return means, ends[1:]
 
 
-def revolution_means(result: Result, name: str) -> Float:
+def azimuthal_averages(result: Result, name: str) -> Float:
     """(revolutions,) azimuthal averages of a channel, one per full revolution; requires the channel ``azimuth``.
 
     Raises:

@@ -1,1 +1,3 @@
 """Plots and tables."""
+
+KERNELS = ()

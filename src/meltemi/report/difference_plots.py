@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meltemi.postprocess.difference import ChannelDifference, Differences, gaps, most_different
+from meltemi.postprocess.difference import ChannelDifference, ResultDifferences, gaps, most_different
 from meltemi.report.palette import COLOURS, FAINT, INK
 from meltemi.report.plots import EVERYBODY, heading, new_figure, style
 from meltemi.report.tables import number
@@ -21,7 +21,7 @@ ZOOM = 20.0
 """[s] shown around the worst instant, or a fifth of shorter results."""
 
 
-def difference_rows(found: Differences, labels: tuple[str, str]) -> tuple[list[str], list[list[str]]]:
+def difference_rows(found: ResultDifferences, labels: tuple[str, str]) -> tuple[list[str], list[list[str]]]:
     """Header and rows of all differences in engineering units, one row per channel."""
     each = [f"{what} {label}" for what in ("mean", "std", "DEL 1 Hz") for label in labels]
     changes = ["mean %", "std %", "DEL %"]
@@ -35,7 +35,7 @@ def difference_rows(found: Differences, labels: tuple[str, str]) -> tuple[list[s
     return head, rows
 
 
-def short_difference_rows(found: Differences) -> tuple[list[str], list[list[str]]]:
+def short_difference_rows(found: ResultDifferences) -> tuple[list[str], list[list[str]]]:
     """Shortened :func:`difference_rows` for a terminal: values of the second result, and changes."""
     head = ["channel", "unit", "mean", "%", "std", "%", "DEL", "%", "corr.", "rms/std", "worst", "at s"]
     rows = []
@@ -64,7 +64,9 @@ def _fixed(value: float) -> str:
     return "-" if np.isnan(value) else f"{value:.4f}"
 
 
-def plot_differences(found: Differences, channels: Sequence[str] | None = None, *, labels: tuple[str, str]) -> Figure:
+def plot_differences(
+    found: ResultDifferences, channels: Sequence[str] | None = None, *, labels: tuple[str, str]
+) -> Figure:
     """Plot both results over the whole time and around the largest difference, and the difference, per channel.
 
     Args:
@@ -109,12 +111,12 @@ def plot_differences(found: Differences, channels: Sequence[str] | None = None, 
     return figure
 
 
-def _chosen(found: Differences) -> list[ChannelDifference]:
+def _chosen(found: ResultDifferences) -> list[ChannelDifference]:
     wanted = [d for name in EVERYBODY for d in found.channels if d.channel.name == name]
     others = [d for d in most_different(found, len(found.channels)) if d not in wanted]
     return [*wanted, *others[: PANELS - len(wanted)]] or list(found.channels[:PANELS])
 
 
-def _entry(found: Differences, name: str) -> ChannelDifference:
+def _entry(found: ResultDifferences, name: str) -> ChannelDifference:
     channel = found.first.channel(name.partition("=")[0].strip())
     return found.channels[found.first.channels.index(channel)]

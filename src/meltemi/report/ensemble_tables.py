@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import isnan
 
-from meltemi.postprocess.ensemble import EnsembleTable, Estimate
+from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate
 from meltemi.report.tables import number
 
 
@@ -40,7 +40,7 @@ def _number(value: float | None, factor: float) -> str:
     return "" if value is None else number(value * factor)
 
 
-def _pair(estimate: Estimate | None, factor: float) -> tuple[str, str]:
+def _pair(estimate: MeanEstimate | None, factor: float) -> tuple[str, str]:
     if estimate is None:
         return "", ""
     width = "" if isnan(estimate.half_width) else number(estimate.half_width * abs(factor))
@@ -84,7 +84,7 @@ def scheme_rows(
     return head, rows, groups
 
 
-def change_text(change: Estimate | None) -> str:
+def change_text(change: MeanEstimate | None) -> str:
     """A change in percent with the half-width of its interval, if available."""
     if change is None or isnan(change.mean):
         return "-"

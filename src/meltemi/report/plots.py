@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.model import Model
     from meltemi.simulation.result import Result
     from meltemi.simulation.trim import OperatingPoint
-    from meltemi.turbine.performance import Performance
+    from meltemi.turbine.performance import RotorPerformance
 
 EVERYBODY = (
     "wind_x",
@@ -261,7 +261,7 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
     return figure
 
 
-def plot_performance(performance: Performance) -> Figure:
+def plot_performance(performance: RotorPerformance) -> Figure:
     """Plot the available power, thrust and torque coefficients over tip-speed ratio, for up to ten pitch angles."""
     coefficients = (("C_p", performance.power), ("C_t", performance.thrust), ("C_q", performance.torque))
     known = [(name, values) for name, values in coefficients if not np.all(np.isnan(values))]

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from meltemi.simulation.result import Result
-    from meltemi.turbine.performance import Performance
+    from meltemi.turbine.performance import RotorPerformance
     from meltemi.turbine.power_turbine import AnyTurbine
 
 
 def plot_speed_power(
     turbine: AnyTurbine,
-    performance: Performance,
+    performance: RotorPerformance,
     runs: Mapping[str, Result],
     power: float,
     *,

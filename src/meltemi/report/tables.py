@@ -70,7 +70,7 @@ EARLY_SHARE = 0.05
 
 def early_extremes(result: Result) -> str:
     """Warning about extremes in the first seconds of a run; empty if there are none."""
-    judged = result.judged
+    judged = result.evaluated
     if len(judged.time) < 2 or judged.time[-1] < 3.0 * EARLY:
         return ""
     first = judged.time <= min(EARLY, EARLY_PART * judged.time[-1])

@@ -19,7 +19,7 @@ from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries
 from meltemi.wind.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
 from meltemi.wind.turbulence.field import AnyWind, generate_field, mean_profile
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.targets import sigmas, target_coherence, target_densities
 from meltemi.wind.turbulent import TurbulentWind
 
@@ -333,7 +333,7 @@ def plot_profile(
         _profile_panel(intensity_panel, title, "standard deviation over speed at hub [%]")
         intensity_panel.legend(fontsize=8)
         if target is not None:
-            described = Grid(
+            described = WindGrid(
                 points_y=2,
                 points_z=max(len(z), 2),
                 dy=wind.width,

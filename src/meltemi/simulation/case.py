@@ -29,7 +29,7 @@ from meltemi.simulation.channels import Channel
 from meltemi.simulation.electric import begin_electric, rates_of_electric
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.step import evaluate, inflow_rates, observe, settle_inflow, surroundings
-from meltemi.simulation.system import Control, Run
+from meltemi.simulation.system import Control, March
 from meltemi.simulation.tables import Clock, Settings
 from meltemi.simulation.validity import new_watch
 from meltemi.turbine.electrical import nominal_frequency
@@ -106,7 +106,7 @@ class Case:
         self.arrays = rotor.shown(arrays)
         self.slopes = {**self.signals.slope_views, **self.aero_state.slope_views}
         if duals:
-            records = (rotor.system, rotor.sections, Control, Run)
+            records = (rotor.system, rotor.sections, Control, March)
             constant = {name for record in records for name, member in members(record).items() if member.constant}
             for name, array in arrays.items():
                 if name not in self.slopes and name not in constant:
@@ -218,7 +218,7 @@ class Case:
         number = int(self.view("electric")["trip"])
         return TRIPS[number] if number else ""
 
-    def run(self, places: Any, output: Float) -> Run:
+    def run(self, places: Any, output: Float) -> March:
         """The record of a run that records signals at ``places`` in ``output``."""
         arrays = {
             **self.arrays,
@@ -231,7 +231,7 @@ class Case:
             "places": places,
             "output": output,
         }
-        return Run(self.one.kind, arrays, self.slopes)
+        return March(self.one.kind, arrays, self.slopes)
 
 
 def _largest_demands(model: Model[Any]) -> Float:

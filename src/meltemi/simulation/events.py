@@ -496,7 +496,7 @@ def ignored(events: Iterable[Happening]) -> list[str]:
     """Sentences about words of the operator, which the baseline law does not hear."""
     return [
         f"events.{i}: {event.what} at {event.at:g} s does nothing: the baseline law does not follow the operator; "
-        "meltemi.SupervisedController does"
+        "meltemi.control.SupervisedController does"
         for i, event in enumerate(events)
         if isinstance(event, Request | PowerLimit)
     ]
@@ -526,7 +526,7 @@ def _check_parts(event: Happening, where: str, turbine: AnyTurbine) -> None:
     if flap is not None and flap > n_flaps:
         has = f"{n_flaps} on each blade" if n_flaps else "none"
         raise InputError(
-            f"{where}.flap: there is no flap {flap}; {turbine.name} has {has} (meltemi.with_flaps adds them)"
+            f"{where}.flap: there is no flap {flap}; {turbine.name} has {has} (meltemi.turbine.with_flaps adds them)"
         )
     sensor = getattr(event, "sensor", None)
     if sensor is not None and sensor not in _sensors(n_blades, n_flaps):

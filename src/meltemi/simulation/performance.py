@@ -15,7 +15,7 @@ from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.structure.kinematics import GENERATOR
-from meltemi.turbine.performance import Float, Performance
+from meltemi.turbine.performance import Float, RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, CalibratedCoefficient, PowerTurbine, TableCoefficient, aeroelastic
 from meltemi.wind.fields import SteadyWind
 
@@ -35,7 +35,7 @@ def rotor_performance(
     wind_speed: float = 8.0,
     straight: bool = True,
     azimuths: int = 12,
-) -> Performance:
+) -> RotorPerformance:
     """Coefficients of the rigid rotor.
 
     Args:
@@ -79,14 +79,14 @@ def rotor_performance(
                 torque[i, j] += rotor["torque"] / azimuths
     force = 0.5 * rho * area * wind_speed**2
     c_q = torque / (force * R)
-    return Performance(ratios, pitches, c_q * ratios[:, None], thrust / force, c_q)
+    return RotorPerformance(ratios, pitches, c_q * ratios[:, None], thrust / force, c_q)
 
 
 _LOCK = threading.Lock()
-_KNOWN: OrderedDict[str, Performance] = OrderedDict()
+_KNOWN: OrderedDict[str, RotorPerformance] = OrderedDict()
 
 
-def performance_of(turbine: AnyTurbine) -> Performance:
+def performance_of(turbine: AnyTurbine) -> RotorPerformance:
     """Coefficients of a turbine's rotor, computed once, for tip-speed ratios from 1 to 16 and pitch up to 30 degrees.
 
     Those of an aeroelastic turbine are of the rigid rotor as built, with tilt, cone and tower; those of a turbine of a
@@ -110,7 +110,7 @@ def _pitches(turbine: AnyTurbine) -> Float:
     return np.linspace(least, most, round((most - least) / PITCH_STEP) + 1)
 
 
-def _of_coefficient(turbine: PowerTurbine) -> Performance:
+def _of_coefficient(turbine: PowerTurbine) -> RotorPerformance:
     described = turbine.coefficient
     record = rotor_coefficients(described)
     if isinstance(described, TableCoefficient):
@@ -123,4 +123,4 @@ def _of_coefficient(turbine: PowerTurbine) -> Performance:
     thrust = np.full_like(power, np.nan)
     if isinstance(described, TableCoefficient) and described.thrust is not None:
         thrust = np.array([[thrust_coefficient(r, b, record) for b in pitches] for r in ratios])
-    return Performance(ratios, pitches, power, thrust, power / ratios[:, None])
+    return RotorPerformance(ratios, pitches, power, thrust, power / ratios[:, None])

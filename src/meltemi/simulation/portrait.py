@@ -20,7 +20,7 @@ from meltemi.simulation.trim import OperatingPoint
 from meltemi.structure.beam import Beam
 from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam
 from meltemi.turbine.definition import BladeStructure, Turbine
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 Float = NDArray[np.float64]
@@ -52,7 +52,7 @@ class Portrait:
     model: BladedModel | None
     blade: Member | None
     modes: tuple[Mode, ...] | None
-    performance: Performance | None
+    performance: RotorPerformance | None
     curve: tuple[OperatingPoint, ...] | None
     problems: Mapping[str, str]
 
@@ -83,7 +83,7 @@ class PowerPortrait:
     """
 
     turbine: PowerTurbine
-    performance: Performance
+    performance: RotorPerformance
     curve: tuple[OperatingPoint, ...] | None
     problems: Mapping[str, str]
 

@@ -107,7 +107,7 @@ class Result:
         return Result(self.time[inside], self.data[inside], self.channels, self.status, self.message, meta)
 
     @property
-    def judged(self) -> Result:
+    def evaluated(self) -> Result:
         """The part after the transient: what statistics and equivalent loads are made of."""
         transient = self.meta.get("transient", 0.0)
         return self.between(transient, np.inf) if transient > 0.0 else self
@@ -154,7 +154,7 @@ class Result:
         """Mean, standard deviation, minimum and maximum of every channel after the transient, in units for people."""
         import pandas as pd
 
-        rows, data = [], self.judged.data
+        rows, data = [], self.evaluated.data
         for i, c in enumerate(self.channels):
             unit, factor = c.display_unit
             x = data[:, i] * factor

@@ -7,7 +7,7 @@ import math
 import platform
 import time as clock_time
 import weakref
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
@@ -26,10 +26,10 @@ from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Control
 from meltemi.control.faults import happen
 from meltemi.control.signals import Demands, Measurements
 from meltemi.control.supervisor.tables import STATES
+from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.kernel import compile_seconds, kernel_for
-from meltemi.environment.grid import PowerGrid
 from meltemi.maths.records import Kind
 from meltemi.maths.tables import View
 from meltemi.numbers.duals import N_DERIVATIVES
@@ -37,59 +37,29 @@ from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.electric import check_grid
-from meltemi.simulation.events import Happening, ignored, out_of_place, read_events, refuse_dips, schedule
+from meltemi.simulation.events import ignored, out_of_place, read_events, refuse_dips, schedule
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Finding, Result
 from meltemi.simulation.rotors import default_step, kind_of
+from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
 from meltemi.simulation.validity import found
-from meltemi.turbine.plausibility import plausibility
+from meltemi.turbine.plausibility import plausibility_warnings
 from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
-from meltemi.wind.turbulence.field import AnyWind, realised
+from meltemi.wind.turbulence.field import realised
 
 CHUNK_SECONDS = 0.1
 """Wall time between looks at progress and the keyboard."""
 
 
-def simulate(
-    model: Model[Any],
-    wind: float | AnyWind,
-    *,
-    duration: float,
-    controller: Controller | None = None,
-    channels: Sequence[str] = DEFAULT,
-    output_step: float = 0.05,
-    start: OperatingPoint | Start | None = None,
-    stations: Stations | None = None,
-    events: Iterable[Happening | Mapping[str, Any]] = (),
-    grid: PowerGrid | None = None,
-    transient: float = 0.0,
-    progress: Callable[[float], None] | None = None,
-) -> Result:
-    """Simulate a model in a wind.
+@arguments_of(Run)
+def simulate(run: Run) -> Result:
+    """Simulate a model in a wind; the arguments are the fields of :class:`Run`.
 
     The run starts in the steady operating point for the wind (``start`` replaces it); a turbulent wind is another one
     from its first instant on, so what follows within the first seconds, and the wake's tens of seconds, is a transient.
-
-    Args:
-      model: from ``build``.
-      wind: speed [m/s] of steady wind, or a wind: steady, a series, a turbulent wind, of which the field is made for
-        the run, or such a field.
-      duration: [s].
-      controller: by default the baseline controller with the turbine's settings.
-      channels: what to record, by our names or OpenFAST's; ``"all"`` among them records everything.
-      output_step: [s] between records; a multiple of the time step.
-      start: operating point or initial conditions to start from; conditions that name no coordinates begin in
-        equilibrium.
-      stations: further places for section loads.
-      events: faults, grid losses and requests, as records or as keys and values:
-        ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
-      grid: voltage, frequency, reactive power, and power reference, which needs a controller that follows it; by
-        default a stiff grid that takes all power.
-      transient: [s] at the begin that are recorded, but left out of statistics and equivalent loads.
-      progress: called with the share that is done.
 
     Returns:
       The result. A run that diverges, is interrupted, or whose controller fails ends early with a
@@ -98,21 +68,9 @@ def simulate(
     Raises:
       InputError: an argument is not valid, or the wind does not cover the run.
     """
-    run = Simulation(
-        model,
-        wind,
-        duration=duration,
-        controller=controller,
-        channels=channels,
-        output_step=output_step,
-        start=start,
-        stations=stations,
-        events=events,
-        grid=grid,
-        transient=transient,
-    )
-    march(run, progress)
-    return run.result()
+    simulation = Simulation(run)
+    march(simulation, run.progress)
+    return simulation.result()
 
 
 def march(
@@ -145,33 +103,25 @@ def march(
 
 
 class Simulation:
-    """A run under way: :func:`simulate` in steps of the caller's choice. The arguments are the same, and two more.
+    """A run under way: :func:`simulate` in steps of the caller's choice.
 
     Args:
+      run: the arguments of ``simulate``.
       numbers: the kind of number to compute in, see ``Case``.
       prepare: called with the case before it is set to its start.
 
     ``advance`` marches under the run's own controller. For co-simulation and learning make it with
-    ``controller=meltemi.ConstantController(sample_time)`` and call ``reset`` and then ``step`` with demands.
+    ``controller=meltemi.control.ConstantController(sample_time)`` and call ``reset`` and then ``step`` with demands.
+
+    Raises:
+      InputError: an argument of the run is not valid, or the wind does not cover the run.
     """
 
-    def __init__(
-        self,
-        model: Model[Any],
-        wind: float | AnyWind,
-        *,
-        duration: float,
-        controller: Controller | None = None,
-        channels: Sequence[str] = DEFAULT,
-        output_step: float = 0.05,
-        start: OperatingPoint | Start | None = None,
-        stations: Stations | None = None,
-        events: Iterable[Happening | Mapping[str, Any]] = (),
-        grid: PowerGrid | None = None,
-        transient: float = 0.0,
-        numbers: Kind = "lanes",
-        prepare: Callable[[Case], None] | None = None,
-    ) -> None:
+    def __init__(self, run: Run, *, numbers: Kind = "lanes", prepare: Callable[[Case], None] | None = None) -> None:
+        duration, transient, output_step, grid = run.duration, run.transient, run.output_step, run.grid
+        model = run.model() if callable(run.model) else run.model
+        if not isinstance(model, Model):
+            raise InputError(f"model: expected what build(turbine) gives, found {type(model).__name__}")
         turbine, kind = model.turbine, kind_of(model)
         if not (math.isfinite(duration) and duration > 0.0):
             raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
@@ -181,28 +131,31 @@ class Simulation:
         if duration < (1.0 - 1e-9) * dt:
             raise InputError(f"duration {duration:g} s is less than the time step of {dt:g} s")
         every_output = _multiple(output_step, dt, "output_step")
-        stations = stations or Stations()
-        chosen = choose(model, channels, stations)
+        stations = run.stations or Stations()
+        chosen = choose(model, run.channels, stations)
         n_steps = round(duration / dt) + 1
-        self.events, self.grid = read_events(events), grid
+        self.events, self.grid = read_events(run.events), grid
         check_grid(grid, model.has_electrical, turbine.rated_power)
         planned = schedule(self.events, turbine, dt, n_steps)
         if not model.has_electrical:
             refuse_dips(self.events)
-        if controller is None and grid is not None and grid.power_reference is not None:
+        if run.controller is None and grid is not None and grid.power_reference is not None:
             raise InputError(
                 "grid: power_reference is given, but the baseline controller does not follow it: "
-                "give controller=meltemi.PowerController(turbine, meltemi.performance_of(turbine)) or one of your own"
+                "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
+                "or one of your own"
             )
         began, compiled = clock_time.perf_counter(), compile_seconds()
-        self._noticed = [*plausibility(turbine), *unusual(wind)]
-        if controller is None:
+        described = run.wind() if callable(run.wind) else run.wind
+        self._noticed = [*plausibility_warnings(turbine), *unusual(described)]
+        if run.controller is None:
             self._noticed += ignored(self.events)
-        wind = realised(wind, turbine, duration)
+        wind = realised(described, turbine, duration)
         reach = kind.reach(turbine)
         check_coverage(
             wind, hub_height=turbine.hub_height, radius=turbine.rotor_radius, reach=abs(reach), duration=duration
         )
+        controller = run.controller(wind) if callable(run.controller) else run.controller
         controller = controller or BaselineController(turbine)
         if not isinstance(controller, Controller):
             raise InputError(f"controller: expected a meltemi.Controller, found {type(controller).__name__}")
@@ -213,7 +166,7 @@ class Simulation:
             )
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
-        start, words = begin_in(model, wind, start)
+        start, words = begin_in(model, wind, run.start)
         self._noticed += words
         case = Case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log
@@ -319,7 +272,7 @@ class Simulation:
 
         Args:
           demands: by name (``"pitch"`` stands for all blades; those left out keep their values) or all of
-            ``control.signals.Demands`` as a vector, in SI. Demands need ``controller=meltemi.ConstantController()``.
+            ``control.signals.Demands`` as a vector, in SI, which needs ``control.ConstantController()``.
 
         Returns:
           Measurements at that instant, a copy: ``measurements["generator_speed"]``, or all as ``measurements.array``.
@@ -341,7 +294,7 @@ class Simulation:
         if self.controller.update is not constant.update():
             raise InputError(
                 f"step: the controller {self.controller.name!r} makes the demands; "
-                "to give them from outside, make the Simulation with controller=meltemi.ConstantController()"
+                "to give them from outside, make the Simulation with controller=meltemi.control.ConstantController()"
             )
         now = self.case["demands"]
         if isinstance(demands, Mapping):

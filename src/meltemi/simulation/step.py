@@ -41,7 +41,16 @@ from meltemi.electrical.advance import electric_advance
 from meltemi.environment.conditions import conditions_now
 from meltemi.maths.algebra import Vec
 from meltemi.numbers.dispatch import by_record
-from meltemi.simulation.system import AnySystem, Control, Outputs, Run, System, generator_speed, rotor_speed, shaft_row
+from meltemi.simulation.system import (
+    AnySystem,
+    Control,
+    March,
+    Outputs,
+    System,
+    generator_speed,
+    rotor_speed,
+    shaft_row,
+)
 from meltemi.simulation.validity import watch_blades, watch_shaft
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
@@ -102,7 +111,7 @@ def end_step(dt: float, m: AnySystem) -> None:
 
 
 @by_record
-def check_rotor(t: float, m: AnySystem, run: Run) -> bool:
+def check_rotor(t: float, m: AnySystem, run: March) -> bool:
     """Check the criteria of validity of the rotor; False if its model knows no loads here."""
     raise NotImplementedError
 
@@ -179,7 +188,7 @@ def _(dt: float, m: System) -> None:
 
 @check_rotor.variant
 @kernel
-def _(t: float, m: System, run: Run) -> bool:
+def _(t: float, m: System, run: March) -> bool:
     watch_blades(t, m, run.watch)
     return True
 
@@ -294,7 +303,7 @@ def diverged(m: AnySystem) -> bool:
 
 
 @kernel
-def control(t: float, controller: Controller, run: Run, c: Control, m: AnySystem) -> None:
+def control(t: float, controller: Controller, run: March, c: Control, m: AnySystem) -> None:
     """Call the controller with what the sensors give; what it does wrong goes into the status."""
     clock = run.clock
     sense(t, clock.next_event, c, m)
@@ -339,7 +348,7 @@ def generate(c: Control, m: AnySystem) -> None:
 
 
 @kernel
-def physics(t: float, dt: float, run: Run, m: AnySystem) -> None:
+def physics(t: float, dt: float, run: March, m: AnySystem) -> None:
     """Evaluate at ``t`` and complete the velocities of the step that ends here."""
     first, corrections = run.clock.step == 0, run.clock.corrections
     for i in range(1 + corrections):
@@ -359,7 +368,7 @@ def physics(t: float, dt: float, run: Run, m: AnySystem) -> None:
 
 
 @kernel
-def predict(dt: float, run: Run, m: AnySystem) -> None:
+def predict(dt: float, run: March, m: AnySystem) -> None:
     """Coordinates, and velocities for forces, at the next instant."""
     for j in range(m.q.shape[0]):
         v, a = m.v[j], m.a[j]
@@ -373,7 +382,7 @@ def predict(dt: float, run: Run, m: AnySystem) -> None:
 def advance(
     n_steps: int,
     controller: Controller,
-    run: Run,
+    run: March,
     c: Control,
     m: AnySystem,
     one: AnySystem,

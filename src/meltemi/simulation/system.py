@@ -66,7 +66,7 @@ class Control(Actuation, Electrical):
     summary: Summary
 
 
-class Run(Record):
+class March(Record):
     """A run under way.
 
     Attributes:

@@ -162,7 +162,7 @@ def operating_point(
     if rotor_speed is not None and not rotor_speed > 0.0:
         raise InputError(
             f"operating_point: rotor_speed must be above zero, found {rotor_speed!r}; "
-            "meltemi.parked_point is for rotors that stand or idle"
+            "meltemi.analysis.parked_point is for rotors that stand or idle"
         )
     try:
         point = _search(_Orbit(model, steady), rotor_speed, pitch)
@@ -843,7 +843,8 @@ class CarefulOrbit(_Orbit):
         if tip > BENT * turbine.blade.length:
             return begin + (
                 f"the blades bend by {tip:.3g} m of their {turbine.blade.length:.3g} m, beyond which displacements of "
-                "second order do not hold; less wind, feathered blades (meltemi.parked_point) or stiffer ones help"
+                "second order do not hold; less wind, feathered blades (meltemi.analysis.parked_point) or stiffer ones "
+                "help"
             )
         return begin + (
             "the motion diverges beyond; high modes may be too many for displacements of second order (take fewer, "

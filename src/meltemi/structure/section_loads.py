@@ -17,6 +17,8 @@ from meltemi.structure.gears import gear_loads, gear_momentum
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.structure.tables import SectionLoads, Structure
 
+FEATURE = "section loads"
+
 
 @kernel
 def apex_acceleration(m: Structure) -> Vec:

@@ -21,15 +21,16 @@ from meltemi.control.controller import Controller
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
 from meltemi.core.units import display
-from meltemi.loadcases.batch import BatchCase, Outcome
-from meltemi.postprocess.bands import Ceiling, ceiling, harmonic_bands
-from meltemi.postprocess.ensemble import EnsembleTable, Estimate, ensemble_table, mean_interval, travel
+from meltemi.loadcases.batch import Outcome
+from meltemi.postprocess.bands import IdealRemoval, harmonic_bands, ideal_removal
+from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate, actuator_travel, ensemble_table, mean_interval
 from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.postprocess.spectra import RESOLUTION, PowerSpectrum, average_spectra, power_spectrum, rotor_frequency
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
-from meltemi.studies.journal import SizedCases, current, resumed
+from meltemi.simulation.run import Run
+from meltemi.studies.run_store import SizedCases, current, resumed
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulence.field import AnyWind, realised
 
@@ -88,7 +89,7 @@ def _travel(result: Result, beginning: str) -> float:
     """[rad/s] actuator travel per second, mean over the blades, sum over the flaps of a blade."""
     names = [name for name in result.names if name.startswith(beginning)]
     blades = len([name for name in result.names if name.startswith("pitch_")])
-    return sum(travel(result, name) for name in names) / blades
+    return sum(actuator_travel(result, name) for name in names) / blades
 
 
 _SERIES: dict[str, Callable[[Result], Float]] = {
@@ -154,9 +155,9 @@ class RunSummary:
 
     numbers: Mapping[str, Mapping[str, float]]
     spectra: Mapping[str, PowerSpectrum] = field(repr=False)
-    ceilings: tuple[Ceiling, Ceiling]
+    ceilings: tuple[IdealRemoval, IdealRemoval]
     moment: Float = field(repr=False)
-    ceilings_window: Mapping[str, tuple[Ceiling, Ceiling]]
+    ceilings_window: Mapping[str, tuple[IdealRemoval, IdealRemoval]]
     result: Result | None = field(default=None, repr=False)
     warnings: tuple[str, ...] = ()
 
@@ -216,12 +217,12 @@ class Comparison(Brief):
             raise InputError(f"spectrum of {channel!r}: there are those of {' and '.join(SPECTRA)}")
         return average_spectra([run.spectra[kept[name]] for run in self.runs[scheme]])
 
-    def ceiling_change(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> Estimate:
+    def ceiling_change(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
         """Change of RootMyc1 of the first scheme when 1P (``harmonics`` 1), or 1P and 2P (2), are removed ideally."""
         found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
         return mean_interval([c.std_change if quantity == "std" else c.load_change for c in found])
 
-    def ceiling_left(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> Estimate:
+    def ceiling_left(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
         """RootMyc1 [N m] after that removal, mean over seeds."""
         found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
         return mean_interval([c.std_left if quantity == "std" else c.load_left for c in found])
@@ -284,11 +285,13 @@ def compare(
     channels = [name for name in CHANNELS if not (name[-1] == "3" and model.n_blades < 3)] + flaps
     names = [f"{k}:{scheme}" for k in range(len(winds)) for scheme in controllers]
 
-    def cases() -> Iterator[BatchCase]:
+    def cases() -> Iterator[Run]:
         for k, wind in enumerate(winds):
             shared = _Shared(wind, model, duration, len(controllers))
             for scheme, controller in controllers.items():
-                yield BatchCase(model, shared, duration, controller=controller, channels=channels, name=f"{k}:{scheme}")
+                yield Run(
+                    model, shared, duration=duration, controller=controller, channels=channels, name=f"{k}:{scheme}"
+                )
 
     done: dict[int, int] = {}
     lock = threading.Lock()
@@ -373,7 +376,7 @@ class _Shared:
             return found
 
 
-def _limits(run: RunSummary, window: str) -> tuple[Ceiling, Ceiling]:
+def _limits(run: RunSummary, window: str) -> tuple[IdealRemoval, IdealRemoval]:
     return run.ceilings if window == WHOLE else run.ceilings_window[window]
 
 
@@ -385,8 +388,8 @@ def _summary(result: Result, windows: Mapping[str, tuple[float, float]], keep: b
     f = rotor_frequency(whole)
     bands = [harmonic_bands(f, multiples, HALF_BAND) for multiples in ((1,), (1, 2))]
 
-    def limits(window: tuple[float, float]) -> tuple[Ceiling, Ceiling]:
-        one, two = (ceiling(whole, "RootMyc1", bands=b, slope=BLADE_SLOPE, between=window) for b in bands)
+    def limits(window: tuple[float, float]) -> tuple[IdealRemoval, IdealRemoval]:
+        one, two = (ideal_removal(whole, "RootMyc1", bands=b, slope=BLADE_SLOPE, between=window) for b in bands)
         return one, two
 
     return RunSummary(

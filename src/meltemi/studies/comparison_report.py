@@ -18,8 +18,8 @@ from meltemi.report.spectra_plots import plot_spectra
 from meltemi.report.tables import number, write_csv
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.compare import SPECTRA, WHOLE, Comparison, failure_line
-from meltemi.studies.schemes import Design
-from meltemi.studies.tuning import TunedPoint, Tuning
+from meltemi.studies.schemes import SchemeDesign
+from meltemi.studies.tuning import LoopTuning, TunedPoint
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -89,7 +89,7 @@ def seed_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
-def tuning_rows(tunings: Mapping[str, Tuning]) -> tuple[list[str], list[list[str]]]:
+def tuning_rows(tunings: Mapping[str, LoopTuning]) -> tuple[list[str], list[list[str]]]:
     """Header and rows of every loop at every operating point: plant, margins, settings."""
     rows = []
     for name, tuning in tunings.items():
@@ -111,7 +111,7 @@ MARGINS: dict[str, Callable[[TunedPoint], float]] = {
     "leak": lambda p: p.leak,
 }
 """Columns of an operating point of a loop."""
-SETTINGS: dict[str, Callable[[Tuning], str]] = {
+SETTINGS: dict[str, Callable[[LoopTuning], str]] = {
     "gain rad/(N m s)": lambda t: f"{t.loop.integral_gain:.4g}",
     "lead s": lambda t: number(t.loop.proportional_gain / t.loop.integral_gain),
     "lowered to": lambda t: number(t.factor),
@@ -145,7 +145,7 @@ def write_comparison(
     comparison: Comparison,
     out: str | Path,
     *,
-    design: Design | None = None,
+    design: SchemeDesign | None = None,
     title: str = "Control schemes in the same winds",
     facts: Iterable[tuple[str, str]] = (),
     repeat: str = "",
@@ -209,7 +209,7 @@ LOOPS = (
 
 
 def _sections(
-    comparison: Comparison, pictures: Mapping[str, Path], tunings: Mapping[str, Tuning], repeat: str
+    comparison: Comparison, pictures: Mapping[str, Path], tunings: Mapping[str, LoopTuning], repeat: str
 ) -> list[Section]:
     head, rows, groups = main_rows(comparison)
     numbers: list[str | Table | Picture | Code] = []
@@ -235,7 +235,7 @@ def _sections(
     return found
 
 
-def _tuning_tables(tunings: Mapping[str, Tuning]) -> list[Table]:
+def _tuning_tables(tunings: Mapping[str, LoopTuning]) -> list[Table]:
     """Settings of each loop, and its margins at each point."""
     head, rows = tuning_rows(tunings)
     n = head.index("leak") + 1

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.display import Brief
-from meltemi.loadcases.batch import BatchCase, completed, simulate_batch
+from meltemi.loadcases.batch import completed, simulate_batch
 from meltemi.maths.tables import View
-from meltemi.postprocess.ensemble import Estimate, mean_interval
+from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
@@ -22,6 +22,7 @@ from meltemi.simulation.modes import natural_modes
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine
@@ -120,7 +121,7 @@ def icing_effects(
     for done, (v, seed) in enumerate(winds):
         wind = generate_field(ntm(v, wind_class, seed=seed, points=points), turbine, duration)
         cases = [
-            BatchCase(model, wind, duration, channels=["azimuth", *LOADS], start=starts[name, v], name=name)
+            Run(model, wind, duration=duration, channels=["azimuth", *LOADS], start=starts[name, v], name=name)
             for name, model in models.items()
         ]
         found += completed(simulate_batch(cases, reduce=_reduced, workers=workers))
@@ -192,7 +193,7 @@ def frequency_table(effects: IcingEffects) -> Table:
     return Table(["mode", "clean\nHz", "iced\nHz", "%"], rows, f"{effects.turbine}: blade at rest", note=note)
 
 
-def load_changes(effects: IcingEffects, name: str, load: str) -> list[Estimate]:
+def load_changes(effects: IcingEffects, name: str, load: str) -> list[MeanEstimate]:
     """Change of an equivalent load against the clean turbine in the same wind, for each wind speed, as a share."""
     ratio = effects.loads[name][load] / effects.loads[CLEAN][load] - 1.0
     return [mean_interval(row) for row in ratio]

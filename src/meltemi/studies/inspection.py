@@ -14,7 +14,7 @@ from meltemi.report.tables import power_curve_rows
 from meltemi.report.turbine_facts import fact_rows, mode_rows
 from meltemi.report.turbine_plots import plot_turbine, turbine_figures
 from meltemi.simulation.portrait import Portrait, PowerPortrait, portrait, power_portrait
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 if TYPE_CHECKING:
@@ -78,7 +78,9 @@ def _power_sections(seen: PowerPortrait, picture: Path) -> list[Section]:
     """Sections of the page of a power-coefficient turbine; draws the picture."""
     p = seen.performance
     every = slice(None, None, max(len(p.pitch) // 8, 1))
-    shown = Performance(p.tip_speed_ratio, p.pitch[every], p.power[:, every], p.thrust[:, every], p.torque[:, every])
+    shown = RotorPerformance(
+        p.tip_speed_ratio, p.pitch[every], p.power[:, every], p.thrust[:, every], p.torque[:, every]
+    )
     save(plot_performance(shown), picture)
     coefficients = Picture(picture, "Power, thrust and torque coefficients.")
     sections = [Section("Main data", [_numbers(seen)]), Section("Rotor", [coefficients])]

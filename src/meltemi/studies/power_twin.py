@@ -6,7 +6,7 @@ from meltemi.simulation.performance import performance_of
 from meltemi.simulation.rotors import build
 from meltemi.studies.baseline_tuning import rotor_inertia
 from meltemi.turbine.definition import Turbine, YawDrive
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine, Shaft, TableCoefficient
 
 SAME = ("n_blades", "rated_power", "cut_in", "cut_out", "rotor_radius", "hub_height", "electrical", "control")
@@ -14,7 +14,7 @@ SAME = ("n_blades", "rated_power", "cut_in", "cut_out", "rotor_radius", "hub_hei
 
 
 def power_turbine_of(
-    turbine: Turbine, performance: Performance | None = None, *, flexible_shaft: bool = False
+    turbine: Turbine, performance: RotorPerformance | None = None, *, flexible_shaft: bool = False
 ) -> PowerTurbine:
     """Power-coefficient turbine with the rotor, inertia, actuators, yaw drive and control of an aeroelastic one.
 

@@ -17,13 +17,13 @@ from meltemi.control.load_control import FeedForward, LoadControl, LoadControlle
 from meltemi.core.errors import InputError
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.studies.scheme_names import SCHEMES, check_schemes, is_file, label
-from meltemi.studies.tuning import Tuning, linear_models, speed_notch, tune_loops
+from meltemi.studies.tuning import LoopTuning, linear_models, speed_notch, tune_loops
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
 
 
 @dataclass(frozen=True)
-class Design:
+class SchemeDesign:
     """Controllers of the schemes for a turbine, and the tuning of their loops.
 
     Attributes:
@@ -32,7 +32,7 @@ class Design:
     """
 
     controllers: Mapping[str, Controller]
-    tunings: Mapping[str, Tuning]
+    tunings: Mapping[str, LoopTuning]
 
 
 def equipped(turbine: Turbine, names: Iterable[str]) -> Turbine:
@@ -47,7 +47,7 @@ def design_controllers(
     *,
     shear_exponent: float = 0.2,
     progress: Callable[[float], None] | None = None,
-) -> Design:
+) -> SchemeDesign:
     """Design the controllers of schemes; :func:`~meltemi.studies.tuning.tune_loops` tunes the loops of each together.
 
     All have the same collective law, with a notch filter at the drivetrain resonance if the pitch actuator has dynamics
@@ -89,7 +89,7 @@ def design_controllers(
         for wanted, found in tuned.items()
         for (actuator, harmonic), tuning in zip(wanted, found, strict=True)
     }
-    return Design(controllers, tunings)
+    return SchemeDesign(controllers, tunings)
 
 
 def own_controller(path: str, turbine: Turbine) -> Controller:

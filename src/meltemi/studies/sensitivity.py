@@ -12,7 +12,7 @@ Reference: docs/guide/sensitivities.md; docs/theory/fatigue.md (F-12 to F-15) fo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -26,23 +26,19 @@ from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint, dual_entry
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
-from meltemi.environment.grid import PowerGrid
 from meltemi.maths.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.case import Case
-from meltemi.simulation.channels import DEFAULT
-from meltemi.simulation.events import Happening
-from meltemi.simulation.model import Model, Stations
+from meltemi.simulation.model import Model
 from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build, default_step, kind_of
+from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, first_point, march
-from meltemi.simulation.start import Start
-from meltemi.simulation.trim import OperatingPoint
 from meltemi.turbine.exchange import Drive, PitchMotion
-from meltemi.wind.turbulence.field import AnyWind, realised
+from meltemi.wind.turbulence.field import realised
 
 Float = NDArray[np.float64]
 
@@ -51,8 +47,8 @@ RELATIVE_STEP = 1e-4
 OFFSET_STEP = 1e-5
 """[rad] the same for pitch offsets, which are usually zero."""
 DIFFERENCE_STEP = 1e-3
-"""Step of :func:`differences` over that: with a larger step the kinks of piecewise linear polars and wind boxes appear
-in a difference, with a smaller one rounding errors."""
+"""Step of :func:`finite_difference_runs` over that: with a larger step the kinks of piecewise linear polars and wind
+boxes appear in a difference, with a smaller one rounding errors."""
 TABLE_STEP = 1e-3
 """Relative change of the turbine for differences of the model's tables."""
 
@@ -131,27 +127,11 @@ class Sensitivity(Brief):
         return del_gradient(series, slopes, duration=duration, slope=slope, f_eq=f_eq)
 
 
-def sensitivity(
-    model: Model[Any],
-    wind: AnyWind,
-    parameters: Sequence[str],
-    *,
-    duration: float,
-    controller: Controller | None = None,
-    channels: Sequence[str] = DEFAULT,
-    output_step: float = 0.05,
-    start: OperatingPoint | Start | None = None,
-    stations: Stations | None = None,
-    events: Iterable[Happening | Mapping[str, Any]] = (),
-    grid: PowerGrid | None = None,
-    steps: Mapping[str, float] | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> Sensitivity:
+def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, float] | None = None) -> Sensitivity:
     """Exact derivatives of a run by parameters; the times of events are held.
 
-    Arguments not listed here are those of :func:`simulate`.
-
     Args:
+      run: the arguments of :func:`simulate`.
       parameters: paths, see :func:`direction`. Eight cost little more than one; more are taken eight at a time.
       steps: changes by parameter for which switches are counted; by default 1e-4 of the value, 1e-5 rad for pitch
         offsets.
@@ -165,40 +145,26 @@ def sensitivity(
     """
     if numba.config.DISABLE_JIT:
         raise InputError("sensitivity: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
-    controller = controller or BaselineController(model.turbine)
+    run, model, controller, start = _settled(run)
     dual_entry(controller)  # refuses those that have no derivatives
-    wind, events = realised(wind, model.turbine, duration), tuple(events)
-    start, _ = begin_in(model, wind, start)
-    ways = directions(model, parameters, controller, first_point(model, wind, start), steps or {})
+    ways = directions(model, parameters, controller, start, steps or {})
+    progress = run.progress
     switches: dict[str, int | None] = {}
     found: Float | None = None
     rounds = range(0, len(ways), N_DERIVATIVES)
     for number, first in enumerate(rounds):
         some = ways[first : first + N_DERIVATIVES]
-        run = Simulation(
-            model,
-            wind,
-            duration=duration,
-            controller=controller,
-            channels=channels,
-            output_step=output_step,
-            start=start,
-            stations=stations,
-            events=events,
-            grid=grid,
-            numbers="duals",
-            prepare=lambda case, some=some: seed(case, some),  # type: ignore[misc]
-        )
-        march(run, None if progress is None else lambda s, n=number: progress((n + s) / len(rounds)))  # type: ignore[misc]
-        if run.status is Status.INTERRUPTED:
+        simulation = Simulation(run, numbers="duals", prepare=lambda case, some=some: seed(case, some))  # type: ignore[misc]
+        march(simulation, None if progress is None else lambda s, n=number: progress((n + s) / len(rounds)))  # type: ignore[misc]
+        if simulation.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
-        result = run.result()
+        result = simulation.result()
         if found is None:
             found = np.empty((*result.data.shape, len(ways)))
         # derivatives were carried for a step of each parameter
-        slopes = run.case.slopes["output"][: len(result.time), :, : len(some)]
+        slopes = simulation.case.slopes["output"][: len(result.time), :, : len(some)]
         np.divide(slopes, [way.step for way in some], out=found[..., first : first + len(some)])
-        for name, count in count_switches(run.case, controller).items():
+        for name, count in count_switches(simulation.case, controller).items():
             switches[name] = None if count is None else count + (switches.get(name) or 0)
     assert found is not None
     result.meta["parameters"] = {way.name: way.value for way in ways}
@@ -212,29 +178,27 @@ def sensitivity(
     )
 
 
-def differences(
-    model: Model[Any],
-    wind: AnyWind,
-    parameter: str,
-    *,
-    controller: Controller | None = None,
-    start: OperatingPoint | Start | None = None,
-    step: float | None = None,
-    **arguments: Any,
-) -> tuple[Result, Result, float]:
+def _settled(run: Run) -> tuple[Run, Model[Any], Controller, StartPoint]:
+    """A run whose model, wind, controller and start are held; with model, controller and the controller's start."""
+    model = run.model() if callable(run.model) else run.model
+    wind = realised(run.wind() if callable(run.wind) else run.wind, model.turbine, run.duration)
+    controller = run.controller(wind) if callable(run.controller) else run.controller
+    controller = controller or BaselineController(model.turbine)
+    start, _ = begin_in(model, wind, run.start)
+    held = replace(run, model=model, wind=wind, controller=controller, start=start, events=tuple(run.events))
+    return held, model, controller, first_point(model, wind, start)
+
+
+def finite_difference_runs(run: Run, parameter: str, *, step: float | None = None) -> tuple[Result, Result, float]:
     """The runs with a parameter one step below and above, and the step: what derivatives are checked with.
 
-    Arguments not listed here are those of :func:`sensitivity`.
-
     Args:
+      run: the arguments of :func:`simulate`.
+      parameter: path, see :func:`direction`.
       step: by default 1e-7 of the value, 1e-8 rad for pitch offsets: small, since polars and wind boxes have kinks.
-      arguments: others of ``simulate``.
     """
-    controller = controller or BaselineController(model.turbine)
-    wind = realised(wind, model.turbine, arguments["duration"])
-    start, _ = begin_in(model, wind, start)
-    steps = {} if step is None else {parameter: step}
-    (way,) = directions(model, [parameter], controller, first_point(model, wind, start), steps)
+    run, model, controller, start = _settled(run)
+    (way,) = directions(model, [parameter], controller, start, {} if step is None else {parameter: step})
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
     options = model.options.replace(time_step=default_step(model))
     found = []
@@ -245,16 +209,10 @@ def differences(
             if way.state is not None:
                 case.controller_state[way.state[0]] += change * way.state[1]
 
-        run = Simulation(
-            replace(model.with_arrays(**moved), options=options),
-            wind,
-            controller=controller,
-            start=start,
-            prepare=prepare,
-            **arguments,
-        )
-        march(run)
-        found.append(run.result())
+        changed = replace(model.with_arrays(**moved), options=options)
+        simulation = Simulation(replace(run, model=changed), prepare=prepare)
+        march(simulation)
+        found.append(simulation.result())
     return found[0], found[1], size
 
 

@@ -100,7 +100,7 @@ class TunedPoint:
 
 
 @dataclass(frozen=True, repr=False)
-class Tuning(Brief):
+class LoopTuning(Brief):
     """A tuned control loop, with its margins.
 
     Attributes:
@@ -132,7 +132,7 @@ def tune_ipc(
     sensor: LoadSensor | None = None,
     sample_time: float | None = None,
     linear: Sequence[LinearModel] | None = None,
-) -> Tuning:
+) -> LoopTuning:
     """Tune an individual pitch or flap loop for stability margins of the linear turbine model (C-32 to C-37).
 
     Args:
@@ -195,7 +195,7 @@ def tune_ipc(
     shapes = [(plant.w, plant.loop(draft, sensor, dt)) for plant in plants]
     bandwidth = _largest(shapes, phase_margin, gain_margin)
     loop = scaled(draft, bandwidth).replace(tracking_time=1.0 / bandwidth)
-    return Tuning(loop, _points(models, loop, (), sensor, dt), phase_margin, gain_margin)
+    return LoopTuning(loop, _points(models, loop, (), sensor, dt), phase_margin, gain_margin)
 
 
 def tune_loops(
@@ -207,7 +207,7 @@ def tune_loops(
     linear: Sequence[LinearModel] | None = None,
     sensor: LoadSensor | None = None,
     sample_time: float | None = None,
-) -> tuple[Tuning, ...]:
+) -> tuple[LoopTuning, ...]:
     """Tune several simultaneous loops: each alone, then all gains lowered until all keep the margins (C-38).
 
     Arguments not listed here are those of :func:`tune_ipc`.

@@ -19,6 +19,7 @@ from typing import Any
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.core.kernel import cache_folder, statistics
 from meltemi.core.threads import available_cores
+from meltemi.simulation.run import Run
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,7 @@ def _derivatives() -> None:
     model, wind = _machine()
     start = operating_point(model, wind)
     linearise(model, start, azimuth=0.0)
-    sensitivity(model, wind, ["pitch_offset"], duration=0.1, start=start)
+    sensitivity(Run(model, wind, duration=0.1, start=start), ["pitch_offset"])
     dual_entry(LoadController(model.turbine))
 
 

@@ -651,7 +651,7 @@ class Turbine(Record):
 
     @property
     def rotor_diameter(self) -> float:
-        """[m]."""
+        """[m] rotor diameter."""
         return 2.0 * self.rotor_radius
 
     @property

@@ -197,7 +197,7 @@ class ConverterControl(Record):
 
     @property
     def longest_step(self) -> float:
-        """[s]."""
+        """[s] longest step of the controls."""
         return self.substep or 0.25 / (2.0 * math.pi * self.current_bandwidth)
 
 
@@ -331,7 +331,7 @@ class ElectricalSystem(Record):
         return found
 
     def unfit(self, torque: float, speed: float) -> str:
-        """Why the system does not match a turbine, as messages; empty if it does, or if ``forced``.
+        """Reason why the system does not match a turbine; empty if it does, or if ``forced``.
 
         Args:
           torque: [N m] rated, on the generator's shaft.

@@ -34,7 +34,7 @@ MOMENT = (0.0016, -0.039, -0.082, -0.124, -0.163, -0.194, -0.209)
 
 
 def naca64618_flap() -> Flap:
-    """The flap of He et al. (2018): 66 to 96 % of the span, 10 % of the chord, +-15 deg, 40 deg/s."""
+    """Trailing-edge flap of He et al. (2018): 66 to 96 % of the span, 10 % of the chord, +-15 deg, 40 deg/s."""
     rows = np.array([[float(word) for word in line.split()] for line in LIFT.strip().splitlines()])
     zero = DEFLECTION.index(0.0)
     lift = rows[:, 1:]
@@ -59,5 +59,5 @@ def naca64618_flap() -> Flap:
 
 
 def with_flaps(turbine: Turbine, *flaps: Flap) -> Turbine:
-    """A turbine with these flaps; by default that of He et al. (2018)."""
+    """Turbine with trailing-edge flaps; by default that of He et al. (2018)."""
     return turbine.replace(**{"blade.flaps": [flap.content() for flap in flaps or (naca64618_flap(),)]})

@@ -20,7 +20,7 @@ from meltemi.core.record import Record
 
 
 class PlanetaryStage(Record):
-    """Carrier (input), planets, sun (output), and the shaft from the sun to the next stage."""
+    """Planetary stage: carrier (input), planets, sun (output), and the shaft from the sun to the next stage."""
 
     planets: int = Field(ge=1, le=12)
     """Number of planets; they share the load equally."""
@@ -78,7 +78,7 @@ class PlanetaryStage(Record):
 
 
 class ParallelStage(Record):
-    """Wheel (input), pinion (output), and the shaft from the pinion to the generator."""
+    """Parallel stage: wheel (input), pinion (output), and the shaft from the pinion to the generator."""
 
     ratio: float = Field(gt=0.0)
     """[-] speed of the pinion over that of the wheel, without sign."""
@@ -248,7 +248,7 @@ def _disc(width: float, outer: float, inner: float = 0.0) -> float:
 
 
 def _planetary(ratio: float, torque: float, width_ratio: float) -> PlanetaryStage:
-    """A stage for a torque [N m] on its carrier."""
+    """Size a planetary stage for a torque [N m] on its carrier."""
     u = 0.5 * ratio - 1.0
     # neighbours must not touch: half their distance, orbit times sin(pi/n), exceeds the planet's radius by a tenth
     planets = max(n for n in SHARING if n == min(SHARING) or math.sin(math.pi / n) >= 1.1 * (ratio - 2.0) / ratio)
@@ -272,7 +272,7 @@ def _planetary(ratio: float, torque: float, width_ratio: float) -> PlanetaryStag
 
 
 def _parallel(ratio: float, torque: float, width_ratio: float) -> ParallelStage:
-    """A stage for a torque [N m] on its wheel."""
+    """Size a parallel stage for a torque [N m] on its wheel."""
     d = _pinion_diameter(torque / ratio, 1.0, ratio, width_ratio)
     pinion, width = 0.5 * d, width_ratio * d
     wheel, rim = ratio * pinion, 0.8 * ratio * pinion

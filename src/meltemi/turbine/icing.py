@@ -1,9 +1,5 @@
 """Effects of blade icing: ice mass along the span, and penalties on lift and drag.
 
-Mass, at the leading edge and growing linearly from zero at the shaft: GL 2010 (Guideline for the Certification of Wind
-Turbines, section 4.2.4), to half the radius, constant from there on; or annex L of IEC 61400-1 ed. 4, to the tip. Lift
-and drag: factors on the clean polars. No growth of ice, no melting, no shedding.
-
 Reference: docs/guide/icing.md (I-1 to I-4).
 """
 
@@ -32,7 +28,7 @@ the flow comes from behind, the shape of the leading edge hardly matters."""
 
 
 def with_ice(turbine: Turbine, icing: Icing | None) -> Turbine:
-    """A turbine with this ice in place of its present ice; None removes it.
+    """Replace the ice of a turbine; None removes it.
 
     Raises:
       InputError: the rotor does not have such a blade, or the turbine has no blades that could carry ice.

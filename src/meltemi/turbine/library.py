@@ -52,7 +52,7 @@ def library_entries() -> dict[str, LibraryEntry]:
 
 
 def list_turbines() -> list[str]:
-    """Names that :func:`load_turbine` knows."""
+    """Names of the library turbines."""
     return sorted(library_entries())
 
 

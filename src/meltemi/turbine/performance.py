@@ -13,7 +13,7 @@ Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)
-class Performance(Brief):
+class RotorPerformance(Brief):
     """Coefficients of a rigid rotor in uniform wind, averaged over the azimuth.
 
     Attributes:

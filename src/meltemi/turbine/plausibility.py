@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.turbine.scaling.blade import blade_moments
+from meltemi.turbine.scaling.tower import cumulative
 from meltemi.turbine.scaling.typical import typical_masses
 
 LEAST_DIAMETER = 40.0
@@ -31,7 +32,7 @@ TOWER = (0.4, 6.0)
 """First frequency over rated rotor speed; those have 1.1 to 1.9."""
 
 
-def plausibility(turbine: AnyTurbine) -> tuple[str, ...]:
+def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     """Warnings about turbine data that are implausible for its size.
 
     Returns:
@@ -88,12 +89,8 @@ def bending_frequency(position: ArrayLike, mass: ArrayLike, stiffness: ArrayLike
       tip_mass: [kg] at its end.
     """
     z, m, k = (np.asarray(x, dtype=float) for x in (position, mass, stiffness))
-
-    def summed(y: np.ndarray) -> np.ndarray:
-        return np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(z))])
-
-    force = summed(m)
-    moment = summed(force[-1] + tip_mass - force)
-    w = summed(summed((moment[-1] - moment) / k))
+    force = cumulative(m, z)
+    moment = cumulative(force[-1] + tip_mass - force, z)
+    w = cumulative(cumulative((moment[-1] - moment) / k, z), z)
     work, energy = np.trapezoid(m * w, z) + tip_mass * w[-1], np.trapezoid(m * w * w, z) + tip_mass * w[-1] ** 2
     return sqrt(float(work / energy))

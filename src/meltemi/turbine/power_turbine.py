@@ -196,12 +196,12 @@ class PowerTurbine(Record):
 
     @property
     def flaps(self) -> tuple[Flap, ...]:
-        """None."""
+        """No flaps: the rotor has no blades."""
         return ()
 
     @property
     def rotor_diameter(self) -> float:
-        """[m]."""
+        """[m] rotor diameter."""
         return 2.0 * self.rotor_radius
 
 

@@ -15,7 +15,7 @@ KINDS: tuple[Kind, ...] = ("approximated", "ignored", "used", "equivalent", "not
 
 
 @dataclass(frozen=True)
-class Note:
+class ImportNote:
     """Note on the treatment of one item of an imported file.
 
     Attributes:
@@ -33,18 +33,18 @@ class Note:
 
 
 @dataclass(frozen=True, repr=False)
-class Imported(Brief):
+class ImportedTurbine(Brief):
     """An imported turbine, with notes on the treatment of the input."""
 
     turbine: Turbine
-    notes: tuple[Note, ...]
+    notes: tuple[ImportNote, ...]
 
-    def noted(self, kind: Kind) -> list[Note]:
+    def noted(self, kind: Kind) -> list[ImportNote]:
         """The notes of one kind."""
         return [note for note in self.notes if note.kind == kind]
 
 
-def report_text(notes: Sequence[Note], title: str) -> str:
+def report_text(notes: Sequence[ImportNote], title: str) -> str:
     """The notes as a Markdown page, most important first."""
     lines = [f"# {title}", ""]
     for kind in KINDS:

@@ -1,1 +1,5 @@
 """Wind: descriptions, files, turbulence, and the velocity at any point and time."""
+
+from meltemi.namespaces import public
+
+__getattr__, __dir__ = public(__name__)

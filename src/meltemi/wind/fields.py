@@ -191,7 +191,7 @@ class WindBox(Brief):
 
     @property
     def width(self) -> float:
-        """[m] lateral."""
+        """[m] lateral extent."""
         return (self.velocity.shape[2] - 1) * self.dy
 
     @property

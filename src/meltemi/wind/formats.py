@@ -94,7 +94,7 @@ FORMATS = (
         reader="read_hub_csv",
         writer="write_hub_csv",
         holds=("WindBox", "HubSeries"),
-        no_wind="contains hub-height wind only: read it with meltemi.read_hub_csv, and pass it as hub_series to "
+        no_wind="contains hub-height wind only: read it with meltemi.io.read_hub_csv, and pass it as hub_series to "
         "meltemi.TurbulentWind",
         note="spreadsheets",
     ),

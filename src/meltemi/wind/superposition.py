@@ -14,7 +14,7 @@ from meltemi.wind.fields import WindBox, WindSeries
 
 
 def with_gust(box: WindBox, gust: WindSeries) -> WindBox:
-    """A turbulent box plus the gust, direction change and shear of a series.
+    """Superpose the gust, direction change and shear of a series on a turbulent box.
 
     Each plane gets what the series has when the plane passes the tower axis. Mean speed, profile and direction are
     the box's; of the series counts what it adds: its gust, vertical speed and linear shears, and the change of speed

@@ -12,7 +12,7 @@ from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_inter
 from meltemi.report.html import Table
 from meltemi.report.tables import number
 from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, Comparison
-from meltemi.studies.journal import Lost, guarded
+from meltemi.studies.run_store import FailedResult, guarded
 from meltemi_papers.he2018.claims import change, percent
 from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, SPEED, TRAVEL, Runs, Variant
 
@@ -78,7 +78,7 @@ def below_rated(runs: Runs) -> Table:
     """Loads and energy of the schemes below rated wind speed, with the pitch at its lower limit."""
     rows = []
     for u, c in runs.speeds.items():
-        if u < 11.4 and isinstance(c, Lost):
+        if u < 11.4 and isinstance(c, FailedResult):
             rows.append([f"{u:g}", f"failed: {c.why}"])
         elif u < 11.4:
             for scheme in c.schemes[1:]:

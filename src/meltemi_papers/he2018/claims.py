@@ -13,11 +13,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.postprocess.ensemble import Estimate, mean_interval
-from meltemi.postprocess.spectra import decibels, peak
+from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
+from meltemi.postprocess.spectra import decibels, spectral_peak
 from meltemi.simulation.result import Result
 from meltemi.studies.compare import WHOLE, Comparison
-from meltemi.studies.journal import guarded
+from meltemi.studies.run_store import guarded
 from meltemi_papers.claim import UNJUDGED, reasons_of, rows_of
 from meltemi_papers.he2018.runs import PAPER, Runs
 
@@ -89,7 +89,7 @@ def peak_change(c: Comparison, scheme: str, harmonic: int, seed: int | None = No
         c.spectrum("RootMyc1", name) if seed is None else c.runs[name][seed].spectra["RootMyc1"]
         for name in (scheme, "cpc")
     ]
-    ours, base = (peak(spectrum, f, PEAK_WIDTH) for spectrum in both)
+    ours, base = (spectral_peak(spectrum, f, PEAK_WIDTH) for spectrum in both)
     return decibels(ours.density, base.density)
 
 
@@ -283,8 +283,8 @@ class CeilingRow:
     removed: str
     std: float
     load: float
-    std_share: Estimate
-    load_share: Estimate
+    std_share: MeanEstimate
+    load_share: MeanEstimate
     window_std: float
     window_load: float
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from meltemi.postprocess.ensemble import Estimate
+from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.report.html import Table
 from meltemi.report.tables import number
 from meltemi.report.tuning_plots import plot_tuning
-from meltemi.studies.journal import guarded
+from meltemi.studies.run_store import guarded
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi_papers.claim import UNJUDGED, reason_lines
 from meltemi_papers.he2018 import beyond
@@ -68,7 +68,7 @@ def acceptance_table(runs: Runs) -> Table:
 def ceiling_table(runs: Runs) -> Table:
     """Table of ceilings and of the fractions that are reached."""
 
-    def share(e: Estimate) -> str:
+    def share(e: MeanEstimate) -> str:
         return f"{100.0 * e.mean:.0f}" + (f" ± {100.0 * e.half_width:.0f}" if e.n > 1 else "") + " %"
 
     rows = [

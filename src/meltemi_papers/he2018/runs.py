@@ -15,10 +15,10 @@ from meltemi.simulation.linear import LinearModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
-from meltemi.studies.journal import Lost, attempt
 from meltemi.studies.preview import preview_of, steady_pitch
+from meltemi.studies.run_store import FailedResult, attempt
 from meltemi.studies.scheme_names import SCHEMES, Target
-from meltemi.studies.tuning import Tuning, linear_models, scaled, speed_notch, tune_loops
+from meltemi.studies.tuning import LoopTuning, linear_models, scaled, speed_notch, tune_loops
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.library import load_turbine
@@ -91,7 +91,7 @@ class Bench:
     model: BladedModel
     linear: tuple[LinearModel, ...] = field(repr=False)
     notch: SpeedNotch
-    tunings: Mapping[tuple[Target, ...], tuple[Tuning, ...]]
+    tunings: Mapping[tuple[Target, ...], tuple[LoopTuning, ...]]
 
     def controller(self, name: str) -> Controller:
         """Controller of a scheme."""
@@ -192,17 +192,17 @@ def run_all(
     found = attempt(
         "flap loops", _equal_travel, b, setup, lambda c, w: run("flap loops at equal travel", sizes[0], c, w)
     )
-    shares, travel, best = (found, found, found) if isinstance(found, Lost) else found
+    shares, travel, best = (found, found, found) if isinstance(found, FailedResult) else found
     previews = attempt("preview", _previews, b)
     readings = {}
     for size, (name, reading) in zip(sizes[1:3], READINGS.items(), strict=True):
         controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in PARTS}
         if name == CLASS_B:
             controllers |= {scheme: b.controller(scheme) for scheme in RIVALS}
-            controllers |= {} if isinstance(best, Lost) else {TRAVEL: best}
-            controllers |= {} if isinstance(previews, Lost) else previews
+            controllers |= {} if isinstance(best, FailedResult) else {TRAVEL: best}
+            controllers |= {} if isinstance(previews, FailedResult) else previews
         readings[name] = run(name, size, controllers, [wind_of(seed, SPEED, **reading) for seed in setup.seeds])
-    later: Any = Lost("not run yet")
+    later: Any = FailedResult("not run yet")
     partly(Runs(setup, b, readings, dict.fromkeys(setup.speeds, later), (), shares, travel))
     speeds = {}
     at_all: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ALL_SPEEDS}
@@ -215,7 +215,7 @@ def run_all(
         model, controllers = b.model, three
         if name == NO_TORSION:
             other = attempt(name, bench, build(b.model.turbine, FAST_MODEL), ("cpc", "ipc", "cpfc"))
-            if isinstance(other, Lost):
+            if isinstance(other, FailedResult):
                 missing: Any = other
                 studies.append(Variant(name, missing))
                 continue

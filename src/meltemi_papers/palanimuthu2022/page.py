@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from meltemi.environment.rain import Rain
 from meltemi.report.html import Table
-from meltemi.studies.journal import attempt
+from meltemi.studies.run_store import attempt
 from meltemi_papers.claim import Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.palanimuthu2022 import beyond
 from meltemi_papers.palanimuthu2022.claims import REASONS, formula_claims

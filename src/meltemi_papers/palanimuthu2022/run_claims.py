@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.power_control.tables import NUMBER
 from meltemi.environment.site import STANDARD
-from meltemi.postprocess.ensemble import Estimate, mean_interval, travel
+from meltemi.postprocess.ensemble import MeanEstimate, actuator_travel, mean_interval
 from meltemi.report.html import Table
 from meltemi.simulation.result import Result
 from meltemi_papers.claim import Claim, claim_group, listed
@@ -132,7 +132,7 @@ def limiting(result: Result) -> NDArray[np.bool_]:
 def pitch_travel(result: Result) -> float:
     """[deg] pitch travel."""
     part = judged(result)
-    return float(np.degrees(travel(part, "pitch_1") * (part.time[-1] - part.time[0])))
+    return float(np.degrees(actuator_travel(part, "pitch_1") * (part.time[-1] - part.time[0])))
 
 
 def moving(result: Result) -> float:
@@ -209,7 +209,7 @@ def _limited(runs: Runs) -> list[Claim]:
     return found
 
 
-def travel_ratio(runs: Runs, inertia: float, scheme: str) -> Estimate:
+def travel_ratio(runs: Runs, inertia: float, scheme: str) -> MeanEstimate:
     """Ratio of the pitch travel of a scheme to that of A0 in the turbulent winds, with an inertia [kg m^2]."""
     winds = [w for m, j, w, s in runs.limited if (m, j, s) == (BLADES, inertia, "A0") and w != RAMPS]
     pairs = [(runs.limited[BLADES, inertia, w, scheme], runs.limited[BLADES, inertia, w, "A0"]) for w in winds]

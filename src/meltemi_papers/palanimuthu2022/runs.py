@@ -14,13 +14,13 @@ from meltemi.core.series import TimeSeries
 from meltemi.environment.air import Air
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
-from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
-from meltemi.studies.journal import cells
+from meltemi.studies.run_store import cells
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import AnyWind
@@ -163,9 +163,9 @@ def _case(
     reference: float | None = None,
     options: ModelOptions | None = None,
     name: str,
-) -> BatchCase:
+) -> Run:
     power = min(rotor(FORMULA).gain() * speed**3, reference or np.inf, paper.STATOR_POWER)
-    return BatchCase(
+    return Run(
         model=build(machine, options, Environment(air=air)),
         wind=wind,
         duration=duration,
@@ -178,9 +178,7 @@ def _case(
     )
 
 
-def temperature_cases(
-    model: str, humidity: float, inertia: float, options: ModelOptions | None = None
-) -> list[BatchCase]:
+def temperature_cases(model: str, humidity: float, inertia: float, options: ModelOptions | None = None) -> list[Run]:
     """Figure 6: cases i and ii over the steps of the temperature."""
     machine, made = machine_with(model, inertia), rotor(model)
     air = Air(temperature=staircase(paper.TEMPERATURES, INTERVAL, 15.0), humidity=humidity)
@@ -201,7 +199,7 @@ def temperature_cases(
     ]
 
 
-def humidity_cases() -> list[BatchCase]:
+def humidity_cases() -> list[Run]:
     """Figure 7: cases i, ii, iii over the steps of the humidity at 35 degrees."""
     machine, made = machine_with(FORMULA), rotor(FORMULA)
     air = Air(temperature=35.0, humidity=staircase(paper.HUMIDITIES[1:], INTERVAL, 0.0))

@@ -6,7 +6,7 @@ import numpy as np
 
 from meltemi.wind.fields import WindSeries
 from meltemi.wind.turbulence.field import generate_field
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
 
 LENGTH = 600.0
@@ -32,7 +32,7 @@ def turbulent(hub_height: float, seed: int, length: float = LENGTH) -> WindSerie
     A rotor of 276 m averages gusts that are smaller than itself; this wind is rougher than what it would feel.
     """
     wind = TurbulentWind(speed=MEAN, intensity=INTENSITY, seed=seed, shear_exponent=0.0, dt=0.25)
-    grid = Grid(points_y=3, points_z=3, dy=1.0, dz=1.0, bottom=hub_height - 1.0, hub_height=hub_height)
+    grid = WindGrid(points_y=3, points_z=3, dy=1.0, dz=1.0, bottom=hub_height - 1.0, hub_height=hub_height)
     box = generate_field(wind, grid, length)
     n = round(length / box.dt) + 1
     row, column = grid.hub

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.postprocess.ensemble import mean_interval
-from meltemi.studies.journal import survivors
+from meltemi.studies.run_store import survivors
 from meltemi_papers.claim import UNJUDGED, Claim, claim_group, claims_of, listed, reasons_of
 from meltemi_papers.wang2021.gust import DERATE, IGNORE, SHORT, STOP, Gust, transitions
 from meltemi_papers.wang2021.loads import LOADS, TOP_SHEAR, YAW_BENDING, YAW_TORSION

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from meltemi.report.html import Table
 from meltemi.report.state_diagram import plot_states
-from meltemi.studies.journal import Lost, guarded
+from meltemi.studies.run_store import FailedResult, guarded
 from meltemi_papers.claim import brief, claims_table, count_held, reason_lines
 from meltemi_papers.study import Chapter, Contents, Draw, Progress, Study, span, tabled
 from meltemi_papers.wang2021 import figures
@@ -71,7 +71,7 @@ def run(
 ) -> Found:
     """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as lost."""
     runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, SHARE))
-    later: Any = Lost("not run yet")
+    later: Any = FailedResult("not run yet")
     partly(Found(runs, Beyond(later, later, later)))
     return Found(runs, beyond.study(runs, workers=workers, progress=span(progress, SHARE, 1.0 - SHARE)))
 
@@ -132,7 +132,7 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     table = claims_table(lines)
     loads = tabled("Loads of the strategies", lambda: loads_table(runs))
     files = []
-    if not isinstance(more.grid, Lost):
+    if not isinstance(more.grid, FailedResult):
         files.append(out / "grid.csv")
         more.grid.rows.to_csv(files[0], index=False, float_format="%.6g")
     return Contents(

@@ -11,13 +11,13 @@ from meltemi.control.supervisor.settings import Supervision
 from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection
 from meltemi.environment.site import Environment
-from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.events import Request
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
-from meltemi.studies.journal import Lost, attempt, cells
+from meltemi.studies.run_store import FailedResult, attempt, cells
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.study import Progress, span, told
 from meltemi_papers.wang2021 import winds
@@ -111,7 +111,7 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
         )
     tell = told(span(progress, 0.85, 0.12), "V1 and V2")
     both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, tell)
-    one, two = (both, both) if isinstance(both, Lost) else both
+    one, two = (both, both) if isinstance(both, FailedResult) else both
     gust = attempt("gust", run_gust, studied, workers, told(span(progress, 0.97, 0.03), "gust with direction change"))
     return Runs(setup, (turbine, studied), calibration, tables, one, two, gust)
 
@@ -128,7 +128,7 @@ def validation(
     still = build(machine, ModelOptions(), air)
     turning = build(machine, ModelOptions(yaw="driven"), air)
     cases = [
-        BatchCase(
+        Run(
             model=still,
             wind=lambda seed=seed: winds.start_up(machine, seed, START_UP_LENGTH),  # type: ignore[misc]
             duration=START_UP_LENGTH,
@@ -140,7 +140,7 @@ def validation(
         for seed in seeds
     ]
     cases += [
-        BatchCase(
+        Run(
             model=turning,
             wind=lambda seed=seed: winds.power_stage(machine, seed, POWER_LENGTH),  # type: ignore[misc]
             duration=POWER_LENGTH,
@@ -166,7 +166,7 @@ def run_gust(studied: Turbine, workers: int | None, progress: Callable[[float], 
         SHORT: YawProtection(strategy="derate", recheck_time=SHORT_RECHECK, power_limit=LIMITED),
     }
     cases = [
-        BatchCase(
+        Run(
             model=model,
             wind=wind,
             duration=GUST_LENGTH,

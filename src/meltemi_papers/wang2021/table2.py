@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.site import Environment
-from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.bins import EDGES, bin_statistics, result_statistics
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.journal import Lost, LostError, attempt, cells, survivors
+from meltemi.studies.run_store import FailedResult, FailedResultError, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind
 from meltemi_papers.wang2021.winds import SHEAR, MeasuredBin, bin_wind, measured
@@ -84,7 +84,7 @@ class Table2:
           LostError: a bin has no run that reached its end.
         """
         for why in self.lost.values():
-            raise LostError(why)
+            raise FailedResultError(why)
         return self
 
     def column(self, name: str, of: str) -> Float:
@@ -114,7 +114,7 @@ def simulate_bins(
     # one a bin, not one a seed
     starts = {k: attempt(f"steady operation, bin {k}", operating_point, model, wind) for k, wind in winds.items()}
     cases = [
-        BatchCase(
+        Run(
             model=model,
             wind=bin_wind(row, seed),
             duration=TRANSIENT + period,
@@ -132,7 +132,7 @@ def simulate_bins(
     found = cells(cases, reduce=statistics, workers=workers, progress=progress)
     n = len(seeds)
     whole = {row.bin: found[i * n : (i + 1) * n] for i, row in enumerate(reversed(rows))}
-    lost = {k: of[0].why for k, of in whole.items() if all(isinstance(each, Lost) for each in of)}
+    lost = {k: of[0].why for k, of in whole.items() if all(isinstance(each, FailedResult) for each in of)}
     bins = bin_statistics(pd.concat(survivors(found)), SPEED, edges=EDGES)
     return Table2(calibration, bins, lost)
 

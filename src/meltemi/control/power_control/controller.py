@@ -21,7 +21,7 @@ from meltemi.core.kernel import kernel
 from meltemi.core.units import rpm
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.electrical import nominal_frequency
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 from meltemi.turbine.scaling.blade import blade_moments
 
@@ -43,7 +43,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 
 def PowerController(
     turbine: AnyTurbine,
-    performance: Performance,
+    performance: RotorPerformance,
     settings: PowerControl | None = None,
     *,
     sample_time: float | None = None,
@@ -79,7 +79,7 @@ def PowerController(
     )
 
 
-def power_settings(turbine: AnyTurbine, performance: Performance, settings: PowerControl) -> PowerControlState:
+def power_settings(turbine: AnyTurbine, performance: RotorPerformance, settings: PowerControl) -> PowerControlState:
     """Settings and tables of a power control; ``power_start`` adds the initial state.
 
     Raises:

@@ -23,7 +23,7 @@ from meltemi.control.power_control.state import PowerControlState
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import whole
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 
 Float = NDArray[float64]
 
@@ -85,7 +85,7 @@ class RotorTables:
     pitch_step: float = PITCH_STEP
 
 
-def rotor_tables(performance: Performance, fine: float) -> RotorTables:
+def rotor_tables(performance: RotorPerformance, fine: float) -> RotorTables:
     """Look-up tables of a rotor for its power control.
 
     Args:

@@ -1,1 +1,3 @@
 """Supervisory control: state machine of operation and yaw protection."""
+
+FEATURE = "the supervisor"

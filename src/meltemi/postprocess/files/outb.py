@@ -80,7 +80,7 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
         raise InputError(f"{path}: damaged: names of {width} characters")
     n, rows = (int(v) for v in take("<i4", 2, "size"))
     if n < 1:
-        raise InputError(f"{path}: damaged: it tells of {n} channels")
+        raise InputError(f"{path}: damaged: its header gives {n} channels")
     first, second = (float(v) for v in take("<f8", 2, "times"))
     with np.errstate(invalid="ignore"):  # damaged values may be NaN
         scale, offset = (take("<f4", n, "scales").astype(float) for _ in range(2)) if kind != UNPACKED else (1.0, 0.0)
@@ -96,7 +96,7 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
         size, ticks = place + rows * n * (8 if kind == UNPACKED else 2), None if ticks is None else ticks[:rows]
     packed = take("<f8" if kind == UNPACKED else "<i2", rows * n, "data")
     if place != size:
-        raise InputError(f"{path}: damaged: {size - place} bytes more than its header tells of")
+        raise InputError(f"{path}: damaged: {size - place} bytes more than its header gives")
     with np.errstate(all="ignore"):  # a channel of NaN has no scale
         data = (packed.reshape(rows, n).astype(float) - offset) / scale
         time = first + second * np.arange(rows, dtype=float) if ticks is None else (ticks - second) / first

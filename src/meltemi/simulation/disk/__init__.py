@@ -1,1 +1,3 @@
 """Rotors with a power coefficient: a disk in the wind, and a shaft."""
+
+FEATURE = "power-coefficient turbines"

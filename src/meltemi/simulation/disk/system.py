@@ -24,7 +24,7 @@ from meltemi.simulation.step import (
     section_loads,
     settle_inflow,
 )
-from meltemi.simulation.system import AnySystem, Outputs, Run
+from meltemi.simulation.system import AnySystem, March, Outputs
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.tables import MachineLoad
 from meltemi.wind.velocity import series_now, wind_velocity
@@ -199,7 +199,7 @@ def _(dt: float, m: DiskSystem) -> None:
 
 @check_rotor.variant
 @kernel
-def _(t: float, m: DiskSystem, run: Run) -> bool:
+def _(t: float, m: DiskSystem, run: March) -> bool:
     for b in range(m.pitch.blades):
         if not known(m.rotor.tip_ratio, m.pitch.angle[b], m.coefficient):
             return False

@@ -27,7 +27,7 @@ from meltemi.studies.openfast_writer.template import columns, fill, table
 from meltemi.turbine.definition import Airfoil, Blade, Turbine
 from meltemi.turbine.openfast.airfoils import has_lift
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
-from meltemi.turbine.report import Note
+from meltemi.turbine.report import ImportNote
 from meltemi.wind.fields import SteadyWind
 
 RPM, DEGREES = 30.0 / math.pi, 180.0 / math.pi
@@ -70,7 +70,7 @@ class Written:
 
     main: Path
     files: tuple[Path, ...]
-    notes: tuple[Note, ...]
+    notes: tuple[ImportNote, ...]
 
 
 def write_openfast(
@@ -155,7 +155,7 @@ class _Deck:
     def __init__(self, turbine: Turbine, options: ModelOptions, environment: Environment) -> None:
         self.turbine, self.options, self.environment = turbine, options, environment
         self.modes = blade_modes(turbine, options)
-        self.notes: list[Note] = []
+        self.notes: list[ImportNote] = []
         self.name = re.sub(r"[^\w.-]+", "_", turbine.name)
         self.title = turbine.description or turbine.name
         self.model: BladedModel = build(turbine)
@@ -164,10 +164,10 @@ class _Deck:
         self._limits()
 
     def lost(self, what: str, why: str) -> None:
-        self.notes.append(Note("ignored", self.turbine.name, what, why))
+        self.notes.append(ImportNote("ignored", self.turbine.name, what, why))
 
     def changed(self, what: str, why: str) -> None:
-        self.notes.append(Note("approximated", self.turbine.name, what, why))
+        self.notes.append(ImportNote("approximated", self.turbine.name, what, why))
 
     def _limits(self) -> None:
         t, o, air = self.turbine, self.options, self.environment.air

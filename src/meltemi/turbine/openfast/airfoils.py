@@ -13,7 +13,7 @@ import numpy as np
 from meltemi.core.errors import InputError
 from meltemi.turbine.openfast.text import Entry, Float, InputFile, number, read_input, split
 from meltemi.turbine.openfast.values import Values
-from meltemi.turbine.report import Kind, Note
+from meltemi.turbine.report import ImportNote, Kind
 
 NO_LIFT = 0.05
 """A section whose lift coefficient stays below this within 30 degrees has no dynamic stall: a cylinder."""
@@ -41,7 +41,7 @@ def has_lift(alpha: Float, lift: Float) -> bool:
     return bool(np.any(np.abs(lift[np.abs(alpha) < 0.52]) > NO_LIFT))
 
 
-def read_airfoils(paths: Sequence[Path], columns: dict[str, int], mode: int, notes: list[Note]) -> Polars:
+def read_airfoils(paths: Sequence[Path], columns: dict[str, int], mode: int, notes: list[ImportNote]) -> Polars:
     """Read the airfoil files of a deck.
 
     Args:
@@ -68,13 +68,15 @@ def read_airfoils(paths: Sequence[Path], columns: dict[str, int], mode: int, not
     usual = max(set(constants), key=constants.count) if constants else tuple(STALL_CONSTANTS.values())
     if len(set(constants)) > 1:
         notes.append(
-            Note("approximated", "airfoils", "T_f0, T_p, A1, A2, b1, b2", "one set for all: that of most airfoils")
+            ImportNote(
+                "approximated", "airfoils", "T_f0, T_p, A1, A2, b1, b2", "one set for all: that of most airfoils"
+            )
         )
     return Polars(airfoils, dict(zip(STALL_CONSTANTS, usual, strict=True)))
 
 
 def _airfoil(
-    file: InputFile, columns: dict[str, int], mode: int, notes: list[Note]
+    file: InputFile, columns: dict[str, int], mode: int, notes: list[ImportNote]
 ) -> tuple[dict[str, Any], dict[str, float]]:
     file.require(["NumAlf"], "the number of lines of the polar")
     ends = file.entries["numalf"]
@@ -115,14 +117,16 @@ def _airfoil(
     several = len(file.entries["numalf"])
     if several == 1:
         notes.append(
-            Note("used", file.path.name, f"polar, {len(alpha)} lines" + ("" if lifts else ", no lift"), "airfoils")
+            ImportNote(
+                "used", file.path.name, f"polar, {len(alpha)} lines" + ("" if lifts else ", no lift"), "airfoils"
+            )
         )
     else:
         why = "the first, as with AFTabMod 1" if mode == FIRST else "the first, for one Reynolds number"
         if mode == BY_SETTING:
             why = "that of UserProp 0: flaps of a controller are not read"
         kind: Kind = "used" if mode == FIRST else "approximated"
-        notes.append(Note(kind, file.path.name, f"{several} polars", why))
+        notes.append(ImportNote(kind, file.path.name, f"{several} polars", why))
     return airfoil, {name: values.given(name, default) for name, default in STALL_CONSTANTS.items()}
 
 

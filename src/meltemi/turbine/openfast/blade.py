@@ -10,10 +10,10 @@ from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.turbine.openfast.text import Float, InputFile, number, read_input, split
 from meltemi.turbine.openfast.tower import shapes
 from meltemi.turbine.openfast.values import Values
-from meltemi.turbine.report import Note
+from meltemi.turbine.report import ImportNote
 
 
-def read_elastodyn_blade(file: InputFile, length: float, notes: list[Note]) -> dict[str, Any]:
+def read_elastodyn_blade(file: InputFile, length: float, notes: list[ImportNote]) -> dict[str, Any]:
     """Read ElastoDyn section properties: a straight blade without torsion.
 
     Raises:
@@ -44,7 +44,7 @@ def read_elastodyn_blade(file: InputFile, length: float, notes: list[Note]) -> d
     }
 
 
-def add_torsion(structure: dict[str, Any], matrices: dict[str, Any], where: str, notes: list[Note]) -> None:
+def add_torsion(structure: dict[str, Any], matrices: dict[str, Any], where: str, notes: list[ImportNote]) -> None:
     """Add torsional stiffness and inertia from BeamDyn's sections, which ElastoDyn lacks."""
     z, K, M = matrices["position"], matrices["stiffness_matrix"], matrices["mass_matrix"]
     at = structure["position"]
@@ -60,11 +60,13 @@ def add_torsion(structure: dict[str, Any], matrices: dict[str, Any], where: str,
     ratio = 0.5 * torsion * 0.5 * np.pi / at[-1] * speed
     structure["damping"]["torsion"] = float(ratio) if np.isfinite(ratio) and ratio < 1.0 else 0.0
     notes.append(
-        Note("approximated", where, "GJ, rotary inertia, damping of torsion", "ElastoDyn has no torsion: from BeamDyn")
+        ImportNote(
+            "approximated", where, "GJ, rotary inertia, damping of torsion", "ElastoDyn has no torsion: from BeamDyn"
+        )
     )
 
 
-def read_beamdyn(file: InputFile, length: float, notes: list[Note]) -> dict[str, Any]:
+def read_beamdyn(file: InputFile, length: float, notes: list[ImportNote]) -> dict[str, Any]:
     """Read a BeamDyn blade: curved axis and 6 x 6 section matrices.
 
     BeamDyn's section axes are ours: x towards the suction side, y towards the trailing edge, z along the axis. Its
@@ -107,7 +109,7 @@ def read_beamdyn(file: InputFile, length: float, notes: list[Note]) -> dict[str,
     return structure | damping
 
 
-def _sections(file: InputFile, notes: list[Note]) -> tuple[Float, Float, Float, dict[str, Any]]:
+def _sections(file: InputFile, notes: list[ImportNote]) -> tuple[Float, Float, Float, dict[str, Any]]:
     """Relative stations, stiffness (S, 6, 6), mass (S, 6, 6), and structural damping."""
     values = Values(notes)
     values.read(file)
@@ -158,12 +160,12 @@ def _sections(file: InputFile, notes: list[Note]) -> tuple[Float, Float, Float, 
     if worst > 1e-3:
         raise InputError(f"{file.path}: the section matrices are not symmetric")
     notes.append(
-        Note("used", f"{file.path.name}:{entry.line}", f"6 x 6 matrices at {count} stations", "blade.structure")
+        ImportNote("used", f"{file.path.name}:{entry.line}", f"6 x 6 matrices at {count} stations", "blade.structure")
     )
     damping: dict[str, Any] = {"damping": {}}
     if values["damping"] == 1 and times is not None:
         why = "bending and torsion; mu1 to mu3 have no mode"
-        notes.append(Note("approximated", file.path.name, f"mu1 to mu6 = {times}", why))
+        notes.append(ImportNote("approximated", file.path.name, f"mu1 to mu6 = {times}", why))
         damping = {"damping_time": {"flap": times[4], "edge": times[3], "torsion": times[5]}}
     ratios = values.given("modal_damping", [])
     if values["damping"] == 2 and ratios:
@@ -177,7 +179,7 @@ def _sections(file: InputFile, notes: list[Note]) -> tuple[Float, Float, Float, 
     return share, symmetric[0], symmetric[1], damping
 
 
-def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[Note]) -> dict[str, Any]:
+def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[ImportNote]) -> dict[str, Any]:
     """Read the outer shape of an AeroDyn blade.
 
     Raises:
@@ -200,7 +202,7 @@ def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[Note]) -> 
     if "cant" in columns:
         columns["cant"] = np.radians(columns["cant"])
     notes.append(
-        Note(
+        ImportNote(
             "used",
             f"{file.path.name}:{entry.line}",
             f"chord, twist, airfoils, offsets, cant at {len(ids)} stations",

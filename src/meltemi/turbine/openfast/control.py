@@ -10,7 +10,7 @@ import numpy as np
 from meltemi.core.errors import InputError
 from meltemi.turbine.openfast.text import Float
 from meltemi.turbine.openfast.values import Values
-from meltemi.turbine.report import Note
+from meltemi.turbine.report import ImportNote
 
 IDEAL_RATE = math.radians(8.0)
 """[rad/s] of a pitch drive of which the deck says nothing."""
@@ -22,7 +22,7 @@ MINIMUM_TO_OPTIMAL = 1.05
 UNUSED = 9999.0
 
 
-def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str, Any]]:
+def from_discon(v: Values, notes: list[ImportNote]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Controller and pitch actuator from ROSCO's settings.
 
     ROSCO's gains by pitch angle become K / (1 + pitch / halving), fitted by least squares of the relative errors.
@@ -41,7 +41,7 @@ def from_discon(v: Values, notes: list[Note]) -> tuple[dict[str, Any], dict[str,
     gains = np.stack([np.interp(pitch, angle[use], gain[use]) for gain in (gain_p, gain_i)])
     halving, at_zero, off = _schedule(pitch, gains)
     notes.append(
-        Note(
+        ImportNote(
             "approximated",
             where,
             f"PC_GS_angles, PC_GS_KP, PC_GS_KI ({n} points)",

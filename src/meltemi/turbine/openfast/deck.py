@@ -21,7 +21,7 @@ from meltemi.turbine.openfast.text import InputFile, read_input
 from meltemi.turbine.openfast.tower import add_diameter, read_substructure, read_tower
 from meltemi.turbine.openfast.values import Values
 from meltemi.turbine.openfast.wind import read_inflow
-from meltemi.turbine.report import Imported, Note
+from meltemi.turbine.report import ImportedTurbine, ImportNote
 
 BladeChoice = Literal["deck", "elastodyn", "beamdyn"]
 LEAST_YAW_FREQUENCY = 2.0 * math.pi * 2.0
@@ -29,7 +29,7 @@ LEAST_YAW_FREQUENCY = 2.0 * math.pi * 2.0
 
 
 @dataclass(frozen=True, repr=False)
-class Deck(Imported):
+class Deck(ImportedTurbine):
     """Content of an OpenFAST deck.
 
     Attributes:
@@ -54,7 +54,7 @@ class Deck(Imported):
 
 
 def read_openfast(path: str | Path, **how: Any) -> Turbine:
-    """The turbine of an OpenFAST deck, versions 2 to 5; see :func:`read_deck` for arguments and errors."""
+    """Read the turbine of an OpenFAST deck, versions 2 to 5; see :func:`read_deck` for arguments and errors."""
     return read_deck(path, **how).turbine
 
 
@@ -88,7 +88,7 @@ def read_deck(
       UnsupportedError: something that is not modelled, by its name.
     """
     path = Path(path)
-    notes: list[Note] = []
+    notes: list[ImportNote] = []
     v = Values(notes)
     main = read_input(path, "main")
     if main.find("EDFile") is None and main.find("CompElast") is None:
@@ -145,11 +145,11 @@ def read_deck(
         for name in ("control", "pitch_actuator", "rated_power"):
             value = getattr(control_of, name)
             data[name] = value.content() if isinstance(value, Record) else value
-        notes.append(Note("used", "control_of", control_of.name, "control, pitch_actuator, rated_power"))
+        notes.append(ImportNote("used", "control_of", control_of.name, "control, pitch_actuator, rated_power"))
 
     for target, value in (extra or {}).items():
         set_keys(data, target, value)
-        notes.append(Note("used", "extra", f"{target}", "given in addition to the deck"))
+        notes.append(ImportNote("used", "extra", f"{target}", "given in addition to the deck"))
     _ask(path, data)
     turbine = _validated(data, path, v)
     inflow = v.file(main, "inflow") if v.given("comp_inflow", 1) == 1 else None
@@ -256,7 +256,7 @@ def _refuse_wake(aero: InputFile, values: Values, momentum_wake: bool) -> None:
         values.note("approximated", "unsteady", "the model of Hansen, Gaunaa and Madsen (UA_Mod 4)")
 
 
-def _polars(aero: InputFile, values: Values, notes: list[Note]) -> Polars:
+def _polars(aero: InputFile, values: Values, notes: list[ImportNote]) -> Polars:
     entry = aero.require(["NumAFfiles"], "number of airfoil files")
     first = aero.require(["AFNames"], "name of the first airfoil file")
     paths = []
@@ -287,7 +287,7 @@ def _polars(aero: InputFile, values: Values, notes: list[Note]) -> Polars:
 
 
 def _structure(
-    main: InputFile, elastodyn: InputFile, v: Values, length: float, blade: BladeChoice, notes: list[Note]
+    main: InputFile, elastodyn: InputFile, v: Values, length: float, blade: BladeChoice, notes: list[ImportNote]
 ) -> dict[str, Any]:
     if blade not in ("deck", "elastodyn", "beamdyn"):
         raise InputError(f"blade: {blade!r}: {did_you_mean(str(blade), ['deck', 'elastodyn', 'beamdyn'])}")
@@ -324,7 +324,7 @@ def _drivetrain(data: dict[str, Any], v: Values) -> None:
 
 
 def _control(
-    main: InputFile, data: dict[str, Any], v: Values, discon: Path | None, notes: list[Note]
+    main: InputFile, data: dict[str, Any], v: Values, discon: Path | None, notes: list[ImportNote]
 ) -> dict[str, Any]:
     """Set controller, actuator and yaw drive; returns the controller library of the deck."""
     library: dict[str, Any] = {}
@@ -361,7 +361,7 @@ def _control(
     if not yaw.get("stiffness"):
         yaw["stiffness"] = LEAST_YAW_FREQUENCY**2 * max(data["nacelle"]["yaw_inertia"], 1.0)
         yaw["damping"] = 0.02 * yaw["stiffness"] / LEAST_YAW_FREQUENCY
-        notes.append(Note("approximated", "yaw bearing", "no YawSpr", "yaw frequency 2 Hz, damping ratio 1 %"))
+        notes.append(ImportNote("approximated", "yaw bearing", "no YawSpr", "yaw frequency 2 Hz, damping ratio 1 %"))
     yaw.setdefault("damping", 0.0)
     if yaw.get("rate") and yaw["rate"] >= 0.2:
         yaw.pop("rate")
@@ -377,7 +377,7 @@ def _named_settings(file: InputFile, v: Values) -> Path | None:
         return None
 
 
-def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[Note], *, must: bool) -> None:
+def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[ImportNote], *, must: bool) -> None:
     """Controller and actuator from ROSCO's settings; with ``must`` they were explicitly given."""
     discon = read_input(path, "DISCON")
     if discon.find("PC_GS_KP") is None:

@@ -88,7 +88,7 @@ class InputFile:
         return None
 
     def require(self, names: Sequence[str], what: str) -> Entry:
-        """The line of a keyword.
+        """Line of a keyword that must be there.
 
         Raises:
           InputError: the file has none; it names the closest keyword it has.
@@ -174,7 +174,7 @@ class InputFile:
         return header, rows
 
     def count(self, entry: Entry) -> int:
-        """A number of lines.
+        """Number of lines that a keyword gives.
 
         Raises:
           InputError: it is not a whole number from 0 to 100000.

@@ -12,7 +12,7 @@ from meltemi.turbine.definition import Foundation
 from meltemi.turbine.openfast.text import Entry, Float, InputFile, number, read_input
 from meltemi.turbine.openfast.values import Values
 from meltemi.turbine.pile import pile_foundation
-from meltemi.turbine.report import Note
+from meltemi.turbine.report import ImportNote
 
 STEEL_SPEED = math.sqrt(210e9 / 8500.0)
 """[m/s] of sound along a steel bar, with paint, bolts and flanges in its density (TP-500-38060)."""
@@ -20,8 +20,8 @@ SHEAR_SHARE = 0.53
 """Share of the area of a thin tube that carries shear (Cowper 1966 for a Poisson ratio of 0.3)."""
 
 
-def read_tower(file: InputFile, values: Values, notes: list[Note]) -> dict[str, Any]:
-    """The tower without its diameter.
+def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict[str, Any]:
+    """Read the ElastoDyn tower, without its diameter.
 
     Raises:
       InputError: with file and line.
@@ -79,7 +79,7 @@ def _coefficient(file: InputFile, entry: Entry) -> float:
     return value
 
 
-def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: list[Note]) -> None:
+def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: list[ImportNote]) -> None:
     """Add tower diameter and drag from the AeroDyn file, or estimate the diameter from stiffness over mass.
 
     Raises:
@@ -96,22 +96,28 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
             tower["drag_coefficient"] = drag
             if np.ptp(table["drag"]) > 1e-9:
                 notes.append(
-                    Note("approximated", f"{aero.path.name}:{entry.line}", "TwrCd", f"the mean, {drag:.3g}, everywhere")
+                    ImportNote(
+                        "approximated", f"{aero.path.name}:{entry.line}", "TwrCd", f"the mean, {drag:.3g}, everywhere"
+                    )
                 )
         notes.append(
-            Note("used", f"{aero.path.name}:{entry.line}", f"tower, {count} stations", "tower.diameter, interpolated")
+            ImportNote(
+                "used", f"{aero.path.name}:{entry.line}", f"tower, {count} stations", "tower.diameter, interpolated"
+            )
         )
         return
     # a thin tube has EI / m = (E / rho) d^2 / 8
     ratio = tower["fore_aft_stiffness"] / tower["mass"]
     tower["diameter"] = np.sqrt(8.0 * ratio) / STEEL_SPEED
     notes.append(
-        Note("approximated", aero.path.name, "tower without diameters", "steel tube with the stiffness over mass given")
+        ImportNote(
+            "approximated", aero.path.name, "tower without diameters", "steel tube with the stiffness over mass given"
+        )
     )
 
 
-def read_pile(file: InputFile, notes: list[Note]) -> Foundation:
-    """Springs at the tower base that represent an upright pile.
+def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
+    """Read an upright pile of SubDyn as equivalent springs at the tower base.
 
     Raises:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.
@@ -166,16 +172,18 @@ def read_pile(file: InputFile, notes: list[Note]) -> Foundation:
         sets["density"][k] * area,
         source=f"{name}: pile from {z[0]:g} to {z[-1]:g} m, clamped at its foot",
     )
-    notes.append(Note("approximated", name, f"pile of {len(members['a'])} members", "springs and a mass at its top"))
+    notes.append(
+        ImportNote("approximated", name, f"pile of {len(members['a'])} members", "springs and a mass at its top")
+    )
     lumped = file.find("NCmass")
     if lumped is not None and file.count(lumped):
         notes.append(
-            Note("ignored", f"{name}:{lumped.line}", f"{file.count(lumped)} lumped masses", "see foundation.mass")
+            ImportNote("ignored", f"{name}:{lumped.line}", f"{file.count(lumped)} lumped masses", "see foundation.mass")
         )
     return pile
 
 
-def read_substructure(main: InputFile, values: Values, notes: list[Note]) -> Foundation | None:
+def read_substructure(main: InputFile, values: Values, notes: list[ImportNote]) -> Foundation | None:
     """Read the foundation from SubDyn."""
     path = values.file(main, "sub")
     if path is None:

@@ -10,7 +10,7 @@ from typing import Any
 from meltemi.core.errors import InputError
 from meltemi.turbine.openfast.keywords import ROWS, UNITS, Row, row_of
 from meltemi.turbine.openfast.text import Entry, InputFile, number
-from meltemi.turbine.report import Kind, Note
+from meltemi.turbine.report import ImportNote, Kind
 
 FLAGS = {"true": True, "t": True, ".true.": True, "1": True, "false": False, "f": False, ".false.": False, "0": False}
 EXPECTED = {
@@ -29,7 +29,7 @@ class Values:
     ``values["name"]`` is None where the deck says "default" or nothing.
     """
 
-    def __init__(self, notes: list[Note]) -> None:
+    def __init__(self, notes: list[ImportNote]) -> None:
         self.notes = notes
         self.data: dict[str, Any] = {}
         self.source: dict[str, str] = {}
@@ -48,7 +48,7 @@ class Values:
         where, name = self.source.get(target, " ").split(" ", 1)
         self.notes[:] = [n for n in self.notes if not (n.where == where and n.what.startswith(f"{name} ="))]
         shown = what if what is not None else f"{name} = {self._shown.get(target, '')}"
-        self.notes.append(Note(kind, where, shown, why))
+        self.notes.append(ImportNote(kind, where, shown, why))
 
     def read(self, file: InputFile) -> InputFile:
         """Add the values of a file, with a note on every keyword.
@@ -72,12 +72,12 @@ class Values:
             self._shown[row.target] = shown = " ".join(entry.values)[:60] + (f" {row.unit}" if row.unit else "")
             if value is None:
                 self.notes.append(
-                    Note("equivalent", f"{file.path.name}:{entry.line}", f"{entry.name} = {shown}", "the default")
+                    ImportNote("equivalent", f"{file.path.name}:{entry.line}", f"{entry.name} = {shown}", "the default")
                 )
             else:
                 why = row.target if not row.remark else f"{row.target}: {row.remark}"
                 kind: Kind = "equivalent" if self._same(file, entry, row) else "used"
-                self.notes.append(Note(kind, f"{file.path.name}:{entry.line}", f"{entry.name} = {shown}", why))
+                self.notes.append(ImportNote(kind, f"{file.path.name}:{entry.line}", f"{entry.name} = {shown}", why))
         for entries in file.entries.values():
             for entry in entries:
                 if entry.line in taken:
@@ -89,7 +89,7 @@ class Values:
                 kind = "not needed" if not found.same else "ignored"
                 if self._same(file, entry, found):
                     kind = "equivalent"
-                self.notes.append(Note(kind, f"{file.path.name}:{entry.line}", what, found.remark))
+                self.notes.append(ImportNote(kind, f"{file.path.name}:{entry.line}", what, found.remark))
         return file
 
     def _same(self, file: InputFile, entry: Entry, row: Row) -> bool:

@@ -8,10 +8,10 @@ from typing import Any
 from meltemi.core.errors import InputError
 from meltemi.turbine.openfast.text import InputFile
 from meltemi.turbine.openfast.values import Values
-from meltemi.turbine.report import Note
+from meltemi.turbine.report import ImportNote
 
 
-def read_inflow(file: InputFile, hub_height: float, notes: list[Note]) -> dict[str, Any] | None:
+def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> dict[str, Any] | None:
     """The ``wind`` of a case file, with absolute paths; None for unsupported kinds of wind.
 
     Raises:

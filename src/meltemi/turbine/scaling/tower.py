@@ -63,8 +63,8 @@ def first_frequency(tower: Tower, top: Top) -> float:
     """
     z = np.linspace(0.0, tower.length, 401)
     stiffness, mass = (np.interp(z, tower.position, getattr(tower, name)) for name in ("fore_aft_stiffness", "mass"))
-    slope = _cumulative((tower.length + top.height - z) / stiffness, z)
-    deflection = _cumulative(slope, z)
+    slope = cumulative((tower.length + top.height - z) / stiffness, z)
+    deflection = cumulative(slope, z)
     at_centre = float(deflection[-1] + top.height * slope[-1])
     kinetic = top.mass * at_centre**2 + top.inertia * slope[-1] ** 2 + np.trapezoid(mass * deflection**2, z)
     return math.sqrt(at_centre / float(kinetic)) / (2.0 * math.pi)
@@ -90,5 +90,6 @@ def _tube(reference: Tower, stretch: float, diameter: float, length: float) -> d
     return content
 
 
-def _cumulative(values: Float, at: Float) -> Float:
+def cumulative(values: Float, at: Float) -> Float:
+    """Integral from the first point on by the trapezoidal rule."""
     return np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(at))))

@@ -15,7 +15,7 @@ from meltemi.turbine.scaling.blade import blade_moments
 
 
 @dataclass(frozen=True)
-class Masses:
+class ComponentMasses:
     """Typical masses [kg]: one blade, hub with pitch system and spinner, nacelle, tower."""
 
     blade: float
@@ -24,7 +24,7 @@ class Masses:
     tower: float
 
 
-def typical_masses(turbine: Turbine) -> Masses:
+def typical_masses(turbine: Turbine) -> ComponentMasses:
     """Typical masses for a turbine's diameter, power, rotor speed, hub height and blade mass.
 
     Blades are of glass and for low winds (class II and below); hub and shaft go by the turbine's own blades.
@@ -50,7 +50,7 @@ def typical_masses(turbine: Turbine) -> Masses:
         "cover": 1.2817 * kw + 428.19,
         "transformer": 1.915 * kw + 1910.0,
     }
-    return Masses(
+    return ComponentMasses(
         blade=0.5 * (0.5 * D) ** 2.5,
         hub=2.3 * blade + 1320.0 + 1.328 * bearings + 555.0 + 15.5 * D - 980.0,
         nacelle=sum(nacelle.values()),

@@ -10,7 +10,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.record import set_keys
 from meltemi.core.yamlfile import read_mapping, validated
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.report import Imported
+from meltemi.turbine.report import ImportedTurbine
 from meltemi.turbine.windio.blade import read_blade
 from meltemi.turbine.windio.control import read_control, rotor_inertia
 from meltemi.turbine.windio.machine import (
@@ -58,7 +58,7 @@ def import_windio(
     foundation: Literal["clamped", "pile"] = "clamped",
     mudline: float | None = None,
     reynolds: float | None = None,
-) -> Imported:
+) -> ImportedTurbine:
     """As :func:`read_windio`, with notes on the data that were used, approximated and ignored.
 
     Raises:
@@ -82,7 +82,7 @@ def import_windio(
         if tree.get(f"components.{name}") is not None:
             tree.note("ignored", f"components.{name}", name, "not modelled")
     turbine = _validated(_merged(data, more), str(path), extra)
-    return Imported(turbine, tuple(tree.notes))
+    return ImportedTurbine(turbine, tuple(tree.notes))
 
 
 def _content(tree: Tree, more: dict[str, Any], reynolds: float | None) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.yamlfile import parse, read_text
-from meltemi.turbine.report import Note
+from meltemi.turbine.report import ImportNote
 
 Float = NDArray[np.float64]
 
@@ -29,11 +29,11 @@ class Tree:
     def __init__(self, data: dict[str, Any], where: str) -> None:
         self.data, self.where = data, where
         self.source = Path(where).name
-        self.notes: list[Note] = []
+        self.notes: list[ImportNote] = []
 
     def note(self, kind: Literal["used", "approximated", "ignored"], where: str, what: str, why: str = "") -> None:
         """Add a note."""
-        self.notes.append(Note(kind, where, what, why))
+        self.notes.append(ImportNote(kind, where, what, why))
 
     def get(self, path: str) -> Any:
         """The value at a path, or None."""

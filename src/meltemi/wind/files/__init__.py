@@ -16,3 +16,5 @@ from meltemi.wind.files.netcdf import read_wind_netcdf as read_wind_netcdf
 from meltemi.wind.files.netcdf import write_wind_netcdf as write_wind_netcdf
 from meltemi.wind.files.uniform import read_wnd as read_wnd
 from meltemi.wind.files.uniform import write_wnd as write_wnd
+
+KERNELS = ()

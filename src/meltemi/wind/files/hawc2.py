@@ -117,7 +117,7 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
                     pass
             raise InputError(
                 f"{path}: HAWC2 files do not contain their grid, and {note.name} is missing in their folder: specify "
-                "grid=meltemi.Hawc2Grid(planes=..., columns=..., rows=..., dx=..., dy=..., dz=..., speed=..., "
+                "grid=meltemi.io.Hawc2Grid(planes=..., columns=..., rows=..., dx=..., dy=..., dz=..., speed=..., "
                 "hub_height=...)"
             )
         grid = read_record(note, Hawc2Grid)

@@ -20,9 +20,10 @@ HEAD = """\
 
 
 def read_wnd(path: str | Path) -> WindSeries:
-    """Read a uniform wind file: time, speed, direction, vertical speed, horizontal shear, power-law
-    exponent, linear vertical shear, gust, and optionally the upflow angle; angles in degrees. Upflow turns speed
-    and gust up, as in OpenFAST.
+    """Read a uniform wind file (InflowWind, WindType 2).
+
+    Its columns are time, speed, direction, vertical speed, horizontal shear, power-law exponent, linear vertical
+    shear, gust, and optionally the upflow angle; angles in degrees. Upflow turns speed and gust up, as in OpenFAST.
 
     Source: InflowWind manual (Platt, B. Jonkman, J. Jonkman 2016), uniform wind files.
 

@@ -112,7 +112,7 @@ CLASSES: dict[Edition, dict[str, WindClass]] = {edition: _standard_classes(editi
 
 
 def wind_class(name: str, edition: Edition = 3) -> WindClass:
-    """A class of the standard by its name.
+    """Wind turbine class of the standard by its name.
 
     Args:
       name: class and turbulence category: ``IA`` to ``IIIC``; edition 2 has ``IVA`` and ``IVB``, too, but no C;

@@ -332,7 +332,7 @@ def _series(
     sign: int | None = None,
     **columns: Any,
 ) -> WindSeries:
-    """The columns from the start on; a series is constant before and after."""
+    """Series of a transient from its begin on; constant before and after."""
     if not 0.0 <= begin < math.inf:
         raise InputError(f"{model}: begin must be zero or a positive time in seconds, found {begin!r}")
     if begin > LATEST:

@@ -116,7 +116,7 @@ def iec_wind(
     steady: bool | None = None,
     **turbulence: Any,
 ) -> IecWind:
-    """A wind of IEC 61400-1 by name.
+    """Wind of IEC 61400-1 by the name of its model.
 
     Turbine, class and edition describe the situation and are ignored by models that do not depend on them. All
     else is an option of the model, and an error for others.

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.random import noise
 
 Float = NDArray[np.float64]
@@ -85,13 +85,13 @@ def torus_noise(seed: int, bins: range, stream: int, size: tuple[int, int]) -> C
     return out
 
 
-def cut_out(modes: Complex, grid: Grid) -> Complex:
+def cut_out(modes: Complex, grid: WindGrid) -> Complex:
     """Fields (..., Z, Y) on the grid from modes on a torus: sums of modes times exp(i k x)."""
     across = fft.ifft(modes, axis=-2, norm="forward")[..., : grid.points_z, :]
     return fft.ifft(across, axis=-1, norm="forward")[..., : grid.points_y]
 
 
-def coherent_fields(kappa: Float, grid: Grid, seed: int, streams: list[int]) -> Iterator[tuple[slice, Complex]]:
+def coherent_fields(kappa: Float, grid: WindGrid, seed: int, streams: list[int]) -> Iterator[tuple[slice, Complex]]:
     """Complex fields of unit variance with coherence exp(-kappa r) at successive frequencies.
 
     Args:

@@ -15,7 +15,7 @@ from meltemi.core.errors import InputError
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.turbulence import exponential, mann
-from meltemi.wind.turbulence.grid import Grid, grid_for
+from meltemi.wind.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.turbulence.measured import hub_amplitudes
 from meltemi.wind.turbulence.spectra import coherence_decay, scale_parameter
 from meltemi.wind.turbulence.synthesis import FIELD_STREAM, Spectrum, synthesise
@@ -33,7 +33,7 @@ MARGIN = 1.0
 
 def generate_field(
     wind: TurbulentWind,
-    size: AnyTurbine | Grid,
+    size: AnyTurbine | WindGrid,
     duration: float,
     progress: Callable[[float], None] = lambda share: None,
 ) -> WindBox:
@@ -48,7 +48,7 @@ def generate_field(
     Raises:
       InputError: the field does not fit into memory, or the rotor comes too close to the ground.
     """
-    grid = size if isinstance(size, Grid) else grid_for(size, wind.points)
+    grid = size if isinstance(size, WindGrid) else wind_grid_for(size, wind.points)
     if not (math.isfinite(duration) and duration > 0.0):
         raise InputError(f"turbulence: duration must be positive, found {duration!r}")
     passes = 0.0 if wind.periodic else 1.5 * grid.width / wind.speed + 2.0 * MARGIN
@@ -88,7 +88,7 @@ def generate_field(
     )
 
 
-def mean_profile(wind: TurbulentWind, grid: Grid) -> Float:
+def mean_profile(wind: TurbulentWind, grid: WindGrid) -> Float:
     """(Z, 3) [m/s] mean wind of the rows, in the axes of the box."""
     z = grid.z
     if wind.roughness > 0.0:
@@ -103,13 +103,13 @@ def _targets(wind: TurbulentWind) -> tuple[float | None, float | None, float | N
     return sigmas(wind) if wind.scaled else (None, None, None)
 
 
-def spectrum_of(wind: TurbulentWind, grid: Grid, n: int) -> Spectrum:
+def spectrum_of(wind: TurbulentWind, grid: WindGrid, n: int) -> Spectrum:
     """Target spectrum of a wind's field at the frequencies of ``n`` planes."""
     f, variances = amplitude_variances(wind, grid.hub_height, n)
     return (_mann if wind.spectrum == "mann" else _exponential)(wind, grid, f, variances)
 
 
-def _exponential(wind: TurbulentWind, grid: Grid, f: Float, variances: Float) -> Spectrum:
+def _exponential(wind: TurbulentWind, grid: WindGrid, f: Float, variances: Float) -> Spectrum:
     kappa = coherence_decay(wind.spectrum, wind.edition, f, wind.speed, scale_parameter(wind.edition, grid.hub_height))
     some = kappa[kappa * min(grid.dy, grid.dz) < exponential.REACH]
     components = (0,) if wind.coherent == "u" else (0, 1, 2)
@@ -134,7 +134,7 @@ def _exponential(wind: TurbulentWind, grid: Grid, f: Float, variances: Float) ->
     return Spectrum(variances, components, len(some), coherent(), with_hub)
 
 
-def _mann(wind: TurbulentWind, grid: Grid, f: Float, variances: Float) -> Spectrum:
+def _mann(wind: TurbulentWind, grid: WindGrid, f: Float, variances: Float) -> Spectrum:
     length = mann_length(wind, grid.hub_height)
     k1 = 2.0 * np.pi * f * length / wind.speed
     some = k1[k1 * min(grid.dy, grid.dz) < mann.INDEPENDENT * length]

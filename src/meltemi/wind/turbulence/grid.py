@@ -21,7 +21,7 @@ LOWEST = 0.02
 """Height of the lowest row over that of the hub."""
 
 
-class Grid(Record):
+class WindGrid(Record):
     """Vertical grid of points across the wind, centred on the rotor axis."""
 
     points_y: int = Field(ge=2, le=MOST_ROWS)
@@ -48,7 +48,7 @@ class Grid(Record):
 
     @property
     def width(self) -> float:
-        """[m]."""
+        """[m] width."""
         return (self.points_y - 1) * self.dy
 
     @property
@@ -72,7 +72,7 @@ class Grid(Record):
         return int(np.argmin(np.abs(self.z - self.hub_height))), self.points_y // 2
 
 
-def grid_for(turbine: AnyTurbine, points: int = 25, *, width: float | None = None, tower: bool = True) -> Grid:
+def wind_grid_for(turbine: AnyTurbine, points: int = 25, *, width: float | None = None, tower: bool = True) -> WindGrid:
     """Grid that covers rotor and tower, with a point at the hub if ``points`` is odd.
 
     Args:
@@ -105,7 +105,7 @@ def grid_for(turbine: AnyTurbine, points: int = 25, *, width: float | None = Non
             f"grid: {width:g} m wide with {points} points it has {rows_below + 1 + rows_above} rows, expected at most "
             f"{MOST_ROWS}: make it narrower"
         )
-    return Grid(
+    return WindGrid(
         points_y=points,
         points_z=rows_below + 1 + rows_above,
         dy=dy,

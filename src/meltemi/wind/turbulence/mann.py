@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.elementary import exp
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.random import noise
 
 Float = NDArray[np.float64]
@@ -212,7 +212,7 @@ def graded(k1: float, highest: float, width: float) -> tuple[Float, Float]:
     return np.concatenate([-k[::-1], k]), np.concatenate([weight[::-1], weight])
 
 
-def wave_numbers(k1: float, grid: Grid, length: float) -> tuple[tuple[Float, Float], tuple[Float, Float]]:
+def wave_numbers(k1: float, grid: WindGrid, length: float) -> tuple[tuple[Float, Float], tuple[Float, Float]]:
     """Graded wave numbers and weights, vertical and lateral.
 
     They reach to what the grid resolves; where k1 itself comes near that, or the grid is coarse, to twice or three
@@ -233,7 +233,7 @@ def waves(k: Float, x: Float) -> Complex:
 
 
 def sheared_fields(
-    k1: Float, grid: Grid, length: float, gamma: float, seed: int, stream: int
+    k1: Float, grid: WindGrid, length: float, gamma: float, seed: int, stream: int
 ) -> Iterator[tuple[Complex, Float]]:
     """Complex fields of u, v, w at successive wave numbers along the wind.
 
@@ -259,7 +259,7 @@ def sheared_fields(
         yield waves(k3, grid.z / length) @ modes @ waves(k2, grid.y / length).T, covered
 
 
-def covariance_with(point: tuple[int, int], k1: float, grid: Grid, length: float, gamma: float) -> Complex:
+def covariance_with(point: tuple[int, int], k1: float, grid: WindGrid, length: float, gamma: float) -> Complex:
     """Covariances (3, 3, Z, Y) of the components at every point with those at one, E u_i(x) conj u_j(point)."""
     (k3, weight_3), (k2, weight_2) = wave_numbers(k1, grid, length)
     phi = np.empty((3, 3, len(k3), len(k2)))

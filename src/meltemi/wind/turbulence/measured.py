@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import fft, linalg
 
 from meltemi.core.errors import InputError
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.synthesis import GAP_STREAM, add_noise
 from meltemi.wind.turbulence.targets import amplitude_variances
 from meltemi.wind.turbulent import TurbulentWind
@@ -19,7 +19,7 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 
-def hub_amplitudes(wind: TurbulentWind, grid: Grid, n: int) -> dict[int, Complex]:
+def hub_amplitudes(wind: TurbulentWind, grid: WindGrid, n: int) -> dict[int, Complex]:
     """Complex amplitudes (n / 2 + 1,) of the measured components at the hub, without the mean wind.
 
     The box is a ring in time. Where nothing was measured the series is continued by what is random under the

@@ -18,7 +18,7 @@ from scipy import fft
 
 from meltemi.core.kernel import kernel
 from meltemi.core.threads import one_blas_thread
-from meltemi.wind.turbulence.grid import Grid
+from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulence.random import noise
 
 Float = NDArray[np.float64]
@@ -94,7 +94,7 @@ def add_noise(spectrum: Complex, factor: Float, seed: int, first: int, stream: i
 @one_blas_thread
 def synthesise(
     spectrum: Spectrum,
-    grid: Grid,
+    grid: WindGrid,
     n: int,
     seed: int,
     *,
@@ -176,7 +176,7 @@ def _condition(
     fields: Complex,
     rest: Factors,
     measured: dict[int, Complex],
-    grid: Grid,
+    grid: WindGrid,
     seed: int,
     hub: int,
 ) -> Complex:

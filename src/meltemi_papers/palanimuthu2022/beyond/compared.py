@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
 from meltemi.simulation.result import Result
-from meltemi.studies.journal import Lost, LostError, cells
+from meltemi.simulation.run import Run
+from meltemi.studies.run_store import FailedResult, FailedResultError, cells
 from meltemi_papers.study import Progress
 
 Question = TypeVar("Question")
@@ -39,7 +39,7 @@ def compared(
     seeds: Sequence[int],
     questions: Sequence[Question],
     schemes: Sequence[str],
-    of_seed: Callable[[int], Iterable[BatchCase]],
+    of_seed: Callable[[int], Iterable[Run]],
     quantities: Callable[[Result], dict[str, float]],
     slopes: Mapping[str, float],
     *,
@@ -63,9 +63,9 @@ def compared(
         values = iter(cells(list(of_seed(seed)), reduce=quantities, workers=workers, progress=part))
         for question in questions:
             row = {scheme: next(values) for scheme in schemes}
-            if not any(isinstance(value, Lost) for value in row.values()):
+            if not any(isinstance(value, FailedResult) for value in row.values()):
                 found[question][seed] = row
     for question, by_seed in found.items():
         if not by_seed:
-            raise LostError(f"{what}, {question}: no seed in which every scheme reached its end")
+            raise FailedResultError(f"{what}, {question}: no seed in which every scheme reached its end")
     return {question: ensemble_table(by_seed, slopes) for question, by_seed in found.items()}

@@ -22,8 +22,7 @@ from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
 from meltemi.environment.grid import PowerGrid
-from meltemi.loadcases.batch import BatchCase
-from meltemi.postprocess.ensemble import EnsembleTable, travel
+from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
@@ -33,11 +32,12 @@ from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.tuning import tune_ipc
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi.turbine.performance import Performance
+from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.fields import WindBox, WindSeries
 from meltemi.wind.iec.winds import ntm
@@ -133,7 +133,7 @@ def turning_wind(turbine: Turbine, setup: Setup, seed: int) -> WindBox:
     return with_gust(box, WindSeries(time=step * np.arange(n) - reach, speed=along, direction=direction))
 
 
-def controllers(model: BladedModel, performance: Performance) -> dict[str, Controller]:
+def controllers(model: BladedModel, performance: RotorPerformance) -> dict[str, Controller]:
     """Controllers of the candidates; individual pitch control at 1P, tuned by stability margins."""
     assert isinstance(model.turbine, Turbine)
     loop = tune_ipc(model).loop
@@ -158,8 +158,8 @@ def quantities(result: Result) -> dict[str, float]:
     hours = float(result.time[-1] - result.time[0])
     return {
         ENERGY: float(result["generator_power"].mean()) * hours,
-        PITCH: travel(result, "pitch_1"),
-        TURNED: travel(result, "yaw_command"),
+        PITCH: actuator_travel(result, "pitch_1"),
+        TURNED: actuator_travel(result, "yaw_command"),
         STARTS: float(np.sum(np.diff(turning.astype(int)) > 0)) / hours,
         TOWER_LOAD: loads[TOWER],
         ROOT_LOAD: loads[ROOT],
@@ -175,13 +175,13 @@ def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
     start, laws = operating_point(model, setup.speed), controllers(model, performance_of(turbine))
     duration = setup.begin + setup.length
 
-    def cases(seed: int) -> Iterator[BatchCase]:
+    def cases(seed: int) -> Iterator[Run]:
         wind = turning_wind(turbine, setup, seed)
         for level in setup.levels:
             given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start}
             given["grid"] = PowerGrid(power_reference=level * turbine.rated_power)
             for name in CANDIDATES:
-                yield BatchCase(model, wind, duration, laws[name], name=f"{level:g} {name}", **given)
+                yield Run(model, wind, duration=duration, controller=laws[name], name=f"{level:g} {name}", **given)
 
     return compared(
         setup.seeds,

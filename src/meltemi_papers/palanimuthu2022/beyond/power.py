@@ -21,8 +21,7 @@ from meltemi.control.power_control.controller import PowerController
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
-from meltemi.loadcases.batch import BatchCase
-from meltemi.postprocess.ensemble import EnsembleTable, travel
+from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
@@ -32,6 +31,7 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
@@ -115,7 +115,7 @@ def quantities(result: Result, rated_power: float, rated_speed: float) -> dict[s
     loads = equivalent_loads(result, [TOWER, ROOT, SHAFT])
     power, pitch = result["generator_power"], result["pitch_1"]
     return {
-        PITCH: travel(result, "pitch_1"),
+        PITCH: actuator_travel(result, "pitch_1"),
         MOVING: float(np.mean(np.abs(np.diff(pitch)) > MOVES * STEP)),
         TRACKING: float(np.sqrt(np.mean((power - result["power_reference"]) ** 2))) / rated_power,
         SPEED: float(result["rotor_speed"].std()) / rated_speed,
@@ -139,14 +139,14 @@ def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
     def reduced(result: Result) -> dict[str, float]:
         return quantities(result.between(setup.begin, duration), turbine.rated_power, rated_speed)
 
-    def cases(seed: int) -> Iterator[BatchCase]:
+    def cases(seed: int) -> Iterator[Run]:
         wind = generate_field(ntm(setup.speed, "IB", seed=seed, points=setup.points), turbine, duration)
         for signal, level in asked:
             grid = PowerGrid(power_reference=reference(setup, turbine.rated_power, level, signal, seed))
             for scheme in schemes:
                 law = PowerController(turbine, performance, PowerControl.model_validate({"scheme": scheme}))
                 given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
-                yield BatchCase(model, wind, duration, law, name=f"{signal} {level:g} {scheme}", **given)
+                yield Run(model, wind, duration=duration, controller=law, name=f"{signal} {level:g} {scheme}", **given)
 
     return compared(
         setup.seeds,

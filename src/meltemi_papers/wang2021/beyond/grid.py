@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from meltemi.control.supervisor.threshold import YawProtection
-from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.journal import Lost, attempt, cells, survivors
+from meltemi.studies.run_store import FailedResult, attempt, cells, survivors
 from meltemi.turbine.definition import Turbine
 from meltemi.wind.fields import SteadyWind, WindBox
 from meltemi.wind.iec.gusts import ecd
@@ -113,7 +113,7 @@ def run_grid(
     keys: dict[str, dict[str, Any]] = {}
     found = cells(_Cases(turbine, grid, base_points, keys), reduce=reduced, workers=workers, progress=progress)
     survivors(found)
-    rows = [key | value for key, value in zip(keys.values(), found, strict=True) if not isinstance(value, Lost)]
+    rows = [key | value for key, value in zip(keys.values(), found, strict=True) if not isinstance(value, FailedResult)]
     return Found(grid, pd.DataFrame(rows))
 
 
@@ -149,7 +149,7 @@ class _Cases:
         g = self.grid
         return len(g) // (2 + len(g.rechecks)) * len(self.strategies)
 
-    def __iter__(self) -> Iterator[BatchCase]:
+    def __iter__(self) -> Iterator[Run]:
         g = self.grid
         for speed, seed, begin, rise, change in product(g.speeds, g.seeds, g.begins, g.rises, g.changes):
             for rate, (name, recheck, protection) in product(g.yaw_rates, self.strategies):
@@ -165,7 +165,7 @@ class _Cases:
                 }
                 label = f"case_{len(self.keys) + 1:05d}"
                 self.keys[label] = key
-                yield BatchCase(
+                yield Run(
                     model=self.models[rate],
                     wind=partial(self.wind, speed, seed, begin, rise, change),
                     duration=LENGTH,

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.loadcases.batch import BatchCase
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.journal import Lost, attempt, cells, survivors
+from meltemi.studies.run_store import FailedResult, attempt, cells, survivors
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.iec.winds import etm, ntm
 from meltemi_papers.wang2021.loads import CHANNELS, TOP_SHEAR, TOWER_BASE, YAW_BENDING, YAW_TORSION, extreme
@@ -115,7 +115,7 @@ def find_limits(
         for v, e in places
     }
     cases = [
-        BatchCase(
+        Run(
             model=model,
             wind=(ntm if kind == "ntm" else etm)(speed, WIND_CLASS, seed=seed, direction=angle),
             duration=LEAD + length,
@@ -136,9 +136,9 @@ def find_limits(
     limit = dict.fromkeys(JUDGED, 0.0)
     for (kind, speed, angle, _), peak in zip(keys, found, strict=True):
         for name in JUDGED:
-            value = np.inf if isinstance(peak, Lost) else peak[name]
+            value = np.inf if isinstance(peak, FailedResult) else peak[name]
             if kind == "etm":
-                limit[name] = max(limit[name], 0.0 if isinstance(peak, Lost) else value)
+                limit[name] = max(limit[name], 0.0 if isinstance(peak, FailedResult) else value)
             else:
                 at = list(speeds).index(speed), int(np.argmin(np.abs(np.array(errors) - abs(angle))))
                 loads[name][at] = max(loads[name][at], value)

@@ -13,7 +13,7 @@ from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.simulation.rotors import build
-from meltemi.studies.journal import Lost, attempt
+from meltemi.studies.run_store import FailedResult, attempt
 from meltemi_papers.study import Chapter, Draw, Progress, span, tabled, told, worded
 from meltemi_papers.wang2021.beyond.grid import FAST, OURS, QUICK, Found, Grid, run_grid
 from meltemi_papers.wang2021.beyond.limits import JUDGED, Limits, find_limits
@@ -67,7 +67,7 @@ def study(runs: Runs, *, workers: int | None, progress: Progress) -> Beyond:
         run_grid,
         turbine,
         QUICK if quick else Grid(),
-        None if isinstance(ours, Lost) else ours,
+        None if isinstance(ours, FailedResult) else ours,
         workers=workers,
         progress=told(span(progress, 0.15, 0.8), "gusts"),
     )

@@ -33,7 +33,7 @@ from meltemi.control.yaw import YawControl, YawControlState, wrap, yaw_settings,
 from meltemi.core.threads import available_cores
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.journal import Lost, LostError, attempt
+from meltemi.studies.run_store import FailedResult, FailedResultError, attempt
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.wang2021.beyond.limits import BasePoints
 from meltemi_papers.wang2021.winds import measured
@@ -106,14 +106,14 @@ def power_curve(model: BladedModel) -> PowerCurve:
     speeds, powers = [], []
     for speed in np.arange(math.ceil(turbine.cut_in + 0.5), turbine.cut_out, 0.75):
         point = attempt(f"power curve at {speed:g} m/s", operating_point, model, float(speed))
-        if isinstance(point, Lost):
+        if isinstance(point, FailedResult):
             continue  # its neighbours stand for it
         speeds.append(float(speed))
         powers.append(point["generator_power"])
         if powers[-1] > 0.999 * turbine.rated_power:
             break
     if not powers:
-        raise LostError("power curve: no wind speed has a steady operating point")
+        raise FailedResultError("power curve: no wind speed has a steady operating point")
     first = powers[0] * (turbine.cut_in / speeds[0]) ** 3
     return PowerCurve(
         np.array([turbine.cut_in, *speeds]),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.environment.site import STANDARD
-from meltemi.postprocess.ensemble import Estimate, mean_interval
+from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.report.html import Table
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, panel
@@ -165,7 +165,7 @@ def _over_speed(ax: Axes, found: Found, clean: Float, iced: dict[str, Float], un
     ax.set_xlabel("wind speed [m/s]", fontsize=8)
 
 
-def _bars(ax: Axes, groups: dict[str, dict[str, Estimate]]) -> None:
+def _bars(ax: Axes, groups: dict[str, dict[str, MeanEstimate]]) -> None:
     labels = list(next(iter(groups.values())))
     place, width = np.arange(len(labels)), 0.8 / len(groups)
     for i, (colour, (name, values)) in enumerate(zip(COLOURS, groups.items(), strict=False)):

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from meltemi.environment.rain import Rain
 from meltemi.environment.site import STANDARD, Environment
-from meltemi.loadcases.batch import BatchCase
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
 from meltemi.simulation.trim import OperatingPoint, operating_point
-from meltemi.studies.journal import Lost, LostError, cells
+from meltemi.studies.run_store import FailedResult, FailedResultError, cells
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.wind.iec.winds import ntm
@@ -133,7 +133,7 @@ def respond(
     models[WET, setup.rain_density] = build(turbine, FAST, Environment(air_density=setup.rain_density, rain=RAIN))
     progress(0.0, "steady operation")
     starts = {key: [operating_point(model, v) for v in setup.speeds] for key, model in models.items()}
-    found: list[Float | Lost] = []
+    found: list[Float | FailedResult] = []
     winds = [(v, seed) for v in setup.speeds for seed in setup.seeds]
     duration = setup.begin + setup.length
     rated = FULL * turbine.rated_power
@@ -148,10 +148,10 @@ def respond(
         progress(0.05 + 0.95 * done / len(winds), f"{v:g} m/s, seed {seed}")
         wind = generate_field(ntm(v, "IB", seed=seed, points=setup.points), turbine, duration)
         cases = [
-            BatchCase(
+            Run(
                 model,
                 wind,
-                duration,
+                duration=duration,
                 channels=channels,
                 start=starts[key][setup.speeds.index(v)],
                 name=f"{key[0]}, {key[1]:g}",
@@ -159,9 +159,9 @@ def respond(
             for key, model in models.items()
         ]
         found += cells(cases, reduce=reduced, workers=workers)
-    lost = {winds[i // len(models)][1]: value for i, value in enumerate(found) if isinstance(value, Lost)}
+    lost = {winds[i // len(models)][1]: value for i, value in enumerate(found) if isinstance(value, FailedResult)}
     if len(lost) == len(setup.seeds):
-        raise LostError(next(iter(lost.values())).why)
+        raise FailedResultError(next(iter(lost.values())).why)
     setup = replace(setup, seeds=tuple(seed for seed in setup.seeds if seed not in lost))
     kept = [value for i, value in enumerate(found) if winds[i // len(models)][1] not in lost]
     # conditions, quantities, speeds, seeds

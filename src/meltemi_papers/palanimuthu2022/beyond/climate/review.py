@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.environment.site import STANDARD
-from meltemi.postprocess.ensemble import Estimate, mean_interval
+from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.report.html import Table
 from meltemi_papers.palanimuthu2022.beyond.climate.response import ICED, SIDE
 from meltemi_papers.palanimuthu2022.beyond.climate.year import AIR, Found, Year
@@ -21,12 +21,12 @@ def words(name: str) -> str:
     return name.replace("_", " ")
 
 
-def share(part: Float, whole: Float) -> Estimate:
+def share(part: Float, whole: Float) -> MeanEstimate:
     """Mean of the seeds in percent with its 95 % confidence interval."""
     return mean_interval(100.0 * part / whole)
 
 
-def said(estimate: Estimate, digits: int = 2) -> str:
+def said(estimate: MeanEstimate, digits: int = 2) -> str:
     """Mean and confidence interval with sign."""
     mean = round(estimate.mean, digits) + 0.0  # no minus before a zero
     return f"{mean:+.{digits}f} ± {estimate.half_width:.{digits}f}"
@@ -56,7 +56,7 @@ def rain_loss(found: Found) -> tuple[float, float, float]:
     return one, two, three
 
 
-def spread(found: Found) -> tuple[Estimate, Estimate]:
+def spread(found: Found) -> tuple[MeanEstimate, MeanEstimate]:
     """Annual energy with the air of the second and third site relative to the first, in the first site's wind [%]."""
     base, *others = (year.common for year in found.years.values())
     one, two = (share(each - base, base) for each in others)
@@ -70,7 +70,7 @@ def worst_density(found: Found) -> tuple[float, str]:
     return float(worst[name][np.argmax(np.abs(worst[name]))]), words(name)
 
 
-def of_standard(year: Year, what: str) -> Estimate:
+def of_standard(year: Year, what: str) -> MeanEstimate:
     """[%] contribution of an effect to the energy at 1.225 kg/m^3; of all effects together for ``all``."""
     return share(year.energy - year.reference if what == "all" else year.steps[what], year.reference)
 

@@ -12,27 +12,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from meltemi import BatchCase, InputError, Start, SteadyWind, build, load_turbine
+from meltemi import InputError, Run, Start, SteadyWind, build, load_turbine
 from meltemi.simulation.result import Result
-from meltemi.studies.journal import (
+from meltemi.studies.run_store import (
     FOLDER,
-    Lost,
-    LostError,
+    FailedResult,
+    FailedResultError,
     attempt,
     cells,
     current,
     guarded,
-    journal,
     package_hash,
+    run_store,
     survivors,
 )
 from meltemi_papers.claim import Claim, claim_group, claims_table, count_held
 from meltemi_papers.study import drawn, failed_chapters, tabled
 
 
-def cases(speeds: tuple[float, ...] = (8.0, 9.0, 10.0)) -> list[BatchCase]:
+def cases(speeds: tuple[float, ...] = (8.0, 9.0, 10.0)) -> list[Run]:
     model = build(load_turbine("pmsg20mw"))
-    return [BatchCase(model, SteadyWind(speed=v), 1.0, name=f"{v:g} m/s") for v in speeds]
+    return [Run(model, SteadyWind(speed=v), duration=1.0, name=f"{v:g} m/s") for v in speeds]
 
 
 def count(ran: list[str], fails: str = "", interrupted: str = ""):  # type: ignore[no-untyped-def]
@@ -52,7 +52,7 @@ def end_early(out: Path, part: Callable[[], object]) -> None:
     """A study that ends after a part of it."""
 
     def study() -> None:
-        with journal(out, "study"):
+        with run_store(out, "study"):
             part()
             raise RuntimeError
 
@@ -64,12 +64,12 @@ def test_runs_that_were_finished_before_ctrl_c_are_taken_over(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     first: list[str] = []
-    with pytest.raises(KeyboardInterrupt), journal(tmp_path, "study"):
+    with pytest.raises(KeyboardInterrupt), run_store(tmp_path, "study"):
         cells(cases(), reduce=count(first, interrupted="10 m/s"), workers=1)
     assert "2 finished runs are kept" in capsys.readouterr().err
     second: list[str] = []
     shares: list[float] = []
-    with journal(tmp_path, "study") as book:
+    with run_store(tmp_path, "study") as book:
         found = cells(cases(), reduce=count(second), workers=1, progress=shares.append)
         assert book.taken == 2
     assert first[:2] == ["8 m/s", "9 m/s"] and second == ["10 m/s"]
@@ -84,10 +84,10 @@ def test_what_has_changed_is_computed_anew(tmp_path: Path, change: str) -> None:
     end_early(tmp_path, lambda: attempt("part", cells, cases(), workers=1))
     model = build(load_turbine("pmsg20mw").replace(**{"drivetrain.rotor_inertia": 3.0e9}))
     other = {
-        "turbine": [BatchCase(model, SteadyWind(speed=8.0), 1.0, name="8 m/s")],
-        "wind": [BatchCase(c.model, SteadyWind(speed=8.5), 1.0, name=c.name) for c in cases((8.0,))],
+        "turbine": [Run(model, SteadyWind(speed=8.0), duration=1.0, name="8 m/s")],
+        "wind": [Run(c.model, SteadyWind(speed=8.5), duration=1.0, name=c.name) for c in cases((8.0,))],
     }
-    with journal(tmp_path, "another" if change == "inputs" else "study") as book:
+    with run_store(tmp_path, "another" if change == "inputs" else "study") as book:
         attempt("elsewhere" if change == "place" else "part", cells, other.get(change, cases()), workers=1)
         assert book.taken == 0
 
@@ -101,7 +101,7 @@ def test_a_guests_study_is_computed_anew_when_the_guest_has_changed(
     taken: list[int] = []
 
     def study() -> None:
-        with journal(tmp_path, "study", "guest_study") as book:
+        with run_store(tmp_path, "study", "guest_study") as book:
             cells(cases((8.0,)), workers=1)
             taken.append(book.taken)
             raise RuntimeError
@@ -121,7 +121,7 @@ def test_a_file_that_is_not_whole_and_ours_is_not_unpacked(tmp_path: Path, damag
     data = file.read_bytes()
     file.write_bytes({"cut": data[:-10], "foreign": bytes(32) + data[32:], "empty": b""}[damage])
     ran: list[str] = []
-    with journal(tmp_path, "study") as book:
+    with run_store(tmp_path, "study") as book:
         cells(cases((8.0,)), reduce=count(ran), workers=1)
         assert book.taken == 0 and ran == ["8 m/s"]
 
@@ -131,7 +131,7 @@ import sys, time
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
 from test_journal import cases
-from meltemi.studies.journal import cells, journal
+from meltemi.studies.run_store import cells, journal
 
 def reduce(result):
     if result.meta["case"] == "10 m/s":
@@ -154,7 +154,7 @@ def test_a_study_that_was_killed_goes_on(tmp_path: Path, number: signal.Signals)
         os.kill(process.pid, number)
         said = process.communicate()[1]
     ran: list[str] = []
-    with journal(tmp_path, "study") as book:
+    with run_store(tmp_path, "study") as book:
         cells(cases(), reduce=count(ran), workers=1)
         if number is signal.SIGKILL:
             assert book.taken == 2 and ran == ["10 m/s"]
@@ -164,9 +164,9 @@ def test_a_study_that_was_killed_goes_on(tmp_path: Path, number: signal.Signals)
 
 
 def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
-    with journal(tmp_path, "study") as book:
+    with run_store(tmp_path, "study") as book:
         found = attempt("powers", cells, cases(), reduce=count([], fails="9 m/s"), workers=1)
-        assert [isinstance(value, Lost) for value in found] == [False, True, False]
+        assert [isinstance(value, FailedResult) for value in found] == [False, True, False]
         assert len(survivors(found)) == 2
         start = attempt("start at 25 m/s", lambda: (_ for _ in ()).throw(InputError("no steady operation")))
         for use in (
@@ -176,13 +176,13 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
             lambda: np.sqrt(start),
             lambda: [*start],
         ):
-            with pytest.raises(LostError, match="start at 25 m/s: no steady operation"):
+            with pytest.raises(FailedResultError, match="start at 25 m/s: no steady operation"):
                 use()
         # what needs a lost cell is lost for the same reason, and is not another failure
         later = attempt("run", lambda: start.pitch + 1.0)
         assert later.why == "start at 25 m/s: no steady operation"
         assert list(book.failed) == ["powers: 9 m/s", "start at 25 m/s"]
-        case = BatchCase(cases()[0].model, SteadyWind(speed=8.0), 1.0, start=start, name="without a start")
+        case = Run(cases()[0].model, SteadyWind(speed=8.0), duration=1.0, start=start, name="without a start")
         assert cells([case])[0].why == "without a start: start at 25 m/s: no steady operation"
 
         fine = claim_group("one", "", lambda: [Claim("one", "1", "1", "holds", "Fig. 1")])
@@ -199,7 +199,7 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
 
 
 def test_an_error_of_the_program_is_no_failed_cell(tmp_path: Path) -> None:
-    with journal(tmp_path, "study"):
+    with run_store(tmp_path, "study"):
         with pytest.raises(KeyError):
             guarded(lambda: {}["x"], str)
         current().failed["a cell"] = "why"
@@ -209,10 +209,10 @@ def test_an_error_of_the_program_is_no_failed_cell(tmp_path: Path) -> None:
 def test_doubtful_runs_count_are_listed_and_are_taken_over(tmp_path: Path) -> None:
     model = build(load_turbine("pmsg20mw"))
     fast = Start(rotor_speed=1.6 * 0.75)
-    runaway = BatchCase(model, SteadyWind(speed=9.0), 1.0, start=fast, name="runaway")
+    runaway = Run(model, SteadyWind(speed=9.0), duration=1.0, start=fast, name="runaway")
     ran: list[str] = []
     end_early(tmp_path, lambda: cells([runaway], reduce=count(ran), workers=1))
-    with journal(tmp_path, "study") as book:
+    with run_store(tmp_path, "study") as book:
         (value,) = cells([runaway], reduce=count(ran), workers=1)
         assert book.taken == 1 and ran == ["runaway"] and np.isfinite(value)
         assert "1.5 times its rated speed" in book.doubtful["runaway"] and not book.failed

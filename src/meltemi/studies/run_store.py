@@ -5,9 +5,9 @@ study, started again after Ctrl-C, a crash or a kill, reads them and continues w
 hash of the files of meltemi and of the package of the study, of the inputs of the study and of the case, so that
 changed runs are repeated.
 
-A failed cell does not end the study: :class:`Lost` takes the place of its result and raises an error with the reason
-when it is used. ``attempt`` makes cells of other computations, ``guarded`` replaces what depends on failed ones. A
-doubtful run counts and is listed, so that results outside the range of validity of the model are shown, too.
+A failed cell does not end the study: :class:`FailedResult` takes the place of its result and raises an error with the
+reason when it is used. ``attempt`` makes cells of other computations, ``guarded`` replaces what depends on failed ones.
+A doubtful run counts and is listed, so that results outside the range of validity of the model are shown, too.
 """
 
 from __future__ import annotations
@@ -31,8 +31,9 @@ import platformdirs
 
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import MeltemiError, Status
-from meltemi.loadcases.batch import BatchCase, Outcome, interruptible_batch
+from meltemi.loadcases.batch import Batch, Outcome
 from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
 
 T = TypeVar("T")
 HOUSE = "meltemi"
@@ -41,12 +42,12 @@ FOLDER = "finished-runs"
 _ANY_START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.0, generator_torque=0.0)
 
 
-class LostError(MeltemiError):
+class FailedResultError(MeltemiError):
     """The result of a failed cell was used."""
 
 
-class Lost:
-    """Placeholder for the result of a failed cell; any use of it raises :class:`LostError`.
+class FailedResult:
+    """Placeholder for the result of a failed cell; any use of it raises :class:`FailedResultError`.
 
     Attributes:
       why: cell and reason of the failure.
@@ -56,16 +57,16 @@ class Lost:
         self.why = why
 
     def _raise(self, *_: Any, **__: Any) -> Any:
-        raise LostError(self.why)
+        raise FailedResultError(self.why)
 
     __getattr__ = __getitem__ = __iter__ = __len__ = __call__ = __float__ = __contains__ = __array__ = _raise
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = __neg__ = _raise
 
     def __reduce__(self) -> Any:
-        return Lost, (self.why,)
+        return FailedResult, (self.why,)
 
 
-class Journal:
+class RunStore:
     """Finished and failed cells of one study.
 
     Attributes:
@@ -96,7 +97,7 @@ class Journal:
         """Number of stored runs of this study."""
         return 0 if self._folder is None else len(list(self._folder.glob(f"{self._study}-*")))
 
-    def file_of(self, name: str, case: BatchCase) -> Path | None:
+    def file_of(self, name: str, case: Run) -> Path | None:
         """File for the value of a case; None without a folder."""
         if self._folder is None:
             return None
@@ -141,16 +142,16 @@ class Journal:
                 self._folder.rmdir()
 
 
-_OPEN: ContextVar[Journal] = ContextVar("journal", default=Journal())  # noqa: B039 - it keeps nothing on disk
+_OPEN: ContextVar[RunStore] = ContextVar("journal", default=RunStore())  # noqa: B039 - it keeps nothing on disk
 
 
-def current() -> Journal:
+def current() -> RunStore:
     """The journal of the current study."""
     return _OPEN.get()
 
 
 @contextmanager
-def journal(out: Path, inputs: str, package: str = HOUSE) -> Iterator[Journal]:
+def run_store(out: Path, inputs: str, package: str = HOUSE) -> Iterator[RunStore]:
     """Context with the journal of a study, in its output folder.
 
     Stored values are removed when the study ends without a failed cell.
@@ -160,7 +161,7 @@ def journal(out: Path, inputs: str, package: str = HOUSE) -> Iterator[Journal]:
       inputs: all inputs of the study other than the files of the packages, as text.
       package: of the study.
     """
-    book = Journal(out / FOLDER, inputs, package)
+    book = RunStore(out / FOLDER, inputs, package)
     if book.waiting():
         _say(f"taking over {book.waiting()} finished runs from {out / FOLDER}")
     token = _OPEN.set(book)
@@ -181,7 +182,7 @@ def _say(text: str) -> None:
 
 
 def attempt(name: str, function: Callable[..., T], *arguments: Any, **keywords: Any) -> T:
-    """Cell of a study: the value of a function, or :class:`Lost` if it raises a ``MeltemiError``.
+    """Cell of a study: the value of a function, or :class:`FailedResult` if it raises a ``MeltemiError``.
 
     The names of cells inside it begin with its name.
     """
@@ -190,10 +191,10 @@ def attempt(name: str, function: Callable[..., T], *arguments: Any, **keywords: 
     try:
         return function(*arguments, **keywords)
     except MeltemiError as error:
-        if not isinstance(error, LostError):  # the cell that failed first is listed already
+        if not isinstance(error, FailedResultError):  # the cell that failed first is listed already
             book.path = before
             book.enter(name, str(error))
-        return cast("T", Lost(str(error) if isinstance(error, LostError) else f"{name}: {error}"))
+        return cast("T", FailedResult(str(error) if isinstance(error, FailedResultError) else f"{name}: {error}"))
     finally:
         book.path = before
 
@@ -220,20 +221,20 @@ def survivors(values: Iterable[T]) -> list[T]:
       LostError: all failed; with the reason of the first one.
     """
     values = list(values)
-    left = [value for value in values if not isinstance(value, Lost)]
+    left = [value for value in values if not isinstance(value, FailedResult)]
     if values and not left:
-        raise LostError(cast("Lost", values[0]).why)
+        raise FailedResultError(cast("FailedResult", values[0]).why)
     return left
 
 
 def cells(
-    cases: Iterable[BatchCase],
+    cases: Iterable[Run],
     *,
     reduce: Callable[[Result], Any] | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> list[Any]:
-    """Values of a batch's cases, :class:`Lost` for those that failed; arguments as of ``simulate_batch``.
+    """Values of a batch's cases, :class:`FailedResult` for those that failed; arguments as of ``simulate_batch``.
 
     Only runs that reached their end are reduced; of those, the open journal lists the doubtful ones.
 
@@ -245,12 +246,12 @@ def cells(
         complete = outcome.status.complete
         if not outcome.ok:
             book.enter(outcome.name, outcome.message, doubtful=complete)
-        values.append(outcome.value if complete else Lost(f"{outcome.name}: {outcome.message}"))
+        values.append(outcome.value if complete else FailedResult(f"{outcome.name}: {outcome.message}"))
     return values
 
 
 def resumed(
-    cases: Iterable[BatchCase],
+    cases: Iterable[Run],
     *,
     reduce: Callable[[Result], Any] | None = None,
     workers: int | None = None,
@@ -265,13 +266,13 @@ def resumed(
     there: dict[str, Outcome] = {}
     files: dict[str, Path | None] = {}
 
-    def left() -> Iterator[BatchCase]:
+    def left() -> Iterator[Run]:
         for i, case in enumerate(cases, start=1):
             name = case.name or f"case_{i:04d}"
-            missing = next((x for f in fields(case) if isinstance(x := getattr(case, f.name), Lost)), None)
+            missing = next((x for f in fields(case) if isinstance(x := getattr(case, f.name), FailedResult)), None)
             file = None if missing is not None else book.file_of(name, case)
             if missing is not None:
-                there[name] = Outcome(name, Status.FAILED, missing.why, error=LostError)
+                there[name] = Outcome(name, Status.FAILED, missing.why, error=FailedResultError)
             elif kept := book.read(file):
                 there[name] = Outcome(name, *kept[0])
             else:
@@ -291,26 +292,27 @@ def resumed(
         assert progress is not None
         progress(min(share + len(there) / max(_length(cases), 1), 1.0))
 
-    found, interrupted = interruptible_batch(
+    batch = Batch(
         SizedCases(left, _length(cases)), reduce=entered, workers=workers, progress=told if progress else None
     )
-    if interrupted or any(outcome.status is Status.INTERRUPTED for outcome in found):
+    found = batch.run()
+    if batch.interrupted or any(outcome.status is Status.INTERRUPTED for outcome in found):
         raise KeyboardInterrupt
     there |= {outcome.name: outcome for outcome in found}
     return [there[name] for name in files]
 
 
-def _length(cases: Iterable[BatchCase]) -> int:
+def _length(cases: Iterable[Run]) -> int:
     return len(cases) if isinstance(cases, Sized) else 0
 
 
 class SizedCases:
     """A generator of known length, so that progress can be reported as a fraction."""
 
-    def __init__(self, make: Callable[[], Iterator[BatchCase]], length: int) -> None:
+    def __init__(self, make: Callable[[], Iterator[Run]], length: int) -> None:
         self.make, self.length = make, length
 
-    def __iter__(self) -> Iterator[BatchCase]:
+    def __iter__(self) -> Iterator[Run]:
         return self.make()
 
     def __len__(self) -> int:

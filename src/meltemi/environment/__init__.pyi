@@ -1,0 +1,9 @@
+from meltemi.core.series import TimeSeries as TimeSeries
+from meltemi.environment.air import Air as Air
+from meltemi.environment.air import air_density as air_density
+from meltemi.environment.climate import Climate as Climate
+from meltemi.environment.climate import list_climates as list_climates
+from meltemi.environment.climate import load_climate as load_climate
+from meltemi.environment.grid import PowerGrid as PowerGrid
+from meltemi.environment.rain import Rain as Rain
+from meltemi.environment.site import Environment as Environment

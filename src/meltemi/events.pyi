@@ -1,0 +1,14 @@
+from meltemi.simulation.events import Brake as Brake
+from meltemi.simulation.events import BrakeFault as BrakeFault
+from meltemi.simulation.events import FlapStuck as FlapStuck
+from meltemi.simulation.events import GeneratorFault as GeneratorFault
+from meltemi.simulation.events import GridLoss as GridLoss
+from meltemi.simulation.events import PitchRunaway as PitchRunaway
+from meltemi.simulation.events import PitchStuck as PitchStuck
+from meltemi.simulation.events import PowerLimit as PowerLimit
+from meltemi.simulation.events import Request as Request
+from meltemi.simulation.events import SensorDrift as SensorDrift
+from meltemi.simulation.events import SensorLoss as SensorLoss
+from meltemi.simulation.events import SensorOffset as SensorOffset
+from meltemi.simulation.events import VoltageDip as VoltageDip
+from meltemi.simulation.events import YawStuck as YawStuck

@@ -1,0 +1,109 @@
+"""Public names, imported when they are first used.
+
+Each namespace (``meltemi``, ``meltemi.wind``, ``meltemi.loads`` ...) has a stub file beside it with lines such as
+``from meltemi.wind.fields import SteadyWind as SteadyWind``. Type checkers and editors read the stub as it is; the
+module reads it here to find the home of a name that is asked for. So ``import meltemi`` is quick, and every name is
+declared in one place.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from types import FunctionType
+from typing import Any
+
+NAMESPACES = ("wind", "control", "turbine", "environment", "events", "loads", "analysis", "io", "plots")
+RENAMED = {
+    "BatchCase": "Run",
+    "Ceiling": "loads.IdealRemoval",
+    "Design": "analysis.SchemeDesign",
+    "Differences": "analysis.ResultDifferences",
+    "Estimate": "loads.MeanEstimate",
+    "Grid": "wind.WindGrid",
+    "Imported": "io.ImportedTurbine",
+    "Masses": "turbine.ComponentMasses",
+    "Note": "io.ImportNote",
+    "Peak": "loads.SpectralPeak",
+    "Performance": "turbine.RotorPerformance",
+    "Tuning": "analysis.LoopTuning",
+    "baseline": "control.BaselineController",
+    "bladed_controller": "control.BladedController",
+    "ceiling": "loads.ideal_removal",
+    "coordinated": "control.CoordinatedController",
+    "differences": "analysis.finite_difference_runs",
+    "fixed": "control.ConstantController",
+    "grid_for": "wind.wind_grid_for",
+    "load_control": "control.LoadController",
+    "peak": "loads.spectral_peak",
+    "plausibility": "turbine.plausibility_warnings",
+    "power_control": "control.PowerController",
+    "revolution_means": "loads.azimuthal_averages",
+    "supervised": "control.SupervisedController",
+    "travel": "loads.actuator_travel",
+    "yaw_control": "control.YawController",
+}
+"""Former names at the root, and their places."""
+
+
+@cache
+def declared(namespace: str) -> dict[str, tuple[str, str]]:
+    """Module and name there of each public name of a namespace, from its stub file; a module has no name there."""
+    place = os.path.join(os.path.dirname(__file__), *namespace.split(".")[1:])  # noqa: PTH118, PTH120 - pathlib is slow to import
+    stub = f"{place}/__init__.pyi" if os.path.isdir(place) else f"{place}.pyi"  # noqa: PTH112
+    found: dict[str, tuple[str, str]] = {}
+    with open(stub, encoding="utf-8") as lines:  # noqa: PTH123
+        for line in lines:
+            match line.split():
+                case ["from", "meltemi", "import", inner, "as", name]:
+                    found[name] = (f"meltemi.{inner}", "")
+                case ["from", module, "import", there, "as", name]:
+                    found[name] = (module, there)
+                case [name, _] if name.endswith(":"):
+                    found[name[:-1]] = (namespace, name[:-1])
+    return found
+
+
+def public(namespace: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """``__getattr__`` and ``__dir__`` of the module of a namespace."""
+
+    def get(name: str) -> Any:
+        names = declared(namespace)
+        if name == "__all__":
+            return sorted(names)
+        if name not in names:
+            raise AttributeError(f"module {namespace!r} has no attribute {name!r}: {_hint(name, namespace)}")
+        module, there = names[name]
+        value = import_module(module)
+        if there:
+            value = _explained(value, there)
+        setattr(sys.modules[namespace], name, value)
+        return value
+
+    return get, lambda: sorted(declared(namespace))
+
+
+def _explained(module: Any, name: str) -> Any:
+    """What a module has under a name; a function explains invalid arguments."""
+    from meltemi.core.calls import explained
+
+    value = getattr(module, name)
+    if isinstance(value, FunctionType) and not hasattr(value, "__wrapped__"):
+        value = explained(value)
+        setattr(module, name, value)  # under its own name, too: what is pickled is found there
+    return value
+
+
+def _hint(name: str, namespace: str) -> str:
+    """Where a name is that a namespace does not have, or the closest names."""
+    from meltemi.core.errors import did_you_mean
+
+    places = [place for each in ("", *NAMESPACES) if name in declared(place := f"meltemi.{each}".strip("."))]
+    if name in RENAMED:
+        places.append(f"meltemi.{RENAMED[name]}".rpartition(".")[0])
+    if not places:
+        return did_you_mean(name, declared(namespace))
+    return f"it is {places[0]}.{RENAMED.get(name, name).rpartition('.')[2]}"

@@ -1,0 +1,12 @@
+from meltemi.report.comparison_plots import plot_changes as plot_changes
+from meltemi.report.difference_plots import plot_differences as plot_differences
+from meltemi.report.plots import plot as plot
+from meltemi.report.plots import plot_campbell as plot_campbell
+from meltemi.report.plots import plot_performance as plot_performance
+from meltemi.report.plots import plot_power_curve as plot_power_curve
+from meltemi.report.power_plots import plot_speed_power as plot_speed_power
+from meltemi.report.spectra_plots import plot_spectra as plot_spectra
+from meltemi.report.state_diagram import plot_states as plot_states
+from meltemi.report.tuning_plots import plot_tuning as plot_tuning
+from meltemi.report.turbine_plots import plot_turbine as plot_turbine
+from meltemi.report.wind_plots import plot_wind as plot_wind

@@ -1,0 +1,62 @@
+"""The record of one simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, field
+from typing import Any
+
+from meltemi.control.controller import Controller
+from meltemi.environment.grid import PowerGrid
+from meltemi.simulation.channels import DEFAULT
+from meltemi.simulation.events import Happening
+from meltemi.simulation.model import Model, Stations
+from meltemi.simulation.start import Start
+from meltemi.simulation.trim import OperatingPoint
+from meltemi.wind.fields import Wind
+from meltemi.wind.turbulence.field import AnyWind
+
+
+@dataclass(frozen=True)
+class Run:
+    """One simulation: a model in a wind, under control, for some time.
+
+    These are the arguments of :func:`meltemi.simulate`. A batch is a list of such records; stepping and derivatives
+    take one.
+
+    Attributes:
+      model: from ``build``, or a function without arguments that makes it when the run is prepared.
+      wind: speed [m/s] of steady wind, or a wind: steady, a series, a turbulent wind, of which the field is made for
+        the run, or such a field; or a function without arguments that makes it when the run is prepared. A
+        ``WindBox`` may be shared by many runs.
+      duration: [s].
+      controller: by default the baseline controller with the turbine's settings; or a function that makes it for the
+        wind, once that is made.
+      channels: what to record, by our names or OpenFAST's; ``"all"`` among them records everything.
+      output_step: [s] between records; a multiple of the time step.
+      start: operating point or initial conditions to start from; conditions that name no coordinates begin in
+        equilibrium. By default the steady operating point for the wind.
+      stations: further places for section loads.
+      events: faults, grid losses and requests, as records or as keys and values:
+        ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
+      grid: voltage, frequency, reactive power, and power reference, which needs a controller that follows it; by
+        default a stiff grid that takes all power.
+      transient: [s] initial transient, recorded, but excluded from statistics and equivalent loads.
+      name: of the run in a batch, for messages and files; by default ``case_0001`` and so on.
+      progress: callback with the completed fraction.
+    """
+
+    model: Model[Any] | Callable[[], Model[Any]]
+    wind: float | AnyWind | Callable[[], AnyWind]
+    _: KW_ONLY
+    duration: float
+    controller: Controller | Callable[[Wind], Controller] | None = None
+    channels: Sequence[str] = tuple(DEFAULT)
+    output_step: float = 0.05
+    start: OperatingPoint | Start | None = None
+    stations: Stations | None = None
+    events: Iterable[Happening | Mapping[str, Any]] = ()
+    grid: PowerGrid | None = None
+    transient: float = 0.0
+    name: str = ""
+    progress: Callable[[float], None] | None = field(default=None, repr=False, compare=False)
