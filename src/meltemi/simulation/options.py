@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from meltemi.aero.variants import InflowModel, StallModel, TowerInfluence
 from meltemi.core.record import Record
-from meltemi.simulation.bladed.blades import BladeModel
+from meltemi.simulation.blades import BladeModel
 
 
 class StallConstants(Record):

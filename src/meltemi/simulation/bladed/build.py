@@ -27,8 +27,8 @@ from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.threads import one_blas_thread
 from meltemi.environment.site import Environment
 from meltemi.maths.tables import MAX_BLADES, View
-from meltemi.simulation.bladed.blades import blade_model
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
+from meltemi.simulation.blades import blade_model
 from meltemi.simulation.ice import ice_pieces, iced_polars
 from meltemi.simulation.model import Model, actuator_array, electrical_of
 from meltemi.simulation.options import ModelOptions

@@ -27,7 +27,7 @@ from meltemi.maths.records import Record, members
 from meltemi.maths.tables import Table
 from meltemi.numbers.lanes import WIDTH
 from meltemi.simulation.arena import aligned
-from meltemi.simulation.bladed.blades import BladeModel, blade_model
+from meltemi.simulation.blades import BladeModel, blade_model
 from meltemi.simulation.model import Model, ParameterTables, Stations
 from meltemi.simulation.system import Outputs
 from meltemi.simulation.tables import Summary
