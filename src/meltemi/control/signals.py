@@ -1,15 +1,14 @@
-"""What a controller reads and writes: named offsets into two vectors of float64.
+"""What a controller reads and writes: measurements and demands, by name.
 
 A controller is a function ``update(state, measurements, demands, dt)`` that changes ``state`` and
-``demands`` in place. Use the constants of this module as offsets, in plain Python and in compiled
-functions alike; quantities of the blades stand one behind the other::
-
-    from meltemi.control import signals as s
+``demands`` in place, in plain Python or compiled::
 
     def update(state, measurements, demands, dt):
-        demands[s.GENERATOR_TORQUE] = 2.33 * measurements[s.GENERATOR_SPEED] ** 2
+        demands.generator_torque = 2.33 * measurements.generator_speed ** 2
         for blade in range(3):
-            demands[s.PITCH_DEMAND + blade] = 0.0
+            demands.pitch[blade] = 0.0
+
+Entries by number are supported, too: the constants of this module are their places.
 """
 
 from __future__ import annotations
