@@ -94,7 +94,7 @@ def test_words_of_a_parked_rotor(model: Model, held: Model) -> None:
         parked_point(held, 12.0, rotor_speed="idling")
     with pytest.raises(InputError, match="less than or equal to 100"):
         parked_point(model, 120.0)
-    with pytest.raises(InputError, match=r"meltemi\.parked_point is for rotors that stand or idle"):
+    with pytest.raises(InputError, match=r"meltemi\.analysis\.parked_point is for rotors that stand or idle"):
         meltemi.operating_point(model, 12.0, rotor_speed=0.0)
 
 
