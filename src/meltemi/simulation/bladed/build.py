@@ -121,7 +121,7 @@ def build_bladed(
         if stages is None or options.drivetrain == "two_mass"
         else (len(stages.planetary), len(stages.stages)),
         blade_model=options.blade_model,
-        blade_arrays=blade_model(options.blade_model).arrays(blade, blade_layout),
+        blade_arrays=blade_model(options.blade_model).arrays(turbine, blade, blade_layout),
         gear_modes=gear_modes,
         gear_rows=gear_rows,
         gear_shape=gear_shape,

@@ -11,13 +11,15 @@ from numpy.typing import NDArray
 
 from meltemi.simulation.system import System as System
 from meltemi.structure.members import Member, NodeLayout
+from meltemi.turbine.definition import Turbine
 
 
-def arrays(blade: Member, layout: NodeLayout) -> dict[str, NDArray[np.float64]]:
+def arrays(turbine: Turbine, blade: Member, layout: NodeLayout) -> dict[str, NDArray[np.float64]]:
     """Arrays that the records have beyond those of every turbine with blades: none.
 
     Args:
-      blade: a blade with its modes.
-      layout: its nodes.
+      turbine: its description.
+      blade: one of its blades with its modes.
+      layout: nodes of a blade.
     """
     return {}
