@@ -271,7 +271,7 @@ FOUND_LATER = [
     ("options: {locked: [yow]}", "locked: no coordinate 'yow': did you mean 'yaw'"),
     (
         "environment: {rain: {kind: heavy, mode: integrated, diameter: 3.0}}",
-        "environment.rain.mode, diameter: without effect on nrel5mw",
+        "environment.rain.mode, diameter: no effect on nrel5mw",
     ),
     ("options: {blade_nodes: [0.0, 30.0, 20.0, 40.0, 61.5]}", "blade_nodes"),
 ]

@@ -72,17 +72,17 @@ SIGNALS: dict[str, type[Table]] = {
 }
 STATES: dict[str, type[Table]] = {"inflow": InflowState, "stall": StallState, "memory": AeroMemory}
 FILLED = [name for name, member in members(System).items() if member.in_lanes]
-"""Arrays whose last axis are the nodes of a blade or of the tower, which fill up the last lanes."""
+"""Arrays whose last axis is the nodes of a blade or of the tower, padded to whole lanes."""
 WEIGHTS = {
     "tower_flow": [TowerFlow.index("length")],
     "blade_nodes": [row for row, name in enumerate(BladeNode.names) if not name.startswith("position")],
     "aero_nodes": [AeroNode.index(name) for name in ("length", "area", "ring")],
 }
-"""Rows by which a node counts in sums: zero for the nodes that only fill up the last lanes."""
+"""Rows that weight a node in sums: zero for the nodes that pad the last lanes."""
 
 
 def filled(name: str, array: Float, nodes: int) -> Float:
-    """Constants of the nodes, continued to ``nodes`` by copies of the last one that carry no weight."""
+    """Constants of the nodes, padded to ``nodes`` by copies of the last one with zero weight."""
     missing = nodes - array.shape[-1]
     result = aligned((*array.shape[:-1], nodes))
     result[...] = np.concatenate([array, np.repeat(array[..., -1:], missing, axis=-1)], axis=-1)
@@ -92,7 +92,7 @@ def filled(name: str, array: Float, nodes: int) -> Float:
 
 
 def to_lanes(nodes: int, lanes: bool) -> int:
-    """Number of nodes that fills up the last lanes."""
+    """Number of nodes, rounded up to whole lanes."""
     return -(-nodes // WIDTH) * WIDTH if lanes else nodes
 
 
@@ -103,7 +103,7 @@ class BladedRotor:
     Attributes:
       blade, tower: the flexible members.
       blade_layout, tower_layout: their nodes.
-      gear_stages: planetary stages of the gearbox, and all its stages; none where they are not modelled.
+      gear_stages: number of planetary stages and of all stages of the gearbox; zero where they are not modelled.
       gear_modes ... flap_actuators: arrays of the kernels, see the tables of their layers.
     """
 
@@ -147,21 +147,21 @@ class BladedRotor:
 
     @property
     def n_nodes(self) -> int:
-        """Nodes of each blade."""
+        """Number of nodes of each blade."""
         return len(self.blade_layout.position)
 
     @property
     def n_core(self) -> int:
-        """Coordinates below the blades."""
+        """Number of coordinates except those of the blades."""
         return len(self.tower.names) + N_SHAFT
 
     @property
     def n_flaps(self) -> int:
-        """Flaps of each blade."""
+        """Number of flaps of each blade."""
         return len(self.flap_nodes)
 
     def check(self, stations: Stations, turbine: Turbine) -> None:
-        """InputError for stations beyond the ends of blades or tower."""
+        """Raise InputError for stations beyond the ends of blades or tower."""
         for name, places, length in (
             ("blade_stations", stations.blade, turbine.blade.length),
             ("tower_stations", stations.tower, turbine.tower.length),
@@ -188,11 +188,11 @@ class BladedRotor:
         }
 
     def states(self, turbine: Turbine, lanes: bool) -> dict[str, tuple[int, ...]]:
-        """Shapes of the states of inflow and stall, and of what integrator and solver remember."""
+        """Shapes of the states of inflow and stall, and of the memory of integrator and solver."""
         return {name: table.shape(**self._sizes(turbine, lanes)) for name, table in STATES.items()}
 
     def arrays(self, turbine: Turbine, wind: Wind, stations: Stations, lanes: bool) -> dict[str, Any]:
-        """All other arrays of its records; those of nodes are filled up to whole lanes."""
+        """All other arrays of its records; those of nodes are padded to whole lanes."""
         sizes = self._sizes(turbine, lanes)
         B, nodes, K, M, nc = turbine.n_blades, sizes["node"], len(self.blade.names), len(self.tower.names), self.n_core
         tower_nodes = to_lanes(self.tower_flow.shape[1], lanes)
@@ -230,7 +230,7 @@ class BladedRotor:
         }
 
     def shown(self, arrays: dict[str, Any]) -> dict[str, Any]:
-        """The arrays without nodes that only fill up the last lanes."""
+        """The arrays without the nodes that pad the last lanes."""
         N, NT = self.n_nodes, self.tower_flow.shape[1]
         ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in FILLED}}
         return {name: array[..., : ends[name]] if name in ends else array for name, array in arrays.items()}
@@ -241,9 +241,9 @@ BladedModel = Model[BladedRotor]
 
 
 def with_static_gears(model: BladedModel) -> BladedModel:
-    """The same with a gearbox whose parts follow rotor and generator statically, so that none of its modes is left.
+    """The model with a gearbox whose parts follow rotor and generator quasi-statically, without modes of its own.
 
-    Steady operation, default time step and modes in vacuum look at the slow motion only.
+    Steady operation, default time step and modes in vacuum need only the slow motion.
     """
     if not model.rotor.gear_modes.shape[1]:
         return model
