@@ -161,7 +161,9 @@ def test_a_run_without_steady_operation_begins_all_the_same(model: Model, monkey
     wind = SteadyWind(speed=17.0)
     monkeypatch.setattr(points, "operating_point", fails)
     result = simulate(model, wind, duration=60.0, channels=["rotor_speed", "pitch_1"])
-    assert result.meta["warnings"][0].startswith("the run begins with the undeflected turbine, which adds an initial transient: no steady operation")
+    assert result.meta["warnings"][0].startswith(
+        "the run begins undeflected, with an initial transient: no steady operation"
+    )
     assert result["rotor_speed"][0] == pytest.approx(result["rotor_speed"][-1], rel=0.01)
     assert result["pitch_1"][0] == pytest.approx(result["pitch_1"][-1], abs=0.03)
 

@@ -127,9 +127,7 @@ def natural_modes(
     if rotor_speed and model.n_blades != 3:
         raise UnsupportedError("natural modes of a rotating rotor need three blades")
     if rotor_speed and model.environment.gravity:
-        raise UnsupportedError(
-            "natural modes of a rotating rotor need zero gravity; set environment.gravity to 0"
-        )
+        raise UnsupportedError("natural modes of a rotating rotor need zero gravity; set environment.gravity to 0")
     if not generator_free:
         case["locked"][generator] = 1.0
     free = np.flatnonzero(case["locked"] == 0.0)

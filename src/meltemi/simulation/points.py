@@ -47,7 +47,7 @@ def begin_in(model: Model[Any], wind: Wind, start: State | None = None) -> tuple
             return _at_rest(start), ()
         return found, found.warnings
     except NotConverged as error:
-        words = (f"the run begins with the undeflected turbine, which adds an initial transient: {error}",)
+        words = (f"the run begins undeflected, with an initial transient: {error}",)
         if isinstance(start, Start):
             return _at_rest(start), words
         if isinstance(model.rotor, BladedRotor):

@@ -1,7 +1,7 @@
-"""Section loads: what the outer part of the machine exerts on the inner one at a cut.
+"""Section loads: forces and moments that the outboard part of the turbine exerts on the inboard one at a cut.
 
-Always external loads minus inertia of everything outboard, never stiffness times deflection, so a
-load is right whatever the number of modes. Called after ``dynamics.accelerations``.
+They are external loads minus inertia of everything outboard, never stiffness times deflection, so that they do not
+depend on the number of modes. Called after ``dynamics.accelerations``.
 
 Reference: docs/theory/structure.md (S-41 to S-47).
 """
@@ -21,7 +21,7 @@ FEATURE = "section loads"
 
 @kernel
 def apex_acceleration(m: Structure) -> Vec:
-    """Acceleration of the rotor apex by the second derivatives."""
+    """Acceleration of the rotor apex from the second derivatives of the coordinates."""
     x = Vec(0.0, 0.0, 0.0)
     for j in range(m.columns.coordinates):
         x += m.a[j] * m.columns.linear[j]
@@ -30,7 +30,7 @@ def apex_acceleration(m: Structure) -> Vec:
 
 @kernel
 def angular_acceleration(m: Structure, n: int) -> Vec:
-    """Angular acceleration by the second derivatives of the first ``n`` coordinates."""
+    """Angular acceleration from the second derivatives of the first ``n`` coordinates."""
     x = Vec(0.0, 0.0, 0.0)
     for j in range(n):
         x += m.a[j] * m.columns.angular[j]
@@ -39,9 +39,9 @@ def angular_acceleration(m: Structure, n: int) -> Vec:
 
 @kernel
 def blade_loads(m: Structure, s: SectionLoads) -> None:
-    """Loads at the blade roots, tip deflections, and the blades' share of the apex loads (S-41, S-42).
+    """Loads at the blade roots, tip deflections, and contribution of the blades to the apex loads (S-41, S-42).
 
-    ``apex`` becomes force and moment of all blades on the hub at the apex, inertial axes.
+    ``apex`` becomes force and moment of all blades on the hub at the apex, in inertial axes.
     """
     q, a, machine, frame, body, link, root = m.q, m.a, m.machine, m.frame, m.body, m.link, s.root
     a_h, b_r = apex_acceleration(m), angular_acceleration(m, m.columns.coordinates)
@@ -74,7 +74,7 @@ def blade_loads(m: Structure, s: SectionLoads) -> None:
         root.moment[b] = unpitched(cp, sp, M_root)
         root.tip[b] = unpitched(cp, sp, u)
         root.tip_rotation[b] = theta
-        # tip from the tower top, nacelle axes
+        # tip position from the tower top, nacelle axes
         place = machine.nacelle.T @ (machine.hub_position - machine.top_position + R @ (m.structure.tip + u))
         flat = place.x * place.x + place.y * place.y
         root.clearance[b] = sqrt(flat + place.z * place.z) if place.z > 0.0 else sqrt(flat)
@@ -84,7 +84,7 @@ def blade_loads(m: Structure, s: SectionLoads) -> None:
 
 @kernel
 def unpitched(cp: float, sp: float, v: Vec) -> Vec:
-    """From blade axes to coned axes, which do not pitch."""
+    """Transformation from blade axes to coned axes, which do not pitch."""
     return Vec(cp * v.x + sp * v.y, -sp * v.x + cp * v.y, v.z)
 
 
@@ -92,7 +92,7 @@ def unpitched(cp: float, sp: float, v: Vec) -> Vec:
 def chain_loads(m: Structure, s: SectionLoads) -> None:
     """Loads at the apex, at the yaw bearing (S-43, S-44) and in the gearbox (S-57).
 
-    ``apex`` becomes force and moment at the yaw bearing, inertial axes.
+    ``apex`` becomes force and moment at the yaw bearing, in inertial axes.
     """
     q, v, a, p, machine, columns, out = m.q, m.v, m.a, m.structure, m.machine, m.columns, s.chain
     n_tower = m.top_shape.modes
@@ -160,14 +160,14 @@ def tower_loads(m: Structure, s: SectionLoads) -> None:
     q, a, p, shape, nodes, out = m.q, m.a, m.structure, m.tower_shape, s.tower_nodes, s.tower_station
     gravity = Vec(0.0, 0.0, -p.gravity)
     top = m.machine.top_position
-    # below the yaw bearing: with the mass that is fixed there
+    # below the yaw bearing: include the mass fixed to the tower top
     rising = Vec(0.0, 0.0, 0.0)
     for k in range(shape.modes):
         rising += a[k] * shape.displacement[k, shape.nodes - 1]
     F_top, M_top = s.apex.force + p.top_mass * (gravity - rising), s.apex.moment
     for i in range(out.stations):
         cut = s.tower_stations[i]
-        # deflected place of the cut
+        # deflected position of the cut
         place = Vec(0.0, 0.0, p.tower_base + cut)
         for n in range(nodes.nodes - 1):
             low, high = nodes.height[n], nodes.height[n + 1]
@@ -239,7 +239,7 @@ def station_loads(m: Structure, s: SectionLoads) -> None:
                 share = min(max((edges[n + 1] - stations[i]) / (edges[n + 1] - edges[n]), 0.0), 1.0)
                 if share <= 0.0:
                     continue
-                # the outer part of a cut piece has its middle further out
+                # the outer part of a cut piece has its centre further out
                 shift = 0.5 * (1.0 - share) * (edges[n + 1] - edges[n])
                 arm = r + Vec(0.0, 0.0, shift) - station_place(m, stations[i], b, n_nodes)
                 out.force[b, i] += share * F
@@ -248,7 +248,7 @@ def station_loads(m: Structure, s: SectionLoads) -> None:
 
 @kernel
 def station_place(m: Structure, station: float, b: int, n_nodes: int) -> Vec:
-    """Deflected place of a ``station`` [m] from the root, linear between root, nodes and beyond the last."""
+    """Deflected position of a ``station`` [m] from the root, linear between root, nodes and beyond the last."""
     root, nodes, motion = m.structure.hub_radius, m.blade_nodes, m.motion
     z = root + station
     first = nodes.position[b, 0].z
