@@ -32,13 +32,10 @@ INSTEAD = {
 GENERATED = ("docs/papers", "docs/verification", "docs/performance.md")
 """Pages whose text comes from the studies."""
 
-NOT_SWEPT = tuple(f"src/meltemi/{folder}/" for folder in ("maths", "numbers", "simulation", "structure"))
-"""Source folders that still use some of the phrases; take one out when it no longer does."""
-
 TEXTS = {
     name: path
     for path in (*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src").rglob("*.py"))
-    if not (name := path.relative_to(ROOT).as_posix()).startswith((*GENERATED, *NOT_SWEPT, "CHANGELOG.md"))
+    if not (name := path.relative_to(ROOT).as_posix()).startswith((*GENERATED, "CHANGELOG.md"))
 }
 
 

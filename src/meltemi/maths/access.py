@@ -13,13 +13,13 @@ Float = NDArray[float64]
 
 @kernel
 def vec1(A: Float, i: int) -> Vec:
-    """Vector in rows i, i+1, i+2."""
+    """Vector with components in rows i, i+1, i+2."""
     return Vec(A[i], A[i + 1], A[i + 2])
 
 
 @kernel
 def vec3(A: Float, i: int, b: int, n: int) -> Vec:
-    """Vector in rows i, i+1, i+2 at (b, n)."""
+    """Vector with components in rows i, i+1, i+2 at (b, n)."""
     return Vec(A[i, b, n], A[i + 1, b, n], A[i + 2, b, n])
 
 

@@ -1,4 +1,4 @@
-"""Arrays as kernels of a number type see them."""
+"""Arrays in the types that kernels of a number type take."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from meltemi.numbers.duals import DualArrayType, dual_view
 from meltemi.numbers.lanes import WIDTH, LaneArrayType, lane_view
 
 FLOATS, LANES = None, WIDTH
-"""Kinds of numbers; the third kind, duals, is the tuple of the arrays of derivatives."""
+"""Number types; the third one, duals, is given by the tuple of the arrays of derivatives."""
 
 
 def viewer(nodes: Collection[int] = ()) -> Callable[[Any, Any], Any]:
-    """A compiled function ``(kind, arrays)`` that gives a tuple of arrays the views of a kind of number.
+    """A compiled function ``(kind, arrays)`` that returns a tuple of arrays in the types of a number type.
 
     Args:
-      nodes: places in the tuple of the arrays whose last axis is read in lanes.
+      nodes: indices in the tuple of the arrays whose last axis is read in lanes.
     """
     if config.DISABLE_JIT:
         return lambda kind, arrays: arrays
@@ -45,7 +45,7 @@ def viewer(nodes: Collection[int] = ()) -> Callable[[Any, Any], Any]:
                 elif isinstance(new[i], DualArrayType):
                     items[i] = dual_view(context, builder, arrays[i], x, kind[i], slopes[i])
                 elif isinstance(new[i], types.Array):
-                    # without its owner: the host keeps the memory, and nothing need be counted
+                    # without ownership: the host keeps the memory, so no reference counts are needed
                     array = context.make_array(new[i])(context, builder, x)
                     array.meminfo = ir.Constant(array.meminfo.type, None)
                     array.parent = ir.Constant(array.parent.type, None)
