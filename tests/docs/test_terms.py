@@ -26,6 +26,18 @@ INSTEAD = {
     r"the (?:first|last) word of the operator|operator's words?\b": "operator request",
     r"swings? without end": "limit cycle",
     r"tuned by margins": "tuned for stability margins",
+    r"words? of the operator": "operator request",
+    r"left over\b": "residual, remainder",
+    r"fills? up the last": "pads",
+    r"kinds? of numbers?": "number type",
+    r"told apart": "distinguished",
+    r"holds? on to": "keeps, retains",
+    r"makes of\b": "name the result",
+    r"gives? back": "returns",
+    r"(?:is|are|be) let go": "released",
+    r"in (?:no|thin) air\b": "in vacuum",
+    r"goes? astray": "drifts",
+    r"for good\b": "permanently",
 }
 """Banned phrases and the standard terms in their place."""
 

@@ -400,7 +400,7 @@ def conflict(events: Sequence[Happening]) -> str | None:
                 continue
             follows = one.end == math.inf and isinstance(two, Request | PowerLimit) and two.at > one.at
             if not follows:
-                until = "for good" if one.end == math.inf else f"until {one.end:g} s"
+                until = "permanently" if one.end == math.inf else f"until {one.end:g} s"
                 return (
                     f"events.{j} at {two.at:g} s and events.{i}, which acts from {one.at:g} s {until}, "
                     f"contradict each other ({one.part}); change their times, or leave one out"
