@@ -231,7 +231,8 @@ def case_message(command: Command, tmp_path: Path, text: str) -> str:
         (
             "duration: 5.0",
             "duration: 5.0\nevents: [{at: 1, type: yaw_stuck}, {at: 2, type: yaw_stuck}]",
-            "FILE: events.1 at 2 s and events.0, which acts from 1 s permanently, contradict each other (yaw drive stuck)",
+            "FILE: events.1 at 2 s and events.0, which acts from 1 s permanently, "
+            "contradict each other (yaw drive stuck)",
         ),
         (
             "duration: 5.0",

@@ -327,7 +327,8 @@ def test_in_a_batch(machine: Model) -> None:
         ([{"at": 1.0, "type": "pitch_runaway", "blade": 1, "rate": 0.0}], "events.0: rate must not be zero"),
         (
             [{"at": 0.5, "type": "pitch_stuck", "blade": 1}, {"at": 0.2, "type": "pitch_stuck", "blade": 1}],
-            "events.0 at 0.5 s and events.1, which acts from 0.2 s permanently, contradict each other .pitch of blade 1.",
+            "events.0 at 0.5 s and events.1, which acts from 0.2 s permanently, "
+            "contradict each other .pitch of blade 1.",
         ),
         (
             [{"at": 0.5, "type": "request", "request": "start"}, {"at": 0.5, "type": "request", "request": "none"}],

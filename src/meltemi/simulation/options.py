@@ -29,7 +29,7 @@ class StallConstants(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.a1 + self.a2 > 1.0 + 1e-9:
-            raise ValueError(f"a1 + a2, the lagging part of the lift, must not exceed 1, found {self.a1 + self.a2:g}")
+            raise ValueError(f"a1 + a2, the lagging part of lift, must be at most 1, found {self.a1 + self.a2:g}")
         return self
 
 
