@@ -339,4 +339,4 @@ def test_an_event_out_of_place_warns(model: Model) -> None:
     usual = [{"at": 0.5, "type": "grid_loss"}, {"at": 1.0, "type": "pitch_stuck", "blade": 1}]
     assert run(model, SteadyWind(speed=8.0), 2.0, SupervisedController(model.turbine), None, usual).warnings == ()
     deaf = meltemi.simulate(model, SteadyWind(speed=8.0), duration=2.0, channels=CHANNELS, events=[stop])
-    assert "the baseline law does not follow the operator" in deaf.warnings[0]
+    assert "the baseline controller ignores operator requests" in deaf.warnings[0]

@@ -106,7 +106,7 @@ def test_rated_power_is_that_of_the_stator_and_pitch_holds_it(model: Model) -> N
 def test_rain_that_takes_all_power_is_named(turbine: PowerTurbine) -> None:
     cloudburst = Rain(kind="heavy_rainstorm_extreme", mode="seed", diameter=10.0)
     model = build(turbine, environment=Environment(rain=cloudburst))
-    with pytest.raises(InputError, match=r"rain takes 100 % of the rotor's power\. Take less rain or a higher wind"):
+    with pytest.raises(InputError, match=r"rain takes 100 % of the rotor's power\. Use less rain or a higher wind"):
         operating_point(model, 9.0)
 
 

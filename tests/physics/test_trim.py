@@ -91,7 +91,7 @@ def test_a_wind_that_does_not_turn_the_rotor_is_explained(model: Model) -> None:
     with pytest.raises(InputError, match=r"the generator\. Use a higher wind speed, or another start: in a case"):
         operating_point(model, 0.5)
     wet = meltemi.build(model.turbine, environment=meltemi.Environment(rain=meltemi.environment.Rain(rate=8.0)))
-    with pytest.raises(InputError, match=r"the generator in rain of 8 mm/h\. Take less rain or a higher wind speed"):
+    with pytest.raises(InputError, match=r"the generator in rain of 8 mm/h\. Use less rain or a higher wind speed"):
         operating_point(wet, 0.5)
 
 
