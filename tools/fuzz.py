@@ -462,7 +462,7 @@ def _only_begin_what_is_long() -> None:
     from meltemi.core.errors import RunError
     from meltemi.postprocess import difference
     from meltemi.report import wind_plots
-    from meltemi.simulation import campbell, engines, simulate
+    from meltemi.simulation import campbell, rotors, simulate
     from meltemi.studies import compare, inspection, schemes, warmup
     from meltemi_papers import study
     from meltemi_papers.he2018 import duel
@@ -491,7 +491,7 @@ def _only_begin_what_is_long() -> None:
         setattr(module, name, short)
 
     seldom(simulate, "simulate", duration=SIMULATED)
-    seldom(engines, "operating_point")
+    seldom(rotors, "operating_point")
     seldom(difference, "compare_results")
     seldom(wind_plots, "plot_wind")
 

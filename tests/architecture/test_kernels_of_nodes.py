@@ -26,7 +26,6 @@ MODULES: dict[str, tuple[str, ...]] = {
     "aero/lag.py": (),
     "aero/polars.py": (),
     "wind/velocity.py": (),
-    "maths/access.py": (),
     "structure/kinematics.py": ("node_motion",),
     "structure/dynamics.py": ("inertia_about", "collect_node"),
 }

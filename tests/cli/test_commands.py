@@ -164,7 +164,7 @@ def test_run_in_a_uniform_wind_file(command: Command, tmp_path: Path, monkeypatc
 def test_warnings_of_a_run_are_shown(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     law = BaselineController(meltemi.load_turbine("nrel5mw"))
     wary = replace(law, warnings=lambda state: ["pitch: look at it"])
-    monkeypatch.setattr("meltemi.simulation.simulate.baseline", lambda control: wary)
+    monkeypatch.setattr("meltemi.simulation.simulate.BaselineController", lambda turbine: wary)
     ran = command("run", "nrel5mw", "--wind-speed", 9, "--duration", 1, "--out", tmp_path)
     assert (ran.status, ran.err) == (0, "warning: pitch: look at it\n")
     assert meltemi.io.read_netcdf(tmp_path / "result.nc").warnings == ("pitch: look at it",)

@@ -260,7 +260,7 @@ def test_two_flaps_share_a_blade(turbine: Turbine) -> None:
     whole = naca64618_flap()
     halves = whole.replace(end=0.81), whole.replace(begin=0.81)
     models = [meltemi.build(with_flaps(turbine, *flaps), ModelOptions(**RIGID)) for flaps in ((whole,), halves)]
-    np.testing.assert_allclose(models[1].flap_nodes.sum(axis=0), models[0].flap_nodes[0], atol=1e-12)
+    np.testing.assert_allclose(models[1].rotor.flap_nodes.sum(axis=0), models[0].rotor.flap_nodes[0], atol=1e-12)
     one = moments(models[0], 18.0, 14.92, (5.0, 0.0, 0.0))
     case = Case(models[1], SteadyWind(speed=18.0))
     meltemi.Start(rotor_speed=RATED, pitch=np.radians(14.92)).put(case)

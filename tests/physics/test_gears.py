@@ -176,7 +176,7 @@ def test_gears_move_the_first_mode_by_their_inertia_only(turbine: Turbine, geare
 
 def test_modes_of_the_gears_leave_the_time_step_alone(turbine: Turbine, multibody: Model) -> None:
     assert time_step(multibody) == time_step(meltemi.build(turbine)) == 0.01
-    frequency = View(GearModes, multibody.gear_modes)["frequency"]
+    frequency = View(GearModes, multibody.rotor.gear_modes)["frequency"]
     assert frequency.max() * 0.01 > 100.0
 
 
@@ -319,7 +319,7 @@ def test_a_run_begins_at_rest_in_the_gears(geared: Turbine, multibody: Model) ->
     case = Case(multibody, SteadyWind(speed=12.0))
     meltemi.operating_point(multibody, 12.0).put(case)
     begin(case)
-    gears, w = case.view("gears"), View(GearModes, multibody.gear_modes)["frequency"]
+    gears, w = case.view("gears"), View(GearModes, multibody.rotor.gear_modes)["frequency"]
     size = np.abs(w**2 * gears["angle"]).max()
     assert size > 0.0
     assert np.abs(gears["acceleration"]).max() < 1e-6 * size

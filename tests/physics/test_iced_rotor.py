@@ -52,7 +52,7 @@ def test_imbalance_of_one_iced_blade(turbine: Turbine) -> None:
     assert radial == pytest.approx(first * speed**2 - mass * g * np.cos(psi), rel=1e-6, abs=10.0)
     # across, at the tower top: sine of the azimuth, a little late or early for the leading edge lies ahead of the axis
     ahead = sum(
-        (View(BladeNode, m.blade_nodes)["moment"][1, 0]).sum() * sign
+        (View(BladeNode, m.rotor.blade_nodes)["moment"][1, 0]).sum() * sign
         for m, sign in zip(models, (-1.0, 1.0), strict=True)
     )
     across = iced["yaw_force_y"] - clean["yaw_force_y"]
@@ -72,11 +72,11 @@ def test_frequencies_of_an_iced_blade(turbine: Turbine) -> None:
     before, after = (min(m.frequency for m in natural_modes(model)) for model in models)
     nodes, clean = (View(BladeNode, model.rotor.blade_nodes) for model in reversed(models))
     mass, first, J = (nodes[name][..., 0, :] - clean[name][..., 0, :] for name in ("mass", "moment", "inertia"))
-    u, turn = models[1].shape[:, 0].reshape(2, 3, -1)
+    u, turn = models[1].rotor.shape[:, 0].reshape(2, 3, -1)
     xx, yy, zz, xy, xz, yz = J
     spin = np.einsum("in,ijn,jn->n", turn, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), turn)
     extra = np.sum(mass * np.sum(u**2, axis=0) + 2.0 * np.sum(u * np.cross(turn, first, axis=0), axis=0) + spin)
-    stiffness = models[1].modal[0, 0, 0]
+    stiffness = models[1].rotor.modal[0, 0, 0]
     assert after == pytest.approx(np.sqrt(stiffness / (stiffness / before**2 + extra)), rel=1e-5)
     assert after < 0.85 * before
 

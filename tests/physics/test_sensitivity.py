@@ -317,7 +317,7 @@ def refused(model: Model, parameters: Any, words: str, steps: Any = None, **argu
         (["controller.proportional"], "has no.*controller.proportional_gain"),
         (["blade.structure.flap_stiffness"], "turbine.PATH"),
         (["turbine.blade.structure.flap_stifness"], "flap_stiffness"),
-        (["turbine.name"], "no number"),
+        (["turbine.name"], "neither a number nor a list of numbers"),
         (["turbine.n_blades"], "n_blades.*cannot be changed"),
         (["turbine.control.pitch.proportional_gain"], "controller.NAME"),
         (["turbine.drivetrain.generator_efficiency"], "changes nothing"),

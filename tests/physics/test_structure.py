@@ -503,7 +503,7 @@ def test_pile_as_springs() -> None:
 def test_damping_by_ratios_and_by_times_agree(turbine: Turbine) -> None:
     options = ModelOptions(torsion_modes=0)
     by_ratio = meltemi.build(turbine, options)
-    w = by_ratio.blade.modes.frequency_alone
+    w = by_ratio.rotor.blade.modes.frequency_alone
     flap, edge = 0.0123, 0.0234
     alike = turbine.replace(
         **{"blade.structure.damping": {"flap": 0.5 * flap * w[0], "edge": 0.5 * edge * w[2], "torsion": 0.0}}
@@ -511,14 +511,14 @@ def test_damping_by_ratios_and_by_times_agree(turbine: Turbine) -> None:
     timed = turbine.replace(
         **{"blade.structure.damping": None, "blade.structure.damping_time": {"flap": flap, "edge": edge}}
     )
-    C, D = (meltemi.build(t, options).blade.damping for t in (alike, timed))
+    C, D = (meltemi.build(t, options).rotor.blade.damping for t in (alike, timed))
     np.testing.assert_allclose(C[[0, 2]][:, [0, 2]], D[[0, 2]][:, [0, 2]], rtol=1e-9, atol=1e-9 * C.max())
     assert D[1, 1] > 2.0 * C[1, 1]  # the second flap mode: its ratio grows with frequency instead of staying
 
 
 def test_a_blade_that_cannot_twist_has_no_torsion_mode(turbine: Turbine) -> None:
     stiff = turbine.replace(**{"blade.structure.torsion_stiffness": None})
-    assert "1st torsion" in meltemi.build(turbine).blade.names
-    assert "1st torsion" not in meltemi.build(stiff).blade.names
+    assert "1st torsion" in meltemi.build(turbine).rotor.blade.names
+    assert "1st torsion" not in meltemi.build(stiff).rotor.blade.names
     with pytest.raises(UnsupportedError, match="with torsion_stiffness"):
         meltemi.build(stiff, ModelOptions(torsion_modes=1))

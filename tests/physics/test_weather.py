@@ -49,7 +49,7 @@ def test_rain_is_in_the_polars_and_nowhere_else(turbine: Turbine, model: Model) 
     wet = meltemi.build(turbine, environment=Environment(rain=rain))
     content = float(drops.water_content(rain.intensity, rain.water_density, 0.0, np.inf))
     grid = np.linspace(-np.pi, np.pi, model.rotor.polars.shape[1])
-    more = wet.polars - model.rotor.polars
+    more = wet.rotor.polars - model.rotor.polars
     tip = int(model.rotor.aero_nodes[AeroNode.index("polar"), 0, -1])
     assert more[tip, :, PolarPoint.index("drag")] == pytest.approx(
         drag_of_drops(content / 1.225, 0.18, grid), abs=1e-15

@@ -13,6 +13,7 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
+from kernel_arrays import call
 from numpy.typing import NDArray
 
 from meltemi.control.controller import UPDATE_DUALS
@@ -36,7 +37,6 @@ from meltemi.core.errors import InputError
 from meltemi.core.kernel import FAST_MATH
 from meltemi.maths.tables import Entries, Numbers, Table, blades, number, part, parts
 from meltemi.numbers.duals import N_DERIVATIVES
-from meltemi.numbers.views import FLOATS, viewer
 
 Float = NDArray[np.float64]
 ROTOR = 1.2671
@@ -466,18 +466,16 @@ def start_of_all() -> Float:
 
 
 def run_of_all(slopes: tuple[Any, ...] | None, *arrays: Float) -> None:
-    view, law = viewer(), compiled(individual_pitch)
+    law = compiled(individual_pitch)
 
-    @compiled  # type: ignore[untyped-decorator]
-    def march(numbers: Any, arrays: tuple[Any, ...]) -> None:
-        state, measurements, demands = view(numbers, arrays)
+    def march(state: Any, measurements: Any, demands: Any) -> None:
         for k in range(100):
             measurements[1] = 0.05 * k * measurements[0]
             for i in range(3):
                 measurements[2 + i] = math.cos(measurements[1] + 2.1 * i) + 0.3
             law(state, measurements, demands, 0.05)
 
-    march(FLOATS if slopes is None else slopes, arrays)
+    call(march, *arrays, kind="floats" if slopes is None else "duals", slopes=slopes)
 
 
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="duals exist in compiled code only")

@@ -12,31 +12,23 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 import pytest
+from kernel_arrays import call, compiled
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import FAST_MATH
 from meltemi.maths.generic import crossed, floor, largest, total, where, whole, zero
 from meltemi.numbers.duals import N_DERIVATIVES
-from meltemi.numbers.views import FLOATS, viewer
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="duals exist in compiled code only")
 
 Float = NDArray[np.float64]
 N = 200
 K = N_DERIVATIVES
-compiled = numba.njit(fastmath=FAST_MATH, error_model="numpy")
 RNG = np.random.default_rng(12)
 
 
 def run(function: Callable[..., Any], *arrays: Float, slopes: tuple[Float | None, ...] | None) -> None:
     """Call ``function`` with arrays that have derivatives where ``slopes`` has them; None: with floats."""
-    view, inner = viewer(), compiled(function)
-
-    @compiled
-    def outer(numbers: Any, arrays: tuple[Any, ...]) -> None:
-        inner(*view(numbers, arrays))
-
-    outer(FLOATS if slopes is None else slopes, arrays)
+    call(function, *arrays, kind="floats" if slopes is None else "duals", slopes=slopes)
 
 
 class Operation(NamedTuple):

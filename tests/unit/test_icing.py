@@ -52,7 +52,7 @@ def test_law_of_iec(turbine: Turbine) -> None:
 
 def test_mass_and_moment_of_the_nodes_in_closed_form(turbine: Turbine, clean: Model) -> None:
     iced = meltemi.build(with_ice(turbine, Icing(blades=(2,), mass=50.0)))
-    before, after = View(BladeNode, clean.blade_nodes), View(BladeNode, iced.blade_nodes)
+    before, after = View(BladeNode, clean.rotor.blade_nodes), View(BladeNode, iced.rotor.blade_nodes)
     assert np.array_equal(before.array[:, [0, 2]], after.array[:, [0, 2]])
     mass = after["mass"][1] - before["mass"][1]
     z = after["position"][2, 1]
@@ -83,9 +83,9 @@ def test_leading_edge_turns_with_the_twist(turbine: Turbine) -> None:
 def test_polars_under_ice(turbine: Turbine, clean: Model) -> None:
     icing = Icing(blades=(1,), lift_penalty=0.3, drag_penalty=1.5)
     iced = meltemi.build(with_ice(turbine, icing))
-    index = View(AeroNode, iced.aero_nodes)["polar"].astype(int)
-    assert np.array_equal(index[1:], View(AeroNode, clean.aero_nodes)["polar"][1:])
-    before, after = clean.polars[index[1]], iced.polars[index[0]]
+    index = View(AeroNode, iced.rotor.aero_nodes)["polar"].astype(int)
+    assert np.array_equal(index[1:], View(AeroNode, clean.rotor.aero_nodes)["polar"][1:])
+    before, after = clean.rotor.polars[index[1]], iced.rotor.polars[index[0]]
     grid = np.linspace(-np.pi, np.pi, before.shape[1])
     outer = np.linspace(0.0, 1.0, 20) > 0.7
     near, deep, behind = (int(np.argmin(np.abs(grid - np.radians(a)))) for a in (6.0, 60.0, 175.0))
@@ -96,13 +96,13 @@ def test_polars_under_ice(turbine: Turbine, clean: Model) -> None:
     # cylinders at the root stay as they are
     assert np.array_equal(after[0], before[0])
     # the parts of the dynamic stall make the static lift that the section has now
-    dynamic = iced.section[index[0], SectionConstants.index("dynamic")] > 0.0
+    dynamic = iced.rotor.section[index[0], SectionConstants.index("dynamic")] > 0.0
     f = after[..., ATTACHMENT]
     static = f * after[..., ATTACHED] + (1.0 - f) * after[..., SEPARATED]
     inside = np.abs(grid) < np.radians(45.0)
     assert static[dynamic][:, inside] == pytest.approx(after[dynamic][:, inside][..., LIFT], abs=2e-3)
     slope = SectionConstants.index("slope")
-    assert iced.section[index[0], slope][outer] == pytest.approx(0.7 * iced.section[index[1], slope][outer])
+    assert iced.rotor.section[index[0], slope][outer] == pytest.approx(0.7 * iced.rotor.section[index[1], slope][outer])
 
 
 def test_factors_fade_out() -> None:
@@ -113,11 +113,11 @@ def test_factors_fade_out() -> None:
 
 def test_ice_of_nothing_changes_nothing(turbine: Turbine, clean: Model) -> None:
     nothing = meltemi.build(with_ice(turbine, Icing(amount=0.0, lift_penalty=0.0, drag_penalty=0.0)))
-    assert np.array_equal(nothing.blade_nodes, clean.blade_nodes)
+    assert np.array_equal(nothing.rotor.blade_nodes, clean.rotor.blade_nodes)
     index, was = (View(AeroNode, model.rotor.aero_nodes)["polar"].astype(int) for model in (nothing, clean))
-    assert np.array_equal(nothing.polars[index], clean.polars[was])
+    assert np.array_equal(nothing.rotor.polars[index], clean.rotor.polars[was])
     back = meltemi.build(with_ice(with_ice(turbine, Icing()), None))
-    assert all(np.array_equal(getattr(back, name), getattr(clean, name)) for name in ("blade_nodes", "aero_nodes"))
+    assert all(np.array_equal(back.array(name), clean.array(name)) for name in ("blade_nodes", "aero_nodes"))
     assert back.content_hash() == clean.content_hash()
 
 
@@ -138,8 +138,8 @@ def test_ice_of_nothing_changes_nothing(turbine: Turbine, clean: Model) -> None:
 )
 def test_every_option_changes_something(turbine: Turbine, change: dict[str, Any]) -> None:
     one, two = (meltemi.build(with_ice(turbine, icing)) for icing in (Icing(), Icing(**change)))
-    mass = not np.array_equal(one.blade_nodes, two.blade_nodes)
-    air = one.polars.shape != two.polars.shape or not np.array_equal(one.polars, two.polars)
+    mass = not np.array_equal(one.rotor.blade_nodes, two.rotor.blade_nodes)
+    air = one.rotor.polars.shape != two.rotor.polars.shape or not np.array_equal(one.rotor.polars, two.rotor.polars)
     names = set(change)
     assert mass == bool(names & {"blades", "amount", "mass", "density", "tip_chord"})
     assert air == bool(names & {"lift_penalty", "drag_penalty", "penalty_begin", "penalty_full"})

@@ -14,20 +14,18 @@ from typing import Any, NamedTuple
 import numba
 import numpy as np
 import pytest
+from kernel_arrays import call, compiled
 from numpy.typing import NDArray
 
-from meltemi.core.kernel import FAST_MATH
-from meltemi.maths.access import vec3
 from meltemi.maths.generic import anywhere, floor, largest, split, total, two_to, where, whole, zero
+from meltemi.maths.records import Kind
 from meltemi.maths.vectors import Vec, cross, dot
 from meltemi.numbers.lanes import WIDTH
-from meltemi.numbers.views import FLOATS, LANES, viewer
 
 pytestmark = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="lanes exist in compiled code only")
 
 Float = NDArray[np.float64]
 N = 40 * WIDTH
-compiled = numba.njit(fastmath=FAST_MATH, error_model="numpy")
 RNG = np.random.default_rng(11)
 SPECIAL = np.array([0.0, -0.0, 1.0, -1.0, 0.5, -0.5, 2.0, 3.0, 1e300, -1e300, 1e-300, 5e-324, np.inf, -np.inf, np.nan])
 
@@ -160,15 +158,9 @@ OPERATIONS = {
 }
 
 
-def run(function: Callable[..., Any], *arrays: Float, of_nodes: tuple[int, ...], numbers: Any = LANES) -> None:
+def run(function: Callable[..., Any], *arrays: Float, of_nodes: tuple[int, ...], kind: Kind = "lanes") -> None:
     """Call ``function`` with arrays, some of them as arrays of lanes."""
-    view, inner = viewer(of_nodes), compiled(function)
-
-    @compiled
-    def outer(numbers: Any, arrays: tuple[Any, ...]) -> None:
-        inner(*view(numbers, arrays))
-
-    outer(numbers, arrays)
+    call(function, *arrays, kind=kind, nodes=of_nodes)
 
 
 def applied(operation: Callable[[Any, Any], Any], x: Float, y: Float) -> Float:
@@ -325,7 +317,7 @@ def nodes_kernel(A: Any, box: Any, out: Any) -> None:
     for b in range(A.shape[1]):
         running = Vec(0.0, 0.0, 0.0)
         for n in range(A.shape[2]):
-            x, y = vec3(A, 0, b, n), vec3(A, 3, b, n)
+            x, y = Vec(A[0, b, n], A[1, b, n], A[2, b, n]), Vec(A[3, b, n], A[4, b, n], A[5, b, n])
             z = cross(x, y)
             size = math.sqrt(dot(z, z))
             place = min(max(whole(4.0 * abs(x.x)), 0), box.shape[1] - 2)
@@ -347,7 +339,7 @@ def test_floats_and_lanes_agree_to_the_last_bit_in_arithmetic() -> None:
     # the running sums of a lane go over every eighth node
     for first in range(WIDTH):
         some = np.zeros((4, 3, 2))
-        run(nodes_kernel, np.ascontiguousarray(A[..., first::WIDTH]), box, some, of_nodes=(0, 2), numbers=FLOATS)
+        run(nodes_kernel, np.ascontiguousarray(A[..., first::WIDTH]), box, some, of_nodes=(0, 2), kind="floats")
         by_floats[..., first::WIDTH] = some
     np.testing.assert_array_equal(by_lanes, by_floats)
     assert (by_lanes[3] > 2.0).any() and (by_lanes[3] < 2.0).any()

@@ -7,12 +7,12 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
+from kernel_arrays import call
 
 import meltemi.control  # noqa: F401 - by it kernels know what a table of a vector is
 from meltemi.core.errors import InputError
 from meltemi.core.kernel import kernel
 from meltemi.maths.tables import Entries, Numbers, Table, blades, flaps, number, numbers, part, parts, series
-from meltemi.numbers.views import viewer
 
 
 class Axis(Table, title="test axis"):
@@ -148,18 +148,13 @@ def test_kernels_read_the_same_names() -> None:
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="duals need compiled kernels")
 def test_derivatives_go_along() -> None:
-    x, view = example(), viewer()
+    x = example()
     slopes = np.zeros((len(x.array), 8))
     names = Law.names_of(x.array)
     slopes[names.index("loop_2_gain"), 3] = 1.0
     slopes[names.index("ring_2_value_1"), 5] = 2.0
 
-    @numba.njit
-    def drive(array: Any, slopes: Any) -> None:
-        (duals,) = view((slopes,), (array,))
-        step(duals, 1.0)
-
-    drive(x.array, slopes)
+    call(lambda duals: step(duals, 1.0), x.array, kind="duals", slopes=(slopes,))
     np.testing.assert_array_equal(x.array, expected().array)
     assert {(names[i], k): slopes[i, k] for i, k in np.argwhere(slopes)} == {
         ("loop_2_gain", 3): 1.0,

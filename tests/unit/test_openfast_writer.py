@@ -360,8 +360,8 @@ def test_polynomials_give_our_frequencies(turbine: Turbine, written: Written) ->
         assert len(polynomials) == 2
         np.testing.assert_allclose([sum(c) for c in polynomials], 1.0, atol=1e-9)
     as_elastodyn = {f"blade.structure.{name}": None for name in ("torsion_stiffness", "flap_inertia", "edge_inertia")}
-    given = build(shapes.replace(**as_elastodyn), ModelOptions(mode_shapes="given")).blade
-    ratio = given.modes.frequency / build(turbine, ModelOptions(torsion_modes=0)).blade.modes.frequency
+    given = build(shapes.replace(**as_elastodyn), ModelOptions(mode_shapes="given")).rotor.blade
+    ratio = given.modes.frequency / build(turbine, ModelOptions(torsion_modes=0)).rotor.blade.modes.frequency
     assert np.all(ratio > 1.0) and np.all(ratio < 1.011)
     noted = [note.why for note in written.notes if "mode of the blade" in note.what]
     assert [float(why.split("frequency ")[1].split(" %")[0]) for why in noted] == pytest.approx(

@@ -9,6 +9,7 @@ from meltemi.core.errors import InputError
 from meltemi.maths.algebra import Rot, Sym, Vec
 from meltemi.maths.tables import (
     Numbers,
+    Rotations,
     Row,
     Symmetrics,
     Table,
@@ -19,55 +20,50 @@ from meltemi.maths.tables import (
     number,
     rotation,
     symmetric,
-    table,
     xyz,
 )
 
-EXAMPLE = table(
-    "example",
-    "blade node",
-    """
-    chord             | m     | length of the section
-    force xyz         | N     | on the node | with a bar in its text
 
-    frame rotation    | -     | orientation
-    inertia symmetric | kg m^2| about the node
-    pitch blades      | rad   | of each blade
-    """,
-)
+class Example(Table, axes="blade node"):
+    """Fields of all kinds."""
+
+    chord: Numbers = number("m", "length of the section")
+    force: Vectors = xyz("N", "on the node")
+    frame: Rotations = rotation("-", "orientation")
+    inertia: Symmetrics = symmetric("kg m^2", "about the node")
+    pitch: Numbers = blades("rad", "of each blade")
 
 
-def test_rows_stand_in_the_order_of_the_text_with_parts_expanded() -> None:
-    assert EXAMPLE.names == (
+def test_rows_stand_in_the_order_of_the_fields_with_parts_expanded() -> None:
+    assert Example.names == (
         "chord",
         *(f"force_{part}" for part in "xyz"),
         *(f"frame_{row}{column}" for row in "xyz" for column in "xyz"),
         *(f"inertia_{part}" for part in ("xx", "yy", "zz", "xy", "xz", "yz")),
         *(f"pitch_{b}" for b in (1, 2, 3)),
     )
-    assert len(EXAMPLE) == 1 + 3 + 9 + 6 + 3
+    assert len(Example) == 1 + 3 + 9 + 6 + 3
 
 
 def test_every_part_keeps_unit_and_meaning() -> None:
-    fields = {f.name: f for f in EXAMPLE.rows}
+    fields = {f.name: f for f in Example.rows}
     assert fields["chord"] == Row("chord", "m", "length of the section")
     for part in "xyz":
-        # only the first two bars separate columns
-        assert fields[f"force_{part}"] == Row(f"force_{part}", "N", "on the node | with a bar in its text")
+        assert fields[f"force_{part}"] == Row(f"force_{part}", "N", "on the node")
 
 
 def test_index_of_a_vector_or_matrix_is_its_first_row() -> None:
-    assert [EXAMPLE.index(n) for n in ("chord", "force", "frame", "inertia", "pitch")] == [0, 1, 4, 13, 19]
-    assert EXAMPLE.index("force_z") == 3
+    assert [Example.index(n) for n in ("chord", "force", "frame", "inertia", "pitch")] == [0, 1, 4, 13, 19]
+    assert Example.index("force_z") == 3
 
 
 def test_slots_give_offsets_for_several_names() -> None:
-    assert EXAMPLE.slots("pitch force_y chord") == (19, 2, 0)
+    assert Example.slots("pitch force_y chord") == (19, 2, 0)
 
 
 def test_shape_follows_the_axes() -> None:
-    assert EXAMPLE.shape(blade=3, node=7) == (22, 3, 7)
-    zeros = EXAMPLE.zeros(blade=2, node=4)
+    assert Example.shape(blade=3, node=7) == (22, 3, 7)
+    zeros = Example.zeros(blade=2, node=4)
     assert zeros.shape == (22, 2, 4)
     assert zeros.dtype == np.float64
     assert zeros.flags.c_contiguous
@@ -75,27 +71,29 @@ def test_shape_follows_the_axes() -> None:
 
 
 def test_table_without_axes_is_a_vector() -> None:
-    assert table("plain", "", "a | m | one\nb | m | two").zeros().shape == (2,)
+    class Plain(Table):
+        a: float = number("m", "one")
+        b: float = number("m", "two")
 
-
-def test_field_twice_is_refused() -> None:
-    with pytest.raises(ValueError, match="'example': a field name occurs twice"):
-        table("example", "", "a | m | one\na | m | again")
+    assert Plain.zeros().shape == (2,)
 
 
 def test_vector_that_repeats_a_plain_field_is_refused() -> None:
-    with pytest.raises(ValueError, match="a field name occurs twice"):
-        table("example", "", "a_x | m | one\na xyz | m | again")
+    with pytest.raises(ValueError, match="'twice': a field name occurs twice"):
+
+        class Twice(Table):
+            a_x: float = number("m", "one")
+            a: Vec = xyz("m", "again")
 
 
 def test_unknown_field_is_answered_with_the_closest() -> None:
     with pytest.raises(InputError, match=r"example has no 'chrod': did you mean 'chord'"):
-        EXAMPLE.index("chrod")
+        Example.index("chrod")
 
 
 def test_view_reads_a_row_or_all_rows_of_a_vector() -> None:
     array = np.arange(22.0 * 2 * 3).reshape(22, 2, 3)
-    view = View(EXAMPLE, array)
+    view = View(Example, array)
     assert np.shares_memory(view["chord"], array)
     np.testing.assert_array_equal(view["chord"], array[0])
     np.testing.assert_array_equal(view["force_y"], array[2])
@@ -105,12 +103,12 @@ def test_view_reads_a_row_or_all_rows_of_a_vector() -> None:
 
 def test_view_of_a_symmetric_matrix_has_six_rows() -> None:
     array = np.arange(22.0).reshape(22, 1, 1)
-    np.testing.assert_array_equal(View(EXAMPLE, array)["inertia"], array[13:19])
+    np.testing.assert_array_equal(View(Example, array)["inertia"], array[13:19])
 
 
 def test_view_writes_through_to_the_array_and_nowhere_else() -> None:
-    array = EXAMPLE.zeros(blade=2, node=3)
-    view = View(EXAMPLE, array)
+    array = Example.zeros(blade=2, node=3)
+    view = View(Example, array)
     view["force"] = np.array([1.0, 2.0, 3.0])[:, None, None]
     view["chord"][1, 2] = 5.0
     expected = np.zeros_like(array)
@@ -119,15 +117,18 @@ def test_view_writes_through_to_the_array_and_nowhere_else() -> None:
 
 
 def test_view_of_one_number_a_blade_spans_all_blades() -> None:
-    plain = table("demands", "", "pitch blades | rad | of each blade\nyaw | rad | of the nacelle")
-    array = plain.zeros()
-    View(plain, array)["pitch"] = 0.2
+    class Plain(Table, title="demands"):
+        pitch: Numbers = blades("rad", "of each blade")
+        yaw: float = number("rad", "of the nacelle")
+
+    array = Plain.zeros()
+    View(Plain, array)["pitch"] = 0.2
     np.testing.assert_array_equal(array, [0.2, 0.2, 0.2, 0.0])
 
 
 @pytest.mark.parametrize("name", ["forces", "Chord", "force_w"])
 def test_view_refuses_unknown_names(name: str) -> None:
-    view = View(EXAMPLE, EXAMPLE.zeros(blade=1, node=1))
+    view = View(Example, Example.zeros(blade=1, node=1))
     with pytest.raises(InputError, match="did you mean"):
         view[name]
     with pytest.raises(InputError, match="did you mean"):
@@ -135,7 +136,7 @@ def test_view_refuses_unknown_names(name: str) -> None:
 
 
 def test_view_names_its_fields() -> None:
-    text = repr(View(EXAMPLE, EXAMPLE.zeros(blade=1, node=1)))
+    text = repr(View(Example, Example.zeros(blade=1, node=1)))
     assert text.startswith("<example: chord, force_x, ")
 
 

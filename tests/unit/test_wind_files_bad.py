@@ -272,7 +272,7 @@ def test_formats_are_told_by_suffix_content_and_name(tmp_path: Path) -> None:
             lambda p: meltemi.io.read_wnd(meltemi.io.write_wind(BOX, p / "a.wnd")[0]),
             r"a\.wnd: a Bladed-style field, not uniform wind: read it with meltemi\.read_wind",
         ),
-        (lambda p: meltemi.read_wind(p / "a.csv"), r"read it with meltemi\.read_hub_csv"),
+        (lambda p: meltemi.read_wind(p / "a.csv"), r"read it with meltemi\.io\.read_hub_csv"),
         (
             lambda p: meltemi.read_wind(
                 p / "a.bts",

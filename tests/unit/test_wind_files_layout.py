@@ -321,7 +321,7 @@ def test_names_of_hawc2_files(tmp_path: Path) -> None:
 def test_hawc2_files_that_do_not_fit_their_grid(tmp_path: Path) -> None:
     hawc2(tmp_path)
     with pytest.raises(
-        InputError, match=r"box\.hawc2\.yaml is missing in their folder: specify grid=meltemi\.Hawc2Grid"
+        InputError, match=r"box\.hawc2\.yaml is missing in their folder: specify grid=meltemi\.io\.Hawc2Grid"
     ):
         read_hawc2(tmp_path / "box_u.bin")
     with pytest.raises(InputError, match=r"box_u\.bin: 96 bytes, expected 144 for 3 planes of 3 columns and 4 rows"):

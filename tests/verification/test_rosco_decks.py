@@ -89,7 +89,7 @@ def test_trims_and_runs_in_turbulence(rosco_cases: Path, name: str, models: str)
 def test_the_monopile_softens_the_tower(rosco_cases: Path) -> None:
     path = main_file(rosco_cases, "IEA-15-240-RWT-Monopile")
     free, clamped = (meltemi.build(meltemi.io.read_openfast(path, fixed_base=fixed)) for fixed in (False, True))
-    on_pile, on_ground = (m.tower.modes.frequency[0] / (2.0 * np.pi) for m in (free, clamped))
+    on_pile, on_ground = (m.rotor.tower.modes.frequency[0] / (2.0 * np.pi) for m in (free, clamped))
     assert on_pile < 0.9 * on_ground
     assert on_pile == pytest.approx(0.17, abs=0.02)  # NREL/TP-5000-75698: 0.17 Hz on its monopile
 

@@ -21,7 +21,6 @@ from __future__ import annotations
 import itertools
 import math
 import re
-import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, TypeVar
@@ -455,22 +454,6 @@ class Table(metaclass=TableType):
         import numpy as np
 
         return np.zeros(cls.shape(**sizes))
-
-
-_MAKERS = {"": number, "xyz": xyz, "rotation": rotation, "symmetric": symmetric, "blades": blades, "flaps": flaps}
-
-
-def table(name: str, axes: str, text: str) -> type[Table]:
-    """A table from lines ``name | unit | meaning`` or ``name kind | unit | meaning``."""
-    fields: dict[str, Any] = {"__module__": sys._getframe(1).f_globals["__name__"]}  # as for a class declared there
-    for line in text.splitlines():
-        if line.strip():
-            key, unit, doc = (part.strip() for part in line.split("|", 2))
-            base, _, kind = key.partition(" ")
-            if base in fields:
-                raise ValueError(f"table {name!r}: a field name occurs twice")
-            fields[base] = _MAKERS[kind.strip()](unit, doc)
-    return TableType(name.title().replace(" ", ""), (Table,), fields, axes=axes, title=name)  # type: ignore[return-value]
 
 
 class View:

@@ -375,16 +375,6 @@ def _atan2(y: Any, x: Any) -> Any:
 # arrays ---------------------------------------------------------------------------------------------
 
 
-def dual_view(context: Any, builder: Any, kind: Any, values: Any, slopes_kind: Any, slopes: Any) -> Any:
-    """LLVM value of contiguous arrays (...,) and (..., 8) as a dual array."""
-    array = context.make_array(kind)(context, builder, values)
-    proxy = cgutils.create_struct_proxy(DualArrayType(kind.ndim))(context, builder)
-    proxy.values = array.data
-    proxy.slopes = context.make_array(slopes_kind)(context, builder, slopes).data
-    proxy.shape = array.shape
-    return proxy._getvalue()
-
-
 @infer_getattr
 class _DualArrayAttributes(AttributeTemplate):
     key = DualArrayType

@@ -96,17 +96,6 @@ class _LaneArrayModel(models.StructModel):
         super().__init__(manager, frontend, members)
 
 
-def lane_view(context: Any, builder: Any, kind: Any, array: Any) -> Any:
-    """LLVM value of a contiguous float64 array as a lane array; its last axis must be a multiple of eight."""
-    whole_array = context.make_array(kind)(context, builder, array)
-    proxy = cgutils.create_struct_proxy(LaneArrayType(kind.ndim))(context, builder)
-    shape = cgutils.unpack_tuple(builder, whole_array.shape)
-    shape[-1] = builder.udiv(shape[-1], shape[-1].type(WIDTH))
-    proxy.data = whole_array.data
-    proxy.shape = context.make_tuple(builder, types.UniTuple(types.intp, kind.ndim), shape)
-    return proxy._getvalue()
-
-
 @infer_getattr
 class _LaneArrayAttributes(AttributeTemplate):
     key = LaneArrayType

@@ -187,9 +187,8 @@ def fixed_parts(mode: Mode) -> Mode:
 def strain(model: BladedModel) -> dict[str, float]:
     """Stiffness of each coordinate in the fixed frame: twice the mean strain energy at unit amplitude."""
     structure = model.structure
-    found = {
-        f"tower {n}": k for n, k in zip(model.rotor.tower.names, np.diag(model.rotor.tower_matrix[1]), strict=True)
-    }
+    below = np.diag(model.rotor.tower_matrix[1])
+    found = dict(zip(model.coordinates[: len(below)], below, strict=True))
     found["yaw"] = structure[StructureParameters.index("yaw_stiffness")]
     found["drivetrain"] = structure[StructureParameters.index("shaft_stiffness")]
     for name, k in zip(model.rotor.blade.names, np.diag(model.rotor.modal[0, 0]), strict=True):

@@ -117,7 +117,7 @@ def catalogue(
     for n in range(1, tower_stations + 1):
         found += [_channel(row, (n,), n=n) for row in _rows("tower_station")]
     for name in coordinates:
-        turns = name in ("yaw", "generator", "drivetrain") or name.endswith("torsion")
+        turns = name in ("generator", "drivetrain") or name.endswith(("torsion", "roll", "pitch", "yaw"))
         unit = "rad" if turns else "m"
         if name != "yaw":  # yaw has its own channel
             found.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))

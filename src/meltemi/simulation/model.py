@@ -49,11 +49,12 @@ class Rotor(Protocol):
     """
 
     in_lanes: ClassVar[bool]
-    system: ClassVar[type[Record]]
     sections: ClassVar[type[Record]]
     parameter_tables: ClassVar[ParameterTables]
     signals: ClassVar[dict[str, type[Table]]]
 
+    @property
+    def system(self) -> type[Record]: ...
     @property
     def n_core(self) -> int: ...
     @property

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from meltemi.aero.variants import InflowModel, StallModel, TowerInfluence
 from meltemi.core.record import Record
+from meltemi.simulation.blades import BladeModel
 
 
 class StallConstants(Record):
@@ -55,6 +56,8 @@ class ModelOptions(Record):
     """Torsional modes of the tower."""
     mode_shapes: Literal["computed", "given"] = "computed"
     """Natural modes computed from the section data, or the mode shapes of the description."""
+    blade_model: BladeModel = "modal"
+    """Structural model of the blades: modes with small deflections."""
     locked: tuple[str, ...] = ()
     """Coordinates that keep their initial velocity (that of a locked generator is the start's, by default rated speed);
     names or groups, see ``Model.coordinates``:

@@ -1,6 +1,7 @@
 """The coupled turbine: the only file in which wind, aerodynamics, structure and control exchange data.
 
-``evaluate`` computes all quantities at one instant. ``advance`` marches: at each instant, in this order,
+``evaluate`` computes all quantities at one instant: for blades and tower by :func:`equations`, for a disk with a power
+coefficient as in ``simulation/disk``. ``advance`` marches either: at each instant, in this order,
 
 1. events that are due;
 2. sample: measurements from the state (with the extrapolated velocity) and the last loads, through the sensors;

@@ -19,6 +19,7 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.generic import total
 from meltemi.maths.solve import solve_arrow
 from meltemi.maths.vectors import Sym, Vec, cross, dot, turn
+from meltemi.numbers.dispatch import by_record
 from meltemi.structure.gears import gear_equations
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.tables import Structure
@@ -73,9 +74,18 @@ def collect_node(m: Structure, gravity: Vec, b: int, n: int) -> None:
             m.arm_mass[b, k, j] += total(dot(partial.velocity[j, b, n], P) + dot(shape.rotation[j, b, n], H))
 
 
-@kernel
+@by_record
 def collect_blades(m: Structure) -> None:
-    """Reduce every blade to one body and its modal sums."""
+    """Reduce every blade to one body and its modal sums, by the structural model of the blades.
+
+    The results are ``body``, ``link``, ``arm_mass`` and ``arm_force``; motion and loads of the nodes come first.
+    """
+
+
+@collect_blades.variant
+@kernel
+def collect_modal_blades(m: Structure) -> None:
+    """Reduce every blade, with the stiffness and damping of its modes."""
     q, v = m.q, m.v
     m.body.array[:] = 0.0
     m.link.array[:] = 0.0

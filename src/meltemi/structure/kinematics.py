@@ -16,6 +16,7 @@ from math import cos, pi, sin
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.vectors import Vec, about_x, about_y, about_z, cross, dot, rotation_vector
+from meltemi.numbers.dispatch import by_record
 from meltemi.structure.tables import Structure
 
 YAW, GENERATOR, TORSION = 0, 1, 2
@@ -161,9 +162,15 @@ def node_motion(m: Structure, first: int, b: int, n: int) -> None:
     motion.spin_rate[b, n] = w_rate + cross(w, rate)
 
 
-@kernel
+@by_record
 def blade_motion(m: Structure) -> None:
-    """Motion of all blade nodes."""
+    """Motion of all blade nodes, by the structural model of the blades: fills ``motion``."""
+
+
+@blade_motion.variant
+@kernel
+def modal_motion(m: Structure) -> None:
+    """Motion of all blade nodes in small deflections, of second order in the modes."""
     for b in range(m.motion.blades):
         for n in range(m.motion.nodes):
             node_motion(m, m.columns.coordinates + m.shape.modes * b, b, n)

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from meltemi.core.errors import UnsupportedError
@@ -30,6 +31,8 @@ Float = NDArray[np.float64]
 
 ELEMENTS = 40
 """Smallest number of finite elements of a member; errors are then 2e-5 in bending frequencies, 6e-4 in torsion."""
+BASE_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+"""Rigid motions of the tower base: along the inertial axes x, y, z and about them."""
 LEAST_SHARE = 0.2
 """Smallest fraction of the kinetic energy of a mode in the direction of its name; stretching modes have none."""
 RIGID_TORSION, RIGID_STRETCH, RIGID_SHEAR = 1e4, 1e6, 1e8
@@ -91,6 +94,24 @@ class Member:
                 for c in range(3):
                     result[i, j, :, c] = np.interp(z, self.modes.z, self.second[i, j, :, c])
         return result
+
+
+@dataclass(frozen=True)
+class MovingBase:
+    """A tower base with rigid motions of its own, as on a floater.
+
+    Attributes:
+      motions: those of :data:`BASE_MOTIONS` that are free; each is a coordinate, ``"base surge"``.
+      mass: (6, 6) [kg, kg m, kg m^2] of all that moves with the base, about the tower base, inertial axes; of a floater
+        with the added mass of the water.
+      stiffness: (6, 6) [N/m, N, N m/rad] of water and mooring, about the tower base.
+      damping: (6, 6) [N s/m, N s, N m s/rad] the same.
+    """
+
+    motions: tuple[str, ...]
+    mass: Float
+    stiffness: Float
+    damping: Float
 
 
 def blade_beam(blade: BladeStructure) -> Beam:
@@ -198,13 +219,20 @@ def tower_member(
     layout: NodeLayout,
     *,
     given: bool = False,
+    base: MovingBase | None = None,
 ) -> Member:
     """Modal member of the tower with given numbers of fore-aft, side-to-side and torsion modes.
 
     Args:
       tip_mass: (6, 6) inertia that the tower carries, about its top.
       given: use the mode shapes of the description instead of natural modes.
+      base: rigid motions of the base, which become further modes.
+
+    Raises:
+      UnsupportedError: modes or shapes that the tower does not have, or a base that moves on a foundation.
     """
+    if base is not None and foundation is not None:
+        raise UnsupportedError("the tower base moves: its foundation belongs to the stiffness of the base")
     if counts["torsion"] and tower.torsion_stiffness is None:
         raise UnsupportedError("tower_torsion_modes needs a tower with torsion_stiffness")
     beam = tower_beam(tower)
@@ -220,7 +248,7 @@ def tower_member(
         }
         named = {name.replace("_", "-"): count for name, count in counts.items()}
         modes, names = _given_modes(beam, mesh, named, directions)
-        return _member(modes, names, beam, tower.damping)
+        return _on_base(_member(modes, names, beam, tower.damping), mesh, base)
     modes = natural_modes(
         mesh,
         12 + 4 * sum(counts.values()),
@@ -234,7 +262,28 @@ def tower_member(
         "torsion": (2, counts["torsion"]),
     }
     picked, names = _pick(modes, mesh, wanted)
-    return _member(picked, names, beam, tower.damping)
+    return _on_base(_member(picked, names, beam, tower.damping), mesh, base)
+
+
+def _on_base(tower: Member, mesh: Mesh, base: MovingBase | None) -> Member:
+    """The tower, whose modes are those on a fixed base, with the motions of the base as rigid shapes after them."""
+    if base is None:
+        return tower
+    free = [BASE_MOTIONS.index(name) for name in base.motions]
+    some, modes = np.ix_(free, free), tower.modes
+    rigid = np.zeros((6, len(mesh.z), 6))
+    for i in range(6):
+        rigid[i, :, i] = 1.0
+        if i >= 3:
+            rigid[i, :, :3] = np.cross(np.eye(3)[i - 3], mesh.points - mesh.points[0])
+    shape = np.concatenate([modes.shape, rigid[free]])
+    flat = shape.reshape(len(shape), -1)
+    M = flat @ mesh.mass @ flat.T + scipy.linalg.block_diag(np.zeros_like(modes.mass), base.mass[some])
+    K = scipy.linalg.block_diag(modes.stiffness, base.stiffness[some])
+    moving = Modes(mesh.z, mesh.points, shape, K, M, M)
+    names = (*tower.names, *(f"base {name}" for name in base.motions))
+    C = scipy.linalg.block_diag(tower.damping, base.damping[some])
+    return Member(names, moving, C, second_order(moving), tower.beam)
 
 
 def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple[Modes, list[str]]:

@@ -12,6 +12,7 @@ from math import sqrt
 
 from meltemi.core.kernel import kernel
 from meltemi.maths.vectors import Sym, Vec, about_x, about_y, cross, dot, turn
+from meltemi.numbers.dispatch import by_record
 from meltemi.structure.gears import gear_loads, gear_momentum
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.structure.tables import SectionLoads, Structure
@@ -37,13 +38,66 @@ def angular_acceleration(m: Structure, n: int) -> Vec:
     return x
 
 
+@by_record
+def tip_deflection(m: Structure, s: SectionLoads, b: int) -> tuple[Vec, Vec]:  # type: ignore[empty-body]
+    """Deflection [m] and rotation [rad] of a blade's tip, blade axes, by the structural model of the blades."""
+
+
+@tip_deflection.variant
+@kernel
+def modal_tip(m: Structure, s: SectionLoads, b: int) -> tuple[Vec, Vec]:
+    """The same in small deflections, of second order in the modes."""
+    q, shape, first = m.q, s.tip_shape, m.columns.coordinates + m.shape.modes * b
+    u, theta = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for k in range(shape.modes):
+        t = shape.displacement[k]
+        for j in range(shape.modes):
+            Z = Vec(s.tip_second[0, k, j], s.tip_second[1, k, j], s.tip_second[2, k, j])
+            t += 0.5 * q[first + j] * Z
+        u += q[first + k] * t
+        theta += q[first + k] * shape.rotation[k]
+    return u, theta
+
+
+@by_record
+def node_load(m: Structure, a_b: Vec, b_b: Vec, b: int, n: int) -> tuple[Vec, Vec]:  # type: ignore[empty-body]
+    """Force and moment about a blade node, external minus inertia, blade axes, by the structural model of the blades.
+
+    Args:
+      a_b, b_b: acceleration and angular acceleration of the blade's root by the second derivatives, blade axes.
+      b, n: blade and node.
+    """
+
+
+@node_load.variant
+@kernel
+def modal_node_load(m: Structure, a_b: Vec, b_b: Vec, b: int, n: int) -> tuple[Vec, Vec]:
+    """The same in small deflections."""
+    a, shape, motion, first = m.a, m.shape, m.motion, m.columns.coordinates + m.shape.modes * b
+    gravity = m.frame.orientation[b].T @ Vec(0.0, 0.0, -m.structure.gravity)
+    J, s0 = m.blade_nodes.inertia[b, n], m.blade_nodes.moment[b, n]
+    r, w = motion.position[b, n], motion.spin[b, n]
+    moment = s0 + cross(motion.rotation[b, n], s0)
+    acceleration = motion.acceleration[b, n] + (a_b + cross(b_b, r))
+    spin_rate = motion.spin_rate[b, n] + b_b
+    for k in range(shape.modes):
+        acceleration += a[first + k] * m.partial.velocity[k, b, n]
+        spin_rate += a[first + k] * shape.rotation[k, b, n]
+    fall = gravity - acceleration
+    F = m.blade_nodes.mass[b, n] * fall - (cross(spin_rate, moment) + cross(w, cross(w, moment)))
+    F += m.load.force[b, n]
+    M = cross(moment, fall) - (J @ spin_rate + cross(w, J @ w))
+    M += m.load.moment[b, n]
+    return F, M
+
+
 @kernel
 def blade_loads(m: Structure, s: SectionLoads) -> None:
     """Loads at the blade roots, tip deflections, and contribution of the blades to the apex loads (S-41, S-42).
 
     ``apex`` becomes force and moment of all blades on the hub at the apex, in inertial axes.
     """
-    q, a, machine, frame, body, link, root = m.q, m.a, m.machine, m.frame, m.body, m.link, s.root
+    a, machine, frame, body, link, root = m.a, m.machine, m.frame, m.body, m.link, s.root
     a_h, b_r = apex_acceleration(m), angular_acceleration(m, m.columns.coordinates)
     total_force, total_moment = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     for b in range(frame.blades):
@@ -53,16 +107,10 @@ def blade_loads(m: Structure, s: SectionLoads) -> None:
         F = body.force[b] - (body.mass[b] * acceleration + cross(spin_rate, moment))
         M = body.torque[b] - (cross(moment, acceleration) + body.inertia[b] @ spin_rate)
         first = m.columns.coordinates + link.modes * b
-        u, theta = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
         for k in range(link.modes):
             F -= a[first + k] * link.linear[b, k]
             M -= a[first + k] * link.angular[b, k]
-            t = s.tip_shape.displacement[k]
-            for j in range(link.modes):
-                Z = Vec(s.tip_second[0, k, j], s.tip_second[1, k, j], s.tip_second[2, k, j])
-                t += 0.5 * q[first + j] * Z
-            u += q[first + k] * t
-            theta += q[first + k] * s.tip_shape.rotation[k]
+        u, theta = tip_deflection(m, s, b)
         total_force += R @ F
         total_moment += R @ M
         M_root = M - cross(Vec(0.0, 0.0, m.structure.hub_radius), F)
@@ -210,31 +258,18 @@ def station_loads(m: Structure, s: SectionLoads) -> None:
     stations, edges, out = s.blade_stations, s.blade_edges, s.station
     if stations.shape[0] == 0:
         return
-    a, p, shape, motion = m.a, m.structure, m.shape, m.motion
+    motion = m.motion
     n_nodes = edges.shape[0] - 1
     a_h, b_r = apex_acceleration(m), angular_acceleration(m, m.columns.coordinates)
     for b in range(motion.blades):
         R = m.frame.orientation[b]
-        gravity = R.T @ Vec(0.0, 0.0, -p.gravity)
         a_b, b_b = R.T @ a_h, R.T @ b_r
-        first = m.columns.coordinates + shape.modes * b
         for i in range(stations.shape[0]):
             out.force[b, i] = Vec(0.0, 0.0, 0.0)
             out.moment[b, i] = Vec(0.0, 0.0, 0.0)
         for n in range(n_nodes):
-            J, s0 = m.blade_nodes.inertia[b, n], m.blade_nodes.moment[b, n]
-            r, w = motion.position[b, n], motion.spin[b, n]
-            moment = s0 + cross(motion.rotation[b, n], s0)
-            acceleration = motion.acceleration[b, n] + (a_b + cross(b_b, r))
-            spin_rate = motion.spin_rate[b, n] + b_b
-            for k in range(shape.modes):
-                acceleration += a[first + k] * m.partial.velocity[k, b, n]
-                spin_rate += a[first + k] * shape.rotation[k, b, n]
-            fall = gravity - acceleration
-            F = m.blade_nodes.mass[b, n] * fall - (cross(spin_rate, moment) + cross(w, cross(w, moment)))
-            F += m.load.force[b, n]
-            M = cross(moment, fall) - (J @ spin_rate + cross(w, J @ w))
-            M += m.load.moment[b, n]
+            r = motion.position[b, n]
+            F, M = node_load(m, a_b, b_b, b, n)
             for i in range(stations.shape[0]):
                 share = min(max((edges[n + 1] - stations[i]) / (edges[n + 1] - edges[n]), 0.0), 1.0)
                 if share <= 0.0:

@@ -28,6 +28,7 @@ from meltemi.core.threads import one_blas_thread
 from meltemi.environment.site import Environment
 from meltemi.maths.tables import MAX_BLADES, View
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
+from meltemi.simulation.blades import blade_model
 from meltemi.simulation.ice import ice_pieces, iced_polars
 from meltemi.simulation.model import Model, actuator_array, electrical_of
 from meltemi.simulation.options import ModelOptions
@@ -35,7 +36,16 @@ from meltemi.simulation.rain import wet_polars
 from meltemi.structure.beam import Beam
 from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
-from meltemi.structure.members import Member, NodeLayout, blade_member, cells, points, rigid_body, tower_member
+from meltemi.structure.members import (
+    Member,
+    MovingBase,
+    NodeLayout,
+    blade_member,
+    cells,
+    points,
+    rigid_body,
+    tower_member,
+)
 from meltemi.structure.tables import BladeNode, StructureParameters, TowerNode
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.gearbox import LEAST_RATIO
@@ -58,9 +68,17 @@ RING_CENTRE, RING_WIDTH = 0.7, 0.1
 
 @one_blas_thread
 def build_bladed(
-    turbine: Turbine, options: ModelOptions | None = None, environment: Environment | None = None
+    turbine: Turbine,
+    options: ModelOptions | None = None,
+    environment: Environment | None = None,
+    *,
+    base: MovingBase | None = None,
 ) -> BladedModel:
     """Make a model of a turbine with blades and tower.
+
+    Args:
+      turbine, options, environment: as of ``build``.
+      base: rigid motions of the tower base; without it the base stands still, or on the turbine's foundation.
 
     Raises:
       UnsupportedError: the turbine or the options request a feature that is not modelled.
@@ -83,7 +101,9 @@ def build_bladed(
     pieces = blade.beam.rigid_pieces(blade_layout.edges, blade.beam.at(blade_layout.position, "axis"))
     head = head_mass(turbine, pieces, blade.beam.at(blade_layout.position, "axis"))
     with _about(f"{turbine.name}: tower"):
-        tower = tower_member(turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given)
+        tower = tower_member(
+            turbine.tower, tower_counts, head, turbine.foundation, tower_layout, given=given, base=base
+        )
     coordinates = _coordinates(turbine, blade, tower)
     position = blade_layout.position
     iced = iced_polars(turbine, position, *_polars(turbine, blade_layout, options))
@@ -100,6 +120,8 @@ def build_bladed(
         gear_stages=(0, 0)
         if stages is None or options.drivetrain == "two_mass"
         else (len(stages.planetary), len(stages.stages)),
+        blade_model=options.blade_model,
+        blade_arrays=blade_model(options.blade_model).arrays(blade, blade_layout),
         gear_modes=gear_modes,
         gear_rows=gear_rows,
         gear_shape=gear_shape,
@@ -203,7 +225,7 @@ def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
 
 
 def _coordinates(turbine: Turbine, blade: Member, tower: Member) -> tuple[str, ...]:
-    names = [f"tower {name}" for name in tower.names] + ["", "", ""]
+    names = [name if name.startswith("base ") else f"tower {name}" for name in tower.names] + ["", "", ""]
     k = len(tower.names)
     names[k + YAW], names[k + GENERATOR], names[k + TORSION] = "yaw", "generator", "drivetrain"
     for b in range(turbine.n_blades):

@@ -27,8 +27,9 @@ from meltemi.maths.records import Record, members
 from meltemi.maths.tables import Table
 from meltemi.numbers.lanes import WIDTH
 from meltemi.simulation.arena import aligned
+from meltemi.simulation.blades import BladeModel, blade_model
 from meltemi.simulation.model import Model, ParameterTables, Stations
-from meltemi.simulation.system import Outputs, System
+from meltemi.simulation.system import Outputs
 from meltemi.simulation.tables import Summary
 from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import N_SHAFT
@@ -71,8 +72,6 @@ SIGNALS: dict[str, type[Table]] = {
     "tower_station": TowerStationLoad,
 }
 STATES: dict[str, type[Table]] = {"inflow": InflowState, "stall": StallState, "memory": AeroMemory}
-FILLED = [name for name, member in members(System).items() if member.in_lanes]
-"""Arrays whose last axis is the nodes of a blade or of the tower, padded to whole lanes."""
 WEIGHTS = {
     "tower_flow": [TowerFlow.index("length")],
     "blade_nodes": [row for row, name in enumerate(BladeNode.names) if not name.startswith("position")],
@@ -104,11 +103,12 @@ class BladedRotor:
       blade, tower: the flexible members.
       blade_layout, tower_layout: their nodes.
       gear_stages: number of planetary stages and of all stages of the gearbox; zero where they are not modelled.
+      blade_model: name of the structural model of the blades.
+      blade_arrays: arrays of this model, by their names in its records; every case has a copy.
       gear_modes ... flap_actuators: arrays of the kernels, see the tables of their layers.
     """
 
     in_lanes: ClassVar[bool] = True
-    system: ClassVar[type[Record]] = System
     sections: ClassVar[type[Record]] = Outputs
     signals: ClassVar[dict[str, type[Table]]] = SIGNALS
     parameter_tables: ClassVar[ParameterTables] = (
@@ -120,6 +120,8 @@ class BladedRotor:
     blade_layout: NodeLayout
     tower_layout: NodeLayout
     gear_stages: tuple[int, int]
+    blade_model: BladeModel
+    blade_arrays: dict[str, Float]
     gear_modes: Float
     gear_rows: Float
     gear_shape: Float
@@ -144,6 +146,18 @@ class BladedRotor:
     flap_nodes: Float
     increments: Float
     flap_actuators: Float
+
+    @property
+    def system(self) -> type[Record]:
+        """Class of the records that the kernels take; that of the structural model of the blades."""
+        record: type[Record] = blade_model(self.blade_model).System
+        return record
+
+    @property
+    def node_arrays(self) -> list[str]:
+        """Arrays whose last axis is the nodes of a blade or of the tower, padded to whole lanes."""
+        record: Any = self.system
+        return [name for name, member in members(record).items() if member.in_lanes]
 
     @property
     def n_nodes(self) -> int:
@@ -198,10 +212,11 @@ class BladedRotor:
         tower_nodes = to_lanes(self.tower_flow.shape[1], lanes)
         tower_flow = filled("tower_flow", self.tower_flow, tower_nodes)
         own = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in MEMBERS}
+        own |= {name: array.copy() for name, array in self.blade_arrays.items()}
         of_nodes = {
-            name: filled(name, array, tower_nodes if name == "tower_shape" else nodes)
-            for name, array in own.items()
-            if name in FILLED
+            name: filled(name, own[name], tower_nodes if name == "tower_shape" else nodes)
+            for name in self.node_arrays
+            if name in own
         }
         return {
             **own,
@@ -232,11 +247,11 @@ class BladedRotor:
     def shown(self, arrays: dict[str, Any]) -> dict[str, Any]:
         """The arrays without the nodes that pad the last lanes."""
         N, NT = self.n_nodes, self.tower_flow.shape[1]
-        ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in FILLED}}
+        ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in self.node_arrays}}
         return {name: array[..., : ends[name]] if name in ends else array for name, array in arrays.items()}
 
 
-MEMBERS = ("blade", "tower", "blade_layout", "tower_layout", "gear_stages")
+MEMBERS = ("blade", "tower", "blade_layout", "tower_layout", "gear_stages", "blade_model", "blade_arrays")
 BladedModel = Model[BladedRotor]
 
 

@@ -1,0 +1,62 @@
+"""Rigid motions of the tower base as coordinates: closed forms, and a foundation described both ways."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from meltemi import ModelOptions, UnsupportedError, load_turbine
+from meltemi.analysis import natural_modes
+from meltemi.simulation.bladed.build import build_bladed
+from meltemi.structure.members import BASE_MOTIONS, MovingBase
+from meltemi.turbine.definition import Foundation, Turbine
+
+MASS = 5.0e6
+STIFFNESS = np.diag([2e8, 2e8, 4e9, 6e11, 6e11, 2e11])
+STIFFNESS[0, 4] = STIFFNESS[4, 0] = -4e9
+STIFFNESS[1, 3] = STIFFNESS[3, 1] = 4e9
+
+
+@pytest.fixture(scope="module")
+def turbine() -> Turbine:
+    found = load_turbine("nrel5mw")
+    assert isinstance(found, Turbine)
+    return found
+
+
+def base(*motions: str, mass: float = MASS) -> MovingBase:
+    return MovingBase(motions, np.diag([mass, mass, mass, 1e-3, 1e-3, 1e-3]), STIFFNESS, np.zeros((6, 6)))
+
+
+@pytest.mark.parametrize("motion", ["surge", "sway", "heave"])
+def test_a_translation_moves_the_whole_turbine(turbine: Turbine, motion: str) -> None:
+    """Frequency of a mass on a spring; blades, tower and nacelle are rigid."""
+    rigid = ModelOptions(locked=("tower", "blades", "yaw", "generator", "drivetrain"))
+    model = build_bladed(turbine, rigid, base=base(motion))
+    assert model.coordinates[4] == f"base {motion}"
+    (mode,) = natural_modes(model)
+    tower, blade = turbine.tower, turbine.blade.structure
+    assert blade.mass is not None
+    mass = MASS + tower.top_mass + turbine.nacelle.mass + turbine.hub.mass
+    mass += np.trapezoid(tower.mass, tower.position) + 3 * np.trapezoid(blade.mass, blade.position)
+    place = BASE_MOTIONS.index(motion)
+    assert mode.frequency == pytest.approx(np.sqrt(STIFFNESS[place, place] / mass), rel=1e-4)
+
+
+def test_a_foundation_may_be_described_by_motions_of_the_base(turbine: Turbine) -> None:
+    """Springs and a mass below the tower, once within the tower's modes and once as coordinates of their own."""
+    on_springs = turbine.replace(foundation=Foundation(stiffness=STIFFNESS, mass=MASS).content())
+    many = ModelOptions(fore_aft_modes=4, side_side_modes=4)
+    within = natural_modes(build_bladed(on_springs, many))
+    beside = natural_modes(build_bladed(turbine, many, base=base("surge", "sway", "roll", "pitch")))
+    fixed = natural_modes(build_bladed(turbine, many))
+    first = [[mode.frequency for mode in modes[:8]] for modes in (within, beside, fixed)]
+    np.testing.assert_allclose(first[1][:2], first[0][:2], rtol=1e-4)
+    np.testing.assert_allclose(first[1], first[0], rtol=5e-3)  # by other shapes of the tower
+    assert first[2][0] > 1.02 * first[1][0]
+
+
+def test_a_base_does_not_move_on_a_foundation(turbine: Turbine) -> None:
+    on_springs = turbine.replace(foundation=Foundation(stiffness=STIFFNESS).content())
+    with pytest.raises(UnsupportedError, match="its foundation belongs to the stiffness of the base"):
+        build_bladed(on_springs, base=base("surge"))

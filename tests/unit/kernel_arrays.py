@@ -1,0 +1,40 @@
+"""Plain arrays passed to a compiled function in a kind of number, through a record of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from typing import Annotated, Any
+
+import numba
+from numpy.typing import NDArray
+
+from meltemi.core.kernel import FAST_MATH
+from meltemi.maths.records import CONSTANT, NODES, Kind, Record
+
+compiled = numba.njit(fastmath=FAST_MATH, error_model="numpy")
+
+
+def call(
+    function: Callable[..., Any],
+    *arrays: Any,
+    kind: Kind,
+    nodes: Collection[int] = (),
+    slopes: Sequence[Any] | None = None,
+) -> None:
+    """Call a function of arrays.
+
+    Args:
+      kind: of the numbers.
+      nodes: places of the arrays whose last axis is read in lanes.
+      slopes: derivatives of the arrays, for duals; None for those without.
+    """
+    names = [f"x{i}" for i in range(len(arrays))]
+    given = dict(zip(names, slopes or [None] * len(arrays), strict=True))
+    members = {}
+    for i, (name, array) in enumerate(zip(names, arrays, strict=True)):
+        marks = [array.ndim, *([NODES] if i in nodes else []), *([CONSTANT] if given[name] is None else [])]
+        members[name] = Annotated[(NDArray[array.dtype.type], *marks)]
+    cls = type("Arrays", (Record,), {"__annotations__": members, "__module__": __name__})
+    made: dict[str, Any] = {"__name__": __name__, "function": compiled(function)}
+    exec(f"def outer(m):\n    function({', '.join(f'm.{name}' for name in names)})", made)
+    compiled(made["outer"])(cls(kind, dict(zip(names, arrays, strict=True)), given))
