@@ -139,7 +139,7 @@ def campbell(
             else:
                 _, speed, pitch = where_now
                 modes = natural_modes(vacuum, speed, pitch=pitch, generator_free=free)
-                modes = [fixed_parts(mode) if speed == 0.0 else mode for mode in modes]
+                modes = [multiblade_components(mode) if speed == 0.0 else mode for mode in modes]
         except MeltemiError as error:
             failures[value] = str(error)
         operation.append(where_now)
@@ -173,7 +173,7 @@ def _shifted(done: Callable[[float], None], share: float) -> None:
     done(STEADY_SHARE + (1.0 - STEADY_SHARE) * share)
 
 
-def fixed_parts(mode: Mode) -> Mode:
+def multiblade_components(mode: Mode) -> Mode:
     """A mode at standstill, blade 1 up, with collective, cosine and sine components in place of the blades."""
     shape, names = mode.shape.copy(), list(mode.coordinates)
     for name in dict.fromkeys(n[8:] for n in names if re.match("blade [123] ", n)):
@@ -209,7 +209,7 @@ def _root(mode: Mode) -> complex:
     return mode.frequency * complex(-mode.damping, np.sqrt(max(1.0 - mode.damping**2, 0.0)))
 
 
-def likeness(a: Mode, b: Mode, stiffness: dict[str, float]) -> float:
+def similarity(a: Mode, b: Mode, stiffness: dict[str, float]) -> float:
     """Similarity of two modes, 1 for the same mode, 0 for unrelated ones, from shapes (MAC) and eigenvalues.
 
     Shapes alone do not suffice: with air a heavily damped flap mode and a mode of the wake may move the blades alike.
@@ -234,11 +234,11 @@ def participation(mode: Mode, stiffness: dict[str, float], turning: bool = True)
             whirl = c - 1j * s if part == "cosine" else c + 1j * s
             shares[f"{kind} {WHIRL[PARTS.index(part)]}"] = float(abs(whirl) ** 2 / 2.0)
         else:
-            shares[_called(name)] = float(abs(x) ** 2)
+            shares[_mode_name(name)] = float(abs(x) ** 2)
     return shares
 
 
-def _called(coordinate: str) -> str:
+def _mode_name(coordinate: str) -> str:
     if match := re.fullmatch(r"tower (\S+) (.*)", coordinate):
         return f"{match[1]} tower {match[2]}"
     return {"yaw": "nacelle yaw", "drivetrain": "1st drivetrain torsion"}.get(coordinate, coordinate)
@@ -267,7 +267,7 @@ def follow(
         # predecessor; there, lower damping distinguishes the structure from the wake.
         score = np.array(
             [
-                [2.0 * s[n] + (likeness(last[n], m, stiffness) if n in last else 1.0 - m.damping) for n in names]
+                [2.0 * s[n] + (similarity(last[n], m, stiffness) if n in last else 1.0 - m.damping) for n in names]
                 for s, m in zip(shares, found[i], strict=True)
             ]
         ).reshape(len(shares), len(names))

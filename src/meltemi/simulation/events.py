@@ -462,7 +462,7 @@ def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_step
     return Schedule(np.array(rows, dtype=float).reshape(-1, 3), log)
 
 
-def out_of_place(events: Iterable[Happening], log: Iterable[LogEntry], state: str) -> list[str]:
+def misplaced_events(events: Iterable[Happening], log: Iterable[LogEntry], state: str) -> list[str]:
     """Warnings about events that occurred in a state of the turbine in which they have no meaning.
 
     A stop needs a turbine in operation, a start one at rest; faults are meant for the state in which a run begins,
@@ -502,7 +502,7 @@ def ignored(events: Iterable[Happening]) -> list[str]:
     ]
 
 
-def refuse_dips(events: Sequence[Happening]) -> None:
+def check_dips(events: Sequence[Happening]) -> None:
     """Raise InputError for a voltage dip in a run without an electrical system, where it has no effect."""
     for i, event in enumerate(events):
         if isinstance(event, VoltageDip):

@@ -93,7 +93,7 @@ def parked_point(
     if rotor_speed == "idling":
         if model.locked[len(model.rotor.tower.names) + GENERATOR] > 0.0:
             raise InputError('parked_point: rotor_speed "idling" needs a generator that is not locked (options.locked)')
-        standing, way = _swing_out(model, steady, angle, azimuth, generator_torque)
+        standing, way = _rest_azimuth(model, steady, angle, azimuth, generator_torque)
         if standing is not None:
             return standing
         _idle(orbit, way, angle, generator_torque)
@@ -105,7 +105,7 @@ def parked_point(
     return orbit.finish(azimuth, (f"the turning rotor is unstable: {unstable}",) if unstable else ())
 
 
-def _swing_out(
+def _rest_azimuth(
     model: BladedModel, wind: SteadyWind, pitch: float, azimuth: float, torque: float
 ) -> tuple[OperatingPoint | None, float]:
     """Azimuth at which a free rotor, released at an azimuth, comes to rest, if any, and its sense of rotation.

@@ -37,7 +37,7 @@ from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.electric import check_grid
-from meltemi.simulation.events import ignored, out_of_place, read_events, refuse_dips, schedule
+from meltemi.simulation.events import check_dips, ignored, misplaced_events, read_events, schedule
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Finding, Result
@@ -140,7 +140,7 @@ class Simulation:
         check_grid(grid, model.has_electrical, turbine.rated_power)
         planned = schedule(self.events, turbine, dt, n_steps)
         if not model.has_electrical:
-            refuse_dips(self.events)
+            check_dips(self.events)
         if run.controller is None and grid is not None and grid.power_reference is not None:
             raise InputError(
                 "grid: power_reference is given, but the baseline controller does not follow it: "
@@ -346,7 +346,7 @@ class Simulation:
             warnings += noticed(self.controller, self.case.controller_state)
         if state := int(self.case.view("demands")["operating_state"]):
             happened = [event for event in self.events if event.at < self.time]
-            warnings += out_of_place(happened, log, STATES[state - 1].name.replace("_", " "))
+            warnings += misplaced_events(happened, log, STATES[state - 1].name.replace("_", " "))
         if warnings:
             meta["warnings"] = warnings
         if self.controller.log is not None or self.events or self.case.trip:

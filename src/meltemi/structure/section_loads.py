@@ -46,7 +46,7 @@ def tip_deflection(m: Structure, s: SectionLoads, b: int) -> tuple[Vec, Vec]:  #
 @tip_deflection.variant
 @kernel
 def modal_tip(m: Structure, s: SectionLoads, b: int) -> tuple[Vec, Vec]:
-    """The same in small deflections, of second order in the modes."""
+    """Deflection and rotation of the tip in small deflections, of second order in the modes."""
     q, shape, first = m.q, s.tip_shape, m.columns.coordinates + m.shape.modes * b
     u, theta = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     for k in range(shape.modes):
@@ -72,7 +72,7 @@ def node_load(m: Structure, a_b: Vec, b_b: Vec, b: int, n: int) -> tuple[Vec, Ve
 @node_load.variant
 @kernel
 def modal_node_load(m: Structure, a_b: Vec, b_b: Vec, b: int, n: int) -> tuple[Vec, Vec]:
-    """The same in small deflections."""
+    """Load of a blade node in small deflections."""
     a, shape, motion, first = m.a, m.shape, m.motion, m.columns.coordinates + m.shape.modes * b
     gravity = m.frame.orientation[b].T @ Vec(0.0, 0.0, -m.structure.gravity)
     J, s0 = m.blade_nodes.inertia[b, n], m.blade_nodes.moment[b, n]
