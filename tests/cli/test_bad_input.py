@@ -231,7 +231,8 @@ def case_message(command: Command, tmp_path: Path, text: str) -> str:
         (
             "duration: 5.0",
             "duration: 5.0\nevents: [{at: 1, type: yaw_stuck}, {at: 2, type: yaw_stuck}]",
-            "FILE: events.1 at 2 s and events.0, which acts from 1 s for good, contradict each other (yaw drive stuck)",
+            "FILE: events.1 at 2 s and events.0, which acts from 1 s permanently, "
+            "contradict each other (yaw drive stuck)",
         ),
         (
             "duration: 5.0",
@@ -271,7 +272,7 @@ FOUND_LATER = [
     ("options: {locked: [yow]}", "locked: no coordinate 'yow': did you mean 'yaw'"),
     (
         "environment: {rain: {kind: heavy, mode: integrated, diameter: 3.0}}",
-        "environment.rain.mode, diameter: without effect on nrel5mw",
+        "environment.rain.mode, diameter: no effect on nrel5mw",
     ),
     ("options: {blade_nodes: [0.0, 30.0, 20.0, 40.0, 61.5]}", "blade_nodes"),
 ]

@@ -155,7 +155,7 @@ def test_no_wind_is_left(command: Command, tmp_path: Path) -> None:
     assert (ran.status, ran.out) == (2, "")
     assert re.match(
         r"error: compare: no wind was survived by all schemes; first of 1 failures: scheme 'own' in wind 1: "
-        r"at t = 1\.\d+ s the controller 'mine' asked for pitch_1 = nan",
+        r"at t = 1\.\d+ s the controller 'mine' returned pitch_1 = nan",
         ran.err,
     )
     assert not out.exists()

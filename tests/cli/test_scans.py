@@ -62,7 +62,7 @@ def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path
     assert list(diagram.failures) == [0.5]
     assert shares == sorted(shares)
     assert len(shares) > 2
-    with pytest.raises(InputError, match="no operating point was found"):
+    with pytest.raises(InputError, match="all operating points failed"):
         meltemi.analysis.campbell(model, wind_speeds=[0.5], air=False)
 
 

@@ -313,7 +313,7 @@ def test_a_torque_no_generator_has_ends_the_run(model: Model) -> None:
 
     result = simulate(model, WIND, duration=1.0, controller=Controller(greedy), start=BEGIN)
     assert result.status is meltemi.Status.CONTROLLER_DEMAND
-    assert "'greedy' asked for generator_torque = 1e+07 (limit 237015)" in result.message
+    assert "'greedy' returned generator_torque = 1e+07 (limit 237015)" in result.message
 
 
 def test_an_interrupt_in_a_python_controller_interrupts(model: Model) -> None:

@@ -319,7 +319,7 @@ def test_in_a_batch(machine: Model) -> None:
         ([{"at": 1.0, "type": "pitch_stuck", "blade": 4}], "events.0.blade: expected less than or equal to 3, found 4"),
         ([{"at": 3.0, "type": "grid_loss"}], "events.0.at: 3 s is after the end of the run at 2 s"),
         ([{"at": -1.0, "type": "grid_loss"}], "events.0.at: expected greater than or equal to 0"),
-        ([{"at": 1.0, "until": 1.0, "type": "grid_loss"}], "events.0: until 1 s must lie after at 1 s"),
+        ([{"at": 1.0, "until": 1.0, "type": "grid_loss"}], "events.0: until 1 s must be later than at 1 s"),
         ([{"at": 1.001, "until": 1.002, "type": "grid_loss"}], "events.0.until: .* within its time step of 0.01 s"),
         ([{"at": 1.0, "type": "flap_stuck", "blade": 1, "flap": 2}], "events.0.flap: there is no flap 2; .* has 1"),
         ([{"at": 1.0, "type": "sensor_loss", "sensor": "pich_2"}], "events.0.sensor: .*did you mean 'pitch_2'"),
@@ -327,7 +327,8 @@ def test_in_a_batch(machine: Model) -> None:
         ([{"at": 1.0, "type": "pitch_runaway", "blade": 1, "rate": 0.0}], "events.0: rate must not be zero"),
         (
             [{"at": 0.5, "type": "pitch_stuck", "blade": 1}, {"at": 0.2, "type": "pitch_stuck", "blade": 1}],
-            "events.0 at 0.5 s and events.1, which acts from 0.2 s for good, contradict each other .pitch of blade 1.",
+            "events.0 at 0.5 s and events.1, which acts from 0.2 s permanently, "
+            "contradict each other .pitch of blade 1.",
         ),
         (
             [{"at": 0.5, "type": "request", "request": "start"}, {"at": 0.5, "type": "request", "request": "none"}],

@@ -325,12 +325,12 @@ def test_an_event_out_of_place_warns(model: Model) -> None:
     late = run(model, storm, 2.0, SupervisedController(model.turbine), events=[stop])
     assert late.log[0].what == "power limit -> normal stop"
     (words,) = late.warnings
-    assert words.startswith("events.0: request emergency stop at 1 s found the machine in state 'normal stop'")
+    assert words.startswith("events.0: request emergency stop at 1 s occurred in state 'normal stop'")
     assert "mean wind of 26.5 m/s above 26.0 m/s" in words
     assert words in repr(late)
     idle = SupervisedController(model.turbine, Supervision(begin="idling"))
     (words,) = run(model, SteadyWind(speed=8.0), 2.0, idle, FEATHERED, [stop]).warnings
-    assert words.endswith("found the machine in state 'idling'")
+    assert words.endswith("occurred in state 'idling'")
     start = {"at": 1.0, "type": "request", "request": "start"}
     assert (
         "'maximum power'"
@@ -339,4 +339,4 @@ def test_an_event_out_of_place_warns(model: Model) -> None:
     usual = [{"at": 0.5, "type": "grid_loss"}, {"at": 1.0, "type": "pitch_stuck", "blade": 1}]
     assert run(model, SteadyWind(speed=8.0), 2.0, SupervisedController(model.turbine), None, usual).warnings == ()
     deaf = meltemi.simulate(model, SteadyWind(speed=8.0), duration=2.0, channels=CHANNELS, events=[stop])
-    assert "the baseline law does not follow the operator" in deaf.warnings[0]
+    assert "the baseline controller ignores operator requests" in deaf.warnings[0]

@@ -132,7 +132,7 @@ def test_misunderstandings_are_told() -> None:
             meltemi.simulate(ideal, wind, duration=1.0, grid=grid)
     with pytest.raises(meltemi.InputError, match=r"4e\+08 var is far beyond the rated power of 2e\+07 W"):
         meltemi.simulate(averaged(pmsg), wind, duration=1.0, grid=meltemi.environment.PowerGrid(reactive_power=4e8))
-    with pytest.raises(meltemi.InputError, match="share of the nominal voltage, not volts"):
+    with pytest.raises(meltemi.InputError, match="relative to the nominal voltage, not in volts"):
         meltemi.simulate(ideal, wind, duration=1.0, events=[{**DIP, "voltage": 1320.0}])
     with pytest.raises(meltemi.InputError, match="need options.electrical: averaged"):
         meltemi.simulate(ideal, wind, duration=1.0, channels=["dc_link_voltage"])

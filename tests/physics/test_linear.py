@@ -274,7 +274,7 @@ def test_control_takes_it(fixed: LinearModel) -> None:
 def test_errors_name_what_is_wrong(model: Model, point: OperatingPoint) -> None:
     with pytest.raises(InputError, match="no input 'torque'.*generator_torque"):
         linearise(model, point, ("torque",))
-    with pytest.raises(InputError, match="'azimuth' is no output"):
+    with pytest.raises(InputError, match="'azimuth' is not an output"):
         linearise(model, point, (), ("azimuth",))
     with pytest.raises(InputError, match="divide 12"):
         linearise(model, point, azimuths=5)

@@ -94,7 +94,7 @@ def test_words_of_a_parked_rotor(model: Model, held: Model) -> None:
         parked_point(held, 12.0, rotor_speed="idling")
     with pytest.raises(InputError, match="less than or equal to 100"):
         parked_point(model, 120.0)
-    with pytest.raises(InputError, match=r"meltemi\.analysis\.parked_point is for rotors that stand or idle"):
+    with pytest.raises(InputError, match=r"use meltemi\.analysis\.parked_point for parked or idling rotors"):
         meltemi.operating_point(model, 12.0, rotor_speed=0.0)
 
 
@@ -102,7 +102,7 @@ def test_an_unstable_standing_rotor_says_so(held: Model) -> None:
     """Wind from behind turns the sections about their trailing edges."""
     wind = SteadyWind(speed=40.0, direction=math.pi)
     (warning,) = parked_point(held, wind).warnings
-    assert "the standing rotor is unstable: its mode at 5.0" in warning
+    assert "the parked rotor is unstable: its mode at 5.0" in warning
     assert "torsion" in warning
     result = run(held, wind, Start(pitch=FEATHER), 0.1)
     assert warning in result.meta["warnings"]

@@ -97,16 +97,16 @@ def test_rated_power_is_that_of_the_stator_and_pitch_holds_it(model: Model) -> N
         assert point["generator_power"] == pytest.approx(20e6, rel=1e-9)
     assert point.rotor_speed == pytest.approx(0.75)
     assert point.pitch > 20 * DEG
-    with pytest.raises(InputError, match=r"at its largest pitch of 25 degrees pmsg20mw still drives more"):
+    with pytest.raises(InputError, match=r"at its largest pitch of 25 degrees pmsg20mw still produces more"):
         operating_point(model, 20.0)
-    with pytest.raises(InputError, match=r"the generator\. Take a higher wind speed, or begin elsewhere: in a case"):
+    with pytest.raises(InputError, match=r"the generator\. Use a higher wind speed, or another start: in a case"):
         operating_point(model, 0.5)
 
 
 def test_rain_that_takes_all_power_is_named(turbine: PowerTurbine) -> None:
     cloudburst = Rain(kind="heavy_rainstorm_extreme", mode="seed", diameter=10.0)
     model = build(turbine, environment=Environment(rain=cloudburst))
-    with pytest.raises(InputError, match=r"rain takes 100 % of the rotor's power\. Take less rain or a higher wind"):
+    with pytest.raises(InputError, match=r"rain takes 100 % of the rotor's power\. Use less rain or a higher wind"):
         operating_point(model, 9.0)
 
 
@@ -344,7 +344,7 @@ def test_a_batch_takes_models_and_what_makes_them(model: Model) -> None:
 
 def test_channels_of_blades_and_options_of_modes_are_refused_by_name(model: Model, turbine: PowerTurbine) -> None:
     calm = SteadyWind(speed=8.0)
-    with pytest.raises(InputError, match="'TwrBsMyt': pmsg20mw is a power-coefficient turbine, without blades"):
+    with pytest.raises(InputError, match="'TwrBsMyt': pmsg20mw is a power-coefficient turbine, without the blades"):
         simulate(model, calm, duration=1.0, channels=["TwrBsMyt"])
     with pytest.raises(InputError, match="did you mean rotor_speed"):
         simulate(model, calm, duration=1.0, channels=["rotor_spped"])

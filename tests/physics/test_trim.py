@@ -88,10 +88,10 @@ def test_the_library_turbine_is_stable_under_its_law(model: Model, speed: float)
 
 
 def test_a_wind_that_does_not_turn_the_rotor_is_explained(model: Model) -> None:
-    with pytest.raises(InputError, match=r"the generator\. Take a higher wind speed, or begin elsewhere: in a case"):
+    with pytest.raises(InputError, match=r"the generator\. Use a higher wind speed, or another start: in a case"):
         operating_point(model, 0.5)
     wet = meltemi.build(model.turbine, environment=meltemi.Environment(rain=meltemi.environment.Rain(rate=8.0)))
-    with pytest.raises(InputError, match=r"the generator in rain of 8 mm/h\. Take less rain or a higher wind speed"):
+    with pytest.raises(InputError, match=r"the generator in rain of 8 mm/h\. Use less rain or a higher wind speed"):
         operating_point(wet, 0.5)
 
 
@@ -161,7 +161,9 @@ def test_a_run_without_steady_operation_begins_all_the_same(model: Model, monkey
     wind = SteadyWind(speed=17.0)
     monkeypatch.setattr(points, "operating_point", fails)
     result = simulate(model, wind, duration=60.0, channels=["rotor_speed", "pitch_1"])
-    assert result.meta["warnings"][0].startswith("the run begins undeflected and settles first: no steady operation")
+    assert result.meta["warnings"][0].startswith(
+        "the run begins undeflected, with an initial transient: no steady operation"
+    )
     assert result["rotor_speed"][0] == pytest.approx(result["rotor_speed"][-1], rel=0.01)
     assert result["pitch_1"][0] == pytest.approx(result["pitch_1"][-1], abs=0.03)
 

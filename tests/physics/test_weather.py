@@ -77,7 +77,7 @@ def test_blades_refuse_what_only_the_formula_takes(turbine: Turbine) -> None:
     """Rather than to leave it without effect."""
     for given in ({"half_thickness": 2.0}, {"tail_wind": 3.0}):
         rain = Rain.model_validate({"kind": "heavy", **given})
-        with pytest.raises(InputError, match=rf"environment.rain.{next(iter(given))}: without effect on nrel5mw"):
+        with pytest.raises(InputError, match=rf"environment.rain.{next(iter(given))}: no effect on nrel5mw"):
             meltemi.build(turbine, environment=Environment(rain=rain))
 
 

@@ -30,7 +30,7 @@ MODEL = meltemi.build(TURBINE)
         (lambda: meltemi.simulate(MODEL, "12", duration=2.0), "wind: expected a number or SteadyWind or .*found '12'"),
         (
             lambda: meltemi.simulate("pmsg20mw", 12.0, duration=2.0),
-            "model: expected what build.* gives, found str",
+            "model: expected the model from build.*, found str",
         ),
         (lambda: meltemi.simulate(MODEL, 12.0, duration="long"), "duration: expected a number, found 'long'"),
         (

@@ -244,7 +244,7 @@ def test_nodes_that_are_not_there_are_answered_with_their_number(name: str, node
 
 @pytest.mark.parametrize("name", ["power_coefficient", "RtAeroCp", "rain_power_loss"])
 def test_channels_of_another_kind_of_turbine_are_told(name: str) -> None:
-    with pytest.raises(InputError, match=f"no channel '{name}': a turbine of a power coefficient has it"):
+    with pytest.raises(InputError, match=f"no channel '{name}': only a power-coefficient turbine has it"):
         find(name, standard())
     assert find(name, every_kind()).source[0] == "disk_flow"
 

@@ -165,7 +165,7 @@ def test_derivatives_go_along() -> None:
 
 
 def test_refusals() -> None:
-    with pytest.raises(ValueError, match="behind those of variable length"):
+    with pytest.raises(ValueError, match="must precede those of variable length"):
 
         class Wrong(Table):
             n: float = number("-", "how many")

@@ -175,7 +175,7 @@ def test_wrong_arrays_are_refused() -> None:
         Rotor("floats", of | {"weight": of["weight"].T})
     with pytest.raises(TypeError, match="Rotor.q: expected 1 axes, found 2"):
         Rotor("floats", of | {"q": np.zeros((2, 2))})
-    with pytest.raises(TypeError, match="made anew"):
+    with pytest.raises(TypeError, match="create it from its arrays"):
         pickle.dumps(Rotor("floats", of))
 
 

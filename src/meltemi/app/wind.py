@@ -95,7 +95,7 @@ def wind(
 
     if source is not None:
         if given := [*(_option(n) for n in options), *of_field]:
-            raise InputError(f"{', '.join(given)}: a wind file is looked at as it is; leave it out")
+            raise InputError(f"{', '.join(given)}: a wind file is used unchanged; omit these options")
         found = _read(source)
         _check_format(file_format, found)
         described = load_turbine(turbine) if turbine else None

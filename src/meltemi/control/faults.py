@@ -50,7 +50,7 @@ KEEP_NEXT, KEPT, ZERO = 1.0, 2.0, 3.0
 
 
 def healthy() -> Float:
-    """A machine in order, on a grid, without a word of the operator."""
+    """A turbine without faults, on a grid, without an operator request."""
     f = Faults(Faults.zeros())
     f.grid = f.voltage = f.generator = f.brake = f.yaw_drive = 1.0
     f.power_limit = float("inf")

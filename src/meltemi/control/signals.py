@@ -45,7 +45,7 @@ class Measurements(Table):
     grid_voltage: float = number("-", "at the terminals, share of the nominal voltage")
     grid_frequency: float = number("Hz", "of the grid")
     grid: float = number("-", "1 while there is a grid that takes power, 0 while there is none")
-    request: float = number("-", "last word of the operator, a number of REQUESTS")
+    request: float = number("-", "last operator request, its number in REQUESTS")
     power_limit: float = number("W", "electrical, that the operator sets; infinite without one")
     power_reference: float = number("W", "electrical, that the operator asks for; rated power without a request")
     n_blades: float = number("-", "number of blades")
@@ -69,7 +69,7 @@ GRID, REQUEST, POWER_LIMIT, POWER_REFERENCE = Measurements.slots("grid request p
 N_BLADES, CALLBACK = Measurements.slots("n_blades callback")
 
 REQUESTS = ("none", "start", "normal_stop", "emergency_stop")
-"""Words of the operator; their numbers are their places."""
+"""Operator requests; their numbers are their places."""
 
 
 class Demands(Table):

@@ -20,9 +20,9 @@ class FileFormat:
     """One format of files.
 
     Attributes:
-      name, suffix: by which it is asked for.
-      text: what it is, for lists and messages.
-      module, reader, writer: where its functions stand, and their names.
+      name, suffix: name and suffix of the format.
+      text: description, for lists and messages.
+      module, reader, writer: module of its functions, and their names.
       begins: first bytes of its files, where another format may have the same suffix; empty: any.
       note: column of the documentation.
     """

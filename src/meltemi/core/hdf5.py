@@ -58,8 +58,8 @@ def read_hdf5(path: Path, take: Callable[[h5py.File], T], kind: str) -> T:
 
     Args:
       path: of the file.
-      take: called with the open file; whatever it raises means that the file is another one.
-      kind: what is expected, in words.
+      take: called with the open file; any exception in it means that the file is of another kind.
+      kind: expected kind of file, for messages.
 
     Raises:
       InputError: the file is missing, damaged, or not of this kind.

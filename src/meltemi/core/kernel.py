@@ -1,11 +1,11 @@
 """Compiled functions: the configuration of Numba and its cache.
 
 ``@kernel`` compiles a function for the processor it runs on and keeps the machine code in a folder
-of the user's cache. Numba's own cache notices a change of the file a function stands in, but not of
+of the user's cache. Numba's own cache detects a change of the file that defines a function, but not of
 a function it calls in another file. Therefore the folder's name is a hash of every source file that
-kernels stand in or call, and of everything else the machine code depends on; a change to any of them
-starts a new folder, and old ones are removed. A file there that is damaged counts as missing; where
-nothing can be written, what is there is used, and the rest is compiled in each process.
+defines kernels or functions they call, and of everything else the machine code depends on; a change to any
+of them starts a new folder, and old ones are removed. A damaged file counts as missing; if the folder is
+not writable, its content is used, and the rest is compiled in each process.
 
 Kernels assume valid input; everything is checked before they are called. They use IEEE arithmetic
 with contraction to fused multiply-add, and no reordering: the same machine gives the same bits.
@@ -148,9 +148,9 @@ def announce(package: str = "simulation") -> bool:
 
 
 PATIENCE = 1.0
-"""[s] of compiling in silence."""
+"""[s] compilation time before it is announced."""
 FEATURE = "the simulation"
-"""What is compiled, unless a module, or the package it stands in, has another ``FEATURE``."""
+"""Feature of a compiled function, unless its module, or the package of it, has another ``FEATURE``."""
 _FEATURES_TOLD: set[str] = set()
 
 

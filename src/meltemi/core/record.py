@@ -96,7 +96,7 @@ def refused(
         yield
     except ValidationError as error:
         raise InputError(explain(error, kind, where, data, line_of)) from None
-    except InputError as error:  # of something that a record makes of its fields
+    except InputError as error:  # raised while the record processed its fields
         raise InputError(f"{where}: {error}") from None
     except (ArithmeticError, LinAlgError) as error:
         raise InputError(f"{where}: a number is too small or too large to compute with ({error})") from None
@@ -107,7 +107,7 @@ def refused(
 class Record(BaseModel):
     """Base of all input records: unknown keys are errors, instances are immutable.
 
-    Where a field's unit is rad, rad/s, rad/s^2 or rad/m, a text with a unit may stand for the number: ``8 deg``.
+    Where a field's unit is rad, rad/s, rad/s^2 or rad/m, a text with a unit may replace the number: ``8 deg``.
 
     Raises:
       InputError: a value is not allowed, a field is missing or unknown, or one is given without its name.

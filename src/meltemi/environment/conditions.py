@@ -23,19 +23,19 @@ HALVINGS = 8
 
 
 class Conditions(Table):
-    """Rows of conditions in time, and of the present ones."""
+    """Conditions: columns of their time series, and of the present values."""
 
-    time: float = number("s", "not decreasing")
-    air_density: float = number("kg/m^3", "of the air")
-    air_temperature: float = number("K", "of the air")
+    time: float = number("s", "time, non-decreasing")
+    air_density: float = number("kg/m^3", "air density")
+    air_temperature: float = number("K", "air temperature")
     humidity: float = number("-", "relative humidity")
-    air_pressure: float = number("Pa", "of the air")
-    grid_voltage: float = number("-", "at the terminals, share of the nominal voltage")
-    grid_frequency: float = number("Hz", "of the grid")
+    air_pressure: float = number("Pa", "air pressure")
+    grid_voltage: float = number("-", "voltage at the terminals over the nominal voltage")
+    grid_frequency: float = number("Hz", "grid frequency")
     power_reference: float = number(
-        "W", "active electrical power that the operator asks for; rated power without a request"
+        "W", "active electrical power requested by the operator; rated power without a request"
     )
-    reactive_power: float = number("var", "delivered to the grid, that the operator asks for")
+    reactive_power: float = number("var", "reactive power to the grid, requested by the operator")
 
 
 @kernel
@@ -94,7 +94,7 @@ def conditions_array(
 ) -> Float:
     """(rows, n) conditions of a run; n = 1 if they are constant.
 
-    A density that is given as such stands for dry air of 15 degC at the pressure that makes it.
+    A given density is taken as that of dry air of 15 degC, at the corresponding pressure.
 
     Args:
       rated_power: [W] the power reference of a grid that asks for nothing.

@@ -1,9 +1,9 @@
 """Rain, and the power loss of a rotor by the energy balance of Palanimuthu et al. (2022).
 
-Reference: Palanimuthu et al. (2022), eqs (5) to (14). Drops that a body takes along are stopped in the time in which
-they pass their own radius; the sum over all drops that it meets is a pressure on the area it wets. The area is that of
-a flat ellipsoid, the rotor's disk with a thickness, that travels through slanting rain (Bailey 2002). What of this is
-physics, the study of drops on blade elements says (docs: Air and rain).
+Reference: Palanimuthu et al. (2022), eqs (5) to (14). Drops that meet a body are stopped in the time in which they pass
+their own radius; the sum over all these drops is a pressure on the wetted area. The area is that of a flat ellipsoid,
+the rotor disk with a thickness, that travels through slanting rain (Bailey 2002). The study of drops on blade elements
+assesses the physical validity (docs: Air and rain).
 """
 
 from __future__ import annotations
@@ -42,14 +42,14 @@ class RainParameters(Table, title="rain"):
     """Rows of the parameters of :func:`rain_power_loss`."""
 
     drag_density: float = number(
-        "kg/m^3", "of rain: its pressure on the wetted area over the speed of drops squared; 0 without rain"
+        "kg/m^3", "rain density: pressure on the wetted area over the speed of drops squared; 0 without rain"
     )
-    drop_speed: float = number("m/s", "at which drops meet the rotor; 0 stands for the wind speed")
-    radius: float = number("m", "of the rotor")
-    half_thickness: float = number("m", "of the ellipsoid that the rotor sweeps")
-    tail_wind: float = number("m/s", "at which drops move with the wind")
-    cross_wind: float = number("m/s", "at which they move across it")
-    fall_speed: float = number("m/s", "at which they fall")
+    drop_speed: float = number("m/s", "speed of drops against the rotor; 0: the wind speed")
+    radius: float = number("m", "rotor radius")
+    half_thickness: float = number("m", "half the thickness of the ellipsoid that the rotor sweeps")
+    tail_wind: float = number("m/s", "speed of drops along the wind")
+    cross_wind: float = number("m/s", "speed of drops across the wind")
+    fall_speed: float = number("m/s", "fall speed of drops")
 
 
 class Rain(Particular):

@@ -39,12 +39,12 @@ class Outcome:
     """Outcome of one case of a batch.
 
     Attributes:
-      name: of the case.
-      status: how it ended; ``FAILED`` if it could not be prepared, or its result not be reduced or written.
-      message: why, in words; empty if all went well.
-      value: the result, what ``reduce`` made of it, or the file it was written to; None if there is none.
+      name: name of the case.
+      status: outcome; ``FAILED`` if it could not be prepared, or its result not be reduced or written.
+      message: reason; empty for a complete and valid run.
+      value: the result, the value of ``reduce``, or the file it was written to; None without a result.
       error: class of the exception that ended a failed case.
-      reused: it was found finished in the folder and not run again.
+      reused: whether its stored result was reused without a new run.
     """
 
     name: str
@@ -62,10 +62,10 @@ class Outcome:
 
 @dataclass
 class Batch:
-    """A batch under way, shared between threads: each entry is written by one thread.
+    """A batch in progress, shared between threads: each entry is written by one thread.
 
     Attributes:
-      cases: any iterable of runs; a generator is asked for one when a worker is free.
+      cases: any iterable of runs; the next item of a generator is requested when a worker is free.
       reduce: called with each result in its worker; only what it returns is kept.
       out: folder in which each result is written as ``NAME.nc`` as soon as it is done, instead of being kept. A case
         that is found there finished, from the same inputs under the same version, is not run again.

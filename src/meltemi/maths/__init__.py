@@ -1,1 +1,1 @@
-"""Numerics that know nothing about turbines: vectors, rotations, tables, small linear solves."""
+"""Numerical methods independent of turbines: vectors, rotations, tables, small linear systems."""

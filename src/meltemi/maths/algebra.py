@@ -1,7 +1,7 @@
 """Vectors, rotations and symmetric matrices in three dimensions, and phasors, with the operators of the textbook.
 
 Frames are named by one letter: ``R_ab`` holds the axes of frame b as columns in frame a, so ``R_ab @ v_b`` is ``v_a``
-and ``R_ab.T @ v_a`` is ``v_b``. Plain Python; ``vectors`` and ``phasors`` make them known to kernels.
+and ``R_ab.T @ v_a`` is ``v_b``. Plain Python; ``vectors`` and ``phasors`` compile them for kernels.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from typing import overload
 
 
 class Components:
-    """In Python a group is also the sequence of its components."""
+    """Base class of groups: in Python a group is also the sequence of its components."""
 
     __slots__: tuple[str, ...] = ()
-    __array_ufunc__ = None  # NumPy's numbers leave s * v to the vector
+    __array_ufunc__ = None  # NumPy scalars defer s * v to the vector
 
     def __iter__(self) -> Iterator[float]:
         return iter([getattr(self, name) for name in self.__slots__])
@@ -29,7 +29,7 @@ class Components:
 
 @dataclass(frozen=True, slots=True)
 class Vec(Components):
-    """A vector by its components."""
+    """A vector with its components."""
 
     x: float
     y: float
@@ -50,7 +50,7 @@ class Vec(Components):
 
 @dataclass(frozen=True, slots=True)
 class Rot(Components):
-    """A rotation matrix by its rows: ``xy`` is row x, column y."""
+    """A rotation matrix with its entries: ``xy`` is row x, column y."""
 
     xx: float
     xy: float
@@ -64,7 +64,7 @@ class Rot(Components):
 
     @property
     def T(self) -> Rot:
-        """The rotation back."""
+        """The transpose, which is the inverse rotation."""
         return Rot(self.xx, self.yx, self.zx, self.xy, self.yy, self.zy, self.xz, self.yz, self.zz)
 
     def rotated(self, v: Vec) -> Vec:
@@ -99,7 +99,7 @@ class Rot(Components):
 
 @dataclass(frozen=True, slots=True)
 class Sym(Components):
-    """A symmetric 3 x 3 matrix, e.g. an inertia."""
+    """A symmetric 3 x 3 matrix, e.g. an inertia tensor."""
 
     xx: float
     yy: float

@@ -1,4 +1,4 @@
-"""Elementary functions without branches, for any number type: a float, or a group of floats (lanes).
+"""Elementary functions without branches for any number type: a float, or a group of floats (lanes).
 
 Lanes cannot take different branches. The functions therefore use nothing but + - * /, comparisons,
 ``where``, ``floor``, ``abs``, ``sqrt`` and two operations on the bits of a number: ``two_to(n)`` is 2^n,
@@ -6,7 +6,7 @@ and ``split(x)`` the mantissa and the exponent of x.
 
 Method (Muller, Elementary Functions, 3rd ed. 2016, chapters 3 and 11; Cody and Waite, Software Manual for
 the Elementary Functions, 1980): the argument is reduced to a short interval, on which a polynomial
-stands for the function,
+approximates the function,
 
 * exp: x = n ln 2 + r, |r| <= ln(2)/2, exp x = 2^n (1 + g), g = r + r^2 P(r),
 * tanh: (e^2x - 1)/(e^2x + 1) with e^2x - 1 = 2^n g + (2^n - 1), which loses no digits,
@@ -49,7 +49,7 @@ TAN_PI_8 = 0.41421356237309503
 EXP_LOW = -708.0
 EXP_HIGH = 710.0
 TANH_ONE = 20.0
-"""tanh x = 1 to the last digit from here on."""
+"""tanh x = 1 in double precision from here on."""
 
 # (exp(r) - 1 - r) / r^2, |r| <= ln(2)/2: error of exp 2e-17
 EXP_0 = 0.5
@@ -154,7 +154,7 @@ def exp(x: float) -> float:
     y = where(x > EXP_HIGH, EXP_HIGH, where(x < EXP_LOW, EXP_LOW, x))
     n = floor(y * LOG2_E + 0.5)
     g = _growth((y - n * LN2_A) - n * LN2_B)
-    # n reaches 1024, for which 2^n is no number
+    # n reaches 1024, for which 2^n overflows
     return where(x < EXP_LOW, 0.0, ((1.0 + g) * two_to(n - 1.0)) * 2.0)
 
 
@@ -209,13 +209,13 @@ def sincos(x: float) -> SinCos:
 
 @kernel
 def sin(x: float) -> float:
-    """Sine to 2.5 ulp, for |x| up to 1e6; beside the cosine of the same angle it costs nothing."""
+    """Sine to 2.5 ulp, for |x| up to 1e6; the cosine of the same angle shares its cost."""
     return sincos(x).sin
 
 
 @kernel
 def cos(x: float) -> float:
-    """Cosine to 2.5 ulp, for |x| up to 1e6; beside the sine of the same angle it costs nothing."""
+    """Cosine to 2.5 ulp, for |x| up to 1e6; the sine of the same angle shares its cost."""
     return sincos(x).cos
 
 

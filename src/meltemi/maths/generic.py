@@ -1,6 +1,6 @@
-"""What kernels need beyond arithmetic so that they work for every number type.
+"""Functions beyond arithmetic that kernels need for every number type.
 
-For floats these are plain Python. ``lanes`` and ``duals`` give them a meaning for their types.
+For floats these are plain Python. ``lanes`` and ``duals`` implement them for their types.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numba.extending import overload
 
 
 def _for_floats(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile the function as it stands wherever its arguments are plain numbers and arrays."""
+    """Compile the function unchanged for plain numbers and arrays."""
 
     @overload(function, strict=False)
     def choose(*args: Any) -> Any:
@@ -27,19 +27,19 @@ def _for_floats(function: Callable[..., Any]) -> Callable[..., Any]:
 
 @_for_floats
 def where(condition: Any, yes: Any, no: Any) -> Any:
-    """``yes`` where the condition holds, else ``no``; both are computed."""
+    """``yes`` where the condition is true, else ``no``; both are evaluated."""
     return yes if condition else no
 
 
 @_for_floats
 def anywhere(condition: Any) -> bool:
-    """The condition holds for at least one of the numbers: a branch that is worth taking."""
+    """Whether the condition is true for at least one lane, so that a branch has to be evaluated."""
     return bool(condition)
 
 
 @_for_floats
 def total(x: Any) -> Any:
-    """Sum over the lanes of a number; a number that has none is its own sum."""
+    """Sum over the lanes of a number; a number without lanes is returned unchanged."""
     return x
 
 
@@ -57,28 +57,28 @@ def whole(x: Any) -> Any:
 
 @_for_floats
 def zero(array: Any) -> Any:
-    """Zero of the kind of number that an array holds."""
+    """Zero of the number type of an array."""
     return 0.0
 
 
 @_for_floats
 def crossed(x: Any) -> Any:
-    """1 where ``x``, the distance from a switch of the model, changes sign within the difference step of a parameter.
+    """1 where ``x``, the distance from a switch of the model, changes sign within the finite difference of a parameter.
 
-    Only a derivative run can tell (``sensitivity``); elsewhere 0.
+    Only derivative runs (``sensitivity``) evaluate it; elsewhere 0.
     """
     return 0.0
 
 
 @_for_floats
 def floor(x: Any) -> Any:
-    """Largest whole number that is not above x, as a number of its kind."""
+    """Largest integer not above x, in the type of x."""
     return float(math.floor(x))
 
 
 @_for_floats
 def two_to(n: Any) -> Any:
-    """2 to the power of n, a whole number from -1022 to 1023."""
+    """2 to the power of n, an integer from -1022 to 1023."""
     return ldexp(1.0, int(n))
 
 

@@ -1,9 +1,9 @@
-"""Groups of numbers in kernels: dataclasses with operators, for every kind of number.
+"""Groups of numbers in kernels: dataclasses with operators, for every number type.
 
-A class given to :func:`group` can be made, read and passed on in kernels; its components are of one kind, that of the
-numbers it is made of. Its operators are its own methods, compiled as they stand (:func:`operators`), so that one
-text serves Python and kernels. A group of floats becomes one of another kind where the two meet: sums begin with zeros
-whatever follows.
+Kernels can create, read and pass a class registered by :func:`group`; its components have one number type, that of
+its arguments. Its operators are its own methods, compiled unchanged (:func:`operators`), so that Python and kernels
+share one source. A group of floats is converted to another number type where the two meet, so that sums may begin with
+zeros of floats.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from numba.extending import NativeValue, box, models, overload, register_model, 
 
 
 class GroupType(types.Type):
-    """A group ``cls`` of numbers of the kind ``dtype``."""
+    """A group ``cls`` of numbers of type ``dtype``."""
 
     def __init__(self, cls: Any, dtype: Any) -> None:
         self.cls, self.dtype = cls, dtype
         super().__init__(name=f"{cls.__name__}[{dtype}]")
 
     def can_convert_from(self, context: Any, other: Any) -> Any:
-        """Numbers of the other kind can become those of this one."""
+        """Conversion from the group with another number type, if its numbers can be converted."""
         same = isinstance(other, GroupType) and other.cls is self.cls
         return Conversion.safe if same and context.can_convert(other.dtype, self.dtype) is not None else None
 
     def unify(self, context: Any, other: Any) -> Any:
-        """The kind that holds both."""
+        """The group with the number type that can represent both."""
         if not (isinstance(other, GroupType) and other.cls is self.cls):
             return None
         dtype = context.unify_pairs(self.dtype, other.dtype)
@@ -41,7 +41,7 @@ class GroupType(types.Type):
 
 
 def parts_of(cls: Any) -> list[str]:
-    """Names of a group's components."""
+    """Names of the components of a group."""
     return [field.name for field in fields(cls)]
 
 
@@ -70,11 +70,11 @@ def _convert(context: Any, builder: Any, old: Any, new: Any, value: Any) -> Any:
     return join(context, builder, new, parts)
 
 
-# the class itself -----------------------------------------------------------------------------------
+# registration of classes ----------------------------------------------------------------------------
 
 
 def group(cls: type) -> None:
-    """Make a frozen dataclass of numbers known to kernels.
+    """Register a frozen dataclass of numbers for kernels.
 
     Its properties may only rearrange its components.
     """
@@ -142,10 +142,10 @@ def _box(kind: Any, value: Any, c: Any) -> Any:
 
 
 def operators(meanings: Mapping[Callable[..., Any], Mapping[tuple[type | None, ...], Callable[..., Any]]]) -> None:
-    """Give operators and functions a meaning for groups.
+    """Implement operators and functions for groups.
 
     Args:
-      meanings: by operator the function that is compiled, by the classes of its arguments; None is a number.
+      meanings: functions to compile, by operator and by the classes of its arguments; None is a number.
     """
     for function, texts in meanings.items():
         _overload(function, texts)

@@ -1,4 +1,4 @@
-"""Multi-blade coordinates: from quantities of each blade to collective, cosine and sine parts.
+"""Multiblade coordinates: collective, cosine and sine components of blade quantities.
 
     x_b = x_0 + x_c cos(psi_b) + x_s sin(psi_b),   psi_b = psi + 2 pi (b - 1) / 3
 
@@ -16,7 +16,7 @@ Float = NDArray[np.float64]
 
 
 def blade_matrix(azimuth: float) -> tuple[Float, Float, Float]:
-    """(3, 3) matrix from multi-blade to blade coordinates, and its first and second derivative by azimuth."""
+    """(3, 3) matrix from multiblade to blade coordinates, and its first and second derivative by azimuth."""
     psi = azimuth + 2.0 * np.pi / 3.0 * np.arange(3.0)
     one, zero = np.ones(3), np.zeros(3)
     c, s = np.cos(psi), np.sin(psi)
@@ -26,7 +26,7 @@ def blade_matrix(azimuth: float) -> tuple[Float, Float, Float]:
 def fixed_frame(
     stiffness: Float, damping: Float, azimuth: float, speed: float, core: int, modes: int
 ) -> tuple[Float, Float]:
-    """Second-order equations q'' = K q + D q' in multi-blade coordinates.
+    """Second-order equations q'' = K q + D q' in multiblade coordinates.
 
     Args:
       stiffness, damping: (n, n) K and D at one azimuth; first ``core`` fixed coordinates, then three blades
@@ -35,7 +35,7 @@ def fixed_frame(
       speed: [rad/s] of the rotor.
 
     Returns:
-      The same matrices for z with q = T z: collective, cosine, sine part of each blade coordinate.
+      The same matrices for z with q = T z: collective, cosine, sine component of each blade coordinate.
     """
     n = core + 3 * modes
     T, T1, T2 = np.zeros((3, n, n))
@@ -51,11 +51,11 @@ def fixed_frame(
 
 
 def rotating_frame(n: int, triples: Sequence[Sequence[int]], azimuth: float) -> tuple[Float, Float]:
-    """(n, n) matrix T from multi-blade to blade coordinates, and its derivative by azimuth.
+    """(n, n) matrix T from multiblade to blade coordinates, and its derivative by azimuth.
 
     Args:
-      triples: places of blades 1 to 3 in the vector, for each quantity of the blades; collective, cosine and
-        sine part stand in the same places. All other places are fixed ones.
+      triples: indices of blades 1 to 3 in the vector, for each blade quantity; collective, cosine and
+        sine component have the same indices. All other entries are unchanged.
       azimuth: [rad] of blade 1.
     """
     T, T1 = np.eye(n), np.zeros((n, n))

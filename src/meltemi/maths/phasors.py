@@ -1,4 +1,4 @@
-"""Functions of phasors, and their operators in kernels for every kind of number."""
+"""Functions of phasors, and their operators in kernels for every number type."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ def magnitude(a: Phasor) -> float:
 
 @kernel
 def along(a: Phasor, b: Phasor) -> float:
-    """Re(a b*): of voltage and current, 2/3 of the active power."""
+    """Re(a b*): for voltage and current, 2/3 of the active power."""
     return a.d * b.d + a.q * b.q
 
 
 @kernel
 def ahead(a: Phasor, b: Phasor) -> float:
-    """Im(a b*): of voltage and current, 2/3 of the reactive power."""
+    """Im(a b*): for voltage and current, 2/3 of the reactive power."""
     return a.q * b.d - a.d * b.q

@@ -1,13 +1,13 @@
-"""Records: groups of tables and arrays, the one argument of a kernel.
+"""Records: groups of tables and arrays, the single argument of a kernel.
 
     class System(Record):
         q: Array1
         flow: BladeFlow
         tower_flow: Single[TowerFlow]
 
-The annotation says what stands there: a table, or a plain array by its number of dimensions. Kernels get the address of
-``words``, which hold for each member the addresses of its numbers and of their derivatives, then the lengths of its
-axes (``numbers.records``). A record holds on to its arrays; none of them is replaced as long as it lives.
+The annotation is the type of the member: a table, or a plain array by its number of dimensions. Kernels receive the
+address of ``words``, which contain for each member the addresses of its numbers and of their derivatives, then the
+lengths of its axes (``numbers.records``). A record keeps its arrays alive; none of them is replaced in its lifetime.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ T = TypeVar("T")
 Kind = Literal["floats", "lanes", "duals"]
 SINGLE, NODES, CONSTANT = "single", "nodes", "constant"
 Single = Annotated[T, SINGLE]
-"""A table whose nodes are looked up one by one, never in lanes."""
+"""A table whose nodes are accessed one by one, never in lanes."""
 Nodes = Annotated[T, NODES]
-"""A plain array whose last axis are nodes."""
+"""A plain array whose last axis is over nodes."""
 Constant = Annotated[T, CONSTANT]
-"""What has no derivatives."""
+"""A member without derivatives."""
 Array1 = Annotated[Float, 1]
 Array2 = Annotated[Float, 2]
 Array3 = Annotated[Float, 3]
@@ -37,18 +37,18 @@ Array4 = Annotated[Float, 4]
 Ints = Annotated[NDArray[np.int64], 1, CONSTANT]
 Box = Annotated[NDArray[np.float32], 4, CONSTANT]
 LANES = 8
-"""Entries of a lane; as ``numbers.lanes.WIDTH``."""
+"""Entries of a lane array per access; equal to ``numbers.lanes.WIDTH``."""
 
 
 class Member(NamedTuple):
-    """What stands at a name of a record.
+    """Type of a member of a record.
 
     Attributes:
-      table: its class; None for a plain array.
-      dtype: of the array.
-      ndim: axes of the table, or dimensions of the array.
-      in_lanes: its last axis is read in lanes, where the record is.
-      constant: it has no derivatives.
+      table: class of the table; None for a plain array.
+      dtype: type of the array entries.
+      ndim: number of axes of the table, or of dimensions of the array.
+      in_lanes: whether its last axis is read in lanes if the record is.
+      constant: whether it has no derivatives.
     """
 
     table: Any
@@ -79,9 +79,9 @@ class Record:
     """A group of tables and arrays.
 
     Args:
-      kind: of the numbers that kernels compute in.
-      arrays: by the names of the members; each contiguous.
-      slopes: their derivatives, for duals.
+      kind: number type of the kernels.
+      arrays: by the names of the members; contiguous.
+      slopes: derivatives of these arrays, for duals.
     """
 
     def __init__(self, kind: Kind, arrays: dict[str, Any], slopes: dict[str, Any] | None = None) -> None:
@@ -107,4 +107,4 @@ class Record:
         self.address = self.words.ctypes.data
 
     def __reduce__(self) -> Any:
-        raise TypeError("a record holds addresses: it is made anew from its arrays")
+        raise TypeError("a record contains memory addresses and cannot be copied; create it from its arrays")

@@ -30,7 +30,7 @@ def cholesky(A: Float, n: int) -> None:
 
 @kernel
 def solve_arrow(D: Float, C: Float, f: Float, A: Float, g: Float, n_arms: int, n_arm: int, n_core: int) -> None:
-    """Solve a symmetric system whose arms couple only through a core, in place.
+    """Solve a symmetric system with an arrow structure, whose arms couple only through a core, in place.
 
         [ D_0           C_0 ] [x_0]   [f_0]
         [      ...      ... ] [...] = [...]
@@ -41,9 +41,9 @@ def solve_arrow(D: Float, C: Float, f: Float, A: Float, g: Float, n_arms: int, n
     Args:
       D: (arms, n_arm, n_arm) diagonal blocks; overwritten by their factors.
       C: (arms, n_arm, n_core) couplings; overwritten.
-      f: (arms, n_arm) right-hand sides; becomes the solution of the arms.
+      f: (arms, n_arm) right-hand sides; overwritten by the solution of the arms.
       A: (n_core, n_core) core; overwritten by its factor.
-      g: (n_core,) right-hand side; becomes the solution of the core.
+      g: (n_core,) right-hand side; overwritten by the solution of the core.
     """
     for b in range(n_arms):
         L = D[b]

@@ -1,19 +1,19 @@
-"""Declarative tables: the one description of every array the kernels use.
+"""Declarative tables: the single description of every array of the kernels.
 
     class BladeMotion(Table, axes="blade node"):
         position: Vectors = xyz("m", "node from the rotor apex, blade axes")
 
-A table lists fields (name, unit, meaning) that share one shape. From it come the places of the fields in the array, the
-host-side views, the channel catalogue, perturbation by name, and the reference pages of the docs. Nowhere else is the
-layout of an array written down. An array of a table is contiguous ``float64`` with the field first: ``array[row]``,
-``array[row, blade]`` or ``array[row, blade, node]``. What is looked up as a whole at one place, such as a polar, has
-the fields last.
+A table lists fields (name, unit, meaning) that share one shape. It defines the rows of the fields in the array, the
+host-side views, the channel catalogue, parameters by name, and the reference pages of the docs. The layout of an array
+is not written down anywhere else. An array of a table is contiguous ``float64`` with the field first: ``array[row]``,
+``array[row, blade]`` or ``array[row, blade, node]``. Tables of which all fields are read together, such as a polar,
+have the fields last.
 
-On an instance a field is its entries, ``motion.position[b, n]``, or without axes a number, vector or matrix;
+On an instance a field is an array of entries, ``motion.position[b, n]``, or without axes a number, vector or matrix;
 ``motion.blades`` and ``motion.nodes`` are the lengths of its axes.
 
 Tables without axes nest: ``part`` is a table within a table, ``parts`` are several, ``series`` are numbers whose count
-another field holds. All lie in one vector, so that laws are put together from others by name, ``x.loops[i].tilt``.
+is the value of another field. All are in one vector, so that laws contain others by name, ``x.loops[i].tilt``.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ T = TypeVar("T")
 
 
 class Entries(Protocol[T]):
-    """Entries of a field by blade and node, or along whatever axes its table has."""
+    """Entries of a field by blade and node, or along the axes of its table."""
 
     def __getitem__(self, index: Index, /) -> T: ...
     def __setitem__(self, index: Index, value: T, /) -> None: ...
@@ -51,17 +51,17 @@ Symmetrics = Entries[Sym]
 
 
 class Field:
-    """Declaration of a field of a table; on an instance, what the array holds.
+    """Declaration of a field of a table; on an instance, its entries in the array.
 
     Attributes:
-      unit: of its numbers.
+      unit: unit of its numbers.
       doc: meaning.
       kind: ``Vec``, ``Rot`` or ``Sym``; None for plain numbers.
-      parts: ends of the names of its rows; empty for one row.
-      shape: lengths of its own axes, which stand before those of the table; a name is that of the field that holds it.
-      table: of its entries, in place of numbers.
-      prefix: beginning of the names of the entries of ``table``.
-      row: the first one; of a field of variable length, none.
+      parts: suffixes of the names of its rows; empty for one row.
+      shape: lengths of its own axes, which precede those of the table; a name refers to the field with the length.
+      table: table of its entries, in place of numbers.
+      prefix: prefix of the names of the entries of ``table``.
+      row: first row; undefined for a field of variable length.
     """
 
     def __init__(
@@ -93,7 +93,7 @@ class Field:
         return tuple(int(array[self.owner.fields[n].row]) if isinstance(n, str) else n for n in self.shape)
 
     def first(self, array: Any) -> int:
-        """Place in an array of the table where it begins."""
+        """Index of the field's first number in an array of the table."""
         if self.fixed:
             return self.row
         place = len(self.owner)
@@ -104,16 +104,16 @@ class Field:
         return place
 
     def step(self, array: Any) -> int:
-        """Numbers of one entry."""
+        """Number of values of one entry."""
         return self.table.extent(array[self.first(array) :]) if self.table else 1
 
     def extent(self, array: Any) -> int:
-        """Numbers of all entries."""
+        """Number of values of all entries."""
         count = math.prod(self.lengths(array))
         return len(self) if self.fixed else count and count * self.step(array)
 
     def names(self, array: Any = None) -> list[str]:
-        """Names of its rows; those of a field of variable length follow from an array of the table."""
+        """Names of its rows; for a field of variable length they need an array of the table."""
         ends = [""]
         for n in () if self.parts else self.lengths(array):
             ends = [f"{end}_{i}" for end in ends for i in range(1, n + 1)]
@@ -125,7 +125,7 @@ class Field:
         return [f"{begin}_{name}" if begin else name for begin in begins for name in inner]
 
     def rows(self) -> list[Row]:
-        """Its rows, of a field of fixed length."""
+        """Rows of a field of fixed length."""
         inner = self.table.rows if self.table else (Row(self.name, self.unit, self.doc),)
         return [Row(name, row.unit, row.doc) for name, row in zip(self.names(), itertools.cycle(inner), strict=False)]
 
@@ -201,7 +201,7 @@ class _Rows:
 
 
 def numbers_of(value: Any) -> Any:
-    """The numbers of a table, of several, or of an array, in a row."""
+    """The values of a table, of several tables, or of an array, as one vector."""
     import numpy as np
 
     if isinstance(value, Table):
@@ -222,7 +222,7 @@ def xyz(unit: str, doc: str) -> Any:
 
 
 def dq(unit: str, doc: str) -> Any:
-    """A field of phasors, d and q one behind the other."""
+    """A field of phasors, with rows d and q."""
     return Field(unit, doc, Phasor)
 
 
@@ -237,25 +237,25 @@ def symmetric(unit: str, doc: str) -> Any:
 
 
 def blades(unit: str, doc: str) -> Any:
-    """A field of one number a blade: ``demands.pitch[b]``."""
+    """A field of one number per blade: ``demands.pitch[b]``."""
     return Field(unit, doc, parts=tuple(f"{b + 1}" for b in range(MAX_BLADES)), shape=(MAX_BLADES,))
 
 
 def flaps(unit: str, doc: str) -> Any:
-    """A field of one number for each of up to four flaps of each blade: ``demands.flap[flap, b]``."""
+    """A field of one number for each of up to four flaps per blade: ``demands.flap[flap, b]``."""
     parts = tuple(f"{flap + 1}_{b + 1}" for flap in range(MAX_FLAPS) for b in range(MAX_BLADES))
     return Field(unit, doc, parts=parts, shape=(MAX_FLAPS, MAX_BLADES))
 
 
 def numbers(unit: str, doc: str, names: Iterable[str]) -> Any:
-    """A field of several numbers that have names of their own: ``x.limit[i]``."""
+    """A field of several named numbers: ``x.limit[i]``."""
     return Field(unit, doc, parts=tuple(names), shape=(len(tuple(names)),))
 
 
 def series(unit: str, doc: str, *lengths: str) -> Any:
-    """A field of variable length: ``x.wind[i]``; ``lengths`` name the fields that hold how many entries it has.
+    """A field of variable length: ``x.wind[i]``; ``lengths`` are the names of the fields with the lengths of its axes.
 
-    Fields of variable length stand behind the others.
+    Fields of variable length follow the others.
     """
     return Field(unit, doc, shape=lengths)
 
@@ -264,18 +264,18 @@ def part(table: type[T], doc: str = "", *, prefix: str | None = None) -> Any:
     """Another table within a table without axes: ``x.filter.speed``.
 
     Args:
-      prefix: of the names of its rows; the name of the field by default.
+      prefix: prefix of the names of its rows; by default the name of the field.
     """
     return Field("", doc, table=table, prefix=prefix)  # type: ignore[arg-type]
 
 
 def parts(table: type[T], count: int | str | tuple[str, ...], doc: str = "", *, prefix: str | None = None) -> Any:
-    """Several tables of one kind and size: ``x.loops[i].speed``.
+    """Several tables of one class and size: ``x.loops[i].speed``.
 
     Args:
-      count: how many, or what the names of the rows of each begin with; or the name of the field that holds how many:
-        then the field stands behind those of fixed length.
-      prefix: of the names of its rows, before the number of the part; the name of the field by default.
+      count: their number, or the prefixes of the row names of each; or the name of the field that holds their number:
+        then the field follows those of fixed length.
+      prefix: prefix of the names of its rows, before the number of the part; by default the name of the field.
     """
     if isinstance(count, tuple):
         return Field("", doc, parts=count, shape=(len(count),), table=table)  # type: ignore[arg-type]
@@ -292,7 +292,7 @@ class Row:
 
 
 class TableType(type):
-    """Class of tables, whose length is the number of their rows."""
+    """Metaclass of tables; the length of a table is the number of its rows."""
 
     rows: tuple[Row, ...]
 
@@ -304,15 +304,15 @@ class Table(metaclass=TableType):
     """Fields that share a shape.
 
     Attributes:
-      title: what the rows describe, e.g. ``"blade motion"``.
+      title: subject of the rows, e.g. ``"blade motion"``.
       axes: names of the axes after the field axis, from ``blade``, ``node``, ``mode``.
-      fields: as declared, by name.
-      rows: of the array, in its order; of a vector or matrix one for each component.
-      names: of the rows.
-      tail: fields of variable length, which stand last.
-      integer: its numbers are whole.
-      outer: 1 if the first axis stands before the fields: ``array[len(table) * mode + row, blade, node]``.
-      fields_last: the fields, numbers all of them, stand last: ``array[polar, angle, row]``.
+      fields: declared fields, by name.
+      rows: rows of the array in order; of a vector or matrix one for each component.
+      names: names of the rows.
+      tail: fields of variable length, which follow the others.
+      integer: whether its numbers are integers.
+      outer: 1 if the first axis precedes the fields: ``array[len(table) * mode + row, blade, node]``.
+      fields_last: whether the fields, which must be numbers, are the last axis: ``array[polar, angle, row]``.
     """
 
     title: ClassVar[str]
@@ -338,12 +338,12 @@ class Table(metaclass=TableType):
                 rows += field.rows()
         cls.tail = tuple(field for field in cls.fields.values() if not field.fixed)
         if [*cls.fields.values()][len(cls.fields) - len(cls.tail) :] != [*cls.tail]:
-            raise ValueError(f"table {cls.title!r} has a field behind those of variable length")
+            raise ValueError(f"table {cls.title!r}: fields of fixed length must precede those of variable length")
         cls.rows, cls.names = tuple(rows), tuple(row.name for row in rows)
         if len(set(cls.names)) != len(rows) or any(hasattr(Table, name) or name == "array" for name in cls.fields):
-            raise ValueError(f"table {cls.title!r} has a field twice, or one with a name of its own attributes")
+            raise ValueError(f"table {cls.title!r}: a field name occurs twice or is an attribute of tables")
         if fields_last and (outer or any(len(field) > 1 for field in cls.fields.values())):
-            raise ValueError(f"table {cls.title!r}: only numbers can stand last")
+            raise ValueError(f"table {cls.title!r}: with fields_last only fields of one number are allowed")
 
     array: Any
     blades: int
@@ -372,7 +372,7 @@ class Table(metaclass=TableType):
         return len(self.array)
 
     def copy(self) -> Self:
-        """A table of a copy of the array."""
+        """The table with a copy of the array."""
         return type(self)(self.array.copy())
 
     def __array__(self, *args: Any, **kwargs: Any) -> Any:
@@ -380,9 +380,9 @@ class Table(metaclass=TableType):
 
     @classmethod
     def of(cls, **values: Any) -> Self:
-        """A new one without axes: numbers by name, arrays for series, tables for parts; otherwise zero.
+        """A new table without axes: numbers by name, arrays for series, tables for parts; otherwise zero.
 
-        Lengths follow from what is given.
+        Lengths follow from the arguments.
         """
         import numpy as np
 
@@ -410,12 +410,12 @@ class Table(metaclass=TableType):
 
     @classmethod
     def extent(cls, array: Any) -> int:
-        """Numbers of the table at the beginning of an array, with the fields of variable length."""
+        """Number of values of the table at the beginning of an array, including the fields of variable length."""
         return len(cls) + sum(field.extent(array) for field in cls.tail)
 
     @classmethod
     def names_of(cls, array: Any) -> tuple[str, ...]:
-        """Names of all numbers of the table at the beginning of an array."""
+        """Names of all values of the table at the beginning of an array."""
         return (*cls.names, *(name for field in cls.tail for name in field.names(array)))
 
     @classmethod
@@ -428,7 +428,7 @@ class Table(metaclass=TableType):
 
     @classmethod
     def index(cls, name: str) -> int:
-        """Row of the named field, the first one of a vector or matrix; unknown names get the closest ones."""
+        """Row of the named field, the first one of a vector or matrix; InputError with the closest names if unknown."""
         if name in cls.fields:
             return cls.fields[name].row
         if name in cls.names:
@@ -437,12 +437,12 @@ class Table(metaclass=TableType):
 
     @classmethod
     def slots(cls, names: str) -> tuple[int, ...]:
-        """Rows of several fields, for unpacking into the constants that kernels index with."""
+        """Rows of several fields, for unpacking into index constants."""
         return tuple(cls.index(name) for name in names.split())
 
     @classmethod
     def shape(cls, **sizes: int) -> tuple[int, ...]:
-        """Shape of this table's array; ``sizes`` gives the length of every axis."""
+        """Shape of this table's array; ``sizes`` are the lengths of its axes."""
         lengths = [sizes[axis] for axis in cls.axes]
         if cls.fields_last:
             return (*lengths, len(cls))
@@ -457,7 +457,7 @@ class Table(metaclass=TableType):
 
 
 class View:
-    """Host-side view of a table's array: ``view["chord"]`` is the row (or rows), written through."""
+    """Host-side view of a table's array: ``view["chord"]`` is the row (or rows), for reading and writing."""
 
     __slots__ = ("array", "table")
 
@@ -466,7 +466,7 @@ class View:
         self.array = array
 
     def rows(self, name: str) -> int | slice:
-        """Places of a field's rows in the array."""
+        """Indices of a field's rows in the array."""
         row = self.table.index(name)
         field = self.table.fields.get(name)
         return slice(row, row + len(field)) if field and field.parts else row
@@ -479,7 +479,7 @@ class View:
         self.array[self.rows(name)] = value
 
     def keys(self) -> tuple[str, ...]:
-        """Names of all rows, so that ``dict(view)`` works."""
+        """Names of all rows, as ``dict(view)`` needs them."""
         return self.table.names
 
     def __repr__(self) -> str:

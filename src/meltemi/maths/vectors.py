@@ -1,4 +1,4 @@
-"""Functions of vectors, rotations and symmetric matrices, and their operators in kernels for every kind of number."""
+"""Functions of vectors, rotations and symmetric matrices, and their operators in kernels for every number type."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Number types beyond float: lanes (the nodes of a blade, eight at a time) and duals (a value with derivatives)."""
+"""Number types besides floats: lanes (eight nodes of a blade at a time) and duals (a value with derivatives)."""

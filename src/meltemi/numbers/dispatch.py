@@ -1,4 +1,4 @@
-"""Functions with a variant for each class of records: single dispatch that kernels resolve when they are compiled.
+"""Functions with a variant for each class of records: single dispatch, resolved by kernels at compile time.
 
     @by_record
     def evaluate(t: float, dt: float, m: AnySystem) -> None:
@@ -7,8 +7,8 @@
     @evaluate.variant
     def _(t: float, dt: float, m: System) -> None: ...
 
-The annotation of its argument ``m`` says for which class of records a variant is. In plain Python and from the host the
-same call works.
+The annotation of the argument ``m`` is the class of records of a variant. The same call works in plain Python and
+from the host.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ R = TypeVar("R")
 
 
 class Variants(Generic[P, R]):
-    """A function that chooses its text by the class of the record ``m`` among its arguments."""
+    """A function that dispatches on the class of the record ``m`` among its arguments."""
 
     def __init__(self, function: Callable[P, R]) -> None:
         self.__doc__, self.__name__, self.__module__ = function.__doc__, function.__name__, function.__module__
@@ -43,7 +43,7 @@ class Variants(Generic[P, R]):
         """The variant for a class of records.
 
         Raises:
-          TypeError: there is none.
+          TypeError: no variant is registered.
         """
         for each in record.__mro__:
             if each in self.texts:
@@ -61,5 +61,5 @@ class Variants(Generic[P, R]):
 
 
 def by_record(function: Callable[P, R]) -> Variants[P, R]:
-    """Make a function whose text depends on the class of the record that it gets."""
+    """Make a function dispatch on the class of its record."""
     return Variants(function)

@@ -1,11 +1,11 @@
-"""Duals: a value with its derivatives by eight parameters, carried through every operation exactly.
+"""Dual numbers: a value with its derivatives by eight parameters, propagated exactly through every operation.
 
-A kernel that reads from a *dual array* computes with duals instead of floats and so gives, beside its results,
-their derivatives by whatever was given derivatives to begin with (forward differentiation):
+A kernel that reads from a *dual array* computes with duals instead of floats, and so returns the derivatives of its
+results by the parameters of the input derivatives (forward differentiation):
 
     (x, dx) (y, dy) = (x y, y dx + x dy),   f((x, dx)) = (f(x), f'(x) dx)
 
-Comparisons look at values alone: a derivative is that of the branch that was taken. Eight derivatives fill one
+Comparisons use values only: a derivative is that of the branch that was taken. Eight derivatives fill one
 register, so they cost little more than one.
 
 Reference: Griewank & Walther (2008), Evaluating Derivatives, chapter 3.
@@ -39,7 +39,7 @@ _NUMBER = (types.Float, types.Integer)
 
 
 class DualType(types.Type):
-    """A float64 and eight derivatives."""
+    """A float64 value and eight derivatives."""
 
     def can_convert_from(self, context: Any, other: Any) -> Any:
         return Conversion.safe if isinstance(other, _NUMBER) else None
@@ -49,7 +49,7 @@ class DualType(types.Type):
 
 
 class DualArrayType(types.Type):
-    """An array of values and one of their derivatives."""
+    """An array of values and the array of their derivatives."""
 
     def __init__(self, ndim: int) -> None:
         self.ndim = ndim
@@ -57,7 +57,7 @@ class DualArrayType(types.Type):
 
 
 class IndexType(types.UniTuple):
-    """Index of an entry, or of a part, of a dual array."""
+    """Index of an entry, or of a subarray, of a dual array."""
 
 
 dual = DualType("dual")
@@ -79,7 +79,7 @@ class _DualArrayModel(models.StructModel):
 
 
 class _Dual:
-    """LLVM values of a dual while code is generated."""
+    """LLVM values of a dual during code generation."""
 
     def __init__(self, value: Any, slopes: Any | None) -> None:
         self.value, self.slopes = value, slopes  # no slopes: a constant
@@ -109,7 +109,7 @@ def _to_dual(context: Any, builder: Any, old: Any, new: Any, x: Any) -> Any:
 
 
 def _operation(function: Any, count: int, result: Any, generate: Any) -> None:
-    """Define ``function`` for ``count`` arguments of which at least one is a dual.
+    """Implement ``function`` for ``count`` arguments of which at least one is a dual.
 
     Args:
       generate: (context, builder, *duals) -> LLVM value.
@@ -179,7 +179,7 @@ for _functions, _generate in (
 
 
 def _comparison(sign: str) -> Any:
-    """What is no number is unequal to everything, and in no other relation."""
+    """Comparison of the values; NaN is unequal to everything, and every other comparison with it is false."""
     name = "fcmp_unordered" if sign == "!=" else "fcmp_ordered"
     return lambda context, builder, x, y: getattr(builder, name)(sign, x.value, y.value)
 
@@ -196,7 +196,7 @@ for _function, _sign in (
 
 
 def _choice(sign: str) -> Any:
-    """min and max: the first argument unless the second is beyond it."""
+    """Minimum and maximum: the first argument unless the second is beyond it."""
 
     def generate(context: Any, builder: Any, x: _Dual, y: _Dual) -> Any:
         beyond = builder.fcmp_ordered(sign, y.value, x.value)
@@ -227,7 +227,7 @@ def _magnitude(context: Any, builder: Any, x: _Dual) -> Any:
 
 
 def _root(context: Any, builder: Any, x: _Dual) -> Any:
-    """No slope at zero, where that of the root is infinite."""
+    """Square root, with zero slope at zero, where the slope is infinite."""
     value = _call(builder, "llvm.sqrt.f64", x.value)
     positive = builder.fcmp_ordered(">", value, ir.Constant(_F64, 0.0))
     rate = builder.select(positive, builder.fdiv(ir.Constant(_F64, 0.5), value), ir.Constant(_F64, 0.0))
@@ -258,7 +258,7 @@ def _where(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 def _within_step(context: Any, builder: Any, x: _Dual) -> Any:
-    """1 where the value is smaller than one of its derivatives, which stand for the changes within a step."""
+    """1 where the value is smaller than one of its derivatives, which are the changes over a finite difference."""
     size = ir.FunctionType(_VF, [_VF])
     change = builder.call(cgutils.get_or_insert_function(builder.module, size, f"llvm.fabs.v{WIDTH}f64"), [x.slopes])
     near = splat(builder, _call(builder, "llvm.fabs.f64", x.value))
@@ -313,7 +313,7 @@ def _log(x: Any) -> Any:
 
 
 def _acos(x: Any) -> Any:
-    """No slope at the ends, where it is infinite."""
+    """Arc cosine, with zero slope at -1 and 1, where the slope is infinite."""
     c = value(x)
     return chain(math.acos(c), -1.0 / math.sqrt(1.0 - c * c) if abs(c) < 1.0 else 0.0, x)
 
@@ -353,7 +353,7 @@ for _function, _implementation in (
 
 @intrinsic
 def as_dual(typing_context: Any, x: Any) -> Any:
-    """A number as a dual."""
+    """Conversion of a number to a dual."""
     return dual(dual), lambda context, builder, signature, args: args[0]
 
 
@@ -389,7 +389,7 @@ def _shape(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 
 
 def _index(array: Any, index: Any) -> Any:
-    """The index as a tuple type: of all axes, or of the first ones for a part of the array."""
+    """The index as a tuple type: of all axes, or of the first ones for a subarray."""
     if isinstance(index, types.Integer):
         return IndexType(types.intp, 1)
     if isinstance(index, types.BaseTuple) and len(index) <= array.ndim:
@@ -437,7 +437,7 @@ class _SetItem(AbstractTemplate):
 
 
 def _place(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> tuple[Any, Any, Any]:
-    """Pointers to value and derivatives at an index, and the lengths of the axes that it leaves."""
+    """Pointers to value and derivatives at an index, and the lengths of the remaining axes."""
     proxy = cgutils.create_struct_proxy(kind)(context, builder, array)
     shape, at = cgutils.unpack_tuple(builder, proxy.shape), cgutils.unpack_tuple(builder, index)
     flat = at[0]
@@ -504,7 +504,7 @@ def _fill(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 @lower_builtin(operator.setitem, DualArrayType, types.SliceType, DualArrayType)
 def _copy(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    """A[i:j] = B, which has the shape of that part."""
+    """A[i:j] = B, where B has the shape of the slice."""
     to = cgutils.create_struct_proxy(sig.args[0])(context, builder, args[0])
     source = cgutils.create_struct_proxy(sig.args[2])(context, builder, args[2])
     begin, count = _places(context, builder, sig.args[1], args[1], to)

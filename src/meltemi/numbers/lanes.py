@@ -1,15 +1,15 @@
-"""Lanes: eight floats that go through the same operations at once, on the processor's vector registers.
+"""Lanes: eight floats that undergo the same operations at once, in the vector registers of the processor.
 
-A kernel that reads ``A[field, blade, n]`` gets a float when A is a NumPy array. When A is a
-*lane array* it gets eight: those of nodes 8 n to 8 n + 7, and ``A.shape[-1]`` counts such groups. So the
-kernels are written once, for one node, and their arrays' type decides how many they treat at a time.
+A kernel that reads ``A[field, blade, n]`` gets a float if A is a NumPy array. If A is a *lane array* it gets
+eight: those of nodes 8 n to 8 n + 7, and ``A.shape[-1]`` is the number of such groups. So kernels are written once,
+for one node, and the type of their arrays determines the number of nodes per operation.
 
 Lanes have +, -, \\*, /, comparisons (their result is a *mask*; combine masks by & and |), ``abs``, ``min``,
 ``max``, ``math.sqrt``, the elementary functions of ``math``, and the functions of ``generic``. They have no
-branches: ``where`` takes the place of ``if``. An integer part (``whole``) may be used as an index into a
-NumPy array; this looks up eight places.
+branches: ``where`` replaces ``if``. An integer part (``whole``) may be used as an index into a
+NumPy array; this gathers eight entries.
 
-LLVM's own vectoriser does not get this far: it cannot prove that the arrays of a kernel do not overlap.
+LLVM's own vectoriser does not achieve this: it cannot prove that the arrays of a kernel do not overlap.
 
 Numbers: IEEE arithmetic in every lane, so lanes differ from floats only in the rounding of elementary
 functions and in the order of sums over nodes.
@@ -32,7 +32,7 @@ from meltemi.maths import elementary
 from meltemi.maths.generic import anywhere, crossed, floor, largest, split, total, two_to, where, whole, zero
 
 WIDTH = 8
-"""Lanes of a number: a register of AVX-512, two of AVX2."""
+"""Lanes per number: a register of AVX-512, two of AVX2."""
 
 _F64, _I64, _I32, _BIT = ir.DoubleType(), ir.IntType(64), ir.IntType(32), ir.IntType(1)
 _VF, _VI, _VM = (ir.VectorType(t, WIDTH) for t in (_F64, _I32, _BIT))
@@ -54,15 +54,15 @@ class LanesType(types.Type):
 
 
 class IntLanesType(types.Type):
-    """Eight int32: places in an array."""
+    """Eight int32: indices into an array."""
 
 
 class MaskType(types.Type):
-    """Eight truth values."""
+    """Eight booleans."""
 
 
 class PlacesType(types.UniTuple):
-    """Index of eight places in an array."""
+    """Eight indices into an array."""
 
 
 class LaneArrayType(types.Type):
@@ -153,7 +153,7 @@ _NUMBER = (types.Float, types.Integer)
 
 
 def _operation(function: Any, kinds: tuple[Any, ...], result: Any, generate: Any) -> None:
-    """Define ``function`` for arguments of the given types, of which plain numbers may replace all but one.
+    """Implement ``function`` for the given argument types; plain numbers may replace all arguments but one.
 
     Args:
       generate: (builder, *LLVM values) -> LLVM value.
@@ -167,7 +167,7 @@ def _operation(function: Any, kinds: tuple[Any, ...], result: Any, generate: Any
             if kws or len(args) != len(kinds) or not any(a in (lanes, int_lanes, mask) for a in args):
                 return None
             if lanes in kinds and not any(a == lanes or isinstance(a, types.Float) for a in args):
-                return None  # whole numbers stay whole
+                return None  # integers stay integers
             for a, kind in zip(args, kinds, strict=True):
                 if a != kind and not isinstance(a, plain[kind]) and (a, kind) != (int_lanes, lanes):
                     return None
@@ -185,7 +185,7 @@ def _both(name: str) -> Any:
 
 
 def _call(name: str, vector: Any = _VF) -> Any:
-    """Generator of a call of an LLVM function on vectors."""
+    """Code generator for a call of an LLVM function on vectors."""
 
     def generate(builder: Any, *args: Any) -> Any:
         kind = ir.FunctionType(vector, [a.type for a in args])
@@ -223,7 +223,7 @@ _operation(abs, (lanes,), lanes, _call(f"llvm.fabs.v{WIDTH}f64"))
 _operation(math.sqrt, (lanes,), lanes, _call(f"llvm.sqrt.v{WIDTH}f64"))
 for _function in (floor, math.floor):
     _operation(_function, (lanes,), lanes, _call(f"llvm.floor.v{WIDTH}f64"))
-# as Python's min and max: the first argument unless the second is beyond it
+# as in Python's min and max: the first argument unless the second is beyond it
 _operation(min, (lanes, lanes), lanes, lambda b, x, y: b.select(b.fcmp_ordered("<", y, x), y, x))
 _operation(max, (lanes, lanes), lanes, lambda b, x, y: b.select(b.fcmp_ordered(">", y, x), y, x))
 _operation(min, (int_lanes, int_lanes), int_lanes, lambda b, x, y: b.select(b.icmp_signed("<", y, x), y, x))
@@ -234,7 +234,7 @@ _operation(whole, (lanes,), int_lanes, lambda b, x: b.fptosi(x, _VI))
 
 
 def _fold(name: str) -> Any:
-    """Generator that joins the lanes pairwise by an operation: halves, quarters, eighths."""
+    """Code generator for the pairwise reduction of the lanes by an operation: halves, quarters, eighths."""
 
     def generate(builder: Any, x: Any) -> Any:
         width = WIDTH
@@ -260,7 +260,7 @@ _operation(anywhere, (mask,), types.boolean, _fold("or_"))
 
 
 def _power_of_two(builder: Any, n: Any) -> Any:
-    """The exponent's bits."""
+    """2^n by setting the exponent bits."""
     i = builder.sext(builder.fptosi(n, _VI), _VL)
     constant = [ir.Constant(_VL, [k] * WIDTH) for k in (1023, 52)]
     return builder.bitcast(builder.shl(builder.add(i, constant[0]), constant[1]), _VF)
@@ -370,7 +370,7 @@ def _store(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 @lower_builtin(operator.getitem, types.Array, PlacesType)
 def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    """Eight places of a C-contiguous array at once."""
+    """Gather eight entries of a C-contiguous array."""
     kind = sig.args[0]
     array = context.make_array(kind)(context, builder, args[0])
     shape, at = cgutils.unpack_tuple(builder, array.shape), cgutils.unpack_tuple(builder, args[1])

@@ -1,8 +1,8 @@
-"""What tables and records mean in kernels, for every kind of number: floats, lanes, duals.
+"""Tables and records in kernels, for every number type: floats, lanes, duals.
 
-Fields and entries are generated in place, and no memory is counted: the host keeps it. A record is the address of its
-words, which nobody writes while kernels run; so its loads are marked as invariant, and what a kernel stores into arrays
-does not make it read them again.
+Access to fields and entries is generated inline, without reference counts: the host owns the memory. A record is the
+address of its words, which nothing writes while kernels run; so their loads are marked as invariant, and stores of a
+kernel into arrays do not force it to load them again.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
 
 
 class FieldType(types.Type):
-    """Entries of one field of a table: kind of number, what an entry is, how many axes, rows of an outer axis, and
-    ``step`` from one entry to the next: 1, or the number of fields where they stand last."""
+    """Entries of one field of a table: number type, class of an entry, number of axes, rows of an outer axis, and
+    ``step`` from one entry to the next: 1, or the number of fields where fields are last."""
 
     def __init__(self, kind: str, cls: Any, ndim: int, outer: int, step: int) -> None:
         self.kind, self.cls, self.ndim, self.outer, self.step = kind, cls, ndim, outer, step
@@ -52,7 +52,7 @@ class FieldType(types.Type):
 
     @property
     def parts(self) -> int:
-        """Numbers of an entry."""
+        """Number of values of an entry."""
         return len(self.cls.__slots__) if self.cls else 1
 
 
@@ -65,7 +65,7 @@ class TableType(types.Type):
 
     @property
     def key(self) -> Any:
-        """What makes two types equal: a name may be used in two modules."""
+        """Identity of the type: two modules may use the same name."""
         return self.table, self.kind
 
 
@@ -90,7 +90,7 @@ def _product(builder: Any, lengths: Any) -> Any:
 
 
 def _onwards(builder: Any, kind: str, pointer: Any, entries: Any) -> Any:
-    """The pointer, so many entries on."""
+    """The pointer advanced by a number of entries."""
     if kind == LANES:
         entries = builder.mul(entries, entries.type(WIDTH))
     return builder.gep(pointer, [entries], source_etype=_I64 if kind == INTS else _F64)
@@ -123,7 +123,7 @@ def _store(builder: Any, kind: str, value: Any, data: Any, slopes: Any) -> None:
 
 
 def _places(builder: Any, kind: Any, proxy: Any, at: list[Any]) -> list[tuple[Any, Any]]:
-    """Pointers to the parts of an entry, and to their derivatives."""
+    """Pointers to the values of an entry, and to their derivatives."""
     shape = _shape(kind, proxy)
     flat = at[0] if at else ir.Constant(_I64, 0)
     if kind.outer:
@@ -201,7 +201,7 @@ def _get(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 @lower_builtin(operator.getitem, FieldType, type(int_lanes))
 @lower_builtin(operator.getitem, FieldType, PlacesType)
 def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    """Eight places at once."""
+    """Gather eight entries."""
     kind = sig.args[0]
     proxy = cgutils.create_struct_proxy(kind)(context, builder, args[0])
     index = cgutils.unpack_tuple(builder, args[1]) if isinstance(sig.args[1], PlacesType) else [args[1]]
@@ -242,7 +242,7 @@ class PartsType(types.Type):
 
     @property
     def key(self) -> Any:
-        """Identity, as of the table."""
+        """Identity of the type, as for tables."""
         return self.table, self.kind
 
 
@@ -272,7 +272,7 @@ def _array_type(kind: Any) -> Any:
 
 
 def _length(kind: Any, name: str) -> int | None:
-    """Which axis ``blades`` or ``nodes`` is the length of."""
+    """Axis with the length ``blades`` or ``nodes``."""
     axes = [f"{axis}s" for axis in kind.table.axes]
     return axes.index(name) if name in axes else None
 
@@ -301,7 +301,7 @@ def _lengths(builder: Any, field: Any, data: Any) -> list[Any]:
 
 
 def _first(builder: Any, field: Any, data: Any) -> Any:
-    """Where a field of a table without axes begins; behind a field of variable length only the run knows."""
+    """First value of a field of a table without axes; after fields of variable length known only at run time."""
     if field.fixed:
         return ir.Constant(_I64, field.row)
     place = ir.Constant(_I64, len(field.owner))
@@ -312,14 +312,14 @@ def _first(builder: Any, field: Any, data: Any) -> Any:
 
 
 def _step(builder: Any, field: Any, data: Any) -> Any:
-    """Numbers of one entry of a field of a table without axes."""
+    """Number of values of one entry of a field of a table without axes."""
     if field.table is None:
         return ir.Constant(_I64, 1)
     return _extent(builder, field.table, _onwards(builder, FLOATS, data, _first(builder, field, data)))
 
 
 def _extent(builder: Any, table: Any, data: Any) -> Any:
-    """Numbers of the table without axes that begins at ``data``."""
+    """Number of values of the table without axes that begins at ``data``."""
     if not table.tail:
         return ir.Constant(_I64, len(table))
     last = table.tail[-1]
@@ -366,7 +366,7 @@ def _part(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return result._getvalue()
 
 
-# tables of the vectors of a controller: made in kernels from arrays, and passed to them from Python
+# tables of the vectors of a controller: created in kernels from arrays, and passed to them from Python
 
 
 @typeof_impl.register(TableClass)
@@ -376,7 +376,7 @@ def _typeof_class(table: Any, context: Any) -> Any:
 
 @cache
 def _maker(table: Any) -> Any:
-    """How a kernel makes a table without axes of a vector."""
+    """Implement the constructor of a table without axes from a vector in kernels."""
 
     class Rule(AbstractTemplate):
         key = _MAKE
@@ -395,7 +395,7 @@ def _maker(table: Any) -> Any:
 
 
 def _MAKE() -> None:
-    """Stands for the class of a table where kernels call it."""
+    """Represents the class of a table in calls from kernels."""
 
 
 @lower_builtin(_MAKE, types.Array)
@@ -417,7 +417,7 @@ def _make_again(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 @overload(operator.getitem, strict=False)
 def _read_place(table: Any, place: Any) -> Any:
-    """Entries of a vector by place, as of the array."""
+    """Entries of a vector by index, as of the array."""
     return (lambda table, place: table.array[place]) if isinstance(table, TableType) else None
 
 
@@ -438,7 +438,7 @@ def _length_of(table: Any) -> Any:
 
 
 def _numpy_array(context: Any, builder: Any, kind: Any, data: Any, shape: Any) -> Any:
-    """A NumPy array without an owner."""
+    """A NumPy array that does not own its memory."""
     array = context.make_array(kind)(context, builder)
     size = context.get_abi_sizeof(context.get_data_type(kind.dtype))
     strides: list[Any] = []
@@ -470,13 +470,13 @@ def _array(context: Any, builder: Any, kind: Any, data: Any, slopes: Any, shape:
 @typeof_impl.register(Table)
 def _typeof_table(value: Any, context: Any) -> Any:
     if not value.array.flags.c_contiguous:
-        raise TypeError(f"kernels take a {type(value).__name__} of a contiguous array only")
+        raise TypeError(f"kernels accept a {type(value).__name__} of a contiguous array only")
     return TableType(type(value), INTS if type(value).integer else FLOATS)
 
 
 @unbox(TableType)
 def _unbox_table(kind: Any, value: Any, c: Any) -> Any:
-    """A table that the host passes: plain numbers in a contiguous array."""
+    """A table passed by the host: plain numbers in a contiguous array."""
     if kind.kind not in (FLOATS, INTS):
         return unbox_unsupported(kind, value, c)
     made, array = _array_type(kind), c.pyapi.object_getattr_string(value, "array")
@@ -489,7 +489,7 @@ def _unbox_table(kind: Any, value: Any, c: Any) -> Any:
         shape[0] = c.builder.sdiv(shape[0], ir.Constant(_I64, len(kind.table)))
     for i, n in enumerate(shape[1 - kind.table.outer :]):
         setattr(proxy, f"n{i}", n)
-    c.pyapi.decref(array)  # the table holds it
+    c.pyapi.decref(array)  # the table keeps it alive
     return NativeValue(proxy._getvalue(), is_error=taken.is_error)
 
 
@@ -531,7 +531,7 @@ class RecordType(types.Type):
 
     @property
     def key(self) -> Any:
-        """What makes two types equal: a name may be used in two modules."""
+        """Identity of the type: two modules may use the same name."""
         return self.cls, self.kind
 
 
@@ -550,7 +550,7 @@ def _type_of(record: Any, member: Member) -> Any:
 
 
 def _begin(record: Any, wanted: str) -> int:
-    """Where a member's words begin."""
+    """Index of a member's first word."""
     at = 0
     for name, member in members(record.cls).items():
         if name == wanted:

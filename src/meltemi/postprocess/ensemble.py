@@ -59,11 +59,11 @@ class EnsembleEntry:
     """A quantity of a scheme over all seeds.
 
     Attributes:
-      quantity, scheme: what it is, and of which scheme.
+      quantity, scheme: their names.
       value: mean over seeds, in the unit of the quantity.
       change: mean of the changes, the ratio to the first scheme minus one, formed for each seed; None for the first
         scheme, NaN if it is zero for some seed.
-      load: equivalent load of the ensemble, see ``ensemble_load``; None for quantities that are none.
+      load: equivalent load of the ensemble, see ``ensemble_load``; None for other quantities than loads.
       load_change: of that load against the first scheme's, minus one; None for the first scheme.
     """
 

@@ -1,1 +1,1 @@
-"""The coupled machine in time: model, step, trim, results."""
+"""Coupled aeroelastic simulation: model, time integration, steady operation, results."""

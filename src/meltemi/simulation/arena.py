@@ -1,4 +1,4 @@
-"""Contiguous vectors of which arrays are views."""
+"""Contiguous memory for the arrays of a simulation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Float = NDArray[np.float64]
 
 
 def aligned(shape: tuple[int, ...]) -> Float:
-    """Zeros that begin at a multiple of 64 bytes, as the processor's widest registers like it."""
+    """Array of zeros whose memory begins at a multiple of 64 bytes, the width of the vector registers."""
     size = int(np.prod(shape))
     spare = np.zeros(size + WIDTH)
     begin = (-spare.ctypes.data // spare.itemsize) % WIDTH
@@ -20,9 +20,9 @@ def aligned(shape: tuple[int, ...]) -> Float:
 
 
 class Arena:
-    """Views cut one after another from one contiguous vector, each beginning at a multiple of 64 bytes.
+    """Arrays as consecutive views of one contiguous vector, each beginning at a multiple of 64 bytes.
 
-    With ``duals`` there is a second vector, and views of it, with the derivatives of every entry.
+    With ``duals``, a second vector and views of it hold the derivatives of every entry.
     """
 
     def __init__(self, shapes: dict[str, tuple[int, ...]], *, duals: bool = False) -> None:
@@ -42,5 +42,5 @@ class Arena:
                 self.slope_views[name] = self.slopes[entries].reshape(*shape, N_DERIVATIVES)
 
     def place(self, name: str, index: tuple[int, ...]) -> int:
-        """Place in the vector of one entry of a view."""
+        """Index of an entry of a view in the vector."""
         return self.begin[name] + int(np.ravel_multi_index(index, self.views[name].shape))

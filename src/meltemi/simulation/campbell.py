@@ -1,7 +1,7 @@
 """Campbell diagrams: frequencies and damping of the modes over wind speed or rotor speed.
 
-Modes are followed from one operating point to the next by the likeness of their shapes (modal assurance
-criterion), and named after the coordinates that hold their strain energy.
+Modes are tracked from one operating point to the next by the similarity of their shapes (modal assurance criterion),
+and named after the coordinates that hold their strain energy.
 
 Reference: docs/theory/simulation.md (M-27 to M-30); Allemang (2003), Sound and Vibration 37(8).
 """
@@ -30,9 +30,9 @@ from meltemi.structure.tables import StructureParameters
 Float = NDArray[np.float64]
 
 LEAST = 0.8
-"""Least score, of 3, that gives a mode a name."""
+"""Smallest score, of at most 3, at which a mode is assigned to a name."""
 STEADY_SHARE = 0.3
-"""Of the time that an operating point takes, for the bar of progress."""
+"""Fraction of the computing time of an operating point that steady operation takes, for the progress bar."""
 WHIRL = ("collective", "backward whirl", "forward whirl")
 
 
@@ -47,9 +47,9 @@ class Campbell(Brief):
       labels: names of the modes, e.g. ``"1st flap backward whirl"``.
       frequency: (modes, n) [rad/s], undamped; NaN where a mode does not oscillate.
       damping: (modes, n) ratio to critical.
-      modes: for each mode and operating point what was found, or None.
-      air: with the air; otherwise in vacuum.
-      failures: why there is nothing at an operating point, by its wind or rotor speed.
+      modes: the mode of each label at each operating point, or None.
+      air: True with aerodynamics; False in vacuum.
+      failures: reasons for missing operating points, by wind speed or rotor speed.
     """
 
     wind_speed: Float
@@ -73,26 +73,28 @@ def campbell(
     azimuths: int = AZIMUTHS // 2,
     progress: Callable[[float], None] | None = None,
 ) -> Campbell:
-    """Frequencies and damping over wind speed or rotor speed.
+    """Natural frequencies and damping ratios over wind speed or rotor speed.
 
-    With air, the machine is linearised in the fixed frame about its steady operation, torque and pitch held; modes
-    of the air alone are left out. In vacuum it has the rotor speed and pitch of that operation, and no weight.
+    With aerodynamics, the turbine is linearised in the fixed frame about its steady operation, with torque and pitch
+    held constant; purely aerodynamic modes are excluded. In vacuum it has the rotor speed and pitch of that operation,
+    and no gravity.
 
     Args:
-      wind_speeds: [m/s] of steady wind; rotor speed and pitch are those of steady operation.
-      rotor_speeds: [rad/s] instead, in vacuum and at fine pitch; 0 is standstill.
-      air: with the air, or the structure in vacuum.
-      generator_free: the generator may turn about its mean, or its speed is held; by default free with air.
+      wind_speeds: [m/s] of steady wind; rotor speed and pitch follow from steady operation.
+      rotor_speeds: [rad/s] in place of wind speeds, in vacuum and at fine pitch; 0 is standstill.
+      air: with aerodynamics, or the structure in vacuum.
+      generator_free: whether the generator may rotate about its mean speed or has a prescribed speed; free by default
+        with aerodynamics.
       azimuths: see ``linearise``.
-      progress: called with the share that is done.
+      progress: callback with the completed fraction.
 
     Returns:
-      The diagram. Operating points that fail are NaN in it, and it says why.
+      The diagram. Operating points that fail are NaN in it; ``failures`` has the reasons.
 
     Raises:
-      InputError: all operating points fail, a turbine of a power coefficient, not one of wind speeds and rotor speeds,
-        or rotor speeds with air.
-      UnsupportedError: a rotor without three blades.
+      InputError: all operating points fail, the turbine is a power-coefficient turbine, wind speeds and rotor speeds
+        are both given or both missing, or rotor speeds are given with aerodynamics.
+      UnsupportedError: the rotor does not have three blades.
     """
     model = with_blades(model, "campbell")
     if wind_speeds is not None and rotor_speeds is None:
@@ -108,11 +110,11 @@ def campbell(
     if not given:
         raise InputError("campbell: no wind speeds or rotor speeds")
     free = air if generator_free is None else generator_free
-    model = with_static_gears(model)  # modes of a gearbox lie far above
+    model = with_static_gears(model)  # modes of a gearbox have far higher frequencies
     vacuum = replace(
         model.with_parameters(**{"structure.gravity": 0.0}), environment=model.environment.replace(gravity=0.0)
     )
-    # its speed is held only after steady operation has been found with it
+    # the generator is locked only after steady operation has been found with it free
     locked = model.locked.copy()
     if not free:
         locked[model.coordinates.index("generator")] = 1.0
@@ -137,16 +139,16 @@ def campbell(
             else:
                 _, speed, pitch = where_now
                 modes = natural_modes(vacuum, speed, pitch=pitch, generator_free=free)
-                modes = [fixed_parts(mode) if speed == 0.0 else mode for mode in modes]
+                modes = [multiblade_components(mode) if speed == 0.0 else mode for mode in modes]
         except MeltemiError as error:
             failures[value] = str(error)
         operation.append(where_now)
         found.append(modes)
         done(i, 1.0)
     if len(failures) == len(set(given)):
-        raise InputError(f"campbell: no operating point was found; the last: {failures[given[-1]]}")
+        raise InputError(f"campbell: all operating points failed; the last one: {failures[given[-1]]}")
     where = np.array(operation)
-    # begin where modes are told apart best: whirling fast in vacuum, little damped by slow wind
+    # begin where modes are distinguished best: at high rotor speed in vacuum, in slow wind with little damping
     order = [i for i in np.argsort(where[:, 0] if air else -where[:, 1], kind="stable") if found[i]]
     curves = follow(found, [int(i) for i in order], strain(model), bool(np.any(where[:, 1] > 0.0)))
     labels = sorted(curves, key=lambda n: float(np.mean([m.frequency for m in curves[n] if m is not None])))
@@ -167,12 +169,12 @@ def campbell(
 
 
 def _shifted(done: Callable[[float], None], share: float) -> None:
-    """Tell of the share of a linearisation, before which steady operation was found."""
+    """Report the progress of a linearisation, which follows the search for steady operation."""
     done(STEADY_SHARE + (1.0 - STEADY_SHARE) * share)
 
 
-def fixed_parts(mode: Mode) -> Mode:
-    """A mode at standstill, blade 1 up, with collective, cosine and sine parts in place of the blades."""
+def multiblade_components(mode: Mode) -> Mode:
+    """A mode at standstill, blade 1 up, with collective, cosine and sine components in place of the blades."""
     shape, names = mode.shape.copy(), list(mode.coordinates)
     for name in dict.fromkeys(n[8:] for n in names if re.match("blade [123] ", n)):
         at = [names.index(f"blade {b} {name}") for b in (1, 2, 3)]
@@ -183,20 +185,20 @@ def fixed_parts(mode: Mode) -> Mode:
 
 
 def strain(model: BladedModel) -> dict[str, float]:
-    """Stiffness of each coordinate in the fixed frame: twice the mean strain energy of a unit amplitude."""
+    """Stiffness of each coordinate in the fixed frame: twice the mean strain energy at unit amplitude."""
     structure = model.structure
     below = np.diag(model.rotor.tower_matrix[1])
     found = dict(zip(model.coordinates[: len(below)], below, strict=True))
     found["yaw"] = structure[StructureParameters.index("yaw_stiffness")]
     found["drivetrain"] = structure[StructureParameters.index("shaft_stiffness")]
     for name, k in zip(model.rotor.blade.names, np.diag(model.rotor.modal[0, 0]), strict=True):
-        # of three blades together: cosine and sine are 1/2 in the mean
+        # of three blades together: the mean square of cosine and sine is 1/2
         found.update({f"{name} {part}": k * share for part, share in zip(PARTS, (3.0, 1.5, 1.5), strict=True)})
     return found
 
 
 def _weighted(mode: Mode, stiffness: dict[str, float]) -> NDArray[np.complex128]:
-    """Amplitudes of the coordinates of ``stiffness``, in its order, whose squares are shares of the strain energy."""
+    """Amplitudes of the coordinates of ``stiffness``, in its order, whose squares are strain energy fractions."""
     amplitude = dict(zip(mode.coordinates, mode.shape, strict=True))
     shape = np.array([amplitude.get(name, 0.0) * np.sqrt(k) for name, k in stiffness.items()])
     return np.asarray(shape / max(np.linalg.norm(shape), 1e-300))
@@ -207,10 +209,10 @@ def _root(mode: Mode) -> complex:
     return mode.frequency * complex(-mode.damping, np.sqrt(max(1.0 - mode.damping**2, 0.0)))
 
 
-def likeness(a: Mode, b: Mode, stiffness: dict[str, float]) -> float:
-    """1 for the same mode, 0 for modes that have nothing in common: shapes (MAC), and eigenvalues beside each other.
+def similarity(a: Mode, b: Mode, stiffness: dict[str, float]) -> float:
+    """Similarity of two modes, 1 for the same mode, 0 for unrelated ones, from shapes (MAC) and eigenvalues.
 
-    Shapes alone do not do: with air a heavily damped flap mode and a mode of the wake may move the blades alike.
+    Shapes alone do not suffice: with air a heavily damped flap mode and a mode of the wake may move the blades alike.
     """
     mac = abs(np.vdot(_weighted(a, stiffness), _weighted(b, stiffness))) ** 2
     apart = abs(_root(a) - _root(b)) / (abs(_root(a)) + abs(_root(b)))
@@ -218,10 +220,10 @@ def likeness(a: Mode, b: Mode, stiffness: dict[str, float]) -> float:
 
 
 def participation(mode: Mode, stiffness: dict[str, float], turning: bool = True) -> dict[str, float]:
-    """Shares of the strain energy by what they are called.
+    """Fractions of the strain energy by coordinate and whirl direction.
 
-    With cosine and sine amplitudes c and s, a blade's motion is Re[(c cos psi + s sin psi) exp(i w t)]: the part
-    (c + i s) / 2 goes around with the rotor (forward whirl), the part (c - i s) / 2 against it (backward whirl).
+    With cosine and sine amplitudes c and s, a blade's motion is Re[(c cos psi + s sin psi) exp(i w t)]: the component
+    (c + i s) / 2 travels with the rotor (forward whirl), the component (c - i s) / 2 against it (backward whirl).
     """
     shape = dict(zip(stiffness, _weighted(mode, stiffness), strict=True))
     shares: dict[str, float] = {}
@@ -232,11 +234,11 @@ def participation(mode: Mode, stiffness: dict[str, float], turning: bool = True)
             whirl = c - 1j * s if part == "cosine" else c + 1j * s
             shares[f"{kind} {WHIRL[PARTS.index(part)]}"] = float(abs(whirl) ** 2 / 2.0)
         else:
-            shares[_called(name)] = float(abs(x) ** 2)
+            shares[_mode_name(name)] = float(abs(x) ** 2)
     return shares
 
 
-def _called(coordinate: str) -> str:
+def _mode_name(coordinate: str) -> str:
     if match := re.fullmatch(r"tower (\S+) (.*)", coordinate):
         return f"{match[1]} tower {match[2]}"
     return {"yaw": "nacelle yaw", "drivetrain": "1st drivetrain torsion"}.get(coordinate, coordinate)
@@ -245,14 +247,14 @@ def _called(coordinate: str) -> str:
 def follow(
     found: Sequence[Sequence[Mode]], order: Sequence[int], stiffness: dict[str, float], turning: bool = True
 ) -> dict[str, list[Mode | None]]:
-    """Curves of modes by name: at each operating point no mode has two names, and no name two modes.
+    """Curves of modes by name; at each operating point every mode has at most one name and every name at most one mode.
 
-    A mode gets the name that has its strain energy and whose mode at the point before was like it. There are as
-    many names as coordinates; modes that are left over are not of the structure.
+    A mode gets the name of the coordinate that holds its strain energy, if the mode of that name at the previous point
+    is similar to it. There are as many names as coordinates; the remaining modes are not structural.
 
     Args:
       found: modes at each operating point.
-      order: in which the points are gone through.
+      order: sequence in which the points are evaluated.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -261,11 +263,11 @@ def follow(
     last: dict[str, Mode] = {}
     for i in order:
         shares = [participation(mode, stiffness, turning) for mode in found[i]]
-        # Energy counts twice, so that names cross where curves mix and part again. At first there is nothing to be
-        # like; less damping tells the structure from the wake.
+        # Energy counts twice, so that names cross where curves approach and separate again. The first point has no
+        # predecessor; there, lower damping distinguishes the structure from the wake.
         score = np.array(
             [
-                [2.0 * s[n] + (likeness(last[n], m, stiffness) if n in last else 1.0 - m.damping) for n in names]
+                [2.0 * s[n] + (similarity(last[n], m, stiffness) if n in last else 1.0 - m.damping) for n in names]
                 for s, m in zip(shares, found[i], strict=True)
             ]
         ).reshape(len(shares), len(names))

@@ -1,8 +1,7 @@
-"""Arrays of one simulation, and the calls that move them.
+"""Arrays of one simulation, and the kernels that act on them.
 
-Everything a run changes stands in two contiguous vectors: the *state* (coordinates, velocities, inflow,
-stall, actuators) and the *signals* (whatever was computed on the way and may be recorded). The arrays
-the kernels see are views of them.
+All variables of a run are in two contiguous vectors: the *state* (coordinates, velocities, inflow, stall, actuators)
+and the *signals* (every computed quantity that may be recorded). The arrays that kernels take are views of them.
 """
 
 from __future__ import annotations
@@ -37,28 +36,28 @@ from meltemi.wind.fields import Wind, wind_arrays
 
 Float = NDArray[np.float64]
 LEAST_BRAKE_SPEED = 0.05
-"""[rad/s] of the generator, within which the brake's dry friction is smoothed at least."""
+"""[rad/s] smallest generator speed within which the dry friction of the brake is smoothed."""
 SWEEPS = 6
-"""Of settling inflow and stall."""
+"""Sweeps that settle inflow and stall."""
 
 
 class Case:
     """Arrays of one simulation of a model in a wind.
 
-    ``case[name]`` is the array without the nodes that fill up the last lanes; ``system``, ``sections`` and ``control``
-    are the same memory as the kernels take it, ``one`` the system node by node, ``plain`` in plain numbers.
+    ``case[name]`` is the array without the nodes that pad the last lanes; ``system``, ``sections`` and ``control`` are
+    records of the same memory for kernels, ``one`` the system node by node, ``plain`` the system in plain floats.
 
     Args:
-      numbers: the kind of number to compute in: "lanes" treats the nodes of a blade eight at a time, "floats"
-        one by one, "duals" with derivatives, which stand in ``slopes`` by the names of the arrays.
+      numbers: number type of the computation: "lanes" evaluates eight nodes of a blade at a time, "floats" one node at
+        a time, "duals" with derivatives, which are in ``slopes`` by the names of the arrays.
 
     Attributes:
-      model: what is simulated.
-      signals: whatever a channel may ask for; views of one vector.
-      aero_state: states of inflow and stall, the same.
-      arrays: everything by its name.
+      model: the simulated model.
+      signals: every quantity that a channel may record; views of one vector.
+      aero_state: states of inflow and stall; views of one vector.
+      arrays: all arrays by name.
       slopes: derivatives of arrays by the same names, with duals.
-      controller, controller_state, entry: of the controller that was bound.
+      controller, controller_state, entry: the bound controller, its state and its compiled entry point.
     """
 
     def __init__(
@@ -124,7 +123,7 @@ class Case:
         self._begin()
 
     def _begin(self) -> None:
-        """Values with which a case begins."""
+        """Set the initial values of a case."""
         turbine, options, measured = self.model.turbine, self.model.options, self.control.measured
         measured.n_blades, measured.grid, measured.power_limit = self.model.n_blades, 1.0, np.inf
         self.clock.every_output = self.clock.every_control = 1
@@ -140,18 +139,18 @@ class Case:
         return self.arrays[name]
 
     def view(self, name: str) -> View:
-        """A signal array with its rows by name."""
+        """A signal array with access to its rows by name."""
         return View(self.model.rotor.signals[name], self.arrays[name])
 
     def place(self, channel: Channel) -> int:
-        """Where a channel stands in the vector of signals."""
+        """Index of a channel in the vector of signals."""
         array, row = channel.source
         if array in ("q", "v"):
             return self.signals.place(array, (self.model.coordinates.index(row),))
         return self.signals.place(array, (self.view(array).table.index(row), *channel.index))
 
     def bind(self, controller: Controller, start: StartPoint) -> Entry:
-        """Give the case a controller, started at an operating point."""
+        """Attach a controller, initialised at an operating point."""
         self.controller = controller = controller if controller.fresh is None else controller.fresh()
         self.controller_state = controller.initial_state(start)
         self.clock.want_loads = int(controller.uses_loads)
@@ -162,11 +161,11 @@ class Case:
         return self.entry
 
     def air(self) -> Float:
-        """States and memory of inflow and stall as one vector, whatever the kind of number."""
+        """States and memory of inflow and stall as one vector, whatever the number type."""
         return np.concatenate([np.zeros(0), *(self.arrays[name].reshape(-1) for name in self.aero_state.views)])
 
     def put_air(self, values: Float) -> None:
-        """Set what :meth:`air` gives, with the last node's copies."""
+        """Set the vector that :meth:`air` returns, and the copies of the last node that pad the lanes."""
         at = 0
         for name, array in self.aero_state.views.items():
             shown = self.arrays[name]
@@ -174,16 +173,16 @@ class Case:
             array[..., shown.shape[-1] :] = shown[..., -1:]
             at += shown.size
         if "stall" in self.aero_state.views:
-            # between azimuths a Fourier series overshoots: the attachment must not leave its range
+            # between azimuths a Fourier series overshoots: the attachment must stay within its range
             attachment = self.aero_state.views["stall"][StallState.index("attachment")]
             np.clip(attachment, 0.0, 1.0, out=attachment)
 
     def evaluate(self, t: float, dt: float = 0.0) -> None:
-        """Compute everything at time ``t`` for the present state."""
+        """Evaluate all quantities at time ``t`` for the present state."""
         evaluate(t, dt, self.system)
 
     def settle(self, t: float) -> None:
-        """Bring inflow and stall into the steady state of the present motion."""
+        """Set inflow and stall to their steady state for the present motion."""
         for _ in range(SWEEPS):
             self.evaluate(t)
             settle_inflow(self.system)
@@ -198,28 +197,28 @@ class Case:
         observe(t, self.control, self.one, self.sections, True)
 
     def begin_electric(self, dt: float = 0.0) -> None:
-        """Set weather and grid, and bring the electrical system into steady operation at the present speed and torque.
+        """Set air and grid, and bring the electrical system into steady operation at the present speed and torque.
 
         Args:
-          dt: [s] of the steps that follow.
+          dt: [s] time step of the following steps.
         """
         surroundings(0.0, self.control, self.system)
         if self.model.has_electrical:
             begin_electric(dt, self.control, self.system)
 
     def electric_rates(self) -> None:
-        """Time derivatives of the electrical system, and its torque on the shaft; before an evaluation."""
+        """Compute the time derivatives of the electrical system and its torque on the shaft, before an evaluation."""
         if self.model.has_electrical:
             rates_of_electric(self.control, self.system)
 
     @property
     def trip(self) -> str:
-        """Why the electrical system has tripped; empty if it has not."""
+        """Reason why the electrical system has tripped; empty if it has not."""
         number = int(self.view("electric")["trip"])
         return TRIPS[number] if number else ""
 
     def run(self, places: Any, output: Float) -> March:
-        """The record of a run that records signals at ``places`` in ``output``."""
+        """Record of a run that stores the signals at ``places`` in ``output``."""
         arrays = {
             **self.arrays,
             "clock": self.clock.array,
@@ -235,7 +234,7 @@ class Case:
 
 
 def _largest_demands(model: Model[Any]) -> Float:
-    """Demands beyond which a run ends."""
+    """Demands above which a run ends."""
     most, actuator = View(Demands, Demands.zeros()), model.turbine.pitch_actuator
     most["generator_torque"] = MOST_TORQUE * model.turbine.control.torque.maximum_torque
     most["pitch"] = MOST_PITCH + max(abs(actuator.minimum), abs(actuator.maximum))

@@ -1,7 +1,7 @@
 """The channel catalogue: everything a simulation can record, as data.
 
-A channel is a place in the signals of a case, with a name, unit, frame, sign and description, and the
-name OpenFAST gives it. Values are SI; ``display_unit`` is what tables and plots show.
+A channel is an entry of a case's signals with name, unit, frame, sign, description and OpenFAST's name. Values are in
+SI units; tables and plots show them in ``display_unit``.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ class Channel:
     """One quantity that can be recorded.
 
     Attributes:
-      name: ours.
-      alias: OpenFAST's, or empty.
+      name: name in meltemi.
+      alias: OpenFAST's name, or empty.
       unit: SI unit of the recorded values.
-      frame: axes in which it is given.
-      sign: which direction is positive.
-      description: what it is.
-      source: array of the case and row in it.
-      index: further places in that array (blade, node or station).
-      wrap: an angle kept between 0 and 2 pi.
-      also: further names that OpenFAST has for it.
+      frame: axes of the component.
+      sign: positive direction.
+      description: meaning of the quantity.
+      source: array of the case and row of the array.
+      index: further indices of the array (blade, node or station).
+      wrap: whether it is an angle between 0 and 2 pi.
+      also: further names in OpenFAST.
     """
 
     name: str
@@ -46,18 +46,18 @@ class Channel:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names it is found by, ours first."""
+        """All its names, meltemi's first."""
         return tuple(filter(None, (self.name, self.alias, *self.also)))
 
     @property
     def display_unit(self) -> tuple[str, float]:
-        """Unit for people and the factor to it."""
+        """Engineering unit and the factor to it from SI."""
         return display(self.unit, angular_rate_in_degrees="speed" not in self.name.lower())
 
 
 @cache
 def _rows(group: str) -> list[list[str]]:
-    """Rows of one group of ``channels.csv``, without the group."""
+    """Rows of one group of ``channels.csv``, without the group column."""
     import csv
 
     with (Path(__file__).parent / "channels.csv").open(newline="", encoding="utf-8") as file:
@@ -87,14 +87,14 @@ def catalogue(
     """All channels of a turbine by name.
 
     Args:
-      n_blades: number of blades.
-      n_nodes: nodes of each blade (their channels are numbered from 1 at the root).
+      n_nodes: number of nodes of each blade (their channels are numbered from 1 at the root).
+      blade_stations, tower_stations: number of additional stations with section loads.
       blade_stations, tower_stations: further stations at which section loads are wanted.
-      coordinates: names of the generalised coordinates; each becomes a channel, and its velocity.
-      flaps: of each blade.
-      gears: planetary stages, and all stages of a gearbox whose parts are modelled.
-      electrical: an electrical system is modelled.
-      disk: also those that only a turbine of a power coefficient has.
+      coordinates: names of the generalised coordinates; each has a channel, and so does its velocity.
+      flaps: number of flaps of each blade.
+      gears: numbers of planetary stages and of all stages of a gearbox whose parts are modelled.
+      electrical: whether an electrical system is modelled.
+      disk: include the channels that only power-coefficient turbines have.
     """
     found = [_channel(row, ()) for row in _rows("machine")]
     found += _gearbox(*gears)
@@ -119,14 +119,14 @@ def catalogue(
     for name in coordinates:
         turns = name in ("generator", "drivetrain") or name.endswith(("torsion", "roll", "pitch", "yaw"))
         unit = "rad" if turns else "m"
-        if name != "yaw":  # which has a channel of its own
+        if name != "yaw":  # yaw has its own channel
             found.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
         found.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
     return {channel.name: channel for channel in found}
 
 
 def _gearbox(planetary: int, stages: int) -> list[Channel]:
-    """Channels of a gearbox, in the order of the table GEAR_LOAD."""
+    """Channels of a gearbox, in the order of the table ``GearLoads``."""
     rows = [(row, 1) for row in _rows("main_shaft")] if stages else []
     for n in range(1, stages + 1):
         rows += [(row, n) for row in _rows("planetary" if n <= planetary else "parallel")]
@@ -138,21 +138,21 @@ GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|stage_\d_.*")
 
 
 def every_kind() -> dict[str, Channel]:
-    """Channels of all kinds that a turbine may have, each kind with as few numbers as show it."""
+    """Channels of all kinds that a turbine may have, with the smallest numbers of nodes, stations and flaps."""
     return catalogue(n_nodes=1, flaps=1, gears=(2, 3), electrical=True, disk=True)
 
 
 @cache
 def standard() -> dict[str, Channel]:
-    """Channels that every three-bladed turbine has, without nodes and stations."""
+    """Channels of every three-bladed turbine, without nodes and stations."""
     return catalogue()
 
 
 def find(name: str, channels: dict[str, Channel]) -> Channel:
-    """A channel by its name or one of OpenFAST's, upper or lower case alike.
+    """A channel by its name or one of OpenFAST's, irrespective of case.
 
     Raises:
-      InputError: unknown; the message gives the closest names.
+      InputError: unknown name; the message lists the closest names.
     """
     if name in channels:
         return channels[name]
@@ -168,7 +168,7 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
     if GEARBOX.fullmatch(lower) and "main_shaft_torque" not in channels:
         hint = "loads of the gearbox need options.drivetrain: quasi_static or multibody"
     if lower in {name.lower() for row in _rows("disk") for name in filter(None, row[:2])}:
-        hint = "a turbine of a power coefficient has it"
+        hint = "only a power-coefficient turbine has it"
     if lower in {row[0] for row in _rows("electrical")}:
         hint = "channels of the electrical system need options.electrical: averaged"
     raise InputError(f"no channel {name!r}: {hint}")
@@ -187,4 +187,4 @@ DEFAULT = (
     "tower_top_side_side tower_base_moment_fore_aft tower_base_moment_side_side tower_base_moment_torsion "
     "yaw_moment_x yaw_moment_y yaw_moment_z shaft_tilt_moment shaft_yaw_moment nacelle_yaw"
 ).split()
-"""What is recorded unless something else is asked for."""
+"""Channels recorded by default."""

@@ -1,4 +1,4 @@
-"""The electrical system of a machine that stands in steady operation or is linearised, and of its grid."""
+"""The electrical system and its grid in steady operation and in linearisation."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from meltemi.simulation.system import AnySystem, Control, generator_speed
 
 
 def check_grid(grid: PowerGrid | None, electrical: bool, rated_power: float) -> None:
-    """InputError for what a run would not feel, or no turbine can give.
+    """Raise InputError for a grid without effect on the run, or for a demand that no turbine can meet.
 
     Args:
-      electrical: there is an electrical system.
-      rated_power: [W] of the turbine.
+      electrical: whether an electrical system is modelled.
+      rated_power: [W] rated power of the turbine.
     """
     if grid is None:
         return
@@ -34,7 +34,7 @@ def check_grid(grid: PowerGrid | None, electrical: bool, rated_power: float) -> 
 
 @kernel
 def begin_electric(dt: float, c: Control, m: AnySystem) -> None:
-    """Steady operation at the present speed and torque on the drive, which becomes what the machine makes of it."""
+    """Set steady operation at the present speed and torque of the drive; the torque becomes the electrical system's."""
     reactive = c.demands.reactive_power + c.outside.reactive_power
     voltage, frequency = c.outside.grid_voltage, c.outside.grid_frequency
     electric_begin(dt, c.drive.generator_torque, reactive, generator_speed(m), voltage, frequency, c)
@@ -43,7 +43,7 @@ def begin_electric(dt: float, c: Control, m: AnySystem) -> None:
 
 @kernel
 def rates_of_electric(c: Control, m: AnySystem) -> None:
-    """Rates under the demands, and the torque on the drive."""
+    """Compute the time derivatives under the present demands, and the torque on the drive."""
     reactive = c.demands.reactive_power + c.outside.reactive_power
     voltage, frequency = c.outside.grid_voltage, c.outside.grid_frequency
     electric_rates(c.demands.generator_torque, reactive, generator_speed(m), voltage, frequency, c)

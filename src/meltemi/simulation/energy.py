@@ -1,4 +1,4 @@
-"""Mechanical energy of the machine: kept by a run without air, damping, drive and brake.
+"""Mechanical energy of the turbine: constant in a run without air, damping, drive and brake.
 
 Reference: docs/theory/structure.md (S-48).
 """
@@ -48,14 +48,14 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
         moment = nodes["moment"][:, b] + np.cross(motion["rotation"][:, b], nodes["moment"][:, b], axis=0)
         total = nodes["mass"][b].sum()
         lift += total * hub[2] + (R @ (nodes["mass"][b] * motion["position"][:, b] + moment).sum(axis=1))[2]
-    # the tower's own part, as far as it changes
+    # the tower's own energy, as far as it varies
     lift += 0.5 * tower @ matrix[WEIGHT] @ tower - model.rotor.tower_weight @ tower
     moving, strained = _gear_energy(case)
     return float(kinetic) + moving, float(elastic) + strained, float(p["gravity"]) * float(lift)
 
 
 def _gear_energy(case: Case) -> tuple[float, float]:
-    """Kinetic and elastic energy of a gearbox's modes; the mass matrix has what is left when they are free (S-58)."""
+    """Kinetic and elastic energy of a gearbox's modes; the mass matrix has the remainder when they are free (S-58)."""
     modes, gears = View(GearModes, case["gear_modes"]), case.view("gears")
     n = case.model.n_core - N_SHAFT
     machine, v = View(Machine, case["machine"]), case["v"]

@@ -1,8 +1,8 @@
-"""Events of a run as data: faults of the machine, the grid, words of the operator.
+"""Events of a run as data: faults of the turbine and the grid, requests of the operator.
 
-Each has a time ``at`` from which it acts, and those that can end a time ``until``. :func:`schedule` turns them into
-what the time loop reads (``control/faults.py``). Over-speed and the like are no events: they are what a controller has
-to notice, and what events provoke.
+Each has a start time ``at``, and those that can end an end time ``until``. :func:`schedule` converts them to the table
+that the time loop reads (``control/faults.py``). Over-speed and the like are not events: they are consequences of
+events, which a controller has to detect.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
 
 NEVER = 1e18
-"""Steps that no run has."""
+"""Step number beyond the end of any run."""
 Change = tuple[str, float, float]
 """Name in ``Faults``, value from ``at`` on, value after ``until``."""
 
@@ -47,36 +47,36 @@ SensorName = Annotated[str, AfterValidator(_sensor)]
 
 
 class Happening(Record):
-    """What all events have."""
+    """Common fields of all events."""
 
     at: float = Field(ge=0.0)
-    """[s] from which it acts."""
+    """[s] start time."""
 
     @property
     def end(self) -> float:
-        """[s] from which it acts no more."""
+        """[s] end time; infinite for a permanent event."""
         return math.inf
 
     @property
     def part(self) -> str:
-        """What it concerns: two events cannot have a hold on the same part at a time."""
+        """Affected component: two events cannot act on the same component at the same time."""
         return self.what
 
     @property
     def what(self) -> str:
-        """In words."""
+        """Description for logs and messages."""
         raise NotImplementedError
 
     def changes(self) -> tuple[Change, ...]:
-        """What it changes in ``Faults``."""
+        """Changes of ``Faults``."""
         raise NotImplementedError
 
 
 class Lasting(Happening):
-    """An event that may end."""
+    """An event with an optional end time."""
 
     until: float | None = None
-    """[s] from which it acts no more; by default it stays."""
+    """[s] end time; permanent by default."""
 
     @property
     def end(self) -> float:
@@ -85,12 +85,12 @@ class Lasting(Happening):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.end <= self.at:
-            raise ValueError(f"until {self.until:g} s must lie after at {self.at:g} s")
+            raise ValueError(f"until {self.until:g} s must be later than at {self.at:g} s")
         return self
 
 
 class PitchStuck(Lasting):
-    """A blade keeps its pitch angle, whatever is demanded."""
+    """Pitch actuator stuck: the blade keeps its pitch angle, whatever the demand."""
 
     type: Literal["pitch_stuck"] = "pitch_stuck"
     blade: BladeNumber
@@ -109,18 +109,18 @@ class PitchStuck(Lasting):
 
 
 class PitchRunaway(Lasting):
-    """A blade pitches to the end of its range, whatever is demanded."""
+    """Pitch runaway: the blade pitches to the end of its range, whatever the demand."""
 
     type: Literal["pitch_runaway"] = "pitch_runaway"
     blade: BladeNumber
     """Number of the blade."""
     rate: float = Field(ge=-1.0, le=1.0)
-    """[rad/s] towards feather when positive, towards fine when negative."""
+    """[rad/s] pitch rate, positive towards feather, negative towards fine pitch."""
 
     @model_validator(mode="after")
     def _moves(self) -> Self:
         if self.rate == 0.0:
-            raise ValueError("rate must not be zero; a blade that stands still is pitch_stuck")
+            raise ValueError("rate must not be zero; use pitch_stuck for a blade that does not pitch")
         return self
 
     @property
@@ -136,7 +136,7 @@ class PitchRunaway(Lasting):
 
 
 class FlapStuck(Lasting):
-    """A flap keeps its deflection, whatever is demanded."""
+    """Flap stuck: the flap keeps its deflection, whatever the demand."""
 
     type: Literal["flap_stuck"] = "flap_stuck"
     blade: BladeNumber
@@ -153,7 +153,7 @@ class FlapStuck(Lasting):
 
 
 class GridLoss(Lasting):
-    """There is no grid that takes power: no generator torque; controllers see it (``grid``)."""
+    """Loss of the grid: no power export, no generator torque; controllers receive the state of the grid (``grid``)."""
 
     type: Literal["grid_loss"] = "grid_loss"
 
@@ -166,16 +166,16 @@ class GridLoss(Lasting):
 
 
 class VoltageDip(Lasting):
-    """The grid's voltage falls to a share of what it is; ``options.electrical: averaged`` shows what follows."""
+    """Grid voltage dip to a fraction of the nominal voltage; its effects need ``options.electrical: averaged``."""
 
     type: Literal["voltage_dip"] = "voltage_dip"
     voltage: float
-    """Share of the voltage that is left, 0 for a short circuit at the terminals."""
+    """Residual voltage over nominal voltage, 0 for a short circuit at the terminals."""
 
     @model_validator(mode="after")
     def _share(self) -> Self:
         if not 0.0 <= self.voltage <= 1.5:
-            volts = "; it is a share of the nominal voltage, not volts" if self.voltage > 1.5 else ""
+            volts = "; it is relative to the nominal voltage, not in volts" if self.voltage > 1.5 else ""
             raise ValueError(f"voltage {self.voltage:g} is not between 0 and 1.5{volts}")
         return self
 
@@ -192,7 +192,7 @@ class VoltageDip(Lasting):
 
 
 class GeneratorFault(Lasting):
-    """The generator gives no torque; controllers see it only by its effects."""
+    """Generator fault: no torque; controllers notice it only by its effects."""
 
     type: Literal["generator_fault"] = "generator_fault"
 
@@ -205,13 +205,13 @@ class GeneratorFault(Lasting):
 
 
 class SensorOffset(Lasting):
-    """A measurement is off by a constant."""
+    """Constant offset of a measurement."""
 
     type: Literal["sensor_offset"] = "sensor_offset"
     sensor: SensorName
-    """Name of a measurement, with the number of its blade: generator_speed, pitch_2, out_of_plane_moment_1."""
+    """Name of the measurement, with the number of its blade: generator_speed, pitch_2, out_of_plane_moment_1."""
     offset: float
-    """Added to the measurement, in its SI unit."""
+    """Offset in the SI unit of the measurement."""
 
     @property
     def part(self) -> str:
@@ -219,20 +219,20 @@ class SensorOffset(Lasting):
 
     @property
     def what(self) -> str:
-        return f"sensor {self.sensor} off by {self.offset:g} {f.SENSOR_UNITS[self.sensor]}"
+        return f"sensor {self.sensor} has an offset of {self.offset:g} {f.SENSOR_UNITS[self.sensor]}"
 
     def changes(self) -> tuple[Change, ...]:
         return ((f"offset_{self.sensor}", self.offset, 0.0),)
 
 
 class SensorDrift(Lasting):
-    """A measurement goes astray at a constant rate."""
+    """Drift of a measurement at a constant rate."""
 
     type: Literal["sensor_drift"] = "sensor_drift"
     sensor: SensorName
-    """Name of a measurement, as for sensor_offset."""
+    """Name of the measurement, as for sensor_offset."""
     rate: float
-    """Added to the measurement for each second, in its SI unit."""
+    """Drift rate per second in the SI unit of the measurement."""
 
     @property
     def part(self) -> str:
@@ -240,20 +240,20 @@ class SensorDrift(Lasting):
 
     @property
     def what(self) -> str:
-        return f"sensor {self.sensor} drifts by {self.rate:g} {f.SENSOR_UNITS[self.sensor]} a second"
+        return f"sensor {self.sensor} drifts by {self.rate:g} {f.SENSOR_UNITS[self.sensor]} per second"
 
     def changes(self) -> tuple[Change, ...]:
         return ((f"drift_begin_{self.sensor}", self.at, 0.0), (f"drift_{self.sensor}", self.rate, 0.0))
 
 
 class SensorLoss(Lasting):
-    """A measurement is frozen, or zero."""
+    """Loss of a measurement: it is frozen, or zero."""
 
     type: Literal["sensor_loss"] = "sensor_loss"
     sensor: SensorName
-    """Name of a measurement, as for sensor_offset."""
+    """Name of the measurement, as for sensor_offset."""
     holds: Literal["last", "zero"] = "last"
-    """What a controller reads from then on."""
+    """Value that the controller receives from then on: the last one, or zero."""
 
     @property
     def part(self) -> str:
@@ -268,11 +268,11 @@ class SensorLoss(Lasting):
 
 
 class Request(Happening):
-    """A word of the operator, which holds until the next one."""
+    """Request of the operator, valid until the next one."""
 
     type: Literal["request"] = "request"
     request: Literal["none", "start", "normal_stop", "emergency_stop"]
-    """The word."""
+    """Requested operation."""
 
     @property
     def part(self) -> str:
@@ -287,11 +287,11 @@ class Request(Happening):
 
 
 class PowerLimit(Lasting):
-    """The operator limits the power; controllers that know of limits follow it, the baseline law does not."""
+    """Power limit of the operator; derating controllers follow it, the baseline controller does not."""
 
     type: Literal["power_limit"] = "power_limit"
     power: float = Field(ge=0.0)
-    """[W] electrical."""
+    """[W] largest electrical power."""
 
     @property
     def part(self) -> str:
@@ -306,11 +306,11 @@ class PowerLimit(Lasting):
 
 
 class Brake(Lasting):
-    """The brake is applied, whatever is demanded."""
+    """The brake is applied, whatever the demand."""
 
     type: Literal["brake"] = "brake"
     share: float = Field(default=1.0, gt=0.0, le=1.0)
-    """Of the full brake torque."""
+    """Fraction of the full brake torque."""
 
     @property
     def what(self) -> str:
@@ -321,7 +321,7 @@ class Brake(Lasting):
 
 
 class BrakeFault(Lasting):
-    """The brake does not act, whatever is demanded."""
+    """Brake fault: no brake torque, whatever the demand."""
 
     type: Literal["brake_fault"] = "brake_fault"
 
@@ -334,7 +334,7 @@ class BrakeFault(Lasting):
 
 
 class YawStuck(Lasting):
-    """The yaw drive stands still, whatever is demanded."""
+    """The yaw drive is stuck, whatever the demand."""
 
     type: Literal["yaw_stuck"] = "yaw_stuck"
 
@@ -350,11 +350,11 @@ KINDS: tuple[type[Happening], ...] = (
     *(PitchStuck, PitchRunaway, FlapStuck, GridLoss, VoltageDip, GeneratorFault, SensorOffset, SensorDrift, SensorLoss),
     *(Request, PowerLimit, Brake, BrakeFault, YawStuck),
 )
-"""All kinds of events."""
+"""Classes of all events."""
 
 RUNNING = tuple(name.replace("_", " ") for name in ("start_up", *PRODUCING))
 AT_REST = ("standby", "idling")
-"""States of the supervisor, in the words of its log."""
+"""States of the supervisor, as its log writes them."""
 
 Event = Annotated[
     PitchStuck
@@ -373,7 +373,7 @@ Event = Annotated[
     | YawStuck,
     Field(discriminator="type"),
 ]
-"""Any of them, told apart by ``type``."""
+"""Any event; ``type`` selects the class."""
 
 
 class _Events(Record):
@@ -381,17 +381,17 @@ class _Events(Record):
 
 
 def read_events(events: Iterable[Happening | Mapping[str, Any]]) -> tuple[Happening, ...]:
-    """Events from records, or from keys and values.
+    """Events from records, or from mappings of keys to values.
 
     Raises:
-      InputError: with number and key.
+      InputError: a record is invalid; the message has its number and key.
     """
     plain = [event.content() if isinstance(event, Happening) else event for event in events]
     return validated({"events": plain}, _Events, "run").events
 
 
 def conflict(events: Sequence[Happening]) -> str | None:
-    """Which two events contradict each other, in words; None if there are none."""
+    """Description of the first two contradictory events; None if there are none."""
     order = sorted(range(len(events)), key=lambda i: (events[i].at, i))
     for place, i in enumerate(order):
         for j in order[place + 1 :]:
@@ -400,7 +400,7 @@ def conflict(events: Sequence[Happening]) -> str | None:
                 continue
             follows = one.end == math.inf and isinstance(two, Request | PowerLimit) and two.at > one.at
             if not follows:
-                until = "for good" if one.end == math.inf else f"until {one.end:g} s"
+                until = "permanently" if one.end == math.inf else f"until {one.end:g} s"
                 return (
                     f"events.{j} at {two.at:g} s and events.{i}, which acts from {one.at:g} s {until}, "
                     f"contradict each other ({one.part}); change their times, or leave one out"
@@ -410,11 +410,11 @@ def conflict(events: Sequence[Happening]) -> str | None:
 
 @dataclass(frozen=True)
 class Schedule:
-    """Events as the time loop reads them.
+    """Events as the table that the time loop reads.
 
     Attributes:
-      rows: (n, 3) step, place in ``faults``, value; by time.
-      log: what happens, by time, each with its step.
+      rows: (n, 3) step, index in ``Faults``, value; in order of time.
+      log: entries in order of time, each with its step.
     """
 
     rows: NDArray[np.float64]
@@ -422,15 +422,15 @@ class Schedule:
 
 
 def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_steps: int) -> Schedule:
-    """When events act: at the first instant that is not before their time.
+    """Steps at which events act: the first instant that is not before their time.
 
     Args:
       dt: [s] time step.
-      n_steps: number of instants of the run.
+      n_steps: number of time steps of the run.
 
     Raises:
-      InputError: an event comes after the end of the run, is over within its time step, concerns what the turbine
-        does not have, or contradicts another one.
+      InputError: an event is later than the end of the run, ends within its time step, concerns equipment that the
+        turbine does not have, or contradicts another event.
     """
     if words := conflict(events):
         raise InputError(words)
@@ -447,9 +447,9 @@ def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_step
         if event.end < math.inf:
             end = _step(event.end, dt)
             if end == begin:
-                raise InputError(f"events.{i}.until: the event is over within its time step of {dt:g} s")
+                raise InputError(f"events.{i}.until: the event ends within its time step of {dt:g} s")
             edges.append((end, False, event.end, event.what, event))
-    # an end comes before what begins at the same instant
+    # at the same instant, events end before others begin
     edges.sort(key=itemgetter(0, 1, 2, 3))
     rows = [
         (step, f.Faults.index(name), on if begins else off)
@@ -462,15 +462,15 @@ def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_step
     return Schedule(np.array(rows, dtype=float).reshape(-1, 3), log)
 
 
-def out_of_place(events: Iterable[Happening], log: Iterable[LogEntry], state: str) -> list[str]:
-    """Sentences about events that found the machine in another state than they are for.
+def misplaced_events(events: Iterable[Happening], log: Iterable[LogEntry], state: str) -> list[str]:
+    """Warnings about events that occurred in a state of the turbine in which they have no meaning.
 
-    A stop is for a machine that runs, a start for one at rest; faults are for the state in which a run begins, unless
-    an event before them has ended it.
+    A stop needs a turbine in operation, a start one at rest; faults are meant for the state in which a run begins,
+    unless an earlier event has ended it.
 
     Args:
-      log: of the run, with the supervisor's transitions.
-      state: of the supervisor at the end, in words.
+      log: log of the run, with the supervisor's transitions.
+      state: final state of the supervisor, as its log writes it.
     """
     moves: list[tuple[str, str, LogEntry]] = []
     for entry in log:
@@ -488,22 +488,22 @@ def out_of_place(events: Iterable[Happening], log: Iterable[LogEntry], state: st
         useless = (word.endswith("_stop") and now in AT_REST) or (word == "start" and now in RUNNING)
         if useless or (stopped and word != "start"):
             why = f", which stopped at {left.time:.2f} s ({left.reason})" if left and left.time < event.at else ""
-            said.append(f"events.{i}: {event.what} at {event.at:g} s found the machine in state {now!r}{why}")
+            said.append(f"events.{i}: {event.what} at {event.at:g} s occurred in state {now!r}{why}")
     return said
 
 
 def ignored(events: Iterable[Happening]) -> list[str]:
-    """Sentences about words of the operator, which the baseline law does not hear."""
+    """Warnings about requests of the operator, which the baseline controller ignores."""
     return [
-        f"events.{i}: {event.what} at {event.at:g} s does nothing: the baseline law does not follow the operator; "
-        "meltemi.control.SupervisedController does"
+        f"events.{i}: {event.what} at {event.at:g} s has no effect: the baseline controller ignores operator requests; "
+        "meltemi.control.SupervisedController follows them"
         for i, event in enumerate(events)
         if isinstance(event, Request | PowerLimit)
     ]
 
 
-def refuse_dips(events: Sequence[Happening]) -> None:
-    """InputError for a dip that a run without an electrical system would not feel."""
+def check_dips(events: Sequence[Happening]) -> None:
+    """Raise InputError for a voltage dip in a run without an electrical system, where it has no effect."""
     for i, event in enumerate(events):
         if isinstance(event, VoltageDip):
             raise InputError(
@@ -513,12 +513,12 @@ def refuse_dips(events: Sequence[Happening]) -> None:
 
 
 def _step(t: float, dt: float) -> int:
-    """The first instant that is not before ``t``, rounding apart."""
+    """First instant that is not before ``t``, except for rounding."""
     return math.ceil(min(t / dt, NEVER) - 1e-6)
 
 
 def _check_parts(event: Happening, where: str, turbine: AnyTurbine) -> None:
-    """Refuse blades, flaps and sensors that the turbine does not have."""
+    """Raise InputError for blades, flaps and sensors that the turbine does not have."""
     n_blades, n_flaps = turbine.n_blades, len(turbine.flaps)
     blade, flap = getattr(event, "blade", None), getattr(event, "flap", None)
     if blade is not None and blade > n_blades:
@@ -536,7 +536,7 @@ def _check_parts(event: Happening, where: str, turbine: AnyTurbine) -> None:
 
 
 def _sensors(n_blades: int, n_flaps: int) -> list[str]:
-    """Sensors of a turbine: those of blades and flaps have their numbers at their end."""
+    """Sensors of a turbine; the names of blade and flap sensors end in their numbers."""
     found = []
     for name in f.SENSORS:
         *_, before, last = ("", *name.split("_"))

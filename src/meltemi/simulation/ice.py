@@ -1,7 +1,7 @@
-"""Ice in the arrays of a model: the mass that moves with the nodes, and the polars under it.
+"""Ice in the arrays of a model: mass at the blade nodes and polars of iced sections.
 
-The shapes in which blades bend remain those of the clean blade: a Ritz basis, with the ice in its mass. Frequencies and
-loads contain it; nothing else of the machine is changed.
+The mode shapes remain those of the clean blade: a Ritz basis, with the ice in its mass. Frequencies and loads include
+the ice; everything else is unchanged.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SLOPE, DRAG_FLOOR, ZERO_LIFT = (SectionConstants.index(name) for name in "slope 
 
 
 def ice_pieces(turbine: Turbine, icing: Icing, beam: Beam, layout: NodeLayout) -> Float:
-    """(nodes, 6, 6) inertia about the nodes of the ice on the pieces of an iced blade, at its leading edge."""
+    """(nodes, 6, 6) inertia about the nodes of the ice along an iced blade, at its leading edge."""
     z = ice_stations(turbine)
     axis = beam.at(z, "axis")
     offset = np.zeros((len(z), 3))
@@ -35,10 +35,10 @@ def ice_pieces(turbine: Turbine, icing: Icing, beam: Beam, layout: NodeLayout) -
 
 
 def iced_polars(turbine: Turbine, position: Float, polars: Float, section: Float, index: NDArray[np.int64]) -> Polars:
-    """Polars of clean blades, and behind them those of the nodes under ice.
+    """Polars of clean blades, followed by those of the nodes with ice.
 
-    All parts of the lift get the same factor, so that the static polar is what they make of it, and the degree of
-    attachment is that of the clean section.
+    All components of the lift are scaled by the same factor, so that they still add up to the static polar, and the
+    degree of attachment is that of the clean section.
 
     Args:
       position: (n,) [m] of the nodes.
@@ -54,7 +54,7 @@ def iced_polars(turbine: Turbine, position: Float, polars: Float, section: Float
     more, constants, iced = list(polars), list(section), index.copy()
     for i, share in enumerate(penalty_share(turbine, icing, position)):
         clean = polars[index[i]]
-        if share == 0.0 or np.ptp(clean[:, LIFTS[0]]) < 0.01:  # a cylinder has no nose to be spoilt
+        if share == 0.0 or np.ptp(clean[:, LIFTS[0]]) < 0.01:  # a cylinder has no leading edge to degrade
             continue
         lift, drag = penalty_factors(icing, share, grid)
         polar, constant = clean.copy(), section[index[i]].copy()

@@ -1,11 +1,11 @@
-"""Linear models of the machine about its steady operation.
+"""Linear models of the turbine about its steady operation.
 
     dx/dt = A x + B u,   y = C x + D u          (deviations from the operating point)
 
-States are the free coordinates and their velocities, amplitudes and rates of a gearbox's modes, the states of
-inflow and stall, those of the pitch actuators, and those of an electrical system. The rotor's azimuth is none: it is
-what the matrices depend on. At a fixed azimuth they belong to the blades; in the fixed frame blade quantities are
-collective, cosine and sine parts, and the matrices are averaged over a revolution.
+States are the free coordinates and their velocities, amplitudes and rates of a gearbox's modes, and the states of
+inflow, stall, pitch actuators and electrical system. The rotor azimuth is not a state: the matrices depend on it. At a
+fixed azimuth they are in blade coordinates; in the fixed frame blade quantities are collective, cosine and sine
+components, and the matrices are averaged over the azimuth.
 
 Reference: docs/theory/simulation.md (M-20 to M-26); Bir (2008), NREL/CP-500-42553.
 """
@@ -45,14 +45,14 @@ from meltemi.wind.velocity import WindNow
 
 Float = NDArray[np.float64]
 Place = tuple[str, int]
-"""An array of a case, and the place of one number in it."""
+"""Name of an array of a case, and index of one of its entries."""
 
 AZIMUTHS = 12
 """Rotor positions in a third of a revolution over which the fixed frame's matrices are averaged."""
 ITERATIONS = 20
-"""Of the momentum balance: enough for its derivatives to converge as well."""
+"""Iterations of the momentum balance, enough for its derivatives to converge as well."""
 STRUCTURAL = 0.5
-"""Share of coordinates and velocities in a mode's participation factors from which it is one of the structure."""
+"""Smallest share of coordinates and velocities in the participation factors of a structural mode."""
 PARTS = ("collective", "cosine", "sine")
 
 
@@ -61,10 +61,10 @@ class Variable:
     """A state, input or output.
 
     Attributes:
-      name, unit: for people; SI.
-      value: of inputs, at the operating point.
-      moves: what a unit of it adds to the numbers of a case (states and inputs).
-      shows: where the number stands that it is (outputs), or the rate it has (states).
+      name, unit: name; SI unit.
+      value: of an input at the operating point.
+      moves: entries of a case, each with its change for a unit change of the state or input.
+      shows: entry of a case with the value of an output, or with the derivative of a state.
     """
 
     name: str
@@ -76,13 +76,13 @@ class Variable:
 
 @dataclass(frozen=True, repr=False)
 class LinearModel(Brief):
-    """A linear model, of deviations from steady operation in SI units.
+    """A linear model for deviations from steady operation, in SI units.
 
     Attributes:
       A, B, C, D: (n, n), (n, inputs), (outputs, n), (outputs, inputs).
       states, inputs, outputs: names; in the fixed frame those of blades end with ``collective``, ``cosine``, ``sine``.
       state_units, input_units, output_units: SI units.
-      x0, u0, y0: values at the operating point, from which deviations count; averages in the fixed frame.
+      x0, u0, y0: values at the operating point, to which deviations are added; azimuthal averages in the fixed frame.
       azimuth: [rad] of blade 1, or None in the fixed frame.
       point: the operating point.
     """
@@ -105,11 +105,11 @@ class LinearModel(Brief):
 
     @one_blas_thread
     def modes(self, structural: float = STRUCTURAL) -> list[Mode]:
-        """Oscillating modes of the structure, lowest frequency first; their shapes have the coordinates only.
+        """Oscillating modes of the structure, lowest frequency first; their shapes contain only the coordinates.
 
         Args:
-          structural: least share of coordinates and velocities in the participation factors; 0 lists all modes,
-            those of the air alone as well.
+          structural: smallest share of coordinates and velocities in the participation factors; 0 lists all modes,
+            including purely aerodynamic ones.
         """
         from scipy.linalg import eig
 
@@ -132,15 +132,15 @@ class LinearModel(Brief):
         """Transfer matrices C (s I - A)^-1 B + D.
 
         Args:
-          s: (k,) complex frequencies [rad/s], i w for a tone. In the fixed frame s = i w + i n W is what a signal
-            of the blades does whose amplitude changes with w, see ``studies.tuning``.
+          s: (k,) complex frequencies [rad/s], i w for a harmonic signal. In the fixed frame s = i w + i n W belongs to
+            a signal of the blades whose amplitude varies with w, see ``studies.tuning``.
 
         Returns:
-          (k, outputs, inputs), in output unit over input unit.
+          (k, outputs, inputs), output unit over input unit.
         """
         from scipy.linalg import solve_triangular
 
-        # A = U T U*, T upper triangular: nothing is inverted, and each frequency costs a back substitution
+        # A = U T U*, T upper triangular: no inverse is needed, and each frequency costs a back substitution
         T, U = self._schur
         left, right = self.C @ U, U.conj().T @ self.B
         shifted, diagonal = -T, np.diag(T).copy()
@@ -158,13 +158,13 @@ class LinearModel(Brief):
         return T, U
 
     def to_scipy(self) -> Any:
-        """The same as ``scipy.signal.StateSpace``."""
+        """The model as ``scipy.signal.StateSpace``."""
         from scipy.signal import StateSpace
 
         return StateSpace(self.A, self.B, self.C, self.D)
 
     def to_control(self) -> Any:
-        """The same as ``control.StateSpace``, with names.
+        """The model as ``control.StateSpace``, with names.
 
         Raises:
           InputError: the package ``control`` is not installed.
@@ -192,24 +192,25 @@ def linearise(
 
     Args:
       point: from ``operating_point`` with the same model.
-      inputs: ``generator_torque``, ``pitch`` (of all blades), ``pitch_1`` to ``pitch_3``, ``wind_speed`` (the same
-        everywhere), ``vertical_wind``, ``wind_direction``, ``horizontal_shear``, ``vertical_shear`` (linear, as
-        in a ``WindSeries``), ``shear_exponent``, ``yaw``, ``yaw_rate`` (of the yaw drive), ``flap_1_1`` (flap, blade)
-        and so on. Pitch and flaps are demands. With an electrical system the generator torque is one as well, and
-        there are ``reactive_power``, ``grid_voltage`` and ``grid_frequency``.
-      outputs: channels, by our names or OpenFAST's, but the azimuth.
-      azimuth: [rad] of blade 1, for the model at this azimuth; by default the one in the fixed frame. There, a
-        channel or input of one blade brings in those of the other two.
-      azimuths: over how many rotor positions in a third of a revolution the matrices are averaged; a divisor of 12.
-      progress: called with the share that is done.
+      inputs: ``generator_torque``, ``pitch`` (of all blades), ``pitch_1`` to ``pitch_3``, ``wind_speed`` (uniform),
+        ``vertical_wind``, ``wind_direction``, ``horizontal_shear``, ``vertical_shear`` (linear, as in a
+        ``WindSeries``), ``shear_exponent``, ``yaw``, ``yaw_rate`` (of the yaw drive), ``flap_1_1`` (flap, blade) and so
+        on. Pitch and flaps are demands. With an electrical system the generator torque is a demand as well, and
+        ``reactive_power``, ``grid_voltage`` and ``grid_frequency`` are further inputs.
+      outputs: channels except the azimuth, by meltemi's names or OpenFAST's.
+      azimuth: [rad] of blade 1, for the model at this azimuth; by default the model in the fixed frame. There, a
+        channel or input of one blade adds those of the other two.
+      azimuths: number of rotor positions in a third of a revolution over which the matrices are averaged; a divisor of
+        12.
+      progress: callback with the completed fraction.
 
     Raises:
       InputError: a name is unknown.
-      UnsupportedError: the fixed frame of a rotor without three blades.
+      UnsupportedError: the fixed frame is requested for a rotor without three blades.
     """
     fixed = azimuth is None
     if fixed and model.n_blades != 3:
-        raise UnsupportedError("the fixed frame needs three blades; give the azimuth of a model that turns")
+        raise UnsupportedError("linearise: the fixed frame needs three blades; give azimuth for rotating axes")
     if azimuths < 1 or SAMPLES % azimuths:
         raise InputError(f"linearise: azimuths must divide {SAMPLES}, found {azimuths!r}")
     case = linear_case(model, point)
@@ -240,7 +241,7 @@ def linearise(
             right[:n, :n], right[n:, n:] = T_x, T_u
             state, shown = left[:n, :n] @ state, left[n:, n:] @ shown
             J = left @ J @ right
-            # dz/dt = inv(T) dx/dt - speed inv(T) T' z: the frame turns with the speed at present, a state
+            # dz/dt = inv(T) dx/dt - speed inv(T) T' z: the frame rotates with the present speed, which is a state
             turning = left[:n, :n] @ slope
             J[:n, :n] -= point.rotor_speed * turning + np.outer(turning @ state, turns)
         total += J / len(places)
@@ -256,7 +257,7 @@ def linearise(
 
 
 def linear_case(model: Model[Any], point: OperatingPoint) -> Case:
-    """A case that computes with derivatives, its momentum balance converged to rounding."""
+    """A case in dual numbers, with the momentum balance converged to rounding."""
     case = Case(model, point.wind, numbers="duals")
     if "aero_options" in case.arrays:
         case["aero_options"][AeroOptions.index("iterations")] = ITERATIONS
@@ -264,12 +265,12 @@ def linear_case(model: Model[Any], point: OperatingPoint) -> Case:
 
 
 def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
-    """(rows, columns) exact derivatives of rates and outputs with respect to states and inputs.
+    """(rows, columns) exact derivatives of state derivatives and outputs with respect to states and inputs.
 
     Args:
-      case: of duals, at the state about which is linearised.
-      columns: states and inputs: what a unit of each adds to the arrays of the case (``moves``).
-      rows: states and outputs: where rates and outputs stand after an evaluation (``shows``).
+      case: case of duals, at the operating point.
+      columns: states and inputs, with the change of the case for a unit change of each (``moves``).
+      rows: states and outputs, with the entries of their derivatives and values after an evaluation (``shows``).
     """
     J: Float = np.zeros((len(rows), len(columns)))
     loads = any(row.shows[0] == "signals" for row in rows)
@@ -277,7 +278,7 @@ def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) 
     for first in range(0, len(columns), N_DERIVATIVES):
         some = columns[first : first + N_DERIVATIVES]
         if "memory" in slopes:
-            slopes["memory"][...] = 0.0  # where the solver begins is no variable
+            slopes["memory"][...] = 0.0  # the start value of the solver is not a variable
         for k, column in enumerate(some):
             for (array, i), weight in column.moves:
                 slopes[array].reshape(-1, N_DERIVATIVES)[i, k] = weight
@@ -292,7 +293,7 @@ def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) 
 
 
 def evaluate_rates(case: Case, loads: bool) -> None:
-    """Rates of all states, and section loads where outputs need them."""
+    """Time derivatives of all states, and section loads if outputs need them."""
     case.electric_rates()
     case.evaluate(0.0)
     case.rates()
@@ -301,14 +302,14 @@ def evaluate_rates(case: Case, loads: bool) -> None:
 
 
 def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
-    """All states that move."""
+    """All free states."""
     model, names = case.model, case.model.coordinates
     generator, torsion = (model.n_core - N_SHAFT + i for i in (GENERATOR, TORSION))
     free = [i for i in range(len(names)) if case["locked"][i] == 0.0]
     unit = ["rad" if n in ("yaw", "generator", "drivetrain") or n.endswith("torsion") else "m" for n in names]
     x = []
     for i in (i for i in free if i != generator):
-        # the rotor's azimuth is held: where the shaft is twisted, the generator stays back
+        # the rotor azimuth is prescribed: torsion of the shaft moves the generator backwards
         moves: tuple[tuple[Place, float], ...] = ((("q", i), 1.0),)
         moves += ((("q", generator), -1.0),) if i == torsion else ()
         x.append(Variable(f"q {names[i]}", unit[i], moves, ("v", i)))
@@ -341,7 +342,7 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
 def _air(
     case: Case, point: OperatingPoint, azimuths: Sequence[float]
 ) -> tuple[tuple[str, type[Table], NDArray[np.bool_]], ...]:
-    """States of inflow and stall, and (states, blades, nodes) where they act."""
+    """States of inflow and stall, and mask (states, blades, nodes) of the nodes that have them."""
     if not case.aero_state.views:
         return ()
     lagging, stalling = _lagging(case), _stalling(case, point, azimuths)
@@ -354,7 +355,7 @@ def _air(
 
 
 def _flap_actuator(case: Case, j: int) -> tuple[bool, float, float]:
-    """Whether flap j follows at once; natural frequency [rad/s] and damping ratio of its actuator."""
+    """Whether flap j follows its demand without lag; natural frequency [rad/s] and damping ratio of its actuator."""
     v = View(FlapActuators, case["flap_actuators"])
     return bool(v["ideal"][j]), float(v["frequency"][j]), float(v["damping"][j])
 
@@ -365,7 +366,7 @@ def _place(case: Case, array: str, field: str, *index: int) -> Place:
 
 
 def _actuator_states(case: Case, name: str, array: str, which: tuple[int, ...], w: float, z: float) -> list[Variable]:
-    """Angle and rate of second-order actuators, one a blade: w natural frequency [rad/s], z damping ratio."""
+    """Angle and rate of second-order actuators, one per blade: w natural frequency [rad/s], z damping ratio."""
     x = []
     for row, rate, what, unit, slope in (
         ("angle", "rate", "", "rad", -w * w),
@@ -378,14 +379,14 @@ def _actuator_states(case: Case, name: str, array: str, which: tuple[int, ...], 
 
 
 def _lagging(case: Case) -> NDArray[np.bool_]:
-    """(blades, nodes) where the induced velocity has states of its own."""
+    """(blades, nodes) mask of the nodes with dynamic inflow."""
     options = case["aero_options"]
     none = options[AeroOptions.index("inflow")] == 0 or options[AeroOptions.index("wake")] == 0
     return (case["aero_nodes"][AeroNode.index("end")] == 0.0) & (not none)
 
 
 def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> NDArray[np.bool_]:
-    """(blades, nodes) where dynamic stall acts, all around the revolution."""
+    """(blades, nodes) mask of the nodes with dynamic stall at all azimuths."""
     nodes, flow = case["aero_nodes"], case["flow"]
     weight = np.full(nodes.shape[1:], float(case["aero_options"][AeroOptions.index("stall")] != 0))
     for psi in azimuths:
@@ -395,7 +396,7 @@ def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> N
             alpha, speed = flow[BladeFlow.index("alpha"), b, n], flow[BladeFlow.index("speed"), b, n]
             polar = int(nodes[AeroNode.index("polar"), b, n])
             weight[b, n] = min(now, model_weight(alpha, speed, polar, case.plain))
-    # all blades come by everywhere
+    # over a revolution all blades pass every azimuth
     active: NDArray[np.bool_] = np.broadcast_to(weight.min(axis=0) > 0.0, weight.shape)
     return active
 
@@ -460,19 +461,19 @@ def _outputs(case: Case, channels: Sequence[Channel]) -> list[Variable]:
     for channel in channels:
         array, what = channel.source
         if channel.wrap or array == "demands" or (array, what) in (("q", "generator"), ("summary", "time")):
-            raise InputError(f"linearise: {channel.name!r} is no output of a linear model")
+            raise InputError(f"linearise: {channel.name!r} is not an output of a linear model")
         found.append(Variable(channel.name, channel.unit, shows=("signals", case.place(channel))))
     return found
 
 
 def _blade_of(name: str) -> tuple[str, int, str] | None:
-    """A name before the number of its blade, the number, and what comes after; None for what is of no blade."""
+    """A name split into prefix, number of the blade and suffix; None for a quantity without a blade."""
     match = re.fullmatch(r"((?:[qv] )?blade )([123])( .*)", name) or re.fullmatch(r"(.*_)([123])()", name)
     return (match[1], int(match[2]), match[3]) if match else None
 
 
 def _of_all_blades(names: Sequence[str]) -> list[str]:
-    """The names, and where one is of a blade those of all three, each once."""
+    """The names, with those of a blade completed to all three blades, each once."""
     found: dict[str, None] = {}
     for name in names:
         of = _blade_of(name)
@@ -481,7 +482,7 @@ def _of_all_blades(names: Sequence[str]) -> list[str]:
 
 
 def _triples(variables: Sequence[Variable]) -> list[list[int]]:
-    """Places of the three blades, for each quantity of theirs."""
+    """Indices of the three blades for each blade quantity."""
     groups: dict[tuple[str, str], list[int]] = {}
     for i, variable in enumerate(variables):
         if of := _blade_of(variable.name):
@@ -490,7 +491,7 @@ def _triples(variables: Sequence[Variable]) -> list[list[int]]:
 
 
 def _fixed_name(name: str) -> str:
-    """``q blade 1 1st flap`` is ``q 1st flap collective``, ``pitch_2`` is ``pitch_cosine``."""
+    """Name in the fixed frame: ``q blade 1 1st flap`` to ``q 1st flap collective``, ``pitch_2`` to ``pitch_cosine``."""
     of = _blade_of(name)
     if of is None:
         return name

@@ -1,4 +1,4 @@
-"""Models: a turbine with options in an environment, ready for the kernels."""
+"""Models: a turbine with options in an environment, as arrays for the kernels."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ ParameterTables = tuple[tuple[type[Table], str, tuple[str, ...]], ...]
 
 @dataclass(frozen=True)
 class Stations:
-    """Where section loads are wanted [m]: along the blades from the root, along the tower from its base.
+    """Stations of section loads [m]: along the blades from the root, along the tower from its base.
 
-    The tower base itself is always there, as the first station of the tower.
+    The tower base is always the first station of the tower.
     """
 
     blade: tuple[float, ...] = ()
@@ -37,15 +37,15 @@ class Stations:
 
 
 class Rotor(Protocol):
-    """What a model and its cases ask of a kind of rotor, with all that is particular to it: tower, shaft.
+    """Interface of a kind of rotor to models and cases, including its tower and shaft.
 
     Attributes:
-      in_lanes: its nodes may be computed in lanes.
-      system, sections: classes of the records that its kernels take, for evaluations and for section loads.
+      in_lanes: whether its nodes may be evaluated in lanes.
+      system, sections: classes of the records of its kernels, for evaluations and for section loads.
       parameter_tables: table, array and names of the scalar parameters of a model.
-      signals: arrays a channel may ask for, by the tables that describe them; q, v and a come on top.
-      n_core: coordinates below the blades.
-      n_flaps: flaps of each blade.
+      signals: tables of the arrays that channels may record, by array; q, v and a are additional.
+      n_core: number of coordinates except those of the blades.
+      n_flaps: number of flaps of each blade.
     """
 
     in_lanes: ClassVar[bool]
@@ -61,7 +61,7 @@ class Rotor(Protocol):
     def n_flaps(self) -> int: ...
 
     def check(self, stations: Stations, turbine: Any) -> None:
-        """InputError for stations that are not on this turbine."""
+        """Raise InputError for stations outside this turbine."""
 
     def shapes(self, turbine: Any, stations: Stations, lanes: bool) -> dict[str, tuple[int, ...]]:
         """Shapes of the signals."""
@@ -73,7 +73,7 @@ class Rotor(Protocol):
         """All other arrays of its records."""
 
     def shown(self, arrays: dict[str, Any]) -> dict[str, Any]:
-        """The arrays without nodes that only fill up the last lanes."""
+        """The arrays without the nodes that pad the last lanes."""
 
 
 R = TypeVar("R", bound=Rotor)
@@ -81,10 +81,10 @@ R = TypeVar("R", bound=Rotor)
 
 @dataclass(frozen=True, repr=False)
 class Model(Brief, Generic[R]):
-    """A turbine ready for the kernels.
+    """A turbine with options and environment as arrays for the kernels.
 
     Attributes:
-      turbine, environment, options: what it was built from.
+      turbine, environment, options: the description that it was built from.
       coordinates: names of the generalised coordinates, in their order.
       locked ... electrical: arrays of the kernels, see the tables of their layers.
       rotor: blades and tower, or a disk with a power coefficient.
@@ -107,17 +107,17 @@ class Model(Brief, Generic[R]):
 
     @property
     def n_core(self) -> int:
-        """Coordinates below the blades."""
+        """Number of coordinates except those of the blades."""
         return self.rotor.n_core
 
     @property
     def n_flaps(self) -> int:
-        """Flaps of each blade."""
+        """Number of flaps of each blade."""
         return self.rotor.n_flaps
 
     @property
     def shaft(self) -> slice:
-        """Yaw, generator and torsion in the coordinates."""
+        """Slice of yaw, generator and torsion in the coordinates."""
         return slice(self.n_core - N_SHAFT, self.n_core)
 
     @property
@@ -126,7 +126,7 @@ class Model(Brief, Generic[R]):
         return self.options.electrical == "averaged"
 
     def facts(self) -> dict[str, str]:
-        """Turbine, coordinates, and the options and conditions that are not the usual ones."""
+        """Turbine, coordinates, and the options and conditions that differ from the defaults."""
         told = {"turbine": self.turbine.name, "coordinates": ", ".join(self.coordinates)}
         given = {"options": self.options, "environment": self.environment}
         for name, record in given.items():
@@ -151,10 +151,10 @@ class Model(Brief, Generic[R]):
         return [f"{table.title}.{name}" for table, _, names in self.parameter_tables for name in names]
 
     def parameter(self, name: str) -> float:
-        """Value of a scalar parameter by its name, e.g. ``"structure.generator_inertia"``.
+        """Value of a scalar parameter by name, e.g. ``"structure.generator_inertia"``.
 
         Raises:
-          InputError: unknown name; the message gives the closest ones.
+          InputError: unknown name; the message lists the closest names.
         """
         array, row = self.find_parameter(name)
         return float(self.array(array)[row])
@@ -188,7 +188,7 @@ class Model(Brief, Generic[R]):
         raise InputError(f"no parameter {name!r}: {did_you_mean(name, self.parameter_names())}")
 
     def content_hash(self) -> str:
-        """Hash of everything that determines results of this model."""
+        """Hash of all data that determine the results of this model."""
         found = fingerprint([getattr(self, field.name) for field in fields(self)])
         assert found is not None, "models have records and arrays only"
         return found
@@ -212,7 +212,7 @@ def electrical_of(turbine: AnyTurbine, options: ModelOptions) -> Float:
     """Parameters of the electrical system; all zero without one.
 
     Raises:
-      InputError: it is asked for and not described, or does not suit the turbine.
+      InputError: the electrical system is not described, or does not suit the turbine.
     """
     if options.electrical == "ideal":
         return electrical_array(None)

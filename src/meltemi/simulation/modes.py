@@ -1,7 +1,7 @@
-"""Natural frequencies and damping of the assembled machine in vacuum, and the time step they allow.
+"""Natural frequencies and damping of the assembled turbine in vacuum, and the resulting default time step.
 
-The equations of motion are linearised by central differences about the deflected equilibrium; with a
-turning rotor they are brought into multi-blade coordinates and averaged over the azimuth.
+The equations of motion are linearised by central differences about the deflected equilibrium; those of a rotating
+rotor are transformed to multiblade coordinates and averaged over the azimuth.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ Float = NDArray[np.float64]
 STEP_LIMIT = 0.4
 """Largest product of angular frequency and default time step (docs/theory/simulation.md, M-5)."""
 OUTPUT_STEP = 0.05
-"""[s] default time steps divide this."""
+"""[s] default time steps are integer fractions of this interval."""
 GROWING, SLOW = -2e-3, 5e-3
-"""Damping ratio, and rate [1/s], from which on a mode is said to grow."""
+"""Damping ratio and growth rate [1/s] beyond which a mode counts as unstable."""
 ITERATIONS = 20
-"""Of the momentum balance: enough for its derivatives to converge as well."""
+"""Iterations of the momentum balance, enough for its derivatives to converge as well."""
 AZIMUTHS = 6
-"""Rotor positions over which the equations of a turning rotor are averaged."""
+"""Rotor positions over which the equations of a rotating rotor are averaged."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class Mode:
     Attributes:
       frequency: [rad/s], undamped.
       damping: ratio to critical.
-      coordinates: names of the coordinates; those of the blades are collective, cosine and sine parts
-        when the rotor turns.
-      shape: complex amplitudes of the coordinates, largest one 1.
+      coordinates: names of the coordinates; those of the blades are collective, cosine and sine components
+        when the rotor rotates.
+      shape: complex amplitudes of the coordinates, the largest one 1.
     """
 
     frequency: float
@@ -54,7 +54,7 @@ class Mode:
     shape: NDArray[np.complex128]
 
     def participation(self, n: int = 3) -> str:
-        """The coordinates that move most, in words."""
+        """The coordinates with the largest amplitudes, as text."""
         order = np.argsort(-np.abs(self.shape))[:n]
         return "; ".join(f"{self.coordinates[i]} {abs(self.shape[i]):.2f}" for i in order if abs(self.shape[i]) > 0.05)
 
@@ -83,7 +83,8 @@ def derivative_matrix(case: Case, which: str, step: float = 1e-4) -> Float:
 
 
 def equilibrium(case: Case, free: NDArray[np.intp]) -> None:
-    """Move the free coordinates to where their accelerations vanish (Newton); motion is held."""
+    """Move the free coordinates to the equilibrium, where their accelerations vanish (Newton), at constant
+    velocities."""
     for _ in range(8):
         case.evaluate(0.0)
         J = derivative_matrix(case, "q")[np.ix_(free, free)]
@@ -98,8 +99,8 @@ def equilibrium(case: Case, free: NDArray[np.intp]) -> None:
 def _check(*arrays: Float) -> None:
     if not all(np.all(np.isfinite(array)) for array in arrays):
         raise InputError(
-            "natural modes: there is no equilibrium at rest. The displacements of second order do not hold for very "
-            "high modes: take fewer (options)"
+            "natural modes: no equilibrium at rest was found. Second-order displacements are not valid for very high "
+            "modes: use fewer modes (options)"
         )
 
 
@@ -107,16 +108,16 @@ def _check(*arrays: Float) -> None:
 def natural_modes(
     model: Model[Any], rotor_speed: float = 0.0, *, pitch: float = 0.0, generator_free: bool = False
 ) -> list[Mode]:
-    """Modes of the machine in vacuum, lowest frequency first.
+    """Natural modes of the turbine in vacuum, lowest frequency first.
 
     Args:
       rotor_speed: [rad/s].
       pitch: [rad] of all blades.
-      generator_free: the generator may turn about its mean; otherwise its speed is held.
+      generator_free: whether the generator may rotate about its mean speed; otherwise its speed is prescribed.
 
     Raises:
-      InputError: a turbine of a power coefficient.
-      UnsupportedError: a turning rotor without three blades, or in gravity (its motion is periodic).
+      InputError: the turbine is a power-coefficient turbine.
+      UnsupportedError: a rotating rotor does not have three blades, or is in gravity (its motion is periodic).
     """
     model = with_blades(model, "natural_modes")
     case = vacuum_case(model)
@@ -124,11 +125,9 @@ def natural_modes(
     core, modes = model.n_core, len(model.rotor.blade.names)
     generator = len(model.rotor.tower.names) + GENERATOR
     if rotor_speed and model.n_blades != 3:
-        raise UnsupportedError("natural modes of a turning rotor need three blades")
+        raise UnsupportedError("natural modes of a rotating rotor need three blades")
     if rotor_speed and model.environment.gravity:
-        raise UnsupportedError(
-            "natural modes of a turning rotor are found without gravity; set environment.gravity to 0"
-        )
+        raise UnsupportedError("natural modes of a rotating rotor need zero gravity; set environment.gravity to 0")
     if not generator_free:
         case["locked"][generator] = 1.0
     free = np.flatnonzero(case["locked"] == 0.0)
@@ -171,10 +170,10 @@ def eigenmodes(K: Float, D: Float, names: tuple[str, ...]) -> list[Mode]:
 
 
 def growing(case: Case) -> str:
-    """The least damped mode of the structure about the present state in words if it grows; or nothing.
+    """Description of the least damped structural mode about the present state if it is unstable; else empty.
 
-    The rotor is held at its present azimuth and speed. Without motion of the air's states, which takes more time, only
-    those machines are looked at further in which something grows so.
+    Azimuth and speed of the rotor are prescribed. A first analysis holds the aerodynamic states; only where it finds
+    growth, a second one includes them, which takes more time.
     """
     generator = len(case.model.rotor.tower.names) + GENERATOR
     free = np.flatnonzero((case["locked"] == 0.0) & (np.arange(len(case["q"])) != generator))
@@ -211,13 +210,13 @@ def growing(case: Case) -> str:
 
 
 def _damping(value: NDArray[np.complex128]) -> Float:
-    """Damping ratios of eigenvalues; 1 of those that hardly grow, such as that of an azimuth."""
+    """Damping ratios of eigenvalues; 1 for those that hardly grow, such as that of an azimuth."""
     ratio: Float = np.where(value.real > SLOW, -value.real / np.maximum(np.abs(value), SLOW), 1.0)
     return ratio
 
 
 def _with_air(case: Case, free: NDArray[np.intp], step: float = 1e-5) -> Float:
-    """State matrix of coordinates, velocities, and states of inflow and stall, by central differences."""
+    """State matrix for coordinates, velocities, and states of inflow and stall, by central differences."""
     air = (case["inflow"], case["stall"])
     places = [(case[name], (i,)) for name in ("q", "v") for i in free]
     places += [(array, index) for array in air for index in np.ndindex(array.shape)]
@@ -241,12 +240,12 @@ def _with_air(case: Case, free: NDArray[np.intp], step: float = 1e-5) -> Float:
 
 
 def highest_frequency(model: BladedModel) -> float:
-    """[rad/s] of the assembled machine at rest."""
+    """[rad/s] highest natural frequency of the assembled turbine at rest."""
     return _fastest(model)[0]
 
 
 def fastest_coordinate(model: BladedModel) -> str:
-    """Name of the coordinate that moves most at the highest frequency."""
+    """Name of the coordinate with the largest amplitude at the highest frequency."""
     return _fastest(model)[1]
 
 

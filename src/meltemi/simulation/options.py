@@ -1,4 +1,4 @@
-"""What a user may choose about the model; every choice has a default."""
+"""Options of a model; each has a default."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from meltemi.simulation.blades import BladeModel
 class StallConstants(Record):
     """Constants of the dynamic stall model.
 
-    The defaults are those of the model's authors: the flat plate's Wagner function (Jones) and lags of
-    1.5 and 6 semi-chords (Hansen, Gaunaa & Madsen 2004).
+    The defaults are those of the model's authors: Jones' approximation of the Wagner function of a flat plate, and lags
+    of 1.5 and 6 semi-chords (Hansen, Gaunaa & Madsen 2004).
     """
 
     a1: float = Field(default=0.165, ge=0.0, le=1.0)
@@ -30,12 +30,12 @@ class StallConstants(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.a1 + self.a2 > 1.0 + 1e-9:
-            raise ValueError(f"a1 + a2 is the share of the lift that lags, at most 1, found {self.a1 + self.a2:g}")
+            raise ValueError(f"a1 + a2, the lagging part of lift, must be at most 1, found {self.a1 + self.a2:g}")
         return self
 
 
 BEDDOES = StallConstants(a1=0.3, a2=0.7, b1=0.14, b2=0.53, pressure_lag=1.7, separation_lag=3.0)
-"""The constants of Beddoes and Leishman, OpenFAST's default."""
+"""Constants of Beddoes and Leishman, OpenFAST's default."""
 
 
 class ModelOptions(Record):
@@ -47,7 +47,7 @@ class ModelOptions(Record):
     edge_modes: int | None = Field(default=None, ge=0, le=10)
     """Edgewise modes of each blade; by default one, or two with 6 x 6 matrices."""
     torsion_modes: int | None = Field(default=None, ge=0, le=5)
-    """Torsional modes of each blade; by default one if it has a stiffness in torsion, two with 6 x 6 matrices."""
+    """Torsional modes of each blade; by default one if it has a torsional stiffness, two with 6 x 6 matrices."""
     fore_aft_modes: int = Field(default=2, ge=0, le=5)
     """Fore-aft modes of the tower."""
     side_side_modes: int = Field(default=2, ge=0, le=5)
@@ -55,34 +55,34 @@ class ModelOptions(Record):
     tower_torsion_modes: int = Field(default=0, ge=0, le=3)
     """Torsional modes of the tower."""
     mode_shapes: Literal["computed", "given"] = "computed"
-    """Natural modes computed from the section data, or the shapes that the description gives."""
+    """Natural modes computed from the section data, or the mode shapes of the description."""
     blade_model: BladeModel = "modal"
     """Structural model of the blades: modes with small deflections."""
     locked: tuple[str, ...] = ()
-    """Coordinates that keep their initial velocity (a locked generator that of the start, by default rated speed);
+    """Coordinates that keep their initial velocity (that of a locked generator is the start's, by default rated speed);
     names or groups, see ``Model.coordinates``:
     "tower", "yaw", "generator", "drivetrain", "blades", "flap", "edge", "torsion", or a full name."""
     yaw: Literal["held", "free", "driven"] = "held"
     """The yaw bearing: held by its spring and damper, free, or driven by the controller's yaw rate."""
     drivetrain: Literal["two_mass", "quasi_static", "multibody"] = "two_mass"
-    """Torsion of the drivetrain: one spring between rotor and generator; with the inertia of the gearbox's parts, which
-    follow statically; or with their own motion. The latter two need ``drivetrain.gearbox``."""
+    """Torsion of the drivetrain: one spring between rotor and generator; with the inertia of the gearbox's parts in
+    quasi-static motion; or with all their degrees of freedom. The latter two need ``drivetrain.gearbox``."""
 
     electrical: Literal["ideal", "averaged"] = "ideal"
-    """The generator gives the demanded torque at once, its power is torque times speed times an efficiency; or machine,
-    averaged converters, DC link and grid of ``turbine.electrical``."""
+    """Ideal generator, whose torque is the demand and whose power is torque times speed times an efficiency; or
+    generator, averaged converters, DC link and grid of ``turbine.electrical``."""
 
     blade_nodes: int | tuple[float, ...] = 20
     """Number of nodes along a blade (midpoint rule, denser towards the tip), or their distances [m] from
-    the root including root and tip (trapezoidal rule)."""
+    the root, including root and tip (trapezoidal rule)."""
     blade_cells: tuple[float, ...] | None = None
-    """Instead of ``blade_nodes``: edges [m] from the root of pieces with a node in the middle of each."""
+    """In place of ``blade_nodes``: edges [m] from the root of blade pieces with a node in the middle of each."""
     tower_nodes: int = Field(default=21, ge=3, le=200)
     """Number of nodes along the tower."""
 
     disk_points: int = Field(default=32, ge=1, le=1000)
-    """Turbines of a power coefficient only: points of the rotor's disk over which a wind field is averaged; a wind that
-    is given at the hub is taken there."""
+    """Power-coefficient turbines only: number of points of the rotor disk over which a wind field is averaged; a
+    hub-height wind is evaluated at the hub."""
 
     wake: Literal["momentum", "none"] = "momentum"
     """Induction by blade-element momentum, or none."""
@@ -93,39 +93,39 @@ class ModelOptions(Record):
     hub_loss: bool = True
     """Prandtl's hub loss."""
     axial_drag: bool = False
-    """Drag counts in the axial momentum balance."""
+    """Include the drag in the axial momentum balance."""
     tangential_drag: bool = False
-    """Drag counts in the tangential momentum balance."""
+    """Include the drag in the tangential momentum balance."""
     skew: Literal["glauert", "none"] = "glauert"
-    """Redistribution of the induction in skewed wake."""
+    """Redistribution of the induction in a skewed wake."""
     inflow: InflowModel = "variable"
-    """Dynamic inflow with a time constant from wind and induction, a constant one, or none."""
+    """Dynamic inflow with a time constant that depends on wind and induction, with a constant one, or none."""
     inflow_time: float = Field(default=4.0, gt=0.0)
     """[s] time constant of the constant variant."""
     stall: StallModel = "hansen"
     """Dynamic stall, or static polars."""
     stall_constants: StallConstants = StallConstants()
     stall_fit: Literal["hansen", "openfast"] = "hansen"
-    """How attachment and separated lift are found in the polar: as the model's authors define it, so that
-    the static lift is recovered exactly, or as OpenFAST 5 does."""
+    """Degree of attachment and fully separated lift from the polar: as the model's authors define them, so that
+    the static lift is recovered exactly, or as in OpenFAST 5."""
     stall_rotation: Literal["camber", "openfast", "none"] = "camber"
-    """What a section's rotation about its span does, with dynamic stall: the part that a coned or bent blade has from
-    the rotor's speed curves the flow and acts like camber, pitching and torsion also accelerate the air beside it; or
-    the whole of it does both and tilts the lift, as in OpenFAST 5; or nothing."""
+    """Effect of the rotation of a section about its span with dynamic stall: the rotation of a coned or bent blade with
+    the rotor curves the flow and acts like camber, and pitching and torsion also add apparent-mass lift; or the whole
+    rotation does both and tilts the lift, as in OpenFAST 5; or none."""
     chord_angle: Literal["section", "openfast"] = "section"
-    """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or as OpenFAST 5
-    takes it out of its order of rotations."""
+    """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or from the order
+    of rotations in OpenFAST 5."""
     tower_influence: TowerInfluence = "potential"
-    """Potential flow around the tower; everywhere below its top, or only for blades that point down."""
+    """Potential flow around the tower; at all heights below its top, or only for blades that point down."""
     tower_drag: bool = True
-    """The wind's drag on the tower."""
+    """Drag of the wind on the tower."""
 
     time_step: float | None = Field(default=None, gt=0.0, le=1.0)
-    """[s]; by default from the highest frequency of the model."""
+    """[s] time step; by default from the highest natural frequency of the model."""
     corrections: int = Field(default=0, ge=0, le=5)
-    """Evaluations in each step beyond the first, with corrected velocities."""
+    """Additional evaluations in each step, with corrected velocities."""
     induction_iterations: int = Field(default=5, ge=2, le=100)
-    """Evaluations of the momentum balance at each node and step."""
+    """Iterations of the momentum balance at each node and step."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -1,12 +1,12 @@
-"""Rotors that stand, idle or turn at a given speed, in equilibrium with wind and weight: where parked runs begin.
+"""Equilibrium of parked and idling rotors, and of rotors at a prescribed speed: initial states of parked runs.
 
-A standing rotor is at rest: with settled air, no coordinate but the generator's is accelerated,
+A rotor at standstill is in equilibrium: with settled inflow and stall, only the generator may have an acceleration,
 
     a_j(q) = 0   for all free j but the generator,
 
-and a free generator takes the rotor with it as the torque that is left over has it. A turning rotor has the periodic
-motion of :mod:`meltemi.simulation.trim`. A rotor that is let go comes to rest at the first azimuth at which its torque
-falls through zero, or, where there is none, idles at the first speed at which the mean torque balances.
+and a free generator accelerates under the residual torque. A rotating rotor has the periodic motion of
+:mod:`meltemi.simulation.trim`. A released rotor comes to rest at the first azimuth at which its torque falls through
+zero or, if there is none, idles at the first speed at which the mean torque balances.
 
 Reference: docs/theory/simulation.md (M-16a, M-16b).
 """
@@ -47,14 +47,14 @@ Float = NDArray[np.float64]
 Idling = Literal["idling"]
 
 SLOWEST, FASTEST, FASTER = 2e-3, 1.3, 1.6
-"""Shares of the reference speed between which a rotor idles, and the ratio of two that are tried."""
+"""Idling speeds over the reference speed, smallest and largest, and the ratio of successive trial speeds."""
 SPACING = np.pi / 18.0
-"""[rad] between azimuths at which the torque of a rotor at rest is looked at."""
+"""[rad] spacing of the azimuths at which the torque of a rotor at rest is evaluated."""
 STEPS = 40
 PERTURBATION = 1e-4
-"""[m or rad]."""
+"""[m or rad] perturbation for finite differences."""
 EXACT = 1e-10
-"""Correction, as a share of the rotor's radius, at which a standing machine is in equilibrium."""
+"""Largest correction over the rotor radius at which a turbine at standstill is in equilibrium."""
 
 
 @one_blas_thread
@@ -67,23 +67,23 @@ def parked_point(
     azimuth: float = 0.0,
     generator_torque: float = 0.0,
 ) -> OperatingPoint:
-    """Equilibrium of a machine whose rotor stands or turns without control, to start a run in or for its mean loads.
+    """Equilibrium of a turbine at standstill or at a given rotor speed without control, to start a run or for mean
+    loads.
 
-    A rotor at rest whose generator is locked (options) stays there; a free one sets off smoothly, under the torque
-    that ``imbalance`` tells.
+    A rotor at rest stays at rest if its generator is locked (options); a free one accelerates smoothly from rest under
+    the torque ``imbalance``.
 
-    Args:
-      wind: wind speed [m/s] at hub height, or a wind; of an unsteady wind the mean is taken. Its ``direction`` is the
-        error of the yaw.
-      rotor_speed: [rad/s], 0 at rest; ``"idling"`` lets the rotor go: it comes to rest at the next azimuth at which
-        its torque balances, if there is one, else it turns at the speed at which the mean torque does.
-      pitch: [rad] of all blades; by default the pitch actuator's largest, feathered.
+    wind: wind speed [m/s] at hub height, or a wind; for an unsteady wind its mean. Its ``direction`` is the
+      yaw misalignment.
+        rotor_speed: [rad/s], 0 at rest; ``"idling"`` releases the rotor: it comes to rest at the next azimuth at which
+          its torque balances, if there is one, else it rotates at the speed at which the mean torque balances.
+      pitch: [rad] of all blades; by default feather, the largest pitch of the actuator.
       azimuth: [rad] of blade 1.
       generator_torque: [N m].
 
     Raises:
       InputError: there is no equilibrium, or the rotor runs away instead of idling.
-      UnsupportedError: a turbine of a power coefficient.
+      UnsupportedError: the turbine is a power-coefficient turbine.
     """
     model = with_blades(model, "parked_point")
     steady = steady_wind(wind, model.turbine.hub_height)
@@ -93,7 +93,7 @@ def parked_point(
     if rotor_speed == "idling":
         if model.locked[len(model.rotor.tower.names) + GENERATOR] > 0.0:
             raise InputError('parked_point: rotor_speed "idling" needs a generator that is not locked (options.locked)')
-        standing, way = _swing_out(model, steady, angle, azimuth, generator_torque)
+        standing, way = _rest_azimuth(model, steady, angle, azimuth, generator_torque)
         if standing is not None:
             return standing
         _idle(orbit, way, angle, generator_torque)
@@ -105,12 +105,12 @@ def parked_point(
     return orbit.finish(azimuth, (f"the turning rotor is unstable: {unstable}",) if unstable else ())
 
 
-def _swing_out(
+def _rest_azimuth(
     model: BladedModel, wind: SteadyWind, pitch: float, azimuth: float, torque: float
 ) -> tuple[OperatingPoint | None, float]:
-    """Where a free rotor comes to rest that is let go at an azimuth, if anywhere, and the sense in which it turns.
+    """Azimuth at which a free rotor, released at an azimuth, comes to rest, if any, and its sense of rotation.
 
-    Feathered blades damp the rotor's motion so much that it creeps to where its torque at rest falls through zero.
+    Feathered blades damp the rotor's motion so strongly that it creeps to where its torque at rest falls through zero.
     """
 
     def left_over(x: float) -> float:
@@ -132,7 +132,7 @@ def _swing_out(
 
 
 def _idle(orbit: CarefulOrbit, way: float, pitch: float, torque: float) -> None:
-    """Bring an orbit to the speed, in one sense or the other, at which its mean torque balances."""
+    """Bring an orbit to the speed, in one sense of rotation, at which its mean torque balances."""
     model, wind = orbit.model, orbit.wind
     reference = float(parameters(model.turbine.control).reference_speed) / model.turbine.drivetrain.gear_ratio
 
@@ -156,7 +156,7 @@ def _idle(orbit: CarefulOrbit, way: float, pitch: float, torque: float) -> None:
 def _stand(
     model: BladedModel, wind: SteadyWind, pitch: float, azimuth: float, torque: float, judged: bool = True
 ) -> OperatingPoint:
-    """Equilibrium at rest, ``judged`` for its stability."""
+    """Equilibrium at standstill; with ``judged``, its stability is checked."""
     case = Case(with_static_gears(model), wind)
     hold(case, pitch, torque)
     case.control.drive.yaw_held = 1.0
@@ -171,7 +171,7 @@ def _stand(
         return np.array(case["a"][free])
 
     def balanced(share: float) -> bool:
-        """Newton's method in a share of the air's density."""
+        """Newton's method with a fraction of the air density."""
         case.plain.aero.air_density = share * density
         moved = 0.0
         for _ in range(STEPS):
@@ -193,14 +193,14 @@ def _stand(
     if in_steps(balanced, [q, case.aero_state.vector]) < 1.0:
         raise NotConverged(
             f"parked_point: no equilibrium at rest in a wind of {wind.speed:g} m/s at a pitch of "
-            f"{np.degrees(pitch):.3g} deg: the wind bends blades or tower beyond what displacements of second order "
-            "hold for; take less wind, another pitch, or fewer modes (options)"
+            f"{np.degrees(pitch):.3g} deg: the wind deflects blades or tower beyond the validity of second-order "
+            "displacements; use less wind, another pitch angle, or fewer modes (options)"
         )
     unstable = growing(case) if judged else ""
     case.settle(0.0)
     case.begin_electric()
     case.loads(0.0)
-    equations(0.0, 0.0, case.system)  # with the forces in place
+    equations(0.0, 0.0, case.system)  # with all forces applied
     left_over = float(case["core_force"][generator])
     channels = channels_of(model)
     state = case["q"].copy()
@@ -219,6 +219,6 @@ def _stand(
         means=case.signals.vector.copy(),
         channels=channels,
         places={name: case.place(channel) for name, channel in channels.items()},
-        warnings=(f"the standing rotor is unstable: {unstable}",) if unstable else (),
+        warnings=(f"the parked rotor is unstable: {unstable}",) if unstable else (),
         azimuth=azimuth,
     )

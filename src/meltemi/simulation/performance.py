@@ -1,4 +1,4 @@
-"""Steady performance of the rotor: power, thrust and torque coefficients against tip-speed ratio and pitch."""
+"""Steady rotor performance: power, thrust and torque coefficients over tip-speed ratio and pitch angle."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from meltemi.turbine.power_turbine import AnyTurbine, CalibratedCoefficient, Pow
 from meltemi.wind.fields import SteadyWind
 
 KEEP = 16
-"""Turbines whose performance is remembered."""
+"""Number of turbines in the cache of rotor performance."""
 RATIO_STEP, MOST_RATIO = 0.25, 16.0
 PITCH_STEP, MOST_PITCH = math.radians(1.0), math.radians(30.0)
 RIGID = ("tower", "yaw", "generator", "drivetrain", "blades")
@@ -36,14 +36,14 @@ def rotor_performance(
     straight: bool = True,
     azimuths: int = 12,
 ) -> RotorPerformance:
-    """Coefficients of the rigid rotor.
+    """Performance coefficients of the rigid rotor.
 
     Args:
       tip_speed_ratio: values above zero.
       pitch: [rad].
-      options: aerodynamic models; steady ones are used whatever is asked for in time.
+      options: aerodynamic models; their steady variants are used.
       wind_speed: [m/s]; the coefficients do not depend on it.
-      straight: without tilt, cone and tower; otherwise the rotor as built.
+      straight: without tilt, cone and tower influence; otherwise the rotor as built.
       azimuths: positions over one sector between blades, for the rotor as built.
 
     Raises:
@@ -89,13 +89,13 @@ _KNOWN: OrderedDict[str, RotorPerformance] = OrderedDict()
 def performance_of(turbine: AnyTurbine) -> RotorPerformance:
     """Coefficients of a turbine's rotor, computed once, for tip-speed ratios from 1 to 16 and pitch up to 30 degrees.
 
-    Those of an aeroelastic turbine are of the rigid rotor as built, with tilt, cone and tower; those of a turbine of a
-    power coefficient are its own, where it has a table at the table's entries, and NaN where it does not know them.
+    Those of an aeroelastic turbine are for the rigid rotor as built, with tilt, cone and tower; those of a
+    power-coefficient turbine are its own, at the table's entries if it has a table, and NaN where it has no data.
     """
     if isinstance(turbine, PowerTurbine):
         return _of_coefficient(turbine)
     key = turbine.content_hash()
-    with _LOCK:  # others wait for the one who computes
+    with _LOCK:  # other threads wait for the one that computes
         if key not in _KNOWN:
             ratios = np.arange(1.0, MOST_RATIO + 1e-9, RATIO_STEP)
             _KNOWN[key] = rotor_performance(turbine, ratios, _pitches(turbine), straight=False)

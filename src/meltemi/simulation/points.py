@@ -1,4 +1,4 @@
-"""States that several runs start from, computed once: a model in winds with the same mean needs one."""
+"""Initial states of runs, computed once: runs of one model in winds with the same mean share one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from meltemi.simulation.trim import NotConverged, OperatingPoint, rigid_point, s
 from meltemi.wind.fields import Wind
 
 KEEP = 32
-"""Points that are remembered, most recently used first."""
+"""Number of points in the cache, least recently used dropped first."""
 
 _LOCK = threading.Lock()
 _POINTS: OrderedDict[tuple[str, ...], Future[OperatingPoint]] = OrderedDict()
@@ -26,15 +26,14 @@ State = OperatingPoint | Start
 
 
 def begin_in(model: Model[Any], wind: Wind, start: State | None = None) -> tuple[State, tuple[str, ...]]:
-    """The state in which a run begins, and what to know of it.
+    """State in which a run begins, and warnings about it.
 
-    Without a start it is steady operation; where none is found, that of a machine which does not deform, or is held at
-    its reference speed if it has no blades. Initial
-    conditions that name neither coordinates nor velocities become an equilibrium; where there is none they are taken as
-    they are.
+    Without a start it is steady operation; if none is found, that of the rigid turbine, or of a power-coefficient
+    turbine at its reference speed. Initial conditions that name neither coordinates nor velocities are completed to an
+    equilibrium; if there is none they are used as given.
 
     Raises:
-      InputError: as ``operating_point`` where the wind does not turn the rotor, and ``parked_point`` where an idling
+      InputError: as ``operating_point`` if the wind does not turn the rotor, and as ``parked_point`` if an idling
         rotor runs away.
     """
     try:
@@ -48,7 +47,7 @@ def begin_in(model: Model[Any], wind: Wind, start: State | None = None) -> tuple
             return _at_rest(start), ()
         return found, found.warnings
     except NotConverged as error:
-        words = (f"the run begins undeflected and settles first: {error}",)
+        words = (f"the run begins undeflected, with an initial transient: {error}",)
         if isinstance(start, Start):
             return _at_rest(start), words
         if isinstance(model.rotor, BladedRotor):
@@ -60,12 +59,12 @@ def begin_in(model: Model[Any], wind: Wind, start: State | None = None) -> tuple
 
 
 def _at_rest(start: Start) -> Start:
-    """The same, at rest if it should idle."""
+    """The same conditions, at rest in place of idling."""
     return replace(start, rotor_speed=0.0) if start.rotor_speed == "idling" else start
 
 
 def shared_point(model: Model[Any], wind: Wind) -> OperatingPoint:
-    """The operating point in which a run begins; threads that ask for the same one wait for the first of them.
+    """The operating point in which a run begins; concurrent threads wait for the first computation of the same one.
 
     Raises:
       InputError: as ``operating_point``.

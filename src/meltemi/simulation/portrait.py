@@ -1,4 +1,4 @@
-"""A turbine in numbers: members, modes, rotor performance and steady operation, each as far as it can be had."""
+"""Summary of a turbine: members, modes, rotor performance and steady operation, as far as available."""
 
 from __future__ import annotations
 
@@ -29,23 +29,24 @@ T = TypeVar("T")
 TIP_SPEED_RATIOS = tuple(np.arange(1.0, 15.01, 0.5).tolist())
 PITCHES = tuple(np.radians(np.arange(-6.0, 20.01, 1.0)).tolist())
 HALVINGS = 5
-"""Of the wind speeds between which rated power is reached: 1 m/s becomes 3 cm/s."""
+"""Bisections of the wind speeds that bracket rated wind speed: from 1 m/s to 3 cm/s."""
 RATED_PITCH = 1e-3
-"""[rad] above the smallest pitch from which on the turbine is at rated power."""
+"""[rad] pitch above the smallest one at which the turbine counts as above rated."""
 
 
 @dataclass(frozen=True)
 class Portrait:
-    """A turbine in numbers; what could not be computed is None, and ``problems`` says why.
+    """Summary of an aeroelastic turbine; what could not be computed is None, with the reason in ``problems``.
 
     Attributes:
-      turbine: as described.
-      model: with default options.
-      blade: the clamped blade with two flap and edge modes, and the first in torsion if it twists.
-      modes: of the whole machine at rest, in vacuum.
+      turbine: its description.
+      model: its model with default options.
+      blade: the clamped blade with two flap and two edge modes, and the first torsion mode if it is flexible in
+        torsion.
+      modes: natural modes of the assembled turbine at rest, in vacuum.
       performance: coefficients of the rigid, straight rotor.
-      curve: operating points in uniform wind, by wind speed; closer to each other around rated.
-      problems: what is missing (model, blade, modes, performance, curve), and why.
+      curve: operating points in uniform wind, by wind speed; denser around rated.
+      problems: reasons by missing item (model, blade, modes, performance, curve).
     """
 
     turbine: Turbine
@@ -67,19 +68,19 @@ class Portrait:
 
     @property
     def rated(self) -> OperatingPoint | None:
-        """The operating point in the lowest wind in which the blades begin to pitch."""
+        """The operating point in the lowest wind speed with pitch above the smallest."""
         return next((p for p in self.curve or () if _above(self.turbine, p)), None)
 
 
 @dataclass(frozen=True)
 class PowerPortrait:
-    """A turbine of a power coefficient in numbers; what could not be computed is None, and ``problems`` says why.
+    """Summary of a power-coefficient turbine; what could not be computed is None, with the reason in ``problems``.
 
     Attributes:
-      turbine: as described.
+      turbine: its description.
       performance: its coefficients.
-      curve: operating points by wind speed; closer to each other around rated.
-      problems: what is missing, and why.
+      curve: operating points by wind speed; denser around rated.
+      problems: reasons by missing item.
     """
 
     turbine: PowerTurbine
@@ -89,7 +90,7 @@ class PowerPortrait:
 
 
 def power_portrait(turbine: PowerTurbine) -> PowerPortrait:
-    """Compute everything that describes a turbine of a power coefficient."""
+    """Compute the summary of a power-coefficient turbine."""
     problems: dict[str, str] = {}
     model = build(turbine)
     curve = _attempt(problems, "curve", lambda: _curve(model, problems, lambda _: None))
@@ -97,10 +98,10 @@ def power_portrait(turbine: PowerTurbine) -> PowerPortrait:
 
 
 def portrait(turbine: Turbine, *, progress: Callable[[float], None] | None = None) -> Portrait:
-    """Compute everything that describes a turbine; what fails is left out, with its reason.
+    """Compute the summary of an aeroelastic turbine; what fails is omitted, with its reason.
 
     Args:
-      progress: called with the share that is done.
+      progress: callback with the completed fraction.
     """
     problems: dict[str, str] = {}
     done = progress or (lambda _: None)
@@ -120,11 +121,11 @@ def portrait(turbine: Turbine, *, progress: Callable[[float], None] | None = Non
 
 
 def principal_stiffness(blade: BladeStructure) -> tuple[Float, Float, Float | None]:
-    """Bending stiffness in flap and edge direction, and in torsion [N m^2] at the stations.
+    """Flapwise, edgewise and torsional stiffness [N m^2] at the stations.
 
-    Of a 6 x 6 matrix they are the principal ones: curvature under a pure moment is the same about every point of the
-    section, so the moments' part of the inverse does not depend on the reference axis; one over its eigenvalues in the
-    plane of bending are the stiffnesses, one over its last entry that of free torsion.
+    For a 6 x 6 matrix they are the principal ones: curvature under a pure moment is the same about every point of the
+    section, so the moment block of the inverse does not depend on the reference axis; the reciprocals of its
+    eigenvalues in the plane of bending are the stiffnesses, that of its last entry is the stiffness of free torsion.
     """
     if blade.stiffness_matrix is None:
         assert blade.flap_stiffness is not None and blade.edge_stiffness is not None
@@ -137,19 +138,19 @@ def principal_stiffness(blade: BladeStructure) -> tuple[Float, Float, Float | No
 
 
 def line_mass(beam: Beam) -> Float:
-    """(S,) [kg/m] at the stations."""
+    """(S,) [kg/m] mass per length at the stations."""
     return beam.mass[:, 0, 0]
 
 
 def beam_mass(beam: Beam) -> tuple[float, float]:
-    """[kg] of a beam, and [m] its centre along it."""
+    """Mass [kg] of a beam, and position [m] of its centre of mass along it."""
     z, weights = beam.pieces(beam.position[[0, -1]])
     share = weights[:, 0] * beam.at(z, "mass")[:, 0, 0]
     return float(share.sum()), float(share @ z / share.sum())
 
 
 def masses(turbine: Turbine) -> dict[str, float]:
-    """[kg] of blade, hub, rotor, nacelle and tower."""
+    """Mass [kg] of blade, hub, rotor, nacelle and tower."""
     blade, tower = beam_mass(blade_beam(turbine.blade.structure))[0], beam_mass(tower_beam(turbine.tower))[0]
     rotor = turbine.n_blades * blade + turbine.hub.mass
     below = tower + turbine.tower.top_mass
@@ -177,7 +178,7 @@ def _above(turbine: AnyTurbine, point: OperatingPoint) -> bool:
 def _curve(
     model: Model[Any], problems: dict[str, str], progress: Callable[[float], None]
 ) -> tuple[OperatingPoint, ...]:
-    """Operating points each 1 m/s, and those that bracket rated wind; speeds without one are left out."""
+    """Operating points every 1 m/s, and those that bracket rated wind speed; speeds without one are omitted."""
     turbine = model.turbine
     found: dict[float, OperatingPoint] = {}
     speeds = [float(u) for u in range(math.ceil(turbine.cut_in), math.floor(turbine.cut_out) + 1)]

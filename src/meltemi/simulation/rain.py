@@ -1,9 +1,9 @@
-"""Rain in the polars of a model: what drops that blades take along add to the drag.
+"""Rain in the polars of a model: additional drag of the drops that blades accelerate.
 
-Per length of the span an element meets the mass L W h of water a second, with the water content L of the air, the
-relative speed W and the height h of the section seen along it, and takes it to its own speed: a force L W^2 h along the
-flow. Over 1/2 rho W^2 c this is a drag coefficient, 2 (L / rho) (h / c), whatever the motion. The section counts as an
-ellipse.
+Per unit length of the span a blade element meets the mass flow L W h of water, with the water content L of the air, the
+relative speed W and the height h of the section normal to it, and accelerates it to its own speed: a force L W^2 h
+along the flow. Over 1/2 rho W^2 c this is a drag coefficient 2 (L / rho) (h / c), independent of the motion. The
+section is taken as an ellipse.
 
 Reference: docs/guide/air-and-rain.md (R-11).
 """
@@ -27,11 +27,11 @@ DRAG_FLOOR, ZERO_LIFT = (SectionConstants.index(name) for name in "drag_floor ze
 
 
 def drag_of_drops(water_over_air: float, thickness: float, angle_of_attack: Float) -> Float:
-    """Drag coefficient of the drops that a section takes along (R-11).
+    """Drag coefficient of the drops that a section accelerates (R-11).
 
     Args:
-      water_over_air: mass of water over that of air, in the same volume.
-      thickness: of the section over its chord.
+      water_over_air: water content of the air over air density.
+      thickness: section thickness over chord.
       angle_of_attack: [rad].
     """
     return np.asarray(2.0 * water_over_air * np.hypot(np.sin(angle_of_attack), thickness * np.cos(angle_of_attack)))
@@ -40,22 +40,22 @@ def drag_of_drops(water_over_air: float, thickness: float, angle_of_attack: Floa
 def wet_polars(
     turbine: Turbine, environment: Environment, position: Float, polars: Float, section: Float, index: NDArray[np.int64]
 ) -> tuple[Float, Float, NDArray[np.int64]]:
-    """Polars of blades in the rain, if there is any.
+    """Polars of blades in rain; unchanged without rain.
 
     Args:
       position: (n,) [m] of the nodes.
       polars: (g, rows, columns) on the grid over the full circle; section: (g, constants); index: (blades, n).
 
     Raises:
-      InputError: the thickness of an airfoil is not known, or the rain has keys that blades do not ask for.
+      InputError: the thickness of an airfoil is not known, or the rain has keys that blades do not use.
     """
     rain = environment.rain
     if rain is None:
         return polars, section, index
     if rain.of_the_formula:
         raise InputError(
-            f"environment.rain.{', '.join(rain.of_the_formula)}: without effect on {turbine.name}, whose blades take "
-            "rate or kind, and water_density; the rest is for turbines of a power coefficient"
+            f"environment.rain.{', '.join(rain.of_the_formula)}: no effect on {turbine.name}, whose blades use "
+            "rate or kind, and water_density; the other keys are for power-coefficient turbines"
         )
     content = float(water_content(rain.intensity, rain.water_density, 0.0, np.inf))
     thickness = np.interp(position, turbine.blade.aerodynamics.position, relative_thickness(turbine))

@@ -1,4 +1,4 @@
-"""What a simulation gives back."""
+"""Results of a simulation."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ Float = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Finding:
-    """Where a run left what the model is made for.
+    """A violation of the model's range of validity.
 
     Attributes:
-      what: the criterion, in words.
-      value: the largest value of its quantity in the whole run, SI.
-      limit: that it should not exceed.
-      unit: of both.
-      time: [s] at which it exceeded it first.
+      what: the criterion.
+      value: largest value of its quantity in the whole run, SI.
+      limit: largest allowed value.
+      unit: unit of both.
+      time: [s] of the first violation.
     """
 
     what: str
@@ -47,18 +47,18 @@ class Finding:
 
 @dataclass(frozen=True)
 class Result:
-    """Time series of the recorded channels, in SI, and how the run went.
+    """Time series of the recorded channels in SI units, and the outcome of the run.
 
-    ``result["root_moment_out_of_plane_1"]`` or ``result["RootMyc1"]`` gives a series; its unit stands in
+    ``result["root_moment_out_of_plane_1"]`` or ``result["RootMyc1"]`` is a series; its unit is
     ``result.channel(name).unit``.
 
     Attributes:
       time: (T,) [s].
-      data: (T, C) one column a channel, SI.
-      channels: what the columns are.
-      status: how the run ended.
-      message: why it ended, in words.
-      meta: everything needed to repeat the run: version, hashes, options, machine, times; ``warnings``, ``findings``.
+      data: (T, C) one column per channel, SI.
+      channels: the channels of the columns.
+      status: outcome of the run.
+      message: reason for the end of the run.
+      meta: data to repeat the run: version, hashes, options, computer, times; ``warnings``, ``findings``.
     """
 
     time: Float
@@ -75,23 +75,23 @@ class Result:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What its controller has to say about a run, such as demands that were at their limits for most of it."""
+        """Warnings of the run and its controller, such as demands that were at their limits for most of it."""
         return tuple(self.meta.get("warnings", ()))
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Where the run left what the model is made for; then its status is ``DOUBTFUL``, unless it ended early."""
+        """Violations of the model's range of validity; the status is then ``DOUBTFUL``, unless the run ended early."""
         return tuple(Finding(**entry) for entry in self.meta.get("findings", ()))
 
     @property
     def log(self) -> tuple[LogEntry, ...]:
-        """What happened in the run: events and the supervisor's transitions, by time."""
-        from meltemi.control.controller import LogEntry  # brings the compiler along
+        """Events and the supervisor's transitions, in order of time."""
+        from meltemi.control.controller import LogEntry  # imports the compiler
 
         return tuple(LogEntry(**entry) for entry in self.meta.get("log", ()))
 
     def channel(self, name: str) -> Channel:
-        """The description of a recorded channel; unknown names are answered with the closest ones."""
+        """The description of a recorded channel; an unknown name raises InputError with the closest names."""
         return find(name, {channel.name: channel for channel in self.channels})
 
     def __getitem__(self, name: str) -> Float:
@@ -101,22 +101,22 @@ class Result:
         return any(name.lower() == known.lower() for c in self.channels for known in c.names)
 
     def between(self, begin: float, end: float) -> Result:
-        """The part of the series from ``begin`` to ``end`` [s], both included; all of it is judged."""
+        """The part of the series from ``begin`` to ``end`` [s], both included; none of it counts as transient."""
         inside = (self.time >= begin - 1e-9) & (self.time <= end + 1e-9)
         meta = {name: value for name, value in self.meta.items() if name != "transient"}
         return Result(self.time[inside], self.data[inside], self.channels, self.status, self.message, meta)
 
     @property
     def evaluated(self) -> Result:
-        """The part after the transient: what statistics and equivalent loads are made of."""
+        """The part after the initial transient, for statistics and equivalent loads."""
         transient = self.meta.get("transient", 0.0)
         return self.between(transient, np.inf) if transient > 0.0 else self
 
     def raise_for_status(self) -> Result:
-        """The result itself, or an error if the run did not reach its end or is doubtful.
+        """Return the result, or raise an error if the run ended early or is doubtful.
 
         Raises:
-          RunError: with the reason.
+          RunError: with the reason for the end or the violations.
         """
         if self.status is not Status.OK:
             raise RunError(self.message or self.status.message)
@@ -145,13 +145,13 @@ class Result:
             "status": int(self.status),
             "status_name": self.status.name,
             "message": self.message,
-            "units": "SI: angles in rad, speeds of rotation in rad/s; tables and plots show unit_in_tables",
+            "units": "SI: angles in rad, rotational speeds in rad/s; tables and plots use unit_in_tables",
             "meta": json.dumps(self.meta, default=str),
         }
         return xr.Dataset(variables, coordinates, about)
 
     def statistics(self) -> pd.DataFrame:
-        """Mean, standard deviation, minimum and maximum of every channel after the transient, in units for people."""
+        """Mean, standard deviation, minimum and maximum of each channel after the transient, in engineering units."""
         import pandas as pd
 
         rows, data = [], self.evaluated.data

@@ -1,7 +1,7 @@
-"""Kinds of rotors, and what a run, a study or the command line asks of a model, whatever its rotor.
+"""Kinds of rotors, and the interface to them for runs, studies and the command line.
 
 A rotor with blades on a tower and a disk with a power coefficient share controllers, events, winds, channels and
-results. What differs is told here, once for each kind: another kind is a folder of its own and an entry in ``KINDS``.
+results. The differences are here, once for each kind: another kind is a folder of its own and an entry in ``KINDS``.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ from meltemi.wind.turbulence.field import AnyWind
 
 LONGEST_STEP = modes.OUTPUT_STEP
 SHARE_OF_TIME = 0.1
-"""Longest default time step of a power-coefficient turbine over the time in which rated torque stops it."""
+"""Longest default time step of a power-coefficient turbine over the time in which rated torque stops its rotor."""
 SHORTEST_STEP = 1e-5
-"""[s] no shorter time step is taken unasked: a run would seem to hang."""
+"""[s] shortest default time step: with a shorter one a run would seem to hang."""
 
 
 @dataclass(frozen=True)
 class RotorKind:
-    """Functions of a kind of rotor.
+    """Functions for a kind of rotor.
 
     Attributes:
-      turbine: class of the turbines that have it.
-      build: (turbine, options, environment) the model.
-      time_step: (model) [s], by default; runs take that of :func:`default_step`.
-      step_cause: (model) in words, what makes this time step so short.
-      channels: (model, stations) all it can record, by name.
-      channel: (name, model, channels) one of them.
-      operating_point: (model, wind, rotor_speed=, pitch=).
-      reach: (turbine) [m] how far the rotor extends up- and downwind of the tower axis.
-      brake_inertia: (turbine) [kg m^2] on the generator's shaft, that a brake stops.
-      tables: arrays of the model that may change with the turbine's description.
+      turbine: class of its turbines.
+      build: (turbine, options, environment) -> the model.
+      time_step: (model) -> [s] default of this kind of rotor; :func:`default_step` has that of a run.
+      step_cause: (model) -> reason for a very short time step.
+      channels: (model, stations) -> all channels, by name.
+      channel: (name, model, channels) -> one channel.
+      operating_point: (model, wind, rotor_speed=, pitch=) -> steady operation.
+      reach: (turbine) -> [m] how far the rotor extends up- and downwind of the tower axis.
+      brake_inertia: (turbine) -> [kg m^2] inertia that a brake stops, on the generator's shaft.
+      tables: arrays of the model that may differ between descriptions of a turbine.
     """
 
     turbine: type
@@ -77,13 +77,13 @@ def _bladed_channels(model: BladedModel, stations: Stations) -> dict[str, Channe
 
 
 def _disk_step(model: DiskModel) -> float:
-    """[s] a divisor of 0.05 s that is not above these limits."""
+    """[s] largest fraction of 0.05 s that does not exceed these limits."""
     longest = min(_disk_limits(model).values())
     return LONGEST_STEP / max(math.ceil(LONGEST_STEP / longest - 1e-9), 1)
 
 
 def _disk_limits(model: DiskModel) -> dict[str, float]:
-    """[s] by cause: for torsion as for other machines, for the speed a share of its time under torque."""
+    """[s] by cause: for torsion as for other turbines, for the speed a fraction of its time under torque."""
     shaft, control = model.turbine.drivetrain, model.turbine.control
     inertia = model.parameter("disk.inertia") + shaft.gear_ratio**2 * model.parameter("structure.generator_inertia")
     speed = control.pitch.reference_speed / shaft.gear_ratio
@@ -138,7 +138,7 @@ DISK = RotorKind(
 
 
 KINDS: dict[type, RotorKind] = {BladedRotor: BLADED, DiskRotor: DISK}
-"""By the class of a model's rotor."""
+"""Kinds by the class of a model's rotor."""
 
 
 def kind_of(model: Model[Any]) -> RotorKind:
@@ -147,10 +147,10 @@ def kind_of(model: Model[Any]) -> RotorKind:
 
 
 def default_step(model: Model[Any]) -> float:
-    """Time step [s] of a run: that of the options, else by its kind of rotor.
+    """Time step [s] of a run: that of the options, or the default of its kind of rotor.
 
     Raises:
-      InputError: the default is so short that runs would seem to hang.
+      InputError: the default is too short for runs of useful length.
     """
     if model.options.time_step is not None:
         return model.options.time_step
@@ -181,10 +181,9 @@ def build(
 ) -> Model[Any]:
     """Make a model of a turbine.
 
-    Raises:
-      UnsupportedError: the turbine or the options ask for something that is not modelled.
-      InputError: options name something that does not exist, or concern what the turbine does not have, or modes
-        cannot be computed.
+    UnsupportedError: the turbine or the options request a feature that is not modelled.
+    InputError: an option names an unknown coordinate or concerns a component that the turbine does not have, or modes
+      cannot be computed.
     """
     kind = next(kind for kind in KINDS.values() if isinstance(turbine, kind.turbine))
     return kind.build(turbine, options, environment)
@@ -196,8 +195,8 @@ def operating_point(
     """Steady operation of a turbine in steady wind.
 
     Args:
-      wind: wind speed [m/s] at hub height, or a wind; of an unsteady wind the mean is taken.
-      rotor_speed: [rad/s]; by default where torque balances under the turbine's torque law.
+      wind: wind speed [m/s] at hub height, or a wind; for an unsteady wind its mean.
+      rotor_speed: [rad/s]; by default the speed at which the torque balances under the turbine's torque law.
       pitch: [rad]; by default the smallest, or above rated the one that holds the reference speed.
 
     Raises:

@@ -19,30 +19,30 @@ from meltemi.wind.turbulence.field import AnyWind
 
 @dataclass(frozen=True)
 class Run:
-    """One simulation: a model in a wind, under control, for some time.
+    """The record of one simulation: a model in a wind, under control, for a duration.
 
     These are the arguments of :func:`meltemi.simulate`. A batch is a list of such records; stepping and derivatives
     take one.
 
     Attributes:
-      model: from ``build``, or a function without arguments that makes it when the run is prepared.
-      wind: speed [m/s] of steady wind, or a wind: steady, a series, a turbulent wind, of which the field is made for
-        the run, or such a field; or a function without arguments that makes it when the run is prepared. A
-        ``WindBox`` may be shared by many runs.
+      model: from ``build``, or a function without arguments that returns it when the run is prepared.
+      wind: speed [m/s] of steady wind, or a wind: steady, a series, a turbulent wind, whose field is generated for the
+        run, or such a field; or a function without arguments that returns it when the run is prepared. Many runs may
+        share one ``WindBox``.
       duration: [s].
-      controller: by default the baseline controller with the turbine's settings; or a function that makes it for the
-        wind, once that is made.
-      channels: what to record, by our names or OpenFAST's; ``"all"`` among them records everything.
-      output_step: [s] between records; a multiple of the time step.
-      start: operating point or initial conditions to start from; conditions that name no coordinates begin in
+      controller: by default the baseline controller with the turbine's settings; or a function of the wind that
+        returns it.
+      channels: names of the recorded channels, meltemi's or OpenFAST's; ``"all"`` among them records every channel.
+      output_step: [s] between output samples; a multiple of the time step.
+      start: operating point or initial conditions; conditions that name no coordinates begin in
         equilibrium. By default the steady operating point for the wind.
-      stations: further places for section loads.
+      stations: additional stations of section loads.
       events: faults, grid losses and requests, as records or as keys and values:
         ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
       grid: voltage, frequency, reactive power, and power reference, which needs a controller that follows it; by
         default a stiff grid that takes all power.
       transient: [s] initial transient, recorded, but excluded from statistics and equivalent loads.
-      name: of the run in a batch, for messages and files; by default ``case_0001`` and so on.
+      name: name of the run in a batch, for messages and files; by default ``case_0001`` and so on.
       progress: callback with the completed fraction.
     """
 

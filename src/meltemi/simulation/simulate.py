@@ -1,4 +1,4 @@
-"""``simulate``: a model in a wind, under control, for a while."""
+"""``simulate``: march a model in a wind, under control, for a duration."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from meltemi.simulation import step
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.electric import check_grid
-from meltemi.simulation.events import ignored, out_of_place, read_events, refuse_dips, schedule
+from meltemi.simulation.events import check_dips, ignored, misplaced_events, read_events, schedule
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.points import begin_in
 from meltemi.simulation.result import Finding, Result
@@ -51,19 +51,20 @@ from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, u
 from meltemi.wind.turbulence.field import realised
 
 CHUNK_SECONDS = 0.1
-"""Wall time between looks at progress and the keyboard."""
+"""[s] wall time between checks of progress and keyboard."""
 
 
 @arguments_of(Run)
 def simulate(run: Run) -> Result:
     """Simulate a model in a wind; the arguments are the fields of :class:`Run`.
 
-    The run starts in the steady operating point for the wind (``start`` replaces it); a turbulent wind is another one
-    from its first instant on, so what follows within the first seconds, and the wake's tens of seconds, is a transient.
+    The run starts in the steady operating point for the wind (``start`` replaces it); a turbulent wind differs from it
+    from the first instant, so the first seconds of the motion, and tens of seconds of the wake, are an initial
+    transient.
 
     Returns:
-      The result. A run that diverges, is interrupted, or whose controller fails ends early with a
-      status and keeps what was computed; one that leaves what the model is made for is ``DOUBTFUL``.
+      The result. A run that diverges, is interrupted, or whose controller fails ends early with a status and keeps the
+      series up to then; one beyond the model's range of validity is ``DOUBTFUL``.
 
     Raises:
       InputError: an argument is not valid, or the wind does not cover the run.
@@ -76,11 +77,11 @@ def simulate(run: Run) -> Result:
 def march(
     run: Simulation, progress: Callable[[float], None] | None = None, stop: Callable[[], bool] | None = None
 ) -> None:
-    """March a run to its end, in chunks of about 0.1 s of wall time, or until Ctrl-C or ``stop`` says so."""
+    """March a run to its end, in chunks of about 0.1 s of wall time, or until Ctrl-C or ``stop`` ends it."""
 
     def heard(frame: FrameType | None) -> None:
         run.interrupted = True
-        # as compiled code calls a controller in Python an exception would be lost: the chunk goes on to its end
+        # an exception in a controller that compiled code calls would be lost: the chunk is completed
         if frame is None or frame.f_globals.get("__name__") != Entry.__module__:
             raise KeyboardInterrupt
 
@@ -103,15 +104,16 @@ def march(
 
 
 class Simulation:
-    """A run under way: :func:`simulate` in steps of the caller's choice.
+    """A run in progress: :func:`simulate` in steps of the caller's choice.
 
     Args:
       run: the arguments of ``simulate``.
-      numbers: the kind of number to compute in, see ``Case``.
-      prepare: called with the case before it is set to its start.
+      numbers: number type of the computation, see ``Case``.
+      prepare: callback with the case before its start is set.
 
-    ``advance`` marches under the run's own controller. For co-simulation and learning make it with
-    ``controller=meltemi.control.ConstantController(sample_time)`` and call ``reset`` and then ``step`` with demands.
+    ``advance`` marches under the run's own controller. For co-simulation and reinforcement learning, create the
+    simulation with ``controller=meltemi.control.ConstantController(sample_time)``, call ``reset``, then ``step`` with
+    demands.
 
     Raises:
       InputError: an argument of the run is not valid, or the wind does not cover the run.
@@ -121,7 +123,7 @@ class Simulation:
         duration, transient, output_step, grid = run.duration, run.transient, run.output_step, run.grid
         model = run.model() if callable(run.model) else run.model
         if not isinstance(model, Model):
-            raise InputError(f"model: expected what build(turbine) gives, found {type(model).__name__}")
+            raise InputError(f"model: expected the model from build(turbine), found {type(model).__name__}")
         turbine, kind = model.turbine, kind_of(model)
         if not (math.isfinite(duration) and duration > 0.0):
             raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
@@ -138,7 +140,7 @@ class Simulation:
         check_grid(grid, model.has_electrical, turbine.rated_power)
         planned = schedule(self.events, turbine, dt, n_steps)
         if not model.has_electrical:
-            refuse_dips(self.events)
+            check_dips(self.events)
         if run.controller is None and grid is not None and grid.power_reference is not None:
             raise InputError(
                 "grid: power_reference is given, but the baseline controller does not follow it: "
@@ -172,9 +174,9 @@ class Simulation:
         case.events, self._planned = planned.rows, planned.log
         entry = case.bind(controller, first_point(model, wind, start))
         if case.controller.close is not None:
-            weakref.finalize(self, case.controller.close)  # of a run that nobody marches to its end
-        # dry friction acts over a speed that a step of full braking cannot jump across: as a damper on the generator
-        # it has h c / J = 0.4, below the bound of 0.5 with room for the shaft (docs/theory/simulation.md, M-7)
+            weakref.finalize(self, case.controller.close)  # for a run that is never finished
+        # dry friction acts over a speed that a step of full braking cannot cross: as a damper on the generator
+        # it has h c / J = 0.4, below the bound of 0.5 with a margin for the shaft (docs/theory/simulation.md, M-7)
         brake_step = turbine.drivetrain.brake_torque * dt / kind.brake_inertia(turbine)
         case.view("drive")["brake_speed"] = max(LEAST_BRAKE_SPEED, 2.5 * brake_step)
         if prepare is not None:
@@ -221,17 +223,17 @@ class Simulation:
 
     @property
     def time(self) -> float:
-        """[s] that have been simulated."""
+        """[s] simulated time."""
         return float(self.case.clock.step) * self.dt
 
     @property
     def share(self) -> float:
-        """Share of the run that is done."""
+        """Completed fraction of the run."""
         return float(self.case.clock.step) / self.n_steps
 
     @property
     def status(self) -> Status:
-        """How the run stands."""
+        """Present status of the run."""
         if self.interrupted:
             return Status.INTERRUPTED
         status = Status(int(self.case.clock.status))
@@ -239,27 +241,27 @@ class Simulation:
 
     @property
     def finished(self) -> bool:
-        """The end is reached, or something ended the run early."""
+        """True when the end is reached or the run has ended early."""
         stopped = self.interrupted or self.case.clock.status != step.OK
         return bool(stopped or self.case.clock.step >= self.n_steps)
 
     def advance(self, n_steps: int) -> None:
-        """March some time steps, no further than to the end."""
+        """March ``n_steps`` time steps, at most to the end of the run."""
         began = clock_time.perf_counter()
         self._march(min(n_steps, self.n_steps - int(self.case.clock.step)), *self._arguments)
         self.run_seconds += clock_time.perf_counter() - began
-        if isinstance(self.case.entry.exception, KeyboardInterrupt):  # came while a controller in Python ran
+        if isinstance(self.case.entry.exception, KeyboardInterrupt):  # raised while a Python controller was running
             self.interrupted = True
         if self.finished:
             self.close()
 
     def close(self) -> None:
-        """Let go of what the controller holds beside its state; a run that has ended did so already."""
+        """Release what the controller holds besides its state; a run that has ended has done so."""
         if self.case.controller.close is not None:
             self.case.controller.close()
 
     def reset(self) -> View:
-        """Go back to the start, in the same arrays; returns the measurements there."""
+        """Return to the start, in the same arrays; returns the measurements there."""
         for array, values in zip(self._moving, self._begin, strict=True):
             array[...] = values
         self.case.entry.exception = None
@@ -271,19 +273,19 @@ class Simulation:
         """March to the next sample instant of the controller under the given demands.
 
         Args:
-          demands: by name (``"pitch"`` stands for all blades; those left out keep their values) or all of
-            ``control.signals.Demands`` as a vector, in SI, which needs ``control.ConstantController()``.
+          demands: by name (``"pitch"`` is for all blades; those omitted keep their values), or all of
+            ``control.signals.Demands`` as a vector, in SI units; needs ``control.ConstantController()``.
 
         Returns:
           Measurements at that instant, a copy: ``measurements["generator_speed"]``, or all as ``measurements.array``.
-          A demand that is out of range, or a motion that diverges, ends the run: look at ``finished`` and ``status``.
+          A demand beyond its limits, or a motion that diverges, ends the run: check ``finished`` and ``status``.
 
         Raises:
-          InputError: the run is finished, a name is unknown, or another controller has the say.
+          InputError: the run has ended, a name is unknown, or another controller sets the demands.
         """
         clock = self.case.clock
         if self.finished:
-            raise InputError(f"step: the run has ended ({self.status.name}); reset() begins it anew")
+            raise InputError(f"step: the run has ended ({self.status.name}); reset() restarts it")
         if demands is not None:
             self._demand(demands)
         clock.want_loads, every = 1, int(clock.every_control)
@@ -293,8 +295,8 @@ class Simulation:
     def _demand(self, demands: Mapping[str, float] | Sequence[float]) -> None:
         if self.controller.update is not constant.update():
             raise InputError(
-                f"step: the controller {self.controller.name!r} makes the demands; "
-                "to give them from outside, make the Simulation with controller=meltemi.control.ConstantController()"
+                f"step: the controller {self.controller.name!r} sets the demands; "
+                "to pass them to step, create the Simulation with controller=meltemi.control.ConstantController()"
             )
         now = self.case["demands"]
         if isinstance(demands, Mapping):
@@ -311,15 +313,15 @@ class Simulation:
         t = int(clock.step) * self.dt
         step.surroundings(t, case.control, case.system)
         step.sense(t, int(clock.next_event), case.control, case.system)
-        return View(Measurements, case.measured.copy())  # of its own, so it stays as it is
+        return View(Measurements, case.measured.copy())  # a copy, so that later steps do not change it
 
     def motion(self) -> tuple[Any, Any]:
-        """Coordinates and velocities at the last instant that was computed."""
+        """Coordinates and velocities at the last evaluated instant."""
         case, h = self.case, self.dt
         return case["q"] - h * (case.v_old + 0.5 * h * case.a_old), case.v_old.copy()
 
     def log(self) -> list[LogEntry]:
-        """What has happened so far, by time; an event comes before what a controller makes of it."""
+        """Entries up to now in order of time; an event precedes the reactions of a controller to it."""
         entries = [entry for at, entry in self._planned if at < self.case.clock.step]
         if self.case.trip:
             since = float(self.case.view("electric")["off_time"])
@@ -329,7 +331,7 @@ class Simulation:
         return sorted(entries, key=lambda entry: entry.time)
 
     def result(self) -> Result:
-        """What has been recorded so far."""
+        """Result up to now."""
         rows = int(self.case.clock.row)
         data = self._output[:rows].copy()
         for j, channel in enumerate(self.channels):
@@ -344,7 +346,7 @@ class Simulation:
             warnings += noticed(self.controller, self.case.controller_state)
         if state := int(self.case.view("demands")["operating_state"]):
             happened = [event for event in self.events if event.at < self.time]
-            warnings += out_of_place(happened, log, STATES[state - 1].name.replace("_", " "))
+            warnings += misplaced_events(happened, log, STATES[state - 1].name.replace("_", " "))
         if warnings:
             meta["warnings"] = warnings
         if self.controller.log is not None or self.events or self.case.trip:
@@ -363,7 +365,7 @@ class Simulation:
 
 
 def first_point(model: Model[Any], wind: Wind, start: OperatingPoint | Start) -> StartPoint:
-    """Where the controller of a run starts."""
+    """The initial state of the controller of a run."""
     turbine = model.turbine
     speed = float(start.rotor_speed) * turbine.drivetrain.gear_ratio
     now, before = (mean(wind, turbine.hub_height) for mean in (mean_speed, mean_before))
@@ -376,7 +378,7 @@ def _demand_rows(name: str) -> int | slice:
 
 
 def _multiple(value: float, dt: float, name: str) -> int:
-    """How many time steps ``value`` [s] is; it must be a whole number."""
+    """Number of time steps in ``value`` [s], which must be an integer."""
     if not (math.isfinite(value) and value > 0.0):
         raise InputError(f"{name} must be a positive number of seconds, found {value!r}")
     n = round(value / dt)
@@ -390,15 +392,15 @@ def _multiple(value: float, dt: float, name: str) -> int:
 
 
 def model_channels(model: Model[Any], stations: Stations | None = None) -> dict[str, Channel]:
-    """Everything that can be recorded of a model."""
+    """All channels of a model, by name."""
     return kind_of(model).channels(model, stations or Stations())
 
 
 def choose(model: Model[Any], names: Sequence[str], stations: Stations) -> list[Channel]:
-    """Channels by name, each once; those of stations that are asked for without any channel of theirs, too.
+    """Channels by name, each once, and all channels of stations that are given without any of theirs.
 
     Raises:
-      InputError: a name is unknown, or nothing is asked for.
+      InputError: a name is unknown, or no channel is given.
     """
     available = model_channels(model, stations)
     if isinstance(names, str):
@@ -410,7 +412,7 @@ def choose(model: Model[Any], names: Sequence[str], stations: Stations) -> list[
             found.update(available)
             continue
         if name in DEFAULT and name not in available and (whole or name.endswith("_3")):
-            continue  # of a blade that a two-bladed turbine does not have, or of blades where there are none
+            continue  # blade 3 of a two-bladed turbine, or blades of a power-coefficient turbine
         channel = kind_of(model).channel(name, model, available)
         found[channel.name] = channel
     for wanted, beginning in ((stations.blade, "station_"), (stations.tower, "tower_station_")):
@@ -428,7 +430,7 @@ def _loop_for(function: Any, signature: Any) -> Any:
 
 
 def compiled_advance(*arguments: Any) -> Any:
-    """The time loop compiled for its arguments but the first; the controller has the type of all controllers."""
+    """The time loop, compiled for all its arguments but the first; the controller has the type of all controllers."""
     if numba.config.DISABLE_JIT:
         return step.advance
     entry = ENTRY_DUALS if arguments[0].signatures == [UPDATE_DUALS.args] else ENTRY
@@ -437,12 +439,12 @@ def compiled_advance(*arguments: Any) -> Any:
 
 
 def explain(case: Case, status: Status, t: float, dt: float) -> str:
-    """Why a run ended, with time, state and a hint."""
+    """Reason for the end of a run, with time, state and a hint."""
     if status.complete:
         return ""
     name = case.controller.name
     if status is Status.DIVERGED:
-        # once one coordinate is no number all are, within a step: the last velocities tell which went first
+        # once one coordinate is NaN all are, within a step: the last velocities show which diverged first
         last = np.where(np.isfinite(case["v"]), case["v"], case.v_old)
         size = np.abs(case["q"]) + np.abs(last)
         worst = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
@@ -464,12 +466,12 @@ def explain(case: Case, status: Status, t: float, dt: float) -> str:
             for i, n in enumerate(demands.table.names)
             if not abs(demands.array[i]) <= case.limits[i]
         ]
-        return f"at t = {t:.3f} s the controller {name!r} asked for {', '.join(bad)}"
+        return f"at t = {t:.3f} s the controller {name!r} returned {', '.join(bad)}"
     return f"at t = {t:.3f} s: {status.message}"
 
 
 def noticed(controller: Controller, state: Any) -> list[str]:
-    """What a controller says of a run; what goes wrong in saying it does not harm the result."""
+    """Warnings of a controller about a run; an exception in it does not lose the result."""
     try:
         return [str(line) for line in controller.warnings(state)] if controller.warnings is not None else []
     except Exception as error:
@@ -477,7 +479,7 @@ def noticed(controller: Controller, state: Any) -> list[str]:
 
 
 def describe(run: Simulation) -> dict[str, Any]:
-    """What makes a run repeatable."""
+    """Data to repeat a run."""
     model, wind = run.model, run.wind
     try:
         package = version("meltemi")

@@ -1,4 +1,4 @@
-"""Where a run begins when it does not begin in steady operation."""
+"""Initial conditions of runs that do not begin in steady operation."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT
 
 GEAR_SWEEPS = 8
-"""Each makes what is missing less by the gears' share in the inertia of rotor and generator."""
+"""Each sweep reduces the residual by the gears' fraction of the inertia of rotor and generator."""
 
 
 @kernel
 def settle_gears(m: System) -> None:
-    """Bring the modes of a gearbox to where they stand still under the accelerations that they see."""
+    """Set the modes of a gearbox to their static deflection under the present accelerations."""
     for k in range(m.gears.modes):
         w = m.gear_modes.frequency[k]
         m.gears.angle[k] += m.gears.acceleration[k] / (w * w)
@@ -28,16 +28,16 @@ def settle_gears(m: System) -> None:
 
 @dataclass(frozen=True)
 class Start:
-    """Initial conditions. Inflow and stall start settled.
+    """Initial conditions. Inflow and stall start in their steady state.
 
-    A run begins deflected as the wind's mean, weight and rotation have it (``parked_point``), unless coordinates or
+    A run begins with the deflections of mean wind, gravity and rotation (``parked_point``), unless coordinates or
     velocities are named: then those not named are zero. ``coordinates={}`` begins undeflected.
 
     Attributes:
-      rotor_speed: [rad/s]; ``"idling"`` is the one at which the mean torque balances.
+      rotor_speed: [rad/s]; ``"idling"`` is the speed at which the mean torque balances.
       pitch: [rad] of all blades.
       generator_torque: [N m].
-      coordinates, velocities: by the names in ``Model.coordinates``, in m, rad and per second.
+      coordinates, velocities: by the names in ``Model.coordinates``, in m, rad, m/s and rad/s.
       azimuth: [rad] of blade 1.
     """
 
@@ -52,7 +52,7 @@ class Start:
         """Write the initial conditions into a case.
 
         Raises:
-          InputError: a coordinate does not exist.
+          InputError: a coordinate is unknown.
         """
         names = case.model.coordinates
         hold(case, self.pitch, self.generator_torque)
@@ -64,16 +64,16 @@ class Start:
                 case[array][names.index(name)] = value
         generator = case.model.n_core - N_SHAFT + GENERATOR
         case["q"][generator] += self.azimuth
-        assert self.rotor_speed != "idling", "points.begin_in finds that speed"
+        assert self.rotor_speed != "idling", "points.begin_in determines that speed"
         case["v"][generator] += self.rotor_speed
         case.settle(0.0)
 
 
 def hold(case: Case, pitch: float, torque: float) -> None:
-    """Set actuators and demands to a pitch angle and a generator torque at rest.
+    """Set actuators and demands to a pitch angle and a generator torque, with zero rates.
 
     Raises:
-      InputError: the pitch is more than half a turn.
+      InputError: the pitch is beyond half a turn.
     """
     if not abs(pitch) <= math.pi:
         raise InputError(f"pitch {pitch:g} rad is not between -pi and pi; from degrees: math.radians")
@@ -88,10 +88,10 @@ def hold(case: Case, pitch: float, torque: float) -> None:
 
 
 def begin(case: Case) -> None:
-    """Compute everything at time 0 after the state was set, so that the first step finds it."""
+    """Evaluate all quantities at time 0 after the state was set, as the first step needs them."""
     for _ in range(GEAR_SWEEPS if case["gears"].size else 1):
         case.evaluate(0.0)
-        if "gear_modes" in case.arrays:  # with or without modes: it compiles nothing of its own
+        if "gear_modes" in case.arrays:  # independent of the number of modes: no further compilation
             settle_gears(case.system)
     case.loads(0.0)
     case.v_old[:], case.a_old[:] = case["v"], case["a"]

@@ -1,26 +1,26 @@
-"""The coupled machine: the only file in which wind, aerodynamics, structure and control exchange numbers.
+"""The coupled turbine: the only file in which wind, aerodynamics, structure and control exchange data.
 
-``evaluate`` computes everything at one instant: for blades and tower by :func:`equations`, for a disk with a power
+``evaluate`` computes all quantities at one instant: for blades and tower by :func:`equations`, for a disk with a power
 coefficient as in ``simulation/disk``. ``advance`` marches either: at each instant, in this order,
 
 1. events that are due;
-2. sample: measurements from the state (with the extrapolated velocity) and the last loads, as the sensors report them;
-3. control, when its sample time has come: demands;
-4. actuators: they have moved under the demands so far, the ideal ones follow the new ones at once; generator and
-   converters, over the step to come, whose mean torque acts at this instant;
+2. sample: measurements from the state (with the extrapolated velocity) and the last loads, through the sensors;
+3. control, at its sample instants: demands;
+4. actuators: their motion under the previous demands; ideal ones follow the new demands without lag; generator and
+   converters, over the following step, whose mean torque acts at this instant;
 5. physics: ``evaluate``, which completes the velocities of the step that ends here;
-6. record, when an output is due;
+6. record, at output instants;
 
 and then the step to the next instant. Structure: explicit Newmark scheme (beta 0, gamma 1/2), with the
-velocity in forces extrapolated from the two last accelerations, so one evaluation a step suffices:
+velocity in forces extrapolated from the two last accelerations, so that one evaluation per step suffices:
 
     q_{n+1} = q_n + h v_n + h^2/2 a_n
     v*      = v_n + h (3/2 a_n - 1/2 a_{n-1})
     a_{n+1} = a(q_{n+1}, v*, t_{n+1})
     v_{n+1} = v_n + h/2 (a_n + a_{n+1})
 
-It is of second order and neither damps nor excites free vibrations. States of inflow and stall take
-exact steps of their linear parts, modes of a gearbox implicit ones, solved together with a_{n+1}.
+It is of second order and neither damps nor excites free vibrations. The linear parts of the states of inflow and stall
+take exact steps, modes of a gearbox implicit ones, solved together with a_{n+1}.
 
 Reference: docs/theory/simulation.md (M-1 to M-9); Newmark (1959).
 """
@@ -65,55 +65,55 @@ Controller = Callable[[Float, Float, Float, float], None]
 OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND, UNKNOWN_ROTOR = 0, 1, 2, 3, 6
 """Values of the run's status, as in ``core.errors.Status``."""
 ABSURD = 1e6
-"""Coordinates (m, rad) and velocities beyond this have diverged; a million radians are a day at rated speed."""
+"""Bound of coordinates (m, rad) and velocities, beyond which they have diverged; 1e6 rad are a day at rated speed."""
 
 
-# what depends on the rotor ------------------------------------------------------------------------------
+# variants by kind of rotor ------------------------------------------------------------------------------
 
 
 @by_record
 def evaluate(t: float, dt: float, m: AnySystem) -> None:
-    """Everything at time ``t``; the accelerations go to ``a``.
+    """Evaluate all quantities at time ``t``; the accelerations go to ``a``.
 
     Args:
-      dt: [s] by which the states of inflow and stall lag behind ``t`` and are moved first, and at whose end the modes
-        of a gearbox were predicted; 0 leaves them.
+      dt: [s] time since the states of inflow and stall were advanced; they are advanced first, and the modes of a
+        gearbox have been predicted for the end of this step; 0 keeps both.
     """
 
 
 @by_record
 def section_loads(m: AnySystem, s: Outputs, everywhere: bool) -> None:
-    """Section loads after an evaluation.
+    """Compute section loads after an evaluation.
 
     Args:
       m: node by node, not in lanes.
-      everywhere: along tower and blades, too, not only at roots, hub and yaw bearing.
+      everywhere: include stations of tower and blades, in addition to roots, hub and yaw bearing.
     """
 
 
 @by_record
 def settle_inflow(m: AnySystem) -> None:
-    """Bring the states of inflow and stall to their steady values for the last evaluation."""
+    """Set the states of inflow and stall to their steady values for the last evaluation."""
 
 
 @by_record
 def inflow_rates(m: AnySystem) -> None:
-    """Time derivatives of these states after an evaluation."""
+    """Compute the time derivatives of these states after an evaluation."""
 
 
 @by_record
 def begin_step(dt: float, m: AnySystem) -> None:
-    """Predict what follows from nothing else at the next instant, after coordinates and actuators."""
+    """Predict further states of the rotor and shaft at the next instant, after coordinates and actuators."""
 
 
 @by_record
 def end_step(dt: float, m: AnySystem) -> None:
-    """Complete what :func:`begin_step` predicted, with the accelerations at the end of the step."""
+    """Correct the prediction of :func:`begin_step` with the accelerations at the end of the step."""
 
 
 @by_record
 def check_rotor(t: float, m: AnySystem, run: March) -> bool:
-    """Check the criteria of validity of the rotor; False if its model knows no loads here."""
+    """Check the validity criteria of the rotor; False if its model has no loads at this operating condition."""
     raise NotImplementedError
 
 
@@ -122,10 +122,10 @@ def check_rotor(t: float, m: AnySystem, run: March) -> bool:
 
 @kernel
 def equations(t: float, dt: float, m: System) -> None:
-    """The assembled equations of motion at time ``t`` for coordinates q and velocities v.
+    """Assemble the equations of motion at time ``t`` for coordinates q and velocities v.
 
-    Mass matrix and forces are left in ``core_mass``, ``core_force``, ``coupling``, ``arm_mass`` and
-    ``arm_force``; ``dt`` is that of :func:`evaluate`.
+    The results are ``core_mass``, ``core_force``, ``coupling``, ``arm_mass`` and ``arm_force``; ``dt`` is that of
+    :func:`evaluate`.
     """
     # motion
     tower_top(m)
@@ -199,13 +199,13 @@ def _(t: float, m: System, run: March) -> bool:
 
 @kernel
 def electrical_power(mechanical: float, efficiency: float) -> float:
-    """[W] delivered for [W] on the generator's shaft; a generator that motors takes more than it gives."""
+    """[W] electrical power for [W] on the generator's shaft; the losses of a motoring generator add to its input."""
     return mechanical * (efficiency if mechanical >= 0.0 else 1.0 / efficiency)
 
 
 @kernel
 def surroundings(t: float, c: Control, m: AnySystem) -> None:
-    """Weather and grid at time ``t``, with the grid's voltage as events leave it."""
+    """Set air and grid at time ``t``, with the grid voltage of events."""
     conditions_now(t, c.conditions, m.aero.air_density, c.outside)
     c.outside.grid_voltage *= c.faults.voltage * c.faults.grid
     m.aero.air_density = c.outside.air_density
@@ -213,7 +213,7 @@ def surroundings(t: float, c: Control, m: AnySystem) -> None:
 
 @kernel
 def sample(t: float, c: Control, m: AnySystem) -> None:
-    """Measurements at time ``t``: motion of this instant, loads of the last one."""
+    """Measure at time ``t``: motion of this instant, loads of the last one."""
     x, n, drive, outside, chain = c.measured, shaft_row(m), c.drive, c.outside, c.chain
     x.time = t
     x.generator_speed = generator_speed(m)
@@ -251,10 +251,10 @@ def sample(t: float, c: Control, m: AnySystem) -> None:
 
 @kernel
 def sense(t: float, following: int, c: Control, m: AnySystem) -> None:
-    """Measurements as faulty sensors, grid and operator give them to the controller.
+    """Apply sensor faults, and add grid and operator signals, to the measurements for the controller.
 
     Args:
-      following: the first event that has not happened.
+      following: index of the first event that is still to come.
     """
     sample(t, c, m)
     if following > 0:
@@ -282,7 +282,7 @@ def whole_machine(t: float, c: Control, m: AnySystem) -> None:
 
 @kernel
 def observe(t: float, c: Control, m: AnySystem, s: Outputs, everywhere: bool) -> None:
-    """Section loads and summary after an evaluation; only ``everywhere`` for outputs, for controllers the nearest.
+    """Section loads and summary after an evaluation; ``everywhere`` for outputs, else those that controllers need.
 
     Args:
       m: node by node, not in lanes.
@@ -293,7 +293,7 @@ def observe(t: float, c: Control, m: AnySystem, s: Outputs, everywhere: bool) ->
 
 @kernel
 def diverged(m: AnySystem) -> bool:
-    """A coordinate or velocity is absurd or not a number."""
+    """Whether a coordinate or velocity is NaN or beyond its bound."""
     for i in range(m.q.shape[0]):
         if not (abs(m.q[i]) < ABSURD and abs(m.v[i]) < ABSURD):
             return True
@@ -305,7 +305,7 @@ def diverged(m: AnySystem) -> bool:
 
 @kernel
 def control(t: float, controller: Controller, run: March, c: Control, m: AnySystem) -> None:
-    """Call the controller with what the sensors give; what it does wrong goes into the status."""
+    """Call the controller with the sensor signals; invalid demands and exceptions set the status of the run."""
     clock = run.clock
     sense(t, clock.next_event, c, m)
     try:
@@ -320,7 +320,7 @@ def control(t: float, controller: Controller, run: March, c: Control, m: AnySyst
 
 @kernel
 def actuate(dt: float, c: Control, m: AnySystem) -> None:
-    """Actuators after ``dt`` under held demands; 0: what follows at once."""
+    """Advance the actuators by ``dt`` under constant demands; 0 for ideal actuators after new demands."""
     pitch_advance(dt, c)
     yaw = shaft_row(m) + YAW
     if dt <= 0.0:
@@ -331,7 +331,7 @@ def actuate(dt: float, c: Control, m: AnySystem) -> None:
 
 @kernel
 def generate(c: Control, m: AnySystem) -> None:
-    """Torque of generator and brake; with an electrical system the mean one over the step to come."""
+    """Set the torque of generator and brake; with an electrical system the mean one over the following step."""
     drive_advance(c)
     if c.electrical.on > 0.0:
         outside, demands = c.outside, c.demands
@@ -370,7 +370,7 @@ def physics(t: float, dt: float, run: March, m: AnySystem) -> None:
 
 @kernel
 def predict(dt: float, run: March, m: AnySystem) -> None:
-    """Coordinates, and velocities for forces, at the next instant."""
+    """Predict coordinates, and velocities for forces, at the next instant."""
     for j in range(m.q.shape[0]):
         v, a = m.v[j], m.a[j]
         before = run.a_old[j] if run.clock.step > 0 else a
@@ -393,7 +393,7 @@ def advance(
     """March ``n_steps`` instants, or until something ends the run (``run.clock.status``).
 
     Args:
-      m, one, plain: the turbine as it is computed; node by node; and in plain numbers, as the host has it.
+      m, one, plain: the turbine in the number type of the run; node by node; and in plain floats for the host.
     """
     clock, dt = run.clock, c.settings.time_step
     for _ in range(n_steps):

@@ -1,4 +1,4 @@
-"""Records of a simulation: the turbine with blades and tower, what both kinds of rotors have, control, and the run."""
+"""Records of a simulation: the bladed turbine, the common part of all turbines, control, and the run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from meltemi.wind.velocity import WindField
 
 
 class AnySystem(WindField):
-    """What turbines with any kind of rotor have."""
+    """Members common to turbines with any kind of rotor."""
 
     q: Array1
     v: Array1
@@ -33,30 +33,30 @@ class AnySystem(WindField):
 
 
 class System(Structure, Air, AnySystem):
-    """A turbine with flexible blades and tower; the coordinates are in the order of the model's."""
+    """A turbine with flexible blades and tower; its coordinates are in the order of the model's."""
 
 
 @kernel
 def shaft_row(m: AnySystem) -> int:
-    """Place of the yaw, which is followed by generator and torsion, in the coordinates."""
+    """Index of the yaw in the coordinates; generator and torsion follow it."""
     return m.columns.coordinates - N_SHAFT
 
 
 @kernel
 def generator_speed(m: AnySystem) -> float:
-    """[rad/s] of the generator's shaft."""
+    """[rad/s] speed of the generator's shaft."""
     return m.structure.gear_ratio * m.v[shaft_row(m) + GENERATOR]
 
 
 @kernel
 def rotor_speed(m: AnySystem) -> float:
-    """[rad/s] of the rotor end of the shaft."""
+    """[rad/s] speed of the rotor end of the shaft."""
     n = shaft_row(m)
     return m.v[n + GENERATOR] + m.v[n + TORSION]
 
 
 class Control(Actuation, Electrical):
-    """What lies between controller and turbine: signals, actuators, electrical system, conditions, measured loads."""
+    """Interface of controller and turbine: signals, actuators, electrical system, conditions, measured loads."""
 
     settings: Constant[Settings]
     conditions: Constant[Array2]
@@ -67,15 +67,15 @@ class Control(Actuation, Electrical):
 
 
 class March(Record):
-    """A run under way.
+    """A run in progress.
 
     Attributes:
-      events: (n, 3) see ``control.faults.happen``.
+      events: (n, 3) table of events, see ``control.faults.happen``.
       limits: largest demands.
       v_old, a_old: velocities and accelerations of the last instant.
       aero_state, spare: states and memory of inflow and stall as one vector, and a copy of it for corrections.
-      signals: whatever a channel may ask for.
-      places: of the recorded channels in the signals; ``output`` has (rows, channels).
+      signals: every quantity that a channel may record.
+      places: indices of the recorded channels in the signals; ``output`` is (rows, channels).
     """
 
     clock: Clock

@@ -1,4 +1,4 @@
-"""Arrays of a run that belong to no single subsystem."""
+"""Arrays of a run that belong to no subsystem."""
 
 from __future__ import annotations
 
@@ -7,42 +7,42 @@ from meltemi.maths.tables import Numbers, Table, number, xyz
 
 
 class Settings(Table):
-    """Numbers that a run keeps."""
+    """Constants of a run."""
 
-    time_step: float = number("s", "of the run")
-    efficiency: float = number("-", "of the generator")
+    time_step: float = number("s", "time step of the run")
+    efficiency: float = number("-", "efficiency of the generator")
 
 
 class Summary(Table):
-    """Quantities that belong to the whole machine."""
+    """Quantities of the whole turbine."""
 
     time: float = number("s", "simulation time")
-    wind: Vec = xyz("m/s", "undisturbed wind on the tower's axis, at the height of the undeflected hub, inertial axes")
-    hub_wind: Vec = xyz("m/s", "the same at the hub, where it has moved to")
-    generator_speed: float = number("rad/s", "of the generator's shaft")
-    generator_torque: float = number("N m", "on the generator's shaft")
+    wind: Vec = xyz("m/s", "undisturbed wind on the tower axis at the height of the undeflected hub, inertial axes")
+    hub_wind: Vec = xyz("m/s", "undisturbed wind at the deflected hub, inertial axes")
+    generator_speed: float = number("rad/s", "speed of the generator's shaft")
+    generator_torque: float = number("N m", "torque on the generator's shaft")
     power: float = number("W", "electrical")
-    rotor_power: float = number("W", "mechanical, of the low-speed shaft")
+    rotor_power: float = number("W", "mechanical power of the low-speed shaft")
 
 
 class Clock(Table, integer=True):
-    """Where a run stands."""
+    """Progress of a run."""
 
     step: int = number("-", "instant")
-    status: int = number("-", "see ``core.errors.Status``")
+    status: int = number("-", "status, see ``core.errors.Status``")
     row: int = number("-", "next row of the output")
-    next_event: int = number("-", "the first event that has not happened")
+    next_event: int = number("-", "index of the next event")
     every_output: int = number("-", "time steps between outputs")
     every_control: int = number("-", "time steps between calls of the controller")
-    corrections: int = number("-", "further evaluations of each step")
-    want_loads: int = number("-", "1: section loads in each step, for the controller")
+    corrections: int = number("-", "additional evaluations in each step")
+    want_loads: int = number("-", "1: evaluate section loads in each step, for the controller")
 
 
 class Watch(Table, axes="criterion"):
-    """Criteria of validity over a run."""
+    """Validity criteria of a run."""
 
-    limit: Numbers = number("of the criterion", "above which the model is not valid")
+    limit: Numbers = number("of the criterion", "largest valid value")
     worst: Numbers = number("of the criterion", "largest value")
-    first: Numbers = number("s", "time at which it was above the limit first; negative: never")
-    scale: Numbers = number("of the criterion", "parameter of the quantity")
-    state: Numbers = number("of the criterion", "state of the quantity")
+    first: Numbers = number("s", "time of the first violation; negative if there is none")
+    scale: Numbers = number("of the criterion", "parameter of the criterion")
+    state: Numbers = number("of the criterion", "state of the criterion")

@@ -1,15 +1,15 @@
-"""Steady operation in a steady wind, and a run's start in it.
+"""Steady operation in steady wind: the operating point, in which runs start.
 
-Steady operation is periodic: gravity, tilt, shear and tower make every blade go through the same motion
-once a revolution, and the tower through one of B times that frequency. The motion is written as
+Steady operation is periodic: under gravity, tilt, shear and tower influence every blade repeats the same motion
+once per revolution, and the tower at B times that frequency. The motion is written as
 
     blade b:            q(psi) = sum_n c_n cos(n psi_b) + s_n sin(n psi_b),  n = 0..H
     tower, yaw, shaft:  the same in the rotor's azimuth with n = 0, B
 
-and found by harmonic balance: march the flow around the azimuth with this motion prescribed, project
-what is missing in the equations of motion on the harmonics, correct the motion with the linearised
-equations, repeat. Rotor speed and pitch follow from the balance of torque and the controller's steady law.
-Where this does not converge, the motion is followed from a rotor in no air, with smaller corrections.
+and found by harmonic balance: march the flow around the azimuth with this motion prescribed, project the residuals of
+the equations of motion on the harmonics, correct the motion with the linearised equations, repeat. Rotor speed and
+pitch follow from the balance of torque and the controller's steady law. If this does not converge, the motion is
+continued from a rotor in vacuum, with smaller corrections.
 
 Reference: docs/theory/simulation.md (M-10 to M-16).
 """
@@ -48,37 +48,38 @@ Float = NDArray[np.float64]
 
 BLADE_HARMONICS = 4
 SAMPLES = 12
-"""Azimuths in each sector of 1/B revolution."""
+"""Azimuths per sector of 1/B revolution."""
 SWEEPS = 3
-"""Sectors marched, and corrections of the motion, at each rotor speed and pitch that is tried."""
+"""Sectors marched, each with a correction of the motion, at each trial rotor speed and pitch."""
 JACOBIAN_SAMPLES = 10
 PERTURBATION = 1e-3
-"""[m or rad] of the coefficients."""
+"""[m or rad] perturbation of the coefficients for finite differences."""
 MEAN_ONLY, FULL = 0, 1
-"""Levels: only the mean deflections, as long as speed and pitch are searched for; then all harmonics."""
+"""Levels: only mean deflections during the search for speed and pitch; then all harmonics."""
 SCAN = 9
-"""Rotor speeds at which the balance of torque is looked at first."""
+"""Number of rotor speeds at which the balance of torque is evaluated first."""
 STALLED, PITCH_SCAN = 3.0, 0.05
-"""Tip-speed ratio below which a rotor stalls, and [rad] between the pitches that are then tried."""
+"""Tip-speed ratio below which a rotor stalls, and spacing [rad] of the pitch angles that are then tried."""
 SETTLE_SWEEPS, SECANT_STEPS, SEARCHES = 3, 5, 4
 BALANCE = 1e-4
-"""Torque left over, as a share of the rated one, with which a search may end."""
+"""Largest residual torque over rated torque at the end of a search."""
 TOLERANCE = 1e-5
 """Relative change of rotor speed or pitch at which the search ends."""
 FARTHEST = 0.05
-"""Largest correction of a careful search, as a share of the rotor's radius."""
+"""Largest correction over the rotor radius in a careful search."""
 SETTLED, NEARLY = 1e-5, 2e-3
-"""Correction, as a share of the rotor's radius, at which a motion has settled, and the largest that may be left."""
+"""Corrections over the rotor radius: of a converged motion, and the largest acceptable one."""
 PATIENCE, FRESH, AGE = 90, 18, 3
-"""Sectors until a motion must have settled, those with new derivatives, and for how many these are kept."""
+"""Largest number of sectors to converge, initial sectors with new derivatives each, and sectors that reuse them."""
 SHORTEST = 1.0 / 32.0
-"""Of the way from a motion to the next one."""
+"""Smallest continuation step, as a fraction of the way from a motion to the next one."""
 BENT = 0.25
-"""Share of a blade's length by which its tip may be deflected for displacements of second order to hold."""
+"""Largest tip deflection over blade length for which second-order displacements are valid."""
 UNBALANCED = 30.0
-"""Times BALANCE, from which on a search counts as failed."""
+"""Multiple of BALANCE beyond which a search has failed."""
 CLOSE = 0.97
-"""Of the reference speed, from which on it is sought where a first search promised the reference speed in vain."""
+"""Fraction of the reference speed above which the search is repeated if the first one predicted the reference speed
+in error."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,14 +91,14 @@ class OperatingPoint(Brief):
       rotor_speed: [rad/s].
       pitch: [rad].
       generator_torque: [N m].
-      imbalance: [N m] of torque left over, on the low-speed shaft; zero when the speed is free and an electrical
-        system, where there is one, can make the torque.
-      q, v: coordinates and velocities when blade 1 points up.
-      aero: states of inflow and stall, and the solver's memory, at that moment.
-      revolution: (azimuths, states) the same three behind one another, at equal steps of the azimuth from 0.
-      means: averages over the revolution of every signal.
-      warnings: what to know of it, such as that the motion is unstable.
-      azimuth: [rad] of blade 1 where a run begins.
+      imbalance: [N m] residual torque on the low-speed shaft; zero when the speed is free and an electrical
+        system, if there is one, can supply the torque.
+      q, v: coordinates and velocities with blade 1 up.
+      aero: states of inflow and stall, and the solver's memory, with blade 1 up.
+      revolution: (azimuths, states) q, v and aero in one row, at equal steps of the azimuth from 0.
+      means: azimuthal averages of all signals.
+      warnings: such as that the motion is unstable.
+      azimuth: [rad] of blade 1 at the start of a run.
     """
 
     wind: SteadyWind
@@ -117,7 +118,7 @@ class OperatingPoint(Brief):
     azimuth: float = 0.0
 
     def facts(self) -> dict[str, str]:
-        """The wind and what the turbine does in it, in units for people."""
+        """The wind, and the operation of the turbine in it, in engineering units."""
         wanted = ("rotor_speed", "pitch_1", "generator_power", "rotor_aero_thrust")
         known = [self.channels[name] for name in wanted if name in self.channels]
         told = {c.name: f"{self[c.name] * c.display_unit[1]:.5g} {c.display_unit[0]}" for c in known}
@@ -130,7 +131,7 @@ class OperatingPoint(Brief):
         case["q"][:], case["v"][:] = self.q, self.v
         case.put_air(self.aero)
         if azimuth:
-            # the Fourier series through the azimuths that are known; the generator turns with the rotor
+            # interpolation by the Fourier series of the stored azimuths; the generator rotates with the rotor
             n = len(self.revolution)
             weight = np.exp(1j * azimuth * np.arange(n // 2 + 1)) / n
             weight[1 : (n + 1) // 2] *= 2.0
@@ -140,7 +141,7 @@ class OperatingPoint(Brief):
             case["q"][case.model.n_core - N_SHAFT + GENERATOR] += azimuth
 
     def __getitem__(self, name: str) -> float:
-        """Average over the revolution of a channel, by our name or OpenFAST's, in SI."""
+        """Azimuthal average of a channel, by meltemi's name or OpenFAST's, in SI units."""
         return float(self.means[self.places[find(name, self.channels).name]])
 
 
@@ -151,8 +152,8 @@ def operating_point(
     """Steady operation of a turbine in steady wind.
 
     Args:
-      wind: wind speed [m/s] at hub height, or a wind; of an unsteady wind the mean is taken.
-      rotor_speed: [rad/s]; by default where torque balances under the turbine's torque law.
+      wind: wind speed [m/s] at hub height, or a wind; for an unsteady wind its mean.
+      rotor_speed: [rad/s]; by default the speed at which the torque balances under the turbine's torque law.
       pitch: [rad]; by default the smallest, or above rated the one that holds the reference speed.
 
     Raises:
@@ -162,7 +163,7 @@ def operating_point(
     if rotor_speed is not None and not rotor_speed > 0.0:
         raise InputError(
             f"operating_point: rotor_speed must be above zero, found {rotor_speed!r}; "
-            "meltemi.analysis.parked_point is for rotors that stand or idle"
+            "use meltemi.analysis.parked_point for parked or idling rotors"
         )
     try:
         point = _search(_Orbit(model, steady), rotor_speed, pitch)
@@ -178,7 +179,7 @@ def operating_point(
 
 
 def rigid_point(model: BladedModel, wind: AnyWind) -> OperatingPoint:
-    """Steady operation of the same machine if nothing in it could deform: a start where there is no better one."""
+    """Steady operation of the same turbine with all degrees of freedom of deflection locked: a fallback start."""
     orbit = _Orbit(model, steady_wind(wind, model.turbine.hub_height))
     orbit.free_core, orbit.free_blade = orbit.free_core[:0], orbit.free_blade[:0]
     return _search(orbit, None, None)
@@ -189,7 +190,7 @@ class NotConverged(InputError):
 
 
 def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> OperatingPoint:
-    """Steady operation with the motion of an orbit; arguments and errors as for :func:`operating_point`."""
+    """Steady operation by the motion of an orbit; arguments and errors as for :func:`operating_point`."""
     model, steady = orbit.model, orbit.wind
     control = model.turbine.control
     law = parameters(control)
@@ -198,7 +199,7 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
     free = model.locked[model.coordinates.index("generator")] == 0.0
 
     def left_over(speed: float, angle: float) -> float:
-        """Torque that is not balanced at a rotor speed and pitch."""
+        """Residual torque at a rotor speed and pitch."""
         return orbit.sweep(speed, angle, float(steady_torque(law, ratio * speed, angle)))
 
     angle = control.pitch.minimum if pitch is None else pitch
@@ -216,7 +217,7 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
         search_speed = not above
         if search_pitch:
             angle = root(lambda x: left_over(reference, x), angle, control.pitch.maximum, 0.02)
-    # the harmonics of the motion have a small part in the mean torque: search once more, close by
+    # the harmonics of the motion contribute a little to the mean torque: search once more, close by
     orbit.level = FULL
     for _ in range(SETTLE_SWEEPS):
         left_over(rotor_speed, angle)
@@ -226,7 +227,7 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
             rotor_speed = _secant(partial(left_over, angle=angle), rotor_speed, 1e-3 * rotor_speed)
         if search_pitch:
             angle = _secant(lambda x: left_over(reference, x), angle, 1e-3)
-            if angle < control.pitch.minimum:  # the harmonics took what drove it up to the reference speed
+            if angle < control.pitch.minimum:  # with the harmonics the rotor no longer reaches the reference speed
                 angle, search_pitch, close = control.pitch.minimum, False, True
         if close:
             rotor_speed = root(partial(left_over, angle=angle), CLOSE * reference, reference, 0.01 * reference)
@@ -239,7 +240,7 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
 
 
 def _secant(f: Callable[[float], float], x: float, step: float) -> float:
-    """Root close to ``x``."""
+    """Root close to ``x`` by the secant method."""
     x_old, f_old = x, f(x)
     x = x + step * np.sign(f_old) if f_old != 0.0 else x
     for _ in range(SECANT_STEPS):
@@ -252,7 +253,7 @@ def _secant(f: Callable[[float], float], x: float, step: float) -> float:
 
 
 def steady_wind(wind: float | AnyWind, hub_height: float) -> SteadyWind:
-    """The steady wind that a wind begins with, a turbulent one's mean with its shear, or that of a speed [m/s]."""
+    """The steady wind at the start of a wind, of a turbulent wind its mean and shear, or that of a speed [m/s]."""
     if isinstance(wind, (int, float)):
         return validated({"speed": wind}, SteadyWind, "wind")
     if isinstance(wind, SteadyWind):
@@ -262,7 +263,7 @@ def steady_wind(wind: float | AnyWind, hub_height: float) -> SteadyWind:
     speed = mean_speed(wind, hub_height)
     if isinstance(wind, WindSeries):
         begin = {"speed": speed, "shear_exponent": wind.exponent[0], "direction": wind.direction[0]}
-        return validated(begin, SteadyWind, f"{wind.label}, the wind it begins with")
+        return validated(begin, SteadyWind, f"{wind.label}, the wind at its start")
     assert isinstance(wind, WindBox)
     rows = wind.bottom + wind.dz * np.arange(wind.velocity.shape[1])
     profile = wind.velocity[..., 0].mean(axis=(0, 2), dtype=np.float64)
@@ -280,11 +281,11 @@ def _balance_speed(
     wind_speed: float,
     rain: str = "",
 ) -> tuple[float, float, bool]:
-    """Rotor speed at which torque balances stably, a pitch, and whether it drives beyond the reference speed.
+    """Rotor speed of stable torque balance, a pitch, and whether the rotor would exceed the reference speed.
 
     Args:
-      most: [rad] a rotor that stalls at ``pitch`` may be driven at a larger one, up to this.
-      stalled: [rad/s] rotor speed below which it counts as stalled.
+      most: [rad] largest pitch that is tried for a rotor that stalls at ``pitch``.
+      stalled: [rad/s] rotor speed below which the rotor counts as stalled.
     """
     speeds = np.linspace(0.25, 1.0, SCAN) * reference
     values = [left_over(speed, pitch) for speed in speeds]
@@ -314,7 +315,7 @@ def _balance_carefully(
     wind_speed: float,
     rain: str = "",
 ) -> tuple[float, float, bool]:
-    """As :func:`_balance_speed`, but from feathered blades on, for at fine pitch there may be no steady motion."""
+    """As :func:`_balance_speed`, but from feather on, since at fine pitch there may be no steady motion."""
     failed: list[NotConverged] = []
 
     def torque(speed: float, angle: float) -> float:
@@ -337,10 +338,10 @@ def _balance_carefully(
 
 
 def no_balance(wind_speed: float, rain: str = "") -> InputError:
-    """Error where the wind does not turn the rotor; ``rain`` says what rain has to do with it."""
+    """Error for a wind that does not turn the rotor; ``rain`` adds the effect of rain."""
     return InputError(
         f"no steady operation at a wind speed of {wind_speed:g} m/s: the wind does not turn the rotor against the "
-        f"generator{rain}. Take {'less rain or ' if rain else ''}a higher wind speed, or begin elsewhere: in a case "
+        f"generator{rain}. Use {'less rain or ' if rain else ''}a higher wind speed, or another start: in a case "
         "file start: standstill with controller: {kind: supervised}; in Python start=Start(rotor_speed=..., pitch=...)"
         ", or for operating_point rotor_speed and pitch"
     )
@@ -392,15 +393,15 @@ def along(
     kept: tuple[Float, ...],
     lack: Float,
 ) -> None:
-    """Evaluate a motion, one instant after another, and keep the equations of each.
+    """Evaluate a motion at consecutive instants, and store the equations of each.
 
     Args:
       dt: [s] between the instants.
       motion: (3, instants, coordinates) coordinates, velocities and accelerations.
       m, one: the system, and the same node by node.
-      left: flat views of what an evaluation leaves, the arrays KEPT.
-      kept: (instants, entries) each, where it is kept.
-      lack: (2, blades, nodes) gets the sums of quasi-steady minus lagged induced velocity, normal and tangential.
+      left: flat views of the results of an evaluation, the arrays KEPT.
+      kept: (instants, entries) each, where they are stored.
+      lack: (2, blades, nodes) receives the sums of quasi-steady minus lagged induced velocity, normal and tangential.
     """
     q, v, a, flow, inflow = one.q, one.v, one.a, one.flow, one.inflow
     for i in range(motion.shape[1]):
@@ -417,14 +418,14 @@ def along(
 
 
 class _Orbit:
-    """The periodic motion of a model in a steady wind, improved sweep by sweep."""
+    """The periodic motion of a model in a steady wind, improved sector by sector."""
 
     careful = False
 
     def __init__(self, model: BladedModel, wind: SteadyWind) -> None:
         self.model, self.wind = model, wind
         self.case = Case(with_static_gears(model), wind)
-        self.case.control.drive.yaw_held = 1.0  # a free nacelle has no steady direction of its own
+        self.case.control.drive.yaw_held = 1.0  # a free nacelle has no steady direction
         self.B, self.K = model.n_blades, len(model.rotor.blade.names)
         self.core = model.n_core
         self.generator = len(model.rotor.tower.names) + GENERATOR
@@ -435,7 +436,7 @@ class _Orbit:
         # cosine and sine coefficients; a blade's in its own azimuth, the core's for harmonics 0 and B
         self.blade_c = np.zeros((BLADE_HARMONICS + 1, self.K))
         self.blade_s = np.zeros((BLADE_HARMONICS + 1, self.K))
-        # what blades have beside it in the mean, for they differ when not all have ice
+        # individual deviations of the blades from it in the mean, for they differ if not all have ice
         self.own = np.zeros((self.B, self.K))
         self.core_c = np.zeros((2, self.core))
         self.core_s = np.zeros((2, self.core))
@@ -445,12 +446,12 @@ class _Orbit:
         self.level = MEAN_ONLY
         self.correct: dict[int, Float] = {}
         self.lefts: deque[float] = deque(maxlen=self.B)
-        # near their roots blades may settle in different states of the flow, so that sectors differ for good
+        # near their roots blades may settle in different flow states, so that sectors keep differing
         icing = model.turbine.icing
         self.unlike = self.uneven = icing is not None and len(icing.on(self.B)) < self.B
-        # by how much the quasi-steady induced velocity exceeds the lagged one, summed over a sector
+        # quasi-steady minus lagged induced velocity, summed over a sector
         self.lack = np.zeros((2, *self.case.one.flow.array.shape[1:]))
-        # the same two of a sector, and mean residuals of the blades, as deviations from the mean of the blades
+        # residuals of each blade minus their mean over the blades; this and the velocities likewise, for each sector
         self.blade_missing = np.zeros((self.B, self.K))
         self.deviations: list[tuple[Float, Float]] = []
 
@@ -464,7 +465,7 @@ class _Orbit:
     def motion(self, azimuths: Float) -> Float:
         """(3, azimuths, coordinates) coordinates, velocities and accelerations of the motion.
 
-        All azimuths at once: Python's share of the work is what threads must wait for.
+        All azimuths at once, since time in Python is time that threads wait.
         """
         w, fast = self.speed, self.B * self.speed
         result = np.empty((3, len(azimuths), len(self.case["q"])))
@@ -488,10 +489,10 @@ class _Orbit:
         return result
 
     def residuals(self, azimuths: Float, dt: float) -> tuple[Float, Float]:
-        """What is missing in the equations at azimuths one after another: (azimuths, core), (azimuths, blades, modes).
+        """Residuals of the equations at consecutive azimuths: (azimuths, core), (azimuths, blades, modes).
 
         Args:
-          dt: [s] from one to the next; 0 holds inflow and stall.
+          dt: [s] between the azimuths; 0 holds inflow and stall.
         """
         case, motion, n = self.case, self.motion(azimuths), len(azimuths)
         shapes = [case[part].shape for part in KEPT]
@@ -522,7 +523,7 @@ class _Orbit:
         )
 
     def move(self, change: Float) -> None:
-        """Add to the free coefficients.
+        """Add a change to the free coefficients.
 
         Raises:
           NotConverged: the motion diverges.
@@ -538,8 +539,8 @@ class _Orbit:
         self.blade_s[1:, blade] += parts[3].reshape(BLADE_HARMONICS, -1)
 
     def missing(self, azimuths: Float, dt: float) -> tuple[Float, float]:
-        """What is missing in the equations over a sector, projected on the harmonics in the order of
-        :meth:`coefficients`, and the mean torque left over."""
+        """Residuals over a sector, projected on the harmonics in the order of
+        :meth:`coefficients`, and the mean residual torque."""
         B = self.B
         core, blade = self.residuals(azimuths, dt)
         core_0 = core.sum(axis=0)
@@ -557,21 +558,21 @@ class _Orbit:
         return vector / len(azimuths), float(core_0[self.generator] / len(azimuths))
 
     def unknowns(self) -> NDArray[np.intp]:
-        """Which coefficients are corrected at the present level."""
+        """Indices of the coefficients that are corrected at the present level."""
         core, blade = len(self.free_core), len(self.free_blade)
         if self.level == MEAN_ONLY:
             return np.concatenate([np.arange(core), 3 * core + np.arange(blade)])
         return np.arange(3 * core + (2 * BLADE_HARMONICS + 1) * blade)
 
     def linearise(self) -> None:
-        """Derivatives of what is missing with respect to the coefficients, with inflow held and static polars."""
+        """Compute the derivatives of the residuals by the coefficients, with inflow held and static polars."""
         options, stall = self.case["aero_options"], AeroOptions.index("stall")
         kept, options[stall] = options[stall], 0
         self.differentiate(2.0 * np.pi / self.B / JACOBIAN_SAMPLES * np.arange(JACOBIAN_SAMPLES, dtype=float), 0.0)
         options[stall] = kept
 
     def differentiate(self, azimuths: Float, dt: float) -> None:
-        """Take derivatives at azimuths; ``dt`` [s] as for :meth:`residuals`."""
+        """Compute derivatives at azimuths; ``dt`` [s] as for :meth:`residuals`."""
         air = self.case.aero_state.vector
         state = air.copy()
         base, _ = self.missing(azimuths, dt)
@@ -589,7 +590,7 @@ class _Orbit:
         self.correct[self.level] = np.asarray(np.linalg.inv(J), dtype=float)
 
     def mean_correction(self) -> Float:
-        """(free modes, free modes) correction of a blade's mean deflection for what is missing in its equations."""
+        """(free modes, free modes) correction of a blade's mean deflection for unit residuals of its equations."""
         core, blade = len(self.free_core), len(self.free_blade)
         begin = core if self.level == MEAN_ONLY else 3 * core
         result: Float = self.correct[self.level][begin : begin + blade, begin : begin + blade]
@@ -604,7 +605,7 @@ class _Orbit:
         case.control.drive.generator_torque = self.torque = torque
 
     def sweep(self, speed: float, pitch: float, torque: float) -> float:
-        """March sectors and correct the motion after each; returns the mean torque left over [N m]."""
+        """March sectors and correct the motion after each; returns the mean residual torque [N m]."""
         self.impose(speed, pitch, torque)
         if not self.correct:
             self.prescribe(0.0)
@@ -619,21 +620,21 @@ class _Orbit:
 
     @property
     def left(self) -> float:
-        """Mean torque left over [N m], in the last sector or over the last revolution."""
+        """Mean residual torque [N m], of the last sector or of the last revolution."""
         return self.over_revolution if self.unlike else self.lefts[-1]
 
     @property
     def over_revolution(self) -> float:
-        """Mean torque left over [N m] of the last B sectors."""
+        """Mean residual torque [N m] of the last B sectors."""
         return sum(self.lefts) / len(self.lefts)
 
     @property
     def step(self) -> float:
-        """[rad] from one azimuth of a sector to the next, in the rotor's direction."""
+        """[rad] from one azimuth of a sector to the next, in the sense of rotation."""
         return float(np.copysign(2.0 * np.pi / self.B / SAMPLES, self.speed))
 
     def sector(self) -> None:
-        """March 1/B revolution, correct motion and mean inflow."""
+        """March 1/B revolution, and correct motion and mean inflow."""
         case, B = self.case, self.B
         step = self.step
         missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed)
@@ -645,12 +646,12 @@ class _Orbit:
         if self.moved > self.farthest:
             change *= self.farthest / self.moved
         self.move(change)
-        # dynamic inflow follows in many seconds: bring its mean over the revolution there at once
+        # dynamic inflow has time constants of many seconds: set its azimuthal mean to the steady value at once
         k = self.model.parameter("aerodynamics.inflow_lead")
         inflow = case["inflow"]
         each = self.lack[..., : inflow.shape[-1]]
         lack = each.mean(axis=1, keepdims=True) / SAMPLES
-        if self.uneven:  # what a blade has of its own shows over a revolution
+        if self.uneven:  # deviations of one blade appear over a revolution
             self.deviations.append((each / SAMPLES - lack, self.blade_missing))
             if len(self.deviations) == B:
                 flows, residuals = (np.mean(parts, axis=0) for parts in zip(*self.deviations, strict=True))
@@ -665,18 +666,18 @@ class _Orbit:
     # result -------------------------------------------------------------------------------------
 
     def unstable(self) -> str:
-        """What ``modes.growing`` finds with blade 1 up."""
+        """Result of ``modes.growing`` with blade 1 up."""
         self.prescribe(0.0)
         return growing(self.case)
 
     def finish(self, azimuth: float = 0.0, warnings: tuple[str, ...] = ()) -> OperatingPoint:
-        """March one more revolution, average all signals, and keep the state with blade 1 up.
+        """March one more revolution, average all signals, and store the state with blade 1 up.
 
         Args:
-          azimuth, warnings: of the point.
+          azimuth, warnings: of the operating point.
         """
         case, B = self.case, self.B
-        # come to azimuth 0 with the flow that belongs there
+        # approach azimuth 0 with the flow that belongs to it
         while round(self.azimuth * B / (2.0 * np.pi)) % B:
             self.sector()
         self.azimuth = 0.0
@@ -698,7 +699,7 @@ class _Orbit:
         model = self.model
         channels = channels_of(model)
         revolution = np.roll(rows, 1, axis=0)
-        if self.speed < 0.0:  # at rising azimuths
+        if self.speed < 0.0:  # order by rising azimuth
             revolution[1:] = revolution[:0:-1].copy()
         return OperatingPoint(
             wind=self.wind,
@@ -720,7 +721,7 @@ class _Orbit:
 
 
 def channels_of(model: BladedModel) -> dict[str, Channel]:
-    """What an operating point has."""
+    """Channels of an operating point."""
     return catalogue(
         model.n_blades,
         model.rotor.n_nodes,
@@ -732,11 +733,11 @@ def channels_of(model: BladedModel) -> dict[str, Channel]:
 
 
 def in_steps(reach: Callable[[float], bool], state: Sequence[Float]) -> float:
-    """How far one comes on a way from 0 to 1, in steps that are halved where they fail.
+    """Completed fraction of a path from 0 to 1, in steps that are halved after a failure.
 
     Args:
-      reach: (share of the way) tries to move a state to there.
-      state: arrays that are put back where it fails.
+      reach: (fraction of the path) -> whether a state could be moved to it.
+      state: arrays that are restored after a failure.
     """
     share, step = 0.0, 1.0
     while share < 1.0 and step >= SHORTEST:
@@ -751,12 +752,12 @@ def in_steps(reach: Callable[[float], bool], state: Sequence[Float]) -> float:
 
 
 class CarefulOrbit(_Orbit):
-    """The same for motions that do not converge at once: by continuation.
+    """The periodic motion by continuation, for motions that do not converge at once.
 
-    From a settled motion the next speed, pitch and torque are reached in steps that are halved where one fails; the
-    first motion is that in no air, from where its density grows. Corrections are limited, and derivatives are taken
-    anew as long as corrections do not shrink, with inflow and stall marched along: held, they damp a motion near
-    resonance by so much more that corrections would grow.
+    From a converged motion the next speed, pitch and torque are reached in steps that are halved after a failure; the
+    first motion is that in vacuum, from which the air density is raised. Corrections are limited, and derivatives are
+    recomputed as long as corrections do not shrink, with inflow and stall marched along: if held, they would damp a
+    motion near resonance so much more that corrections would grow.
     """
 
     careful = True
@@ -768,10 +769,10 @@ class CarefulOrbit(_Orbit):
         self.at: Float | None = None
 
     def sweep(self, speed: float, pitch: float, torque: float) -> float:
-        """Settle the motion; returns the mean torque left over [N m].
+        """Converge the motion; returns the mean residual torque [N m].
 
         Raises:
-          NotConverged: there is no way to it.
+          NotConverged: the continuation does not reach it.
         """
         goal = np.array([speed, pitch, torque, self.air])
         if self.at is not None:
@@ -789,7 +790,7 @@ class CarefulOrbit(_Orbit):
         return self.left
 
     def follow(self, goal: Float) -> None:
-        """Bring the settled motion to another speed, pitch, torque and density of the air."""
+        """Continue the converged motion to another speed, pitch, torque and density of the air."""
         assert self.at is not None
         begin = self.at
         parts = [self.blade_c, self.blade_s, self.own, self.core_c, self.core_s, self.case.aero_state.vector]
@@ -799,11 +800,11 @@ class CarefulOrbit(_Orbit):
             raise NotConverged(self.cause())
 
     def linearise(self) -> None:
-        """Derivatives over the sector to come."""
+        """Compute the derivatives over the next sector."""
         self.differentiate(self.azimuth + self.step * np.arange(1.0, SAMPLES + 1.0), self.step / self.speed)
 
     def settle(self, at: Float) -> bool:
-        """Whether the motion settles at a speed, pitch, torque and density."""
+        """Whether the motion converges at a speed, pitch, torque and density."""
         *imposed, self.case.plain.aero.air_density = at
         self.impose(*imposed)
         radius, before = self.model.turbine.rotor_radius, np.inf
@@ -823,7 +824,7 @@ class CarefulOrbit(_Orbit):
         return self.moved < NEARLY * radius
 
     def cause(self) -> str:
-        """Why there is no steady motion beyond the last that has settled."""
+        """Reason for the lack of steady motion beyond the last converged one."""
         assert self.at is not None
         speed, pitch, _, density = self.at
         case, turbine = self.case, self.model.turbine
@@ -834,7 +835,7 @@ class CarefulOrbit(_Orbit):
             f"a pitch of {np.degrees(pitch):.3g} deg"
         )
         if density < self.air:
-            where += f", with {100.0 * density / self.air:.0f} % of the air's loads"
+            where += f", with {100.0 * density / self.air:.0f} % of the aerodynamic loads"
         tip = float(np.linalg.norm(self.model.rotor.tip_shape[:3] @ self.blade_c[0]))
         unstable = self.unstable()
         begin = f"operating_point: no steady operation {where}: "
@@ -842,11 +843,11 @@ class CarefulOrbit(_Orbit):
             return begin + f"the machine is aeroelastically unstable there, {unstable}"
         if tip > BENT * turbine.blade.length:
             return begin + (
-                f"the blades bend by {tip:.3g} m of their {turbine.blade.length:.3g} m, beyond which displacements of "
-                "second order do not hold; less wind, feathered blades (meltemi.analysis.parked_point) or stiffer ones "
-                "help"
+                f"the blades deflect by {tip:.3g} m of their {turbine.blade.length:.3g} m, beyond the validity of "
+                "second-order displacements; less wind, feathered blades (meltemi.analysis.parked_point) or stiffer "
+                "blades help"
             )
         return begin + (
-            "the motion diverges beyond; high modes may be too many for displacements of second order (take fewer, "
+            "the motion diverges beyond; there may be too many modes for second-order displacements (use fewer, "
             "options), or give initial conditions (start=meltemi.Start(...))"
         )

@@ -1,7 +1,7 @@
-"""Where results leave what the model is made for: looked at in every step, since extremes fall between outputs.
+"""Limits of the model's validity, checked in every step, since extremes fall between outputs.
 
-Each criterion is a quantity that must not rise above its limit. The time loop keeps its largest value and when it was
-above the limit first; a run in which one was ends as ``Status.DOUBTFUL``.
+Each criterion is a quantity with an upper limit. The time loop stores its largest value and the time of the first
+violation; a run with a violation ends as ``Status.DOUBTFUL``.
 
 Reference: docs/theory/simulation.md (M-35 to M-37).
 """
@@ -34,24 +34,24 @@ WORDS = (
     ("deflection of the blade's tip beyond the model's range", "m"),
     ("blade within the tower's surface, by", "m"),
 )
-"""What a finding says, with the unit of its value."""
+"""Text of each criterion, and the unit of its value."""
 OVERSPEED = 1.5
-"""Times rated speed: beyond all that a machine is designed for."""
+"""Multiple of rated speed, beyond the design range of any turbine."""
 MOTORING = 0.01
-"""Share of rated power that a generator may put into a rotor that turns backwards: a run may begin with it."""
+"""Largest fraction of rated power that drives a rotor backwards; a run may begin with a little."""
 EXCESS = 0.1
-"""Share of rated power by which the mean may be above the wind's: turbulence has more than the mean over the disk."""
+"""Allowed excess over the wind power, as a fraction of rated power: the disk mean of turbulence understates it."""
 MEAN_TIME = 10.0
-"""[s] of this mean, exponential."""
+"""[s] time constant of the exponential mean."""
 WIND_POWER = 1.0
-"""Share of the wind's power that counts. Betz's limit, of a steady wake, is passed for seconds in strong turbulence."""
+"""Fraction of the wind power that is the limit; strong turbulence exceeds Betz's limit, a steady one, for seconds."""
 BENDING = 0.3
-"""Of the blade's length: kinematics of second order in the deflection are off by about 3 % in its slope there."""
+"""Limit over the blade length, at which second-order kinematics have an error of about 3 % in the slope."""
 MOST_PITCH = np.pi
 
 
 def new_watch(model: Model[Any]) -> Float:
-    """(columns of ``Watch``, criteria) for a run that has not begun."""
+    """(columns of ``Watch``, criteria) at the start of a run."""
     turbine = model.turbine
     rated, power = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio, turbine.rated_power
     watch = View(Watch, Watch.zeros(criterion=len(CRITERIA)))
@@ -65,7 +65,7 @@ def new_watch(model: Model[Any]) -> Float:
 
 @kernel
 def note(watch: Watch, i: int, t: float, value: float) -> None:
-    """Record a quantity at time ``t``."""
+    """Record the value of a criterion at time ``t``."""
     if value > watch.worst[i]:
         watch.worst[i] = value
     if value > watch.limit[i] and watch.first[i] < 0.0:
@@ -74,7 +74,7 @@ def note(watch: Watch, i: int, t: float, value: float) -> None:
 
 @kernel
 def watch_shaft(t: float, dt: float, m: AnySystem, watch: Watch) -> None:
-    """Check rotor, generator and pitch."""
+    """Check rotor speed, generator and pitch."""
     speed = rotor_speed(m)
     note(watch, SPEED, t, abs(speed))
     if generator_speed(m) < 0.0:
@@ -113,7 +113,7 @@ def watch_blades(t: float, m: System, watch: Watch) -> None:
 
 
 def found(watch: Float) -> list[dict[str, Any]]:
-    """What was above its limit, by time: ``what``, ``value``, ``limit``, ``unit``, ``time`` [s]."""
+    """Violated criteria in order of time: ``what``, ``value``, ``limit``, ``unit``, ``time`` [s]."""
     rows = [
         {"what": what, "value": float(worst), "limit": float(limit), "unit": unit, "time": float(first)}
         for (what, unit), (limit, worst, first, *_) in zip(WORDS, watch.T, strict=True)

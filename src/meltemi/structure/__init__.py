@@ -1,1 +1,1 @@
-"""Structural dynamics: beams, their modes, and the flexible multibody turbine."""
+"""Structural dynamics: beams, their modes, and the flexible multibody system of the turbine."""

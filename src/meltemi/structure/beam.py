@@ -1,9 +1,9 @@
 """Finite elements of a beam with general 6 x 6 sections, and their natural modes.
 
-An element is derived from equilibrium: between two nodes the internal force is constant and the
-internal moment linear whatever the section, so statics are exact but for the quadrature, there
-is no locking, coupling of any kind (bend-twist, extension-twist, offsets) is included, and shear
-flexibility may be zero. The mass matrix is consistent with cubic bending and linear stretch and twist.
+The element is derived from equilibrium: between two nodes the internal force is constant and the internal moment linear
+for any section, so statics are exact except for the quadrature, there is no locking, coupling of any kind (bend-twist,
+extension-twist, offsets) is included, and shear flexibility may be zero. The mass matrix is consistent with cubic
+bending and linear stretch and twist.
 
 Generalised displacements of a node are (u_x, u_y, u_z, theta_x, theta_y, theta_z); section matrices
 relate forces and moments (F, M) to strains and curvatures in the same order.
@@ -32,7 +32,7 @@ def skew(v: Float) -> Float:
 
 
 def transfer(offset: Float) -> Float:
-    """(..., 6, 6) motion of a rigid body's point at ``offset`` from the motion of its reference point."""
+    """(..., 6, 6) matrix from the motion of a rigid body's reference point to that of its point at ``offset``."""
     T = np.zeros((*offset.shape[:-1], 6, 6))
     T[..., :3, :3] = T[..., 3:, 3:] = np.eye(3)
     T[..., :3, 3:] = -skew(offset)
@@ -41,7 +41,7 @@ def transfer(offset: Float) -> Float:
 
 @dataclass(frozen=True)
 class Beam:
-    """A beam by its sections, interpolated linearly between stations.
+    """A beam described by sections, linear between stations.
 
     Attributes:
       position: (S,) [m] coordinate of the stations along the z axis, increasing.
@@ -107,11 +107,11 @@ def section_axes(twist: Float, tangent: Float) -> Float:
 
     Args:
       twist: (S,) [rad] of the sections about the beam's axis, towards feather.
-      tangent: (S, 3) along the beam's axis, of any length; a section's z lies in it, turned there from the
-        whole beam's z on the shortest way.
+      tangent: (S, 3) along the beam's axis, of any length; the z axis of a section is the tangent, reached from the
+        z axis of the whole beam by the shortest rotation.
     """
     c, s, o, one = np.cos(twist), np.sin(twist), np.zeros_like(twist), np.ones_like(twist)
-    # twist is a turn by -twist about z (docs/conventions.md)
+    # twist is a rotation by -twist about z (docs/conventions.md)
     R = np.stack([np.stack([c, s, o], -1), np.stack([-s, c, o], -1), np.stack([o, o, one], -1)], -2)
     t = tangent / np.linalg.norm(tangent, axis=1, keepdims=True)
     turn = skew(np.cross(np.array([0.0, 0.0, 1.0]), t))
@@ -169,7 +169,7 @@ def assemble(beam: Beam, z: Float) -> Mesh:
         # Internal wrench at the quadrature points from the wrench at the element's end: B.
         B = transfer(points[e + 1] - on_axis[used]).transpose(0, 2, 1)
         D = np.einsum("n,nji,njk,nkl->il", weights[used, e], B, compliance[used], B)
-        # what lies beyond an element moves with its end
+        # the part beyond an element moves with its end
         G[6 * e + 6 :, 6 * e : 6 * e + 6] = _carried(points[e + 1 :], points[e + 1], np.linalg.cholesky(D))
         N = _shape_functions((q[used] - z[e]) / (z[e + 1] - z[e]), chord)
         M[6 * e : 6 * e + 12, 6 * e : 6 * e + 12] += np.einsum(
@@ -187,7 +187,7 @@ def _carried(points: Float, origin: Float, motion: Float) -> Float:
 def _shape_functions(x: Float, chord: Float) -> Float:
     """(m, 6, 12) motion inside an element at fractions ``x`` (m,) of its length from the motion of its ends.
 
-    Bending is cubic in displacement with sections normal to the bent axis, stretch and twist are linear.
+    Bending is cubic in displacement with sections normal to the deflected axis, stretch and twist are linear.
     """
     length = float(np.linalg.norm(chord))
     t = chord / length
@@ -209,7 +209,7 @@ def _shape_functions(x: Float, chord: Float) -> Float:
 
 @dataclass(frozen=True)
 class Modes:
-    """Modes of a mesh: natural ones, or shapes that somebody gives.
+    """Modes of a mesh: natural modes, or given mode shapes.
 
     Attributes:
       z: (n,) [m] nodes.
@@ -229,13 +229,13 @@ class Modes:
 
     @property
     def frequency(self) -> Float:
-        """(k,) [rad/s] of each mode by itself."""
+        """(k,) [rad/s] natural frequency of each mode, without coupling to the others."""
         result: Float = np.sqrt(np.diag(self.stiffness) / np.diag(self.mass))
         return result
 
     @property
     def frequency_alone(self) -> Float:
-        """(k,) [rad/s] of the beam in each shape, without what it carries."""
+        """(k,) [rad/s] natural frequency of each shape for the beam alone, without the masses it carries."""
         result: Float = np.sqrt(np.diag(self.stiffness) / np.diag(self.mass_alone))
         return result
 
@@ -291,8 +291,8 @@ def natural_modes(
         alone[:3, :3] += base_mass * np.eye(3)
     if tip_mass is not None:
         M[-6:, -6:] += tip_mass
-    # with x = w G y the problem K x = w^2 M x is G^T M G y = y / w^2: nothing is inverted, the lowest modes come
-    # first and exact to the last digits, stiff directions and sections without inertia do no harm
+    # with x = w G y the problem K x = w^2 M x is G^T M G y = y / w^2: no inverse is needed, the lowest modes are
+    # computed first and to machine precision, and stiff directions and sections without inertia cause no difficulty
     total = G.shape[1]
     inverse, y = scipy.linalg.eigh(G.T @ M @ G, subset_by_index=(total - min(n, total), total - 1))
     moving = np.flatnonzero(inverse > 1e-12 * inverse[-1])[::-1]
@@ -309,7 +309,7 @@ def natural_modes(
 
 
 def energy_shares(modes: Modes, mass: Float) -> Float:
-    """(k, 3) shares of a mode's kinetic energy in x and y translation and in rotation about z.
+    """(k, 3) fractions of a mode's kinetic energy in x and y translation and in rotation about z.
 
     Args:
       mass: (6n, 6n) of the mesh.
@@ -321,12 +321,11 @@ def energy_shares(modes: Modes, mass: Float) -> Float:
 
 
 def second_order(modes: Modes) -> Float:
-    """Displacements of second order that go with the modes: u_2 = 1/2 sum_kl q_k q_l Z_kl.
+    """Second-order displacements of the modes: u_2 = 1/2 sum_kl q_k q_l Z_kl.
 
-    A section turned by bending and twisting moves what lies beyond it along a curved line: the beam's
-    end comes closer to its root (shortening), and a twisted section bends sideways. With the rotation
-    R of a section, R' = R skew(kappa) and the curvature kappa linear in the q, the position follows
-    from r' = R t; this is its second-order part (S-9).
+    Bending and torsion of a section move the part beyond it along a curved line: the beam's end comes closer to its
+    root (shortening), and a twisted section bends sideways. With the rotation R of a section, R' = R skew(kappa), and
+    the curvature kappa linear in the q, the position follows from r' = R t; this is its second-order part (S-9).
 
     Returns:
       (k, k, n, 3) [1/m times the shapes squared] symmetric in the first two axes.

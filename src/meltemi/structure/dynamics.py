@@ -1,12 +1,12 @@
-"""Equations of motion by Kane's method, exploiting the tree: blades hang on the rotor apex.
+"""Equations of motion by Kane's method for the tree of the turbine: tower, nacelle, hub, and blades from the apex.
 
 For each coordinate r the generalised active and inertia forces balance:
 
     sum_bodies  T_r . (F - m a) + W_r . (M - dH/dt) = 0
 
-With a = sum_j T_j dv_j/dt + known part this is M dv/dt = f. A blade is first collected into one body
-seen from the rotor apex (mass, first moment, inertia, force, moment, and two vectors for each of its
-modes); only these enter the equations of the coordinates below it.
+With a = sum_j T_j dv_j/dt + known part this is M dv/dt = f. Each blade is first reduced to one body about the rotor
+apex (mass, first moment, inertia, force, moment, and two vectors for each of its modes); only these enter the equations
+of the coordinates below it.
 
 Reference: docs/theory/structure.md (S-25 to S-40); Kane & Levinson (1985), chapter 6.
 """
@@ -25,7 +25,7 @@ from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.tables import Structure
 
 MASS, STIFFNESS, DAMPING, WEIGHT = 0, 1, 2, 3
-"""Layers of ``tower_matrix``; WEIGHT is the gravity stiffness for unit gravity."""
+"""Layers of ``tower_matrix``; WEIGHT is the geometric stiffness at unit gravity."""
 
 
 @kernel
@@ -44,7 +44,7 @@ def inertia_about(J: Sym, m: float, s: Vec, r: Vec) -> Sym:
 
 @kernel
 def collect_node(m: Structure, gravity: Vec, b: int, n: int) -> None:
-    """Add one node, a small rigid body, to the sums of its blade (S-28 to S-32)."""
+    """Add one node, as a small rigid body, to the sums of its blade (S-28 to S-32)."""
     shape, partial, motion, body, link = m.shape, m.partial, m.motion, m.body, m.link
     mass, J = m.blade_nodes.mass[b, n], m.blade_nodes.inertia[b, n]
     s0 = m.blade_nodes.moment[b, n]
@@ -76,16 +76,16 @@ def collect_node(m: Structure, gravity: Vec, b: int, n: int) -> None:
 
 @by_record
 def collect_blades(m: Structure) -> None:
-    """Collect every blade into one body and its modal sums, by the structural model of the blades.
+    """Reduce every blade to one body and its modal sums, by the structural model of the blades.
 
-    Fills ``body``, ``link``, ``arm_mass`` and ``arm_force`` after motion and loads of the nodes.
+    The results are ``body``, ``link``, ``arm_mass`` and ``arm_force``; motion and loads of the nodes come first.
     """
 
 
 @collect_blades.variant
 @kernel
 def collect_modal_blades(m: Structure) -> None:
-    """Collect every blade with the stiffness and damping of its modes."""
+    """Reduce every blade, with the stiffness and damping of its modes."""
     q, v = m.q, m.v
     m.body.array[:] = 0.0
     m.link.array[:] = 0.0
@@ -108,7 +108,7 @@ def add_body(m: Structure, n: int, mass: float, s: Vec, J: Sym, G: Vec, N: Vec) 
 
     Args:
       mass, s, J: mass, first moment and inertia about the point of the columns, inertial axes.
-      G, N: force and moment about that point, external minus known inertia.
+      G, N: force and moment about that point, external minus known inertia loads.
     """
     columns = m.columns
     for i in range(n):
@@ -125,7 +125,7 @@ def assemble(dt: float, m: Structure) -> None:
     """Mass matrix and forces of the coordinates below the blades, and their coupling to the blades.
 
     Args:
-      dt: [s] as in ``simulation.step.equations``.
+      dt: [s] time step, as in ``simulation.step.equations``.
     """
     n_tower = m.top_shape.modes
     gravity = Vec(0.0, 0.0, -m.structure.gravity)
@@ -141,7 +141,7 @@ def assemble(dt: float, m: Structure) -> None:
 
 @kernel
 def tower(m: Structure, n_tower: int) -> None:
-    """Begin with the tower's own equations (S-33, S-34)."""
+    """Initialise the core equations with those of the tower (S-33, S-34)."""
     matrix, gravity = m.tower_matrix, m.structure.gravity
     for i in range(n_tower):
         f = m.tower_push[i] + gravity * m.tower_weight[i]
@@ -155,14 +155,14 @@ def tower(m: Structure, n_tower: int) -> None:
 
 @kernel
 def rotor(m: Structure, gravity: Vec) -> None:
-    """Add hub and blades, one body about the apex, and the blades' coupling to the core (S-35)."""
+    """Add hub and blades, as one body about the apex, and the blades' coupling to the core (S-35)."""
     p, machine, body, link, columns = m.structure, m.machine, m.body, m.link, m.columns
     shaft, w_n = machine.shaft, machine.nacelle_spin
     w_r, b_r = machine.rotor_spin, machine.rotor_spin_rate
     mass, Jh = p.hub_mass, p.hub_inertia
     c = p.hub_centre * shaft
     s = mass * c
-    # the hub spins about the shaft: dH/dt = J (b.s) s + J (w.s) (w_n x s), known part
+    # the hub rotates about the shaft: dH/dt = J (b.s) s + J (w.s) (w_n x s), known part
     spin_moment = Jh * dot(b_r, shaft) * shaft + Jh * dot(w_r, shaft) * cross(w_n, shaft)
     centre_turning = cross(b_r, c) + cross(w_r, cross(w_r, c))
     G = mass * (gravity - (machine.hub_acceleration + centre_turning))
@@ -216,7 +216,7 @@ def drivetrain(m: Structure, n_tower: int) -> None:
     ratio, Jg = p.gear_ratio, p.generator_inertia
     turns = p.generator_sense * ratio
     shaft, w_n = machine.shaft, machine.nacelle_spin
-    # the generator turns with the nacelle and, about the shaft, with the gear ratio times the low-speed end
+    # the generator moves with the nacelle and, about the shaft, with the gear ratio times the low-speed end
     spin = dot(w_n, shaft) + turns * v[g]
     known = Jg * dot(machine.nacelle_spin_rate, shaft) * shaft + Jg * spin * cross(w_n, shaft)
     for i in range(n_tower + 1):
@@ -229,7 +229,7 @@ def drivetrain(m: Structure, n_tower: int) -> None:
     m.core_mass[g, g] += Jg * ratio * ratio / p.gearbox_efficiency
     brake = drive.brake_torque * tanh(ratio * v[g] / drive.brake_speed)
     held = drive.generator_torque + brake
-    # the rotor drives through the gearbox and pays its losses; a motor pays them when it drives the rotor
+    # the rotor drives the gearbox, whose losses reduce the torque; a motoring generator covers them itself
     held = held / p.gearbox_efficiency if held >= 0.0 else held * p.gearbox_efficiency
     m.core_force[g] -= ratio * held + turns * dot(shaft, known)
     m.core_force[t] -= p.shaft_stiffness * m.q[t] + p.shaft_damping * v[t]
@@ -237,7 +237,8 @@ def drivetrain(m: Structure, n_tower: int) -> None:
 
 @kernel
 def yaw_bearing(m: Structure, y: int) -> None:
-    """Add the yaw bearing: drive and brake behind a spring and a damper, and friction behind the same (S-40)."""
+    """Add the yaw bearing: drive and brake in series with spring and damper, and friction in series with the same
+    (S-40)."""
     p, drive = m.structure, m.drive
     twist, twist_rate = m.q[y] - drive.yaw_command, m.v[y] - drive.yaw_command_rate
     held = drive.yaw_held * (p.yaw_stiffness * twist + p.yaw_damping * twist_rate)
@@ -254,7 +255,7 @@ def yaw_bearing(m: Structure, y: int) -> None:
 
 @kernel
 def lock(m: Structure) -> None:
-    """Take locked coordinates out of the equations: they keep their velocity (second derivative zero)."""
+    """Eliminate locked coordinates from the equations: they keep their velocity (zero acceleration)."""
     A, g, D, C, f, locked = m.core_mass, m.core_force, m.arm_mass, m.coupling, m.arm_force, m.locked
     n_core = m.columns.coordinates
     n_blades, n_modes = m.link.blades, m.link.modes
@@ -282,7 +283,7 @@ def lock(m: Structure) -> None:
 
 @kernel
 def accelerations(m: Structure) -> None:
-    """Second derivatives of all coordinates from the assembled equations, which are overwritten."""
+    """Solve the assembled equations, which are overwritten, for the second derivatives of all coordinates."""
     n_core, n_blades, n_modes = m.columns.coordinates, m.link.blades, m.link.modes
     lock(m)
     solve_arrow(m.arm_mass, m.coupling, m.arm_force, m.core_mass, m.core_force, n_blades, n_modes, n_core)

@@ -1,7 +1,7 @@
 """From the data of a gearbox to the arrays of ``structure.gears``: a torsional chain, reduced by Craig and Bampton.
 
-Angles of all parts are relative to the nacelle. The ends, rotor and generator, are coordinates of the machine; what
-lies between them moves statically with them, and in its modes with both ends held.
+Angles of all parts are relative to the nacelle. The ends, rotor and generator, are coordinates of the turbine; the
+parts between them have the static motion due to the ends, and modes with both ends fixed.
 
 Reference: docs/theory/structure.md (S-49 to S-58); Craig & Bampton (1968).
 """
@@ -19,22 +19,22 @@ from meltemi.turbine.definition import Drivetrain
 
 Float = NDArray[np.float64]
 HOUSING = "housing"
-"""The spring of a ring in its housing, which is no channel."""
+"""The spring of a ring in its housing, which has no channel."""
 
 
 @dataclass(frozen=True)
 class GearTrain:
-    """A drivetrain as bodies that turn, and springs between them; the first body is the rotor's end of the main shaft,
+    """A drivetrain as rotating bodies and springs between them; the first body is the rotor's end of the main shaft,
     the last one the generator's end, both without inertia.
 
     Attributes:
-      bodies: their names.
-      inertia: (N,) [kg m^2] about the own axis, that of planets in their orbit counted with the carrier.
-      speed: (N,) [-] of rigid motion over that of the rotor, negative against its sense; 0 for a ring.
-      springs: their names, from the rotor on.
+      bodies: names of the bodies.
+      inertia: (N,) [kg m^2] about the axis of each body; the orbital inertia of planets is in that of the carrier.
+      speed: (N,) [-] of rigid motion over that of the rotor, negative if opposite to it; 0 for a ring.
+      springs: names of the springs, from the rotor on.
       deflection: (E, N) [m or rad] of a spring for unit angles of the bodies; positive when the rotor drives.
       stiffness: (E,) [N/m or N m/rad] of each.
-      number: (E,) how many there are: planets.
+      number: (E,) number of equal springs in parallel: planets.
     """
 
     bodies: tuple[str, ...]
@@ -47,19 +47,19 @@ class GearTrain:
 
     @property
     def stiffness_matrix(self) -> Float:
-        """(N, N) [N m/rad] of all bodies."""
+        """(N, N) [N m/rad] stiffness of all bodies."""
         return self.deflection.T @ ((self.number * self.stiffness)[:, None] * self.deflection)
 
 
 @dataclass(frozen=True)
 class ReducedTrain:
-    """The same, reduced to spins of nacelle and generator, the torsion, and modes (S-52 to S-54).
+    """The drivetrain reduced to rotation of nacelle and generator, torsion, and modes (S-52 to S-54).
 
     Attributes:
-      inertia: (3, 3) [kg m^2] for nacelle's spin along the shaft, generator, torsion.
-      frequency: (K,) [rad/s] of the modes with both ends held.
+      inertia: (3, 3) [kg m^2] for rotation of the nacelle about the shaft, generator, torsion.
+      frequency: (K,) [rad/s] of the modes with both ends fixed.
       modal_inertia: [kg m^2] of each mode.
-      coupling: (3, K) [kg m^2] of the modes with the three.
+      coupling: (3, K) [kg m^2] between the modes and these three.
       factor: (E,) static load of each spring over the torque of the main shaft.
       shape: (E, K) [N/rad or N m/rad] load of each spring in each mode.
     """
@@ -73,7 +73,7 @@ class ReducedTrain:
 
     @property
     def static_loads(self) -> Float:
-        """(E, 3) load of each spring from accelerations of the three, when the parts follow statically."""
+        """(E, 3) load of each spring due to accelerations of the three, in quasi-static motion of the parts."""
         result: Float = -(self.shape / (self.modal_inertia * self.frequency**2)) @ self.coupling.T
         return result
 
@@ -88,7 +88,7 @@ def gear_train(drivetrain: Drivetrain) -> GearTrain:
     into, out_stiffness = "main shaft", drivetrain.main_shaft_stiffness
 
     def shaft(sense: float) -> None:
-        """The spring between the last body and the next one."""
+        """Add the spring between the last body and the next one."""
         n = len(bodies)
         springs.append((into, {n - 1: sense, n: -sense}, out_stiffness, 1))
 
@@ -137,13 +137,13 @@ def gear_train(drivetrain: Drivetrain) -> GearTrain:
 
 
 def reduced(train: GearTrain) -> ReducedTrain:
-    """Static motion and modes of the parts between rotor and generator (S-52 to S-54)."""
+    """Reduce the parts between rotor and generator to static motion and modes (S-52 to S-54)."""
     K, J, speed = train.stiffness_matrix, train.inertia[1:-1], train.speed[1:-1]
     inner = slice(1, -1)
     torsion = np.concatenate([[1.0], -np.linalg.solve(K[inner, inner], K[inner, 0]), [0.0]])
     root = np.sqrt(J)
     square, vector = np.linalg.eigh(K[inner, inner] / np.outer(root, root))
-    # all modes have the inertia of the gears seen from the rotor, so that amplitudes are angles
+    # all modes are scaled to the inertia of the gears referred to the rotor, so that amplitudes are angles
     modal = float(J @ speed**2)
     phi = np.zeros((len(K), len(J)))
     phi[inner] = vector / root[:, None] * np.sqrt(modal)
@@ -160,7 +160,8 @@ def reduced(train: GearTrain) -> ReducedTrain:
 
 
 def gear_arrays(drivetrain: Drivetrain, kind: str) -> tuple[Float, Float, Float, Float]:
-    """What kernels take: inertia (6,), tables ``GearModes`` and ``GearRows``, and the loads' shape (parts, modes).
+    """Arrays of the kernels: inertia (6,), tables ``GearModes`` and ``GearRows``, and loads of the modes (parts,
+    modes).
 
     Args:
       kind: "two_mass" (nothing), "quasi_static" (no modes) or "multibody".

@@ -1,8 +1,8 @@
 """Gearbox between rotor and generator: equations, time step and loads of its parts.
 
-Every part turns at a speed that is linear in the nacelle's spin along the shaft, the speed of the generator, the rate
-of the torsion, and the rates of the gearbox's modes with rotor and generator held. So all inertia is in one symmetric
-matrix (``gears`` of table STRUCTURE), and each mode couples by three numbers.
+The speed of every part is linear in the rotation of the nacelle about the shaft, the speed of the generator, the rate
+of the torsion, and the rates of the gearbox's modes with rotor and generator fixed. So all inertia is in one symmetric
+matrix (``gears`` of table STRUCTURE), and each mode has three coupling terms.
 
 Reference: docs/theory/structure.md (S-49 to S-58); docs/theory/simulation.md (M-31 to M-34).
 """
@@ -19,7 +19,7 @@ from meltemi.structure.tables import SectionLoads, Structure
 
 @kernel
 def implicit_step(x: float, z: float) -> tuple[float, float]:
-    """Newmark's beta and gamma of a mode, so that a free vibration decays as it should (M-32).
+    """Newmark's beta and gamma of a mode, such that free vibration has its exact decay (M-32).
 
     Args:
       x: angular frequency times time step, greater than 0.
@@ -30,7 +30,7 @@ def implicit_step(x: float, z: float) -> tuple[float, float]:
     b = left * (2.0 * z * x + 0.5 * x * x) - x * x
     c = left * (1.0 + z * x + 0.25 * x * x) - 2.0 * z * x
     d = b * b - 4.0 * a * c
-    # decay that no step of this kind has: the fastest
+    # a decay that no scheme of this kind attains: the fastest attainable
     more = 2.0 * c / (sqrt(d) - b) if d > 0.0 else -0.5 * b / a
     more = min(max(more, 0.0), 1.0)
     return 0.25 * (1.0 + more) * (1.0 + more), 0.5 + more
@@ -38,7 +38,7 @@ def implicit_step(x: float, z: float) -> tuple[float, float]:
 
 @kernel
 def mode_resistance(dt: float, w: float, z: float) -> float:
-    """What a mode's acceleration at the end of an implicit step is divided by (M-33); 1 without a step."""
+    """Divisor of a mode's acceleration at the end of an implicit step (M-33); 1 for zero time step."""
     if dt <= 0.0:
         return 1.0 + 0.0 * w
     beta, gamma = implicit_step(w * dt, z)
@@ -57,7 +57,7 @@ def gear_momentum(m: Structure, spins: Vec, spin_rates: Vec) -> tuple[float, flo
     """Angular momentum of the gears about the shaft [kg m^2/s] and its rate (S-55).
 
     Args:
-      spins, spin_rates: of the nacelle along the shaft, the generator seen from the rotor, the torsion.
+      spins, spin_rates: of the nacelle about the shaft, the generator referred to the rotor, the torsion.
     """
     J = m.structure.gears
     momentum, turning = (J @ spins).x, (J @ spin_rates).x
@@ -69,10 +69,10 @@ def gear_momentum(m: Structure, spins: Vec, spin_rates: Vec) -> tuple[float, flo
 
 @kernel
 def gear_equations(dt: float, m: Structure, n_tower: int) -> None:
-    """Add the gears to the equations of the core, their modes eliminated (S-55, S-56; M-33).
+    """Add the gears to the equations of the core, with their modes eliminated (S-55, S-56; M-33).
 
     Args:
-      dt: [s] of the implicit step at whose end the modes' acceleration is wanted; 0 for the present state.
+      dt: [s] implicit step, at whose end the modes' accelerations are computed; 0 for the present state.
     """
     J = m.structure.gears
     if J.yy <= 0.0:
@@ -116,7 +116,7 @@ def gear_equations(dt: float, m: Structure, n_tower: int) -> None:
 
 @kernel
 def gear_accelerations(dt: float, m: Structure) -> None:
-    """Accelerations of the modes, when those of the core are known (S-56; M-33)."""
+    """Compute the accelerations of the modes from those of the core (S-56; M-33)."""
     modes, n_tower, shaft = m.gear_modes, m.top_shape.modes, m.machine.shaft
     turning = dot(m.machine.nacelle_spin_rate, shaft)
     for i in range(n_tower + 1):
@@ -141,7 +141,7 @@ def gear_begin(dt: float, m: Structure) -> None:
 
 @kernel
 def gear_end(dt: float, m: Structure) -> None:
-    """Complete the step of the modes with their accelerations at its end (M-31)."""
+    """Correct the predicted modes with their accelerations at the end of the step (M-31)."""
     gears = m.gears
     for k in range(gears.modes):
         beta, gamma = implicit_step(m.gear_modes.frequency[k] * dt, m.gear_modes.damping[k])
@@ -152,11 +152,11 @@ def gear_end(dt: float, m: Structure) -> None:
 
 @kernel
 def gear_loads(m: Structure, s: SectionLoads, twist: float, twist_rate: float, spin_rates: Vec) -> None:
-    """Torques of shafts and forces of meshes (S-57).
+    """Torques of shafts and forces of gear meshes (S-57).
 
     Args:
       twist, twist_rate: torsion of the drivetrain [rad] and its rate.
-      spin_rates: accelerations of nacelle's spin along the shaft, generator and torsion [rad/s^2].
+      spin_rates: accelerations of nacelle rotation about the shaft, generator and torsion [rad/s^2].
     """
     static = m.structure.shaft_stiffness * twist + m.structure.shaft_damping * twist_rate
     for e in range(s.gear_loads.parts):

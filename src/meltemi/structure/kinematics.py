@@ -1,6 +1,6 @@
-"""From generalised coordinates to the motion of tower top, nacelle, hub, blade roots and blade nodes.
+"""Motion of tower top, nacelle, hub, blade roots and blade nodes from the generalised coordinates.
 
-Coordinates q, in this order: tower modes, yaw, generator azimuth (seen from the low-speed shaft),
+Coordinates q, in this order: tower modes, yaw, generator azimuth (referred to the low-speed shaft),
 drivetrain torsion (rotor minus generator), then the modes of each blade. Velocities v = dq/dt.
 
 Every velocity is linear in v: velocity = sum_j (partial velocity)_j v_j; every acceleration is
@@ -20,9 +20,9 @@ from meltemi.numbers.dispatch import by_record
 from meltemi.structure.tables import Structure
 
 YAW, GENERATOR, TORSION = 0, 1, 2
-"""Coordinates after those of the tower."""
+"""Offsets of these coordinates after those of the tower."""
 N_SHAFT = 3
-"""How many they are."""
+"""Number of these coordinates."""
 
 
 @kernel
@@ -67,7 +67,7 @@ def tower_top(m: Structure) -> None:
 
 @kernel
 def nacelle_and_hub(m: Structure) -> None:
-    """Motion of nacelle, shaft and rotor apex; all columns become those of the apex (S-15 to S-18)."""
+    """Motion of nacelle, shaft and rotor apex; all columns are transferred to the apex (S-15 to S-18)."""
     q, v, p, machine, columns = m.q, m.v, m.structure, m.machine, m.columns
     n = columns.coordinates - N_SHAFT
     R_it = machine.top
@@ -116,7 +116,7 @@ def blade_frames(m: Structure) -> None:
         azimuth = machine.azimuth + b * (2.0 * pi / frame.blades)
         R_ib = R_is @ about_x(azimuth) @ (about_y(-m.structure.precone) @ about_z(-angle))
         w, known = R_ib.T @ machine.rotor_spin, R_ib.T @ machine.rotor_spin_rate
-        # pitching by +angle to feather is a turn by -angle about the blade's z axis
+        # pitching by +angle to feather is a rotation by -angle about the blade's z axis
         axis = Vec(0.0, 0.0, -1.0)
         frame.orientation[b] = R_ib
         frame.velocity[b] = R_ib.T @ machine.hub_velocity

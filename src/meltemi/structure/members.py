@@ -1,6 +1,6 @@
-"""Blade and tower as modal members: from section data to what the kernels need.
+"""Blade and tower as modal members, from section data to the arrays of the kernels.
 
-Host side, NumPy and SciPy. Rigid where the description has no flexibility (torsion, stretch, shear).
+Host side, NumPy and SciPy. A missing stiffness (torsion, stretch, shear) counts as rigid.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from meltemi.turbine.definition import BladeStructure, Damping, DampingTime, Fou
 Float = NDArray[np.float64]
 
 ELEMENTS = 40
-"""Finite elements of a member at least; frequencies of bending are then exact to 2e-5, of torsion to 6e-4."""
+"""Smallest number of finite elements of a member; errors are then 2e-5 in bending frequencies, 6e-4 in torsion."""
 BASE_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 """Rigid motions of the tower base: along the inertial axes x, y, z and about them."""
 LEAST_SHARE = 0.2
-"""Share of the kinetic energy that a mode needs in the direction it is named after; stretching has none."""
+"""Smallest fraction of the kinetic energy of a mode in the direction of its name; stretching modes have none."""
 RIGID_TORSION, RIGID_STRETCH, RIGID_SHEAR = 1e4, 1e6, 1e8
-"""Stiffness where none is described, as multiples of bending stiffness (over length squared)."""
+"""Stiffness if none is given, as a multiple of bending stiffness (over length squared)."""
 
 
 @dataclass(frozen=True)
 class NodeLayout:
-    """Where the nodes of a blade or tower lie.
+    """Positions of the nodes of a blade or tower.
 
     Attributes:
       position: (N,) [m] from the root.
-      edges: (N + 1,) [m] cuts between the pieces that move with the nodes.
+      edges: (N + 1,) [m] boundaries of the pieces that move with the nodes.
     """
 
     position: Float
@@ -53,7 +53,7 @@ class NodeLayout:
 
     @property
     def length(self) -> Float:
-        """(N,) [m] of the pieces: the weight of each node in an integral along the blade."""
+        """(N,) [m] lengths of the pieces: the weights of the nodes in an integral along the blade."""
         return np.diff(self.edges)
 
 
@@ -69,13 +69,13 @@ def points(position: Float) -> NodeLayout:
 
 @dataclass(frozen=True)
 class Member:
-    """A flexible member reduced to some of its modes.
+    """A flexible member described by some of its modes.
 
     Attributes:
       names: (k,) e.g. ``"1st flap"``.
       modes: shapes on the finite-element mesh, generalised stiffness and mass.
       damping: (k, k) generalised damping.
-      second: (k, k, n, 3) displacements of second order on the mesh.
+      second: (k, k, n, 3) second-order displacements on the mesh.
       beam: the member's sections.
     """
 
@@ -86,7 +86,7 @@ class Member:
     beam: Beam
 
     def second_at(self, z: Float) -> Float:
-        """(k, k, m, 3) displacements of second order at coordinates ``z`` (m,)."""
+        """(k, k, m, 3) second-order displacements at coordinates ``z`` (m,)."""
         k = len(self.names)
         result = np.empty((k, k, len(z), 3))
         for i in range(k):
@@ -173,7 +173,7 @@ def _diagonal_stiffness(
 
 
 def _mesh(beam: Beam, also: Float) -> Mesh:
-    """Finite elements with nodes at ``also`` and everywhere else fine enough."""
+    """Finite elements with nodes at ``also`` and sufficiently fine elsewhere."""
     length = beam.position[-1]
     z = np.union1d(also, np.linspace(0.0, length, ELEMENTS + 1))
     keep = np.concatenate([[True], np.diff(z) > 1e-6 * length])
@@ -183,13 +183,13 @@ def _mesh(beam: Beam, also: Float) -> Mesh:
 
 
 def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, given: bool = False) -> Member:
-    """The blade, clamped at its root, with the wanted numbers of flap, edge and torsion modes.
+    """Modal member of a blade, clamped at its root, with given numbers of flap, edge and torsion modes.
 
     Args:
       given: use the mode shapes of the description instead of natural modes.
     """
     if counts["torsion"] and not blade.twists:
-        raise UnsupportedError("a torsion mode is asked for, but the blade has no torsion_stiffness")
+        raise UnsupportedError("torsion_modes needs a blade with torsion_stiffness")
     beam = blade_beam(blade)
     mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
     if given:
@@ -221,7 +221,7 @@ def tower_member(
     given: bool = False,
     base: MovingBase | None = None,
 ) -> Member:
-    """The tower with the wanted numbers of fore-aft, side-to-side and torsion modes.
+    """Modal member of the tower with given numbers of fore-aft, side-to-side and torsion modes.
 
     Args:
       tip_mass: (6, 6) inertia that the tower carries, about its top.
@@ -234,12 +234,12 @@ def tower_member(
     if base is not None and foundation is not None:
         raise UnsupportedError("the tower base moves: its foundation belongs to the stiffness of the base")
     if counts["torsion"] and tower.torsion_stiffness is None:
-        raise UnsupportedError("a tower torsion mode is asked for, but the tower has no torsion_stiffness")
+        raise UnsupportedError("tower_torsion_modes needs a tower with torsion_stiffness")
     beam = tower_beam(tower)
     mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
     if given:
         if tower.mode_shapes is None or foundation is not None:
-            raise UnsupportedError("mode_shapes 'given': the tower has no mode_shapes, or stands on a foundation")
+            raise UnsupportedError("mode_shapes 'given': the tower has no mode_shapes, or has a foundation")
         one, zero = np.ones(len(tower.position)), np.zeros(len(tower.position))
         directions = {
             "fore-aft": (tower.mode_shapes.fore_aft, tower.fore_aft_stiffness, one, zero),
@@ -295,7 +295,7 @@ def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple
     for name, (component, count) in wanted.items():
         found = np.flatnonzero(kind == component)[:count]
         if len(found) < count:
-            raise UnsupportedError(f"only {len(found)} {name} modes were found, {count} are asked for")
+            raise UnsupportedError(f"only {len(found)} {name} modes were found, {count} are requested")
         which += found.tolist()
         names += [f"{_ordinal(i + 1)} {name}" for i in range(count)]
     picked = modes.pick(which)
@@ -311,7 +311,7 @@ def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple
 
 def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | DampingTime | None) -> Member:
     share = np.array([getattr(damping, name.split(" ", 1)[1].replace("-", "_")) for name in names])
-    # C = 2 zeta / omega K, with omega of the member alone: each mode has its ratio when the member stands alone
+    # C = 2 zeta / omega K, with omega of the member alone: each mode has its damping ratio for the separate member
     time = share if isinstance(damping, DampingTime) else 2.0 * share / modes.frequency_alone
     C = modes.stiffness * time[None, :]
     return Member(tuple(names), modes, C, second_order(modes), beam)
@@ -323,7 +323,7 @@ def _given_modes(
     counts: dict[str, int],
     directions: Mapping[str, tuple[Sequence[Sequence[float]], Float, Float, Float]],
 ) -> tuple[Modes, list[str]]:
-    """Modes from polynomials: bending curvature phi'' along a direction that turns with the section.
+    """Modes from polynomials: bending curvature phi'' along a direction that rotates with the section.
 
     Args:
       directions: for each kind the coefficients of x^2, x^3, ... over the span, the stiffness at the
@@ -340,7 +340,7 @@ def _given_modes(
     for kind, (polynomials, stiffness, x, y) in directions.items():
         if counts[kind] > len(polynomials):
             raise UnsupportedError(
-                f"{counts[kind]} {kind} modes are asked for, but {len(polynomials)} shapes are given"
+                f"{counts[kind]} {kind} modes are requested, but {len(polynomials)} shapes are given"
             )
         for i, coefficients in enumerate(polynomials[: counts[kind]]):
             names.append(f"{_ordinal(i + 1)} {kind}")

@@ -1,7 +1,7 @@
-"""Section loads: what the outer part of the machine exerts on the inner one at a cut.
+"""Section loads: forces and moments that the outboard part of the turbine exerts on the inboard one at a cut.
 
-Always external loads minus inertia of everything outboard, never stiffness times deflection, so a
-load is right whatever the number of modes. Called after ``dynamics.accelerations``.
+They are external loads minus inertia of everything outboard, never stiffness times deflection, so that they do not
+depend on the number of modes. Called after ``dynamics.accelerations``.
 
 Reference: docs/theory/structure.md (S-41 to S-47).
 """
@@ -22,7 +22,7 @@ FEATURE = "section loads"
 
 @kernel
 def apex_acceleration(m: Structure) -> Vec:
-    """Acceleration of the rotor apex by the second derivatives."""
+    """Acceleration of the rotor apex from the second derivatives of the coordinates."""
     x = Vec(0.0, 0.0, 0.0)
     for j in range(m.columns.coordinates):
         x += m.a[j] * m.columns.linear[j]
@@ -31,7 +31,7 @@ def apex_acceleration(m: Structure) -> Vec:
 
 @kernel
 def angular_acceleration(m: Structure, n: int) -> Vec:
-    """Angular acceleration by the second derivatives of the first ``n`` coordinates."""
+    """Angular acceleration from the second derivatives of the first ``n`` coordinates."""
     x = Vec(0.0, 0.0, 0.0)
     for j in range(n):
         x += m.a[j] * m.columns.angular[j]
@@ -46,7 +46,7 @@ def tip_deflection(m: Structure, s: SectionLoads, b: int) -> tuple[Vec, Vec]:  #
 @tip_deflection.variant
 @kernel
 def modal_tip(m: Structure, s: SectionLoads, b: int) -> tuple[Vec, Vec]:
-    """The same in small deflections, of second order in the modes."""
+    """Deflection and rotation of the tip in small deflections, of second order in the modes."""
     q, shape, first = m.q, s.tip_shape, m.columns.coordinates + m.shape.modes * b
     u, theta = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
     for k in range(shape.modes):
@@ -72,7 +72,7 @@ def node_load(m: Structure, a_b: Vec, b_b: Vec, b: int, n: int) -> tuple[Vec, Ve
 @node_load.variant
 @kernel
 def modal_node_load(m: Structure, a_b: Vec, b_b: Vec, b: int, n: int) -> tuple[Vec, Vec]:
-    """The same in small deflections."""
+    """Load of a blade node in small deflections."""
     a, shape, motion, first = m.a, m.shape, m.motion, m.columns.coordinates + m.shape.modes * b
     gravity = m.frame.orientation[b].T @ Vec(0.0, 0.0, -m.structure.gravity)
     J, s0 = m.blade_nodes.inertia[b, n], m.blade_nodes.moment[b, n]
@@ -93,9 +93,9 @@ def modal_node_load(m: Structure, a_b: Vec, b_b: Vec, b: int, n: int) -> tuple[V
 
 @kernel
 def blade_loads(m: Structure, s: SectionLoads) -> None:
-    """Loads at the blade roots, tip deflections, and the blades' share of the apex loads (S-41, S-42).
+    """Loads at the blade roots, tip deflections, and contribution of the blades to the apex loads (S-41, S-42).
 
-    ``apex`` becomes force and moment of all blades on the hub at the apex, inertial axes.
+    ``apex`` becomes force and moment of all blades on the hub at the apex, in inertial axes.
     """
     a, machine, frame, body, link, root = m.a, m.machine, m.frame, m.body, m.link, s.root
     a_h, b_r = apex_acceleration(m), angular_acceleration(m, m.columns.coordinates)
@@ -122,7 +122,7 @@ def blade_loads(m: Structure, s: SectionLoads) -> None:
         root.moment[b] = unpitched(cp, sp, M_root)
         root.tip[b] = unpitched(cp, sp, u)
         root.tip_rotation[b] = theta
-        # tip from the tower top, nacelle axes
+        # tip position from the tower top, nacelle axes
         place = machine.nacelle.T @ (machine.hub_position - machine.top_position + R @ (m.structure.tip + u))
         flat = place.x * place.x + place.y * place.y
         root.clearance[b] = sqrt(flat + place.z * place.z) if place.z > 0.0 else sqrt(flat)
@@ -132,7 +132,7 @@ def blade_loads(m: Structure, s: SectionLoads) -> None:
 
 @kernel
 def unpitched(cp: float, sp: float, v: Vec) -> Vec:
-    """From blade axes to coned axes, which do not pitch."""
+    """Transformation from blade axes to coned axes, which do not pitch."""
     return Vec(cp * v.x + sp * v.y, -sp * v.x + cp * v.y, v.z)
 
 
@@ -140,7 +140,7 @@ def unpitched(cp: float, sp: float, v: Vec) -> Vec:
 def chain_loads(m: Structure, s: SectionLoads) -> None:
     """Loads at the apex, at the yaw bearing (S-43, S-44) and in the gearbox (S-57).
 
-    ``apex`` becomes force and moment at the yaw bearing, inertial axes.
+    ``apex`` becomes force and moment at the yaw bearing, in inertial axes.
     """
     q, v, a, p, machine, columns, out = m.q, m.v, m.a, m.structure, m.machine, m.columns, s.chain
     n_tower = m.top_shape.modes
@@ -208,14 +208,14 @@ def tower_loads(m: Structure, s: SectionLoads) -> None:
     q, a, p, shape, nodes, out = m.q, m.a, m.structure, m.tower_shape, s.tower_nodes, s.tower_station
     gravity = Vec(0.0, 0.0, -p.gravity)
     top = m.machine.top_position
-    # below the yaw bearing: with the mass that is fixed there
+    # below the yaw bearing: include the mass fixed to the tower top
     rising = Vec(0.0, 0.0, 0.0)
     for k in range(shape.modes):
         rising += a[k] * shape.displacement[k, shape.nodes - 1]
     F_top, M_top = s.apex.force + p.top_mass * (gravity - rising), s.apex.moment
     for i in range(out.stations):
         cut = s.tower_stations[i]
-        # deflected place of the cut
+        # deflected position of the cut
         place = Vec(0.0, 0.0, p.tower_base + cut)
         for n in range(nodes.nodes - 1):
             low, high = nodes.height[n], nodes.height[n + 1]
@@ -274,7 +274,7 @@ def station_loads(m: Structure, s: SectionLoads) -> None:
                 share = min(max((edges[n + 1] - stations[i]) / (edges[n + 1] - edges[n]), 0.0), 1.0)
                 if share <= 0.0:
                     continue
-                # the outer part of a cut piece has its middle further out
+                # the outer part of a cut piece has its centre further out
                 shift = 0.5 * (1.0 - share) * (edges[n + 1] - edges[n])
                 arm = r + Vec(0.0, 0.0, shift) - station_place(m, stations[i], b, n_nodes)
                 out.force[b, i] += share * F
@@ -283,7 +283,7 @@ def station_loads(m: Structure, s: SectionLoads) -> None:
 
 @kernel
 def station_place(m: Structure, station: float, b: int, n_nodes: int) -> Vec:
-    """Deflected place of a ``station`` [m] from the root, linear between root, nodes and beyond the last."""
+    """Deflected position of a ``station`` [m] from the root, linear between root, nodes and beyond the last."""
     root, nodes, motion = m.structure.hub_radius, m.blade_nodes, m.motion
     z = root + station
     first = nodes.position[b, 0].z

@@ -1,6 +1,6 @@
-"""Layout of the arrays that the structural kernels use.
+"""Layout of the arrays of the structural kernels.
 
-What structure and aerodynamics exchange is in ``turbine.exchange``.
+The quantities that structure and aerodynamics exchange are in ``turbine.exchange``.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from meltemi.turbine.exchange import Exchange
 
 
 class StructureParameters(Table, title="structure"):
-    """Scalar parameters."""
+    """Scalar parameters of the structure."""
 
     gravity: float = number("m/s^2", "gravitational acceleration")
     tower_base: float = number("m", "height of the tower base above ground")
     tower_length: float = number("m", "tower base to tower top")
-    top_mass: float = number("kg", "fixed to the tower top, below the yaw bearing")
-    shaft_height: float = number("m", "tower top to the point where shaft and yaw axis meet")
-    overhang: float = number("m", "from there to the rotor apex, upwind along the shaft")
+    top_mass: float = number("kg", "mass fixed to the tower top, below the yaw bearing")
+    shaft_height: float = number("m", "tower top to the intersection of shaft and yaw axis")
+    overhang: float = number("m", "from this intersection to the rotor apex, upwind along the shaft")
     tilt: float = number("rad", "shaft tilt, upwind end up")
-    precone: float = number("rad", "blades lean upwind")
+    precone: float = number("rad", "precone, upwind positive")
     hub_radius: float = number("m", "rotor apex to blade root")
     tip: Vec = xyz("m", "blade tip from the rotor apex, undeformed, blade axes")
     hub_mass: float = number("kg", "hub")
@@ -31,42 +31,42 @@ class StructureParameters(Table, title="structure"):
     nacelle_centre: Vec = xyz("m", "nacelle's centre of mass from the tower top, nacelle axes")
     nacelle_inertia: Vec = xyz("kg m^2", "nacelle about its axes through its centre of mass")
     gear_ratio: float = number("-", "generator over rotor speed")
-    generator_sense: float = number("-", "1 when it turns as the rotor does, -1 when against it")
+    generator_sense: float = number("-", "1 when it rotates in the sense of the rotor, -1 when opposite to it")
     generator_inertia: float = number("kg m^2", "generator about its own shaft")
     gearbox_efficiency: float = number("-", "power out over power in")
     shaft_stiffness: float = number("N m/rad", "drivetrain torsion, low-speed side")
-    shaft_damping: float = number("N m s/rad", "the same")
-    gears: Sym = symmetric("kg m^2", "of a gearbox's parts: x nacelle's spin along the shaft, y generator, z torsion")
-    yaw_stiffness: float = number("N m/rad", "yaw bearing held by its drive")
-    yaw_damping: float = number("N m s/rad", "the same")
+    shaft_damping: float = number("N m s/rad", "drivetrain torsion, low-speed side")
+    gears: Sym = symmetric("kg m^2", "inertia of the gearbox: x nacelle rotation along shaft, y generator, z torsion")
+    yaw_stiffness: float = number("N m/rad", "yaw bearing with engaged drive")
+    yaw_damping: float = number("N m s/rad", "yaw bearing with engaged drive")
 
 
 class GearModes(Table, axes="mode"):
-    """Modes of the parts between rotor and generator."""
+    """Modes of the gearbox between rotor and generator."""
 
-    frequency: Numbers = number("rad/s", "with rotor and generator held")
+    frequency: Numbers = number("rad/s", "natural frequency with rotor and generator fixed")
     damping: Numbers = number("-", "ratio")
-    inertia: Numbers = number("kg m^2", "modal mass: all modes are scaled to the gears' inertia seen from the rotor")
-    coupling: Vectors = xyz("kg m^2", "with the nacelle's spin along the shaft, the generator, the torsion")
+    inertia: Numbers = number("kg m^2", "modal mass: all modes are scaled to the gears' inertia referred to the rotor")
+    coupling: Vectors = xyz("kg m^2", "coupling to nacelle rotation about the shaft, generator, torsion")
 
 
 class Gears(Table, axes="mode"):
-    """State of these modes."""
+    """State of the gearbox modes."""
 
-    angle: Numbers = number("rad", "amplitude of the mode, seen from the rotor")
-    rate: Numbers = number("rad/s", "its derivative")
-    acceleration: Numbers = number("rad/s^2", "its second derivative")
+    angle: Numbers = number("rad", "amplitude of the mode, referred to the rotor")
+    rate: Numbers = number("rad/s", "first derivative of the amplitude")
+    acceleration: Numbers = number("rad/s^2", "second derivative of the amplitude")
 
 
 class GearRows(Table, axes="part"):
-    """What makes the loads of shafts and meshes; their part from the modes is in ``gear_shape``."""
+    """Coefficients of the loads of shafts and meshes; those of the modes are in ``gear_shape``."""
 
     factor: Numbers = number("- or 1/m", "static load over the torque of the main shaft")
-    inertia: Vectors = xyz("kg m^2 or kg m", "load from accelerations of the same three, of parts without states")
+    inertia: Vectors = xyz("kg m^2 or kg m", "quasi-static load per acceleration of nacelle, generator, torsion")
 
 
 class GearLoads(Table, axes="part"):
-    """Loads of shafts and meshes, from the rotor on: main shaft; of each stage its meshes and its output shaft."""
+    """Loads of shafts and meshes, from the rotor on: main shaft; meshes and output shaft of each stage."""
 
     load: Numbers = number("N m or N", "torque of a shaft, or force of a mesh along its pitch circle")
 
@@ -75,136 +75,136 @@ class BladeNode(Table, axes="blade node"):
     """Constants of the blade nodes."""
 
     position: Vectors = xyz("m", "reference point from the rotor apex, undeformed, blade axes")
-    mass: Numbers = number("kg", "piece of blade that moves with the node")
-    moment: Vectors = xyz("kg m", "its first moment about the node")
-    inertia: Symmetrics = symmetric("kg m^2", "its inertia about the node")
+    mass: Numbers = number("kg", "mass of the piece of blade that moves with the node")
+    moment: Vectors = xyz("kg m", "first moment of the piece about the node")
+    inertia: Symmetrics = symmetric("kg m^2", "inertia of the piece about the node")
 
 
 class TowerNode(Table, axes="node"):
     """Constants of the tower nodes."""
 
     height: Numbers = number("m", "above the tower base")
-    length: Numbers = number("m", "of the piece of tower that moves with the node")
-    mass: Numbers = number("kg", "the same piece")
-    inertia: Vectors = xyz("kg m^2", "its inertia about the node")
+    length: Numbers = number("m", "length of the piece of tower that moves with the node")
+    mass: Numbers = number("kg", "mass of the piece")
+    inertia: Vectors = xyz("kg m^2", "inertia of the piece about the node")
 
 
 class BladeBody(Table, axes="blade"):
-    """A blade as one body, seen from the rotor apex."""
+    """A blade as one body about the rotor apex."""
 
-    mass: Numbers = number("kg", "of the blade")
+    mass: Numbers = number("kg", "mass of the blade")
     moment: Vectors = xyz("kg m", "first moment about the rotor apex, blade axes")
-    inertia: Symmetrics = symmetric("kg m^2", "about the rotor apex, blade axes")
+    inertia: Symmetrics = symmetric("kg m^2", "inertia about the rotor apex, blade axes")
     force: Vectors = xyz("N", "external forces minus mass times known accelerations, blade axes")
-    torque: Vectors = xyz("N m", "their moment about the rotor apex")
+    torque: Vectors = xyz("N m", "moment of these forces about the rotor apex, blade axes")
 
 
 class BladeRootLoad(Table, axes="blade"):
-    """Loads that each blade exerts on the hub, and its deflection."""
+    """Loads that each blade exerts on the hub, and deflection of its tip."""
 
-    force: Vectors = xyz("N", "at the blade root, coned axes (not pitching)")
-    moment: Vectors = xyz("N m", "the same")
-    pitched_force: Vectors = xyz("N", "the same, blade axes (pitching)")
-    pitched_moment: Vectors = xyz("N m", "the same")
+    force: Vectors = xyz("N", "force at the blade root, coned axes (not pitching)")
+    moment: Vectors = xyz("N m", "moment at the blade root, coned axes (not pitching)")
+    pitched_force: Vectors = xyz("N", "force at the blade root, blade axes (pitching)")
+    pitched_moment: Vectors = xyz("N m", "moment at the blade root, blade axes (pitching)")
     tip: Vectors = xyz("m", "deflection of the tip, coned axes")
-    pitched_tip: Vectors = xyz("m", "the same, blade axes")
+    pitched_tip: Vectors = xyz("m", "deflection of the tip, blade axes")
     tip_rotation: Vectors = xyz("rad", "elastic rotation of the tip, blade axes")
     clearance: Numbers = number("m", "distance of the tip from the yaw axis, or from the tower top when above it")
 
 
 class MachineLoad(Table):
-    """Loads and motion along the chain from rotor to ground."""
+    """Loads and motion from the rotor to the ground."""
 
-    apex_force: Vec = xyz("N", "of the rotor on the shaft at the apex, shaft axes (not rotating)")
-    apex_moment: Vec = xyz("N m", "the same")
-    rotating_force: Vec = xyz("N", "the same, axes that rotate with blade 1")
-    rotating_moment: Vec = xyz("N m", "the same")
-    yaw_force: Vec = xyz("N", "at the yaw bearing on the tower, tower-top axes (not yawing)")
-    yaw_moment: Vec = xyz("N m", "the same")
-    top_deflection: Vec = xyz("m", "of the tower top, inertial axes")
-    top_rotation: Vec = xyz("rad", "of the tower top")
-    top_acceleration: Vec = xyz("m/s^2", "of the tower top, tower-top axes, without gravity")
-    rotor_acceleration: float = number("rad/s^2", "of the rotor about the shaft, relative to the nacelle")
-    nacelle_force: Vec = xyz("N", "at the yaw bearing on the tower, nacelle axes (yawing)")
-    nacelle_moment: Vec = xyz("N m", "the same")
+    apex_force: Vec = xyz("N", "force of the rotor on the shaft at the apex, shaft axes (not rotating)")
+    apex_moment: Vec = xyz("N m", "moment of the rotor on the shaft at the apex, shaft axes (not rotating)")
+    rotating_force: Vec = xyz("N", "force of the rotor on the shaft at the apex, axes rotating with blade 1")
+    rotating_moment: Vec = xyz("N m", "moment of the rotor on the shaft at the apex, axes rotating with blade 1")
+    yaw_force: Vec = xyz("N", "force at the yaw bearing on the tower, tower-top axes (not yawing)")
+    yaw_moment: Vec = xyz("N m", "moment at the yaw bearing on the tower, tower-top axes (not yawing)")
+    top_deflection: Vec = xyz("m", "deflection of the tower top, inertial axes")
+    top_rotation: Vec = xyz("rad", "rotation of the tower top")
+    top_acceleration: Vec = xyz("m/s^2", "acceleration of the tower top, tower-top axes, without gravity")
+    rotor_acceleration: float = number("rad/s^2", "acceleration of the rotor about the shaft, relative to the nacelle")
+    nacelle_force: Vec = xyz("N", "force at the yaw bearing on the tower, nacelle axes (yawing)")
+    nacelle_moment: Vec = xyz("N m", "moment at the yaw bearing on the tower, nacelle axes (yawing)")
 
 
 class BladeStationLoad(Table, axes="blade station"):
     """Section loads at stations of the blades."""
 
-    force: Vectors = xyz("N", "of the outer part of the blade on the inner one, blade axes")
-    moment: Vectors = xyz("N m", "the same")
+    force: Vectors = xyz("N", "force of the outboard part of the blade on the inboard part, blade axes")
+    moment: Vectors = xyz("N m", "moment of the outboard part of the blade on the inboard part, blade axes")
 
 
 class TowerStationLoad(Table, axes="station"):
     """Section loads at stations of the tower."""
 
-    force: Vectors = xyz("N", "of the upper part on the lower one, inertial axes")
-    moment: Vectors = xyz("N m", "the same")
+    force: Vectors = xyz("N", "force of the upper part on the lower part, inertial axes")
+    moment: Vectors = xyz("N m", "moment of the upper part on the lower part, inertial axes")
 
 
 class Columns(Table, axes="coordinate"):
-    """Partial velocities of the rotor apex in the coordinates below the blades."""
+    """Partial velocities of the rotor apex by the coordinates below the blades."""
 
-    linear: Vectors = xyz("- or m", "of the apex, inertial axes")
-    angular: Vectors = xyz("rad/m or -", "of the body that moves with the coordinate, inertial axes")
+    linear: Vectors = xyz("- or m", "partial velocity of the apex, inertial axes")
+    angular: Vectors = xyz("rad/m or -", "partial angular velocity of the body moved by the coordinate, inertial axes")
 
 
 class TopShape(Table, axes="mode"):
     """Tower modes at the tower top."""
 
-    displacement: Vectors = xyz("-", "of the top")
-    rotation: Vectors = xyz("rad/m", "of the top")
+    displacement: Vectors = xyz("-", "displacement of the tower top")
+    rotation: Vectors = xyz("rad/m", "rotation of the tower top")
 
 
 class TipShape(Table, axes="mode"):
     """Modes of a blade at its tip."""
 
-    displacement: Vectors = xyz("-", "of the tip, blade axes")
-    rotation: Vectors = xyz("rad/m", "of the tip, blade axes")
+    displacement: Vectors = xyz("-", "displacement of the tip, blade axes")
+    rotation: Vectors = xyz("rad/m", "rotation of the tip, blade axes")
 
 
 class TowerDrag(Table, axes="node"):
     """Wind loads on the tower."""
 
-    force: Vectors = xyz("N", "on the node, inertial axes")
+    force: Vectors = xyz("N", "force on the node, inertial axes")
 
 
 class ApexLoad(Table):
-    """Load that goes down the chain: of the blades at the apex, then at the yaw bearing."""
+    """Load passed on along the structure: of the blades at the apex, then at the yaw bearing."""
 
-    force: Vec = xyz("N", "inertial axes")
-    moment: Vec = xyz("N m", "inertial axes")
+    force: Vec = xyz("N", "force, inertial axes")
+    moment: Vec = xyz("N m", "moment, inertial axes")
 
 
 class BladeShape(Table, axes="mode blade node", outer=1):
     """Modes of the blades."""
 
-    displacement: Vectors = xyz("-", "of the nodes, blade axes")
-    rotation: Vectors = xyz("rad/m", "of the sections, blade axes")
+    displacement: Vectors = xyz("-", "displacement of the nodes, blade axes")
+    rotation: Vectors = xyz("rad/m", "rotation of the sections, blade axes")
 
 
 class BladeSecond(Table, axes="pair blade node", outer=1):
-    """Displacements of second order for pairs of modes, k modes + j."""
+    """Second-order displacements by pairs of modes, in row k modes + j."""
 
-    displacement: Vectors = xyz("1/m", "of the nodes, blade axes")
+    displacement: Vectors = xyz("1/m", "displacement of the nodes, blade axes")
 
 
 class BladePartial(Table, axes="mode blade node", outer=1):
     """Partial velocities of the blade nodes relative to the blade root."""
 
-    velocity: Vectors = xyz("-", "of the nodes in the mode, blade axes")
+    velocity: Vectors = xyz("-", "partial velocity of the nodes by the mode, blade axes")
 
 
 class BladeLink(Table, axes="blade mode"):
     """Momentum of a blade about the apex for each mode at unit speed, blade axes."""
 
     linear: Vectors = xyz("kg", "momentum")
-    angular: Vectors = xyz("kg m", "angular momentum")
+    angular: Vectors = xyz("kg m", "angular momentum at unit speed")
 
 
 class Structure(Exchange):
-    """What the kernels of the structure read and write."""
+    """Record of the structural kernels."""
 
     # state
     a: Array1
@@ -235,7 +235,7 @@ class Structure(Exchange):
 
 
 class SectionLoads(Record):
-    """What section loads need beside the structure, and the loads; never in lanes."""
+    """Additional record of the section loads: stations, and the loads; never in lanes."""
 
     gear_rows: GearRows
     gear_shape: Array2

@@ -105,7 +105,7 @@ class RunStore:
         mark = hashlib.sha256(repr((self.path, name, prints)).encode()).hexdigest()[:20]
         file = self._folder / f"{self._study}-{mark}"
         if file in self._seen:
-            raise AssertionError(f"two cases of a study cannot be told apart: {self.path}, {name}")
+            raise AssertionError(f"two cases of a study cannot be distinguished: {self.path}, {name}")
         self._seen.add(file)
         return file
 

@@ -386,7 +386,7 @@ class Drivetrain(Record):
     """[N m] of the fully applied brake, on the generator's shaft."""
     gearbox: Gearbox | None = None
     """Stages of the gearbox, for ``options.drivetrain`` other than ``two_mass``; ``stiffness`` remains that of the
-    whole drivetrain, and the main shaft has what the gearbox leaves of it."""
+    whole drivetrain, and the main shaft has the stiffness that gives this total."""
     source: str = ""
 
     @model_validator(mode="after")

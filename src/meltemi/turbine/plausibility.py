@@ -36,7 +36,7 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     """Warnings about turbine data that are implausible for its size.
 
     Returns:
-      One sentence each, with the key, what stands there and what is usual; empty if there is nothing to say.
+      One sentence each, with the key, its value and the usual range; empty if there is none.
     """
     if not isinstance(turbine, Turbine):
         return ()

@@ -121,7 +121,7 @@ class TableCoefficient(Record):
 
 
 Coefficient = Annotated[HeierCoefficient | CalibratedCoefficient | TableCoefficient, Field(discriminator="kind")]
-"""Any of them, told apart by ``kind``."""
+"""Any power coefficient; ``kind`` selects the class."""
 
 
 class Shaft(Record):

@@ -139,8 +139,8 @@ MOST = 1e3
 class WindBox(Brief):
     """A turbulent field on a grid, convected past the turbine at its mean speed.
 
-    At time 0 the first plane stands half the grid's width downwind of the tower, so that a yawed rotor is inside; of
-    a periodic field it stands at the tower. So it is in OpenFAST, too. The wind at (x, y, z) and time t is that of
+    At time 0 the first plane is half the grid's width downwind of the tower, so that a yawed rotor is inside; that of
+    a periodic field is at the tower. OpenFAST has the same convention. The wind at (x, y, z) and time t is that of
     plane (t + (lead - x) / speed) / dt.
 
     Attributes:

@@ -16,9 +16,9 @@ from meltemi.wind.fields import WindBox, WindSeries
 def with_gust(box: WindBox, gust: WindSeries) -> WindBox:
     """Superpose the gust, direction change and shear of a series on a turbulent box.
 
-    Each plane gets what the series has when the plane passes the tower axis. Mean speed, profile and direction are
-    the box's; of the series counts what it adds: its gust, vertical speed and linear shears, and the change of speed
-    and direction since its begin. Turbulence turns with the wind.
+    Each plane receives the values of the series at the time when it passes the tower axis. Mean speed, profile and
+    direction are the box's; the series adds its gust, vertical speed and linear shears, and the changes of its speed
+    and direction since its beginning. The turbulence is rotated with the wind direction.
 
     Args:
       box: turbulent field.

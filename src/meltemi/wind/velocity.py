@@ -1,9 +1,9 @@
 """Wind velocity at a point and time, for kernels.
 
-Two kinds: a *series*, uniform across the rotor but for shear and veer, given by a table in time;
-and a *box*, a turbulent field that is carried past the turbine by its mean speed (Taylor).
+Two kinds: a *series*, uniform across the rotor except for shear and veer, given by a table in time;
+and a *box*, a turbulent field that is convected past the turbine at its mean speed (Taylor).
 
-Both stand in one record, :class:`WindField`, which the records of the turbines inherit.
+Both are in one record, :class:`WindField`, which the records of the turbines inherit.
 
 Inertial axes: x downwind for direction 0, y to the left looking downwind, z up from the ground.
 The direction is positive when the wind turns clockwise seen from above: it then blows towards -y.
@@ -28,34 +28,34 @@ class WindParameters(Table, title="wind"):
 
     kind: float = number("-", "0: series, 1: box")
     reference_height: float = number("m", "height at which the speed of a series is given")
-    reference_length: float = number("m", "over which linear shears of a series act")
+    reference_length: float = number("m", "distance over which linear shears of a series act")
     roughness: float = number("m", "roughness length of the logarithmic profile; 0 for the power law")
-    veer: float = number("rad/m", "turning of the direction with height")
-    upflow: float = number("rad", "inclination of the flow")
-    box_speed: float = number("m/s", "at which a box is carried")
-    box_dt: float = number("s", "between planes of a box")
-    box_dy: float = number("m", "between its points, lateral")
-    box_dz: float = number("m", "between its points, vertical")
-    box_y: float = number("m", "of its first column")
-    box_z: float = number("m", "of its lowest row")
-    box_x: float = number("m", "where its first plane stands at time 0")
-    box_direction: float = number("rad", "direction from which a box is turned")
-    periodic: float = number("-", "1: a box begins again after its last plane")
+    veer: float = number("rad/m", "change of the wind direction with height")
+    upflow: float = number("rad", "inclination of the mean wind against the horizontal")
+    box_speed: float = number("m/s", "convection speed of a box")
+    box_dt: float = number("s", "time between planes of a box")
+    box_dy: float = number("m", "lateral distance of the grid points")
+    box_dz: float = number("m", "vertical distance of the grid points")
+    box_y: float = number("m", "lateral position of the first column")
+    box_z: float = number("m", "height of the lowest row")
+    box_x: float = number("m", "position of the first plane at time 0")
+    box_direction: float = number("rad", "mean wind direction of a box")
+    periodic: float = number("-", "1: a box repeats after its last plane")
 
 
 class WindNow(Table, title="wind series"):
     """Columns of a series."""
 
-    time: float = number("s", "increasing")
-    speed: float = number("m/s", "horizontal, at the reference height")
-    direction: float = number("rad", "towards which -y: clockwise from above")
+    time: float = number("s", "time, increasing")
+    speed: float = number("m/s", "horizontal wind speed at the reference height")
+    direction: float = number("rad", "wind direction: positive towards -y, clockwise from above")
     vertical: float = number("m/s", "vertical speed")
     horizontal_shear: float = number(
         "-", "difference of speed across the reference length, to the left, over the speed"
     )
-    exponent: float = number("-", "of the power law")
+    exponent: float = number("-", "exponent of the power law")
     vertical_shear: float = number("-", "linear vertical shear over the reference length")
-    gust: float = number("m/s", "added to the speed everywhere")
+    gust: float = number("m/s", "gust: uniform increment of the speed")
 
 
 class WindField(Record):

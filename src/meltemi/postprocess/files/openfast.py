@@ -80,9 +80,10 @@ def si_unit(text: str) -> tuple[str, float]:
 def result_of(columns: Columns, path: Path) -> Result:
     """A result in SI units, with meltemi's channels where the catalogue contains them.
 
-    Names are those of the catalogue, with their sign where OpenFAST's was turned round by a leading ``-``, ``_``, ``M``
-    or ``m``. Channels of numbered nodes and stations keep their names, since the numbers are those of another
-    discretisation, unless we wrote the file. What the catalogue has not, or has in another unit, keeps its name, too.
+    Names are those of the catalogue, with the sign reversed where OpenFAST's name begins with ``-``, ``_``, ``M`` or
+    ``m``. Channels of numbered nodes and stations keep their names, since the numbers are those of another
+    discretisation, unless meltemi wrote the file. Channels that the catalogue does not contain, or in another unit,
+    keep their names, too.
 
     Raises:
       InputError: the times do not increase.

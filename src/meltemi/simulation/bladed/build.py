@@ -1,6 +1,6 @@
-"""The border between the turbine an engineer describes and the arrays that kernels use.
+"""From the description of a bladed turbine to the arrays of the kernels.
 
-``build`` refuses by name what it cannot do; kernels assume validity.
+``build`` rejects unsupported input with a message; kernels assume valid arrays.
 """
 
 from __future__ import annotations
@@ -55,15 +55,15 @@ Float = NDArray[np.float64]
 FLAP_FADE = np.radians(16.0)
 """[rad] beyond the angles of attack of a flap's data, over which its increments fade out."""
 POLAR_STEP = np.radians(0.25)
-"""[rad] grid of the polars; the usual half and whole degrees of polar files lie on it."""
+"""[rad] step of the polars' grid, which contains the usual half and whole degrees of polar files."""
 FADE_BEGIN, FADE_END = 1.0, 2.0
-"""Tip-speed ratios between which the induction fades in."""
+"""Tip-speed ratios over which the induction fades in."""
 SKEW_FACTOR = 15.0 * np.pi / 32.0
-"""Pitt and Peters (1981)."""
+"""Factor of the skewed-wake correction, Pitt and Peters (1981)."""
 INFLOW_LEAD = 0.6
-"""Share k of the dynamic inflow model (Øye)."""
+"""Factor k of the dynamic inflow model (Øye)."""
 RING_CENTRE, RING_WIDTH = 0.7, 0.1
-"""Relative radius and half-width of the annulus whose mean induction sets the time of the inflow."""
+"""Relative radius and half-width of the annulus whose mean induction determines the time constants of the inflow."""
 
 
 @one_blas_thread
@@ -81,8 +81,8 @@ def build_bladed(
       base: rigid motions of the tower base; without it the base stands still, or on the turbine's foundation.
 
     Raises:
-      UnsupportedError: the turbine or the options ask for something that is not modelled.
-      InputError: options name something that does not exist, or modes cannot be computed.
+      UnsupportedError: the turbine or the options request a feature that is not modelled.
+      InputError: options name an unknown coordinate, or modes cannot be computed.
     """
     options = options or ModelOptions()
     environment = environment or Environment()
@@ -169,7 +169,7 @@ def build_bladed(
 
 
 def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
-    """Numbers of flap, edge and torsion modes of a blade: those of the options, or the usual ones for its sections."""
+    """Numbers of flap, edge and torsion modes of a blade: those of the options, or the defaults for its sections."""
     structure = turbine.blade.structure
     usual = (3, 2, 2) if structure.stiffness_matrix is not None else (2, 1, int(structure.twists))
     asked = (options.flap_modes, options.edge_modes, options.torsion_modes)
@@ -183,7 +183,7 @@ def _about(member: str) -> Iterator[None]:
         yield
     except np.linalg.LinAlgError:
         raise InputError(
-            f"{member}: its modes cannot be computed; the stiffness or mass of a station is out of all proportion"
+            f"{member}: its modes cannot be computed; the stiffness or mass of a station is out of range"
         ) from None
 
 
@@ -234,7 +234,7 @@ def _coordinates(turbine: Turbine, blade: Member, tower: Member) -> tuple[str, .
 
 
 def _locked(coordinates: tuple[str, ...], options: ModelOptions) -> Float:
-    # group: what its names begin and end with
+    # group: beginning and end of its names
     groups = {
         "tower": ("tower", ""),
         "blades": ("blade", ""),
@@ -257,17 +257,17 @@ def _locked(coordinates: tuple[str, ...], options: ModelOptions) -> Float:
 
 
 def head_mass(turbine: Turbine, pieces: Float, axis: Float) -> Float:
-    """(6, 6) inertia about the tower top of all that it carries, as one mass at the common centre.
+    """(6, 6) inertia about the tower top of all masses above it, as one mass at the common centre.
 
-    Their rotary inertia is left out of the tower's modes: in the assembled machine the flexible blades do
-    not follow the nodding and rolling of the second tower modes, and modes of a rigid rotor would miss
-    them by 8 % (docs/theory/structure.md). The multibody equations have the full inertia.
+    Their rotary inertia is excluded from the tower's modes: in the assembled turbine the flexible blades do
+    not follow the pitching and rolling of the second tower modes, and modes of a rigid rotor would be off
+    by 8 % (docs/theory/structure.md). The multibody equations have the full inertia.
     """
     n, h = turbine.nacelle, turbine.hub
     blades = turbine.n_blades * pieces[:, 0, 0].sum()
     z = h.radius + np.sum(pieces[:, 0, 0] * axis[:, 2]) / pieces[:, 0, 0].sum()
     rotor = h.mass + blades
-    # the blades lean upwind by the cone
+    # the blades lean upwind by the precone
     along = (h.mass * h.mass_centre - blades * z * np.sin(h.precone)) / rotor if rotor > 0.0 else 0.0
     c, s = np.cos(n.tilt), np.sin(n.tilt)
     x_rotor, z_rotor = (along - n.overhang) * c, n.shaft_height - (along - n.overhang) * s
@@ -423,7 +423,7 @@ def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pol
     axis_x = zero if structure.axis_x is None else structure.axis_x
     axis_y = zero if structure.axis_y is None else structure.axis_y
     v["chord"], v["twist"] = at(a.chord), at(a.twist)
-    # the aerodynamic centre is given from the pitch axis, the node lies on the beam's axis
+    # the aerodynamic centre is given from the pitch axis, the node is on the beam axis
     v["centre"] = np.stack(
         [
             at(a.centre_x) - np.interp(s, structure.position, axis_x),
@@ -486,7 +486,7 @@ def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tupl
                 dynamic = min(section[SectionConstants.index("dynamic")], constants[SectionConstants.index("dynamic")])
                 section = (1.0 - w) * section + w * constants
                 section[SectionConstants.index("dynamic")] = dynamic
-                if dynamic > 0.0 and options.stall_fit == "hansen":  # made for the blend, which then is recovered
+                if dynamic > 0.0 and options.stall_fit == "hansen":  # fitted to the blend, which it then recovers
                     polar, section = _stall_columns(grid, polar, section)
             polars.append(polar)
             sections.append(section)
@@ -495,7 +495,7 @@ def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tupl
 
 
 def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float, Float]:
-    """Polar on the grid and its constants."""
+    """Polar on the grid, and its constants."""
     polar = np.zeros((len(grid), len(PolarPoint)))
     for name in ("lift", "drag", "moment"):
         polar[:, PolarPoint.index(name)] = np.interp(grid, airfoil.angle_of_attack, getattr(airfoil, name))
@@ -521,7 +521,7 @@ def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float,
 
 
 def _stall_columns(grid: Float, polar: Float, section: Float) -> tuple[Float, Float]:
-    """Columns and constants of the dynamic stall for a polar on the grid."""
+    """Columns and constants of the dynamic stall model for a polar on the grid."""
     t = stall_tables.hansen(grid, polar[:, PolarPoint.index("lift")], polar[:, PolarPoint.index("drag")])
     polar, section = polar.copy(), section.copy()
     polar[:, PolarPoint.index("attachment")] = t.attachment
@@ -543,7 +543,7 @@ def _tower_flow(turbine: Turbine, layout: NodeLayout) -> Float:
 
 
 def _flap_nodes(turbine: Turbine, layout: NodeLayout) -> Float:
-    """(F, blades, nodes) share of each node's length that a flap covers."""
+    """(F, blades, nodes) fraction of each node's length that a flap covers."""
     inner, outer = layout.edges[:-1], layout.edges[1:]
     length = turbine.blade.length
     shares = np.zeros((len(turbine.blade.flaps), turbine.n_blades, len(layout.position)))
@@ -554,11 +554,11 @@ def _flap_nodes(turbine: Turbine, layout: NodeLayout) -> Float:
 
 
 def _increments(turbine: Turbine) -> Float:
-    """(F, ALPHAS DELTAS, 3) increments on the grid of the kernels: bicubic between the data, faded beyond stall."""
+    """(F, ALPHAS DELTAS, 3) increments on the grid of the kernels: bicubic between the data, faded out beyond stall."""
     result = np.zeros((len(turbine.blade.flaps), ALPHAS * DELTAS, 3))
     if not len(result):
         return result
-    from scipy.interpolate import PchipInterpolator, RectBivariateSpline  # a quarter of a second at start-up
+    from scipy.interpolate import PchipInterpolator, RectBivariateSpline  # its import takes a quarter of a second
 
     alpha = INCREMENT_STEP * (np.arange(ALPHAS) - ALPHAS // 2)
     delta = INCREMENT_STEP * (np.arange(DELTAS) - DELTAS // 2)

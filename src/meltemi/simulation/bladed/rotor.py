@@ -77,11 +77,11 @@ WEIGHTS = {
     "blade_nodes": [row for row, name in enumerate(BladeNode.names) if not name.startswith("position")],
     "aero_nodes": [AeroNode.index(name) for name in ("length", "area", "ring")],
 }
-"""Rows by which a node counts in sums: zero for the nodes that only fill up the last lanes."""
+"""Rows that weight a node in sums: zero for the nodes that pad the last lanes."""
 
 
 def filled(name: str, array: Float, nodes: int) -> Float:
-    """Constants of the nodes, continued to ``nodes`` by copies of the last one that carry no weight."""
+    """Constants of the nodes, padded to ``nodes`` by copies of the last one with zero weight."""
     missing = nodes - array.shape[-1]
     result = aligned((*array.shape[:-1], nodes))
     result[...] = np.concatenate([array, np.repeat(array[..., -1:], missing, axis=-1)], axis=-1)
@@ -91,7 +91,7 @@ def filled(name: str, array: Float, nodes: int) -> Float:
 
 
 def to_lanes(nodes: int, lanes: bool) -> int:
-    """Number of nodes that fills up the last lanes."""
+    """Number of nodes, rounded up to whole lanes."""
     return -(-nodes // WIDTH) * WIDTH if lanes else nodes
 
 
@@ -102,9 +102,9 @@ class BladedRotor:
     Attributes:
       blade, tower: the flexible members.
       blade_layout, tower_layout: their nodes.
-      gear_stages: planetary stages of the gearbox, and all its stages; none where they are not modelled.
+      gear_stages: number of planetary stages and of all stages of the gearbox; zero where they are not modelled.
       blade_model: name of the structural model of the blades.
-      blade_arrays: its own arrays, by their names in its records; every case has a copy.
+      blade_arrays: arrays of this model, by their names in its records; every case has a copy.
       gear_modes ... flap_actuators: arrays of the kernels, see the tables of their layers.
     """
 
@@ -155,27 +155,27 @@ class BladedRotor:
 
     @property
     def node_arrays(self) -> list[str]:
-        """Arrays whose last axis are the nodes of a blade or of the tower, which fill up the last lanes."""
+        """Arrays whose last axis is the nodes of a blade or of the tower, padded to whole lanes."""
         record: Any = self.system
         return [name for name, member in members(record).items() if member.in_lanes]
 
     @property
     def n_nodes(self) -> int:
-        """Nodes of each blade."""
+        """Number of nodes of each blade."""
         return len(self.blade_layout.position)
 
     @property
     def n_core(self) -> int:
-        """Coordinates below the blades."""
+        """Number of coordinates except those of the blades."""
         return len(self.tower.names) + N_SHAFT
 
     @property
     def n_flaps(self) -> int:
-        """Flaps of each blade."""
+        """Number of flaps of each blade."""
         return len(self.flap_nodes)
 
     def check(self, stations: Stations, turbine: Turbine) -> None:
-        """InputError for stations beyond the ends of blades or tower."""
+        """Raise InputError for stations beyond the ends of blades or tower."""
         for name, places, length in (
             ("blade_stations", stations.blade, turbine.blade.length),
             ("tower_stations", stations.tower, turbine.tower.length),
@@ -202,11 +202,11 @@ class BladedRotor:
         }
 
     def states(self, turbine: Turbine, lanes: bool) -> dict[str, tuple[int, ...]]:
-        """Shapes of the states of inflow and stall, and of what integrator and solver remember."""
+        """Shapes of the states of inflow and stall, and of the memory of integrator and solver."""
         return {name: table.shape(**self._sizes(turbine, lanes)) for name, table in STATES.items()}
 
     def arrays(self, turbine: Turbine, wind: Wind, stations: Stations, lanes: bool) -> dict[str, Any]:
-        """All other arrays of its records; those of nodes are filled up to whole lanes."""
+        """All other arrays of its records; those of nodes are padded to whole lanes."""
         sizes = self._sizes(turbine, lanes)
         B, nodes, K, M, nc = turbine.n_blades, sizes["node"], len(self.blade.names), len(self.tower.names), self.n_core
         tower_nodes = to_lanes(self.tower_flow.shape[1], lanes)
@@ -245,7 +245,7 @@ class BladedRotor:
         }
 
     def shown(self, arrays: dict[str, Any]) -> dict[str, Any]:
-        """The arrays without nodes that only fill up the last lanes."""
+        """The arrays without the nodes that pad the last lanes."""
         N, NT = self.n_nodes, self.tower_flow.shape[1]
         ends = {"tower_flow": NT, "tower_drag": NT, **{name: NT if "tower" in name else N for name in self.node_arrays}}
         return {name: array[..., : ends[name]] if name in ends else array for name, array in arrays.items()}
@@ -256,9 +256,9 @@ BladedModel = Model[BladedRotor]
 
 
 def with_static_gears(model: BladedModel) -> BladedModel:
-    """The same with a gearbox whose parts follow rotor and generator statically, so that none of its modes is left.
+    """The model with a gearbox whose parts follow rotor and generator quasi-statically, without modes of its own.
 
-    Steady operation, default time step and modes in vacuum look at the slow motion only.
+    Steady operation, default time step and modes in vacuum need only the slow motion.
     """
     if not model.rotor.gear_modes.shape[1]:
         return model

@@ -1,4 +1,4 @@
-"""What can be recorded of a power-coefficient turbine: the part of the catalogue that it has, and its own."""
+"""Channels of a power-coefficient turbine: its part of the catalogue, and its own."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from meltemi.simulation.disk.rotor import DiskModel
 from meltemi.turbine.power_turbine import TableCoefficient
 
 WHOLE = ("summary", "pitch", "demands", "outside", "electric")
-"""Arrays of which everything is known."""
+"""Arrays that are fully available."""
 SOME = {
     "machine": ("azimuth", "rotor_speed"),
     "rotor": ("thrust", "torque", "skew", "tip_ratio"),
@@ -17,7 +17,7 @@ SOME = {
     "q": ("yaw", "generator", "drivetrain"),
     "v": ("yaw", "generator", "drivetrain"),
 }
-"""And those of which these rows are."""
+"""Arrays with only these rows available."""
 
 
 def disk_channels(model: DiskModel) -> dict[str, Channel]:
@@ -39,7 +39,7 @@ def find_disk_channel(name: str, model: DiskModel, available: dict[str, Channel]
     """A channel by its name.
 
     Raises:
-      InputError: unknown, or one that only an aeroelastic turbine has.
+      InputError: unknown name, or a channel that only an aeroelastic turbine has.
     """
     try:
         return find(name, available)
@@ -51,6 +51,6 @@ def find_disk_channel(name: str, model: DiskModel, available: dict[str, Channel]
         if known is None:
             raise
     raise InputError(
-        f"no channel {name!r}: {model.turbine.name} is a power-coefficient turbine, without blades and tower that "
-        f"could have {known.description!r}; an aeroelastic turbine has it"
+        f"no channel {name!r}: {model.turbine.name} is a power-coefficient turbine, without the blades and tower for "
+        f"{known.description!r}; use an aeroelastic turbine"
     )

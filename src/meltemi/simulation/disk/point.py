@@ -1,4 +1,4 @@
-"""Steady operation of a power-coefficient turbine: roots of the balance of torque."""
+"""Steady operation of a power-coefficient turbine: roots of the torque balance."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.turbulence.field import AnyWind
 
 SCAN = 61
-"""Rotor speeds, from a tenth of the reference speed up to it, at which the balance of torque is looked at first."""
+"""Number of rotor speeds, from a tenth of the reference speed up to it, at which the torque balance is evaluated."""
 
 
 def disk_point(
@@ -36,7 +36,7 @@ def disk_point(
     rotor, friction = case.view("rotor"), turbine.drivetrain.friction
 
     def left_over(speed: float, angle: float) -> float:
-        """Torque [N m] that is not balanced."""
+        """Residual torque [N m]."""
         torque = float(steady_torque(law, ratio * speed, angle))
         hold(case, angle, torque)
         case["v"][GENERATOR] = speed
@@ -59,8 +59,8 @@ def disk_point(
                 if left_over(reference, most) > 0.0:
                     raise NotConverged(
                         f"no steady operation at a wind speed of {steady.speed:g} m/s: at its largest pitch of "
-                        f"{math.degrees(most):g} degrees {turbine.name} still drives more than rated power; "
-                        "a larger control.pitch.maximum or a lower wind speed helps"
+                        f"{math.degrees(most):g} degrees {turbine.name} still produces more than rated power; "
+                        "increase control.pitch.maximum or reduce the wind speed"
                         + f" (its cut_out is {turbine.cut_out:g} m/s)"
                         * (steady.speed > turbine.cut_out)
                     )
@@ -79,7 +79,7 @@ def disk_point(
         where = f"it runs at a tip-speed ratio of {float(rotor['tip_ratio']):.2f}"
         raise _unknown(turbine, steady.speed, f"{where} and a pitch of {math.degrees(angle):.2f} degrees")
     if turbine.drivetrain.stiffness is not None:
-        # without acceleration the shaft carries what drives the rotor
+        # without acceleration the shaft carries the driving torque of the rotor
         case["q"][TORSION] = (float(rotor["torque"]) - friction * rotor_speed) / turbine.drivetrain.stiffness
         case.evaluate(0.0)
     case.control.drive.generator_torque = asked = float(steady_torque(law, ratio * rotor_speed, angle))

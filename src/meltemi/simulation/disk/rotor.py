@@ -1,4 +1,4 @@
-"""A turbine of a power coefficient ready for its kernels."""
+"""Arrays of a power-coefficient turbine, and those of its cases."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ Float = NDArray[np.float64]
 
 COORDINATES = ("yaw", "generator", "drivetrain")
 OPTIONS = ("locked", "yaw", "time_step", "disk_points", "electrical")
-"""Options that say something to such a turbine."""
+"""Options that apply to such a turbine."""
 GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
-"""[rad] from point to point of the disk."""
+"""[rad] golden angle, between successive points of the disk."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -81,7 +81,7 @@ class DiskRotor:
     points: Float
 
     def check(self, stations: Stations, turbine: PowerTurbine) -> None:
-        """InputError for any station."""
+        """Raise InputError for any station."""
         if stations.blade or stations.tower:
             raise InputError(
                 f"{turbine.name}: blade_stations and tower_stations need blades and a tower, which a power-coefficient "
@@ -97,7 +97,7 @@ class DiskRotor:
         return {}
 
     def arrays(self, turbine: PowerTurbine, wind: Wind, stations: Stations, lanes: bool) -> dict[str, Any]:
-        """All other arrays of its records; a wind that is given at the hub is taken there."""
+        """All other arrays of its records; a hub-height wind is evaluated at the hub."""
         return {
             **{field.name: getattr(self, field.name) for field in fields(self)},
             "points": self.points if isinstance(wind, WindBox) else np.zeros((2, 1)),
@@ -119,7 +119,7 @@ def build_disk(
     """Make a model of a power-coefficient turbine.
 
     Raises:
-      InputError: an option concerns what such a turbine does not have.
+      InputError: an option concerns a component that such a turbine does not have.
     """
     options, environment = options or ModelOptions(), environment or Environment()
     _refuse(turbine, options)
@@ -129,7 +129,7 @@ def build_disk(
         if name not in COORDINATES:
             raise InputError(f"locked: no coordinate {name!r}: {did_you_mean(name, COORDINATES)}")
         locked[COORDINATES.index(name)] = 1.0
-    locked[COORDINATES.index("yaw")] = 1.0  # it stands where its drive has turned it
+    locked[COORDINATES.index("yaw")] = 1.0  # the nacelle follows its drive
     if shaft.stiffness is None:
         locked[COORDINATES.index("drivetrain")] = 1.0
     structure, aero, disk = (
@@ -165,12 +165,12 @@ def build_disk(
 
 
 def _refuse(turbine: PowerTurbine, options: ModelOptions) -> None:
-    """Options that would change nothing are a misunderstanding."""
+    """Raise InputError for options that would have no effect."""
     default = ModelOptions()
     for name in ModelOptions.model_fields:
         if name not in OPTIONS and getattr(options, name) != getattr(default, name):
             raise InputError(
-                f"{turbine.name}: options.{name} concerns blades and tower, which a turbine of a power coefficient "
+                f"{turbine.name}: options.{name} concerns blades and tower, which a power-coefficient turbine "
                 f"does not have; it has the options {', '.join(OPTIONS)}"
             )
     if options.yaw == "free":
@@ -178,7 +178,7 @@ def _refuse(turbine: PowerTurbine, options: ModelOptions) -> None:
 
 
 def disk_points(radius: float, n: int) -> Float:
-    """(2, n) [m] places on the disk from its centre, each for the same area: a spiral of the golden angle."""
+    """(2, n) [m] points on the disk from its centre, each for the same area: a spiral of the golden angle."""
     i = np.arange(n)
     r, turn = radius * np.sqrt((i + 0.5) / n), GOLDEN * i
     return np.ascontiguousarray([r * np.cos(turn), r * np.sin(turn)])

@@ -1,6 +1,6 @@
-"""Rotor with a power coefficient: wind on its disk, aerodynamic power, shaft.
+"""Rotor with a power coefficient: wind over its disk, aerodynamic power, shaft.
 
-The nacelle is rigid on its bearing, so that it stands where its drive has turned it.
+The nacelle is rigid on its bearing, so that its yaw angle is that of the drive.
 
 Reference: docs/theory/power-turbines.md (P-1 to P-12).
 """
@@ -30,32 +30,32 @@ from meltemi.structure.tables import MachineLoad
 from meltemi.wind.velocity import series_now, wind_velocity
 
 LEAST_WIND = 0.1
-"""[m/s] below which the tip-speed ratio is that of this wind."""
+"""[m/s] smallest wind speed in the tip-speed ratio."""
 LEAST_RATIO = 0.01
-"""Tip-speed ratio below which the torque is that of this ratio: a rotor at rest has no power, but a torque."""
+"""Smallest tip-speed ratio in the torque: a rotor at rest has no power, but a torque."""
 
 
 class Disk(Table):
-    """Parameters of the rotor beside its coefficients."""
+    """Parameters of the rotor besides its coefficients."""
 
-    radius: float = number("m", "to which the coefficients refer")
-    inertia: float = number("kg m^2", "of the rotor about the shaft")
-    friction: float = number("N m s/rad", "of the bearings")
-    power_exponent: float = number("-", "of the cosine between wind and shaft in the power")
-    thrust_exponent: float = number("-", "in the thrust")
+    radius: float = number("m", "rotor radius, to which the coefficients refer")
+    inertia: float = number("kg m^2", "inertia of the rotor about the shaft")
+    friction: float = number("N m s/rad", "friction of the bearings")
+    power_exponent: float = number("-", "exponent of the yaw cosine in the power")
+    thrust_exponent: float = number("-", "exponent of the yaw cosine in the thrust")
 
 
 class DiskFlow(Table):
     """Flow and power of the rotor."""
 
-    wind_speed: float = number("m/s", "horizontal, mean over the disk")
-    power_coefficient: float = number("-", "at this tip-speed ratio and the pitch of the blades, without yaw")
-    aerodynamic_power: float = number("W", "of the air on the rotor, rain's loss taken off")
-    rain_loss: float = number("W", "of power, to rain")
+    wind_speed: float = number("m/s", "horizontal wind speed, mean over the disk")
+    power_coefficient: float = number("-", "power coefficient at the present tip-speed ratio and pitch, without yaw")
+    aerodynamic_power: float = number("W", "aerodynamic power of the rotor, less the loss to rain")
+    rain_loss: float = number("W", "power loss to rain")
 
 
 class DiskSystem(AnySystem, Coefficients):
-    """A turbine with such a rotor; its coordinates are yaw, generator, torsion of the shaft."""
+    """A power-coefficient turbine; its coordinates are yaw, generator, torsion of the shaft."""
 
     disk: Disk
     rain: Constant[RainParameters]
@@ -66,13 +66,13 @@ class DiskSystem(AnySystem, Coefficients):
 
 @kernel
 def cosine_power(x: float, n: float) -> float:
-    """The n-th power of a cosine; 0 if it is not above 0."""
+    """The n-th power of a cosine; 0 if it is not positive."""
     return exp(n * log(x)) if x > 0.0 else 0.0
 
 
 @kernel
 def disk_wind(t: float, m: DiskSystem) -> Vec:
-    """Mean of the wind over points of the disk (P-5), each given by [m] to the left looking downwind and up."""
+    """Mean of the wind over points of the disk (P-5), given by [m] to the left looking downwind, and up."""
     c, s, n = cos(m.q[YAW]), sin(m.q[YAW]), m.points.shape[1]
     u = Vec(0.0, 0.0, 0.0)
     for i in range(n):
@@ -152,7 +152,7 @@ def shaft(m: DiskSystem) -> None:
 
 @kernel
 def follow_drive(m: DiskSystem) -> None:
-    """Turn the nacelle to where its drive stands."""
+    """Set the yaw angle of the nacelle to that of its drive."""
     m.q[YAW], m.v[YAW] = m.drive.yaw_command, m.drive.yaw_command_rate
 
 
@@ -176,13 +176,13 @@ def _(m: DiskSystem, s: Outputs, everywhere: bool) -> None:
 @settle_inflow.variant
 @kernel
 def _(m: DiskSystem) -> None:
-    """No states."""
+    """Nothing to do: no states."""
 
 
 @inflow_rates.variant
 @kernel
 def _(m: DiskSystem) -> None:
-    """No states."""
+    """Nothing to do: no states."""
 
 
 @begin_step.variant

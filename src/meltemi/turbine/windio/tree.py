@@ -48,7 +48,7 @@ class Tree:
         """The value at a path; an error if it is missing.
 
         Raises:
-          InputError: nothing stands there.
+          InputError: there is no value.
         """
         found: Any = self.data
         for i, key in enumerate(path.split(".")):
@@ -63,7 +63,7 @@ class Tree:
         """A number, or None.
 
         Raises:
-          InputError: something else stands there.
+          InputError: the value is not a finite number.
         """
         found = self.get(path)
         if found is None:
@@ -73,10 +73,10 @@ class Tree:
         return float(found)
 
     def quantities(self, table: Mapping[str, tuple[str, float]]) -> dict[str, float]:
-        """Numbers in SI units by our names, from a table ``name: (path, factor)``; what is missing is left out.
+        """Numbers in SI units by meltemi's names, from a table ``name: (path, factor)``; missing values are omitted.
 
         Raises:
-          InputError: something else stands there.
+          InputError: a value is not a finite number.
         """
         found = {name: (self.number(path), factor) for name, (path, factor) in table.items()}
         return {name: value * factor for name, (value, factor) in found.items() if value is not None}

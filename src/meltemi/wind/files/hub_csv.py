@@ -22,9 +22,9 @@ HEADING = re.compile(r"(?P<name>[^\[(]*)(?:[\[(](?P<unit>[^\])]*)[\])])?")
 def read_hub_csv(path: str | Path) -> HubSeries:
     """Read measured hub-height wind: columns ``time [s]``, ``u [m/s]`` and optionally ``v [m/s]``, ``w [m/s]``.
 
-    Columns stand in any order under a line of names; units in brackets are checked if there. Without names the
+    Columns are in any order below a line of names; units in brackets are checked if present. Without names the
     columns are time, u, v, w. They are separated by commas, semicolons (numbers may then have decimal commas) or
-    blanks. Empty lines and those that begin with ``#``, ``!`` or ``%`` are passed over.
+    blanks. Empty lines and those that begin with ``#``, ``!`` or ``%`` are skipped.
 
     Raises:
       InputError: the file is missing or a line cannot be read; the message names the line.

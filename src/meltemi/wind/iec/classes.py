@@ -108,7 +108,7 @@ def _standard_classes(edition: Edition) -> dict[str, WindClass]:
 
 
 CLASSES: dict[Edition, dict[str, WindClass]] = {edition: _standard_classes(edition) for edition in EDITIONS}
-"""The standard's classes by edition and name. In edition 4 an appended T stands for tropical cyclones."""
+"""The standard's classes by edition and name. In edition 4 an appended T means tropical cyclones."""
 
 
 def wind_class(name: str, edition: Edition = 3) -> WindClass:

@@ -32,10 +32,10 @@ class IecModel:
 
     Attributes:
       name: as the standard abbreviates it; EWM with its years, EWS with H or V.
-      title: in words.
-      kind: what it makes: a turbulent or steady wind, or a transient.
+      title: description.
+      kind: kind of its wind: turbulent, steady, or a transient.
       clause, equations: of edition 3; of edition 2 for ECG.
-      make: the function that makes it.
+      make: the function that creates its wind.
       make_steady: that of the steady variant, where there are both.
       editions: which have it.
     """

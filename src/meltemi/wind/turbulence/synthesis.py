@@ -106,10 +106,10 @@ def synthesise(
     """Synthesise the field in time.
 
     Args:
-      spectrum: what it shall have; n / 2 - 1 frequencies.
+      spectrum: target spectrum; n / 2 - 1 frequencies.
       grid: points across the wind.
       n: even number of planes.
-      seed: of the random numbers.
+      seed: seed of the random numbers.
       mean: (Z, 3) [m/s] added to each row.
       sigmas: [m/s] standard deviations of u, v, w to be met at the hub; None leaves a component as it comes.
       measured: components whose amplitudes (n / 2 + 1,) at the hub are given.
