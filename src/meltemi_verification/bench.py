@@ -20,7 +20,6 @@ from typing import Any
 
 import numba
 
-from meltemi.control import signals as s
 from meltemi.control.baseline import BaselineController
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
@@ -331,17 +330,15 @@ def _nothing(state: Any, measurements: Any, demands: Any, dt: float) -> None:
 
 def _individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) -> None:
     """Individual pitch of 30 lines: torque, PI on the speed, and proportional control of tilt and yaw moments."""
-    speed = measurements[s.GENERATOR_SPEED]
+    speed = measurements.generator_speed
     rated, torque_rated, torque_rate = 122.91, 43093.55, 15000.0
     gain, integral_gain, halving = 0.0188, 0.0081, 0.11
     # torque, rate-limited
-    wanted = torque_rated * rated / max(speed, 1.0)
-    if speed < rated:
-        wanted = 2.33 * speed * speed
+    wanted = torque_rated * rated / max(speed, 1.0) if speed >= rated else 2.33 * speed * speed
     wanted = min(wanted, 47402.91)
     step = torque_rate * dt
     state[0] += min(max(wanted - state[0], -step), step)
-    demands[s.GENERATOR_TORQUE] = state[0]
+    demands.generator_torque = state[0]
     # collective pitch
     error = speed - rated
     schedule = 1.0 / (1.0 + state[1] / halving)
@@ -349,18 +346,16 @@ def _individual_pitch(state: Any, measurements: Any, demands: Any, dt: float) ->
     state[1] = min(max(state[1], 0.0), 1.5)
     collective = min(max(state[1] + gain * schedule * error, 0.0), 1.5)
     # individual pitch against the moments of once a revolution
-    azimuth = measurements[s.AZIMUTH]
-    tilt = 0.0
-    yaw = 0.0
+    azimuth, tilt, yaw = measurements.azimuth, 0.0, 0.0
     for blade in range(3):
         angle = azimuth + 2.0943951023931953 * blade
-        moment = measurements[s.OUT_OF_PLANE_MOMENT + blade]
+        moment = measurements.out_of_plane_moment[blade]
         tilt += cos(angle) * moment
         yaw += sin(angle) * moment
     for blade in range(3):
         angle = azimuth + 2.0943951023931953 * blade
         pitch = collective + 2e-9 * (tilt * cos(angle) + yaw * sin(angle))
-        demands[s.PITCH_DEMAND + blade] = pitch
+        demands.pitch[blade] = pitch
 
 
 def timed_controllers(duration: float) -> dict[str, float]:
@@ -374,9 +369,10 @@ def timed_controllers(duration: float) -> dict[str, float]:
     @numba.njit
     def compiled(state: Any, measurements: Any, demands: Any, dt: float) -> None:
         update(state, measurements, demands, dt)
-        moments = measurements[s.OUT_OF_PLANE_MOMENT : s.OUT_OF_PLANE_MOMENT + 3]
+        moment = measurements.out_of_plane_moment
+        mean = (moment[0] + moment[1] + moment[2]) / 3.0
         for blade in range(3):
-            demands[s.PITCH_DEMAND + blade] += 4e-9 * (moments[blade] - moments.mean())
+            demands.pitch[blade] += 4e-9 * (moment[blade] - mean)
 
     def us(controller: Controller) -> float:
         return float(_timed(model, wind, duration, controller=controller)["us_per_step"])

@@ -264,9 +264,8 @@ def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: fl
     )
     model = build(free, options).with_parameters(**{"aerodynamics.air_density": 0.0})
     duration = round(100 * TURN / SPEED)
-    run = Simulation(
-        Run(model, CALM, duration=duration, controller=ConstantController(), start=start, channels=["azimuth"])
-    )
+    law = ConstantController()
+    run = Simulation(Run(model, CALM, duration=duration, controller=law, start=start, channels=["azimuth"]))
     probe, energies = Case(model, CALM), []
     run.advance(1)
     while True:

@@ -11,6 +11,7 @@ Reference: docs/theory/control.md (C-10 to C-13, C-55 to C-58).
 from __future__ import annotations
 
 from math import cos, cosh, exp, sin, sinh, sqrt
+from typing import NamedTuple
 
 from meltemi.aero.tables import FlapParameters
 from meltemi.control.faults import Faults
@@ -80,36 +81,35 @@ def second_order_step(x: float, v: float, w: float, z: float, dt: float) -> tupl
     return e * (x * (c + z * w * s_w) + v * s_w), e * (v * (c - z * w * s_w) - w * w * x * s_w)
 
 
+class SecondOrder(NamedTuple):
+    """A second-order actuator: natural frequency [rad/s], damping ratio, and limits of rate and angle."""
+
+    frequency: float
+    damping: float
+    rate: float
+    minimum: float
+    maximum: float
+
+
 @kernel
-def limited_step(
-    angle: float,
-    rate: float,
-    demand: float,
-    w: float,
-    z: float,
-    most: float,
-    low: float,
-    high: float,
-    dt: float,
-) -> tuple[float, float, float]:
+def limited_step(angle: float, rate: float, demand: float, p: SecondOrder, dt: float) -> tuple[float, float, float]:
     """Angle and rate of a second-order actuator after ``dt``, within its limits (C-11 to C-13).
 
     Args:
-      demand: held, within ``low`` and ``high``.
-      w, z: natural frequency [rad/s] and damping ratio.
-      most: limit of the rate.
+      demand: held, within the limits of the angle.
 
     Returns:
       Angle, rate, and what the limit of the rate adds to the switches.
     """
-    error, free = second_order_step(angle - demand, rate, w, z, dt)
+    most = p.rate
+    error, free = second_order_step(angle - demand, rate, p.frequency, p.damping, dt)
     new, limited = demand + error, min(max(free, -most), most)
     if limited != free:
         new = angle + 0.5 * (rate + limited) * dt
     # within the step the free motion may be faster than at its ends
     new = min(max(new, angle - most * dt), angle + most * dt)
-    if new < low or new > high:
-        new = min(max(new, low), high)
+    if new < p.minimum or new > p.maximum:
+        new = min(max(new, p.minimum), p.maximum)
         limited = 0.0
     return new, limited, crossed(abs(free) - most)
 
@@ -141,7 +141,7 @@ def pitch_advance(dt: float, c: Actuation) -> None:
         if dt <= 0.0:
             continue
         new, new_rate, switches = limited_step(
-            angle, rate, demand, p.pitch_frequency, p.pitch_damping, most, low, high, dt
+            angle, rate, demand, SecondOrder(p.pitch_frequency, p.pitch_damping, most, low, high), dt
         )
         pitch.switches[b] += switches
         pitch.angle[b] = new + offset
@@ -172,7 +172,7 @@ def flap_advance(dt: float, c: Actuation) -> None:
             if dt <= 0.0:
                 continue
             new, new_rate, switches = limited_step(
-                angle, rate, demand, p.frequency[j], p.damping[j], most, low, high, dt
+                angle, rate, demand, SecondOrder(p.frequency[j], p.damping[j], most, low, high), dt
             )
             flap.switches[j, b] += switches
             flap.angle[j, b] = new
