@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "development" / "extensions.md").read_text(encoding="utf-8")
 BLADES = "simulation/blades"
 BEHIND = {
-    "simulation/tables.py, last field of Summary": 'number("W", "mechanical, of the low-speed shaft")\n',
+    "simulation/tables.py, last field of Summary": 'number("W", "mechanical power of the low-speed shaft")\n',
     "simulation/step.py, at the end of whole_machine": "    s.rotor_power = rotor_speed(m) * c.chain.apex_moment.x\n",
     "control/actuators.py, field of Actuators": '    pitch_maximum: float = number("rad", "limit")\n',
     "turbine/definition.py, field of PitchActuator": '    """[rad] largest pitch."""\n',
