@@ -446,7 +446,11 @@ def test_what_is_not_modelled_is_refused_by_name(turbine: Turbine) -> None:
 
     refused("overhang", turbine.replace(**{"nacelle.overhang": -5.0}))
     refused("torsion", uniform_blade(turbine), ModelOptions(torsion_modes=1))
-    refused("tower_torsion_modes needs", turbine.replace(**{"tower.torsion_stiffness": None}), ModelOptions(tower_torsion_modes=1))
+    refused(
+        "tower_torsion_modes needs",
+        turbine.replace(**{"tower.torsion_stiffness": None}),
+        ModelOptions(tower_torsion_modes=1),
+    )
     refused("mode_shapes", turbine, ModelOptions(mode_shapes="given"))
     refused("did you mean", turbine, ModelOptions(locked=("towr",)))
 
