@@ -1,3 +1,3 @@
-"""Studies that come with the package: verification and benchmarks."""
+"""Analyses built on the package: comparison and tuning of controllers, sensitivities, icing, export of decks."""
 
 KERNELS = ()
