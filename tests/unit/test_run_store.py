@@ -130,8 +130,8 @@ KILLED = """
 import sys, time
 from pathlib import Path
 sys.path.insert(0, sys.argv[2])
-from test_journal import cases
-from meltemi.studies.run_store import cells, journal
+from test_run_store import cases
+from meltemi.studies.run_store import cells, run_store
 
 def reduce(result):
     if result.meta["case"] == "10 m/s":
@@ -139,7 +139,7 @@ def reduce(result):
         time.sleep(3.0)
     return float(result["generator_power"].mean())
 
-with journal(Path(sys.argv[1]), "study") as book:
+with run_store(Path(sys.argv[1]), "study") as book:
     print(cells(cases(), reduce=reduce, workers=1), book.taken)
 """
 
