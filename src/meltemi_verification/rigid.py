@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
-from meltemi.control.signals import PITCH_DEMAND, TIME
+from meltemi.control.signals import Demands, Measurements
 from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, style
@@ -152,8 +152,9 @@ def pitch_steps() -> Comparison:
     turbine = straight(deck_turbine(load_turbine("nrel5mw")))
     speed = 11.43 * np.pi / 30.0
 
-    def step(state: Float, measured: Float, demands: Float, dt: float) -> None:
-        demands[PITCH_DEMAND : PITCH_DEMAND + 3] = np.radians(2.0) * min(max((measured[TIME] - 80.0) / 0.1, 0.0), 1.0)
+    def step(state: Float, measured: Measurements, demands: Demands, dt: float) -> None:
+        for blade in range(3):
+            demands.pitch[blade] = np.radians(2.0) * min(max((measured.time - 80.0) / 0.1, 0.0), 1.0)
 
     rows: list[Row] = []
     figure, axes = new_figure(1, 1, size=(9.0, 3.2))

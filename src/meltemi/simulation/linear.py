@@ -25,7 +25,7 @@ from meltemi.aero import stall
 from meltemi.aero.stall.section import model_weight
 from meltemi.aero.tables import AeroNode, AeroOptions, BladeFlow, InflowState, StallState
 from meltemi.control.actuators import FlapActuators
-from meltemi.control.signals import GENERATOR_TORQUE, REACTIVE_POWER
+from meltemi.control.signals import Demands
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.threads import one_blas_thread
@@ -447,8 +447,8 @@ def _of_the_grid(case: Case, point: OperatingPoint) -> dict[str, Variable]:
     case.begin_electric()
     found, outside = {}, case.control.outside
     for name, unit, array, place, value in (
-        ("generator_torque", "N m", "demands", GENERATOR_TORQUE, point.generator_torque),
-        ("reactive_power", "var", "demands", REACTIVE_POWER, 0.0),
+        ("generator_torque", "N m", "demands", Demands.index("generator_torque"), point.generator_torque),
+        ("reactive_power", "var", "demands", Demands.index("reactive_power"), 0.0),
         ("grid_voltage", "-", "outside", Conditions.index("grid_voltage"), outside.grid_voltage),
         ("grid_frequency", "Hz", "outside", Conditions.index("grid_frequency"), outside.grid_frequency),
     ):

@@ -17,7 +17,6 @@ from meltemi.environment.site import Environment
 from meltemi.maths.records import Record
 from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
-from meltemi.structure.kinematics import N_SHAFT
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import Wind
 
@@ -114,11 +113,6 @@ class Model(Brief, Generic[R]):
     def n_flaps(self) -> int:
         """Number of flaps of each blade."""
         return self.rotor.n_flaps
-
-    @property
-    def shaft(self) -> slice:
-        """Slice of yaw, generator and torsion in the coordinates."""
-        return slice(self.n_core - N_SHAFT, self.n_core)
 
     @property
     def has_electrical(self) -> bool:

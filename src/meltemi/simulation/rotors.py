@@ -129,7 +129,7 @@ DISK = RotorKind(
     time_step=_disk_step,
     step_cause=_disk_cause,
     channels=lambda model, stations: disk_channels(model),
-    channel=lambda name, model, available: find_disk_channel(name, model, available),
+    channel=find_disk_channel,
     operating_point=disk_point,
     reach=lambda t: 0.0,
     brake_inertia=lambda t: t.drivetrain.inertia / t.drivetrain.gear_ratio**2,
@@ -181,9 +181,10 @@ def build(
 ) -> Model[Any]:
     """Make a model of a turbine.
 
-    UnsupportedError: the turbine or the options request a feature that is not modelled.
-    InputError: an option names an unknown coordinate or concerns a component that the turbine does not have, or modes
-      cannot be computed.
+    Raises:
+      UnsupportedError: the turbine or the options request a feature that is not modelled.
+      InputError: an option names an unknown coordinate or concerns a component that the turbine does not have, or modes
+        cannot be computed.
     """
     kind = next(kind for kind in KINDS.values() if isinstance(turbine, kind.turbine))
     return kind.build(turbine, options, environment)

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from meltemi.control.signals import GENERATOR_TORQUE, PITCH_DEMAND
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.kernel import kernel
 from meltemi.simulation.case import Case
@@ -81,10 +80,11 @@ def hold(case: Case, pitch: float, torque: float) -> None:
     case.view("pitch")["angle"] = pitch
     case.control.drive.generator_torque = torque
     case["gears"][:] = 0.0
-    demands = case["demands"]
-    demands[:] = 0.0
-    demands[GENERATOR_TORQUE] = torque
-    demands[PITCH_DEMAND : PITCH_DEMAND + case.model.n_blades] = pitch
+    demands = case.control.demands
+    demands.array[:] = 0.0
+    demands.generator_torque = torque
+    for blade in range(case.model.n_blades):
+        demands.pitch[blade] = pitch
 
 
 def begin(case: Case) -> None:

@@ -49,13 +49,14 @@ from meltemi.simulation.system import (
     Outputs,
     System,
     generator_speed,
+    rotor_azimuth,
     rotor_speed,
     shaft_row,
 )
 from meltemi.simulation.validity import watch_blades, watch_shaft
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
-from meltemi.structure.kinematics import GENERATOR, TORSION, YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
+from meltemi.structure.kinematics import YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
 from meltemi.structure.section_loads import blade_loads, chain_loads, station_loads, tower_loads
 from meltemi.wind.velocity import series_now, wind_velocity
 
@@ -218,7 +219,7 @@ def sample(t: float, c: Control, m: AnySystem) -> None:
     x.time = t
     x.generator_speed = generator_speed(m)
     x.rotor_speed = rotor_speed(m)
-    x.azimuth = m.q[n + GENERATOR] + m.q[n + TORSION]
+    x.azimuth = rotor_azimuth(m)
     x.torque = drive.generator_torque
     x.power = electrical_power(drive.generator_torque * generator_speed(m), c.settings.efficiency)
     if c.electrical.on > 0.0:

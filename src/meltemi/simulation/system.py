@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from meltemi.aero.air import Air
-from meltemi.aero.tables import AeroParameters, RotorFlow
+from meltemi.aero.tables import AeroParameters, FlapParameters, RotorFlow
 from meltemi.control.actuators import Actuation
+from meltemi.control.signals import Demands
 from meltemi.core.kernel import kernel
-from meltemi.electrical.tables import Electrical
+from meltemi.electrical.tables import Electrical, ElectricState
 from meltemi.environment.conditions import Conditions
 from meltemi.maths.records import Array1, Array2, Constant, Ints, Record
+from meltemi.maths.tables import Table
 from meltemi.simulation.tables import Clock, Settings, Summary, Watch
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
-from meltemi.structure.tables import BladeRootLoad, Columns, MachineLoad, SectionLoads, Structure, StructureParameters
+from meltemi.structure.tables import (
+    BladeRootLoad,
+    Columns,
+    Gears,
+    MachineLoad,
+    SectionLoads,
+    Structure,
+    StructureParameters,
+)
 from meltemi.turbine.exchange import Drive, Machine, PitchMotion
 from meltemi.wind.velocity import WindField
 
@@ -30,6 +40,23 @@ class AnySystem(WindField):
     machine: Machine
     pitch: PitchMotion
     drive: Drive
+
+
+COMMON_SIGNALS: dict[str, type[Table]] = {
+    "summary": Summary,
+    "machine": Machine,
+    "rotor": RotorFlow,
+    "chain": MachineLoad,
+    "root": BladeRootLoad,
+    "pitch": PitchMotion,
+    "flap": FlapParameters,
+    "drive": Drive,
+    "gears": Gears,
+    "demands": Demands,
+    "outside": Conditions,
+    "electric": ElectricState,
+}
+"""Arrays that a channel may record of any turbine, by the tables that describe them."""
 
 
 class System(Structure, Air, AnySystem):
@@ -53,6 +80,13 @@ def rotor_speed(m: AnySystem) -> float:
     """[rad/s] speed of the rotor end of the shaft."""
     n = shaft_row(m)
     return m.v[n + GENERATOR] + m.v[n + TORSION]
+
+
+@kernel
+def rotor_azimuth(m: AnySystem) -> float:
+    """[rad] azimuth of blade 1 at the rotor end of the shaft."""
+    n = shaft_row(m)
+    return m.q[n + GENERATOR] + m.q[n + TORSION]
 
 
 class Control(Actuation, Electrical):

@@ -13,59 +13,38 @@ from meltemi.aero.tables import (
     AeroNode,
     AeroParameters,
     BladeFlow,
-    FlapParameters,
     InflowState,
-    RotorFlow,
     StallState,
     TowerFlow,
 )
-from meltemi.control.signals import Demands
 from meltemi.core.errors import InputError
-from meltemi.electrical.tables import ElectricState
-from meltemi.environment.conditions import Conditions
 from meltemi.maths.records import Record, members
 from meltemi.maths.tables import Table
 from meltemi.numbers.lanes import WIDTH
 from meltemi.simulation.arena import aligned
 from meltemi.simulation.blades import BladeModel, blade_model
 from meltemi.simulation.model import Model, ParameterTables, Stations
-from meltemi.simulation.system import Outputs
-from meltemi.simulation.tables import Summary
+from meltemi.simulation.system import COMMON_SIGNALS, Outputs
 from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import N_SHAFT
 from meltemi.structure.members import Member, NodeLayout
 from meltemi.structure.tables import (
     BladeBody,
     BladeNode,
-    BladeRootLoad,
     BladeStationLoad,
     GearLoads,
-    Gears,
-    MachineLoad,
     StructureParameters,
     TowerStationLoad,
 )
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.exchange import BladeFrame, BladeLoad, BladeMotion, Drive, Machine, PitchMotion
+from meltemi.turbine.exchange import BladeFrame, BladeLoad, BladeMotion
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.fields import Wind
 
 Float = NDArray[np.float64]
 
-SIGNALS: dict[str, type[Table]] = {
-    "summary": Summary,
-    "machine": Machine,
-    "rotor": RotorFlow,
-    "chain": MachineLoad,
-    "root": BladeRootLoad,
-    "pitch": PitchMotion,
-    "flap": FlapParameters,
-    "drive": Drive,
-    "gears": Gears,
+SIGNALS = COMMON_SIGNALS | {
     "gear_loads": GearLoads,
-    "demands": Demands,
-    "outside": Conditions,
-    "electric": ElectricState,
     "flow": BladeFlow,
     "motion": BladeMotion,
     "station": BladeStationLoad,

@@ -9,12 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.coefficient import RotorCoefficient, coefficient_arrays
-from meltemi.aero.tables import AeroParameters, FlapParameters, RotorFlow
+from meltemi.aero.tables import AeroParameters
 from meltemi.control.actuators import FlapActuators
-from meltemi.control.signals import Demands
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.electrical.tables import ElectricState
-from meltemi.environment.conditions import Conditions
 from meltemi.environment.rain import rain_parameters
 from meltemi.environment.site import Environment
 from meltemi.maths.records import Record
@@ -22,10 +19,9 @@ from meltemi.maths.tables import Table, View
 from meltemi.simulation.disk.system import Disk, DiskFlow, DiskSystem
 from meltemi.simulation.model import Model, ParameterTables, Stations, actuator_array, electrical_of
 from meltemi.simulation.options import ModelOptions
-from meltemi.simulation.tables import Summary
+from meltemi.simulation.system import COMMON_SIGNALS
 from meltemi.structure.kinematics import N_SHAFT
-from meltemi.structure.tables import BladeRootLoad, Gears, MachineLoad, StructureParameters
-from meltemi.turbine.exchange import Drive, Machine, PitchMotion
+from meltemi.structure.tables import StructureParameters
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.fields import Wind, WindBox
 
@@ -49,21 +45,7 @@ class DiskRotor:
     in_lanes: ClassVar[bool] = False
     system: ClassVar[type[Record]] = DiskSystem
     sections: ClassVar[type[Record]] = DiskSystem
-    signals: ClassVar[dict[str, type[Table]]] = {
-        "summary": Summary,
-        "machine": Machine,
-        "rotor": RotorFlow,
-        "disk_flow": DiskFlow,
-        "chain": MachineLoad,
-        "root": BladeRootLoad,
-        "pitch": PitchMotion,
-        "flap": FlapParameters,
-        "drive": Drive,
-        "gears": Gears,
-        "demands": Demands,
-        "outside": Conditions,
-        "electric": ElectricState,
-    }
+    signals: ClassVar[dict[str, type[Table]]] = COMMON_SIGNALS | {"disk_flow": DiskFlow}
     parameter_tables: ClassVar[ParameterTables] = (
         (StructureParameters, "structure", ("gear_ratio", "generator_inertia", "shaft_stiffness", "shaft_damping")),
         (AeroParameters, "aero", ("air_density",)),

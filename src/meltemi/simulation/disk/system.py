@@ -24,7 +24,7 @@ from meltemi.simulation.step import (
     section_loads,
     settle_inflow,
 )
-from meltemi.simulation.system import AnySystem, March, Outputs
+from meltemi.simulation.system import AnySystem, March, Outputs, rotor_azimuth, rotor_speed
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.tables import MachineLoad
 from meltemi.wind.velocity import series_now, wind_velocity
@@ -96,7 +96,7 @@ def coefficients(ratio: float, m: DiskSystem) -> tuple[float, float]:
 def aerodynamics(t: float, m: DiskSystem) -> None:
     """Power, torque and thrust of the rotor (P-1 to P-5)."""
     disk, rotor, flow, yaw = m.disk, m.rotor, m.disk_flow, m.q[YAW]
-    speed = m.v[GENERATOR] + m.v[TORSION]
+    speed = rotor_speed(m)
     u = disk_wind(t, m)
     along = u.x * cos(yaw) + u.y * sin(yaw)
     across = u.y * cos(yaw) - u.x * sin(yaw)
@@ -128,7 +128,7 @@ def aerodynamics(t: float, m: DiskSystem) -> None:
 def shaft(m: DiskSystem) -> None:
     """Accelerations of generator and torsion (P-6, P-7)."""
     p, drive, disk, q, v, locked = m.structure, m.drive, m.disk, m.q, m.v, m.locked
-    torque, speed, gear = m.rotor.torque, v[GENERATOR] + v[TORSION], p.gear_ratio
+    torque, speed, gear = m.rotor.torque, rotor_speed(m), p.gear_ratio
     brake = drive.brake_torque * tanh(gear * v[GENERATOR] / drive.brake_speed)
     held = gear * (drive.generator_torque + brake)
     driving = torque - disk.friction * speed
@@ -160,7 +160,7 @@ def follow_drive(m: DiskSystem) -> None:
 @kernel
 def _(t: float, dt: float, m: DiskSystem) -> None:
     follow_drive(m)
-    m.machine.azimuth, m.machine.rotor_speed = m.q[GENERATOR] + m.q[TORSION], m.v[GENERATOR] + m.v[TORSION]
+    m.machine.azimuth, m.machine.rotor_speed = rotor_azimuth(m), rotor_speed(m)
     m.machine.hub_position = Vec(0.0, 0.0, m.structure.tower_length)
     series_now(t, m)
     aerodynamics(t, m)
