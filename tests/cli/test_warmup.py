@@ -28,9 +28,9 @@ def test_a_cold_start_says_what_happens_and_that_it_happens_once(
     beside: list[list[str]] = []
     monkeypatch.setattr(sys, "argv", arguments)
     for cold in (True, False):
-        kernel._LOOKED.clear()
+        monkeypatch.setattr(kernel, "_looked", False)
         if cold:
-            monkeypatch.setattr(kernel, "is_cold", lambda package: True)
+            monkeypatch.setattr(kernel, "is_cold", lambda: True)
             monkeypatch.setattr(threads, "available_cores", lambda: 2)
             monkeypatch.setattr(terminal, "Popen", lambda command, **how: beside.append(command))
         else:

@@ -164,11 +164,9 @@ def test_a_new_folder_is_cold_until_the_time_loop_is_compiled(fresh: Path, sourc
     assert kernel.is_cold()
     (place / "bem.solve-1.py311.nbi").write_text("")
     assert kernel.is_cold()  # the first run was interrupted
-    for package in ("power", "simulation"):  # the time loops of both kinds of turbines
-        assert kernel.is_cold(package)
-        (place / f"{package}_0123").mkdir()
-        (place / f"{package}_0123" / "step.advance-1.py311.nbi").write_text("")
-        assert not kernel.is_cold(package)
+    (place / "simulation_0123").mkdir()
+    (place / "simulation_0123" / "step.advance-1.py311.nbi").write_text("")
+    assert not kernel.is_cold()
 
 
 SCRIPT = """
@@ -182,11 +180,11 @@ print(kernel.cache_folder(), *kernel.statistics(), kernel.is_cold())
 """
 
 
-def run(cache: Path, before: str = "", **variables: str) -> list[str]:
+def run(cache: Path, before: str = "", script: str = SCRIPT, **variables: str) -> list[str]:
     """A new process that compiles one kernel; what it says about the cache."""
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"}
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", f"{before}\n{SCRIPT}"],
+        [sys.executable, "-W", "error", "-c", f"{before}\n{script}"],
         env={**environment, **variables, "MELTEMI_CACHE_DIR": str(cache)},
         capture_output=True,
         text=True,
@@ -202,6 +200,25 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     assert Path(place).parent == tmp_path / "kernels"
     assert (signatures, compiled, cold) == ("1", "1", "True")
     assert run(tmp_path) == [place, "1", "0", "True"]
+
+
+LINKED = """
+import numba
+from meltemi.maths.solve import cholesky as called
+@numba.njit
+def cholesky(A, n):
+    called(A, n)
+"""
+
+
+def test_a_kernel_that_only_kernels_call_is_kept_without_machine_code(tmp_path: Path) -> None:
+    script = (
+        f"{LINKED}\n{SCRIPT.replace('from meltemi.maths.solve import cholesky', '')}\nprint(len(called.signatures))"
+    )
+    place, *first = run(tmp_path, script=script)
+    assert first == ["1", "1", "True", "0"]
+    assert run(tmp_path, script=script) == [place, "1", "0", "True", "0"]  # another caller: linked from the cache
+    assert run(tmp_path) == [place, "1", "1", "True"]  # the first call from Python
 
 
 def test_kernels_work_where_nothing_can_be_written(tmp_path: Path) -> None:

@@ -34,7 +34,8 @@ import numpy as np
 import platformdirs
 from numba.core import event, typeinfer
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, InTreeCacheLocator
-from numba.core.types.misc import unliteral
+
+from meltemi.core import linking
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -123,24 +124,25 @@ def _prune(base: Path, keep: Path) -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def is_cold(package: str = "simulation") -> bool:
-    """Whether the time loop of a package, compiled last, is still missing in the cache."""
+def is_cold() -> bool:
+    """Whether the time loop, compiled last, is still missing in the cache."""
     folder = cache_folder()
-    return folder is None or not any(folder.rglob(f"{package}_*/step.advance-*.nbi"))
+    return folder is None or not any(folder.rglob("step.advance-*.nbi"))
 
 
 COLD = "Compiling for this machine: this happens once and takes about a minute ..."
-_LOOKED: set[str] = set()
+_looked = False
 
 
-def announce(package: str = "simulation") -> bool:
+def announce() -> bool:
     """Announce the compilation of a first run on stderr, once per process.
 
     Returns:
       Whether it was said.
     """
-    told = package not in _LOOKED and is_cold(package)
-    _LOOKED.add(package)
+    global _looked
+    told = not _looked and is_cold()
+    _looked = True
     if told:
         _FEATURES_TOLD.add(FEATURE)
         print(COLD, file=sys.stderr, flush=True)
@@ -194,7 +196,7 @@ class Announcer(event.Listener):  # type: ignore[misc]
 
 def feature_of(data: dict[str, Any]) -> str:
     """Name of the feature to which a compiled function belongs."""
-    if any("Dual" in type(argument).__name__ for argument in data["args"]):
+    if any("Dual" in type(a).__name__ or getattr(a, "kind", None) == "duals" for a in data["args"]):
         return "derivatives"
     module = data["dispatcher"].py_func.__module__
     if not module.startswith("meltemi."):
@@ -238,7 +240,7 @@ def choice(kernels: Sequence[Callable[..., Any]]) -> Any:
                 return first(*arguments)
             return following(which - 1, *arguments)
 
-    return numba.njit(**OPTIONS)(call)
+    return _compiled(call, cached=False)
 
 
 _DISPATCHERS: list[Any] = []
@@ -332,40 +334,51 @@ class _Locator(InTreeCacheLocator):  # type: ignore[misc]
         """The folder is created on the first write."""
 
 
-class _Keeping(CompileResultCacheImpl):  # type: ignore[misc]
+class _Kept(CompileResultCacheImpl):  # type: ignore[misc]
     _locator_classes = (_Locator, *CompileResultCacheImpl._locator_classes)
 
 
+class _KeptLinked(_Kept):
+    def reduce(self, cres: Any) -> Any:
+        """Content of the cache file."""
+        return linking.to_bytes(cres)
+
+    def rebuild(self, target_context: Any, payload: Any) -> Any:
+        """Compiled function from that content."""
+        return linking.from_bytes(target_context, payload)
+
+
 class _Cache(FunctionCache):  # type: ignore[misc]
-    _impl_class = _Keeping
+    _impl_class = _Kept
+    suffix = ""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
-        locator = self._impl.locator
-        self._cache_file = CacheFile(self.cache_path, self._impl.filename_base, locator.get_source_stamp())
+        name, stamp = self._impl.filename_base + self.suffix, self._impl.locator.get_source_stamp()
+        self._cache_file = CacheFile(self.cache_path, name, stamp)
 
 
-def _compiled(function: F, *signature: Any) -> F:
-    if cache_folder() is None or numba.config.DISABLE_JIT:
-        compiled = numba.njit(*signature, **OPTIONS)(function)
-    else:
-        compiled = numba.njit(**OPTIONS)(function)
+class _LinkedCache(_Cache):
+    _impl_class = _KeptLinked
+    suffix = ".linked"
+
+
+def _compiled(function: F, *signature: Any, cached: bool = True) -> F:
+    cached = cached and cache_folder() is not None
+    if numba.config.DISABLE_JIT:
+        return function
+    compiled = numba.njit(**OPTIONS)(function)
+    _DISPATCHERS.append(compiled)
+    if cached:
         compiled._cache = _Cache(function)
-        if signature:
-            with typeinfer.register_dispatcher(compiled):
-                compiled.compile(*signature)
-            compiled.disable_compile()
-    if not numba.config.DISABLE_JIT:
-        _DISPATCHERS.append(compiled)
-        _for_all_constants(compiled)
+    if signature:
+        with typeinfer.register_dispatcher(compiled):
+            compiled.compile(*signature)
+        compiled.disable_compile()
+    else:
+        linked = numba.njit(pipeline_class=linking.LinkedCompiler, **OPTIONS)(function)
+        _DISPATCHERS.append(linked)
+        if cached:
+            linked._cache = _LinkedCache(function)
+        linking.link_from(compiled, linked)
     return compiled
-
-
-def _for_all_constants(dispatcher: Any) -> None:
-    """Share one compilation between calls with different constants: Numba separates f(A, 3) and f(A, 6)."""
-    resolve = dispatcher.get_call_template
-
-    def shared(arguments: Any, keywords: Any) -> Any:
-        return resolve(tuple(unliteral(a) for a in arguments), {k: unliteral(a) for k, a in keywords.items()})
-
-    dispatcher.get_call_template = shared

@@ -17,9 +17,10 @@ from collections.abc import Callable
 from inspect import signature
 from typing import Any, Generic, ParamSpec, TypeVar, get_type_hints
 
-from numba.extending import overload
+from numba import types
+from numba.core.typing.templates import AbstractTemplate, infer, infer_global
 
-from meltemi.numbers.records import Record, RecordType
+from meltemi.numbers.records import Record
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -32,7 +33,9 @@ class Variants(Generic[P, R]):
         self.__doc__, self.__name__, self.__module__ = function.__doc__, function.__name__, function.__module__
         self.place = list(signature(function).parameters).index("m")
         self.texts: dict[type[Record], Callable[..., R]] = {}
-        overload(self, strict=False)(self._compiled)
+        template = type(f"Variants({self.__name__})", (_Template,), {"key": self, "variants": self})
+        infer(template)
+        infer_global(self, types.Function(template))
 
     def variant(self, text: Callable[..., R]) -> Callable[..., R]:
         """Register a variant for the class of records in the annotation of ``m``."""
@@ -50,14 +53,27 @@ class Variants(Generic[P, R]):
                 return self.texts[each]
         raise TypeError(f"{self.__name__} has no variant for {record.__name__}")
 
-    def _compiled(self, *args: Any) -> Any:
-        record = args[self.place]
-        text: Any = self.of(record.cls) if isinstance(record, RecordType) else None
-        return getattr(text, "py_func", text)
-
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         record: Any = args[self.place]
         return self.of(type(record))(*args, **kwargs)
+
+
+class _Template(AbstractTemplate):  # type: ignore[misc]
+    """Typing of calls in kernels: those of the variant, which is a kernel as well."""
+
+    variants: Variants[Any, Any]
+
+    def _kernel(self, args: Any) -> Any:
+        record = args[self.variants.place]
+        return types.Dispatcher(self.variants.of(record.cls))
+
+    def generic(self, args: Any, kws: Any) -> Any:
+        """Signature of a call."""
+        return self._kernel(args).get_call_type(self.context, args, kws)
+
+    def get_impl_key(self, sig: Any) -> Any:
+        """Compiled function of a signature."""
+        return self._kernel(sig.args).get_impl_key(sig)
 
 
 def by_record(function: Callable[P, R]) -> Variants[P, R]:

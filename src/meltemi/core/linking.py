@@ -1,0 +1,106 @@
+"""Kernels that kernels call: compiled for linking, without machine code of their own.
+
+Numba generates machine code for each compiled function, which contains that of all functions it calls. Kernels call
+each other eight levels deep, so most of that code would never be used by itself. Here a kernel has two compiled forms:
+the one that the host calls has machine code; the one that kernels call is optimised intermediate code, linked into
+them. Both are compiled, and cached, independently, so that machine code does not depend on the order of compilation.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import llvmlite.binding
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, CompileResult, DefaultPassBuilder
+from numba.core.compiler_machinery import register_pass
+from numba.core.typed_passes import NativeLowering
+from numba.core.types.misc import unliteral
+
+
+class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """Optimised intermediate code of a function and of those it calls."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+class Key:
+    """Identity of a compiled function that has no entry point."""
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class LinkedLowering(NativeLowering):  # type: ignore[misc]
+    """Numba's last pass, without machine code."""
+
+    _name = "meltemi_linked_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower a function whose types are known."""
+        state.library = LinkedLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.flags.no_compile = state.flags.no_cpython_wrapper = state.flags.no_cfunc_wrapper = True
+        super().run_pass(state)
+        lowered, key = state["cr"], Key()
+        state.targetctx.insert_user_function(key, lowered.fndesc, [state.library])
+        state["cr"] = lowered._replace(cfunc=key)
+        return True
+
+
+class LinkedCompiler(CompilerBase):  # type: ignore[misc]
+    """Numba's compiler with that pass."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The one pipeline."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        passes.passes = [(LinkedLowering if p is NativeLowering else p, words) for p, words in passes.passes]
+        passes.finalize()
+        return [passes]
+
+
+def to_bytes(cres: Any) -> tuple[Any, ...]:
+    """What the cache keeps of a linked function."""
+    cres.fndesc.typemap = cres.fndesc.calltypes = None
+    code = cres.library._get_module_for_linking().as_bitcode()
+    return cres.library.name, code, cres.fndesc, cres.environment, cres.signature
+
+
+def from_bytes(context: Any, kept: tuple[Any, ...]) -> Any:
+    """A linked function of the cache."""
+    name, code, fndesc, environment, signature = kept
+    library = LinkedLibrary(context.codegen(), name)
+    library._final_module = llvmlite.binding.parse_bitcode(code)
+    library._finalize_final_module()
+    return CompileResult(
+        target_context=context,
+        typing_context=context.typing_context,
+        library=library,
+        environment=environment,
+        entry_point=Key(),
+        fndesc=fndesc,
+        type_annotation=None,
+        signature=signature,
+        objectmode=False,
+        lifted=(),
+        typing_error=None,
+        call_helper=None,
+        metadata=None,
+        reload_init=[],
+        referenced_envs=(),
+    )
+
+
+def link_from(dispatcher: Any, linked: Any) -> None:
+    """Make kernels that call ``dispatcher`` link ``linked``, the same function compiled by :class:`LinkedCompiler`.
+
+    Calls with different constants share one compilation: Numba separates f(A, 3) and f(A, 6).
+    """
+
+    def add_overload(cres: Any) -> None:  # without an entry point for calls from Python
+        linked.overloads[tuple(cres.signature.args)] = cres
+
+    def get_call_template(arguments: Any, keywords: Any) -> Any:
+        return resolve(tuple(unliteral(a) for a in arguments), {k: unliteral(a) for k, a in keywords.items()})
+
+    linked.add_overload, resolve = add_overload, linked.get_call_template
+    dispatcher.get_call_template, dispatcher.get_overload = get_call_template, linked.get_overload
