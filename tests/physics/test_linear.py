@@ -246,7 +246,7 @@ def test_states_at_any_azimuth_lie_on_the_orbit(model: Model, point: OperatingPo
     expected = point.revolution[5, : len(point.q)].copy()
     expected[generator] += 5.0 * step
     np.testing.assert_allclose(case["q"], expected, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(case.air(), point.revolution[5, 2 * len(point.q) :], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(case.aero_states(), point.revolution[5, 2 * len(point.q) :], rtol=1e-9, atol=1e-9)
     # between them: a third of a revolution on, blade 2 is where blade 3 was
     motion = []
     for azimuth in (0.1, 0.1 + 2.0 * np.pi / 3.0):

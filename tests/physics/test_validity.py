@@ -118,7 +118,7 @@ def test_a_new_begin_forgets_the_findings(model: Model) -> None:
     assert simulation.status is Status.DOUBTFUL and simulation.finished
     simulation.reset()
     assert not simulation.finished
-    assert [finding["what"][:12] for finding in validity.found(simulation.case["watch"])] == []
+    assert [finding["what"][:12] for finding in validity.violations(simulation.case["watch"])] == []
 
 
 def test_a_parked_turbine_is_not_driven(model: Model) -> None:

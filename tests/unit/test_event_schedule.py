@@ -42,7 +42,7 @@ def test_each_acts_in_its_span(events: list[dict[str, Any]], seed: Any) -> None:
     assert np.array_equal(rows, schedule(read_events(events), TURBINE, DT, N_STEPS).rows)
     faults, following = f.Faults(f.healthy()), 0
     for k in range(N_STEPS):
-        following = f.happen(k, following, rows, faults)
+        following = f.apply_events(k, following, rows, faults)
         measured, t = s.Measurements.zeros(), k * DT
         f.report(t, faults, s.Measurements(measured))
         expected = s.Measurements.zeros()

@@ -10,7 +10,7 @@ import numba
 import numpy as np
 import pytest
 
-from meltemi.maths.phasors import Phasor, ahead, along, magnitude, polar
+from meltemi.maths.phasors import Phasor, imaginary_product, magnitude, polar, real_product
 from meltemi.maths.records import Kind, Record
 from meltemi.maths.tables import Table, dq, number
 from meltemi.numbers import records as compiled  # noqa: F401 - by it kernels know what a record is
@@ -57,7 +57,7 @@ def test_node_operators_are_those_of_complex_numbers(
 
 def test_node_functions_are_those_of_complex_numbers() -> None:
     a, b = Phasor(A.real, A.imag), Phasor(B.real, B.imag)
-    assert complex(along(a, b), ahead(a, b)) == pytest.approx(A * B.conjugate(), rel=1e-15)
+    assert complex(real_product(a, b), imaginary_product(a, b)) == pytest.approx(A * B.conjugate(), rel=1e-15)
     assert magnitude(a) == 5.0
     assert complex(*polar(2.0, 0.7)) == pytest.approx(cmath.rect(2.0, 0.7), rel=1e-15)
 

@@ -49,12 +49,12 @@ def flap_increment(alpha: float, m: Air, b: int, n: int) -> Coefficients:
 @kernel
 def between(table: Numbers, j: int, here: int, w: float, u: float) -> float:
     """Interpolation linear in the angle of attack and cubic in the deflection, with a continuous slope there."""
-    low = along(table, j, here, u)
-    return low + w * (along(table, j, here + DELTAS, u) - low)
+    low = over_deflection(table, j, here, u)
+    return low + w * (over_deflection(table, j, here + DELTAS, u) - low)
 
 
 @kernel
-def along(table: Numbers, j: int, here: int, u: float) -> float:
+def over_deflection(table: Numbers, j: int, here: int, u: float) -> float:
     """Cubic interpolation in the deflection, slopes from the neighbours (Catmull and Rom 1974)."""
     a, b, c, d = table[j, here - 1], table[j, here], table[j, here + 1], table[j, here + 2]
     return b + 0.5 * u * ((c - a) + u * ((2.0 * a - 5.0 * b + 4.0 * c - d) + u * (3.0 * (b - c) + d - a)))

@@ -58,16 +58,16 @@ def healthy() -> Float:
 
 
 @kernel
-def happen(step: int, following: int, events: Float, faults: Faults) -> int:
-    """Let the events happen that are due.
+def apply_events(step: int, following: int, events: Float, faults: Faults) -> int:
+    """Apply the events that are due.
 
     Args:
       step: number of the instant.
-      following: the first event that has not happened.
+      following: index of the first event that is still to come.
       events: (n, 3) step, row of ``Faults``, value; by time.
 
     Returns:
-      The first event that has still not happened.
+      The index of the first event that is still to come.
     """
     while following < events.shape[0] and events[following, 0] <= step:
         faults.array[int(events[following, 1])] = events[following, 2]

@@ -23,7 +23,7 @@ from meltemi.electrical.control import (
 )
 from meltemi.electrical.tables import Electrical, ElectricalParameters
 from meltemi.maths.generic import whole
-from meltemi.maths.phasors import Phasor, ahead, along, magnitude, polar
+from meltemi.maths.phasors import Phasor, imaginary_product, magnitude, polar, real_product
 
 SQRT_3 = sqrt(3.0)
 UNLIMITED = 1e30
@@ -72,7 +72,9 @@ def chopper(dc: float, p: ElectricalParameters) -> float:
 def stored_energy(e: Electrical) -> float:
     """[J] in DC link and inductors."""
     p, i, g = e.electrical, e.electric.stator, e.electric.grid
-    return e.electric.dc_energy + 0.75 * (p.stator_inductance * along(i, i) + p.filter_inductance * along(g, g))
+    return e.electric.dc_energy + 0.75 * (
+        p.stator_inductance * real_product(i, i) + p.filter_inductance * real_product(g, g)
+    )
 
 
 @kernel
@@ -80,7 +82,7 @@ def record_powers(speed: float, voltage: float, e: Electrical) -> None:
     """Record torque, powers and DC link voltage of the states at one instant (E-25)."""
     p, x = e.electrical, e.electric
     i, g, dc = x.stator, x.grid, sqrt(2.0 * x.dc_energy / p.capacitance)
-    square, filtered = along(i, i), along(g, g)
+    square, filtered = real_product(i, i), real_product(g, g)
     v = polar(voltage * p.grid_peak, x.grid_angle)
     x.torque = 1.5 * p.pole_pairs * p.flux * i.q + p.iron_drag * speed
     x.mechanical_power = x.torque * speed
@@ -89,7 +91,7 @@ def record_powers(speed: float, voltage: float, e: Electrical) -> None:
     x.converter_loss = machine_loss(dc, square, p) + grid_loss(dc, filtered, p)
     x.filter_loss = 1.5 * p.filter_resistance * filtered
     x.chopper_power = chopper(dc, p)
-    x.grid_power, x.reactive_power = 1.5 * along(v, g), 1.5 * ahead(v, g)
+    x.grid_power, x.reactive_power = 1.5 * real_product(v, g), 1.5 * imaginary_product(v, g)
     x.dc_link_voltage = dc
 
 
@@ -113,7 +115,7 @@ def electric_begin(
     R, L, w = p.stator_resistance, p.stator_inductance, p.pole_pairs * speed
     i = stator_reference(torque - p.iron_drag * speed, w, dc / SQRT_3, p)
     y = Phasor(0.0, -w * p.flux) + Phasor(R, w * L) * i
-    incoming = -1.5 * along(y, i) - machine_loss(dc, along(i, i), p)
+    incoming = -1.5 * real_product(y, i) - machine_loss(dc, real_product(i, i), p)
     x.stator, x.stator_hold = i, steady_hold(R, L, w, p.current_rate, h, i, y)
     x.stator_voltage = magnitude(y)
     # the grid side delivers the incoming power less its own losses
@@ -121,7 +123,7 @@ def electric_begin(
     peak = max(voltage, LEAST_VOLTAGE) * p.grid_peak
     g = Phasor(0.0, 0.0)
     for _ in range(SWEEPS):
-        square = along(g, g)
+        square = real_product(g, g)
         lost = grid_loss(dc, square, p) + 1.5 * R * square
         g = grid_reference((incoming - lost) / (1.5 * peak), reactive, voltage, p)
     y = Phasor(voltage * p.grid_peak, 0.0) + Phasor(R, w * L) * g
@@ -152,7 +154,7 @@ def electric_rates(
     machine = smooth(p.stator_resistance, p.stator_inductance, w, p.current_rate)
     wanted = stator_reference(torque - p.iron_drag * speed, w, most, p)
     m = drive_rates(machine, x.stator, x.stator_hold, wanted, Phasor(0.0, -w * p.flux), most)
-    incoming = -1.5 * along(m.voltage, x.stator) - machine_loss(dc, along(x.stator, x.stator), p)
+    incoming = -1.5 * real_product(m.voltage, x.stator) - machine_loss(dc, real_product(x.stator, x.stator), p)
     rates.stator, rates.stator_hold = m.current, m.hold
     # the grid side, in axes that rotate with the phase-locked loop
     control = energy_control(incoming, x.dc_energy, x.dc_hold, reactive, voltage, p)
@@ -161,9 +163,9 @@ def electric_rates(
     grid = smooth(p.filter_resistance, p.filter_inductance, w, p.current_rate)
     source = polar(voltage * p.grid_peak, x.grid_angle)
     o = drive_rates(grid, x.grid, x.grid_hold, control.current, source, most)
-    lost = grid_loss(dc, along(x.grid, x.grid), p)
+    lost = grid_loss(dc, real_product(x.grid, x.grid), p)
     rates.grid, rates.grid_hold = o.current, o.hold
-    rates.dc_energy = incoming - 1.5 * along(o.voltage, x.grid) - lost - chopper(dc, p)
+    rates.dc_energy = incoming - 1.5 * real_product(o.voltage, x.grid) - lost - chopper(dc, p)
     rates.dc_hold = control.rate
     rates.lock_hold = lock * lock * s
     rates.grid_angle = 2.0 * pi * frequency - w
@@ -222,7 +224,7 @@ def electric_advance(
         if blocked:  # the present current decays, whatever the source does
             wanted, i_hold = i, force
         m = drive(machine, i, i_hold, wanted, force, most)
-        incoming = -1.5 * along(m.voltage, m.mean) - machine_loss(dc, m.square, p)
+        incoming = -1.5 * real_product(m.voltage, m.mean) - machine_loss(dc, m.square, p)
         # the grid side, in axes that rotate with the phase-locked loop
         g, g_hold = x.grid, x.grid_hold
         source = polar(voltage * p.grid_peak, x.grid_angle)
@@ -236,7 +238,7 @@ def electric_advance(
         grid = circuit(p.filter_resistance, p.filter_inductance, turning, p.current_rate, h)
         o = drive(grid, g, g_hold, ordered, source, most)
         # energies
-        left = x.dc_energy - 1.5 * h * (along(m.voltage, m.mean) + along(o.voltage, o.mean))
+        left = x.dc_energy - 1.5 * h * (real_product(m.voltage, m.mean) + real_product(o.voltage, o.mean))
         if left < least:  # an empty link drives no current: both sides are short-circuited
             m = drive(machine, i, i_hold, wanted, force, 0.0)
             o = drive(grid, g, g_hold, ordered, source, 0.0)
@@ -261,8 +263,8 @@ def electric_advance(
         x.converter_loss += part * lost
         x.filter_loss += part * 1.5 * p.filter_resistance * o.square
         x.chopper_power += part * burnt
-        x.grid_power += part * 1.5 * along(source, o.mean)
-        x.reactive_power += part * 1.5 * ahead(source, o.mean)
+        x.grid_power += part * 1.5 * real_product(source, o.mean)
+        x.reactive_power += part * 1.5 * imaginary_product(source, o.mean)
         x.stator_voltage, x.converter_voltage = magnitude(m.voltage), magnitude(o.voltage)
     x.mechanical_power, x.iron_loss = x.torque * speed, p.iron_drag * speed * speed
     x.stored_power = (stored_energy(e) - before) / dt

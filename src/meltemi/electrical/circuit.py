@@ -17,7 +17,7 @@ from math import exp
 from typing import NamedTuple
 
 from meltemi.core.kernel import kernel
-from meltemi.maths.phasors import Phasor, along, magnitude, polar
+from meltemi.maths.phasors import Phasor, magnitude, polar, real_product
 
 LEAST_SQUARE = 1e-12
 """[A^2] lower limit of a mean square, so that its root has a slope."""
@@ -94,7 +94,7 @@ def drive(c: Circuit, i: Phasor, hold: Phasor, wanted: Phasor, source: Phasor, m
     end = (y - source) / c.impedance
     off = i - end
     swing = c.mean * off
-    square = along(end, end) + 2.0 * along(end, swing) + c.fade * along(off, off)
+    square = real_product(end, end) + 2.0 * real_product(end, swing) + c.fade * real_product(off, off)
     # rounding may make the square of a vanishing current negative
     return Driven(c.keep * i + c.gain * (y - source), hold, end + swing, max(square, LEAST_SQUARE), y)
 

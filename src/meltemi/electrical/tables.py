@@ -66,13 +66,13 @@ class ElectricalParameters(Table, title="electrical"):
 class ElectricState(Table, title="electric"):
     """States and recorded quantities: powers and torque are means over a time step, the rest is at its end."""
 
-    stator: Phasor = dq("A", "state: stator current, d along the magnets' flux, q ahead of it, which makes the torque")
+    stator: Phasor = dq("A", "state: stator current, d along the magnets' flux, q leading it, which makes the torque")
     stator_hold: Phasor = dq("V", "state: integral part of its control")
-    grid: Phasor = dq("A", "state: grid current, d in phase with the phase-locked loop, q a quarter period ahead")
+    grid: Phasor = dq("A", "state: grid current, d in phase with the phase-locked loop, q leading by a quarter period")
     grid_hold: Phasor = dq("V", "state: integral part of its control")
     dc_energy: float = number("J", "state: of the DC link")
     dc_hold: float = number("W", "state: integral part of the control of its voltage")
-    grid_angle: float = number("rad", "state: of the grid's voltage, ahead of the axes of the phase-locked loop")
+    grid_angle: float = number("rad", "state: of the grid's voltage, relative to the axes of the phase-locked loop")
     lock_hold: float = number("rad/s", "state: integral part of the phase-locked loop")
     heat: float = number("J", "state: in the chopper")
     low_time: float = number("s", "state: since the grid's voltage left its band")

@@ -25,7 +25,7 @@ from meltemi.core.yamlfile import read_record
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.simulation.channels import DEFAULT
-from meltemi.simulation.events import Event, Happening, conflict
+from meltemi.simulation.events import BaseEvent, Event, conflict
 from meltemi.simulation.model import Stations
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
@@ -200,7 +200,7 @@ ControllerCase = Annotated[
 ]
 
 
-def _within(event: Happening, info: ValidationInfo) -> Happening:
+def _within(event: BaseEvent, info: ValidationInfo) -> BaseEvent:
     """Validate events here, and not in the case, so that messages name the line of the event."""
     duration = info.data.get("duration", event.at)
     if event.at > duration:

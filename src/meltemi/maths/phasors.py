@@ -39,12 +39,12 @@ def magnitude(a: Phasor) -> float:
 
 
 @kernel
-def along(a: Phasor, b: Phasor) -> float:
+def real_product(a: Phasor, b: Phasor) -> float:
     """Re(a b*): for voltage and current, 2/3 of the active power."""
     return a.d * b.d + a.q * b.q
 
 
 @kernel
-def ahead(a: Phasor, b: Phasor) -> float:
+def imaginary_product(a: Phasor, b: Phasor) -> float:
     """Im(a b*): for voltage and current, 2/3 of the reactive power."""
     return a.q * b.d - a.d * b.q

@@ -160,12 +160,12 @@ class Case:
         self.entry = Entry(controller, self.controller_state, self.measured, self.arrays["demands"], duals=duals)
         return self.entry
 
-    def air(self) -> Float:
+    def aero_states(self) -> Float:
         """States and memory of inflow and stall as one vector, whatever the number type."""
         return np.concatenate([np.zeros(0), *(self.arrays[name].reshape(-1) for name in self.aero_state.views)])
 
-    def put_air(self, values: Float) -> None:
-        """Set the vector that :meth:`air` returns, and the copies of the last node that pad the lanes."""
+    def set_aero_states(self, values: Float) -> None:
+        """Set the vector that :meth:`aero_states` returns, and the copies of the last node that pad the lanes."""
         at = 0
         for name, array in self.aero_state.views.items():
             shown = self.arrays[name]

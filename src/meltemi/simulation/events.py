@@ -46,7 +46,7 @@ FlapNumber = Annotated[int, Field(ge=1, le=MAX_FLAPS)]
 SensorName = Annotated[str, AfterValidator(_sensor)]
 
 
-class Happening(Record):
+class BaseEvent(Record):
     """Common fields of all events."""
 
     at: float = Field(ge=0.0)
@@ -72,7 +72,7 @@ class Happening(Record):
         raise NotImplementedError
 
 
-class Lasting(Happening):
+class TemporaryEvent(BaseEvent):
     """An event with an optional end time."""
 
     until: float | None = None
@@ -89,7 +89,7 @@ class Lasting(Happening):
         return self
 
 
-class PitchStuck(Lasting):
+class PitchStuck(TemporaryEvent):
     """Pitch actuator stuck: the blade keeps its pitch angle, whatever the demand."""
 
     type: Literal["pitch_stuck"] = "pitch_stuck"
@@ -108,7 +108,7 @@ class PitchStuck(Lasting):
         return ((f"pitch_stuck_{self.blade}", 1.0, 0.0),)
 
 
-class PitchRunaway(Lasting):
+class PitchRunaway(TemporaryEvent):
     """Pitch runaway: the blade pitches to the end of its range, whatever the demand."""
 
     type: Literal["pitch_runaway"] = "pitch_runaway"
@@ -135,7 +135,7 @@ class PitchRunaway(Lasting):
         return ((f"pitch_run_{self.blade}", self.rate, 0.0),)
 
 
-class FlapStuck(Lasting):
+class FlapStuck(TemporaryEvent):
     """Flap stuck: the flap keeps its deflection, whatever the demand."""
 
     type: Literal["flap_stuck"] = "flap_stuck"
@@ -152,7 +152,7 @@ class FlapStuck(Lasting):
         return ((f"flap_stuck_{self.flap}_{self.blade}", 1.0, 0.0),)
 
 
-class GridLoss(Lasting):
+class GridLoss(TemporaryEvent):
     """Loss of the grid: no power export, no generator torque; controllers receive the state of the grid (``grid``)."""
 
     type: Literal["grid_loss"] = "grid_loss"
@@ -165,7 +165,7 @@ class GridLoss(Lasting):
         return (("grid", 0.0, 1.0),)
 
 
-class VoltageDip(Lasting):
+class VoltageDip(TemporaryEvent):
     """Grid voltage dip to a fraction of the nominal voltage; its effects need ``options.electrical: averaged``."""
 
     type: Literal["voltage_dip"] = "voltage_dip"
@@ -191,7 +191,7 @@ class VoltageDip(Lasting):
         return (("voltage", self.voltage, 1.0),)
 
 
-class GeneratorFault(Lasting):
+class GeneratorFault(TemporaryEvent):
     """Generator fault: no torque; controllers notice it only by its effects."""
 
     type: Literal["generator_fault"] = "generator_fault"
@@ -204,7 +204,7 @@ class GeneratorFault(Lasting):
         return (("generator", 0.0, 1.0),)
 
 
-class SensorOffset(Lasting):
+class SensorOffset(TemporaryEvent):
     """Constant offset of a measurement."""
 
     type: Literal["sensor_offset"] = "sensor_offset"
@@ -225,7 +225,7 @@ class SensorOffset(Lasting):
         return ((f"offset_{self.sensor}", self.offset, 0.0),)
 
 
-class SensorDrift(Lasting):
+class SensorDrift(TemporaryEvent):
     """Drift of a measurement at a constant rate."""
 
     type: Literal["sensor_drift"] = "sensor_drift"
@@ -246,7 +246,7 @@ class SensorDrift(Lasting):
         return ((f"drift_begin_{self.sensor}", self.at, 0.0), (f"drift_{self.sensor}", self.rate, 0.0))
 
 
-class SensorLoss(Lasting):
+class SensorLoss(TemporaryEvent):
     """Loss of a measurement: it is frozen, or zero."""
 
     type: Literal["sensor_loss"] = "sensor_loss"
@@ -267,7 +267,7 @@ class SensorLoss(Lasting):
         return ((f"lost_{self.sensor}", f.KEEP_NEXT if self.holds == "last" else f.ZERO, 0.0),)
 
 
-class Request(Happening):
+class Request(BaseEvent):
     """Request of the operator, valid until the next one."""
 
     type: Literal["request"] = "request"
@@ -286,7 +286,7 @@ class Request(Happening):
         return (("request", float(REQUESTS.index(self.request)), 0.0),)
 
 
-class PowerLimit(Lasting):
+class PowerLimit(TemporaryEvent):
     """Power limit of the operator; derating controllers follow it, the baseline controller does not."""
 
     type: Literal["power_limit"] = "power_limit"
@@ -305,7 +305,7 @@ class PowerLimit(Lasting):
         return (("power_limit", self.power, math.inf),)
 
 
-class Brake(Lasting):
+class Brake(TemporaryEvent):
     """The brake is applied, whatever the demand."""
 
     type: Literal["brake"] = "brake"
@@ -320,7 +320,7 @@ class Brake(Lasting):
         return (("brake_applied", self.share, 0.0),)
 
 
-class BrakeFault(Lasting):
+class BrakeFault(TemporaryEvent):
     """Brake fault: no brake torque, whatever the demand."""
 
     type: Literal["brake_fault"] = "brake_fault"
@@ -333,7 +333,7 @@ class BrakeFault(Lasting):
         return (("brake", 0.0, 1.0),)
 
 
-class YawStuck(Lasting):
+class YawStuck(TemporaryEvent):
     """The yaw drive is stuck, whatever the demand."""
 
     type: Literal["yaw_stuck"] = "yaw_stuck"
@@ -346,7 +346,7 @@ class YawStuck(Lasting):
         return (("yaw_drive", 0.0, 1.0),)
 
 
-KINDS: tuple[type[Happening], ...] = (
+KINDS: tuple[type[BaseEvent], ...] = (
     *(PitchStuck, PitchRunaway, FlapStuck, GridLoss, VoltageDip, GeneratorFault, SensorOffset, SensorDrift, SensorLoss),
     *(Request, PowerLimit, Brake, BrakeFault, YawStuck),
 )
@@ -380,17 +380,17 @@ class _Events(Record):
     events: tuple[Event, ...]
 
 
-def read_events(events: Iterable[Happening | Mapping[str, Any]]) -> tuple[Happening, ...]:
+def read_events(events: Iterable[BaseEvent | Mapping[str, Any]]) -> tuple[BaseEvent, ...]:
     """Events from records, or from mappings of keys to values.
 
     Raises:
       InputError: a record is invalid; the message has its number and key.
     """
-    plain = [event.content() if isinstance(event, Happening) else event for event in events]
+    plain = [event.content() if isinstance(event, BaseEvent) else event for event in events]
     return validated({"events": plain}, _Events, "run").events
 
 
-def conflict(events: Sequence[Happening]) -> str | None:
+def conflict(events: Sequence[BaseEvent]) -> str | None:
     """Description of the first two contradictory events; None if there are none."""
     order = sorted(range(len(events)), key=lambda i: (events[i].at, i))
     for place, i in enumerate(order):
@@ -421,7 +421,7 @@ class Schedule:
     log: tuple[tuple[int, LogEntry], ...]
 
 
-def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_steps: int) -> Schedule:
+def schedule(events: Sequence[BaseEvent], turbine: AnyTurbine, dt: float, n_steps: int) -> Schedule:
     """Steps at which events act: the first instant that is not before their time.
 
     Args:
@@ -434,7 +434,7 @@ def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_step
     """
     if words := conflict(events):
         raise InputError(words)
-    edges: list[tuple[int, bool, float, str, Happening]] = []
+    edges: list[tuple[int, bool, float, str, BaseEvent]] = []
     for i, event in enumerate(events):
         _check_parts(event, f"events.{i}", turbine)
         begin = _step(event.at, dt)
@@ -462,7 +462,7 @@ def schedule(events: Sequence[Happening], turbine: AnyTurbine, dt: float, n_step
     return Schedule(np.array(rows, dtype=float).reshape(-1, 3), log)
 
 
-def misplaced_events(events: Iterable[Happening], log: Iterable[LogEntry], state: str) -> list[str]:
+def misplaced_events(events: Iterable[BaseEvent], log: Iterable[LogEntry], state: str) -> list[str]:
     """Warnings about events that occurred in a state of the turbine in which they have no meaning.
 
     A stop needs a turbine in operation, a start one at rest; faults are meant for the state in which a run begins,
@@ -492,7 +492,7 @@ def misplaced_events(events: Iterable[Happening], log: Iterable[LogEntry], state
     return said
 
 
-def ignored(events: Iterable[Happening]) -> list[str]:
+def ignored(events: Iterable[BaseEvent]) -> list[str]:
     """Warnings about requests of the operator, which the baseline controller ignores."""
     return [
         f"events.{i}: {event.what} at {event.at:g} s has no effect: the baseline controller ignores operator requests; "
@@ -502,7 +502,7 @@ def ignored(events: Iterable[Happening]) -> list[str]:
     ]
 
 
-def check_dips(events: Sequence[Happening]) -> None:
+def check_dips(events: Sequence[BaseEvent]) -> None:
     """Raise InputError for a voltage dip in a run without an electrical system, where it has no effect."""
     for i, event in enumerate(events):
         if isinstance(event, VoltageDip):
@@ -517,7 +517,7 @@ def _step(t: float, dt: float) -> int:
     return math.ceil(min(t / dt, NEVER) - 1e-6)
 
 
-def _check_parts(event: Happening, where: str, turbine: AnyTurbine) -> None:
+def _check_parts(event: BaseEvent, where: str, turbine: AnyTurbine) -> None:
     """Raise InputError for blades, flaps and sensors that the turbine does not have."""
     n_blades, n_flaps = turbine.n_blades, len(turbine.flaps)
     blade, flap = getattr(event, "blade", None), getattr(event, "flap", None)

@@ -25,7 +25,7 @@ from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_stati
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
 from meltemi.simulation.modes import growing
-from meltemi.simulation.start import hold
+from meltemi.simulation.start import set_actuators
 from meltemi.simulation.step import equations
 from meltemi.simulation.trim import (
     FARTHEST,
@@ -158,7 +158,7 @@ def _stand(
 ) -> OperatingPoint:
     """Equilibrium at standstill; with ``judged``, its stability is checked."""
     case = Case(with_static_gears(model), wind)
-    hold(case, pitch, torque)
+    set_actuators(case, pitch, torque)
     case.control.drive.yaw_held = 1.0
     generator = len(model.rotor.tower.names) + GENERATOR
     q, radius = case["q"], model.turbine.rotor_radius
@@ -214,8 +214,8 @@ def _stand(
         imbalance=left_over,
         q=state,
         v=case["v"].copy(),
-        aero=case.air(),
-        revolution=np.concatenate([state, case["v"], case.air()])[None],
+        aero=case.aero_states(),
+        revolution=np.concatenate([state, case["v"], case.aero_states()])[None],
         means=case.signals.vector.copy(),
         channels=channels,
         places={name: case.place(channel) for name, channel in channels.items()},

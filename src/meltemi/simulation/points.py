@@ -25,7 +25,7 @@ _POINTS: OrderedDict[tuple[str, ...], Future[OperatingPoint]] = OrderedDict()
 State = OperatingPoint | Start
 
 
-def begin_in(model: Model[Any], wind: Wind, start: State | None = None) -> tuple[State, tuple[str, ...]]:
+def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> tuple[State, tuple[str, ...]]:
     """State in which a run begins, and warnings about it.
 
     Without a start it is steady operation; if none is found, that of the rigid turbine, or of a power-coefficient

@@ -9,7 +9,7 @@ from typing import Any
 from meltemi.control.controller import Controller
 from meltemi.environment.grid import PowerGrid
 from meltemi.simulation.channels import DEFAULT
-from meltemi.simulation.events import Happening
+from meltemi.simulation.events import BaseEvent
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.start import Start
 from meltemi.simulation.trim import OperatingPoint
@@ -55,7 +55,7 @@ class Run:
     output_step: float = 0.05
     start: OperatingPoint | Start | None = None
     stations: Stations | None = None
-    events: Iterable[Happening | Mapping[str, Any]] = ()
+    events: Iterable[BaseEvent | Mapping[str, Any]] = ()
     grid: PowerGrid | None = None
     transient: float = 0.0
     name: str = ""

@@ -23,7 +23,7 @@ from numba import types
 from meltemi.control import constant
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import ENTRY, ENTRY_DUALS, UPDATE_DUALS, Controller, Entry, LogEntry, StartPoint
-from meltemi.control.faults import happen
+from meltemi.control.faults import apply_events
 from meltemi.control.signals import Demands, Measurements
 from meltemi.control.supervisor.tables import STATES
 from meltemi.core.calls import arguments_of
@@ -39,13 +39,13 @@ from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.electric import check_grid
 from meltemi.simulation.events import check_dips, ignored, misplaced_events, read_events, schedule
 from meltemi.simulation.model import Model, Stations
-from meltemi.simulation.points import begin_in
+from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Finding, Result
 from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.simulation.validity import found
+from meltemi.simulation.validity import violations
 from meltemi.turbine.plausibility import plausibility_warnings
 from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
 from meltemi.wind.turbulence.field import realised
@@ -168,7 +168,7 @@ class Simulation:
             )
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
-        start, words = begin_in(model, wind, run.start)
+        start, words = initial_state(model, wind, run.start)
         self._noticed += words
         case = Case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log
@@ -237,7 +237,7 @@ class Simulation:
         if self.interrupted:
             return Status.INTERRUPTED
         status = Status(int(self.case.clock.status))
-        return Status.DOUBTFUL if status is Status.OK and found(self.case["watch"]) else status
+        return Status.DOUBTFUL if status is Status.OK and violations(self.case["watch"]) else status
 
     @property
     def finished(self) -> bool:
@@ -309,7 +309,7 @@ class Simulation:
 
     def _measure(self) -> View:
         case, clock = self.case, self.case.clock
-        clock.next_event = happen(int(clock.step), int(clock.next_event), case.events, case.control.faults)
+        clock.next_event = apply_events(int(clock.step), int(clock.next_event), case.events, case.control.faults)
         t = int(clock.step) * self.dt
         step.surroundings(t, case.control, case.system)
         step.sense(t, int(clock.next_event), case.control, case.system)
@@ -343,7 +343,7 @@ class Simulation:
         meta["real_time_factor"] = round(self.time / max(self.run_seconds, 1e-9), 1)
         log, warnings = self.log(), [*self._noticed]
         if self.controller.warnings is not None:
-            warnings += noticed(self.controller, self.case.controller_state)
+            warnings += controller_warnings(self.controller, self.case.controller_state)
         if state := int(self.case.view("demands")["operating_state"]):
             happened = [event for event in self.events if event.at < self.time]
             warnings += misplaced_events(happened, log, STATES[state - 1].name.replace("_", " "))
@@ -351,7 +351,7 @@ class Simulation:
             meta["warnings"] = warnings
         if self.controller.log is not None or self.events or self.case.trip:
             meta["log"] = [asdict(entry) for entry in log]
-        if findings := found(self.case["watch"]):
+        if findings := violations(self.case["watch"]):
             meta["findings"] = findings
         told = [explain(self.case, self.status, self.time, self.dt), *(str(Finding(**each)) for each in findings)]
         return Result(
@@ -470,7 +470,7 @@ def explain(case: Case, status: Status, t: float, dt: float) -> str:
     return f"at t = {t:.3f} s: {status.message}"
 
 
-def noticed(controller: Controller, state: Any) -> list[str]:
+def controller_warnings(controller: Controller, state: Any) -> list[str]:
     """Warnings of a controller about a run; an exception in it does not lose the result."""
     try:
         return [str(line) for line in controller.warnings(state)] if controller.warnings is not None else []

@@ -54,7 +54,7 @@ class Start:
           InputError: a coordinate is unknown.
         """
         names = case.model.coordinates
-        hold(case, self.pitch, self.generator_torque)
+        set_actuators(case, self.pitch, self.generator_torque)
         for array, values in (("q", self.coordinates or {}), ("v", self.velocities)):
             case[array][:] = 0.0
             for name, value in values.items():
@@ -63,12 +63,12 @@ class Start:
                 case[array][names.index(name)] = value
         generator = case.model.n_core - N_SHAFT + GENERATOR
         case["q"][generator] += self.azimuth
-        assert self.rotor_speed != "idling", "points.begin_in determines that speed"
+        assert self.rotor_speed != "idling", "points.initial_state determines that speed"
         case["v"][generator] += self.rotor_speed
         case.settle(0.0)
 
 
-def hold(case: Case, pitch: float, torque: float) -> None:
+def set_actuators(case: Case, pitch: float, torque: float) -> None:
     """Set actuators and demands to a pitch angle and a generator torque, with zero rates.
 
     Raises:

@@ -36,7 +36,7 @@ from numpy.typing import NDArray
 from meltemi.aero.rotor import derivatives, disk_averages, loads, quasi_steady, relative_wind, settle
 from meltemi.aero.tower_flow import tower_load, tower_wind
 from meltemi.control.actuators import drive_advance, flap_advance, pitch_advance, yaw_advance
-from meltemi.control.faults import happen, report
+from meltemi.control.faults import apply_events, report
 from meltemi.core.kernel import kernel
 from meltemi.electrical.advance import electric_advance
 from meltemi.environment.conditions import conditions_now
@@ -399,7 +399,7 @@ def advance(
     clock, dt = run.clock, c.settings.time_step
     for _ in range(n_steps):
         t = clock.step * dt
-        clock.next_event = happen(clock.step, clock.next_event, run.events, c.faults)
+        clock.next_event = apply_events(clock.step, clock.next_event, run.events, c.faults)
         surroundings(t, c, m)
         if clock.step % clock.every_control == 0:
             control(t, controller, run, c, m)

@@ -104,7 +104,7 @@ class March(Record):
     """A run in progress.
 
     Attributes:
-      events: (n, 3) table of events, see ``control.faults.happen``.
+      events: (n, 3) table of events, see ``control.faults.apply_events``.
       limits: largest demands.
       v_old, a_old: velocities and accelerations of the last instant.
       aero_state, spare: states and memory of inflow and stall as one vector, and a copy of it for corrections.

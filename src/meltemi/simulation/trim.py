@@ -36,7 +36,7 @@ from meltemi.simulation.bladed.rotor import BladedModel, with_static_gears
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.modes import growing
-from meltemi.simulation.start import hold
+from meltemi.simulation.start import set_actuators
 from meltemi.simulation.step import ABSURD, equations
 from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
@@ -127,9 +127,9 @@ class OperatingPoint(Brief):
     def put(self, case: Case, azimuth: float | None = None) -> None:
         """Write the state at an azimuth [rad] of blade 1, by default the point's own, into a case of the same model."""
         azimuth = self.azimuth if azimuth is None else azimuth
-        hold(case, self.pitch, self.generator_torque)
+        set_actuators(case, self.pitch, self.generator_torque)
         case["q"][:], case["v"][:] = self.q, self.v
-        case.put_air(self.aero)
+        case.set_aero_states(self.aero)
         if azimuth:
             # interpolation by the Fourier series of the stored azimuths; the generator rotates with the rotor
             n = len(self.revolution)
@@ -137,7 +137,7 @@ class OperatingPoint(Brief):
             weight[1 : (n + 1) // 2] *= 2.0
             state = (weight @ np.fft.rfft(self.revolution, axis=0)).real
             case["q"][:], case["v"][:], air = np.split(state, [len(self.q), 2 * len(self.q)])
-            case.put_air(air)
+            case.set_aero_states(air)
             case["q"][case.model.n_core - N_SHAFT + GENERATOR] += azimuth
 
     def __getitem__(self, name: str) -> float:
@@ -384,7 +384,7 @@ KEPT = ("core_mass", "arm_mass", "coupling", "core_force", "arm_force")
 
 
 @kernel
-def along(
+def evaluate_motion(
     dt: float,
     motion: Float,
     m: System,
@@ -499,7 +499,7 @@ class _Orbit:
         kept = tuple(np.empty((n, int(np.prod(shape)))) for shape in shapes)
         self.lack[:] = 0.0
         left = tuple(case[part].reshape(-1) for part in KEPT)
-        along(dt, motion, case.system, case.one, left, kept, self.lack)
+        evaluate_motion(dt, motion, case.system, case.one, left, kept, self.lack)
         A, D, C, core, blade = (array.reshape(n, *shape) for array, shape in zip(kept, shapes, strict=True))
         A, D = (np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2) for M in (A, D))
         a_core = motion[2, :, : self.core]
@@ -692,9 +692,9 @@ class _Orbit:
             made += float(case.control.drive.generator_torque) / (B * SAMPLES)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
-            rows.append(np.concatenate([case["q"], case["v"], case.air()]))
+            rows.append(np.concatenate([case["q"], case["v"], case.aero_states()]))
             rows[-1][self.generator] -= (i + 1) * step
-        aero = case.air()
+        aero = case.aero_states()
         self.prescribe(0.0)
         model = self.model
         channels = channels_of(model)

@@ -64,7 +64,7 @@ def new_watch(model: Model[Any]) -> Float:
 
 
 @kernel
-def note(watch: Watch, i: int, t: float, value: float) -> None:
+def record_criterion(watch: Watch, i: int, t: float, value: float) -> None:
     """Record the value of a criterion at time ``t``."""
     if value > watch.worst[i]:
         watch.worst[i] = value
@@ -76,16 +76,16 @@ def note(watch: Watch, i: int, t: float, value: float) -> None:
 def watch_shaft(t: float, dt: float, m: AnySystem, watch: Watch) -> None:
     """Check rotor speed, generator and pitch."""
     speed = rotor_speed(m)
-    note(watch, SPEED, t, abs(speed))
+    record_criterion(watch, SPEED, t, abs(speed))
     if generator_speed(m) < 0.0:
-        note(watch, REVERSED, t, -m.drive.generator_torque * generator_speed(m))
+        record_criterion(watch, REVERSED, t, -m.drive.generator_torque * generator_speed(m))
     wind = m.rotor.wind
     u = sqrt(wind.x * wind.x + wind.y * wind.y + wind.z * wind.z)
     excess = m.rotor.torque * speed - watch.scale[POWER] * m.aero.air_density * u * u * u
     watch.state[POWER] += (excess - watch.state[POWER]) * min(dt / MEAN_TIME, 1.0)
-    note(watch, POWER, t, watch.state[POWER])
+    record_criterion(watch, POWER, t, watch.state[POWER])
     for b in range(m.pitch.blades):
-        note(watch, PITCH, t, abs(m.pitch.angle[b]))
+        record_criterion(watch, PITCH, t, abs(m.pitch.angle[b]))
 
 
 @kernel
@@ -97,7 +97,7 @@ def watch_blades(t: float, m: System, watch: Watch) -> None:
     top, step = tower.height[last], tower.height[1] - bottom
     for b in range(motion.blades):
         bent = motion.position[b, tip] - m.blade_nodes.position[b, tip]
-        note(watch, DEFLECTION, t, sqrt(bent.x * bent.x + bent.y * bent.y))
+        record_criterion(watch, DEFLECTION, t, sqrt(bent.x * bent.x + bent.y * bent.y))
         R = m.frame.orientation[b]
         for n in range(tip, -1, -1):
             p = hub + R @ motion.position[b, n]
@@ -109,10 +109,10 @@ def watch_blades(t: float, m: System, watch: Watch) -> None:
             x = p.x - tower.x[i] - share * (tower.x[i + 1] - tower.x[i])
             y = p.y - tower.y[i] - share * (tower.y[i + 1] - tower.y[i])
             width = tower.diameter[i] + share * (tower.diameter[i + 1] - tower.diameter[i])
-            note(watch, TOWER, t, 0.5 * width - sqrt(x * x + y * y))
+            record_criterion(watch, TOWER, t, 0.5 * width - sqrt(x * x + y * y))
 
 
-def found(watch: Float) -> list[dict[str, Any]]:
+def violations(watch: Float) -> list[dict[str, Any]]:
     """Violated criteria in order of time: ``what``, ``value``, ``limit``, ``unit``, ``time`` [s]."""
     rows = [
         {"what": what, "value": float(worst), "limit": float(limit), "unit": unit, "time": float(first)}

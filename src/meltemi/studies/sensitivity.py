@@ -32,7 +32,7 @@ from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradie
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
-from meltemi.simulation.points import begin_in
+from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build, default_step, kind_of
 from meltemi.simulation.run import Run
@@ -184,7 +184,7 @@ def _settled(run: Run) -> tuple[Run, Model[Any], Controller, StartPoint]:
     wind = realised(run.wind() if callable(run.wind) else run.wind, model.turbine, run.duration)
     controller = run.controller(wind) if callable(run.controller) else run.controller
     controller = controller or BaselineController(model.turbine)
-    start, _ = begin_in(model, wind, run.start)
+    start, _ = initial_state(model, wind, run.start)
     held = replace(run, model=model, wind=wind, controller=controller, start=start, events=tuple(run.events))
     return held, model, controller, first_point(model, wind, start)
 

@@ -122,13 +122,13 @@ def _turbulence() -> None:
 def _stepping() -> None:
     """Simulations advanced step by step by the user."""
     from meltemi.control.constant import ConstantController
-    from meltemi.control.faults import happen
+    from meltemi.control.faults import apply_events
     from meltemi.simulation.case import Case
     from meltemi.simulation.step import sense
 
     ConstantController()
     case = Case(*_machine())
-    happen(0, 0, case.events, case.control.faults)
+    apply_events(0, 0, case.events, case.control.faults)
     sense(0.0, 0, case.control, case.system)
 
 

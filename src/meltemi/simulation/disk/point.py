@@ -12,7 +12,7 @@ from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
 from meltemi.simulation.disk.channels import disk_channels
 from meltemi.simulation.disk.rotor import DiskModel
-from meltemi.simulation.start import hold
+from meltemi.simulation.start import set_actuators
 from meltemi.simulation.trim import NotConverged, OperatingPoint, no_balance, steady_wind
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine.power_turbine import PowerTurbine
@@ -38,7 +38,7 @@ def disk_point(
     def left_over(speed: float, angle: float) -> float:
         """Residual torque [N m]."""
         torque = float(steady_torque(law, ratio * speed, angle))
-        hold(case, angle, torque)
+        set_actuators(case, angle, torque)
         case["v"][GENERATOR] = speed
         case.evaluate(0.0)
         return float(rotor["torque"]) - friction * speed - ratio * torque
