@@ -92,7 +92,7 @@ def names(namespace: str) -> str:
 
 def events() -> str:
     """Kinds of events with their own keys."""
-    from meltemi.simulation.events import KINDS, Lasting
+    from meltemi.simulation.events import KINDS, TemporaryEvent
 
     rows = []
     for kind in KINDS:
@@ -102,7 +102,7 @@ def events() -> str:
                 default = "" if field.is_required() else f" [`{field.get_default()!r}`]"
                 values = f" ({_kind(field.annotation)})" if get_args(field.annotation) else ""
                 keys.append(f"`{key}`{default}: {field.description}{values}")
-        ends = ["`until`"] if issubclass(kind, Lasting) else []
+        ends = ["`until`"] if issubclass(kind, TemporaryEvent) else []
         text = (kind.__doc__ or "").strip().replace("``", "`")
         rows.append([f"`{kind.model_fields['type'].default}`", "<br>".join(keys + ends), text])
     return _table(["type", "keys", "what happens"], rows)

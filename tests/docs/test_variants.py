@@ -16,6 +16,7 @@ PAGE = (ROOT / "docs" / "variants.md").read_text(encoding="utf-8")
 RUN = """
 import sys, numpy as np, meltemi
 from meltemi import ModelOptions, Start, SteadyWind
+from meltemi.control.actuators import pitch_advance
 from meltemi.simulation.case import Case
 
 options = dict(blade_nodes=6, tower_nodes=3, time_step=0.02, torsion_modes=0, flap_modes=1, edge_modes=0)
@@ -57,6 +58,29 @@ close(rotor["inflow_time"], rotor["tip_radius"] / rotor["axial_wind"])
 # tower influence: only behind the tower
 wake, none = settled(tower_influence="wake"), settled(tower_influence="none")
 close(wake.view("flow")["wind"], none.view("flow")["wind"])
+# actuators: 63 % of a step of the demand after the time constant, at most the limit of the rate; one state a blade
+lag = turbine.replace(**{"pitch_actuator.kind": "first_order", "pitch_actuator.natural_frequency": 2.0})
+model = meltemi.build(lag, ModelOptions(**options))
+case = Case(model, SteadyWind(speed=12.0), numbers=sys.argv[1])
+case.control.demands.array[:] = 0.0
+case.view("demands")["pitch"] = 0.01
+for _ in range(50):
+    pitch_advance(0.01, case.control)
+close(case.view("pitch")["angle"], 0.01 * (1.0 - np.exp(-1.0)))
+close(case.view("pitch")["rate"], 0.02 * np.exp(-1.0))
+case.view("demands")["pitch"] = 1.0
+before = case.view("pitch")["angle"].copy()
+pitch_advance(0.01, case.control)
+close(case.view("pitch")["angle"] - before, 0.01 * lag.pitch_actuator.rate_limit)
+if sys.argv[1] == "floats":
+    disk = meltemi.load_turbine("pmsg20mw")
+    for kind, count in (("first_order", 1), ("second_order", 2), ("ideal", 0)):
+        model = meltemi.build(disk.replace(**{"pitch_actuator.kind": kind, "pitch_actuator.natural_frequency": 2.0}))
+        point = meltemi.operating_point(model, 14.0)
+        linear = meltemi.analysis.linearise(model, point, outputs=("rotor_speed",))
+        assert sum("pitch" in name for name in linear.states) == 3 * count
+        if kind == "first_order":
+            assert np.abs(np.linalg.eigvals(linear.A) + 2.0).min() < 1e-9
 
 """
 
@@ -67,18 +91,17 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
     source = tmp_path_factory.mktemp("package")
     copy = source / "meltemi"
     shutil.copytree(ROOT / "src" / "meltemi", copy, ignore=shutil.ignore_patterns("__pycache__"))
-    files = dict(re.findall(r"`src/meltemi/(aero/\w+/\w+\.py)`:\n\n```python\n(.*?)```", PAGE, re.DOTALL))
+    files = dict(re.findall(r"`src/meltemi/((?:aero|control)/\w+/\w+\.py)`:\n\n```python\n(.*?)```", PAGE, re.DOTALL))
     lines = re.findall(r"```python\n((\w+) = Literal.*)\n```", PAGE)
-    assert len(files) == len(lines) == 3
+    assert len(files) == len(lines) == 4
     for name, text in files.items():
         assert not (copy / name).exists()
         (copy / name).write_text(text, encoding="utf-8")
-    register = copy / "aero" / "variants.py"
-    text = register.read_text(encoding="utf-8")
     for line, name in lines:
-        text, n = re.subn(rf"^{name} = .*$", line, text, flags=re.MULTILINE)
+        register = copy / ("turbine/exchange.py" if name == "ActuatorModel" else "aero/variants.py")
+        text, n = re.subn(rf"^{name} = .*$", line, register.read_text(encoding="utf-8"), flags=re.MULTILINE)
         assert n == 1
-    register.write_text(text, encoding="utf-8")
+        register.write_text(text, encoding="utf-8")
     return source
 
 

@@ -13,21 +13,23 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 from meltemi.aero.tables import FlapParameters
+from meltemi.control.actuator_models.second_order import second_order_step
 from meltemi.control.actuators import (
     Actuation,
     Actuators,
     FlapActuators,
     drive_advance,
     pitch_advance,
-    second_order_step,
     yaw_advance,
 )
 from meltemi.control.faults import healthy
 from meltemi.control.signals import Demands, Measurements
+from meltemi.core.variants import number
 from meltemi.maths.tables import View
-from meltemi.turbine.exchange import Drive, PitchMotion
+from meltemi.turbine.exchange import ActuatorModel, Drive, PitchMotion
 
 Float = NDArray[np.float64]
+IDEAL = number(ActuatorModel, "ideal")
 steady = settings(derandomize=True, deadline=None, max_examples=100)
 
 
@@ -198,7 +200,7 @@ def test_nothing_moves_in_no_time() -> None:
 
 @pytest.mark.parametrize("dt", [0.0, 0.0125])
 def test_the_ideal_actuator_has_the_demand_at_once_and_no_rate(dt: float) -> None:
-    c = actuation(pitch_ideal=1.0, pitch_maximum=0.5)
+    c = actuation(pitch_model=IDEAL, pitch_maximum=0.5)
     demand(c, [0.1, 0.2, 3.0])
     pitch_advance(dt, c)
     angle, rate, acceleration = rows(c)

@@ -43,11 +43,12 @@ from meltemi.aero.tables import (
     SectionConstants,
     StallState,
 )
+from meltemi.core.variants import number
 from meltemi.maths.records import Array3
 from meltemi.maths.tables import View
 from meltemi.numbers.records import Record
 
-STATIC, HANSEN = (variants.number(variants.StallModel, name) for name in ("static", "hansen"))
+STATIC, HANSEN = (number(variants.StallModel, name) for name in ("static", "hansen"))
 LIFT, DRAG, MOMENT, ATTACHMENT, ATTACHED, SEPARATED = PolarPoint.slots(
     "lift drag moment attachment attached_lift separated_lift"
 )

@@ -6,20 +6,8 @@ the number of the model in kernels (``AeroOptions``). docs/variants.md explains 
 
 from __future__ import annotations
 
-from importlib import import_module
-from types import ModuleType
-from typing import Any, Literal, get_args
+from typing import Literal
 
 StallModel = Literal["static", "hansen"]
 InflowModel = Literal["quasi_steady", "constant", "variable"]
 TowerInfluence = Literal["none", "potential", "lower_half"]
-
-
-def number(kind: Any, name: str) -> int:
-    """Number of the model ``name`` of a kind."""
-    return get_args(kind).index(name)
-
-
-def models(package: str, kind: Any) -> list[ModuleType]:
-    """Modules of all models of a kind, by number."""
-    return [import_module(f"{package}.{name}") for name in get_args(kind)]

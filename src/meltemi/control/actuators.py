@@ -1,23 +1,20 @@
-"""Pitch actuators and yaw drive: what lies between a controller's demands and the machine.
+"""Actuators of pitch and flaps, brake and yaw drive: what lies between a controller's demands and the machine.
 
-The pitch actuator is a second-order system stepped exactly under a held demand, then limited in rate
-and angle. Its ideal variant has the demanded angle at once and no rate, so it turns the blades
-without inertial loads. A blade or flap that is stuck stops where it is; a blade that runs away goes to the end of its
-range at a rate of its own, as if that were demanded.
+The models of pitch and flap actuators are in ``control/actuator_models``. A blade or flap that is stuck stops where it
+is; a blade that runs away goes to the end of its range at a rate of its own, as if that were demanded.
 
 Reference: docs/theory/control.md (C-10 to C-13, C-55 to C-58).
 """
 
 from __future__ import annotations
 
-from math import cos, cosh, exp, sin, sinh, sqrt
-from typing import NamedTuple
-
 from meltemi.aero.tables import FlapParameters
+from meltemi.control import actuator_models
+from meltemi.control.actuator_models.parameters import ActuatorParameters
 from meltemi.control.faults import Faults
 from meltemi.control.signals import Demands, Measurements
 from meltemi.core.kernel import kernel
-from meltemi.maths.generic import crossed
+from meltemi.maths.generic import crossed, whole
 from meltemi.maths.records import Record
 from meltemi.maths.tables import Numbers, Table, blades, number
 from meltemi.turbine.exchange import Drive, PitchMotion
@@ -26,7 +23,7 @@ from meltemi.turbine.exchange import Drive, PitchMotion
 class Actuators(Table):
     """Parameters."""
 
-    pitch_ideal: float = number("-", "1: pitch follows the demand at once")
+    pitch_model: float = number("-", "number of the model of the pitch actuators")
     pitch_frequency: float = number("rad/s", "natural frequency")
     pitch_damping: float = number("-", "damping ratio")
     pitch_rate: float = number("rad/s", "limit")
@@ -43,7 +40,7 @@ class Actuators(Table):
 class FlapActuators(Table, axes="flap"):
     """Parameters of the flaps' actuators."""
 
-    ideal: Numbers = number("-", "1: the flap follows the demand at once")
+    model: Numbers = number("-", "number of the model")
     frequency: Numbers = number("rad/s", "natural frequency")
     damping: Numbers = number("-", "damping ratio")
     rate: Numbers = number("rad/s", "limit")
@@ -66,55 +63,6 @@ class Actuation(Record):
 
 
 @kernel
-def second_order_step(x: float, v: float, w: float, z: float, dt: float) -> tuple[float, float]:
-    """Exact step of x'' + 2 z w x' + w^2 x = 0 (C-11)."""
-    e = exp(-z * w * dt)
-    d = 1.0 - z * z
-    if d > 1e-12:
-        wd = w * sqrt(d)
-        c, s_w = cos(wd * dt), sin(wd * dt) / wd
-    elif d < -1e-12:
-        wd = w * sqrt(-d)
-        c, s_w = cosh(wd * dt), sinh(wd * dt) / wd
-    else:
-        c, s_w = 1.0, dt
-    return e * (x * (c + z * w * s_w) + v * s_w), e * (v * (c - z * w * s_w) - w * w * x * s_w)
-
-
-class SecondOrder(NamedTuple):
-    """A second-order actuator: natural frequency [rad/s], damping ratio, and limits of rate and angle."""
-
-    frequency: float
-    damping: float
-    rate: float
-    minimum: float
-    maximum: float
-
-
-@kernel
-def limited_step(angle: float, rate: float, demand: float, p: SecondOrder, dt: float) -> tuple[float, float, float]:
-    """Angle and rate of a second-order actuator after ``dt``, within its limits (C-11 to C-13).
-
-    Args:
-      demand: held, within the limits of the angle.
-
-    Returns:
-      Angle, rate, and what the limit of the rate adds to the switches.
-    """
-    most = p.rate
-    error, free = second_order_step(angle - demand, rate, p.frequency, p.damping, dt)
-    new, limited = demand + error, min(max(free, -most), most)
-    if limited != free:
-        new = angle + 0.5 * (rate + limited) * dt
-    # within the step the free motion may be faster than at its ends
-    new = min(max(new, angle - most * dt), angle + most * dt)
-    if new < p.minimum or new > p.maximum:
-        new = min(max(new, p.minimum), p.maximum)
-        limited = 0.0
-    return new, limited, crossed(abs(free) - most)
-
-
-@kernel
 def pitch_advance(dt: float, c: Actuation) -> None:
     """Pitch angles after ``dt`` under held demands; with the ideal actuator at once."""
     p, f, pitch = c.actuators, c.faults, c.pitch
@@ -133,20 +81,12 @@ def pitch_advance(dt: float, c: Actuation) -> None:
         demand = min(max(demand, low), high)
         offset = p.pitch_offset[b]
         angle, rate = pitch.angle[b] - offset, pitch.rate[b]
-        if p.pitch_ideal > 0.0:
-            if run != 0.0:
-                demand = min(max(demand, angle - most * dt), angle + most * dt)
-            pitch.angle[b] = demand + offset
-            continue
-        if dt <= 0.0:
-            continue
-        new, new_rate, switches = limited_step(
-            angle, rate, demand, SecondOrder(p.pitch_frequency, p.pitch_damping, most, low, high), dt
-        )
-        pitch.switches[b] += switches
+        limits = ActuatorParameters(p.pitch_frequency, p.pitch_damping, most, low, high, run != 0.0)
+        new, pitch.rate[b], switches = actuator_models.advance(whole(p.pitch_model), angle, rate, demand, limits, dt)
         pitch.angle[b] = new + offset
-        pitch.rate[b] = new_rate
-        pitch.acceleration[b] = (new_rate - rate) / dt
+        if dt > 0.0:
+            pitch.switches[b] += switches
+            pitch.acceleration[b] = (pitch.rate[b] - rate) / dt
 
 
 @kernel
@@ -154,7 +94,7 @@ def flap_advance(dt: float, c: Actuation) -> None:
     """Deflections after ``dt`` under held demands; with ideal actuators at once, within their limits."""
     p, flap = c.flap_actuators, c.flap
     for j in range(flap.flaps):
-        low, high, most = p.minimum[j], p.maximum[j], p.rate[j]
+        low, high = p.minimum[j], p.maximum[j]
         for b in range(flap.blades):
             if c.faults.flap_stuck[j, b] > 0.0:
                 if dt > 0.0:
@@ -166,18 +106,13 @@ def flap_advance(dt: float, c: Actuation) -> None:
                 flap.switches[j, b] += crossed(demand - low) + crossed(demand - high)
             demand = min(max(demand, low), high)
             angle, rate = flap.angle[j, b], flap.rate[j, b]
-            if p.ideal[j] > 0.0:
-                flap.angle[j, b] = demand
-                continue
-            if dt <= 0.0:
-                continue
-            new, new_rate, switches = limited_step(
-                angle, rate, demand, SecondOrder(p.frequency[j], p.damping[j], most, low, high), dt
-            )
-            flap.switches[j, b] += switches
+            limits = ActuatorParameters(p.frequency[j], p.damping[j], p.rate[j], low, high, False)
+            new, new_rate, switches = actuator_models.advance(whole(p.model[j]), angle, rate, demand, limits, dt)
             flap.angle[j, b] = new
             flap.rate[j, b] = new_rate
-            flap.acceleration[j, b] = (new_rate - rate) / dt
+            if dt > 0.0:
+                flap.switches[j, b] += switches
+                flap.acceleration[j, b] = (new_rate - rate) / dt
 
 
 @kernel

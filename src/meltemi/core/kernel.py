@@ -141,7 +141,7 @@ def announce() -> bool:
       Whether it was said.
     """
     global _looked
-    told = not _looked and is_cold()
+    told = not (_looked or numba.config.DISABLE_JIT) and is_cold()
     _looked = True
     if told:
         _FEATURES_TOLD.add(FEATURE)

@@ -24,7 +24,8 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.aero import stall
 from meltemi.aero.stall.section import model_weight
 from meltemi.aero.tables import AeroNode, AeroOptions, BladeFlow, InflowState, StallState
-from meltemi.control.actuators import FlapActuators
+from meltemi.control import actuator_models
+from meltemi.control.actuators import Actuators, FlapActuators
 from meltemi.control.signals import Demands
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
@@ -324,12 +325,9 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
             place = int(np.ravel_multi_index((f, b, n), case[array].shape))
             name = f"blade {b + 1} node {n + 1} {array} {entry.name}"
             x.append(Variable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
-    if model.turbine.pitch_actuator.kind != "ideal":
-        w, z = model.parameter("actuators.pitch_frequency"), model.parameter("actuators.pitch_damping")
-        x += _actuator_states(case, "pitch", "pitch", (), w, z)
+    x += _actuator_states(case, "pitch", "pitch", (), _pitch_actuator(case))
     for j in range(model.n_flaps):
-        ideal, w, z = _flap_actuator(case, j)
-        x += [] if ideal else _actuator_states(case, f"flap {j + 1}", "flap", (j,), w, z)
+        x += _actuator_states(case, f"flap {j + 1}", "flap", (j,), _flap_actuator(case, j))
     if model.has_electrical:
         for i, entry in enumerate(ElectricState.rows[:N_STATES]):
             x.append(Variable(entry.name, entry.unit, ((("electric", i), 1.0),), ("d_electric", i)))
@@ -354,10 +352,18 @@ def _air(
     )
 
 
-def _flap_actuator(case: Case, j: int) -> tuple[bool, float, float]:
-    """Whether flap j follows its demand without lag; natural frequency [rad/s] and damping ratio of its actuator."""
+def _pitch_actuator(case: Case) -> tuple[float, ...]:
+    """Coefficients of the linear equation of the pitch actuators."""
+    v = View(Actuators, case["actuators"])
+    model = actuator_models.MODELS[int(v["pitch_model"])]
+    return tuple(model.coefficients(float(v["pitch_frequency"]), float(v["pitch_damping"])))
+
+
+def _flap_actuator(case: Case, j: int) -> tuple[float, ...]:
+    """The same of flap ``j``."""
     v = View(FlapActuators, case["flap_actuators"])
-    return bool(v["ideal"][j]), float(v["frequency"][j]), float(v["damping"][j])
+    model = actuator_models.MODELS[int(v["model"][j])]
+    return tuple(model.coefficients(float(v["frequency"][j]), float(v["damping"][j])))
 
 
 def _place(case: Case, array: str, field: str, *index: int) -> Place:
@@ -365,17 +371,25 @@ def _place(case: Case, array: str, field: str, *index: int) -> Place:
     return (array, int(np.ravel_multi_index((row, *index), case[array].shape)))
 
 
-def _actuator_states(case: Case, name: str, array: str, which: tuple[int, ...], w: float, z: float) -> list[Variable]:
-    """Angle and rate of second-order actuators, one per blade: w natural frequency [rad/s], z damping ratio."""
-    x = []
-    for row, rate, what, unit, slope in (
-        ("angle", "rate", "", "rad", -w * w),
-        ("rate", "acceleration", " rate", "rad/s", -2.0 * z * w),
-    ):
+MOTION = ("angle", "rate", "acceleration")
+ACTUATOR_STATES = (("angle", "rate", "", "rad"), ("rate", "acceleration", " rate", "rad/s"))
+
+
+def _actuator_states(
+    case: Case, name: str, array: str, which: tuple[int, ...], coefficients: tuple[float, ...]
+) -> list[Variable]:
+    """Angle and, for second order, rate of actuators, one per blade."""
+    x, highest = [], MOTION[len(coefficients)]
+    for c, (row, rate, what, unit) in zip(coefficients, ACTUATOR_STATES, strict=False):
         for b in range(case.model.n_blades):
-            own, push, grows = (_place(case, array, r, *which, b) for r in (row, "acceleration", rate))
-            x.append(Variable(f"blade {b + 1} {name}{what}", unit, ((own, 1.0), (push, slope)), grows))
+            own, push, grows = (_place(case, array, r, *which, b) for r in (row, highest, rate))
+            x.append(Variable(f"blade {b + 1} {name}{what}", unit, ((own, 1.0), (push, -c)), grows))
     return x
+
+
+def _demand(case: Case, array: str, index: tuple[int, ...], coefficients: tuple[float, ...]) -> tuple[Place, float]:
+    """Entry that a demand of an actuator moves, and by how much."""
+    return _place(case, array, MOTION[len(coefficients)], *index), coefficients[0] if coefficients else 1.0
 
 
 def _lagging(case: Case) -> NDArray[np.bool_]:
@@ -404,10 +418,8 @@ def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> N
 def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Variable]:
     model, B = case.model, case.model.n_blades
     wind = point.wind
-    w2 = model.parameter("actuators.pitch_frequency") ** 2
-    ideal = model.turbine.pitch_actuator.kind == "ideal"
-    row, gain = ("angle", 1.0) if ideal else ("acceleration", w2)
-    pitch = [((_place(case, "pitch", row, b), gain),) for b in range(B)]
+    actuator = _pitch_actuator(case)
+    pitch = [(_demand(case, "pitch", (b,), actuator),) for b in range(B)]
     torque = _place(case, "drive", "generator_torque")
     known = {
         "generator_torque": Variable("", "N m", ((torque, 1.0),), value=point.generator_torque),
@@ -419,10 +431,9 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
     if model.has_electrical:
         known |= _of_the_grid(case, point)
     for j in range(model.n_flaps):
-        at_once, w, _ = _flap_actuator(case, j)
+        actuator = _flap_actuator(case, j)
         for b in range(B):
-            place = _place(case, "flap", "angle" if at_once else "acceleration", j, b)
-            known[f"flap_{j + 1}_{b + 1}"] = Variable("", "rad", ((place, 1.0 if at_once else w * w),))
+            known[f"flap_{j + 1}_{b + 1}"] = Variable("", "rad", (_demand(case, "flap", (j, b), actuator),))
     columns = {
         "wind_speed": ("gust", wind.speed),
         "vertical_wind": ("vertical", 0.0),

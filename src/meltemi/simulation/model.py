@@ -12,11 +12,13 @@ from meltemi.control.actuators import Actuators
 from meltemi.core.display import Brief, brief
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
+from meltemi.core.variants import number
 from meltemi.electrical.tables import ElectricalParameters, electrical_array
 from meltemi.environment.site import Environment
 from meltemi.maths.records import Record
 from meltemi.maths.tables import Table
 from meltemi.simulation.options import ModelOptions
+from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import Wind
 
@@ -192,7 +194,7 @@ def actuator_array(turbine: AnyTurbine, options: ModelOptions) -> Float:
     """Parameters of pitch actuators, brake and yaw drive."""
     p = Actuators(Actuators.zeros())
     a, yaw = turbine.pitch_actuator, turbine.yaw
-    p.pitch_ideal = float(a.kind == "ideal")
+    p.pitch_model = number(ActuatorModel, a.kind)
     p.pitch_frequency, p.pitch_damping, p.pitch_rate = a.natural_frequency, a.damping_ratio, a.rate_limit
     p.pitch_minimum, p.pitch_maximum = a.minimum, a.maximum
     p.brake_torque = turbine.drivetrain.brake_torque

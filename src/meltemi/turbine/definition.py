@@ -9,7 +9,7 @@ blades upwind. Units are SI throughout: metre, kilogram, second, radian, newton,
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -18,6 +18,7 @@ from meltemi.core.record import Array, Record, Vector
 from meltemi.maths.tables import MAX_FLAPS
 from meltemi.turbine.checks import above_ground, angles, ordered, per_station, positive, stations
 from meltemi.turbine.electrical import ElectricalSystem
+from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.gearbox import Gearbox
 from meltemi.turbine.ice import Icing
 
@@ -497,9 +498,9 @@ class Foundation(Record):
 
 
 class PitchActuator(Record):
-    """Second-order pitch actuator with limits; ``kind: ideal`` follows its demand without delay."""
+    """Pitch actuator with limits; ``kind: ideal`` follows its demand without delay."""
 
-    kind: Literal["second_order", "ideal"] = "second_order"
+    kind: ActuatorModel = "second_order"
     natural_frequency: float = Field(default=11.11, gt=0.0)
     """[rad/s]."""
     damping_ratio: float = Field(default=0.6, gt=0.0)

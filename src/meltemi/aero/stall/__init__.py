@@ -13,8 +13,9 @@ A model is a module with three kernels of a node and a list:
 
 from __future__ import annotations
 
-from meltemi.aero.variants import StallModel, models
+from meltemi.aero.variants import StallModel
 from meltemi.core.kernel import choice
+from meltemi.core.variants import models
 
 MODELS = models(__name__, StallModel)
 STATIC = 0

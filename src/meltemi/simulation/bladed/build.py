@@ -25,6 +25,7 @@ from meltemi.aero.tables import (
 from meltemi.control.actuators import Actuators, FlapActuators
 from meltemi.core.errors import InputError, UnsupportedError, did_you_mean
 from meltemi.core.threads import one_blas_thread
+from meltemi.core.variants import number
 from meltemi.environment.site import Environment
 from meltemi.maths.tables import MAX_BLADES, View
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
@@ -48,6 +49,7 @@ from meltemi.structure.members import (
 )
 from meltemi.structure.tables import BladeNode, StructureParameters, TowerNode
 from meltemi.turbine.definition import Airfoil, Turbine
+from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.gearbox import LEAST_RATIO
 
 Float = NDArray[np.float64]
@@ -397,10 +399,10 @@ def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
         "wake": ("none", "momentum").index(options.wake),
         "high_induction": ("none", "buhl").index(options.high_induction),
         "skew": ("none", "glauert").index(options.skew),
-        "inflow": variants.number(variants.InflowModel, options.inflow),
-        "stall": variants.number(variants.StallModel, options.stall),
+        "inflow": number(variants.InflowModel, options.inflow),
+        "stall": number(variants.StallModel, options.stall),
         "stall_rotation": ("none", "camber", "openfast").index(options.stall_rotation),
-        "tower": variants.number(variants.TowerInfluence, options.tower_influence),
+        "tower": number(variants.TowerInfluence, options.tower_influence),
         "tower_drag": int(options.tower_drag),
         "iterations": options.induction_iterations,
     }
@@ -577,7 +579,7 @@ def _flap_actuators(turbine: Turbine) -> Float:
     flaps = turbine.blade.flaps
     array = FlapActuators.zeros(flap=len(flaps))
     v = View(FlapActuators, array)
-    v["ideal"] = [float(f.frequency is None) for f in flaps]
+    v["model"] = [number(ActuatorModel, "ideal" if f.frequency is None else "second_order") for f in flaps]
     v["frequency"] = [f.frequency or 1.0 for f in flaps]
     for name in ("damping", "rate", "minimum", "maximum"):
         v[name] = [getattr(f, name) for f in flaps]

@@ -1,0 +1,16 @@
+"""Parameters common to all actuator models."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class ActuatorParameters(NamedTuple):
+    """Natural frequency [rad/s], damping ratio, limits of rate [rad/s] and angle [rad]; whether the blade runs away."""
+
+    frequency: float
+    damping: float
+    rate: float
+    minimum: float
+    maximum: float
+    runaway: bool

@@ -1,0 +1,58 @@
+"""Second-order actuator, stepped exactly under a held demand, then limited in rate and angle.
+
+Reference: docs/theory/control.md (C-10 to C-13).
+"""
+
+from __future__ import annotations
+
+from math import cos, cosh, exp, sin, sinh, sqrt
+
+from meltemi.control.actuator_models.parameters import ActuatorParameters
+from meltemi.core.kernel import kernel
+from meltemi.maths.generic import crossed
+
+
+def coefficients(frequency: float, damping: float) -> tuple[float, ...]:
+    """Those of x'' + 2 z w x' + w^2 (x - demand) = 0."""
+    return frequency * frequency, 2.0 * damping * frequency
+
+
+@kernel
+def second_order_step(x: float, v: float, w: float, z: float, dt: float) -> tuple[float, float]:
+    """Exact step of x'' + 2 z w x' + w^2 x = 0 (C-11)."""
+    e = exp(-z * w * dt)
+    d = 1.0 - z * z
+    if d > 1e-12:
+        wd = w * sqrt(d)
+        c, s_w = cos(wd * dt), sin(wd * dt) / wd
+    elif d < -1e-12:
+        wd = w * sqrt(-d)
+        c, s_w = cosh(wd * dt), sinh(wd * dt) / wd
+    else:
+        c, s_w = 1.0, dt
+    return e * (x * (c + z * w * s_w) + v * s_w), e * (v * (c - z * w * s_w) - w * w * x * s_w)
+
+
+@kernel
+def advance(angle: float, rate: float, demand: float, p: ActuatorParameters, dt: float) -> tuple[float, float, float]:
+    """Angle and rate of a second-order actuator after ``dt``, within its limits (C-11 to C-13).
+
+    Args:
+      demand: held, within the limits of the angle.
+
+    Returns:
+      Angle, rate, and what the limit of the rate adds to the switches.
+    """
+    if dt <= 0.0:
+        return angle, rate, 0.0
+    most = p.rate
+    error, free = second_order_step(angle - demand, rate, p.frequency, p.damping, dt)
+    new, limited = demand + error, min(max(free, -most), most)
+    if limited != free:
+        new = angle + 0.5 * (rate + limited) * dt
+    # within the step the free motion may be faster than at its ends
+    new = min(max(new, angle - most * dt), angle + most * dt)
+    if new < p.minimum or new > p.maximum:
+        new = min(max(new, p.minimum), p.maximum)
+        limited = 0.0
+    return new, limited, crossed(abs(free) - most)
