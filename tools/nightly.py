@@ -70,7 +70,7 @@ class Entry:
 def of_reproduction(text: str) -> str:
     """How many claims hold, of what the command printed."""
     lines = [
-        *re.findall(r"\d+ of \d+ lines hold(?: \(\d+ cannot be judged\))?", text),
+        *re.findall(r"\d+ of \d+ claims of the paper hold(?: \([^)]*\))?", text),
         *re.findall(r"Of \d+ conditions .*? (\d+ hold in every seed of both winds \(\d+ of \d+ single cases\))", text),
     ]
     failed = text.count("\nfailed: ")

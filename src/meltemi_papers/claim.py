@@ -7,23 +7,28 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal, get_args
 
 from meltemi.report.html import Table
 from meltemi.studies.run_store import guarded
 
+Basis = Literal["paper", "equations", "expectation"]
+"""What a claim rests on: the paper states it, it follows from the paper's equations, or it is our expectation."""
+
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim of the paper and our result.
+    """A claim and our result.
 
     Attributes:
       item: what it is about.
       paper: what the paper says.
       ours: what we find.
-      verdict: "holds" or how it differs.
+      verdict: "holds", how it differs, or why it cannot be checked.
       where: in the paper.
       reason: key of the study's reasons; empty if there is nothing to explain.
-      tolerance: within which it holds, where it is not said with the paper's number.
+      tolerance: within which it holds, where it is not said with the paper's number, and what it is derived from.
+      basis: only claims that the paper states are counted.
     """
 
     item: str
@@ -33,6 +38,7 @@ class Claim:
     where: str
     reason: str = ""
     tolerance: str = ""
+    basis: Basis = "paper"
 
 
 def listed(values: Iterable[float], form: str = "g") -> str:
@@ -50,7 +56,8 @@ def claims_of(study: str) -> Callable[..., Claim]:
 
     def claim(key: str, ours: str, verdict: object, **words: object) -> Claim:
         found = verdict if isinstance(verdict, str) else "holds" if verdict else "differs"
-        return Claim(ours=ours, verdict=found, **{name: text.format(**words) for name, text in stated[key].items()})
+        fields: dict[str, Any] = {name: text.format(**words) for name, text in stated[key].items()}
+        return Claim(ours=ours, verdict=found, **fields)
 
     return claim
 
@@ -69,6 +76,8 @@ def reasons_of(study: str) -> dict[str, str]:
 HERE = Path(__file__).parent
 UNJUDGED = "cannot be judged: "
 """How a verdict begins that depends on a cell that failed."""
+UNCHECKED = "cannot be checked: "
+"""How a verdict begins on a claim for which the paper, or this simulation, lacks what a comparison needs."""
 
 
 def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Claim]:
@@ -76,27 +85,49 @@ def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Cl
     return guarded(of, lambda why: [Claim(item, "", "", UNJUDGED + why, where)])
 
 
+@dataclass(frozen=True)
+class Count:
+    """Numbers of claims that the paper states: those that hold, differ, cannot be judged and cannot be checked."""
+
+    held: int
+    differ: int
+    unjudged: int
+    unchecked: int
+
+
+def count(found: Sequence[Claim]) -> Count:
+    """Count the claims that the paper states."""
+    verdicts = [c.verdict for c in found if c.basis == "paper"]
+    held = verdicts.count("holds")
+    unjudged, unchecked = (sum(v.startswith(begin) for v in verdicts) for begin in (UNJUDGED, UNCHECKED))
+    return Count(held, len(verdicts) - held - unjudged - unchecked, unjudged, unchecked)
+
+
 def count_held(found: Sequence[Claim]) -> str:
-    """Number of claims that hold, and of those that cannot be judged, if any."""
-    lost = sum(c.verdict.startswith(UNJUDGED) for c in found)
-    missing = f" ({lost} cannot be judged)" if lost else ""
-    return f"{sum(c.verdict == 'holds' for c in found)} of {len(found)} lines hold{missing}."
+    """Sentence on the number of the paper's claims that hold, and of those that cannot be judged or checked, if any."""
+    n = count(found)
+    rest = [f"{k} cannot be {what}" for k, what in ((n.unjudged, "judged"), (n.unchecked, "checked")) if k]
+    of = n.held + n.differ + n.unjudged
+    return f"{n.held} of {of} claims of the paper hold" + (f" ({', '.join(rest)})." if rest else ".")
 
 
 def claims_table(found: Sequence[Claim]) -> Table:
-    """Table of claims; with tolerances if any claim has one."""
-    head = ["claim", "paper", "ours", "verdict", "reason", "where"]
-    rows = [[c.item, c.paper, c.ours, c.verdict, c.reason, c.where] for c in found]
-    if any(c.tolerance for c in found):
-        head.insert(2, "tolerance")
-        for row, c in zip(rows, found, strict=True):
-            row.insert(2, c.tolerance)
-    return Table(head, rows, "Claims of the paper", text_columns=len(head))
+    """Table of claims, those of the paper first; with tolerances if any claim has one."""
+    columns = ["claim", "verdict", "paper", "tolerance", "ours", "basis", "reason", "where"]
+    order = get_args(Basis).index
+    rows = [
+        [c.item, c.verdict, c.paper, c.tolerance, c.ours, c.basis, c.reason, c.where]
+        for c in sorted(found, key=lambda c: order(c.basis))
+    ]
+    if not any(c.tolerance for c in found):
+        columns.remove("tolerance")
+        rows = [row[:3] + row[4:] for row in rows]
+    return Table(columns, rows, "Claims of the paper", text_columns=len(columns))
 
 
 def brief(table: Table) -> Table:
-    """The table for a terminal, without reasons and places in the paper."""
-    n = len(table.head) - 2
+    """The table for a terminal, without basis, reasons and places in the paper."""
+    n = len(table.head) - 3
     return Table(table.head[:n], [row[:n] for row in table.rows], table.caption, text_columns=n)
 
 

@@ -188,7 +188,7 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
         fine = claim_group("one", "", lambda: [Claim("one", "1", "1", "holds", "Fig. 1")])
         lost = claim_group("two", "Fig. 2", lambda: [Claim("two", "1", f"{start.pitch}", "holds", "Fig. 2")])
         assert lost[0].verdict == "cannot be judged: start at 25 m/s: no steady operation"
-        assert count_held([*fine, *lost]) == "1 of 2 lines hold (1 cannot be judged)."
+        assert count_held([*fine, *lost]) == "1 of 2 claims of the paper hold (1 cannot be judged)."
         table = tabled("Table 2", lambda: claims_table([Claim("", "", start.pitch, "", "")]))
         assert table.rows == [["cannot be made: start at 25 m/s: no steady operation"]]
         caption, file = drawn("fig", "Figure 1", lambda: start.figure, tmp_path)
