@@ -15,7 +15,7 @@ from __future__ import annotations
 from math import cos, pi, sin
 
 from meltemi.core.kernel import kernel
-from meltemi.maths.vectors import Vec, about_x, about_y, about_z, cross, dot, rotation_vector
+from meltemi.maths.vectors import Sym, Vec, about_x, about_y, about_z, cross, dot, rotation_vector
 from meltemi.numbers.dispatch import by_record
 from meltemi.structure.tables import Structure
 
@@ -160,6 +160,31 @@ def node_motion(m: Structure, first: int, b: int, n: int) -> None:
     motion.rotation[b, n] = theta
     motion.spin[b, n] = w + rate
     motion.spin_rate[b, n] = w_rate + cross(w, rate)
+
+
+@by_record
+def partial_rotation(m: Structure, k: int, b: int, n: int) -> Vec:  # type: ignore[empty-body]
+    """Partial angular velocity of a blade node by mode ``k``, blade axes."""
+
+
+@partial_rotation.variant
+@kernel
+def modal_partial_rotation(m: Structure, k: int, b: int, n: int) -> Vec:
+    """That of small rotations."""
+    return m.shape.rotation[k, b, n]
+
+
+@by_record
+def node_inertia(m: Structure, b: int, n: int) -> tuple[Vec, Sym]:  # type: ignore[empty-body]
+    """First moment and inertia of a blade node about its reference point, blade axes."""
+
+
+@node_inertia.variant
+@kernel
+def modal_node_inertia(m: Structure, b: int, n: int) -> tuple[Vec, Sym]:
+    """Those of the undeflected blade, the first moment turned by a small rotation."""
+    s = m.blade_nodes.moment[b, n]
+    return s + cross(m.motion.rotation[b, n], s), m.blade_nodes.inertia[b, n]
 
 
 @by_record
