@@ -131,8 +131,8 @@ class Gusts:
 
 
 def spread(values: Float, form: str = ".2f") -> str:
-    """Smallest to largest value."""
-    low, high = format(values.min(), form), format(values.max(), form)
+    """Smallest to largest value, of those that are there."""
+    low, high = format(np.nanmin(values), form), format(np.nanmax(values), form)
     return low if low == high else f"{low} to {high}"
 
 

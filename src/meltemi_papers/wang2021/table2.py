@@ -153,35 +153,34 @@ def calibrate(
 ) -> Calibration:
     """Aerodynamic penalty with which bins 5 to 7 have the measured power and moment: least squares of the logarithms.
 
-    Gauss-Newton steps with derivatives from two seeds. The intervals are Student's, from the residuals of the fit.
+    Gauss-Newton steps with the derivatives of the first. The intervals are Student's, from the residuals of the fit.
     """
     from scipy.stats import t as student
 
     rows, at = [row for row in measured() if row.bin in FITTED], [k - 1 for k in FITTED]
     target = np.log([r.power_mean for r in rows] + [r.moment_mean for r in rows])
-    runs = 3 + ROUNDS
+    found = np.array(FIRST)
 
-    def lacks(done: int, x: Float, some: Sequence[int]) -> Float:
-        found = simulate_bins(
+    def lacks(done: int, x: Float) -> Float:
+        bins = simulate_bins(
             turbine,
             Calibration(*x),
             rows,
-            some,
+            seeds,
             period=period,
             workers=workers,
-            progress=lambda share: progress((done + share) / runs),
+            progress=lambda share: progress((done + share) / (len(x) + ROUNDS)),
         ).whole()
-        return target - np.log(np.concatenate([found.column(name, "mean")[at] for name in (POWER, MOMENT)]))
+        return target - np.log(np.concatenate([bins.column(name, "mean")[at] for name in (POWER, MOMENT)]))
 
-    x, few = np.array(FIRST), seeds[:2]
-    base = lacks(0, x, few)
-    slopes = np.stack([(base - lacks(1 + i, x + d, few)) / d[i] for i, d in enumerate(np.diag(STEPS))], axis=1)
+    rest = lacks(0, found)
+    slopes = np.stack([(rest - lacks(1 + i, found + d)) / d[i] for i, d in enumerate(np.diag(STEPS))], axis=1)
     for i in range(ROUNDS):
-        rest = lacks(3 + i, x, seeds)
+        rest = lacks(2 + i, found) if i else rest
         step = np.linalg.lstsq(slopes, rest)[0]
-        x = x + step
+        found = found + step
     rest = rest - slopes @ step
-    free = len(target) - len(x)
+    free = len(target) - len(found)
     variance = np.diag(np.linalg.inv(slopes.T @ slopes)) * float(rest @ rest) / free
     one, two = student.ppf(0.975, free) * np.sqrt(variance)
-    return Calibration(float(x[0]), float(x[1]), (float(one), float(two)))
+    return Calibration(float(found[0]), float(found[1]), (float(one), float(two)))
