@@ -17,8 +17,9 @@ from meltemi_papers.wang2021.winds import GUST_BEGIN
 Float = NDArray[np.float64]
 STOP, DERATE, IGNORE = "S1 stop", "S2 derate", "S3 ignore"
 SHORT = "S2, recheck after 30 s"
-MACHINE, POWER_HELD, SLOW = "12.6 rpm", "12.6 rpm, power held", "9.9 rpm"
-"""Machines in the gust: the paper's rotor speed and torque law first; then one of the two changed."""
+MACHINE, SLOW, HELD = "12.6 rpm", "9.9 rpm", ", power held"
+"""Machines in the gust: the paper's rotor speed and a slower one, with the paper's constant torque above rated or, as
+the suffix of their names says, with constant power."""
 RATIOS = tuple((load, against) for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR) for against in (STOP, IGNORE))
 """Loads of derating, and the strategy that they are compared with."""
 MOVED = np.radians(0.2)

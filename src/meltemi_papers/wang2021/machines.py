@@ -12,7 +12,7 @@ from meltemi.control.yaw import YawControl
 from meltemi.core.units import rpm
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi_papers.wang2021.gust import MACHINE, POWER_HELD, SLOW
+from meltemi_papers.wang2021.gust import HELD, MACHINE, SLOW
 from meltemi_papers.wang2021.turbines import scaled_turbine
 
 MEASURED: Final = "zr20-122"
@@ -34,13 +34,10 @@ def studied_turbine(yaw_rate: float) -> Turbine:
 
 
 def gust_machines(yaw_rate: float) -> dict[str, Turbine]:
-    """CT3.0-155 with the paper's rotor speed and torque, and with one of them changed; yaw rate in rad/s."""
+    """CT3.0-155 with the paper's rotor speed or a slower one, torque or power held above rated; yaw rate in rad/s."""
     fast = with_yaw_rate(scaled_turbine(STUDIED, rotor_speed=rpm(12.6)), yaw_rate)
-    return {
-        MACHINE: fast.replace(**TORQUE_HELD),
-        POWER_HELD: fast,
-        SLOW: studied_turbine(yaw_rate).replace(**TORQUE_HELD),
-    }
+    held = {MACHINE: fast, SLOW: studied_turbine(yaw_rate)}
+    return {n: t.replace(**TORQUE_HELD) for n, t in held.items()} | {n + HELD: t for n, t in held.items()}
 
 
 def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
