@@ -165,19 +165,18 @@ def gust_words(runs: Runs) -> str:
         f"at {m} {of(m, YAW_BENDING, STOP)} of that of stopping and {of(m, YAW_BENDING, IGNORE)} of that of ignoring"
         for m in (MACHINE, SLOW)
     ]
-    more = [f"{m}, {t:g} s" for m, t in g.phases if g.ratios(m, t, YAW_BENDING, STOP).mean() > 1.0]
+    more = {
+        t: [m for m, s in g.phases if s == t and g.ratios(m, t, YAW_BENDING, STOP).mean() > 1.0] for t in g.averages
+    }
+    worse = [f"with a yaw average of {t:g} s at {', '.join(names)}" for t, names in more.items() if names]
     order = {m: np.concatenate([g.ordered(m, t) for t in g.averages]) for m in (MACHINE, SLOW)}
     rises = [f"{x.sum():.0f} of {len(x)} runs at {m}" for m, x in order.items()]
     return (
         "What derating saves in the paper's gust depends on the rotor speed, on the yaw control and on the azimuth of "
-        f"the rotor. It gives a bending at the yaw bearing {'; '.join(parts)} the error (yaw averages of "
+        f"the rotor. The bending at the yaw bearing is {'; '.join(parts)} the error (yaw averages of "
         f"{listed(g.averages)} s, {runs.setup.phases} azimuths). "
-        + (
-            f"In the mean over the azimuths it loads the bearing more than stopping at {'; '.join(more)}. "
-            if more
-            else ""
-        )
-        + f"The torsion is {all_of(MACHINE, YAW_TORSION, STOP)} of that of stopping at {MACHINE}. "
+        + (f"In the mean over the azimuths it exceeds that of stopping {'; '.join(worse)}. " if worse else "")
+        + f"The torsion is {of(MACHINE, YAW_TORSION, STOP)} of that of stopping at {MACHINE}. "
         f"The tower-top load rises from stopping over derating to ignoring in {' and '.join(rises)}."
     )
 
@@ -200,9 +199,8 @@ def calibrated_words(runs: Runs) -> str:
     power = table.column(POWER, "mean")[at] / [r.power_mean for r in rows] - 1.0
     moment = table.column(MOMENT, "mean")[at] / [r.moment_mean for r in rows] - 1.0
     return (
-        f"An aerodynamic penalty ({calibration_words(runs)}) leaves {100.0 * power.min():+.1f} to "
-        f"{100.0 * power.max():+.1f} % in the mean power of the other bins from 4 m/s on, and "
-        f"{100.0 * moment.min():+.1f} to {100.0 * moment.max():+.1f} % in the mean flapwise moment."
+        f"An aerodynamic penalty ({calibration_words(runs)}) leaves {spread(100.0 * power, '+.1f')} % in the mean power "
+        f"of the other bins from 4 m/s on, and {spread(100.0 * moment, '+.1f')} % in the mean flapwise moment."
     )
 
 
