@@ -199,8 +199,8 @@ def calibrated_words(runs: Runs) -> str:
     power = table.column(POWER, "mean")[at] / [r.power_mean for r in rows] - 1.0
     moment = table.column(MOMENT, "mean")[at] / [r.moment_mean for r in rows] - 1.0
     return (
-        f"An aerodynamic penalty ({calibration_words(runs)}) leaves {spread(100.0 * power, '+.1f')} % in the mean power "
-        f"of the other bins from 4 m/s on, and {spread(100.0 * moment, '+.1f')} % in the mean flapwise moment."
+        f"An aerodynamic penalty ({calibration_words(runs)}) leaves {spread(100.0 * power, '+.1f')} % in the mean "
+        f"power of the other bins from 4 m/s on, and {spread(100.0 * moment, '+.1f')} % in the mean flapwise moment."
     )
 
 
