@@ -46,7 +46,7 @@ def test_every_kind_of_claim_of_he2018_occurs() -> None:
 def test_a_claim_is_filled_and_judged() -> None:
     claim = claims_of("wang2021")
     found = claim("power std", "110 kW in bin 8", True, name="as scaled")
-    words = "same bin, 95 % over our seeds"
+    words = "same bin, two standard errors over our seeds"
     item, paper = "largest std of power, as scaled", "109 kW in bin 7"
     assert found == Claim(item, paper, "110 kW in bin 8", "holds", "Table 2", tolerance=words)
     assert claim("power std", "", False, name="").verdict == "differs"

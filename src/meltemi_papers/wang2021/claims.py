@@ -77,7 +77,7 @@ def _table2(name: str, table: Table2) -> list[Claim]:
                 reason=reason,
             )
         )
-    peak, own = int(np.nanargmax(spread_of_power)), table.half_width(POWER, "std")
+    peak, own = int(np.nanargmax(spread_of_power)), table.scatter(POWER, "std")
     above = np.flatnonzero(bins >= PLATEAU)
     wanted = np.array([rows[i].power_std for i in above])
     line = np.polyval(np.polyfit(above, wanted, 1), above)

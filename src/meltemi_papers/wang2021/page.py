@@ -194,13 +194,16 @@ def grid_words(more: Beyond) -> str:
 def calibrated_words(runs: Runs) -> str:
     """How far the calibrated turbine is from the bins that were not fitted."""
     table = runs.tables[CALIBRATED].whole()
-    rows = [r for r in measured() if r.bin >= 3 and r.bin not in FITTED]
-    at = [r.bin - 1 for r in rows]
-    power = table.column(POWER, "mean")[at] / [r.power_mean for r in rows] - 1.0
-    moment = table.column(MOMENT, "mean")[at] / [r.moment_mean for r in rows] - 1.0
+
+    def off(name: str, of: str, bins: range) -> str:
+        target = np.array([getattr(measured()[k - 1], of) for k in bins])
+        return f"{spread(100.0 * (table.column(name, 'mean')[[k - 1 for k in bins]] / target - 1.0), '+.1f')} %"
+
+    above, below = range(max(FITTED) + 1, len(measured()) + 1), range(3, min(FITTED))
     return (
-        f"An aerodynamic penalty ({calibration_words(runs)}) leaves {spread(100.0 * power, '+.1f')} % in the mean "
-        f"power of the other bins from 4 m/s on, and {spread(100.0 * moment, '+.1f')} % in the mean flapwise moment."
+        f"An aerodynamic penalty ({calibration_words(runs)}) leaves {off(POWER, 'power_mean', above)} in the mean power "
+        f"of the bins above those, {off(MOMENT, 'moment_mean', above)} in the mean flapwise moment, and "
+        f"{off(POWER, 'power_mean', below)} and {off(MOMENT, 'moment_mean', below)} in the bins at 4 and 5 m/s."
     )
 
 

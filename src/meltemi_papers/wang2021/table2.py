@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.postprocess.bins import EDGES, bin_statistics, result_statistics
-from meltemi.postprocess.ensemble import mean_interval
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
@@ -89,12 +88,12 @@ class Table2:
         """(18,) column of the measured bins, in kW and kNm."""
         return np.asarray(self.bins[name, of].to_numpy()[: len(measured())] * 1e-3)
 
-    def half_width(self, name: str, of: str) -> Float:
-        """(18,) half-width of the 95 % interval of such a column over the seeds; zero where there is one run."""
+    def scatter(self, name: str, of: str) -> Float:
+        """(18,) two standard errors of such a column over the seeds; zero where there is one run."""
         found = []
         for row in measured():
             inside = self.runs[self.runs[SPEED, "mean"].between(row.begin, row.end, inclusive="left")]
-            found.append(mean_interval(inside[name, of].to_numpy() * 1e-3).half_width if len(inside) > 1 else 0.0)
+            found.append(2e-3 * float(inside[name, of].sem()) if len(inside) > 1 else 0.0)
         return np.array(found)
 
 
