@@ -201,8 +201,8 @@ def calibrated_words(runs: Runs) -> str:
 
     above, below = range(max(FITTED) + 1, len(measured()) + 1), range(3, min(FITTED))
     return (
-        f"An aerodynamic penalty ({calibration_words(runs)}) leaves {off(POWER, 'power_mean', above)} in the mean power "
-        f"of the bins above those, {off(MOMENT, 'moment_mean', above)} in the mean flapwise moment, and "
+        f"An aerodynamic penalty ({calibration_words(runs)}) leaves {off(POWER, 'power_mean', above)} in the mean "
+        f"power of the bins above those, {off(MOMENT, 'moment_mean', above)} in the mean flapwise moment, and "
         f"{off(POWER, 'power_mean', below)} and {off(MOMENT, 'moment_mean', below)} in the bins at 4 and 5 m/s."
     )
 
