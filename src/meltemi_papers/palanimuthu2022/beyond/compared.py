@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
 from meltemi.simulation.result import Result
@@ -35,24 +35,23 @@ class Setup:
     seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
 
 
-def compared(
+def by_seed(
     seeds: Sequence[int],
     questions: Sequence[Question],
     schemes: Sequence[str],
     of_seed: Callable[[int], Iterable[Run]],
     quantities: Callable[[Result], dict[str, float]],
-    slopes: Mapping[str, float],
     *,
     workers: int | None,
     progress: Progress,
     what: str,
-) -> dict[Question, EnsembleTable]:
-    """One comparison for each question. ``of_seed`` gives the cases of a seed: for each question all schemes.
+) -> dict[Question, dict[int, dict[str, dict[str, float]]]]:
+    """Quantities by question, seed and scheme. ``of_seed`` gives the cases of a seed: for each question all schemes.
 
     A seed in which the run of a scheme failed is left out of that question for all schemes.
 
     Raises:
-      LostError: of a question no seed is left.
+      FailedResultError: of a question no seed is left.
     """
     found: dict[Question, dict[int, dict[str, dict[str, float]]]] = {question: {} for question in questions}
     for number, seed in enumerate(seeds):
@@ -65,7 +64,21 @@ def compared(
             row = {scheme: next(values) for scheme in schemes}
             if not any(isinstance(value, FailedResult) for value in row.values()):
                 found[question][seed] = row
-    for question, by_seed in found.items():
-        if not by_seed:
+    for question, rows in found.items():
+        if not rows:
             raise FailedResultError(f"{what}, {question}: no seed in which every scheme reached its end")
-    return {question: ensemble_table(by_seed, slopes) for question, by_seed in found.items()}
+    return found
+
+
+def compared(
+    seeds: Sequence[int],
+    questions: Sequence[Question],
+    schemes: Sequence[str],
+    of_seed: Callable[[int], Iterable[Run]],
+    quantities: Callable[[Result], dict[str, float]],
+    slopes: Mapping[str, float],
+    **options: Any,
+) -> dict[Question, EnsembleTable]:
+    """One comparison for each question; see ``by_seed``."""
+    found = by_seed(seeds, questions, schemes, of_seed, quantities, **options)
+    return {question: ensemble_table(rows, slopes) for question, rows in found.items()}
