@@ -103,7 +103,7 @@ def test_speeds_count_while_the_controller_limits_by_its_own_state(highest: floa
     state, speed = np.array([1.0, 2.0, 3.0, 4.0, 5.0]), np.array([0.5, 0.68, highest, 0.74, 0.69])
     run = recorded(time, power_state=state, rotor_speed=speed, generator_power=np.array(15e6), wind_x=np.array(11.0))
     assert limiting(run).tolist() == [False, True, True, True, True]
-    found = range_of_speed(run)
+    found = range_of_speed(run, run)
     assert (found.verdict, found.tolerance, found.reason) == (verdict, "0.005 rad/s: printed digits", "overshoot")
 
 

@@ -59,6 +59,9 @@ RAMPS, TURBULENT = "ramps", "turbulence"
 HOT, COLD = Air(temperature=35.0, humidity=0.3), Air(temperature=15.0)
 """Cases ii and i of Figure 20."""
 SCHEMES = ("A0", "A1", "A2", "A3")
+ANTICIPATION = 2.0
+AHEAD = f"A2, {ANTICIPATION:g} s ahead"
+"""[s] by which our variant of A2 extrapolates the speed; its name."""
 
 
 @dataclass(frozen=True)
@@ -139,7 +142,7 @@ class Runs:
       temperature: Figure 6 by reading.
       humidity: Figure 7.
       climate: Figure 20 by wind and case.
-      limited: Figure 21 by model, inertia, wind and scheme; M1 with the physical inertia only.
+      limited: Figure 21 by model, inertia, wind and scheme; M1 and our variant with the physical inertia only.
     """
 
     setup: Setup
@@ -200,6 +203,13 @@ def _case(
         output_step=0.25,
         grid=None if reference is None else PowerGrid(power_reference=reference),
         name=name,
+    )
+
+
+def _scheme(name: str) -> PowerControl:
+    """Settings of a scheme of Figure 21."""
+    return PowerControl.model_validate(
+        {"density": "weather", "scheme": name[:2], "anticipation": ANTICIPATION if name == AHEAD else 0.0}
     )
 
 
@@ -266,7 +276,7 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     limited = {
         (model, inertia, wind, scheme): _case(
             machine_with(model, inertia),
-            PowerControl(density="weather", scheme=scheme),  # type: ignore[arg-type]
+            _scheme(scheme),
             series,
             COLD,
             winds.LENGTH,
@@ -276,7 +286,7 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
         )
         for model, inertia in machines
         for wind, series in blown.items()
-        for scheme in SCHEMES
+        for scheme in (*SCHEMES, *([AHEAD] if (model, inertia) == (BLADES, PHYSICAL) else []))
     }
     cases = [*steps, *moist, *climate.values(), *limited.values()]
     found = cells(cases, workers=workers, progress=told(progress, "simulations"))
