@@ -67,7 +67,9 @@ def temperature_claims(runs: Runs) -> list[Claim]:
 def gain_claim(won: dict[Reading, Float]) -> Claim:
     """Claim on the mean gains [W] of aerodynamic power at 40 and -10 degC, over the readings that are not fitted."""
     plain = won[PLAIN]
-    every = np.array([gains for reading, gains in won.items() if reading.model != CALIBRATED])
+    every = np.array(
+        [gains for reading, gains in won.items() if reading.model != CALIBRATED and not reading.converters]
+    )
     low, high = every.min(axis=0), every.max(axis=0)
     apart = 100.0 * (plain / STATED - 1.0)
     verdict: object = bool(np.all(np.abs(plain - STATED) <= 50.0))
@@ -100,6 +102,7 @@ def gains_table(runs: Runs) -> Table:
         "Sharpness: curvature of C_p at its maximum, -C_p'' λ²/C_p. All curves have the paper's maximum of 0.48 at "
         "9.5085. M1 has the constants of the MathWorks block, Heier those of 1998, Slootweg those of variable-speed "
         "turbines of 2003; M3 scaled is the curve of the blades of a public 20 MW design; M2 is fitted to the paper's "
-        "two gains. While the rotor of case i changes its speed it gives kinetic energy to the generator, or takes it."
+        "two gains. In the table M3 scaled the controller finds its best point at 9.46. While the rotor of case i "
+        "changes its speed it gives kinetic energy to the generator, or takes it."
     )
     return Table(head, rows, "Gain of the adapted law, by what the paper leaves open", 1, groups, note)
