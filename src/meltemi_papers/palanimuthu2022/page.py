@@ -130,11 +130,11 @@ def _lead(runs: Runs, loads: Bench) -> str:
         f"{won[0]} and {won[1]} kW. To hold the pitch between two speeds (A2) saves pitch travel as the paper says "
         f"({percent(travel_ratio(runs, PHYSICAL, 'A2'), 1.0)} at 15 MW), but not fatigue: on an aeroelastic turbine "
         f"it changes pitch travel by {percent(cost[PITCH])}, the damage-equivalent load of the blade root by "
-        f"{percent(cost[ROOT_LOAD])} and that of the tower base by {percent(cost[TOWER_LOAD])}. Against A2, a yaw "
-        f"control that knows of the power to spare (ours) changes yaw travel by {percent(ours[TURNED])} and energy by "
-        f"{100.0 * ours[ENERGY].mean:+.1f} %; with a pitch loop that anticipates by 2 s, too, the load of the blade root "
-        f"changes by {percent(ahead[ROOT_LOAD])}, that of the tower base by {percent(ahead[TOWER_LOAD])} and pitch travel "
-        f"by {percent(ahead[PITCH])}."
+        f"{percent(cost[ROOT_LOAD])} and that of the tower base by {percent(cost[TOWER_LOAD])}. Ours against A2: a "
+        f"yaw control that knows of the power to spare changes yaw travel by {percent(ours[TURNED])} and energy by "
+        f"{100.0 * ours[ENERGY].mean:+.1f} %; with a pitch loop that anticipates by 2 s as well it is "
+        f"{percent(ahead[ROOT_LOAD])} at the blade root, {percent(ahead[TOWER_LOAD])} at the tower base and "
+        f"{percent(ahead[PITCH])} of pitch travel."
     )
 
 
