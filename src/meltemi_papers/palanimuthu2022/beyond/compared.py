@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
-from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.studies.run_store import FailedResult, FailedResultError, cells
@@ -68,17 +67,3 @@ def by_seed(
         if not rows:
             raise FailedResultError(f"{what}, {question}: no seed in which every scheme reached its end")
     return found
-
-
-def compared(
-    seeds: Sequence[int],
-    questions: Sequence[Question],
-    schemes: Sequence[str],
-    of_seed: Callable[[int], Iterable[Run]],
-    quantities: Callable[[Result], dict[str, float]],
-    slopes: Mapping[str, float],
-    **options: Any,
-) -> dict[Question, EnsembleTable]:
-    """One comparison for each question; see ``by_seed``."""
-    found = by_seed(seeds, questions, schemes, of_seed, quantities, **options)
-    return {question: ensemble_table(rows, slopes) for question, rows in found.items()}
