@@ -231,7 +231,7 @@ def test_energy_has_a_scale_of_its_own() -> None:
     figure = coordination.coordination_figure(coordination_of(0.6))
     energy, others = figure.axes
     assert energy.get_ylim()[1] < 3.0 < 100.0 < others.get_ylim()[1]
-    assert [len(ax.patches) for ax in (energy, others)] == [6, 30]
+    assert [len(ax.patches) for ax in (energy, others)] == [5, 25]
 
 
 def test_loads_and_actuation_are_judged_by_intervals() -> None:

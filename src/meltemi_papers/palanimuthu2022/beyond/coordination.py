@@ -86,13 +86,11 @@ class Candidate:
       scheme: of the power control.
       relief: whether the yaw's dead band follows the power that is to spare.
       individual: whether each blade has its own pitch.
-      anticipation: [s] by which the pitch loop extrapolates the speed.
     """
 
     scheme: str
     relief: bool = False
     individual: bool = False
-    anticipation: float = 0.0
 
 
 CANDIDATES: dict[str, Candidate] = {
@@ -100,7 +98,6 @@ CANDIDATES: dict[str, Candidate] = {
     "pitch and torque": Candidate("A2"),
     "pitch and yaw": Candidate("A0", relief=True),
     "all three": Candidate("A2", relief=True),
-    "all three, 2 s ahead": Candidate("A2", relief=True, anticipation=2.0),
     "all three, wide hold": Candidate("A3", relief=True),
     "all three, individual pitch": Candidate("A2", relief=True, individual=True),
 }
@@ -108,7 +105,7 @@ CANDIDATES: dict[str, Candidate] = {
 
 
 CONVENTIONAL, PROPOSAL = "each for itself", "pitch and torque"
-OURS = ("pitch and yaw", "all three", "all three, 2 s ahead", "all three, wide hold")
+OURS = ("pitch and yaw", "all three", "all three, wide hold")
 """Of the candidates: the paper's conventional scheme, the one that it proposes, and ours."""
 
 HOURS = Setup(speed=13.0, levels=(0.6, 1.0), length=3600.0, begin=200.0, points=15)
@@ -152,7 +149,7 @@ def controllers(model: BladedModel, performance: RotorPerformance, names: Iterab
         name: CoordinatedController(
             model.turbine,
             performance,
-            power=PowerControl.model_validate({"scheme": candidate.scheme, "anticipation": candidate.anticipation}),
+            power=PowerControl.model_validate({"scheme": candidate.scheme}),
             yaw=YawControl(),
             relief=Coordination() if candidate.relief else None,
             load=load if candidate.individual else None,
@@ -288,8 +285,7 @@ def bench_chapter(found: Bench, draw: Draw) -> Chapter:
 BENCH_WORDS = (
     "Figure 21 and § 5 on a turbine that has loads: iea22mw, wind of 13 m/s and class IB whose direction and speed "
     "meander, {n} seeds. *Each for itself*: A0 and a yaw control that knows nothing of power; *pitch and torque*: the "
-    "paper's A2; with *yaw*: a dead band that widens with the power to spare (ours); *2 s ahead*: a pitch "
-    "loop that extrapolates the speed (ours); *wide hold*: A3 instead of A2."
+    "paper's A2; with *yaw*: a dead band that widens with the power to spare (ours); *wide hold*: A3 instead of A2."
 )
 
 
