@@ -128,8 +128,8 @@ def _block(block: str | Table | Picture | Code) -> str:
     return _table(block) if isinstance(block, Table) else _picture(block)
 
 
-LONG = 16
-"""Characters of a cell above which it may be wrapped, as those that begin with a letter always may."""
+LONG, WORDS = 16, 8
+"""Characters of a cell above which it may be wrapped: of any, and of one that begins with a letter."""
 SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w{1,4})(?![\w(])")
 """A letter and its index, such as C_p."""
 
@@ -145,7 +145,7 @@ def _table(table: Table) -> str:
         for i, text in enumerate(texts):
             tag = first if first and i == 0 else kind
             scope = {"th": " scope=row" if first else " scope=col", "td": ""}[tag]
-            kinds = "text" * (i < table.text_columns) + " long" * (len(text) > LONG or text[:1].isalpha())
+            kinds = "text" * (i < table.text_columns) + " long" * (len(text) > (WORDS if text[:1].isalpha() else LONG))
             style = f' class="{kinds.strip()}"' if kinds else ""
             found.append(f"<{tag}{scope}{style}>{_text(text)}</{tag}>")
         return "".join(found)
