@@ -26,7 +26,7 @@ from meltemi_papers.markdown import alone, documented
 from meltemi_papers.palanimuthu2022 import diagrams, page, paper
 from meltemi_papers.palanimuthu2022.beyond import coordination, power
 from meltemi_papers.palanimuthu2022.claims import REASONS, formula_claims
-from meltemi_papers.palanimuthu2022.figure6 import gain_claim, kinetic_gains, mean_gains
+from meltemi_papers.palanimuthu2022.figure6 import closed_gains, gain_claim, kinetic_gains, mean_gains
 from meltemi_papers.palanimuthu2022.figures.look import label
 from meltemi_papers.palanimuthu2022.machine import BLADES, CURVES, FORMULA, rotor
 from meltemi_papers.palanimuthu2022.page import FIGURES
@@ -60,6 +60,14 @@ def recorded(time: np.ndarray, **columns: np.ndarray) -> Result:
     """A run with these channels."""
     data = np.stack([np.broadcast_to(c, time.shape) for c in columns.values()], axis=1).astype(float)
     return Result(time, data, tuple(standard()[name] for name in columns))
+
+
+@pytest.mark.parametrize(
+    ("curve", "humidity", "won"), [("M1", 0.0, (40.9, 53.4)), ("M1", 0.4, (52.1, 52.9)), ("M2", 0.1, (58.2, 71.3))]
+)
+def test_settled_gains_of_figure_6(curve: str, humidity: float, won: tuple[float, float]) -> None:
+    steps = Steps(curve, humidity, SMALL, {}, (40.0, -10.0), 0.0)
+    assert closed_gains(steps) == pytest.approx(1e3 * np.array(won), abs=100.0)
 
 
 @pytest.mark.parametrize("curve", [*CURVES, "M2"])
