@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from math import acos, pi, sin, sqrt
+from math import acos, nan, pi, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import f
 
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.spectra import decibels, spectral_peak
@@ -322,6 +323,25 @@ def reasons(runs: Runs) -> dict[str, str]:
         "factor": f"{runs.bench.tunings[SCHEMES['cpfc'].loops][0].factor:.2f}",
     }
     return {key: text.format(**words) for key, text in reasons_of("he2018").items()}
+
+
+def probability(c: Comparison) -> float:
+    """Probability that one more minute lies as far from the mean of all minutes as the paper's, by Hotelling's T^2.
+
+    The changes are the paper's of standard deviations and equivalent loads together. NaN with too few minutes.
+
+    Reference: Anderson (2003), An Introduction to Multivariate Statistical Analysis, section 5.2.
+    """
+    rows = [row for row in rows_of("he2018", "claims.csv").values() if row["kind"] == "near"]
+    rows = [row for row in rows if row["basis"] == "paper" and not row["quantity"].endswith("mean")]
+    parts = [name for name in c.windows if name != WHOLE]
+    x = np.array([np.ravel([change(c, row["quantity"], row["scheme"], w) for w in parts]) for row in rows])
+    p, n = x.shape
+    if n <= p:
+        return nan
+    off = np.array([float(row["paper"].removesuffix(" %")) for row in rows]) - x.mean(axis=1)
+    distance = n / (n + 1.0) * float(off @ np.linalg.solve(np.cov(x), off))
+    return float(f.sf(distance * (n - p) / (p * (n - 1.0)), p, n - p))
 
 
 def minutes(runs: Runs, scheme: str, length: float = 60.0, every: float = 10.0) -> Float:

@@ -74,6 +74,13 @@ class Setup:
         """Windows for ``compare``."""
         return {PAPER: self.window}
 
+    @property
+    def minutes(self) -> dict[str, tuple[float, float]]:
+        """Windows of the paper's length, one after the other."""
+        length = self.window[1] - self.window[0]
+        begins = np.arange(self.transient, self.duration - length + 1e-9, length)
+        return {f"from {begin:g} s": (float(begin), float(begin) + length) for begin in begins}
+
 
 QUICK = Setup(seeds=(1, 2), duration=170.0, speeds=(8.0, 24.0), study_seeds=(1,))
 """A look at everything in little time; its numbers are too few to judge by."""
@@ -182,7 +189,11 @@ def run_all(
     done = 20.0
 
     def run(
-        what: str, controllers: Mapping[str, Made], winds: list[AnyWind], model: BladedModel | None = None
+        what: str,
+        controllers: Mapping[str, Made],
+        winds: list[AnyWind],
+        model: BladedModel | None = None,
+        windows: Mapping[str, tuple[float, float]] | None = None,
     ) -> Comparison:
         nonlocal done
         begin, size = done, len(controllers) * len(winds)
@@ -194,7 +205,7 @@ def run_all(
             winds,
             duration=setup.duration,
             transient=setup.transient,
-            windows=setup.windows,
+            windows=windows or setup.windows,
             workers=workers,
             progress=lambda share: progress((begin + share * size) / total, what),
         )
@@ -233,7 +244,7 @@ def run_all(
         winds = [make(seed) for seed in setup.study_seeds]
         if isinstance(winds[0], SteadyWind):
             winds = winds[:1]
-        studies.append(Variant(name, run(name, controllers, winds, model)))
+        studies.append(Variant(name, run(name, controllers, winds, model, setup.minutes)))
     progress(1.0, "done")
     return Runs(setup, b, readings, speeds, tuple(studies), shares, travel)
 
@@ -249,7 +260,10 @@ FAST_MODEL = ModelOptions(torsion_modes=0, stall="static", inflow="quasi_steady"
 """Blades as in ElastoDyn, which the paper's FAST has."""
 _STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
     "class B": lambda seed: wind_of(seed, SPEED, **READINGS[CLASS_B]),
+    "TI 12 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.12),
     "TI 10 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.10),
+    "TI 10 %, edition 2": lambda seed: wind_of(seed, SPEED, edition=2, intensity=0.10),
+    "TI 8 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.08),
     "TI 5 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.05),
     "TI 2 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.02),
     "no turbulence": lambda seed: SteadyWind(speed=SPEED, shear_exponent=SHEAR),
