@@ -10,7 +10,9 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
+import meltemi
 from meltemi.core.files import write_text
+from meltemi.core.physics import PHYSICS
 from meltemi.report.html import Picture, Section, Table, write_page
 from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
@@ -25,6 +27,7 @@ Found = TypeVar("Found")
 Progress = Callable[[float, str], None]
 """Called with the completed fraction and the current step."""
 PACKAGE = "meltemi_papers"
+MADE_BY = f"meltemi {meltemi.__version__}, physics version {PHYSICS}"
 
 
 class Drawing(NamedTuple):
@@ -140,7 +143,7 @@ class Study(Generic[Found]):
 
     def markdown(self, lead: str, chapters: Mapping[str, Chapter], figures: Chapter, out: Path) -> str:
         """The page for the documentation."""
-        lines = [self.text("before.md"), lead, ""]
+        lines = [self.text("before.md"), lead, "", f"*Computed by {MADE_BY}.*", ""]
         for name, chapter in chapters.items():
             lines += chapter.markdown() if name not in self.parts else []
         files = [out / f"{name}.md" for name in self.parts]
@@ -208,7 +211,7 @@ def reproduce(
         text = study.markdown(said.lead, chapters, figures, out)
         files.append(write_text(out / f"{study.name}.md", alone(text)))
         sections = [chapter.section() for chapter in (*chapters.values(), figures)]
-        facts = [*said.facts, ("computed in", f"{time.perf_counter() - began:.0f} s")]
+        facts = [*said.facts, ("computed by", MADE_BY), ("computed in", f"{time.perf_counter() - began:.0f} s")]
         html = write_page(
             out / f"{study.name}.html", study.title, sections, facts=facts, lead=said.lead, footer=study.source
         )

@@ -8,12 +8,20 @@ from pathlib import Path
 import pytest
 
 import meltemi_papers
+from meltemi.core.physics import PHYSICS
 from meltemi_papers.claim import Claim, claims_of, reasons_of, rows_of
 from meltemi_papers.he2018.claims import KINDS
 
 FOLDER = Path(meltemi_papers.__path__[0])
 STATED = ["wang2021", "palanimuthu2022"]
 """Studies whose claims are called by their keys."""
+
+
+@pytest.mark.parametrize("study", [*STATED, "he2018"])
+def test_the_page_shows_the_present_physics(study: str) -> None:
+    """A page whose results moved is remade: ``meltemi reproduce``."""
+    page = Path(__file__).parents[2] / "docs" / "papers" / f"{study}.md"
+    assert re.findall(r"physics version (\d+)", page.read_text(encoding="utf-8")) == [str(PHYSICS)]
 
 
 @pytest.mark.parametrize("study", STATED)

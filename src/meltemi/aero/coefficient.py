@@ -28,18 +28,18 @@ class RotorCoefficient(Table, title="coefficient"):
     """Parameters of a power coefficient."""
 
     formula: float = number("-", "1: the formula, 0: the table")
-    scale: float = number("-", "of the formula's coefficient")
-    ratio_scale: float = number("-", "of its tip-speed ratio")
-    c1: float = number("-", "constant")
-    c2: float = number("-", "constant")
-    c3: float = number("-", "constant")
-    c4: float = number("-", "constant")
-    c5: float = number("-", "constant")
-    c6: float = number("-", "constant")
-    least_ratio: float = number("-", "tip-speed ratio from which on it is known")
-    most_ratio: float = number("-", "up to which")
-    most_pitch: float = number("rad", "up to which")
-    floor: float = number("-", "smallest coefficient beyond the table")
+    scale: float = number("-", "factor of the coefficient of the formula")
+    ratio_scale: float = number("-", "factor of the tip-speed ratio of the formula")
+    c1: float = number("-", "constant c_1 of the formula")
+    c2: float = number("-", "constant c_2 of the formula")
+    c3: float = number("-", "constant c_3 of the formula")
+    c4: float = number("-", "constant c_4 of the formula")
+    c5: float = number("-", "constant c_5 of the formula")
+    c6: float = number("-", "constant c_6 of the formula")
+    least_ratio: float = number("-", "smallest tip-speed ratio of validity")
+    most_ratio: float = number("-", "largest tip-speed ratio of validity")
+    most_pitch: float = number("rad", "largest pitch angle of validity")
+    floor: float = number("-", "smallest coefficient outside the table")
 
 
 DEGREES = 57.29577951308232

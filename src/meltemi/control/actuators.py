@@ -24,17 +24,17 @@ class Actuators(Table):
     """Parameters."""
 
     pitch_model: float = number("-", "number of the model of the pitch actuators")
-    pitch_frequency: float = number("rad/s", "natural frequency")
-    pitch_damping: float = number("-", "damping ratio")
-    pitch_rate: float = number("rad/s", "limit")
-    pitch_minimum: float = number("rad", "limit")
-    pitch_maximum: float = number("rad", "limit")
-    brake_torque: float = number("N m", "of the full brake, on the generator's shaft")
+    pitch_frequency: float = number("rad/s", "natural frequency of the pitch actuators")
+    pitch_damping: float = number("-", "damping ratio of the pitch actuators")
+    pitch_rate: float = number("rad/s", "limit of the pitch rate")
+    pitch_minimum: float = number("rad", "lower pitch limit")
+    pitch_maximum: float = number("rad", "upper pitch limit")
+    brake_torque: float = number("N m", "torque of the full brake, on the generator shaft")
     yaw_rate: float = number("rad/s", "limit of the yaw drive")
-    yaw_acceleration: float = number("rad/s^2", "of the yaw drive; 0: its rate is there at once")
-    yaw_friction: float = number("N m", "of the bearing while it turns")
-    yaw_hold: float = number("N m", "at which the standing drive slips; negative: never")
-    pitch_offset: Numbers = blades("rad", "by which each blade stands beyond what its actuator believes")
+    yaw_acceleration: float = number("rad/s^2", "acceleration of the yaw drive; 0: not limited")
+    yaw_friction: float = number("N m", "friction torque of the yaw bearing while it turns")
+    yaw_hold: float = number("N m", "torque at which the yaw drive at rest slips; negative: it never slips")
+    pitch_offset: Numbers = blades("rad", "pitch angle of each blade minus that of its encoder")
 
 
 class FlapActuators(Table, axes="flap"):
@@ -43,9 +43,9 @@ class FlapActuators(Table, axes="flap"):
     model: Numbers = number("-", "number of the model")
     frequency: Numbers = number("rad/s", "natural frequency")
     damping: Numbers = number("-", "damping ratio")
-    rate: Numbers = number("rad/s", "limit")
-    minimum: Numbers = number("rad", "limit")
-    maximum: Numbers = number("rad", "limit")
+    rate: Numbers = number("rad/s", "rate limit")
+    minimum: Numbers = number("rad", "lower limit of the deflection")
+    maximum: Numbers = number("rad", "upper limit of the deflection")
 
 
 class Actuation(Record):

@@ -20,17 +20,17 @@ from meltemi.maths.tables import Numbers, Table, number, series
 class MovingMean(Table):
     """Settings, state and ring buffer."""
 
-    window: float = number("s", "over which the mean is taken")
-    room: float = number("-", "of the ring, in blocks")
+    window: float = number("s", "averaging time")
+    room: float = number("-", "capacity of the ring buffer in blocks")
     known: float = number("-", "1: the value before the start is known")
-    before: float = number("signal", "that value")
-    per_block: float = number("-", "samples of a block; 0 before the first call")
-    blocks: float = number("-", "of the window")
-    oldest: float = number("-", "place of the oldest block")
-    filled: float = number("-", "blocks that are filled")
-    sum: float = number("signal", "of the blocks")
-    part: float = number("signal", "sum of the block that begins")
-    count: float = number("-", "its samples")
+    before: float = number("signal", "value before the start")
+    per_block: float = number("-", "samples in a block; 0 before the first call")
+    blocks: float = number("-", "blocks in the averaging time")
+    oldest: float = number("-", "index of the oldest block")
+    filled: float = number("-", "number of complete blocks")
+    sum: float = number("signal", "sum over all complete blocks")
+    part: float = number("signal", "sum of the present block")
+    count: float = number("-", "samples in the present block")
     block: Numbers = series("signal", "sum of a block", "room")
 
 

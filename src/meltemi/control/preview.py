@@ -30,13 +30,13 @@ Float = NDArray[float64]
 class PreviewState(Table, title="preview"):
     """Settings and state of a preview."""
 
-    samples: float = number("-", "of the series of wind speeds")
-    time_step: float = number("s", "between them")
-    lead: float = number("s", "by which the series is read ahead")
-    frequency: float = number("rad/s", "corner of the low-pass")
-    entries: float = number("-", "of the table of pitch")
-    first_speed: float = number("m/s", "of the table")
-    spacing: float = number("m/s", "of the table")
+    samples: float = number("-", "number of wind speeds in the series")
+    time_step: float = number("s", "interval of the series")
+    lead: float = number("s", "lead time")
+    frequency: float = number("rad/s", "corner frequency of the low-pass filter")
+    entries: float = number("-", "number of entries of the pitch table")
+    first_speed: float = number("m/s", "first wind speed of the pitch table")
+    spacing: float = number("m/s", "wind speed interval of the pitch table")
     speed: LowPass = part(LowPass, "of the wind ahead")
     pitch: float = number("rad", "state: steady pitch of the last call")
     wind: Numbers = series("m/s", "averaged over the rotor, from time zero on", "samples")

@@ -23,17 +23,17 @@ from meltemi.maths.tables import Numbers, Table, number, series
 class Noise(Table):
     """Settings and state of white noise."""
 
-    seed: float = number("-", "of a run, from 0 to 2^32 - 1")
-    stream: float = number("-", "of a sensor, from 0 to 2^32 - 1")
-    count: float = number("-", "numbers that were given")
+    seed: float = number("-", "seed of the run, 0 to 2^32 - 1")
+    stream: float = number("-", "number of the sensor, 0 to 2^32 - 1")
+    count: float = number("-", "number of random numbers drawn")
 
 
 class Delay(Table):
     """Settings and state of a transport delay."""
 
-    samples: float = number("-", "sample times")
-    oldest: float = number("-", "place of the oldest value")
-    value: Numbers = series("signal", "of the last calls", "samples")
+    samples: float = number("-", "delay in sample times")
+    oldest: float = number("-", "index of the oldest value")
+    value: Numbers = series("signal", "values of the last calls", "samples")
 
 
 _MASK = 0xFFFFFFFF

@@ -16,12 +16,12 @@ class EntryRow(Table, title="log entry"):
 
     time: float = number("s", "of the transition")
     machine: float = number("-", "0 operation, 1 yaw protection")
-    source: float = number("-", "number of the state that ended")
-    target: float = number("-", "number of the state that began")
-    condition: float = number("-", "place of the first condition in their table")
-    holds: float = number("-", "positive if it held, negative if it did not")
-    value: float = number("-", "of its quantity")
-    limit: float = number("-", "of it")
+    source: float = number("-", "number of the previous state")
+    target: float = number("-", "number of the new state")
+    condition: float = number("-", "index of the first condition in the table of conditions")
+    holds: float = number("-", "positive: the condition became true, negative: false")
+    value: float = number("-", "monitored value")
+    limit: float = number("-", "limit of the condition")
 
 
 LOG_ROOM = 300
@@ -32,7 +32,7 @@ HOUR = 3600.0
 class Log(Table):
     """Transitions in the order of time."""
 
-    written: float = number("-", "how many there were")
+    written: float = number("-", "number of transitions")
     entry: Entries[EntryRow] = parts(EntryRow, LOG_ROOM, "those that are kept")
 
 
