@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import pi
+from zlib import crc32
 
 import numpy as np
 import pytest
@@ -10,9 +13,12 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi.analysis import preview_of
+from meltemi.studies.compare import WHOLE
 from meltemi.wind.fields import WindBox
-from meltemi_papers.he2018.claims import flap_slopes, share_at, thin_airfoil
+from meltemi_papers.claim import rows_of
+from meltemi_papers.he2018.claims import KINDS, flap_slopes, probability, share_at, thin_airfoil
 from meltemi_papers.he2018.designs import LIDARS, Lidar, measured
+from meltemi_papers.he2018.runs import PAPER
 
 
 def test_a_flap_as_long_as_the_chord_has_the_lift_of_the_airfoil() -> None:
@@ -53,3 +59,32 @@ def test_the_errors_of_a_lidar_act_as_they_say() -> None:
 
 def low_passed(x: NDArray[np.float64], length: int) -> NDArray[np.float64]:
     return np.convolve(x - x.mean(), np.ones(length) / length, "valid")
+
+
+@dataclass
+class Drawn:
+    """Changes of all quantities drawn about a factor times the paper's, in 40 minutes."""
+
+    factor: float
+    windows: Mapping[str, tuple[float, float]] = field(
+        default_factory=lambda: dict.fromkeys([WHOLE, PAPER, *map(str, range(39))], (0.0, 60.0))
+    )
+
+    def values(self, quantity: str, scheme: str, window: str) -> NDArray[np.float64]:
+        stated = {(row["quantity"], row["scheme"]): row["paper"] for row in rows_of("he2018", "claims.csv").values()}
+        if scheme == "cpc":
+            return np.full(6, 100.0)
+        rng = np.random.default_rng(crc32(f"{quantity} {scheme} {window}".encode()))
+        paper = float(stated[quantity, scheme].removesuffix(" %"))
+        return 100.0 + self.factor * paper + rng.normal(0.0, 2.0, 6)
+
+
+def test_a_number_of_the_papers_holds_within_the_interval() -> None:
+    row = {"quantity": "RootMyc1 std", "scheme": "ipc", "paper": "-47.9 %"}
+    verdicts = [KINDS["near"][0](Drawn(factor), row)[-1] for factor in (1.0, 0.5, 1.5)]  # type: ignore
+    assert verdicts == ["holds", "smaller effect", "larger effect"]
+
+
+def test_the_papers_changes_are_likely_where_minutes_scatter_about_them() -> None:
+    near, far = (probability(Drawn(factor)) for factor in (1.0, 0.5))  # type: ignore[arg-type]
+    assert near > 0.5 > 1e-6 > far
