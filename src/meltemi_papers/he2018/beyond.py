@@ -89,7 +89,7 @@ LIDAR = (
     "The preview is ideal where nothing else is said: the wind averaged over the rotor, known 1.1 s ahead (4.1 s at "
     f"{SLOW:g} rad/s). Its errors have assumed sizes: 4 beams at 0.7 of the radius; a coherence of exp(-{DECAY:g} s f) "
     f"between the wind measured and the wind at the rotor; {100 * LOST:.0f} % of the seconds lost, in which the last "
-    "value is held. Four beams see eddies smaller than the rotor, to which the filter must be slow."
+    "value is held. Four beams see eddies smaller than the rotor; the slow filter is for them."
 )
 DIVISION = (
     "The paper divides the load by frequency: 1P to the pitch, 2P to the flaps. In ours the coordinates of each "
@@ -255,7 +255,7 @@ def winds(runs: Runs) -> Table:
             number(probability(c)),
         ]
 
-    for study in runs.studies:
+    for study in (*(Variant(name, c) for name, c in runs.readings.items()), *runs.studies):
         rows.append(guarded(partial(row, study), lambda why, name=study.name: [name, f"failed: {why}"]))  # type: ignore[misc]
     head = ["wind or model", "CPC std\nkN m", "IPC std\n(-47.9 %)", "CPFC std\n(-55.3 %)", "IPC DEL\n(-42.2 %)"]
     head += ["CPFC DEL\n(-53.7 %)", "ceiling 1P\nstd", "ceiling 1P, 2P\nstd", "probability"]

@@ -320,6 +320,7 @@ def reasons(runs: Runs) -> dict[str, str]:
         "asked": f"{100.0 * (1.0 - (1.0 - 0.553) ** 2):.0f}",
         "edge": f"{edge} ({CLASS_B})",
         "integral": percent(change(c, "RootMxc1 DEL", INTEGRAL)),
+        "likely": " and ".join(f"{probability(c):.2f} ({reading})" for reading, c in runs.readings.items()),
         "factor": f"{runs.bench.tunings[SCHEMES['cpfc'].loops][0].factor:.2f}",
     }
     return {key: text.format(**words) for key, text in reasons_of("he2018").items()}
@@ -334,7 +335,7 @@ def probability(c: Comparison) -> float:
     """
     rows = [row for row in rows_of("he2018", "claims.csv").values() if row["kind"] == "near"]
     rows = [row for row in rows if row["basis"] == "paper" and not row["quantity"].endswith("mean")]
-    parts = [name for name in c.windows if name != WHOLE]
+    parts = [name for name in c.windows if name not in (WHOLE, PAPER)]
     x = np.array([np.ravel([change(c, row["quantity"], row["scheme"], w) for w in parts]) for row in rows])
     p, n = x.shape
     if n <= p:

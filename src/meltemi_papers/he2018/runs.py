@@ -67,19 +67,14 @@ class Setup:
     transient: float = 100.0
     window: tuple[float, float] = (100.0, 160.0)
     speeds: tuple[float, ...] = (8.0, 11.0, 12.0, 16.0, 24.0)
-    study_seeds: tuple[int, ...] = (1, 2)
+    study_seeds: tuple[int, ...] = (1, 2, 3, 4)
 
     @property
     def windows(self) -> dict[str, tuple[float, float]]:
-        """Windows for ``compare``."""
-        return {PAPER: self.window}
-
-    @property
-    def minutes(self) -> dict[str, tuple[float, float]]:
-        """Windows of the paper's length, one after the other."""
+        """Windows for ``compare``: the paper's, and all of its length, one after the other."""
         length = self.window[1] - self.window[0]
         begins = np.arange(self.transient, self.duration - length + 1e-9, length)
-        return {f"from {begin:g} s": (float(begin), float(begin) + length) for begin in begins}
+        return {PAPER: self.window} | {f"from {u:g} s": (u, u + length) for u in begins.tolist()}
 
 
 QUICK = Setup(seeds=(1, 2), duration=170.0, speeds=(8.0, 24.0), study_seeds=(1,))
@@ -189,11 +184,7 @@ def run_all(
     done = 20.0
 
     def run(
-        what: str,
-        controllers: Mapping[str, Made],
-        winds: list[AnyWind],
-        model: BladedModel | None = None,
-        windows: Mapping[str, tuple[float, float]] | None = None,
+        what: str, controllers: Mapping[str, Made], winds: list[AnyWind], model: BladedModel | None = None
     ) -> Comparison:
         nonlocal done
         begin, size = done, len(controllers) * len(winds)
@@ -205,7 +196,7 @@ def run_all(
             winds,
             duration=setup.duration,
             transient=setup.transient,
-            windows=windows or setup.windows,
+            windows=setup.windows,
             workers=workers,
             progress=lambda share: progress((begin + share * size) / total, what),
         )
@@ -244,7 +235,7 @@ def run_all(
         winds = [make(seed) for seed in setup.study_seeds]
         if isinstance(winds[0], SteadyWind):
             winds = winds[:1]
-        studies.append(Variant(name, run(name, controllers, winds, model, setup.minutes)))
+        studies.append(Variant(name, run(name, controllers, winds, model)))
     progress(1.0, "done")
     return Runs(setup, b, readings, speeds, tuple(studies), shares, travel)
 
@@ -259,7 +250,6 @@ NO_TORSION = "stiff in torsion, static polars, quasi-steady wake"
 FAST_MODEL = ModelOptions(torsion_modes=0, stall="static", inflow="quasi_steady")
 """Blades as in ElastoDyn, which the paper's FAST has."""
 _STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
-    "class B": lambda seed: wind_of(seed, SPEED, **READINGS[CLASS_B]),
     "TI 12 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.12),
     "TI 10 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.10),
     "TI 10 %, edition 2": lambda seed: wind_of(seed, SPEED, edition=2, intensity=0.10),
