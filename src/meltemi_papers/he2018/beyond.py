@@ -17,7 +17,7 @@ from meltemi.simulation.rotors import default_step
 from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, WHOLE, Comparison
 from meltemi.studies.run_store import FailedResult, guarded
 from meltemi.studies.tuning import margins
-from meltemi_papers.he2018.claims import change, edgewise, percent, probability
+from meltemi_papers.he2018.claims import change, edgewise, likelihood, percent
 from meltemi_papers.he2018.designs import DECAY, INTEGRAL, LOST, SLOW
 from meltemi_papers.he2018.runs import (
     ALL_SPEEDS,
@@ -252,7 +252,7 @@ def winds(runs: Runs) -> Table:
             *std,
             *load,
             *limits,
-            number(probability(c)),
+            likelihood(c),
         ]
 
     for study in (*(Variant(name, c) for name, c in runs.readings.items()), *runs.studies):

@@ -320,7 +320,7 @@ def reasons(runs: Runs) -> dict[str, str]:
         "asked": f"{100.0 * (1.0 - (1.0 - 0.553) ** 2):.0f}",
         "edge": f"{edge} ({CLASS_B})",
         "integral": percent(change(c, "RootMxc1 DEL", INTEGRAL)),
-        "likely": " and ".join(f"{probability(c):.2f} ({reading})" for reading, c in runs.readings.items()),
+        "likely": " and ".join(f"{likelihood(c)} ({reading})" for reading, c in runs.readings.items()),
         "factor": f"{runs.bench.tunings[SCHEMES['cpfc'].loops][0].factor:.2f}",
     }
     return {key: text.format(**words) for key, text in reasons_of("he2018").items()}
@@ -343,6 +343,12 @@ def probability(c: Comparison) -> float:
     off = np.array([float(row["paper"].removesuffix(" %")) for row in rows]) - x.mean(axis=1)
     distance = n / (n + 1.0) * float(off @ np.linalg.solve(np.cov(x), off))
     return float(f.sf(distance * (n - p) / (p * (n - 1.0)), p, n - p))
+
+
+def likelihood(c: Comparison) -> str:
+    """The probability in words."""
+    p = probability(c)
+    return "unknown" if np.isnan(p) else f"{p:.2f}"
 
 
 def minutes(runs: Runs, scheme: str, length: float = 60.0, every: float = 10.0) -> Float:

@@ -15,7 +15,7 @@ from meltemi.studies.run_store import guarded
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
 from meltemi_papers.he2018 import beyond
-from meltemi_papers.he2018.claims import ceilings, change, claims, edgewise, minutes, percent, probability, reasons
+from meltemi_papers.he2018.claims import ceilings, change, claims, edgewise, likelihood, minutes, percent, reasons
 from meltemi_papers.he2018.designs import INTEGRAL
 from meltemi_papers.he2018.figures import FIGURES, over_speeds
 from meltemi_papers.he2018.runs import BEST, CLASS_B, PREVIEWS, Runs, run_all
@@ -86,9 +86,9 @@ def _lead(runs: Runs, lines: list[Claim]) -> str:
     tower = percent(change(c, "TwrBsMyt DEL", PREVIEWS[-1]))
     return (
         f"{count_held(lines)} In the class's wind IPC changes the standard deviation of the root moment by {one} and "
-        f"CPFC by {two}; the paper has -47.9 and -55.3 %, of one minute: its eight changes together have a probability of "
-        f"{probability(c):.2f} among the minutes of ours. Ideal removal of 1P would give {ipc.std:+.1f} %, of 1P and "
-        f"2P {cpfc.std:+.1f} %: IPC reaches {100 * ipc.std_share.mean:.0f} % of that, CPFC "
+        f"CPFC by {two}; the paper has -47.9 and -55.3 % in one minute: the probability of its eight "
+        f"changes together as one more minute of ours is {likelihood(c)}. Ideal removal of 1P would give "
+        f"{ipc.std:+.1f} %, of 1P and 2P {cpfc.std:+.1f} %: IPC reaches {100 * ipc.std_share.mean:.0f} % of that, CPFC "
         f"{100 * cpfc.std_share.mean:.0f} %. In plane CPFC changes the equivalent load by {plane}: at the edgewise "
         f"mode it takes the standard deviation from {before} to {after} kN m. Loops without proportional part give "
         f"{alone}, with an ideal preview of the wind {ideal} and in plane {plane_best}; with the errors of a lidar "
