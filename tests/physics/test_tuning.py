@@ -13,6 +13,7 @@ import meltemi
 from meltemi import Controller, InputError, Model, Result, SteadyWind
 from meltemi.analysis import LinearModel, LoopTuning, tune_ipc
 from meltemi.control import signals as s
+from meltemi.simulation.rotors import default_step
 from meltemi.studies.tuning import _Plant, default_speeds, linear_models, margins, scaled, speed_notch, tune_loops
 from meltemi.turbine import with_flaps
 
@@ -129,7 +130,7 @@ def test_loops_together_keep_the_margins(machine: Model, linear: list[LinearMode
             assert point.phase_margin >= math.radians(60.0) - 1e-9 and point.gain_margin >= 2.0 - 1e-9
             assert not np.allclose(point.together, point.loop)
     assert tune_loops(machine, [("pitch", 1)], linear=linear)[0].loop == alone[0].loop
-    dt = meltemi.simulation.default_step(machine)
+    dt = default_step(machine)
     loops, least = [each.loop for each in together], together[0].points[0]
     phase, gain = margins(linear, loops, sample_time=dt)
     assert (phase, gain) == pytest.approx((least.phase_margin, least.gain_margin))
