@@ -72,7 +72,8 @@ def gains_table(runs: Runs) -> Table:
             )
     head = ["scheme", "loop", "k_I\nrad/(N m s)", "k_P\nrad/(N m)", "offset\ndeg", "filter\ndamping"]
     head += ["bandwidth\nrad/s", "phase margin\ndeg", "gain margin", "largest\n1/|1+L|", "factor"]
-    return Table(head, rows, "Gains by the rule, from the turbine's own linear model", text_columns=2)
+    note = "Margins up to three rotor speeds from the harmonic, without the edgewise mode."
+    return Table(head, rows, "Gains by the rule, from the turbine's own linear model", text_columns=2, note=note)
 
 
 def _lead(runs: Runs, lines: list[Claim]) -> str:
