@@ -34,7 +34,7 @@ def test_every_stated_claim_is_judged(study: str) -> None:
     assert set(re.findall(r'\bclaim\(\s*"(.+?)"', code)) == set(rows_of(study, "claims.csv"))
 
 
-@pytest.mark.parametrize("study", STATED)
+@pytest.mark.parametrize("study", [*STATED, "he2018"])
 def test_every_claims_reason_is_given(study: str) -> None:
     text = (FOLDER / study / "reasons.md").read_text(encoding="utf-8")
     reasons = reasons_of(study)
