@@ -264,6 +264,8 @@ def _has(inside: Any, key: Any) -> bool:
 def _scaled(value: Any, factor: float) -> Any:
     if isinstance(value, bool) or not isinstance(value, int | float | list):
         return value
+    if isinstance(value, int) and abs(value) > 1e300:  # put there by an earlier damage
+        return value
     return [_scaled(v, factor) for v in value] if isinstance(value, list) else value * factor
 
 

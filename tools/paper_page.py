@@ -1,8 +1,9 @@
-"""A published study done again, put into the documentation: its page, and its pictures in a folder beside it.
+"""A published study reproduced, put into the documentation: its page, its pictures beside it, and the papers' summary.
 
     python tools/paper_page.py palanimuthu2022 out --beyond all
 
-What lies in the folder ``out`` from earlier parts beyond the paper stays on the page.
+What lies in the folder ``out`` from earlier parts beyond the paper stays on the page. Without arguments only the
+summary of the pages that are there is written.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+from meltemi_papers.commands import STUDIES
 from meltemi_papers.study import reproduce
+from meltemi_papers.summary import summary
 
 DOCS = Path(__file__).parents[1] / "docs" / "papers"
 
@@ -30,8 +33,17 @@ def main(name: str, out: Path, beyond: str = "") -> None:
     (DOCS / f"{name}.md").write_text(text, encoding="utf-8")
     for picture in re.findall(rf"\]\({name}/([^)]+)\)", text):
         shutil.copy(out / picture, DOCS / name)
+    write_summary()
+
+
+def write_summary() -> None:
+    """Write the summary of the pages."""
+    pages = {f"{name}.md": (DOCS / f"{name}.md").read_text(encoding="utf-8") for name in STUDIES}
+    (DOCS / "index.md").write_text(summary(pages), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    study, folder, *more = (word for word in sys.argv[1:] if word != "--beyond")
-    main(study, Path(folder), *more)
+    if given := [word for word in sys.argv[1:] if word != "--beyond"]:
+        main(given[0], Path(given[1]), *given[2:])
+    else:
+        write_summary()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
@@ -18,7 +18,7 @@ from meltemi.report.plots import save
 from meltemi.report.tables import write_csv
 from meltemi.studies.run_store import current, guarded, run_store
 from meltemi_papers.claim import UNJUDGED
-from meltemi_papers.markdown import alone, documented, table_lines
+from meltemi_papers.markdown import alone, documented, plain, plain_table, sections, table_lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,10 +66,10 @@ class Chapter:
 
         def block(each: Content) -> str | Table | Picture:
             if isinstance(each, str):
-                return re.sub(r"^\*(.+?:)\*", r"\1", each).lstrip("# ")
+                return plain(each.lstrip("# "))
             if isinstance(each, Table):
-                return each
-            return Picture(each.file, each.caption) if each.file else each.caption
+                return plain_table(each)
+            return Picture(each.file, plain(each.caption)) if each.file else plain(each.caption)
 
         return Section(self.heading, [block(each) for each in self.content])
 
@@ -210,10 +210,17 @@ def reproduce(
             files += (chapter.write if name in study.parts else chapter.write_tables)(name, out)
         text = study.markdown(said.lead, chapters, figures, out)
         files.append(write_text(out / f"{study.name}.md", alone(text)))
-        sections = [chapter.section() for chapter in (*chapters.values(), figures)]
+        parts = [chapter.section() for chapter in (*chapters.values(), figures)]
+        before = sections(study.text("before.md"), "Paper and reproduction")
+        after = chain.from_iterable(sections(study.text(name), "Notes") for name in study.texts)
         facts = [*said.facts, ("computed by", MADE_BY), ("computed in", f"{time.perf_counter() - began:.0f} s")]
         html = write_page(
-            out / f"{study.name}.html", study.title, sections, facts=facts, lead=said.lead, footer=study.source
+            out / f"{study.name}.html",
+            study.title,
+            [*before, *parts, *after],
+            facts=facts,
+            lead=plain(said.lead),
+            footer=study.source,
         )
         return Reproduction(said.shown, said.lead, [*files, *said.files, html], documented(text, study.name))
 

@@ -16,7 +16,6 @@ from meltemi.app.cli import app
 from meltemi.core.errors import Status
 from meltemi.simulation.channels import catalogue
 from meltemi.simulation.result import Result
-from meltemi_papers.he2018 import checks
 from meltemi_papers.he2018.claims import harmonic_amplitude, percent
 
 
@@ -58,11 +57,6 @@ def test_the_duel_with_rosco_writes_its_section(tmp_path: Path) -> None:
         assert all(load[scheme].startswith("-") for scheme in ("ipc", "ipc2", "cpfc", "ROSCO 1P", "ROSCO 1P, led"))
 
 
-def test_the_papers_equations_hold_on_our_parts() -> None:
-    for check in (*checks._wind(), *checks._multiblade(), *checks._filters()):
-        assert check.ok, check
-
-
 def test_the_amplitude_at_a_harmonic_is_that_of_the_azimuth() -> None:
     channels = catalogue()
     time = np.arange(0.0, 100.0, 0.05)
@@ -82,7 +76,7 @@ def test_changes_are_given_with_their_interval() -> None:
 def test_a_quick_look_writes_every_table_and_figure(tmp_path: Path) -> None:
     found = CliRunner().invoke(app, ["reproduce", "he2018", "--quick", "--out", str(tmp_path)], catch_exceptions=False)
     assert found.exit_code == 0
-    for name in ("claims", "conditions", "ceilings", "equations", "gains", "rivals", "travel", "lifetime"):
+    for name in ("claims", "ceilings", "gains", "division", "best_1", "rivals", "travel", "lifetime"):
         with (tmp_path / f"{name}.csv").open(encoding="utf-8") as file:
             rows = list(csv.reader(file))
         assert len(rows) > 2 and all(len(row) == len(rows[0]) for row in rows)

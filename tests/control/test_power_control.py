@@ -305,6 +305,18 @@ def test_holding_the_pitch_spares_it_and_keeps_the_power(machine: PowerTurbine) 
     assert np.all(still[held & (runs["A2"].state[301:] == t.NUMBER["hold"])])
 
 
+def test_anticipation_lessens_the_overshoot_over_rated_speed(machine: PowerTurbine) -> None:
+    def ramp(time: float) -> float:
+        return 9.0 + 3.0 * min(max((time - 60.0) / 30.0, 0.0), 1.0)
+
+    over = [
+        Run(machine, PowerControl(anticipation=ahead), ramp, 180.0, reference=15e6, begin=(0.64, 22e6, 0.0)).speed.max()
+        - 0.75
+        for ahead in (0.0, 2.0)
+    ]
+    assert over[0] > 0.007 and over[1] < 0.25 * over[0]
+
+
 def test_the_wide_range_takes_more_than_the_optimal_torque_only_after_the_pitch_was_held(machine: PowerTurbine) -> None:
     """With fine pitch throughout A3 is A2, to the bit; in a lull after a held pitch it brakes harder (C-84)."""
 
@@ -506,6 +518,7 @@ def test_inertia_gives_the_energy_of_a_synchronous_machine(machine: PowerTurbine
         {"reference_rate": 1e6},
         {"frequency": 0.2},
         {"damping_ratio": 1.0},
+        {"anticipation": 2.0},
         {"inertia": 4e9},
         {"droop": {"droop": 0.05}},
         {"droop": {"droop": 0.1}},

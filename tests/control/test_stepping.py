@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
@@ -126,22 +125,3 @@ def test_reset_forgets_everything(model: Model) -> None:
         run.reset()
         run.advance(10_000)
         assert np.array_equal(run.result().data, fresh.data)
-
-
-@pytest.mark.long
-def test_a_step_costs_little_beyond_the_march(model: Model) -> None:
-    run = Simulation(Run(model, WIND, duration=30.0, controller=meltemi.control.ConstantController()))
-    demands = run.case["demands"].copy()
-
-    def seconds(call: Any) -> float:
-        times = []
-        for _ in range(300):
-            began = time.perf_counter()
-            call()
-            times.append(time.perf_counter() - began)
-        return float(np.median(times))
-
-    run.reset()
-    run.step()  # from here on with loads, as stepping wants them
-    extra = min(seconds(lambda: run.step(demands)) - seconds(lambda: run.advance(1)) for _ in range(3))
-    assert extra < 15e-6  # 4 microseconds where nothing else runs

@@ -13,7 +13,8 @@ import meltemi
 from meltemi import Controller, InputError, Model, Result, SteadyWind
 from meltemi.analysis import LinearModel, LoopTuning, tune_ipc
 from meltemi.control import signals as s
-from meltemi.studies.tuning import _Plant, default_speeds, linear_models, scaled, speed_notch, tune_loops
+from meltemi.simulation.rotors import default_step
+from meltemi.studies.tuning import _Plant, default_speeds, linear_models, margins, scaled, speed_notch, tune_loops
 from meltemi.turbine import with_flaps
 
 Complex = NDArray[np.complex128]
@@ -129,6 +130,12 @@ def test_loops_together_keep_the_margins(machine: Model, linear: list[LinearMode
             assert point.phase_margin >= math.radians(60.0) - 1e-9 and point.gain_margin >= 2.0 - 1e-9
             assert not np.allclose(point.together, point.loop)
     assert tune_loops(machine, [("pitch", 1)], linear=linear)[0].loop == alone[0].loop
+    dt = default_step(machine)
+    loops, least = [each.loop for each in together], together[0].points[0]
+    phase, gain = margins(linear, loops, sample_time=dt)
+    assert (phase, gain) == pytest.approx((least.phase_margin, least.gain_margin))
+    # the first edgewise mode lies beyond the frequencies of a tuning
+    assert margins(linear, loops, sample_time=dt, farthest=8.0, per_side=600)[1] < 0.8 * gain
 
 
 def test_response_is_that_of_direct_solves(linear: list[LinearModel]) -> None:

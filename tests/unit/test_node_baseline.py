@@ -336,6 +336,19 @@ def test_a_sample_time_is_handed_on(control: BaselineControl) -> None:
     assert BaselineController(machine(control)).name == "baseline"
 
 
+def test_held_torque(control: BaselineControl) -> None:
+    """Region 3 with constant torque (C-2a): rated power at the reference speed, the regions below unchanged."""
+    x, other = parameters(control.replace(**{"torque.hold": "torque"})), parameters(control)
+    reference, rated = control.pitch.reference_speed, control.torque.rated_power
+    for speed in (0.95 * reference, reference, 1.1 * reference):
+        assert steady_torque(x, speed, 0.1) == pytest.approx(rated / reference, rel=1e-15)
+    assert steady_torque(x, reference, 0.1) == pytest.approx(steady_torque(other, reference, 0.1), rel=1e-15)
+    for speed in (50.0, 80.0, 100.0, 0.985 * reference):
+        assert steady_torque(x, speed, 0.0) == steady_torque(other, speed, 0.0)
+    low = 0.5 * (control.torque.cut_in_speed + control.torque.optimal_speed)  # where held torque is limited
+    assert steady_torque(x, low, 0.1) == steady_torque(other, low, 0.1) > 0.0
+
+
 def test_smoothing(control: BaselineControl) -> None:
     """Held power comes gradually (C-5a); without smoothing the law is the published one to the bit."""
     start = StartPoint(11.0, 118.0, 0.0, 3.5e4)

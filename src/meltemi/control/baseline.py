@@ -52,6 +52,7 @@ class BaselineState(Table, title="baseline controller"):
     maximum_pitch: float = number("rad", "limit")
     pitch_rate: float = number("rad/s", "limit")
     smoothing: float = number("rad", "of pitch, over which the torque law changes at power_pitch; 0 switches at once")
+    torque_speed: float = number("rad/s", "at which held torque gives rated power; 0: the power is held")
     speed: float = number("rad/s", "state: filtered generator speed")
     integral: float = number("rad", "state: integral of the speed error, rad/s times s")
     torque: float = number("N m", "state: last torque")
@@ -79,7 +80,7 @@ def law_torque(x: BaselineState, speed: float) -> float:
 
 @kernel
 def held_torque(x: BaselineState, speed: float) -> float:
-    """Torque [N m] that holds rated power; below region 2 its limit falls, to nothing at cut-in (C-5).
+    """Torque [N m] of region 3 (C-2, C-2a); below region 2 its limit falls, to nothing at cut-in (C-5).
 
     Without that a rotor that stands feathered would get all of the torque, and be driven backwards.
     """
@@ -88,14 +89,15 @@ def held_torque(x: BaselineState, speed: float) -> float:
     most = x.maximum_torque
     if speed < x.optimal_speed:
         most = most * (speed - x.cut_in_speed) / (x.optimal_speed - x.cut_in_speed)
-    return min(x.rated_power / max(speed, 1e-3), most)
+    at = x.torque_speed if x.torque_speed > 0.0 else max(speed, 1e-3)
+    return min(x.rated_power / at, most)
 
 
 @kernel
 def steady_torque(x: BaselineState, speed: float, pitch: float) -> float:
     """Torque [N m] of the regions for a generator speed [rad/s] and the last pitch [rad] (C-2 to C-5).
 
-    Held power begins at once at ``power_pitch``, or gradually if there is smoothing (C-5a).
+    Region 3 begins at once at ``power_pitch``, or gradually if there is smoothing (C-5a).
     """
     held = held_torque(x, speed)
     if x.smoothing > 0.0 and speed < x.rated_speed:
@@ -126,7 +128,7 @@ def switches_near(x: BaselineState, speed: float, torque_change: float, pitch: f
     # laws that have a share in the torque: 1 - tanh(4) is less than 1e-3
     if x.pitch < x.power_pitch + 4.0 * x.smoothing:
         near += crossed(speed - x.transition_speed)
-    if x.pitch > x.power_pitch - 4.0 * x.smoothing:
+    if x.pitch > x.power_pitch - 4.0 * x.smoothing and x.torque_speed == 0.0:
         near += crossed(speed - x.rated_power / x.maximum_torque)
     near += crossed(torque_change) + crossed(pitch - x.minimum_pitch) + crossed(pitch - x.maximum_pitch)
     return near + crossed(low) + crossed(high)
@@ -173,6 +175,7 @@ def parameters(control: BaselineControl) -> BaselineState:
     for name in ("cut_in_speed", "optimal_speed", "rated_speed", "optimal_gain", "rated_power", "maximum_torque"):
         setattr(x, name, getattr(t, name))
     x.torque_rate, x.power_pitch = t.rate_limit, t.power_pitch
+    x.torque_speed = p.reference_speed if t.hold == "torque" else 0.0
     for name in ("reference_speed", "proportional_gain", "integral_gain", "gain_halving_pitch"):
         setattr(x, name, getattr(p, name))
     x.minimum_pitch, x.maximum_pitch, x.pitch_rate = p.minimum, p.maximum, p.rate_limit

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -97,10 +98,10 @@ def page(
 ) -> str:
     """HTML text of the page of :func:`write_page`; all arguments are plain text."""
     parts = [f"<h1>{escape(title)}</h1>"]
-    if described := [f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts]:
+    if described := [f"<div><dt>{escape(name)}</dt><dd>{_text(value)}</dd></div>" for name, value in facts]:
         parts.append(f'<dl class="facts">{"".join(described)}</dl>')
     if lead:
-        parts.append(f'<p class="lead">{escape(lead)}</p>')
+        parts.append(f'<p class="lead">{_text(lead)}</p>')
     places = [f"section-{i + 1}" for i in range(len(sections))]
     if len(sections) > 2:
         links = (f'<a href="#{at}">{escape(s.heading)}</a>' for at, s in zip(places, sections, strict=True))
@@ -121,14 +122,21 @@ def page(
 
 def _block(block: str | Table | Picture | Code) -> str:
     if isinstance(block, str):
-        return f"<p>{escape(block)}</p>"
+        return f"<p>{_text(block)}</p>"
     if isinstance(block, Code):
         return f"<pre><code>{escape(block.text)}</code></pre>"
     return _table(block) if isinstance(block, Table) else _picture(block)
 
 
-LONG = 16
-"""Characters of a cell above which it may be wrapped."""
+LONG, WORDS = 16, 8
+"""Characters of a cell above which it may be wrapped: of any, and of one that begins with a letter."""
+SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w{1,4})(?![\w(])")
+"""A letter and its index, such as C_p."""
+
+
+def _text(text: str) -> str:
+    """Escaped text, symbols set as in formulas."""
+    return SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", escape(text))
 
 
 def _table(table: Table) -> str:
@@ -137,21 +145,21 @@ def _table(table: Table) -> str:
         for i, text in enumerate(texts):
             tag = first if first and i == 0 else kind
             scope = {"th": " scope=row" if first else " scope=col", "td": ""}[tag]
-            kinds = "text" * (i < table.text_columns) + " long" * (len(text) > LONG)
+            kinds = "text" * (i < table.text_columns) + " long" * (len(text) > (WORDS if text[:1].isalpha() else LONG))
             style = f' class="{kinds.strip()}"' if kinds else ""
-            found.append(f"<{tag}{scope}{style}>{escape(text)}</{tag}>")
+            found.append(f"<{tag}{scope}{style}>{_text(text)}</{tag}>")
         return "".join(found)
 
     head = f"<tr>{cells(table.head, 'th')}</tr>"
     if table.groups:
         spans = "".join(
-            f"<th colspan={span} scope=colgroup>{escape(text)}</th>" if text else f"<td colspan={span}></td>"
+            f"<th colspan={span} scope=colgroup>{_text(text)}</th>" if text else f"<td colspan={span}></td>"
             for text, span in table.groups
         )
         head = f'<tr class="groups">{spans}</tr>{head}'
     rows = [f"<tr>{cells(row, 'td', 'th' if table.text_columns else '')}</tr>" for row in table.rows]
-    caption = f"<caption>{escape(table.caption)}</caption>" if table.caption else ""
-    note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
+    caption = f"<caption>{_text(table.caption)}</caption>" if table.caption else ""
+    note = f'<p class="note">{_text(table.note)}</p>' if table.note else ""
     # wide tables scroll within themselves; the page does not
     return (
         f'<div class="wide" tabindex="0"><table>{caption}<thead>{head}</thead>\n<tbody>\n'
@@ -163,7 +171,7 @@ def _table(table: Table) -> str:
 def _picture(picture: Picture) -> str:
     content = picture.png if isinstance(picture.png, bytes) else bytes_of(picture.png)
     data = base64.b64encode(content).decode("ascii")
-    caption = f"<figcaption>{escape(picture.caption)}</figcaption>" if picture.caption else ""
+    caption = f"<figcaption>{_text(picture.caption)}</figcaption>" if picture.caption else ""
     text = escape(picture.text or picture.caption)
     return f'<figure><img src="data:image/png;base64,{data}" alt="{text}">{caption}</figure>'
 
@@ -174,7 +182,7 @@ STYLE = """
 html { -webkit-text-size-adjust: 100%; }
 body { margin: 0; background: #fff; color: var(--ink); line-height: 1.5;
   font-family: system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif; }
-main { max-width: 66rem; margin: 0 auto; padding: 2rem 1.25rem 3rem; }
+main { max-width: 100rem; margin: 0 auto; padding: 2rem 1.25rem 3rem; }
 h1 { font-size: 1.75rem; line-height: 1.2; margin: 0 0 1rem; }
 h2 { font-size: 1.25rem; margin: 2.5rem 0 .75rem; padding-top: .75rem; border-top: 2px solid var(--ink); }
 p { max-width: 44rem; margin: .6rem 0; }
@@ -186,9 +194,11 @@ p { max-width: 44rem; margin: .6rem 0; }
 nav { display: flex; flex-wrap: wrap; gap: .2rem 1.2rem; margin: 1rem 0; font-size: .95rem; }
 a { color: var(--accent); }
 .wide { overflow-x: auto; margin: .8rem 0 .3rem; }
+sub { line-height: 0; font-size: .75em; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 caption { text-align: left; font-weight: 600; padding-bottom: .3rem; }
-th, td { padding: .25rem .7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
+th, td { padding: .25rem .7rem; text-align: right; vertical-align: top; white-space: nowrap;
+  border-bottom: 1px solid var(--line); }
 th { font-weight: 600; }
 thead th { vertical-align: bottom; white-space: pre-line; border-bottom: 1px solid var(--ink); }
 tbody th { font-weight: 400; white-space: pre; position: sticky; left: 0; background: #fff; }

@@ -280,7 +280,7 @@ def direction(model: Model[Any], name: str, controller: Controller, start: Start
         hint = "; entries of the turbine's description are turbine.PATH" if kind in vars(model.turbine) else ""
         raise InputError(f"sensitivity: no parameter {name!r}: {did_you_mean(name, names)}{hint}")
     array, row = model.find_parameter(name)
-    change = np.zeros_like(getattr(model, array))
+    change = np.zeros_like(model.array(array))
     change[row] = 1.0
     value = model.parameter(name)
     step = OFFSET_STEP if "pitch_offset" in name else RELATIVE_STEP * (abs(value) or 1.0)

@@ -251,6 +251,37 @@ def tune_loops(
     return tuple(found)
 
 
+def margins(
+    linear: Sequence[LinearModel],
+    loops: Sequence[HarmonicLoop],
+    *,
+    sample_time: float,
+    sensor: LoadSensor | None = None,
+    farthest: float = FARTHEST,
+    per_side: int = PER_SIDE,
+) -> tuple[float, float]:
+    """Phase margin [rad] and gain margin of simultaneous loops, smallest over all operating points (C-35, C-38).
+
+    Args:
+      linear: from :func:`linear_models`.
+      loops: that act at the same time.
+      sample_time: [s] of the controller.
+      sensor: dynamics between the blade moments and the controller.
+      farthest: [rotor speeds] from each harmonic up to which frequencies are searched. A tuning searches 3; a weakly
+        damped mode beyond, such as the first edgewise one, needs more.
+      per_side: number of frequencies on each side of a harmonic; a narrow resonance needs some hundreds.
+    """
+    first, *others = loops
+    found = []
+    for each in linear:
+        plant = _Plant(each, first.harmonic, [loop.harmonic for loop in others], farthest, per_side)
+        together: Complex = np.sum([plant.loop(loop, sensor, sample_time) for loop in loops], axis=0)
+        reserves = (phase_reserve, gain_reserve)
+        found.append([reserve(plant.w, together, plant.poles) for reserve in reserves])
+    phase, gain = np.min(found, axis=0)
+    return float(phase), float(gain)
+
+
 def scaled(loop: HarmonicLoop, factor: float) -> HarmonicLoop:
     """The loop with all gains multiplied by a factor."""
     gains = ("integral_gain", "proportional_gain", "derivative_gain")
@@ -307,10 +338,17 @@ class _Plant:
       poles: [rad/s] of the integrators: zero for this loop, and those of the other loops.
     """
 
-    def __init__(self, linear: LinearModel, harmonic: int, beside: Sequence[int]) -> None:
+    def __init__(
+        self,
+        linear: LinearModel,
+        harmonic: int,
+        beside: Sequence[int],
+        farthest: float = FARTHEST,
+        per_side: int = PER_SIDE,
+    ) -> None:
         self.linear, self.harmonic, self.speed = linear, harmonic, linear.point.rotor_speed
         self.poles = tuple({0.0, *((turn(harmonic) * turn(n) * n - harmonic) * self.speed for n in beside)})
-        side = np.geomspace(NEAREST, FARTHEST * self.speed, PER_SIDE)
+        side = np.geomspace(NEAREST, farthest * self.speed, per_side)
         w = np.unique([pole + s * side for pole in self.poles for s in (-1.0, 1.0)])
         near = np.abs(w[:, None] - np.array(self.poles)[None, :]).min(axis=1)
         self.w: Float = w[near > 0.5 * NEAREST]

@@ -9,7 +9,7 @@ blades upwind. Units are SI throughout: metre, kilogram, second, radian, newton,
 from __future__ import annotations
 
 import math
-from typing import Self
+from typing import Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -524,8 +524,8 @@ class TorqueControl(Record):
 
     Below ``cut_in_speed`` no torque; to ``optimal_speed`` a straight line (region 1 1/2); then
     ``optimal_gain`` times speed squared (region 2); near rated a straight line with the slope of an
-    induction machine of ``slip`` (region 2 1/2); above, constant power (region 3), also whenever the
-    pitch exceeds ``power_pitch``.
+    induction machine of ``slip`` (region 2 1/2); above, constant power or constant torque (region 3, ``hold``), also
+    whenever the pitch exceeds ``power_pitch``.
     """
 
     cut_in_speed: float = Field(ge=0.0)
@@ -546,6 +546,8 @@ class TorqueControl(Record):
     """[N m/s]."""
     power_pitch: float = Field(default=0.0, ge=0.0)
     """[rad]."""
+    hold: Literal["power", "torque"] = "power"
+    """What region 3 holds: rated power, or the torque that gives rated power at the reference speed of the pitch."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

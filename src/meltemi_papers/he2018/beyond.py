@@ -3,18 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.control.filters import response
 from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_interval, rayleigh_weights
 from meltemi.report.html import Table
 from meltemi.report.tables import number
-from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, Comparison
+from meltemi.simulation.rotors import default_step
+from meltemi.studies.compare import BLADE_SLOPE, STEEL_SLOPE, WHOLE, Comparison
 from meltemi.studies.run_store import FailedResult, guarded
-from meltemi_papers.he2018.claims import change, percent
-from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, SPEED, TRAVEL, Runs, Variant
+from meltemi.studies.tuning import margins
+from meltemi_papers.he2018.claims import change, edgewise, likelihood, percent
+from meltemi_papers.he2018.designs import DECAY, INTEGRAL, LOST, SLOW
+from meltemi_papers.he2018.runs import (
+    ALL_SPEEDS,
+    CLASS_B,
+    PAPER,
+    PARTS,
+    PREVIEWS,
+    RIVALS,
+    SPEED,
+    TRAVEL,
+    Runs,
+    Variant,
+)
 
 Float = NDArray[np.float64]
 
@@ -30,23 +46,88 @@ def duty(c: Comparison, name: str, scheme: str) -> float:
     return float(np.degrees(c.values(name, scheme).mean()))
 
 
-def rivals(runs: Runs) -> Table:
-    """Loads, rotor speed and actuator duty of every scheme at the paper's wind speed."""
-    c = runs.readings[CLASS_B]
+def schemes_table(c: Comparison, schemes: Sequence[str], caption: str) -> Table:
+    """Loads, rotor speed and actuator duty of schemes."""
     rows = [
         [
             scheme,
-            *(percent(change(c, name, scheme)) if scheme != "cpc" else "" for name in _MAIN),
+            *(percent(change(c, name, scheme, window)) for name, window in _MAIN),
             f"{duty(c, 'pitch travel', scheme):.2f}",
             f"{duty(c, 'flap travel', scheme):.2f}",
         ]
-        for scheme in c.schemes
+        for scheme in schemes
+        if scheme in c.schemes
     ]
-    head = ["scheme", *(f"{name}\nchange" for name in _MAIN), "pitch travel\ndeg/s", "flap travel\ndeg/s"]
-    return Table(head, rows, f"All schemes at {SPEED:g} m/s, {CLASS_B}, {len(c.winds)} seeds; changes against CPC")
+    head = ["scheme", *(name if window == WHOLE else f"{name}\n{window}" for name, window in _MAIN)]
+    travel = f"Pitch travel of CPC: {duty(c, 'pitch travel', 'cpc'):.2f} deg/s."
+    note = f"Changes against CPC, means over {len(c.winds)} seeds with 95 % intervals. {travel}"
+    return Table([*head, "pitch travel\ndeg/s", "flap travel\ndeg/s"], rows, caption, note=note)
 
 
-_MAIN = ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "OoPDefl1 std", "TwrBsMyt DEL", "rotor speed std")
+_MAIN = (
+    *((name, WHOLE) for name in ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "OoPDefl1 std", "TwrBsMyt DEL")),
+    *(("rotor speed std", WHOLE), ("RootMyc1 std", PAPER), ("RootMyc1 DEL", PAPER)),
+)
+
+
+def rivals(runs: Runs) -> Table:
+    """Schemes without preview at the paper's wind speed."""
+    schemes = (*PARTS[1:], *RIVALS, TRAVEL)
+    return schemes_table(runs.readings[CLASS_B], schemes, f"All schemes at {SPEED:g} m/s, {CLASS_B}")
+
+
+def best(runs: Runs, reading: str) -> Table:
+    """The paper's proposal and combinations with preview, with errors of the measurement."""
+    c = runs.readings[reading]
+    table = schemes_table(c, ("cpfc", INTEGRAL, *PREVIEWS), f"The paper's CPFC and preview, {reading}")
+    std, load = (100.0 * c.ceiling_change(2, name).mean for name in ("std", "load"))
+    limit = f"Ideal removal of 1P and 2P: std of RootMyc1 {std:+.1f} %, DEL {load:+.1f} %."
+    return replace(table, note=f"{table.note} {limit}")
+
+
+LIDAR = (
+    "The preview is ideal where nothing else is said: the wind averaged over the rotor, known 1.1 s ahead (4.1 s at "
+    f"{SLOW:g} rad/s). Its errors have assumed sizes: 4 beams at 0.7 of the radius; a coherence of exp(-{DECAY:g} s f) "
+    f"between the wind measured and the wind at the rotor; {100 * LOST:.0f} % of the seconds lost, in which the last "
+    "value is held. Four beams see eddies smaller than the rotor; the slow filter is for them."
+)
+DIVISION = (
+    "The paper divides the load by frequency: 1P to the pitch, 2P to the flaps. In ours the coordinates of each "
+    "harmonic and the integrators divide it, not the filters, which are as wide as actuator and turbine are slow: both "
+    "loops act on the same tones, and share their margins. The tuning searches margins up to three rotor speeds from "
+    "each harmonic. The first edgewise mode, at 1.1 Hz, lies beyond, and the proportional parts reach it. Without them "
+    "flaps are added to a pitch loop that stays as it is. Narrow filters separate the loops further, and delay them."
+)
+
+
+def division(runs: Runs) -> Table:
+    """Designs that divide the frequencies in different ways: overlap, margins and loads."""
+    b, c = runs.bench, runs.readings[CLASS_B]
+    dt, speed = default_step(b.model), b.linear[0].point.rotor_speed
+    rows = []
+    for scheme in ("cpc", "ipc", "cpfc", *b.designs):
+        loops = b.loops(scheme)
+        passed, reserve = "", ""
+        if loops:
+            gains = [
+                abs(response("band_pass", (3 - loop.harmonic) * speed, loop.harmonic * speed, loop.filter_damping, dt))
+                for loop in loops
+            ]
+            passed = ", ".join(f"{gain:.2f}" for gain in gains)
+            sensor = b.designs[scheme].sensor if scheme in b.designs else None
+            phase, gain = margins(b.linear, loops, sample_time=dt, sensor=sensor, farthest=FARTHEST, per_side=PER_SIDE)
+            reserve = f"{gain:.1f}, {np.degrees(phase):.0f}" if gain > 1.0 else "unstable"
+        words = [percent(change(c, name, scheme)) for name in ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL")]
+        mode = f"{edgewise(c, scheme) * 1e-3:.0f}"
+        rows.append([scheme, passed, reserve, *(words if loops else [""] * 3), mode])
+    head = ["design", "1P filter at 2P,\n2P filter at 1P", "gain margin, phase\nmargin deg, with\nedgewise mode"]
+    head += ["RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "RootMxc1 std\n0.95 to 1.3 Hz\nkN m"]
+    note = f"{CLASS_B}, {len(c.winds)} seeds. Roll-off: low-pass of the moments at 0.5 Hz. Margins: to 8 rotor speeds."
+    return Table(head, rows, f"Designs of the loops at {SPEED:g} m/s", note=note)
+
+
+FARTHEST, PER_SIDE = 8.0, 600
+"""Frequencies of margins: [rotor speeds] about each harmonic, and number."""
 
 
 def equal_travel(runs: Runs) -> Table:
@@ -165,13 +246,25 @@ def winds(runs: Runs) -> Table:
         limits = [
             f"{100.0 * float(np.mean([run.ceilings[k].std_change for run in c.runs['cpc']])):+.1f} %" for k in (0, 1)
         ]
-        return [study.name, number(float(c.values("RootMyc1 std", "cpc").mean()) * 1e-3), *std, *load, *limits]
+        return [
+            study.name,
+            number(float(c.values("RootMyc1 std", "cpc").mean()) * 1e-3),
+            *std,
+            *load,
+            *limits,
+            likelihood(c),
+        ]
 
-    for study in runs.studies:
+    for study in (*(Variant(name, c) for name, c in runs.readings.items()), *runs.studies):
         rows.append(guarded(partial(row, study), lambda why, name=study.name: [name, f"failed: {why}"]))  # type: ignore[misc]
     head = ["wind or model", "CPC std\nkN m", "IPC std\n(-47.9 %)", "CPFC std\n(-55.3 %)", "IPC DEL\n(-42.2 %)"]
-    head += ["CPFC DEL\n(-53.7 %)", "ceiling 1P\nstd", "ceiling 1P, 2P\nstd"]
-    return Table(head, rows, f"RootMyc1 at {SPEED:g} m/s in other winds; the paper's figures in parentheses")
+    head += ["CPFC DEL\n(-53.7 %)", "ceiling 1P\nstd", "ceiling 1P, 2P\nstd", "probability"]
+    note = (
+        "Probability: of a minute as far from the mean of all minutes as the paper's, in its eight changes of standard "
+        "deviations and equivalent loads together (Hotelling's test)."
+    )
+    caption = f"RootMyc1 at {SPEED:g} m/s in other winds; the paper's figures in parentheses"
+    return Table(head, rows, caption, note=note)
 
 
 def minutes_table(values: Sequence[tuple[str, Float, float]]) -> Table:

@@ -13,10 +13,11 @@ from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.report.spectra_plots import plot_spectra
 from meltemi.studies.compare import hub_moments
-from meltemi.turbine.flaps import DEFLECTION
+from meltemi.turbine.flaps import DEFLECTION, naca64618_flap
 from meltemi.turbine.flaps import LIFT as LIFT_TABLE
+from meltemi_papers.claim import rows_of
 from meltemi_papers.he2018.beyond import at_speed
-from meltemi_papers.he2018.claims import change
+from meltemi_papers.he2018.claims import THREE, change, thin_airfoil
 from meltemi_papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, Runs
 from meltemi_papers.panels import Panel, channel, series
 
@@ -24,21 +25,29 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
-THREE = ("cpc", "ipc", "cpfc")
 HIGHEST = 0.9
 """[Hz] to which spectra are drawn: a little beyond 4P."""
 
 
 def polars(runs: Runs) -> Figure:
-    """Fig. 4: lift of the flapped section over angle of attack and deflection."""
-    figure, axes = new_figure(1, size=(7.0, 4.4))
+    """Fig. 4: lift of the flapped section, and the increments beside thin-airfoil theory."""
+    figure, axes = new_figure(1, 2, size=(11.0, 4.4))
     rows = np.array([[float(word) for word in line.split()] for line in LIFT_TABLE.strip().splitlines()])
     for j, delta in enumerate(DEFLECTION):
-        colour = {"color": COLOURS[j % len(COLOURS)]} if j < len(COLOURS) else {"color": INK}
-        axes[0, 0].plot(rows[:, 0], rows[:, j + 1], marker=".", label=f"{delta:+g} deg", **colour)
+        colour = COLOURS[j] if j < len(COLOURS) else INK
+        axes[0, 0].plot(rows[:, 0], rows[:, j + 1], marker=".", label=f"{delta:+g} deg", color=colour)
     axes[0, 0].legend(title="flap", fontsize=8)
     axes[0, 0].set_xlabel("angle of attack [deg]")
     panel(axes[0, 0], "Fig. 4: lift coefficient of NACA 64-618 with a flap of 10 % chord", "-")
+    increments, angles = naca64618_flap().increments, np.array(DEFLECTION)
+    for colour, alpha in zip(COLOURS, (-8.0, 0.0, 8.0), strict=False):
+        added = increments.lift[int(np.argmin(np.abs(np.degrees(increments.angle_of_attack) - alpha)))]
+        axes[0, 1].plot(angles, added, marker=".", color=colour, label=f"increments at {alpha:g} deg")
+    ideal = thin_airfoil(naca64618_flap().chord_fraction)[0] * np.radians(angles)
+    axes[0, 1].plot(angles, ideal, color=INK, linestyle="--", label="thin-airfoil theory (Glauert)")
+    axes[0, 1].legend(fontsize=8)
+    axes[0, 1].set_xlabel("flap [deg]")
+    panel(axes[0, 1], "Lift that the flap adds, by angle of attack", "-")
     return figure
 
 
@@ -94,26 +103,29 @@ def actuators(runs: Runs) -> Figure:
     return figure
 
 
-def loads(runs: Runs) -> Figure:
-    """Fig. 12: damage-equivalent loads relative to CPC, mean over seeds with confidence intervals, and the paper's."""
-    names = ("RootMyc1 DEL", "RootMxc1 DEL", "Myaw DEL", "Mtilt DEL")
-    paper: Mapping[str, tuple[float, float]] = {"RootMyc1 DEL": (-42.2, -53.7)}
-    figure, axes = new_figure(1, len(runs.readings), size=(11.0, 3.8))
-    for ax, (reading, c) in zip(axes[0], runs.readings.items(), strict=True):
-        for i, scheme in enumerate(("ipc", "cpfc")):
-            found = [mean_interval(change(c, name, scheme)) for name in names]
-            x = np.arange(len(names)) + 0.38 * (i - 0.5)
-            width = [0.0 if e.n < 2 else e.half_width for e in found]
-            ax.bar(x, [e.mean for e in found], 0.36, yerr=width, color=COLOURS[i + 1], label=scheme.upper(), capsize=3)
-            for j, name in enumerate(names):
-                if name in paper:
-                    ax.plot(x[j], paper[name][i], marker="D", color=INK, markersize=6, linestyle="",
-                            label="paper" if i == 0 else None)  # fmt: skip
-        ax.axhline(0.0, color=INK, linewidth=0.8)
-        ax.set_xticks(range(len(names)), [name.removesuffix(" DEL") for name in names])
-        ax.legend(fontsize=8, loc="lower right")
-        panel(ax, f"Fig. 12: change of DEL against CPC, {reading}", "%")
+def numbers(runs: Runs) -> Figure:
+    """Tables 2 to 5 and Fig. 12: changes against CPC, means over seeds with intervals, beside the paper's."""
+    stated = [
+        row for row in rows_of("he2018", "claims.csv").values() if row["kind"] == "near" and "/" not in row["scheme"]
+    ]
+    names = [*((row["quantity"], row["scheme"], float(row["paper"].removesuffix(" %"))) for row in stated), *_UNSTATED]
+    figure, axes = new_figure(1, size=(11.0, 4.4))
+    for i, (reading, c) in enumerate(runs.readings.items()):
+        found = [mean_interval(change(c, name, scheme)) for name, scheme, _ in names]
+        x = np.arange(len(names)) + 0.38 * (i - 0.5)
+        width = [0.0 if e.n < 2 else e.half_width for e in found]
+        means = [e.mean for e in found]
+        axes[0, 0].bar(x, means, 0.36, yerr=width, color=COLOURS[i], label=reading, capsize=2)
+    axes[0, 0].plot([paper for *_, paper in names], color=INK, marker="D", linestyle="", label="paper")
+    axes[0, 0].axhline(0.0, color=INK, linewidth=0.8)
+    labels = [f"{name}\n{scheme.upper()}" for name, scheme, _ in names]
+    axes[0, 0].set_xticks(range(len(names)), labels, fontsize=7, rotation=45, ha="right")
+    axes[0, 0].legend(fontsize=8, loc="lower right")
+    panel(axes[0, 0], "Fig. 12 and Tables 2 to 5: change against CPC", "%")
     return figure
+
+
+_UNSTATED = [(f"{name} DEL", s, np.nan) for name in ("RootMxc1", "Myaw", "Mtilt") for s in ("ipc", "cpfc")]
 
 
 def over_speeds(runs: Runs) -> Figure:
@@ -132,7 +144,7 @@ def over_speeds(runs: Runs) -> Figure:
 
 
 FIGURES: Mapping[str, tuple[str, Callable[[Runs], Figure]]] = {
-    "fig04_polars": ("Lift of the flapped section: the increments that the flap adds", polars),
+    "fig04_polars": ("Lift of the flapped section, and what the flap adds beside thin-airfoil theory", polars),
     "fig05_wind": ("Wind at the hub, first seed", hub_wind),
     "fig06_root_moments": (
         "Root moments of blade 1, first seed",
@@ -161,6 +173,6 @@ FIGURES: Mapping[str, tuple[str, Callable[[Runs], Figure]]] = {
         shown(("Fig. 10: electrical power", "kW", channel("generator_power", 1e-3))),
     ),
     "fig11_actuators": ("Pitch and flaps, first seed", actuators),
-    "fig12_loads": ("Damage-equivalent loads: change against CPC, 95 % intervals over seeds", loads),
+    "fig12_loads": ("Changes against CPC beside the paper's, 95 % intervals over seeds", numbers),
 }
 """By file name: caption and what draws it."""

@@ -22,9 +22,10 @@ from meltemi.studies.tuning import LoopTuning, linear_models, scaled, speed_notc
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.library import load_turbine
-from meltemi.wind.fields import SteadyWind, Wind
+from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import AnyWind
+from meltemi_papers.he2018.designs import INTEGRAL, LIDARS, Design, Lidar, designs, measured
 from meltemi_papers.study import Progress
 
 Made = Controller | Callable[[Wind], Controller]
@@ -40,7 +41,8 @@ RIVALS = ("ipc2", "flaps12", "cpfc12")
 ALL_SPEEDS = ("cpc", "ipc", "cpfc", "ipc2", "flaps12")
 """Schemes that are run at every wind speed."""
 TRAVEL = "cpfc12 at equal travel"
-PREVIEW, PREVIEW_IPC = "preview", "preview and ipc"
+PREVIEW, BEST = "preview", f"preview and {INTEGRAL}"
+PREVIEWS = (PREVIEW, "preview and ipc", "preview and cpfc", BEST, *(f"{BEST}: {name}" for name in LIDARS))
 TUNING_SEEDS = (101, 102, 103)
 """Winds in which the flap loops are tuned for load; the schemes are judged in others."""
 SHARES_1P, SHARES_2P = (0.0, 0.5, 1.0), (0.3, 0.6, 1.0)
@@ -65,12 +67,14 @@ class Setup:
     transient: float = 100.0
     window: tuple[float, float] = (100.0, 160.0)
     speeds: tuple[float, ...] = (8.0, 11.0, 12.0, 16.0, 24.0)
-    study_seeds: tuple[int, ...] = (1, 2)
+    study_seeds: tuple[int, ...] = (1, 2, 3, 4)
 
     @property
     def windows(self) -> dict[str, tuple[float, float]]:
-        """Windows for ``compare``."""
-        return {PAPER: self.window}
+        """Windows for ``compare``: the paper's, and all of its length, one after the other."""
+        length = self.window[1] - self.window[0]
+        begins = np.arange(self.transient, self.duration - length + 1e-9, length)
+        return {PAPER: self.window} | {f"from {u:g} s": (u, u + length) for u in begins.tolist()}
 
 
 QUICK = Setup(seeds=(1, 2), duration=170.0, speeds=(8.0, 24.0), study_seeds=(1,))
@@ -86,18 +90,28 @@ class Bench:
       linear: about which loops are tuned.
       notch: in the generator speed, for all schemes alike.
       tunings: loops tuned together, by what they move.
+      designs: other loops.
     """
 
     model: BladedModel
     linear: tuple[LinearModel, ...] = field(repr=False)
     notch: SpeedNotch
     tunings: Mapping[tuple[Target, ...], tuple[LoopTuning, ...]]
+    designs: Mapping[str, Design]
 
     def controller(self, name: str) -> Controller:
-        """Controller of a scheme."""
+        """Controller of a scheme or design."""
+        if name in self.designs:
+            design = self.designs[name]
+            return self.composed(name, list(design.loops), feedforward=True, sensor=design.sensor)
         scheme = SCHEMES[name]
-        loops = [tuning.loop for tuning in self.tunings[scheme.loops]]
-        return self.composed(name, loops, feedforward=scheme.feedforward)
+        return self.composed(name, self.loops(name), feedforward=scheme.feedforward)
+
+    def loops(self, name: str) -> list[HarmonicLoop]:
+        """Feedback loops of a scheme or design."""
+        if name in self.designs:
+            return list(self.designs[name].loops)
+        return [tuning.loop for tuning in self.tunings[SCHEMES[name].loops]]
 
     def composed(self, name: str, loops: list[HarmonicLoop], *, feedforward: bool, **more: Any) -> Controller:
         """Load controller with given loops."""
@@ -116,7 +130,8 @@ def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> B
     linear = tuple(linear_models(model))
     wanted = {SCHEMES[name].loops for name in schemes}
     tunings = {loops: tune_loops(model, loops, linear=linear) for loops in sorted(wanted)}
-    return Bench(model, linear, speed_notch(linear[0]), tunings)
+    others = designs(model, linear) if "cpfc12" in schemes else {}
+    return Bench(model, linear, speed_notch(linear[0]), tunings, others)
 
 
 @dataclass(frozen=True)
@@ -161,19 +176,18 @@ def run_all(
     """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as lost."""
     setup = QUICK if quick else Setup()
     n, few = len(setup.seeds), len(setup.study_seeds)
-    candidates = len(SHARES_1P) * len(SHARES_2P) + 1
-    sizes = [candidates * min(n, len(TUNING_SEEDS)), len(PARTS) * n, (len(PARTS) + len(RIVALS) + 3) * n]
-    sizes += [len(ALL_SPEEDS) * n] * len(setup.speeds) + [3 * few] * len(_STUDIES)
-    total, done = float(sum(sizes)) + 20.0, 20.0
-
     progress(0.0, "tuning")
     b = bench(build(paper_turbine()))
+    candidates = (len(SHARES_1P) * len(SHARES_2P) + 1) * min(n, len(TUNING_SEEDS))
+    at_20 = 2 * len(PARTS) + len(RIVALS) + 2 + 2 * len(PREVIEWS) + len(b.designs)
+    total = 20.0 + candidates + (at_20 + len(ALL_SPEEDS) * len(setup.speeds)) * n + 3 * few * len(_STUDIES)
+    done = 20.0
 
     def run(
-        what: str, size: int, controllers: Mapping[str, Made], winds: list[AnyWind], model: BladedModel | None = None
+        what: str, controllers: Mapping[str, Made], winds: list[AnyWind], model: BladedModel | None = None
     ) -> Comparison:
         nonlocal done
-        begin = done
+        begin, size = done, len(controllers) * len(winds)
         found = attempt(
             what,
             compare,
@@ -189,26 +203,24 @@ def run_all(
         done += size
         return found
 
-    found = attempt(
-        "flap loops", _equal_travel, b, setup, lambda c, w: run("flap loops at equal travel", sizes[0], c, w)
-    )
+    found = attempt("flap loops", _equal_travel, b, setup, lambda c, w: run("flap loops at equal travel", c, w))
     shares, travel, best = (found, found, found) if isinstance(found, FailedResult) else found
     previews = attempt("preview", _previews, b)
     readings = {}
-    for size, (name, reading) in zip(sizes[1:3], READINGS.items(), strict=True):
-        controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in PARTS}
+    for name, reading in READINGS.items():
+        controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in (*PARTS, INTEGRAL)}
         if name == CLASS_B:
-            controllers |= {scheme: b.controller(scheme) for scheme in RIVALS}
+            controllers |= {scheme: b.controller(scheme) for scheme in (*RIVALS, *b.designs)}
             controllers |= {} if isinstance(best, FailedResult) else {TRAVEL: best}
-            controllers |= {} if isinstance(previews, FailedResult) else previews
-        readings[name] = run(name, size, controllers, [wind_of(seed, SPEED, **reading) for seed in setup.seeds])
+        controllers |= {} if isinstance(previews, FailedResult) else previews
+        readings[name] = run(name, controllers, [wind_of(seed, SPEED, **reading) for seed in setup.seeds])
     later: Any = FailedResult("not run yet")
     partly(Runs(setup, b, readings, dict.fromkeys(setup.speeds, later), (), shares, travel))
     speeds = {}
     at_all: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ALL_SPEEDS}
     for u in setup.speeds:
         winds = [wind_of(seed, u, **READINGS[CLASS_B]) for seed in setup.seeds]
-        speeds[u] = run(f"{u:g} m/s", len(at_all) * n, at_all, winds)
+        speeds[u] = run(f"{u:g} m/s", at_all, winds)
     studies = []
     three: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ("cpc", "ipc", "cpfc")}
     for name, make in _STUDIES.items():
@@ -223,7 +235,7 @@ def run_all(
         winds = [make(seed) for seed in setup.study_seeds]
         if isinstance(winds[0], SteadyWind):
             winds = winds[:1]
-        studies.append(Variant(name, run(name, 3 * few, controllers, winds, model)))
+        studies.append(Variant(name, run(name, controllers, winds, model)))
     progress(1.0, "done")
     return Runs(setup, b, readings, speeds, tuple(studies), shares, travel)
 
@@ -238,8 +250,10 @@ NO_TORSION = "stiff in torsion, static polars, quasi-steady wake"
 FAST_MODEL = ModelOptions(torsion_modes=0, stall="static", inflow="quasi_steady")
 """Blades as in ElastoDyn, which the paper's FAST has."""
 _STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
-    "class B": lambda seed: wind_of(seed, SPEED, **READINGS[CLASS_B]),
+    "TI 12 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.12),
     "TI 10 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.10),
+    "TI 10 %, edition 2": lambda seed: wind_of(seed, SPEED, edition=2, intensity=0.10),
+    "TI 8 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.08),
     "TI 5 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.05),
     "TI 2 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.02),
     "no turbulence": lambda seed: SteadyWind(speed=SPEED, shear_exponent=SHEAR),
@@ -251,17 +265,22 @@ _STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
 
 
 def _previews(b: Bench) -> dict[str, Made]:
-    """Collective pitch and IPC with preview of the rotor-averaged wind."""
+    """Preview of the rotor-averaged wind with the loops of several schemes, and with the errors of a lidar."""
     table = steady_pitch(b.model)
-    loops = [tuning.loop for tuning in b.tunings[SCHEMES["ipc"].loops]]
 
-    def alone(wind: Wind) -> Controller:
-        return b.composed(PREVIEW, [], feedforward=False, preview=preview_of(b.model, wind, table))
+    def made(name: str, scheme: str, lidar: Lidar) -> Made:
+        def of(wind: Wind) -> Controller:
+            assert isinstance(wind, WindBox)
+            preview = preview_of(b.model, wind, table, frequency=lidar.frequency)
+            if lidar != Lidar():
+                preview = preview.replace(wind=measured(wind, b.model, lidar))
+            return b.composed(name, b.loops(scheme), feedforward=scheme != "cpc", preview=preview)
 
-    def with_ipc(wind: Wind) -> Controller:
-        return b.composed(PREVIEW_IPC, loops, feedforward=True, preview=preview_of(b.model, wind, table))
+        return of
 
-    return {PREVIEW: alone, PREVIEW_IPC: with_ipc}
+    lidars = [Lidar()] * 4 + list(LIDARS.values())
+    schemes = ["cpc", "ipc", "cpfc"] + [INTEGRAL] * (1 + len(LIDARS))
+    return {each[0]: made(*each) for each in zip(PREVIEWS, schemes, lidars, strict=True)}
 
 
 def _equal_travel(

@@ -13,12 +13,24 @@ from meltemi.aero.coefficient import Coefficients, power_coefficient, rotor_coef
 from meltemi.environment.air import CELSIUS, density_of, site_pressure
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import CalibratedCoefficient, Coefficient, PowerTurbine
+from meltemi.turbine.power_turbine import (
+    CalibratedCoefficient,
+    Coefficient,
+    HeierCoefficient,
+    PowerTurbine,
+    TableCoefficient,
+)
+from meltemi_papers.palanimuthu2022.paper import POWER_COEFFICIENT, TIP_SPEED_RATIO
 
 Float = NDArray[np.float64]
 
 FORMULA, CALIBRATED, BLADES = "M1", "M2", "M3"
 """Heier's formula with the paper's best point; the same fitted to Figure 6; the table of a 20 MW rotor's blades."""
+HEIER, SLOOTWEG, SCALED = "Heier", "Slootweg", "M3 scaled"
+CURVES = (FORMULA, HEIER, SLOOTWEG, SCALED)
+"""Readings of the coefficient that the paper does not give, all with its best point: the constants of the MathWorks
+block (M1); of Heier (1998); of variable-speed turbines after Slootweg et al. (2003), IEEE Trans. Power Syst. 18(1); the
+blades' own curve, scaled."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +70,12 @@ class Rotor:
         )
         return float(found.x), -float(found.fun)
 
+    def curvature(self) -> float:
+        """-C_p'' lambda^2 / C_p at the maximum: how sharp it is."""
+        (ratio, c), h = self.best(), 0.3
+        around = self.coefficients([ratio - h, ratio + h])
+        return float(2.0 * c - around.sum()) / h**2 * ratio**2 / c
+
     def power(self, speed: ArrayLike, wind: ArrayLike, pitch: ArrayLike = 0.0, density: ArrayLike = STANDARD) -> Float:
         """[W] aerodynamic power at rotor speeds [rad/s] and wind speeds [m/s] (eq. 1)."""
         v = np.asarray(wind, float)
@@ -93,12 +111,27 @@ class Rotor:
         return float((power / (0.5 * density * self.area * self.best()[1])) ** (1.0 / 3.0))
 
 
+def _coefficient(model: str) -> Coefficient:
+    """Power coefficient of one of the readings of the paper's turbine."""
+    if model == SCALED:
+        (ratio, most), table = rotor(BLADES).best(), turbine(BLADES).coefficient
+        assert isinstance(table, TableCoefficient)
+        ratios, power = table.tip_speed_ratio * (TIP_SPEED_RATIO / ratio), table.power * (POWER_COEFFICIENT / most)
+        return table.replace(tip_speed_ratio=ratios, power=power)
+    if model == CALIBRATED:
+        return CalibratedCoefficient()
+    shift = 0.035 - 0.003  # of Slootweg's 1/l - 0.003 against 1/l - 0.035, at zero pitch
+    constants = {
+        HEIER: (0.5, 116.0, 0.4, 5.0, 21.0, 0.0),
+        SLOOTWEG: (0.73 * math.exp(-18.4 * shift), 151.0, 0.58, 13.2 - 151.0 * shift, 18.4, 0.0),
+    }
+    return HeierCoefficient(constants=constants[model])
+
+
 def turbine(model: str = FORMULA) -> PowerTurbine:
     """The library's turbine with a model of its power coefficient."""
-    if model == BLADES:
-        return load_turbine("pmsg20mw-bem")
-    made = load_turbine("pmsg20mw")
-    return made.replace(coefficient=CalibratedCoefficient()) if model == CALIBRATED else made
+    made = load_turbine("pmsg20mw-bem" if model == BLADES else "pmsg20mw")
+    return made if model in (FORMULA, BLADES) else made.replace(coefficient=_coefficient(model))
 
 
 @cache

@@ -205,7 +205,7 @@ def _control(gains: dict[float, float], speeds: tuple[float, float]) -> list[Rea
         _ruled(
             "E-E16",
             f"without a lead-in 100-200 s has 30 °C: {gains[30.0] * 1e-3:.1f} kW; 600-700 s has nothing",
-            f"40 °C {gains[40.0] * 1e-3:.1f} kW, -10 °C {gains[-10.0] * 1e-3:.1f} kW (of the air, at the end; M1, "
+            f"40 °C {gains[40.0] * 1e-3:.1f} kW, -10 °C {gains[-10.0] * 1e-3:.1f} kW (aerodynamic, means; M1, dry, "
             "2.93e9 kg m²)",
         ),
         _ruled(
@@ -225,7 +225,7 @@ def readings(gains: dict[float, float], speeds: tuple[float, float]) -> list[Rea
     """All readings, in the order of their numbers.
 
     Args:
-      gains: [W] by temperature [degC] of Figure 6 with M1 and the default inertia, at the end of the intervals.
+      gains: [W] by temperature [degC] of Figure 6 with M1 and the default inertia, means over the intervals.
       speeds: [rad/s] mean rotor speed of A0 and A1 while power is limited.
     """
     found = {r.key: r for r in (*_air(), *_machine(), *_rain(), *_control(gains, speeds))}

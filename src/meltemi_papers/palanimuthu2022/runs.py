@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +27,16 @@ from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi_papers.palanimuthu2022 import paper, winds
-from meltemi_papers.palanimuthu2022.machine import BLADES, CALIBRATED, FORMULA, density, rotor, turbine
+from meltemi_papers.palanimuthu2022.machine import (
+    BLADES,
+    CALIBRATED,
+    CURVES,
+    FORMULA,
+    SCALED,
+    density,
+    rotor,
+    turbine,
+)
 from meltemi_papers.study import Progress, told
 
 Float = NDArray[np.float64]
@@ -42,12 +53,15 @@ CHANNELS = (
     *("wind_x", "rotor_speed", "pitch_1", "generator_power", "generator_torque", "aerodynamic_power"),
     *("power_state", "air_density", "air_temperature", "humidity"),
 )
-PLAIN, LITERAL, CONVERTERS = "M1, dry", "M1, dry, 4.872e6 kg m²", "M1, dry, with converters"
-"""Readings of Figure 6."""
+HUMID = 0.4
+"""Relative humidity of Figure 3; that of Figure 6 is constant and not stated."""
 RAMPS, TURBULENT = "ramps", "turbulence"
 HOT, COLD = Air(temperature=35.0, humidity=0.3), Air(temperature=15.0)
 """Cases ii and i of Figure 20."""
 SCHEMES = ("A0", "A1", "A2", "A3")
+ANTICIPATION = 2.0
+AHEAD = f"A2, {ANTICIPATION:g} s ahead"
+"""[s] by which our variant of A2 extrapolates the speed; its name."""
 
 
 @dataclass(frozen=True)
@@ -57,18 +71,32 @@ class Setup:
     Attributes:
       seeds: of turbulence.
       inertias: [kg m^2] with which active power control is run.
+      curves: readings of the power coefficient in Figure 6.
       converters: whether Figure 6 is run with the electrical system, too, which takes half a minute.
       quick: a look.
     """
 
     seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     inertias: tuple[float, ...] = (PHYSICAL, LARGE, SMALL)
+    curves: tuple[str, ...] = CURVES
     converters: bool = True
     quick: bool = False
 
 
-QUICK = Setup(seeds=(1,), inertias=(PHYSICAL,), converters=False, quick=True)
+QUICK = Setup(seeds=(1,), inertias=(PHYSICAL,), curves=(FORMULA, SCALED), converters=False, quick=True)
 """A look at everything in little time; its numbers are too few to judge by."""
+
+
+class Reading(NamedTuple):
+    """What the paper leaves open in Figure 6: coefficient, humidity, inertia [kg m^2]; with electrical parts."""
+
+    model: str
+    humidity: float = 0.0
+    inertia: float = PHYSICAL
+    converters: bool = False
+
+
+PLAIN, CONVERTERS = Reading(FORMULA), Reading(FORMULA, converters=True)
 
 
 @dataclass(frozen=True)
@@ -111,14 +139,14 @@ class Runs:
 
     Attributes:
       setup: how much.
-      temperature: Figure 6 by reading: model, humidity, inertia.
+      temperature: Figure 6 by reading.
       humidity: Figure 7.
       climate: Figure 20 by wind and case.
-      limited: Figure 21 by model, inertia, wind and scheme; M1 with the physical inertia only.
+      limited: Figure 21 by model, inertia, wind and scheme; M1 and our variant with the physical inertia only.
     """
 
     setup: Setup
-    temperature: Mapping[str, Steps]
+    temperature: Mapping[Reading, Steps]
     humidity: Steps
     climate: Mapping[tuple[str, str], Result]
     limited: Mapping[tuple[str, float, str, str], Result]
@@ -178,8 +206,17 @@ def _case(
     )
 
 
-def temperature_cases(model: str, humidity: float, inertia: float, options: ModelOptions | None = None) -> list[Run]:
+def _scheme(name: str) -> PowerControl:
+    """Settings of a scheme of Figure 21."""
+    return PowerControl.model_validate(
+        {"density": "weather", "scheme": name[:2], "anticipation": ANTICIPATION if name == AHEAD else 0.0}
+    )
+
+
+def temperature_cases(reading: Reading) -> list[Run]:
     """Figure 6: cases i and ii over the steps of the temperature."""
+    model, humidity, inertia, converters = reading
+    options = ModelOptions(electrical="averaged") if converters else None
     machine, made = machine_with(model, inertia), rotor(model)
     air = Air(temperature=staircase(paper.TEMPERATURES, INTERVAL, 15.0), humidity=humidity)
     speed = made.best()[0] * STEADY / made.radius
@@ -220,15 +257,9 @@ def humidity_cases() -> list[Run]:
 
 def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     """Run all simulations of the paper."""
-    variants: dict[str, tuple[str, float, float, ModelOptions | None]] = {
-        PLAIN: (FORMULA, 0.0, PHYSICAL, None),
-        "M1, 40 %": (FORMULA, 0.4, PHYSICAL, None),
-        LITERAL: (FORMULA, 0.0, SMALL, None),
-        "M2, 10 %, 4.872e6 kg m²": (CALIBRATED, 0.1, SMALL, None),
-    }
-    if setup.converters:
-        variants[CONVERTERS] = (FORMULA, 0.0, PHYSICAL, ModelOptions(electrical="averaged"))
-    steps = [case for variant in variants.values() for case in temperature_cases(*variant)]
+    readings = [Reading(*at) for at in product(setup.curves, (0.0, HUMID), setup.inertias)]
+    readings += [Reading(CALIBRATED, 0.1, SMALL), *([CONVERTERS] if setup.converters else [])]
+    steps = [case for reading in readings for case in temperature_cases(reading)]
     moist = humidity_cases()
     hub = turbine().hub_height
     blown: dict[str, AnyWind] = {RAMPS: winds.ramps()}
@@ -245,7 +276,7 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
     limited = {
         (model, inertia, wind, scheme): _case(
             machine_with(model, inertia),
-            PowerControl(density="weather", scheme=scheme),  # type: ignore[arg-type]
+            _scheme(scheme),
             series,
             COLD,
             winds.LENGTH,
@@ -255,14 +286,14 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
         )
         for model, inertia in machines
         for wind, series in blown.items()
-        for scheme in SCHEMES
+        for scheme in (*SCHEMES, *([AHEAD] if (model, inertia) == (BLADES, PHYSICAL) else []))
     }
     cases = [*steps, *moist, *climate.values(), *limited.values()]
     found = cells(cases, workers=workers, progress=told(progress, "simulations"))
     at = iter(found)
     temperature = {
-        name: Steps(model, humidity, inertia, {"i": next(at), "ii": next(at)}, paper.TEMPERATURES, INTERVAL)
-        for name, (model, humidity, inertia, _) in variants.items()
+        reading: Steps(*reading[:3], {"i": next(at), "ii": next(at)}, paper.TEMPERATURES, INTERVAL)
+        for reading in readings
     }
     seven = Steps(FORMULA, 0.0, PHYSICAL, {k: next(at) for k in ("i", "ii", "iii")}, paper.HUMIDITIES, 0.0)
     return Runs(setup, temperature, seven, {key: next(at) for key in climate}, {key: next(at) for key in limited})

@@ -121,7 +121,7 @@ def gust_wind(gust: Gust) -> Figure:
 
 
 def gust_runs(gust: Gust) -> Figure:
-    """Figure 10: pitch, power, yaw bearing, tower top under the three strategies."""
+    """Figure 10: pitch, power, loads under the three strategies; dotted: the paper's 18 s and 2,000 kW."""
     panels: list[Panel] = [
         ("Fig. 10A: pitch", "deg", lambda r: np.degrees(r["pitch_1"])),
         ("Fig. 10B: electrical power", "kW", channel("generator_power", 1e-3)),
@@ -130,4 +130,8 @@ def gust_runs(gust: Gust) -> Figure:
     for letter, name in (("C", YAW_BENDING), ("C", YAW_TORSION), ("D", TOP_SHEAR)):
         load = LOADS[name]
         panels.append((f"Fig. 10{letter}: {name}", load.unit, lambda r, load=load: load.size(r) * load.factor))  # type: ignore[misc]
-    return series(panels, {name: gust.results[name] for name in (STOP, DERATE, IGNORE)}, height=1.8, rest=0.6)
+    figure = series(panels, {name: gust.results[name] for name in (STOP, DERATE, IGNORE)}, height=1.8, rest=0.6)
+    pitch, power, *_ = figure.axes
+    pitch.axvline(18.0, color=INK, linestyle=":", linewidth=1.0)
+    power.axhline(2000.0, color=INK, linestyle=":", linewidth=1.0)
+    return figure

@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 
 from meltemi.control.supervisor.settings import Supervision
 from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.control.supervisor.threshold import YawProtection
-from meltemi.environment.site import Environment
 from meltemi.simulation.events import Request
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
+from meltemi.simulation.trim import OperatingPoint, operating_point
 from meltemi.studies.run_store import FailedResult, attempt, cells
 from meltemi.turbine.definition import Turbine
 from meltemi_papers.study import Progress, span, told
 from meltemi_papers.wang2021 import winds
-from meltemi_papers.wang2021.gust import DERATE, IGNORE, SHORT, STOP, Gust
+from meltemi_papers.wang2021.gust import DERATE, IGNORE, MACHINE, SHORT, STOP, Gust, Gusts
 from meltemi_papers.wang2021.loads import CHANNELS
-from meltemi_papers.wang2021.machines import LIMITED, measured_turbine, prompt_yaw, strategy, studied_turbine
+from meltemi_papers.wang2021.machines import (
+    LIMITED,
+    YAW_CONTROLS,
+    gust_machines,
+    measured_turbine,
+    strategy,
+    studied_turbine,
+)
 from meltemi_papers.wang2021.table2 import Calibration, Table2, calibrate, simulate_bins
 
 AS_SCALED, CALIBRATED = "as scaled", "calibrated"
@@ -48,16 +56,18 @@ class Setup:
       seeds: of turbulence.
       period: [s] of a run of Table 2, after its transient.
       limit_seeds: of the search for base points.
+      phases: azimuths of the rotor in the gust, over the 120 degrees from blade to blade.
       quick: a small grid of gusts.
     """
 
     seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
     period: float = 600.0
     limit_seeds: tuple[int, ...] = (1, 2)
+    phases: int = 6
     quick: bool = False
 
 
-QUICK = Setup(seeds=(1,), period=60.0, limit_seeds=(1,), quick=True)
+QUICK = Setup(seeds=(1,), period=60.0, limit_seeds=(1,), phases=2, quick=True)
 """A look at everything in little time; its numbers are too few to judge by."""
 
 
@@ -67,11 +77,12 @@ class Runs:
 
     Attributes:
       setup: how much.
-      turbines: measured, and studied.
+      turbines: measured, and that studied beyond the paper.
       calibration: of the measured one.
       tables: Table 2, as scaled and calibrated.
       start_up, power_stage: V1 and V2 of the calibrated turbine, by seed.
-      gust: Figures 9 and 10.
+      gusts: Figures 9 and 10.
+      recheck: derating in the gust with a recheck while the error is still beyond the threshold.
     """
 
     setup: Setup
@@ -80,7 +91,8 @@ class Runs:
     tables: Mapping[str, Table2]
     start_up: tuple[Result, ...] = field(repr=False)
     power_stage: tuple[Result, ...] = field(repr=False)
-    gust: Gust
+    gusts: Gusts
+    recheck: Result = field(repr=False)
 
 
 def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
@@ -109,11 +121,13 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
             workers=workers,
             progress=told(span(progress, 0.25 + 0.3 * i, 0.3), f"Table 2, {name}"),
         )
-    tell = told(span(progress, 0.85, 0.12), "V1 and V2")
+    tell = told(span(progress, 0.85, 0.05), "V1 and V2")
     both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, tell)
     one, two = (both, both) if isinstance(both, FailedResult) else both
-    gust = attempt("gust", run_gust, studied, workers, told(span(progress, 0.97, 0.03), "gust with direction change"))
-    return Runs(setup, (turbine, studied), calibration, tables, one, two, gust)
+    tell = told(span(progress, 0.9, 0.1), "gust with direction change")
+    pair = attempt("gust", run_gusts, setup.phases, workers, tell)
+    gusts, recheck = (pair, pair) if isinstance(pair, FailedResult) else pair
+    return Runs(setup, (turbine, studied), calibration, tables, one, two, gusts, recheck)
 
 
 def validation(
@@ -124,9 +138,8 @@ def validation(
     progress: Callable[[float], None],
 ) -> tuple[tuple[Result, ...], tuple[Result, ...]]:
     """V1, a start-up from idling without yaw; V2, production with yaw and a stop."""
-    machine, air = calibration.turbine(turbine), Environment(air_density=calibration.air_density)
-    still = build(machine, ModelOptions(), air)
-    turning = build(machine, ModelOptions(yaw="driven"), air)
+    machine = calibration.turbine(turbine)
+    still, turning = build(machine), build(machine, ModelOptions(yaw="driven"))
     cases = [
         Run(
             model=still,
@@ -155,26 +168,49 @@ def validation(
     return tuple(found[: len(seeds)]), tuple(found[len(seeds) :])
 
 
-def run_gust(studied: Turbine, workers: int | None, progress: Callable[[float], None]) -> Gust:
-    """The strategies in the gust with direction change."""
-    model = build(studied, ModelOptions(yaw="driven"))
-    wind = winds.gust(studied)
+def run_gusts(phases: int, workers: int | None, progress: Callable[[float], None]) -> tuple[Gusts, Result]:
+    """The strategies in the gust with direction change, and a recheck that comes too early."""
     protections = {
         STOP: YawProtection(strategy="stop"),
         DERATE: YawProtection(strategy="derate", recheck_time=RECHECK, power_limit=LIMITED),
         IGNORE: YawProtection(strategy="ignore"),
         SHORT: YawProtection(strategy="derate", recheck_time=SHORT_RECHECK, power_limit=LIMITED),
     }
+    models = {name: build(turbine, ModelOptions(yaw="driven")) for name, turbine in gust_machines(YAW_RATE).items()}
+    winds_of = {name: winds.gust(model.turbine) for name, model in models.items()}
+    starts = {
+        name: attempt(f"steady operation, {name}", operating_point, model, winds_of[name])
+        for name, model in models.items()
+    }
+    keys = [
+        (machine, average, phase, name)
+        for machine, average, phase in product(models, YAW_CONTROLS, range(phases))
+        for name in (STOP, DERATE, IGNORE)
+    ]
+    keys.append((MACHINE, max(YAW_CONTROLS), 0, SHORT))
     cases = [
         Run(
-            model=model,
-            wind=wind,
+            model=models[machine],
+            wind=winds_of[machine],
             duration=GUST_LENGTH,
-            controller=strategy(studied, protection, prompt_yaw()),
+            controller=strategy(models[machine].turbine, protections[name], YAW_CONTROLS[average]),
             channels=SHOWN,
-            name=name,
+            start=at_azimuth(starts[machine], 2.0 * np.pi / 3.0 * phase / phases),
+            name=f"{name}, {machine}, average {average:g} s, phase {phase}",
         )
-        for name, protection in protections.items()
+        for machine, average, phase, name in keys
     ]
-    found = cells(cases, workers=workers, progress=progress)
-    return Gust(dict(zip(protections, found, strict=True)))
+    found = dict(zip(keys, cells(cases, workers=workers, progress=progress), strict=True))
+    gusts = {
+        (machine, average): [
+            Gust({name: found[machine, average, phase, name] for name in (STOP, DERATE, IGNORE)})
+            for phase in range(phases)
+        ]
+        for machine, average in product(models, YAW_CONTROLS)
+    }
+    return Gusts(gusts), found[keys[-1]]
+
+
+def at_azimuth(point: OperatingPoint, azimuth: float) -> OperatingPoint:
+    """An operating point, if there is one, at an azimuth [rad] of blade 1."""
+    return point if isinstance(point, FailedResult) else replace(point, azimuth=azimuth)

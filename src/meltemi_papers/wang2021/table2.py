@@ -1,7 +1,7 @@
 """Table 2: each bin simulated with its mean speed and intensity, then binned like the measurements.
 
-The rotor is scaled from another, so it is reported twice: as it comes, and calibrated by two numbers, an efficiency and
-an air density, that are fitted to power and flapwise moment of bins 5 to 7 alone. The other bins then judge it.
+The rotor is scaled from another, so it is reported twice: as scaled, and with an aerodynamic penalty of two numbers, of
+chord and of drag, fitted to power and flapwise moment of bins 5 to 7 alone. The other bins then judge it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.environment.site import Environment
 from meltemi.postprocess.bins import EDGES, bin_statistics, result_statistics
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
@@ -34,33 +33,29 @@ SPEED, POWER, MOMENT = "wind_x", "generator_power", "root_moment_flap_1"
 CHANNELS = (SPEED, POWER, MOMENT, "rotor_speed", "pitch_1")
 FITTED = (5, 6, 7)
 """Bins that the calibration sees."""
-ROUNDS = 2
-"""Of the calibration."""
+ROUNDS, FIRST, STEPS = 3, (0.75, 0.01), (-0.1, 0.01)
+"""Of the calibration: Gauss-Newton steps, chord and drag at the start, and their differences for the derivatives."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Two factors that fit the scaled turbine to the measurements.
+    """Aerodynamic penalty that fits the blade of the scaled turbine to the measurements.
 
     Attributes:
-      efficiency: electrical power over that of the scaled turbine: losses of a rotor that is not as good.
-      air_density: [kg/m^3].
+      chord: factor of the chord: less of it, less lift and drag.
+      drag: added to the drag coefficient of all polars.
+      errors: half-widths of the 95 % intervals of both, from the scatter of the bins about the fit.
     """
 
-    efficiency: float = 1.0
-    air_density: float = 1.225
+    chord: float = 1.0
+    drag: float = 0.0
+    errors: tuple[float, float] = (np.nan, np.nan)
 
     def turbine(self, reference: Turbine) -> Turbine:
-        """The turbine with the calibrated efficiency and unchanged rated electrical power."""
-        share = reference.drivetrain.generator_efficiency * self.efficiency
-        torque = reference.control.torque
-        return reference.replace(
-            **{
-                "drivetrain.generator_efficiency": share,
-                "control.torque.rated_power": torque.rated_power / self.efficiency,
-                "control.torque.maximum_torque": torque.maximum_torque / self.efficiency,
-            }
-        )
+        """The turbine with the penalty; its structure and control are unchanged."""
+        polars = {f"airfoils.{name}.drag": polar.drag + self.drag for name, polar in reference.airfoils.items()}
+        chord = reference.blade.aerodynamics.chord * self.chord
+        return reference.replace(**{"blade.aerodynamics.chord": chord}, **polars)
 
 
 @dataclass(frozen=True)
@@ -70,11 +65,13 @@ class Table2:
     Attributes:
       calibration: with which.
       bins: from ``bin_statistics``, SI; over the runs that reached their end.
+      runs: statistics of these runs, one row each.
       lost: bins without such a run, and why.
     """
 
     calibration: Calibration
     bins: pd.DataFrame = field(repr=False)
+    runs: pd.DataFrame = field(repr=False)
     lost: Mapping[int, str] = field(default_factory=dict)
 
     def whole(self) -> Table2:
@@ -90,6 +87,14 @@ class Table2:
     def column(self, name: str, of: str) -> Float:
         """(18,) column of the measured bins, in kW and kNm."""
         return np.asarray(self.bins[name, of].to_numpy()[: len(measured())] * 1e-3)
+
+    def scatter(self, name: str, of: str) -> Float:
+        """(18,) two standard errors of such a column over the seeds; zero where there is one run."""
+        found = []
+        for row in measured():
+            inside = self.runs[self.runs[SPEED, "mean"].between(row.begin, row.end, inclusive="left")]
+            found.append(2e-3 * float(inside[name, of].sem()) if len(inside) > 1 else 0.0)
+        return np.array(found)
 
 
 def simulate_bins(
@@ -109,7 +114,7 @@ def simulate_bins(
     """
     import pandas as pd
 
-    model = build(calibration.turbine(turbine), environment=Environment(air_density=calibration.air_density))
+    model = build(calibration.turbine(turbine))
     winds = {row.bin: SteadyWind(speed=row.speed, shear_exponent=SHEAR) for row in rows}
     # one a bin, not one a seed
     starts = {k: attempt(f"steady operation, bin {k}", operating_point, model, wind) for k, wind in winds.items()}
@@ -133,8 +138,8 @@ def simulate_bins(
     n = len(seeds)
     whole = {row.bin: found[i * n : (i + 1) * n] for i, row in enumerate(reversed(rows))}
     lost = {k: of[0].why for k, of in whole.items() if all(isinstance(each, FailedResult) for each in of)}
-    bins = bin_statistics(pd.concat(survivors(found)), SPEED, edges=EDGES)
-    return Table2(calibration, bins, lost)
+    runs = pd.concat(survivors(found))
+    return Table2(calibration, bin_statistics(runs, SPEED, edges=EDGES), runs, lost)
 
 
 def calibrate(
@@ -145,30 +150,36 @@ def calibrate(
     workers: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Calibration:
-    """Efficiency and air density with which bins 5 to 7 have the measured power and moment, in the mean of logarithms.
+    """Aerodynamic penalty with which bins 5 to 7 have the measured power and moment: least squares of the logarithms.
 
-    Moments go with the density, powers with density and efficiency; each round corrects both by what is missing. Where
-    this asks for an efficiency above that of the scaled turbine, it stays there, and the density divides what is left
-    between power and moment: least squares of the logarithms.
+    Gauss-Newton steps with the derivatives of the first. The intervals are Student's, from the residuals of the fit.
     """
-    now = Calibration()
-    rows = [row for row in measured() if row.bin in FITTED]
-    for i in range(ROUNDS):
-        found = simulate_bins(
+    from scipy.stats import t as student
+
+    rows, at = [row for row in measured() if row.bin in FITTED], [k - 1 for k in FITTED]
+    target = np.log([r.power_mean for r in rows] + [r.moment_mean for r in rows])
+    found = np.array(FIRST)
+
+    def lacks(done: int, x: Float) -> Float:
+        bins = simulate_bins(
             turbine,
-            now,
+            Calibration(*x),
             rows,
             seeds,
             period=period,
             workers=workers,
-            progress=lambda share, i=i: progress((i + share) / ROUNDS),  # type: ignore[misc]
-        )
-        at = [k - 1 for k in FITTED]
-        found.whole()
-        power = float(np.mean(np.log([r.power_mean for r in rows] / found.column(POWER, "mean")[at])))
-        moment = float(np.mean(np.log([r.moment_mean for r in rows] / found.column(MOMENT, "mean")[at])))
-        efficiency = min(float(np.log(now.efficiency)) + power - moment, 0.0)
-        power -= efficiency - float(np.log(now.efficiency))  # left for the density
-        density = moment if efficiency < 0.0 else 0.5 * (power + moment)
-        now = Calibration(float(np.exp(efficiency)), now.air_density * float(np.exp(density)))
-    return now
+            progress=lambda share: progress((done + share) / (len(x) + ROUNDS)),
+        ).whole()
+        return target - np.log(np.concatenate([bins.column(name, "mean")[at] for name in (POWER, MOMENT)]))
+
+    rest = lacks(0, found)
+    slopes = np.stack([(rest - lacks(1 + i, found + d)) / d[i] for i, d in enumerate(np.diag(STEPS))], axis=1)
+    for i in range(ROUNDS):
+        rest = lacks(2 + i, found) if i else rest
+        step = np.linalg.lstsq(slopes, rest)[0]
+        found = found + step
+    rest = rest - slopes @ step
+    free = len(target) - len(found)
+    variance = np.diag(np.linalg.inv(slopes.T @ slopes)) * float(rest @ rest) / free
+    one, two = student.ppf(0.975, free) * np.sqrt(variance)
+    return Calibration(float(found[0]), float(found[1]), (float(one), float(two)))

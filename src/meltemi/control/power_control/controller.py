@@ -130,6 +130,7 @@ def power_settings(turbine: AnyTurbine, performance: RotorPerformance, settings:
         )
     x.reference_rate = (settings.reference_rate or 0.1 * torque.rated_power * efficiency) / efficiency
     x.frequency, x.damping_ratio = frequency, settings.damping_ratio
+    x.anticipation = settings.anticipation
     # C-85: at rated power and speed the torque of the air rises by 3 T / V with the wind
     rated = torque.rated_power / (reference / ratio)
     area = 0.5 * STANDARD * math.pi * turbine.rotor_radius**2 * rotor.best[1]

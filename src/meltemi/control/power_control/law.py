@@ -255,20 +255,20 @@ def tune_pitch_loop(x: PowerControlState, gain: float, dt: float) -> None:
 def step_machine(x: PowerControlState) -> None:
     """Conditions and step of the state machine (C-83)."""
     speed, state = x.speed, whole(x.state)
-    above = speed - x.upper
+    above = x.ahead - x.upper
     for c in range(len(t.CONDITIONS)):
         x.holds[c] = 0.0
     if speed > x.lower:
         x.holds[ABOVE_LOWER] = 1.0
     if above >= 0.0:
         x.holds[ABOVE_UPPER] = 1.0
-    if speed <= x.recovery:
+    if x.ahead <= x.recovery:
         x.holds[BELOW_RECOVERY] = 1.0
     if x.pitch <= x.minimum_pitch + FINE:
         x.holds[AT_FINE] = 1.0
     if x.scheme > 1.5 and x.recovery < x.upper:
         x.holds[HOLDING] = 1.0
-    x.switches += crossed(above) + crossed(speed - x.recovery)
+    x.switches += crossed(above) + crossed(x.ahead - x.recovery)
     row = transition(t.MACHINE, state, x.holds)
     if row >= 0:
         x.state = float(t.MACHINE[row, TO])
@@ -281,9 +281,9 @@ def pitch_error(x: PowerControlState) -> float:
     """Speed error [rad/s] of the state; zero where no speed is held."""
     mode = t.MODES[whole(x.state) - 1]
     if mode == PITCH_UPPER:
-        return x.speed - x.upper
+        return x.ahead - x.upper
     if mode == PITCH_RECOVERY:
-        return x.speed - x.recovery
+        return x.ahead - x.recovery
     return 0.0
 
 
@@ -390,7 +390,9 @@ def power_step(x: PowerControlState, measured: Measurements, demands: Demands, d
       dt: [s] since the last call.
     """
     keep = exp(-dt * x.filter_frequency)
-    x.speed = (1.0 - keep) * measured.generator_speed + keep * x.speed
+    last = x.speed
+    x.speed = (1.0 - keep) * measured.generator_speed + keep * last
+    x.ahead = x.speed + x.anticipation / dt * (x.speed - last)
     x.density = air_density(x, measured)
     estimate_wind(x, measured, dt)
     estimate_efficiency(x, measured, dt)

@@ -66,6 +66,9 @@ class PowerControl(Record):
     """[rad/s] of the speed loop through the pitch; by default that of the turbine's own law at rated power."""
     damping_ratio: float = Field(default=0.7, gt=0.0, le=5.0)
     """Of the same loop, and of the loop of the tip-speed ratio."""
+    anticipation: float = Field(default=0.0, ge=0.0, le=60.0)
+    """[s] by which the pitch loop extrapolates the speed by its rate of change, so that A1 to A3 begin to pitch before
+    rated speed is reached."""
     tracking_frequency: float | None = Field(default=None, gt=0.0)
     """[rad/s] of the loop of the tip-speed ratio through the torque; by default the rate at which the optimal
     torque comes back to its tip-speed ratio at rated speed, but at most ``frequency``."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 from meltemi.studies.run_store import FailedResult, FailedResultError, cells
@@ -35,24 +34,23 @@ class Setup:
     seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
 
 
-def compared(
+def by_seed(
     seeds: Sequence[int],
     questions: Sequence[Question],
     schemes: Sequence[str],
     of_seed: Callable[[int], Iterable[Run]],
     quantities: Callable[[Result], dict[str, float]],
-    slopes: Mapping[str, float],
     *,
     workers: int | None,
     progress: Progress,
     what: str,
-) -> dict[Question, EnsembleTable]:
-    """One comparison for each question. ``of_seed`` gives the cases of a seed: for each question all schemes.
+) -> dict[Question, dict[int, dict[str, dict[str, float]]]]:
+    """Quantities by question, seed and scheme. ``of_seed`` gives the cases of a seed: for each question all schemes.
 
     A seed in which the run of a scheme failed is left out of that question for all schemes.
 
     Raises:
-      LostError: of a question no seed is left.
+      FailedResultError: of a question no seed is left.
     """
     found: dict[Question, dict[int, dict[str, dict[str, float]]]] = {question: {} for question in questions}
     for number, seed in enumerate(seeds):
@@ -65,7 +63,7 @@ def compared(
             row = {scheme: next(values) for scheme in schemes}
             if not any(isinstance(value, FailedResult) for value in row.values()):
                 found[question][seed] = row
-    for question, by_seed in found.items():
-        if not by_seed:
+    for question, rows in found.items():
+        if not rows:
             raise FailedResultError(f"{what}, {question}: no seed in which every scheme reached its end")
-    return {question: ensemble_table(by_seed, slopes) for question, by_seed in found.items()}
+    return found

@@ -9,7 +9,7 @@ three hours.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ from meltemi.control.load_control import LoadControl
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.control.yaw import YawControl
 from meltemi.environment.grid import PowerGrid
-from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel
+from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel, ensemble_table
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
@@ -43,7 +43,8 @@ from meltemi.wind.fields import WindBox, WindSeries
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.superposition import with_gust
 from meltemi.wind.turbulence.field import generate_field
-from meltemi_papers.palanimuthu2022.beyond.compared import Setup, compared
+from meltemi_papers.palanimuthu2022 import paper
+from meltemi_papers.palanimuthu2022.beyond.compared import Setup, by_seed
 from meltemi_papers.palanimuthu2022.beyond.power import FAST, ROOT, SHAFT, STEP, TOWER, TURBINE, slow_base
 from meltemi_papers.study import Chapter, Draw, Progress, answered
 
@@ -103,8 +104,14 @@ CANDIDATES: dict[str, Candidate] = {
 """The first is the base: pitch at the optimal speed, and a yaw control that knows nothing of power."""
 
 
+CONVENTIONAL, PROPOSAL = "each for itself", "pitch and torque"
+OURS = ("pitch and yaw", "all three", "all three, wide hold")
+"""Of the candidates: the paper's conventional scheme, the one that it proposes, and ours."""
+
 HOURS = Setup(speed=13.0, levels=(0.6, 1.0), length=3600.0, begin=200.0, points=15)
 QUICK = replace(HOURS, seeds=(1, 2), levels=(0.6,), length=200.0, begin=100.0, points=11)
+LEVEL = paper.REFERENCE / paper.STATOR_POWER
+"""Share of rated power in Figure 21, and in the comparison on the default page."""
 Tables = Mapping[float, EnsembleTable]
 """By share of rated power."""
 
@@ -133,10 +140,11 @@ def turning_wind(turbine: Turbine, setup: Setup, seed: int) -> WindBox:
     return with_gust(box, WindSeries(time=step * np.arange(n) - reach, speed=along, direction=direction))
 
 
-def controllers(model: BladedModel, performance: RotorPerformance) -> dict[str, Controller]:
-    """Controllers of the candidates; individual pitch control at 1P, tuned by stability margins."""
+def controllers(model: BladedModel, performance: RotorPerformance, names: Iterable[str]) -> dict[str, Controller]:
+    """Controllers of candidates; individual pitch control at 1P, tuned by stability margins."""
     assert isinstance(model.turbine, Turbine)
-    loop = tune_ipc(model).loop
+    chosen = {name: CANDIDATES[name] for name in names}
+    load = LoadControl(loops=(tune_ipc(model).loop,)) if any(c.individual for c in chosen.values()) else None
     return {
         name: CoordinatedController(
             model.turbine,
@@ -144,10 +152,10 @@ def controllers(model: BladedModel, performance: RotorPerformance) -> dict[str, 
             power=PowerControl.model_validate({"scheme": candidate.scheme}),
             yaw=YawControl(),
             relief=Coordination() if candidate.relief else None,
-            load=LoadControl(loops=(loop,)) if candidate.individual else None,
+            load=load if candidate.individual else None,
             name=name,
         )
-        for name, candidate in CANDIDATES.items()
+        for name, candidate in chosen.items()
     }
 
 
@@ -167,12 +175,15 @@ def quantities(result: Result) -> dict[str, float]:
     }
 
 
-def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
-    """All candidates at all levels in all winds, on the aeroelastic turbine."""
+Rows = dict[float, dict[int, dict[str, dict[str, float]]]]
+"""Quantities by level, seed and candidate."""
+
+
+def simulated(setup: Setup, names: Sequence[str], *, workers: int | None, progress: Progress) -> Rows:
+    """Candidates at all levels in all winds, on the aeroelastic turbine."""
     turbine = aeroelastic(load_turbine(TURBINE), "loads in turbulence")
-    setup = QUICK if runs.setup.quick else HOURS
     model = build(turbine, FAST.replace(yaw="driven"))
-    start, laws = operating_point(model, setup.speed), controllers(model, performance_of(turbine))
+    start, laws = operating_point(model, setup.speed), controllers(model, performance_of(turbine), names)
     duration = setup.begin + setup.length
 
     def cases(seed: int) -> Iterator[Run]:
@@ -180,20 +191,47 @@ def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
         for level in setup.levels:
             given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start}
             given["grid"] = PowerGrid(power_reference=level * turbine.rated_power)
-            for name in CANDIDATES:
+            for name in names:
                 yield Run(model, wind, duration=duration, controller=laws[name], name=f"{level:g} {name}", **given)
 
-    return compared(
+    return by_seed(
         setup.seeds,
         setup.levels,
-        tuple(CANDIDATES),
+        names,
         cases,
         lambda result: quantities(result.between(setup.begin, duration)),
-        SLOPES,
         workers=workers,
         progress=progress,
         what="hours of coordination",
     )
+
+
+def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
+    """All candidates at all levels in all winds."""
+    setup = QUICK if runs.setup.quick else HOURS
+    rows = simulated(setup, tuple(CANDIDATES), workers=workers, progress=progress)
+    return {level: ensemble_table(of, SLOPES) for level, of in rows.items()}
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The paper's proposal and ours in the same winds, with the power reference of Figure 21.
+
+    Attributes:
+      conventional: changes against the paper's conventional scheme.
+      proposal: changes against the scheme that the paper proposes.
+    """
+
+    conventional: EnsembleTable
+    proposal: EnsembleTable
+
+
+def bench(runs: Any, *, workers: int | None, progress: Progress) -> Bench:
+    """The comparison on the default page."""
+    setup = replace(QUICK if runs.setup.quick else HOURS, levels=(LEVEL,))
+    rows = simulated(setup, (CONVENTIONAL, PROPOSAL, *OURS), workers=workers, progress=progress)[LEVEL]
+    rebased = {seed: {name: row[name] for name in (PROPOSAL, *OURS)} for seed, row in rows.items()}
+    return Bench(ensemble_table(rows, SLOPES), ensemble_table(rebased, SLOPES))
 
 
 def coordination_figure(tables: Tables) -> Figure:
@@ -228,6 +266,29 @@ def _bars(ax: Axes, table: EnsembleTable, shown: Sequence[str]) -> None:
     ax.tick_params(labelsize=8)
 
 
+def bench_chapter(found: Bench, draw: Draw) -> Chapter:
+    """Chapter of the comparison on the default page."""
+    heading = "The paper's proposal and ours on an aeroelastic turbine"
+    words = "Changes against A0 on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; 95 % intervals"
+    figure = draw("bench", words, lambda: coordination_figure({LEVEL: found.conventional}))
+
+    def made() -> list[Table]:
+        asked = f"{100.0 * LEVEL:.0f} % of rated power asked for; changes in percent with 95 % intervals"
+        return [
+            _table(found.conventional, f"Against the conventional scheme, {asked}"),
+            _table(found.proposal, f"Best of ours against the paper's proposal, {asked}"),
+        ]
+
+    return answered(heading, lambda: BENCH_WORDS.format(n=found.conventional.seeds), [figure], made)
+
+
+BENCH_WORDS = (
+    "Figure 21 and § 5 on a turbine that has loads: iea22mw, wind of 13 m/s and class IB whose direction and speed "
+    "meander, {n} seeds. *Each for itself*: A0 and a yaw control that knows nothing of power; *pitch and torque*: the "
+    "paper's A2; with *yaw*: a dead band that widens with the power to spare (ours); *wide hold*: A3 instead of A2."
+)
+
+
 def chapter(found: Tables, draw: Draw) -> Chapter:
     """Chapter of the coordination schemes."""
     words = "Coordination on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; bars: 95 % intervals"
@@ -238,13 +299,14 @@ def chapter(found: Tables, draw: Draw) -> Chapter:
 
 def tables(found: Tables) -> list[Table]:
     """One table for each level."""
-    made = []
-    for level, ensemble in found.items():
-        _, rows, _ = scheme_rows(ensemble, UNITS, means=False)
-        base, *others = ensemble.schemes
-        caption = f"{100.0 * level:.0f} % of rated power asked for; changes in percent with 95 % intervals."
-        made.append(Table(["quantity", "unit", base, *others], rows, caption=caption, text_columns=2))
-    return made
+    words = "{:.0f} % of rated power asked for; changes in percent with 95 % intervals"
+    return [_table(ensemble, words.format(100.0 * level)) for level, ensemble in found.items()]
+
+
+def _table(ensemble: EnsembleTable, caption: str) -> Table:
+    """Means of the first scheme and changes of the others."""
+    _, rows, _ = scheme_rows(ensemble, UNITS, means=False)
+    return Table(["quantity", "unit", *ensemble.schemes], rows, caption=f"{caption}.", text_columns=2)
 
 
 def _pitch_of_each_blade(table: EnsembleTable) -> str:

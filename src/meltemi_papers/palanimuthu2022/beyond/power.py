@@ -21,7 +21,7 @@ from meltemi.control.power_control.controller import PowerController
 from meltemi.control.power_control.settings import PowerControl
 from meltemi.core.series import TimeSeries
 from meltemi.environment.grid import PowerGrid
-from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel
+from meltemi.postprocess.ensemble import EnsembleTable, actuator_travel, ensemble_table
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.ensemble_tables import scheme_rows
 from meltemi.report.html import Table
@@ -37,7 +37,7 @@ from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import generate_field
-from meltemi_papers.palanimuthu2022.beyond.compared import Setup, compared
+from meltemi_papers.palanimuthu2022.beyond.compared import Setup, by_seed
 from meltemi_papers.study import Chapter, Draw, Progress, answered
 
 if TYPE_CHECKING:
@@ -148,17 +148,10 @@ def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
                 given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
                 yield Run(model, wind, duration=duration, controller=law, name=f"{signal} {level:g} {scheme}", **given)
 
-    return compared(
-        setup.seeds,
-        asked,
-        schemes,
-        cases,
-        reduced,
-        SLOPES,
-        workers=workers,
-        progress=progress,
-        what="what the schemes cost",
+    rows = by_seed(
+        setup.seeds, asked, schemes, cases, reduced, workers=workers, progress=progress, what="what the schemes cost"
     )
+    return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
 
 
 def costs_figure(tables: Tables) -> Figure:

@@ -54,8 +54,9 @@ def _steps(
     panels: Sequence[Panel],
     title: str,
     converters: Mapping[str, Result] | None = None,
+    stated: Mapping[tuple[float, float], float] | None = None,
 ) -> Figure:
-    """Panels of the runs with steps: cases, gains, and runs with converters if there are any."""
+    """Panels of the runs with steps: cases, gains with means [W] that the paper states, runs with converters if any."""
     n = len(panels) + 1
     sources = [results] * (len(panels) - 1) + [converters or results]
     figure, axes = new_figure((n + 1) // 2, 2, size=(11.0, 1.75 * ((n + 1) // 2) + 0.6))
@@ -68,7 +69,9 @@ def _steps(
     for colour, (case, name) in zip(COLOURS[1:], list(names.items())[1:], strict=False):
         gain = aero_power(results[case]) - aero_power(base)
         last.plot(base.time, gain * 1e-3, color=colour, linewidth=1.1, label=name)
-    panel(last, "what it wins against case i, of $P_a$", "kW")
+    for window, printed in (stated or {}).items():
+        last.plot(window, [printed * 1e-3] * 2, color=INK, linestyle="--", linewidth=1.1)
+    panel(last, "gain of $P_a$ against case i" + ("; dashed: means in the paper" if stated else ""), "kW")
     for ax in (last, axes[-2, 1]):
         ax.set_xlabel("time [s]", fontsize=8)
         ax.tick_params(labelbottom=True)
@@ -85,7 +88,9 @@ def temperature_steps(runs: Runs) -> Figure:
     converters = runs.temperature.get(CONVERTERS)
     panels = (TEMPERATURE, RATIO, COEFFICIENT, SPEED, AERO, GRID if converters else GENERATED)
     title = "10 m/s, dry air at sea level, M1, J = 2.93e9 kg m²"
-    return _steps(runs.temperature[PLAIN].results, names, panels, title, converters.results if converters else None)
+    stated = {(100.0, 200.0): paper.GAINS[40.0], (600.0, 700.0): paper.GAINS[-10.0]}
+    electric = converters.results if converters else None
+    return _steps(runs.temperature[PLAIN].results, names, panels, title, electric, stated)
 
 
 def humidity_steps(runs: Runs) -> Figure:

@@ -1,0 +1,90 @@
+"""Parts of the reproduction of He et al. (2018) that need no run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import pi
+from zlib import crc32
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import meltemi
+from meltemi.analysis import preview_of
+from meltemi.studies.compare import WHOLE
+from meltemi.wind.fields import WindBox
+from meltemi_papers.claim import rows_of
+from meltemi_papers.he2018.claims import KINDS, flap_slopes, probability, share_at, thin_airfoil
+from meltemi_papers.he2018.designs import LIDARS, Lidar, measured
+from meltemi_papers.he2018.runs import PAPER
+
+
+def test_a_flap_as_long_as_the_chord_has_the_lift_of_the_airfoil() -> None:
+    assert thin_airfoil(1.0) == pytest.approx((2.0 * pi, 0.0))
+    lift, moment = thin_airfoil(0.1)
+    assert (lift * pi / 180.0, moment * pi / 180.0) == pytest.approx((0.0434, -0.0094), abs=5e-5)
+
+
+def test_increments_of_the_flap_are_a_little_below_thin_airfoil_theory() -> None:
+    for found, ideal in zip(flap_slopes(), thin_airfoil(0.1), strict=True):
+        assert 0.8 < found / ideal < 1.0
+
+
+def test_the_share_of_a_tone() -> None:
+    time = np.arange(0.0, 100.0, 0.05)
+    x = 3.0 + 2.0 * np.sin(2.0 * pi * 0.2 * time) + np.sin(2.0 * pi * time)
+    assert share_at(x, time, 0.2) == pytest.approx(0.8)
+
+
+def test_the_errors_of_a_lidar_act_as_they_say() -> None:
+    turbine = meltemi.turbine.load_turbine("nrel5mw")
+    model, rng = meltemi.build(turbine), np.random.default_rng(3)
+    velocity = np.zeros((6400, 11, 11, 3))
+    gusts = rng.normal(0.0, 1.0, (1280, 1, 1)) + rng.normal(0.0, 1.0, (1280, 11, 11))
+    velocity[..., 0] = 20.0 + np.repeat(gusts, 5, axis=0)
+    box = WindBox(velocity, dt=0.1, dy=15.0, dz=15.0, bottom=15.0, speed=20.0, periodic=True)
+    ideal = preview_of(model, box, (4.0, np.zeros(40))).wind
+    np.testing.assert_array_equal(measured(box, model, Lidar()), ideal)
+    beams = measured(box, model, LIDARS["4 beams"])
+    assert np.std(beams - ideal) == pytest.approx(0.5, rel=0.15)  # of the mean of four points
+    evolved = measured(box, model, LIDARS["evolving turbulence"])
+    assert np.std(evolved) == pytest.approx(np.std(ideal), rel=0.1)
+    coherence = [abs(np.corrcoef(low_passed(evolved, n), low_passed(ideal, n))[0, 1]) for n in (1, 400)]
+    assert coherence[0] < 0.3 < 0.8 < coherence[1]
+    held = measured(box, model, LIDARS["30 % lost"])
+    assert np.mean(np.abs(held - ideal) > 1e-9) == pytest.approx(0.3, abs=0.08)
+
+
+def low_passed(x: NDArray[np.float64], length: int) -> NDArray[np.float64]:
+    return np.convolve(x - x.mean(), np.ones(length) / length, "valid")
+
+
+@dataclass
+class Drawn:
+    """Changes of all quantities drawn about a factor times the paper's, in 40 minutes."""
+
+    factor: float
+    windows: Mapping[str, tuple[float, float]] = field(
+        default_factory=lambda: dict.fromkeys([WHOLE, PAPER, *map(str, range(39))], (0.0, 60.0))
+    )
+
+    def values(self, quantity: str, scheme: str, window: str) -> NDArray[np.float64]:
+        stated = {(row["quantity"], row["scheme"]): row["paper"] for row in rows_of("he2018", "claims.csv").values()}
+        if scheme == "cpc":
+            return np.full(6, 100.0)
+        rng = np.random.default_rng(crc32(f"{quantity} {scheme} {window}".encode()))
+        paper = float(stated[quantity, scheme].removesuffix(" %"))
+        return 100.0 + self.factor * paper + rng.normal(0.0, 2.0, 6)
+
+
+def test_a_number_of_the_papers_holds_within_the_interval() -> None:
+    row = {"quantity": "RootMyc1 std", "scheme": "ipc", "paper": "-47.9 %"}
+    verdicts = [KINDS["near"][0](Drawn(factor), row)[-1] for factor in (1.0, 0.5, 1.5)]  # type: ignore
+    assert verdicts == ["holds", "smaller effect", "larger effect"]
+
+
+def test_the_papers_changes_are_likely_where_minutes_scatter_about_them() -> None:
+    near, far = (probability(Drawn(factor)) for factor in (1.0, 0.5))  # type: ignore[arg-type]
+    assert near > 0.5 > 1e-6 > far
