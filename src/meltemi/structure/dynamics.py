@@ -21,7 +21,7 @@ from meltemi.maths.solve import solve_arrow
 from meltemi.maths.vectors import Sym, Vec, cross, dot, turn
 from meltemi.numbers.dispatch import by_record
 from meltemi.structure.gears import gear_equations
-from meltemi.structure.kinematics import GENERATOR, TORSION, YAW, node_inertia, partial_rotation
+from meltemi.structure.kinematics import GENERATOR, TORSION, YAW, node_inertia
 from meltemi.structure.tables import Structure
 
 MASS, STIFFNESS, DAMPING, WEIGHT = 0, 1, 2, 3
@@ -61,7 +61,7 @@ def collect_node(m: Structure, gravity: Vec, b: int, n: int) -> None:
     body.force[b] += total(G)
     body.torque[b] += total(N + cross(r, G))
     for k in range(shape.modes):
-        t, psi = partial.velocity[k, b, n], partial_rotation(m, k, b, n)
+        t, psi = partial.velocity[k, b, n], partial.rotation[k, b, n]
         # momentum of the node in this mode at unit speed: linear P, angular about the node H
         P = mass * t + cross(psi, s)
         H = J @ psi + cross(s, t)
@@ -69,7 +69,7 @@ def collect_node(m: Structure, gravity: Vec, b: int, n: int) -> None:
         link.angular[b, k] += total(H + cross(r, P))
         m.arm_force[b, k] += total(dot(t, G) + dot(psi, N))
         for j in range(k + 1):
-            m.arm_mass[b, k, j] += total(dot(partial.velocity[j, b, n], P) + dot(partial_rotation(m, j, b, n), H))
+            m.arm_mass[b, k, j] += total(dot(partial.velocity[j, b, n], P) + dot(partial.rotation[j, b, n], H))
 
 
 @by_record

@@ -14,7 +14,7 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.vectors import Sym, Vec, about_x, about_y, cross, dot, turn
 from meltemi.numbers.dispatch import by_record
 from meltemi.structure.gears import gear_loads, gear_momentum
-from meltemi.structure.kinematics import GENERATOR, TORSION, node_inertia, partial_rotation
+from meltemi.structure.kinematics import GENERATOR, TORSION, node_inertia
 from meltemi.structure.tables import SectionLoads, Structure
 
 FEATURE = "section loads"
@@ -81,7 +81,7 @@ def modal_node_load(m: Structure, a_b: Vec, b_b: Vec, b: int, n: int) -> tuple[V
     spin_rate = motion.spin_rate[b, n] + b_b
     for k in range(shape.modes):
         acceleration += a[first + k] * m.partial.velocity[k, b, n]
-        spin_rate += a[first + k] * partial_rotation(m, k, b, n)
+        spin_rate += a[first + k] * m.partial.rotation[k, b, n]
     fall = gravity - acceleration
     F = m.blade_nodes.mass[b, n] * fall - (cross(spin_rate, moment) + cross(w, cross(w, moment)))
     F += m.load.force[b, n]

@@ -194,6 +194,7 @@ class BladePartial(Table, axes="mode blade node", outer=1):
     """Partial velocities of the blade nodes relative to the blade root."""
 
     velocity: Vectors = xyz("-", "partial velocity of the nodes by the mode, blade axes")
+    rotation: Vectors = xyz("rad/m", "partial angular velocity of the sections by the mode, blade axes")
 
 
 class BladeLink(Table, axes="blade mode"):

@@ -34,7 +34,7 @@ from meltemi.simulation.ice import ice_pieces, iced_polars
 from meltemi.simulation.model import Model, actuator_array, electrical_of
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rain import wet_polars
-from meltemi.structure.beam import Beam
+from meltemi.structure.beam import Beam, section_axes
 from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.members import (
@@ -389,7 +389,7 @@ def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, option
     v["fade_begin"], v["fade_end"] = FADE_BEGIN, FADE_END
     v["stall_a1"], v["stall_a2"], v["stall_b1"], v["stall_b2"] = c.a1, c.a2, c.b1, c.b2
     v["stall_pressure"], v["stall_separation"] = c.pressure_lag, c.separation_lag
-    v["sweep_flap"] = -0.5 if options.chord_angle == "section" else 0.5
+    v["chord_angle"] = float(options.chord_angle == "openfast")
     return array
 
 
@@ -424,7 +424,7 @@ def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pol
     zero = np.zeros(len(structure.position))
     axis_x = zero if structure.axis_x is None else structure.axis_x
     axis_y = zero if structure.axis_y is None else structure.axis_y
-    v["chord"], v["twist"] = at(a.chord), at(a.twist)
+    v["chord"] = at(a.chord)
     # the aerodynamic centre is given from the pitch axis, the node is on the beam axis
     v["centre"] = np.stack(
         [
@@ -434,10 +434,11 @@ def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pol
         ]
     )
     if a.cant is not None:
-        v["slope_x"] = at(a.cant)
+        slope = [np.tan(at(a.cant)), np.zeros(len(s))]
     else:
-        for name, axis in (("slope_x", axis_x), ("slope_y", axis_y)):
-            v[name] = np.interp(s, structure.position, np.arctan(np.gradient(axis, structure.position)))
+        slope = [np.interp(s, structure.position, np.gradient(x, structure.position)) for x in (axis_x, axis_y)]
+    axes = section_axes(at(a.twist), np.stack([*slope, np.ones(len(s))], axis=1))[:, :3, :3]
+    v["section"] = axes.reshape(-1, 9).T
     v["solid_length"] = B * v["chord"] / (2.0 * np.pi)
     # lengths along the line of aerodynamic centres
     line = [np.diff(x) for x in (a.position, a.centre_x, a.centre_y) if x is not None]

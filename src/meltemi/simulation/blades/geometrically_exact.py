@@ -1,202 +1,188 @@
 """Geometrically exact blades: finite rotations of cells that deform a little, each in its own frame.
 
-The deformation of the cell between two nodes, its rotation d and the displacement e of its end, is that of the modes,
-linear in their coordinates; the frames of the cells are composed without approximation:
+The cell between two nodes deforms by the modes, linear in their coordinates: its end turns by d = sum q_k psi_k against
+its beginning and is at e = e_0 + sum q_k phi_k. The frames of the cells are composed without approximation:
 
-    r_n = r_{n-1} + R_{n-1} (r0_n - r0_{n-1} + sum_k q_k e_k),   R_n = R_{n-1} exp(sum_k q_k d_k)
+    r_n = r_{n-1} + R_{n-1} e_n,   R_n = R_{n-1} exp(d_n)
 
-Positions, velocities, accelerations and partial velocities follow by the same recursion from root to tip. Stiffness and
-damping are those of the modes.
+Velocities, accelerations and partial velocities are sums over the cells from the root, too. Stiffness and damping are
+those of the modes.
 
-Reference: docs/theory/structure.md (S-24a to S-24f).
+Reference: docs/theory/structure.md (S-59 to S-65); Shabana (2020), Dynamics of Multibody Systems, chapter 5.
 """
 
 from __future__ import annotations
-
-from math import asin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.kernel import kernel
+from meltemi.maths.generic import last, running
 from meltemi.maths.records import Single
-from meltemi.maths.tables import Rotations, Symmetrics, Table, Vectors, rotation, symmetric, xyz
-from meltemi.maths.vectors import Rot, Sym, Vec, cross, dot, rotation_vector, turn
+from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation, rotation_vector
+from meltemi.maths.tables import Rotations, Table, Vectors, xyz
+from meltemi.maths.tables import rotation as matrix
+from meltemi.maths.vectors import Rot, Vec, cross
 from meltemi.simulation import system
-from meltemi.structure.kinematics import angular_velocity, blade_motion, node_inertia, partial_rotation
+from meltemi.structure.kinematics import blade_motion
 from meltemi.structure.members import Member, NodeLayout
 from meltemi.structure.section_loads import tip_deflection
-from meltemi.structure.tables import BladeNode, BladePartial, SectionLoads
+from meltemi.structure.tables import SectionLoads
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.exchange import BladeMotion
 
 
 class CellShape(Table, axes="mode blade node", outer=1):
-    """Deformation of the cells by the modes; the last cell ends at the tip."""
+    """Deformation of the cells by the modes; a cell ends at its node."""
 
-    displacement: Vectors = xyz("-", "displacement of the end, axes of the cell's beginning")
-    rotation: Vectors = xyz("rad/m", "rotation of the end relative to the beginning")
+    displacement: Vectors = xyz("-", "displacement of the end, axes of the beginning")
+    rotation: Vectors = xyz("rad/m", "rotation of the end from the beginning")
 
 
 class Cell(Table, axes="blade node"):
-    """Undeformed cells."""
+    """Cells and their present motion."""
 
-    span: Vectors = xyz("m", "from its beginning to its end, blade axes")
-
-
-class NodeInertia(Table, axes="blade node"):
-    """Inertia of the nodes in their present orientation, blade axes."""
-
-    moment: Vectors = xyz("kg m", "first moment about the node")
-    inertia: Symmetrics = symmetric("kg m^2", "inertia about the node")
+    span: Vectors = xyz("m", "from beginning to end, undeformed")
+    bend: Vectors = xyz("rad", "rotation vector of the end from the beginning, axes of the beginning")
+    turn: Rotations = matrix("-", "orientation of the end from the beginning")
+    begin: Rotations = matrix("-", "orientation of the beginning from the undeformed one, blade axes")
+    arm: Vectors = xyz("m", "from beginning to end, blade axes")
 
 
-class SectionPartial(Table, axes="mode blade node", outer=1):
-    """Partial angular velocities of the nodes."""
+class TipCell(Table, axes="mode"):
+    """Cell from the last node to the tip: in row 0 its span, then its deformation by the modes."""
 
-    rotation: Vectors = xyz("rad/m", "partial angular velocity by the mode, blade axes")
-
-
-class LastNode(Table, axes="blade"):
-    """The outermost node of each blade, from which the tip is found."""
-
-    orientation: Rotations = rotation("-", "orientation of its section, from the undeflected one")
+    displacement: Vectors = xyz("m or -", "of the tip from the node, axes of the node")
+    rotation: Vectors = xyz("rad/m", "of the tip from the node")
 
 
 class System(system.System):
     """A turbine with such blades."""
 
-    cell: Single[Cell]
-    cell_shape: Single[CellShape]
-    inertia: NodeInertia
-    section_partial: SectionPartial
-    last_node: LastNode
-    nodes_alone: Single[BladeNode]
+    cell: Cell
+    cell_shape: CellShape
+    cell_alone: Single[Cell]
     motion_alone: Single[BladeMotion]
-    partial_alone: Single[BladePartial]
-    inertia_alone: Single[NodeInertia]
-    section_partial_alone: Single[SectionPartial]
+    tip_cell: TipCell
 
-    SAME = {  # noqa: RUF012
-        "nodes_alone": "blade_nodes",
-        "motion_alone": "motion",
-        "partial_alone": "partial",
-        "inertia_alone": "inertia",
-        "section_partial_alone": "section_partial",
-    }
+    SAME = {"cell_alone": "cell", "motion_alone": "motion"}  # noqa: RUF012
 
 
 def arrays(turbine: Turbine, blade: Member, layout: NodeLayout) -> dict[str, NDArray[np.float64]]:
-    """Cells and the arrays that the kernels fill.
+    """Cells, and the arrays that the kernels fill.
 
     Args:
       turbine: its description.
       blade: one of its blades with its modes.
       layout: nodes of a blade.
     """
-    B, N, modes = turbine.n_blades, len(layout.position), blade.modes
+    B, K, N = turbine.n_blades, len(blade.names), len(layout.position)
     z = np.concatenate([[0.0], layout.position, blade.beam.position[-1:]])
     span = np.diff(blade.beam.at(z, "axis"), axis=0)
-    shape = np.array([[np.interp(z, modes.z, row) for row in mode.T] for mode in modes.shape])  # (k, 6, cells + 1)
-    turned = np.cross(shape[:, 3:, :-1], span.T[None], axis=1)
-    bent = np.concatenate([np.diff(shape[:, :3]) - turned, np.diff(shape[:, 3:])], axis=1)
-    K = len(modes.shape)
-    return {
-        "cell": np.repeat(span.T[:, None], B, axis=1),
-        "cell_shape": np.ascontiguousarray(np.repeat(bent.reshape(6 * K, 1, N + 1), B, axis=1)),
-        "inertia": NodeInertia.zeros(blade=B, node=N),
-        "section_partial": SectionPartial.zeros(mode=K, blade=B, node=N),
-        "last_node": LastNode.zeros(blade=B),
-    }
+    shape = blade.modes.at(z)  # (k, cells + 1, 6)
+    change = np.diff(shape, axis=1)
+    change[:, :, :3] -= np.cross(shape[:, :-1, 3:], span)
+    cell = Cell.zeros(blade=B, node=N)
+    cell[Cell.index("span_x") : Cell.index("span_z") + 1] = span[:N].T[:, None]
+    tip = np.zeros((6, K + 1))
+    tip[:3, 0], tip[:, 1:] = span[N], change[:, N].T
+    of_nodes = change[:, :N].transpose(0, 2, 1).reshape(6 * K, 1, N)
+    return {"cell": cell, "cell_shape": np.repeat(of_nodes, B, axis=1), "tip_cell": tip}
 
 
 @kernel
-def rotation_of(R: Rot) -> Vec:
-    """Rotation vector [rad] of an orientation, for angles below 90 deg."""
-    v = 0.5 * Vec(R.zy - R.yz, R.xz - R.zx, R.yx - R.xy)
-    s = sqrt(dot(v, v) + 1e-300)
-    return (asin(min(s, 1.0)) / s if s > 1e-6 else 1.0 + s * s / 6.0) * v
+def deform(m: System, first: int, b: int) -> None:
+    """Rotation of the cells of a blade; ``first`` is the index of its first coordinate in q (S-59)."""
+    cell, shape = m.cell, m.cell_shape
+    for n in range(cell.nodes):
+        d = Vec(0.0, 0.0, 0.0)
+        for k in range(shape.modes):
+            d += m.q[first + k] * shape.rotation[k, b, n]
+        cell.bend[b, n] = d
+        cell.turn[b, n] = rotation(d)
 
 
 @kernel
-def one_blade(m: System, first: int, b: int) -> None:
-    """Motion of the nodes of one blade, from root to tip; ``first`` is the index of its first coordinate in q."""
-    q, v, frame, cell, shape = m.q, m.v, m.frame, m.cell, m.cell_shape
-    motion, partial, turned = m.motion_alone, m.partial_alone, m.section_partial_alone
-    nothing = Vec(0.0, 0.0, 0.0)
+def orient(m: System, b: int) -> None:
+    """Orientation of the sections of a blade, from root to tip, node by node (S-60)."""
+    cell, orientation = m.cell_alone, m.motion_alone.orientation
     R = Rot(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    for n in range(cell.nodes):
+        cell.begin[b, n] = R
+        R = R @ cell.turn[b, n]
+        orientation[b, n] = R
+
+
+@kernel
+def move(m: System, first: int, b: int) -> None:
+    """Position, velocity and known acceleration of the nodes of a blade: sums over the cells (S-61 to S-63)."""
+    cell, shape, frame, motion = m.cell, m.cell_shape, m.frame, m.motion
     w, w_rate = frame.spin[b], frame.spin_rate[b]
     r = Vec(0.0, 0.0, m.structure.hub_radius)
     velocity = frame.velocity[b] + cross(w, r)
     acceleration = frame.acceleration[b] + (cross(w_rate, r) + cross(w, cross(w, r)))
     for n in range(motion.nodes):
-        if n < cell.nodes - 1:  # beyond it are copies of the last node that pad lanes
-            d, d_rate, e, e_rate = nothing, nothing, cell.span[b, n], nothing
-            for k in range(shape.modes):
-                d += q[first + k] * shape.rotation[k, b, n]
-                d_rate += v[first + k] * shape.rotation[k, b, n]
-                e += q[first + k] * shape.displacement[k, b, n]
-                e_rate += v[first + k] * shape.displacement[k, b, n]
-            arm, sliding = R @ e, R @ e_rate
-            for k in range(shape.modes):
-                T = R @ shape.displacement[k, b, n]
-                W = R @ angular_velocity(d, shape.rotation[k, b, n])
-                if n > 0:
-                    T += partial.velocity[k, b, n - 1] + cross(turned.rotation[k, b, n - 1], arm)
-                    W += turned.rotation[k, b, n - 1]
-                partial.velocity[k, b, n] = T
-                turned.rotation[k, b, n] = W
-            turning = cross(w, arm)
-            r += arm
-            velocity += turning + sliding
-            acceleration += cross(w_rate, arm) + cross(w, turning + 2.0 * sliding)
-            spin = R @ angular_velocity(d, d_rate)
-            w_rate += cross(w, spin) + R @ (1.0 / 6.0 * cross(d_rate, cross(d, d_rate)))
-            w += spin
-            R = R @ rotation_vector(d)
-        else:
-            for k in range(shape.modes):
-                partial.velocity[k, b, n] = partial.velocity[k, b, n - 1]
-                turned.rotation[k, b, n] = turned.rotation[k, b, n - 1]
-        motion.position[b, n] = r
-        motion.velocity[b, n] = velocity
-        motion.acceleration[b, n] = acceleration
-        motion.rotation[b, n] = rotation_of(R)
-        motion.spin[b, n] = w
-        motion.spin_rate[b, n] = w_rate
-        m.inertia_alone.moment[b, n] = R @ m.nodes_alone.moment[b, n]
-        m.inertia_alone.inertia[b, n] = turn(R, m.nodes_alone.inertia[b, n])
-    m.last_node.orientation[b] = R
+        R, d = cell.begin[b, n], cell.bend[b, n]
+        e, d_rate, e_rate = cell.span[b, n], Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+        for k in range(shape.modes):
+            e += m.q[first + k] * shape.displacement[k, b, n]
+            e_rate += m.v[first + k] * shape.displacement[k, b, n]
+            d_rate += m.v[first + k] * shape.rotation[k, b, n]
+        arm, sliding, turning = R @ e, R @ e_rate, R @ angular_velocity(d, d_rate)
+        cell.arm[b, n] = arm
+        spin = w + running(turning)
+        before = spin - turning
+        gain = cross(before, turning) + R @ angular_acceleration(d, d_rate)
+        spin_rate = w_rate + running(gain)
+        swing = cross(before, arm)
+        motion.position[b, n] = r + running(arm)
+        motion.velocity[b, n] = velocity + running(swing + sliding)
+        pull = cross(spin_rate - gain, arm) + cross(before, swing + 2.0 * sliding)
+        motion.acceleration[b, n] = acceleration + running(pull)
+        motion.spin[b, n] = spin
+        motion.spin_rate[b, n] = spin_rate
+        r, velocity = last(motion.position[b, n]), last(motion.velocity[b, n])
+        acceleration = last(motion.acceleration[b, n])
+        w, w_rate = last(spin), last(spin_rate)
+
+
+@kernel
+def partial_velocities(m: System, b: int) -> None:
+    """Partial velocities of the nodes of a blade, relative to its root (S-64)."""
+    cell, shape, partial = m.cell, m.cell_shape, m.partial
+    for k in range(shape.modes):
+        W, T = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+        for n in range(cell.nodes):
+            R = cell.begin[b, n]
+            turning = R @ angular_velocity(cell.bend[b, n], shape.rotation[k, b, n])
+            spin = W + running(turning)
+            swing = cross(spin - turning, cell.arm[b, n]) + R @ shape.displacement[k, b, n]
+            velocity = T + running(swing)
+            partial.rotation[k, b, n] = spin
+            partial.velocity[k, b, n] = velocity
+            W, T = last(spin), last(velocity)
 
 
 @blade_motion.variant
 @kernel
-def _(m: System) -> None:
+def exact_motion(m: System) -> None:
+    """Motion of all blade nodes."""
     for b in range(m.frame.blades):
-        one_blade(m, m.columns.coordinates + m.shape.modes * b, b)
-
-
-@partial_rotation.variant
-@kernel
-def _(m: System, k: int, b: int, n: int) -> Vec:
-    return m.section_partial.rotation[k, b, n]
-
-
-@node_inertia.variant
-@kernel
-def _(m: System, b: int, n: int) -> tuple[Vec, Sym]:
-    return m.inertia.moment[b, n], m.inertia.inertia[b, n]
+        first = m.columns.coordinates + m.shape.modes * b
+        deform(m, first, b)
+        orient(m, b)
+        move(m, first, b)
+        partial_velocities(m, b)
 
 
 @tip_deflection.variant
 @kernel
-def _(m: System, s: SectionLoads, b: int) -> tuple[Vec, Vec]:
-    first, cell, shape = m.columns.coordinates + m.shape.modes * b, m.cell, m.cell_shape
-    last = cell.nodes - 1
-    d, e = Vec(0.0, 0.0, 0.0), cell.span[b, last]
-    for k in range(shape.modes):
-        d += m.q[first + k] * shape.rotation[k, b, last]
-        e += m.q[first + k] * shape.displacement[k, b, last]
-    R = m.last_node.orientation[b]
-    tip = m.motion_alone.position[b, last - 1] + R @ e
-    return tip - m.structure.tip, rotation_of(R @ rotation_vector(d))
+def exact_tip(m: System, s: SectionLoads, b: int) -> tuple[Vec, Vec]:
+    """Deflection and rotation of the tip (S-65)."""
+    first, end, motion = m.columns.coordinates + m.shape.modes * b, m.motion_alone.nodes - 1, m.motion_alone
+    e, d = m.tip_cell.displacement[0], Vec(0.0, 0.0, 0.0)
+    for k in range(m.shape.modes):
+        e += m.q[first + k] * m.tip_cell.displacement[k + 1]
+        d += m.q[first + k] * m.tip_cell.rotation[k + 1]
+    R = motion.orientation[b, end]
+    return motion.position[b, end] + R @ e - m.structure.tip, rotation_vector(R @ rotation(d))
