@@ -48,6 +48,8 @@ class ModelOptions(Record):
     """Edgewise modes of each blade; by default one, or two with 6 x 6 matrices."""
     torsion_modes: int | None = Field(default=None, ge=0, le=5)
     """Torsional modes of each blade; by default one if it has a torsional stiffness, two with 6 x 6 matrices."""
+    residual_modes: int | None = Field(default=None, ge=0, le=3)
+    """Residual modes of each blade: its static twist by distributed moments, as far as the other modes leave it out."""
     fore_aft_modes: int = Field(default=2, ge=0, le=5)
     """Fore-aft modes of the tower."""
     side_side_modes: int = Field(default=2, ge=0, le=5)

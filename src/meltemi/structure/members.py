@@ -20,6 +20,7 @@ from meltemi.structure.beam import (
     assemble,
     energy_shares,
     natural_modes,
+    residual_modes,
     second_order,
     section_axes,
     section_mass,
@@ -182,13 +183,16 @@ def _mesh(beam: Beam, also: Float) -> Mesh:
     return assemble(beam, z)
 
 
-def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, given: bool = False) -> Member:
+def blade_member(
+    blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, residual: int = 0, given: bool = False
+) -> Member:
     """Modal member of a blade, clamped at its root, with given numbers of flap, edge and torsion modes.
 
     Args:
+      residual: number of residual modes of torsion beside them, for the twist by distributed moments.
       given: use the mode shapes of the description instead of natural modes.
     """
-    if counts["torsion"] and not blade.twists:
+    if (counts["torsion"] or residual) and not blade.twists:
         raise UnsupportedError("torsion_modes needs a blade with torsion_stiffness")
     beam = blade_beam(blade)
     mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))
@@ -208,6 +212,9 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
     picked, names = _pick(
         modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])}
     )
+    if residual:
+        picked = residual_modes(mesh, picked, _twisting(mesh, beam, residual))
+        names += [f"{_ordinal(i + 1)} residual torsion" for i in range(residual)]
     return _member(picked, names, beam, blade.damping or blade.damping_time)
 
 
@@ -310,11 +317,19 @@ def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple
 
 
 def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | DampingTime | None) -> Member:
-    share = np.array([getattr(damping, name.split(" ", 1)[1].replace("-", "_")) for name in names])
+    share = np.array([getattr(damping, name.split(" ")[-1].replace("-", "_")) for name in names])
     # C = 2 zeta / omega K, with omega of the member alone: each mode has its damping ratio for the separate member
     time = share if isinstance(damping, DampingTime) else 2.0 * share / modes.frequency_alone
     C = modes.stiffness * time[None, :]
     return Member(tuple(names), modes, C, second_order(modes), beam)
+
+
+def _twisting(mesh: Mesh, beam: Beam, n: int) -> Float:
+    """(6m, n) loads on a mesh: moments about z in proportion to the mass times the powers 0 to n - 1 of the span."""
+    load = np.zeros((len(mesh.z), 6, n))
+    weight = np.gradient(mesh.z) * beam.at(mesh.z, "mass")[:, 0, 0]
+    load[:, 5] = weight[:, None] * (mesh.z / mesh.z[-1])[:, None] ** np.arange(n)
+    return load.reshape(-1, n)
 
 
 def _given_modes(

@@ -93,7 +93,9 @@ def build_bladed(
     blade_counts = blade_modes(turbine, options)
     given = options.mode_shapes == "given"
     with _about(f"{turbine.name}: blade.structure"):
-        blade = blade_member(turbine.blade.structure, blade_counts, blade_layout, given=given)
+        blade = blade_member(
+            turbine.blade.structure, blade_counts, blade_layout, residual=options.residual_modes or 0, given=given
+        )
     tower_layout = points(np.linspace(0.0, turbine.tower.length, options.tower_nodes))
     tower_counts = {
         "fore_aft": options.fore_aft_modes,
