@@ -26,13 +26,13 @@ HAWC2_INDUCTION = (
     "5 m/s and 0.8 % from 7 to 10.5 m/s (tests/verification/test_iea.py)"
 )
 TIP = (
-    "Prandtl's tip loss leaves the coefficients of the airfoil unchanged up to the tip; with the tip correction of Shen et "
-    "al. (2005), whose constants were fitted to this rotor, the normal coefficient deviates by less than 5 % "
+    "Prandtl's tip loss leaves the airfoil's coefficients as they are up to the tip; with the tip correction of Shen "
+    "et al. (2005), whose constants come from this experiment among others, the deviation is below 5 % "
     "(tests/verification/test_measured.py)"
 )
 ROOT = (
-    "the airfoil begins at 25 % of the radius, and how much of the transition to the tube at 18 % lifts is unknown: with "
-    "hub loss from 25 % on the deviation changes its sign (tests/verification/test_measured.py)"
+    "the airfoil begins at 25 % of the radius, and how much lift the transition from the tube at 18 % has is unknown: "
+    "for a blade that begins at 25 % the deviation changes its sign (tests/verification/test_measured.py)"
 )
 
 KNOWN = (

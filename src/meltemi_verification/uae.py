@@ -47,6 +47,8 @@ transcription."""
 BLIND = ((0.25, 1.75), (0.30, 2.75))
 """Least and largest power over the measured one in NREL's blind comparison: without stall, in stall (TP-500-29494)."""
 
+SPEED = 72.0 * np.pi / 30.0
+"""[rad/s]."""
 PITCH = np.radians(3.0 + 1.815)
 """[rad] tip pitch of 3 deg, and the twist of the tip."""
 WAKE_RAKE = (-6.3, 8.3)
@@ -109,13 +111,15 @@ def phase_vi() -> Turbine:
             angle_of_attack=alpha, lift=lift, drag=drag, moment=moment, dynamic_stall=share == 0.0
         )
     position = radius - radius[0]
-    return load_turbine("nrel5mw").replace(
+    other = load_turbine("nrel5mw")
+    return other.replace(
         **{
             "name": "uae_phase_vi",
             "n_blades": 2,
             "hub.radius": radius[0],
             "hub.precone": 0.0,
             "nacelle.tilt": 0.0,
+            "drivetrain.gear_ratio": other.control.pitch.reference_speed / SPEED,
             "airfoils": airfoils,
             "blade.aerodynamics": {
                 "position": position,
@@ -196,57 +200,46 @@ def _ours() -> dict[RotationalAugmentation, dict[str, SteadyLoads]]:
 
 
 def attached() -> Comparison:
-    """At 7 m/s."""
+    """At 7 m/s, with the airfoil's polars."""
     rows: list[Row] = []
-    plain, snel = _ours()["none"], _ours()["snel"]
+    ours = _ours()["none"]
     for r in reference_table("uae_performance", wind="7"):
-        ours, other = plain[r["record"]], snel[r["record"]]
         for name, unit in (("torque", "N m"), ("thrust", "N")):
-            reference, case = float(r[name]), f"sequence {r['sequence']}"
-            beside = 100.0 * (getattr(other, name) / reference - 1.0)
-            rows.append(relative(name, case, unit, reference, getattr(ours, name), BAND, beside=beside))
-    ours, other = plain["h0700000"], snel["h0700000"]
+            value = getattr(ours[r["record"]], name)
+            rows.append(relative(name, f"sequence {r['sequence']}", unit, float(r[name]), value, BAND))
     for r in reference_table("uae_spanwise", wind="7"):
-        x, reference = float(r["position"]), float(r["normal"])
-        case = f"{100.0 * x:g} % of the radius"
-        beside = 100.0 * (np.interp(x, other.position, other.normal) / reference - 1.0)
-        value = float(np.interp(x, ours.position, ours.normal))
-        rows.append(relative("normal coefficient", case, "-", reference, value, BAND, beside=float(beside)))
-        rows.append(_tangential("tangential coefficient", case, r, ours))
+        rows += _section("", f"{100.0 * float(r['position']):g} % of the radius", r, ours["h0700000"], BAND)
     title = "UAE Phase VI, attached flow at 7 m/s"
-    return Comparison("uae attached", title, source_of("uae_performance"), rows, "with Snel's model", _figures())
+    return Comparison("uae attached", title, source_of("uae_performance"), rows)
 
 
 def stalled() -> Comparison:
-    """From 10 to 25 m/s, without and with rotational augmentation: reported."""
+    """Sequence H, without and with rotational augmentation: reported."""
     rows: list[Row] = []
-    for name, label in MODELS.items():
+    for model, label in MODELS.items():
         for r in reference_table("uae_performance", sequence="H"):
-            if float(r["wind"]) > ATTACHED:
-                case, ours = f"{r['wind']} m/s", _ours()[name][r["record"]]
-                rows.append(relative(f"torque, {label}", case, "N m", float(r["torque"]), ours.torque))
-                rows.append(relative(f"thrust, {label}", case, "N", float(r["thrust"]), ours.thrust))
-                for s in reference_table("uae_spanwise", wind=r["wind"]):
-                    x = float(s["position"])
-                    where = f"{case}, {100.0 * x:g} % of the radius"
-                    value = float(np.interp(x, ours.position, ours.normal))
-                    rows.append(relative(f"normal coefficient, {label}", where, "-", float(s["normal"]), value))
-                    rows.append(_tangential(f"tangential coefficient, {label}", where, s, ours))
-    title = "UAE Phase VI, stalled flow from 10 to 25 m/s"
-    return Comparison("uae stalled", title, source_of("uae_performance"), rows)
+            case, ours = f"{r['wind']} m/s", _ours()[model][r["record"]]
+            rows.append(relative(f"torque, {label}", case, "N m", float(r["torque"]), ours.torque))
+            rows.append(relative(f"thrust, {label}", case, "N", float(r["thrust"]), ours.thrust))
+            for s in reference_table("uae_spanwise", wind=r["wind"]):
+                where = f"{case}, {100.0 * float(s['position']):g} % of the radius"
+                rows += _section(f", {label}", where, s, ours)
+    title = "UAE Phase VI, into stall, without and with rotational augmentation"
+    figures = {"uae_torque": _plot_torque(), "uae_sections": _plot_sections((7.0, 10.0, 15.0, 25.0))}
+    return Comparison("uae stalled", title, source_of("uae_performance"), rows, figures=figures)
 
 
-def _tangential(what: str, case: str, r: dict[str, str], ours: SteadyLoads) -> Row:
-    value = float(np.interp(float(r["position"]), ours.position, ours.tangential))
-    return difference(what, case, "-", float(r["tangential"]), value)
+def _section(label: str, case: str, r: dict[str, str], ours: SteadyLoads, band: float | None = None) -> list[Row]:
+    """Coefficients of a section; that along the chord is only reported."""
+    n, t = (float(np.interp(float(r["position"]), ours.position, x)) for x in (ours.normal, ours.tangential))
+    return [
+        relative(f"normal coefficient{label}", case, "-", float(r["normal"]), n, band),
+        difference(f"tangential coefficient{label}", case, "-", float(r["tangential"]), t),
+    ]
 
 
 MEASURED: tuple[tuple[float, Callable[[], Comparison]], ...] = ((5.0, attached), (1.0, stalled))
 """Studies with their usual duration [s]."""
-
-
-def _figures() -> dict[str, Figure]:
-    return {"uae_torque": _plot_torque(), "uae_sections": _plot_sections((7.0, 10.0, 15.0, 25.0))}
 
 
 def _plot_torque() -> Figure:
@@ -270,6 +263,7 @@ def _plot_torque() -> Figure:
     for ax in (left, right):
         style(ax)
         ax.set_ylim(bottom=0.0)
+        ax.set_xticks(wind)
         ax.legend(fontsize=7, loc="upper left")
     return figure
 

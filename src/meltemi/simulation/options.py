@@ -114,8 +114,8 @@ class ModelOptions(Record):
     the rotor curves the flow and acts like camber, and pitching and torsion also add apparent-mass lift; or the whole
     rotation does both and tilts the lift, as in OpenFAST 5; or none."""
     rotational_augmentation: RotationalAugmentation = "none"
-    """Correction of two-dimensional polars for the rotation of the blade, which delays stall at small radii: none, since
-    the polars of a turbine usually contain it; or after Snel, or Chaviaropoulos and Hansen."""
+    """Correction of two-dimensional polars for the rotation of the blade, which delays stall at small radii: none, as
+    the polars of a turbine usually contain it; after Snel; or after Chaviaropoulos and Hansen."""
     chord_angle: Literal["section", "openfast"] = "section"
     """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or from the order
     of rotations in OpenFAST 5."""

@@ -504,7 +504,7 @@ def _augmented(
 ) -> tuple[Float, Float, NDArray[np.int64]]:
     """The same with a polar of its own for each node, corrected for the rotation of the blade."""
     if options.stall_fit != "hansen":
-        raise InputError("rotational_augmentation needs stall_fit 'hansen'; that of OpenFAST refers to the airfoil's polar")
+        raise InputError("rotational_augmentation needs stall_fit 'hansen': OpenFAST's fit is that of the airfoil")
     a, s = turbine.blade.aerodynamics, layout.position
     ratio = np.interp(s, a.position, a.chord) / (turbine.hub.radius + s)
     twist = np.interp(s, a.position, a.twist)
