@@ -292,13 +292,15 @@ def measured(what: str) -> str:
         return f"{float(text):.{0 if abs(float(text)) > 100.0 else 3}f}"
 
     def ours(r: dict[str, str]) -> str:
-        return f"{value(r['ours'])} ({float(r['deviation']):+.1f} %)" if r["measure"] == "%" else value(r["ours"])
+        deviation = f"{float(r['deviation']):+.1f}".replace("-", "\u2212")
+        return f"{value(r['ours'])} ({deviation} %)" if r["measure"] == "%" else value(r["ours"])
 
     if what == "attached":
         found = [r for r in rows if r["table"] == "uae attached"]
         names = {"N m": " [N m]", "N": " [N]"}
         lines = [[r["what"] + names.get(r["unit"], ""), r["case"], value(r["reference"]), ours(r)] for r in found]
         return _table(["quantity", "where", "measured", "meltemi"], lines)
+    what = what.replace("_", " ")
     found = [r for r in rows if r["table"] == "uae stalled" and r["what"].startswith(f"{what}, ")]
     labels = list(dict.fromkeys(r["what"].removeprefix(f"{what}, ") for r in found))
     cases = {r["case"]: value(r["reference"]) for r in found}

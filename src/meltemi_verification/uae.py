@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.rotational_augmentation import RotationalAugmentation
+from meltemi.aero.tables import AeroNode
 from meltemi.report.palette import COLOURS, INK, SHADE
 from meltemi.report.plots import new_figure, style
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -99,7 +100,7 @@ def phase_vi() -> Turbine:
         np.array([float(r[name]) for r in rows]) for name in ("radius", "chord", "twist", "pitch_axis")
     )
     low, high = s809("0.75"), s809("1.0")
-    thick = np.interp(radius, *zip(TUBE, SECTION, strict=True)) / chord
+    thick = np.interp(radius, (TUBE[0], SECTION[0]), (TUBE[1], SECTION[1])) / chord
     airfoils = {}
     for r, t in zip(radius, thick, strict=True):
         alpha, *airfoil = low + np.interp(r, RE_RADII, (0.0, 1.0)) * (high - low)
@@ -149,6 +150,7 @@ class SteadyLoads:
       position: (N,) radius over that of the rotor.
       alpha: (N,) [rad].
       normal, tangential: (N,) coefficients normal to the chord, and along it towards the leading edge.
+      lever: (2, N) [N m] torque of the rotor by unit coefficients.
     """
 
     torque: float
@@ -157,6 +159,11 @@ class SteadyLoads:
     alpha: Float
     normal: Float
     tangential: Float
+    lever: Float
+
+    def torque_with(self, normal: Float, tangential: Float) -> float:
+        """[N m] with other coefficients at the nodes in the same flow."""
+        return float(np.sum(self.lever * np.stack([normal, tangential])))
 
 
 def rigid_model(turbine: Turbine, **options: Any) -> BladedModel:
@@ -175,6 +182,8 @@ def steady_loads(model: BladedModel, wind: float, speed: float, density: float) 
     flow, rotor, air = case.view("flow"), case.view("rotor"), density / model.environment.density
     alpha, lift, drag = (flow[name][0].copy() for name in ("alpha", "lift", "drag"))
     c, s = np.cos(alpha), np.sin(alpha)
+    chord, length = (model.rotor.aero_nodes[AeroNode.index(name), 0] for name in ("chord", "length"))
+    area = model.n_blades * 0.5 * density * flow["speed"][0] ** 2 * chord * length * flow["radius"][0]
     return SteadyLoads(
         torque=air * float(rotor["torque"]),
         thrust=air * float(rotor["thrust"]),
@@ -182,6 +191,7 @@ def steady_loads(model: BladedModel, wind: float, speed: float, density: float) 
         alpha=alpha,
         normal=lift * c + drag * s,
         tangential=lift * s - drag * c,
+        lever=area * np.stack([np.sin(flow["theta"][0]), np.cos(flow["theta"][0])]),
     )
 
 
@@ -221,12 +231,29 @@ def stalled() -> Comparison:
             case, ours = f"{r['wind']} m/s", _ours()[model][r["record"]]
             rows.append(relative(f"torque, {label}", case, "N m", float(r["torque"]), ours.torque))
             rows.append(relative(f"thrust, {label}", case, "N", float(r["thrust"]), ours.thrust))
+            normal, tangential = _measured_along(ours, r["wind"])
+            swapped = ours.torque_with(ours.normal, tangential)
+            what = "torque with measured tangential coefficients"
+            rows.append(relative(f"{what}, {label}", case, "N m", float(r["torque"]), swapped))
+            both = ours.torque_with(normal, tangential)
+            rows.append(relative(f"torque from measured coefficients, {label}", case, "N m", float(r["torque"]), both))
             for s in reference_table("uae_spanwise", wind=r["wind"]):
                 where = f"{case}, {100.0 * float(s['position']):g} % of the radius"
                 rows += _section(f", {label}", where, s, ours)
     title = "UAE Phase VI, into stall, without and with rotational augmentation"
     figures = {"uae_torque": _plot_torque(), "uae_sections": _plot_sections((7.0, 10.0, 15.0, 25.0))}
     return Comparison("uae stalled", title, source_of("uae_performance"), rows, figures=figures)
+
+
+def _measured_along(ours: SteadyLoads, wind: str) -> tuple[Float, Float]:
+    """Measured coefficients at the nodes: interpolated, constant beyond the outer sections; ours inside the airfoil."""
+    table = reference_table("uae_spanwise", wind=wind)
+    position, normal, tangential = (
+        np.array([float(r[name]) for r in table]) for name in ("position", "normal", "tangential")
+    )
+    airfoil = ours.position > SECTION[0] / phase_vi().rotor_radius
+    n, t = (np.interp(ours.position, position, x) for x in (normal, tangential))
+    return np.where(airfoil, n, ours.normal), np.where(airfoil, t, ours.tangential)
 
 
 def _section(label: str, case: str, r: dict[str, str], ours: SteadyLoads, band: float | None = None) -> list[Row]:

@@ -105,6 +105,19 @@ def test_the_root_deviates_by_where_the_lift_begins() -> None:
     assert normal_deviation(late)["0.3"] < -5.0 < 5.0 < normal_deviation(early)["0.3"]
 
 
+def test_where_the_torque_is_lost_and_gained() -> None:
+    """The measured coefficients give the shaft's torque up to 15 m/s only; the models fail by the tangential one."""
+    ours = uae.at_record(uae.rigid_model(uae.phase_vi()), RECORD)
+    assert ours.torque_with(ours.normal, ours.tangential) == pytest.approx(ours.torque, rel=1e-4)
+    by = {(r.what, r.case): r.deviation for r in uae.stalled().rows}
+    for label in uae.MODELS.values():
+        for wind, least, most in ((7, -3, 0), (10, 0, 5), (13, -8, 0), (15, -8, 0), (20, -35, -25), (25, -30, -20)):
+            assert least < by[f"torque from measured coefficients, {label}", f"{wind} m/s"] < most
+    for wind in (10, 13, 15):
+        assert by["torque, Snel", f"{wind} m/s"] > 5.0
+        assert abs(by["torque with measured tangential coefficients, Snel", f"{wind} m/s"]) < 8.0
+
+
 def test_nodes_are_enough() -> None:
     coarse, fine = (uae.at_record(uae.rigid_model(uae.phase_vi(), blade_nodes=n), RECORD) for n in (60, 120))
     assert coarse.torque == pytest.approx(fine.torque, rel=2e-3)
