@@ -76,8 +76,10 @@ def verification(
       progress: called with the completed fraction.
 
     Raises:
-      InputError: the folder has no reference runs.
+      InputError: the folder has no reference runs, or ``measured`` is combined with others.
     """
+    if measured and (quick or reference is not None):
+        raise InputError("--measured is a comparison of its own: leave out --quick and --reference")
     if reference is not None and not (reference / "openfast").is_dir():
         raise InputError(f"--reference {reference}: no folder 'openfast' in it")
     studies = [*(uae.MEASURED if measured else QUICK if quick else FULL)]

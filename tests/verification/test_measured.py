@@ -152,6 +152,8 @@ def rows(path: Path) -> dict[tuple[str, ...], float]:
 
 
 def test_only_measurements(tmp_path: Path) -> None:
+    with pytest.raises(meltemi.InputError, match="of its own"):
+        verification(measured=True, quick=True)
     report = verification(measured=True)
     assert [table.name for table in report.tables] == ["uae attached", "uae stalled"]
     assert not report.failed
@@ -175,3 +177,6 @@ def test_carried_figures_are_those_of_the_sources(reference: Path) -> None:
         carried = reference_table(ours)
         for name, column in columns.items():
             assert [float(r[name]) for r in carried] == [float(r[column]) for r in source]
+    with (reference / "uae_phase_vi/s809_osu_clean.csv").open(encoding="utf-8") as file:
+        source_rows = [list(r.values()) for r in csv.DictReader(file)]
+    assert [list(r.values()) for r in reference_table("s809") if r["reynolds"] != "0.3"] == source_rows
