@@ -48,9 +48,10 @@ class ModelOptions(Record):
     edge_modes: int | None = Field(default=None, ge=0, le=10)
     """Edgewise modes of each blade; by default one, or two with 6 x 6 matrices."""
     torsion_modes: int | None = Field(default=None, ge=0, le=5)
-    """Torsional modes of each blade; by default one if it has a torsional stiffness, two with 6 x 6 matrices."""
+    """Torsional modes of each blade; by default one if it has a torsional stiffness."""
     residual_modes: int | None = Field(default=None, ge=0, le=3)
-    """Residual modes of each blade: its static twist by distributed moments, as far as the other modes leave it out."""
+    """Residual modes of each blade: static twist by distributed moments that its natural modes leave out; by default
+    two with 6 x 6 matrices."""
     fore_aft_modes: int = Field(default=2, ge=0, le=5)
     """Fore-aft modes of the tower."""
     side_side_modes: int = Field(default=2, ge=0, le=5)
@@ -59,8 +60,9 @@ class ModelOptions(Record):
     """Torsional modes of the tower."""
     mode_shapes: Literal["computed", "given"] = "computed"
     """Natural modes computed from the section data, or the mode shapes of the description."""
-    blade_model: BladeModel = "modal"
-    """Structural model of the blades: modes with small deflections."""
+    blade_model: BladeModel = "geometrically_exact"
+    """Structural model of the blades, from the same modes: cells between the nodes that rotate without limit against
+    each other, or "modal": deflections of second order, for up to a tenth of the blade's length."""
     locked: tuple[str, ...] = ()
     """Coordinates that keep their initial velocity (that of a locked generator is the start's, by default rated speed);
     names or groups, see ``Model.coordinates``:

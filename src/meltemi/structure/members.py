@@ -183,15 +183,13 @@ def _mesh(beam: Beam, also: Float) -> Mesh:
     return assemble(beam, z)
 
 
-def blade_member(
-    blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, residual: int = 0, given: bool = False
-) -> Member:
-    """Modal member of a blade, clamped at its root, with given numbers of flap, edge and torsion modes.
+def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, given: bool = False) -> Member:
+    """Modal member of a blade, clamped at its root, with given numbers of flap, edge, torsion and residual modes.
 
     Args:
-      residual: number of residual modes of torsion beside them, for the twist by distributed moments.
       given: use the mode shapes of the description instead of natural modes.
     """
+    residual = counts.get("residual", 0)
     if (counts["torsion"] or residual) and not blade.twists:
         raise UnsupportedError("torsion_modes needs a blade with torsion_stiffness")
     beam = blade_beam(blade)
@@ -208,7 +206,7 @@ def blade_member(
         }
         modes, names = _given_modes(beam, mesh, counts, directions)
         return _member(modes, names, beam, blade.damping or blade.damping_time)
-    modes = natural_modes(mesh, 12 + 4 * sum(counts.values()))
+    modes = natural_modes(mesh, 12 + 4 * (sum(counts.values()) - residual))
     picked, names = _pick(
         modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])}
     )

@@ -30,6 +30,7 @@ from meltemi.maths.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
+from meltemi.simulation.blades import blade_model
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
 from meltemi.simulation.points import initial_state
@@ -313,8 +314,9 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
         except (ValueError, MeltemiError) as error:
             raise InputError(f"sensitivity: {name!r} cannot be changed by {sign * step:g}: {error}") from None
     arrays = {}
-    for array in kind_of(model).tables:
-        low, high = (side.array(array) for side in sides)
+    low_tables, high_tables = (tables(side) for side in sides)
+    for array, low in low_tables.items():
+        high = high_tables[array]
         if low.shape != high.shape:
             raise InputError(f"sensitivity: {name!r} changes the layout of the model's table {array!r}")
         change = (high - low) / (2.0 * step)
@@ -324,6 +326,12 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
         hint = "; parameters of the controller are controller.NAME" if path.startswith("control.") else ""
         raise InputError(f"sensitivity: {name!r} changes nothing in the model's tables{hint}")
     return Direction(name, value, RELATIVE_STEP * (abs(value) or 1.0), arrays)
+
+
+def tables(model: Model[Any]) -> dict[str, Float]:
+    """Arrays of a model that depend on the turbine's description."""
+    own = {name: model.array(name) for name in kind_of(model).tables}
+    return own | (model.rotor.blade_arrays if isinstance(model.rotor, BladedRotor) else {})
 
 
 def matched(model: BladedModel, reference: BladedModel) -> BladedModel:
@@ -340,7 +348,10 @@ def matched(model: BladedModel, reference: BladedModel) -> BladedModel:
     rows, pairs = np.repeat(b, 6), np.repeat(np.outer(b, b).reshape(-1), 3)
     t_rows, t_pairs = np.repeat(t, 6), np.outer(t, t)
     r = model.rotor
-    return model.with_arrays(
+    blade = replace(r.blade, modes=r.blade.modes.scaled(b))
+    blade_arrays = blade_model(r.blade_model).arrays(model.turbine, blade, r.blade_layout)
+    turned = replace(model, rotor=replace(r, blade_arrays=blade_arrays))
+    return turned.with_arrays(
         shape=r.shape * rows[:, None, None],
         second=r.second * pairs[:, None, None],
         modal=r.modal * np.outer(b, b),
