@@ -10,6 +10,7 @@ from meltemi.core.errors import InputError
 from meltemi_verification import (
     closed_form,
     elastodyn_blade,
+    far_bending,
     iea,
     modes,
     momentum,
@@ -51,6 +52,7 @@ QUICK: tuple[Study, ...] = (
 FULL: tuple[Study, ...] = (
     *QUICK,
     (12.0, closed_form.energy_to_the_last_digit),
+    (20.0, far_bending.far_bending),
     (12.0, lambda: steady.steady("B")),
     (2.0, lambda: steady.spanwise("B")),
     (2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),

@@ -43,15 +43,15 @@ class ModelOptions(Record):
     """Degrees of freedom, aerodynamic models, discretisation."""
 
     flap_modes: int | None = Field(default=None, ge=0, le=10)
-    """Flapwise modes of each blade; by default two, or three if its sections are 6 x 6 matrices, which couple bending
-    and torsion."""
+    """Flapwise modes of each blade; by default two."""
     edge_modes: int | None = Field(default=None, ge=0, le=10)
-    """Edgewise modes of each blade; by default one, or two with 6 x 6 matrices."""
+    """Edgewise modes of each blade; by default one, or two if its sections are 6 x 6 matrices, which couple bending and
+    torsion."""
     torsion_modes: int | None = Field(default=None, ge=0, le=5)
     """Torsional modes of each blade; by default one if it has a torsional stiffness."""
-    residual_modes: int | None = Field(default=None, ge=0, le=3)
-    """Residual modes of each blade: static twist by distributed moments that its natural modes leave out; by default
-    two with 6 x 6 matrices."""
+    residual_modes: int | None = Field(default=None, ge=0, le=4)
+    """Residual modes of each blade: what the natural modes leave out of its static deflection by a flapwise load and by
+    three distributions of moments about the span; by default all four with 6 x 6 matrices, otherwise none."""
     fore_aft_modes: int = Field(default=2, ge=0, le=5)
     """Fore-aft modes of the tower."""
     side_side_modes: int = Field(default=2, ge=0, le=5)

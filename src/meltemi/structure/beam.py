@@ -311,19 +311,16 @@ def natural_modes(
 def residual_modes(mesh: Mesh, modes: Modes, loads: Float) -> Modes:
     """Natural modes, and after them those of the static deflection by ``loads`` (6n, s) that they leave out (S-8a).
 
-    With them statics under these loads are exact. They are orthogonal to each other and to the natural modes, and are
-    scaled to unit largest rotation about z (Géradin & Rixen (2015), Mechanical Vibrations, section 2.9).
+    With them statics under these loads are exact. They are orthogonal to each other and to the natural modes, and have
+    unit mass (Géradin & Rixen (2015), Mechanical Vibrations, 3rd edition, sections 2.9 and 6.8).
     """
     flat = modes.shape.reshape(len(modes.shape), -1)
     left = mesh.flexibility @ (mesh.flexibility.T @ loads) - flat.T @ np.linalg.solve(modes.stiffness, flat @ loads)
-    _, y = scipy.linalg.eigh(left.T @ loads, left.T @ mesh.mass @ left)
-    shape = (left @ y).T.reshape(-1, len(mesh.z), 6)
-    turns = np.take_along_axis(shape[:, :, 5], np.abs(shape[:, :, 5]).argmax(axis=1)[:, None], axis=1)
-    shape = np.concatenate([modes.shape, shape / turns[:, :, None]])
-    flat = shape.reshape(len(shape), -1)
-    mass = flat @ mesh.mass @ flat.T
-    own = (flat[len(modes.shape) :] @ loads) @ np.linalg.solve(left.T @ loads, loads.T @ flat[len(modes.shape) :].T)
-    return Modes(mesh.z, mesh.points, shape, scipy.linalg.block_diag(modes.stiffness, own), mass, mass)
+    stiffness, y = scipy.linalg.eigh(left.T @ loads, left.T @ mesh.mass @ left)
+    shape = np.concatenate([flat, (left @ y).T])
+    mass = shape @ mesh.mass @ shape.T
+    K = scipy.linalg.block_diag(modes.stiffness, np.diag(stiffness))
+    return Modes(mesh.z, mesh.points, shape.reshape(-1, len(mesh.z), 6), K, mass, mass)
 
 
 def energy_shares(modes: Modes, mass: Float) -> Float:

@@ -34,6 +34,8 @@ ELEMENTS = 40
 """Smallest number of finite elements of a member; errors are then 2e-5 in bending frequencies, 6e-4 in torsion."""
 BASE_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 """Rigid motions of the tower base: along the inertial axes x, y, z and about them."""
+DIRECTIONS = ("flap", "edge", "torsion")
+MOST_RESIDUAL = 4
 LEAST_SHARE = 0.2
 """Smallest fraction of the kinetic energy of a mode in the direction of its name; stretching modes have none."""
 RIGID_TORSION, RIGID_STRETCH, RIGID_SHEAR = 1e4, 1e6, 1e8
@@ -211,8 +213,10 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
         modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])}
     )
     if residual:
-        picked = residual_modes(mesh, picked, _twisting(mesh, beam, residual))
-        names += [f"{_ordinal(i + 1)} residual torsion" for i in range(residual)]
+        picked = residual_modes(mesh, picked, _static_loads(mesh, beam)[:, :residual])
+        kind = np.argmax(energy_shares(picked, mesh.mass), axis=1)
+        picked = picked.scaled(np.where(np.arange(len(kind)) < len(names), 1.0, _to_unit_motion(picked, kind)))
+        names += [f"{_ordinal(i + 1)} residual {DIRECTIONS[k]}" for i, k in enumerate(kind[len(names) :])]
     return _member(picked, names, beam, blade.damping or blade.damping_time)
 
 
@@ -304,14 +308,17 @@ def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple
         which += found.tolist()
         names += [f"{_ordinal(i + 1)} {name}" for i in range(count)]
     picked = modes.pick(which)
-    factor = np.empty(len(which))
-    for i, k in enumerate(which):
-        component = (0, 1, 5)[int(kind[k])]
-        values = picked.shape[i, :, component]
-        largest = values[np.argmax(np.abs(values))]
-        end = values[-1]
+    return picked.scaled(_to_unit_motion(picked, kind[which])), names
+
+
+def _to_unit_motion(modes: Modes, kind: NDArray[np.int64]) -> Float:
+    """(k,) factors for unit motion of the end in the direction of the mode's kind, or of the largest motion."""
+    factor = np.empty(len(kind))
+    for i, k in enumerate(kind):
+        values = modes.shape[i, :, (0, 1, 5)[int(k)]]
+        largest, end = values[np.argmax(np.abs(values))], values[-1]
         factor[i] = 1.0 / (end if abs(end) > 0.3 * abs(largest) else abs(largest) * np.sign(end))
-    return picked.scaled(factor), names
+    return factor
 
 
 def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | DampingTime | None) -> Member:
@@ -322,12 +329,20 @@ def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | Dampi
     return Member(tuple(names), modes, C, second_order(modes), beam)
 
 
-def _twisting(mesh: Mesh, beam: Beam, n: int) -> Float:
-    """(6m, n) loads on a mesh: moments about z in proportion to the mass times the powers 0 to n - 1 of the span."""
-    load = np.zeros((len(mesh.z), 6, n))
-    weight = np.gradient(mesh.z) * beam.at(mesh.z, "mass")[:, 0, 0]
-    load[:, 5] = weight[:, None] * (mesh.z / mesh.z[-1])[:, None] ** np.arange(n)
-    return load.reshape(-1, n)
+def _static_loads(mesh: Mesh, beam: Beam) -> Float:
+    """(6m, 4) loads on a mesh whose static deflection completes that of the natural modes.
+
+    A flapwise force that grows with the distance from the root as the lift does, then moments about the span in
+    proportion to the mass, to mass times distance, and to mass times its square.
+    """
+    span = mesh.z / mesh.z[-1]
+    step, mass = np.gradient(mesh.z), beam.at(mesh.z, "mass")[:, 0, 0]
+    load = np.zeros((len(span), 6, MOST_RESIDUAL))
+    load[:, 0, 0] = step * span
+    for power in range(3):
+        load[:, 5, power + 1] = step * mass * span**power
+    flat: Float = load.reshape(-1, MOST_RESIDUAL)
+    return flat / np.abs(flat).sum(axis=0)
 
 
 def _given_modes(
