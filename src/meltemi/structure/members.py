@@ -332,13 +332,15 @@ def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | Dampi
 def _static_loads(mesh: Mesh, beam: Beam) -> Float:
     """(6m, 4) loads on a mesh whose static deflection completes that of the natural modes.
 
-    A flapwise force that grows with the distance from the root as the lift does, then moments about the span in
-    proportion to the mass, to mass times distance, and to mass times its square.
+    A flapwise force that grows with the distance from the root as the lift does, at the centres of mass, so that the
+    reference axis does not matter; then moments about the span in proportion to the mass, to mass times distance, and
+    to mass times its square.
     """
     span = mesh.z / mesh.z[-1]
-    step, mass = np.gradient(mesh.z), beam.at(mesh.z, "mass")[:, 0, 0]
+    step, inertia = np.gradient(mesh.z), beam.at(mesh.z, "mass")
+    mass = inertia[:, 0, 0]
     load = np.zeros((len(span), 6, MOST_RESIDUAL))
-    load[:, 0, 0] = step * span
+    load[:, :, 0] = (step * span / mass)[:, None] * inertia[:, :, 0]
     for power in range(3):
         load[:, 5, power + 1] = step * mass * span**power
     flat: Float = load.reshape(-1, MOST_RESIDUAL)

@@ -78,10 +78,12 @@ def arrays(turbine: Turbine, blade: Member, layout: NodeLayout) -> dict[str, NDA
     """
     B, K, N = turbine.n_blades, len(blade.names), len(layout.position)
     z = np.concatenate([[0.0], layout.position, blade.beam.position[-1:]])
-    span = np.diff(blade.beam.at(z, "axis"), axis=0)
+    points = blade.beam.at(z, "axis")
+    span = np.diff(points, axis=0)
     shape = blade.modes.at(z)  # (k, cells + 1, 6)
     change = np.diff(shape, axis=1)
     change[:, :, :3] -= np.cross(shape[:, :-1, 3:], span)
+    span[0] = points[1]  # from the pitch axis: the beam's axis may begin beside it
     cell = Cell.zeros(blade=B, node=N)
     cell[Cell.index("span_x") : Cell.index("span_z") + 1] = span[:N].T[:, None]
     tip = np.zeros((6, K + 1))
