@@ -24,7 +24,7 @@ from meltemi.studies.compare import WHOLE, Comparison, hub_moments
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi.turbine.flaps import naca64618_flap
 from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, reasons_of, rows_of
-from meltemi_papers.he2018.designs import INTEGRAL
+from meltemi_papers.he2018.designs import WHOLE_LEAD
 from meltemi_papers.he2018.runs import CLASS_B, FAST_MODEL, PAPER, SPEED, Runs
 
 Float = NDArray[np.float64]
@@ -319,7 +319,7 @@ def reasons(runs: Runs) -> dict[str, str]:
         "shares": " and ".join(f"{share:.0f} % ({reading})" for reading, share in held.items()),
         "asked": f"{100.0 * (1.0 - (1.0 - 0.553) ** 2):.0f}",
         "edge": f"{edge} ({CLASS_B})",
-        "integral": percent(change(c, "RootMxc1 DEL", INTEGRAL)),
+        "whole": percent(change(c, "RootMxc1 DEL", WHOLE_LEAD)),
         "likely": " and ".join(f"{likelihood(c)} ({reading})" for reading, c in runs.readings.items()),
         "factor": f"{runs.bench.tunings[SCHEMES['cpfc'].loops][0].factor:.2f}",
     }

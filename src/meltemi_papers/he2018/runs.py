@@ -17,15 +17,15 @@ from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.preview import preview_of, steady_pitch
 from meltemi.studies.run_store import FailedResult, attempt
-from meltemi.studies.scheme_names import SCHEMES, Target
-from meltemi.studies.tuning import LoopTuning, linear_models, scaled, speed_notch, tune_loops
+from meltemi.studies.scheme_names import SCHEMES
+from meltemi.studies.tuning import linear_models, scaled, speed_notch, tune_loops
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import AnyWind
-from meltemi_papers.he2018.designs import INTEGRAL, LIDARS, Design, Lidar, designs, measured
+from meltemi_papers.he2018.designs import LIDARS, Lidar, Tunings, designs, measured
 from meltemi_papers.study import Progress
 
 Made = Controller | Callable[[Wind], Controller]
@@ -41,8 +41,8 @@ RIVALS = ("ipc2", "flaps12", "cpfc12")
 ALL_SPEEDS = ("cpc", "ipc", "cpfc", "ipc2", "flaps12")
 """Schemes that are run at every wind speed."""
 TRAVEL = "cpfc12 at equal travel"
-PREVIEW, BEST = "preview", f"preview and {INTEGRAL}"
-PREVIEWS = (PREVIEW, "preview and ipc", "preview and cpfc", BEST, *(f"{BEST}: {name}" for name in LIDARS))
+PREVIEW, BEST = "preview", "preview and cpfc"
+PREVIEWS = (PREVIEW, "preview and ipc", BEST, *(f"{BEST}: {name}" for name in LIDARS))
 TUNING_SEEDS = (101, 102, 103)
 """Winds in which the flap loops are tuned for load; the schemes are judged in others."""
 SHARES_1P, SHARES_2P = (0.0, 0.5, 1.0), (0.3, 0.6, 1.0)
@@ -96,21 +96,18 @@ class Bench:
     model: BladedModel
     linear: tuple[LinearModel, ...] = field(repr=False)
     notch: SpeedNotch
-    tunings: Mapping[tuple[Target, ...], tuple[LoopTuning, ...]]
-    designs: Mapping[str, Design]
+    tunings: Tunings
+    designs: Mapping[str, tuple[HarmonicLoop, ...]]
 
     def controller(self, name: str) -> Controller:
         """Controller of a scheme or design."""
-        if name in self.designs:
-            design = self.designs[name]
-            return self.composed(name, list(design.loops), feedforward=True, sensor=design.sensor)
-        scheme = SCHEMES[name]
-        return self.composed(name, self.loops(name), feedforward=scheme.feedforward)
+        feedforward = name in self.designs or SCHEMES[name].feedforward
+        return self.composed(name, self.loops(name), feedforward=feedforward)
 
     def loops(self, name: str) -> list[HarmonicLoop]:
         """Feedback loops of a scheme or design."""
         if name in self.designs:
-            return list(self.designs[name].loops)
+            return list(self.designs[name])
         return [tuning.loop for tuning in self.tunings[SCHEMES[name].loops]]
 
     def composed(self, name: str, loops: list[HarmonicLoop], *, feedforward: bool, **more: Any) -> Controller:
@@ -130,7 +127,7 @@ def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> B
     linear = tuple(linear_models(model))
     wanted = {SCHEMES[name].loops for name in schemes}
     tunings = {loops: tune_loops(model, loops, linear=linear) for loops in sorted(wanted)}
-    others = designs(model, linear) if "cpfc12" in schemes else {}
+    others = designs(model, linear, tunings) if "cpfc12" in schemes else {}
     return Bench(model, linear, speed_notch(linear[0]), tunings, others)
 
 
@@ -179,7 +176,7 @@ def run_all(
     progress(0.0, "tuning")
     b = bench(build(paper_turbine()))
     candidates = (len(SHARES_1P) * len(SHARES_2P) + 1) * min(n, len(TUNING_SEEDS))
-    at_20 = 2 * len(PARTS) + len(RIVALS) + 2 + 2 * len(PREVIEWS) + len(b.designs)
+    at_20 = 2 * len(PARTS) + len(RIVALS) + 1 + 2 * len(PREVIEWS) + len(b.designs)
     total = 20.0 + candidates + (at_20 + len(ALL_SPEEDS) * len(setup.speeds)) * n + 3 * few * len(_STUDIES)
     done = 20.0
 
@@ -208,7 +205,7 @@ def run_all(
     previews = attempt("preview", _previews, b)
     readings = {}
     for name, reading in READINGS.items():
-        controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in (*PARTS, INTEGRAL)}
+        controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in PARTS}
         if name == CLASS_B:
             controllers |= {scheme: b.controller(scheme) for scheme in (*RIVALS, *b.designs)}
             controllers |= {} if isinstance(best, FailedResult) else {TRAVEL: best}
@@ -278,8 +275,8 @@ def _previews(b: Bench) -> dict[str, Made]:
 
         return of
 
-    lidars = [Lidar()] * 4 + list(LIDARS.values())
-    schemes = ["cpc", "ipc", "cpfc"] + [INTEGRAL] * (1 + len(LIDARS))
+    lidars = [Lidar()] * 3 + list(LIDARS.values())
+    schemes = ["cpc", "ipc"] + ["cpfc"] * (1 + len(LIDARS))
     return {each[0]: made(*each) for each in zip(PREVIEWS, schemes, lidars, strict=True)}
 
 
