@@ -326,6 +326,21 @@ def reasons(runs: Runs) -> dict[str, str]:
     return {key: text.format(**words) for key, text in reasons_of("he2018").items()}
 
 
+PAPER_CHANGES = [
+    (row["quantity"], row["scheme"], float(row["paper"].removesuffix(" %")))
+    for row in rows_of("he2018", "claims.csv").values()
+    if row["kind"] == "near" and row["basis"] == "paper" and not row["quantity"].endswith("mean")
+]
+"""Quantity, scheme and change [%] of the paper's standard deviations and equivalent loads."""
+
+
+def in_minutes(c: Comparison) -> tuple[Float, Float]:
+    """(windows,) [s] begin of the minutes, and (windows seeds, 8) changes [%] in each."""
+    begins = {name: begin for name, (begin, _) in c.windows.items() if name not in (WHOLE, PAPER)}
+    x = [np.ravel([change(c, quantity, scheme, w) for w in begins]) for quantity, scheme, _ in PAPER_CHANGES]
+    return np.array(list(begins.values())), np.transpose(x)
+
+
 def probability(c: Comparison) -> float:
     """Probability that one more minute lies as far from the mean of all minutes as the paper's, by Hotelling's T^2.
 
@@ -333,14 +348,11 @@ def probability(c: Comparison) -> float:
 
     Reference: Anderson (2003), An Introduction to Multivariate Statistical Analysis, section 5.2.
     """
-    rows = [row for row in rows_of("he2018", "claims.csv").values() if row["kind"] == "near"]
-    rows = [row for row in rows if row["basis"] == "paper" and not row["quantity"].endswith("mean")]
-    parts = [name for name in c.windows if name not in (WHOLE, PAPER)]
-    x = np.array([np.ravel([change(c, row["quantity"], row["scheme"], w) for w in parts]) for row in rows])
+    x = in_minutes(c)[1].T
     p, n = x.shape
     if n <= p:
         return nan
-    off = np.array([float(row["paper"].removesuffix(" %")) for row in rows]) - x.mean(axis=1)
+    off = np.array([paper for *_, paper in PAPER_CHANGES]) - x.mean(axis=1)
     distance = n / (n + 1.0) * float(off @ np.linalg.solve(np.cov(x), off))
     return float(f.sf(distance * (n - p) / (p * (n - 1.0)), p, n - p))
 

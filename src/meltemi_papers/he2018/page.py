@@ -14,7 +14,7 @@ from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.run_store import guarded
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
-from meltemi_papers.he2018 import beyond
+from meltemi_papers.he2018 import beyond, search
 from meltemi_papers.he2018.claims import ceilings, change, claims, edgewise, likelihood, minutes, percent, reasons
 from meltemi_papers.he2018.designs import WHOLE_LEAD
 from meltemi_papers.he2018.figures import FIGURES, over_speeds
@@ -110,7 +110,7 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
     wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
         "claims": ("Claim by claim", [lambda runs: claims_table(lines)]),
         "ceilings": ("How much was there to gain", [ceiling_table]),
-        "winds": ("In which wind the paper's figures hold", [beyond.winds, in_minutes]),
+        "winds": ("In which wind the paper's figures hold", [beyond.winds, search.search_table, in_minutes]),
         "gains": ("Gains", [gains_table]),
         "division": ("Division of frequencies and the edgewise mode", [beyond.division]),
         "best": ("The best combination beside the paper's", [partial(beyond.best, reading=r) for r in runs.readings]),
@@ -128,6 +128,10 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
             f"Changes against CPC in {winds}, means over {len(runs.setup.seeds)} seeds with 95 % intervals.",
             "The paper's numbers are those of one minute of one seed, which scatters more; see the winds.",
             *reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why})),
+        ],
+        "winds": [
+            worded(lambda: search.told(search.estimate(runs)), "The most likely wind"),
+            draw("likelihood", "Likelihood of the paper's changes by wind", lambda: search.surface(runs)),
         ],
         "gains": [draw("bode", "Loops of CPFC", lambda: plot_tuning(loops))],
         "division": [beyond.DIVISION],

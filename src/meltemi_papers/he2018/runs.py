@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,14 @@ PAPER = "100-160 s"
 EDITION_2, CLASS_B = "ed. 2, TI 14 %", "NTM class B, 14.4 %"
 READINGS: Mapping[str, dict[str, Any]] = {EDITION_2: {"edition": 2, "intensity": 0.14}, CLASS_B: {"wind_class": "IIB"}}
 """Two ways to read the paper's wind: an intensity of 0.14, or the class whose I_ref is 0.14."""
+READ_AS = {EDITION_2: (0.14, 0.5), CLASS_B: (0.144, 1.0)}
+"""Intensity, and length scale over that of edition 3; the coherence of edition 2 decays less, too."""
+GRID = {
+    **{f"TI {intensity} %": (0.01 * intensity, 1.0) for intensity in (12, 10, 8, 5)},
+    **{f"TI {intensity} %, half the lengths": (0.01 * intensity, 0.5) for intensity in (12, 8)},
+    **{f"TI {intensity} %, twice the lengths": (0.01 * intensity, 2.0) for intensity in (12, 8)},
+}
+"""Winds of other intensity and length scale."""
 PARTS = ("cpc", "ipc", "cpfc", "feedforward", "feedback", "flaps")
 RIVALS = ("ipc2", "flaps12", "cpfc12")
 ALL_SPEEDS = ("cpc", "ipc", "cpfc", "ipc2", "flaps12")
@@ -243,16 +252,16 @@ def wind_of(seed: int, speed: float, **more: Any) -> AnyWind:
     return ntm(speed, seed=seed, **options)
 
 
+def _of_grid(first: int, intensity: float, length: float, seed: int) -> AnyWind:
+    """A wind of the grid; its seeds are those of no other."""
+    return wind_of(first + seed, SPEED, intensity=intensity, length_factor=length)
+
+
 NO_TORSION = "stiff in torsion, static polars, quasi-steady wake"
 FAST_MODEL = ModelOptions(torsion_modes=0, stall="static", inflow="quasi_steady")
 """Blades as in ElastoDyn, which the paper's FAST has."""
 _STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
-    "TI 12 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.12),
-    "TI 10 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.10),
-    "TI 10 %, edition 2": lambda seed: wind_of(seed, SPEED, edition=2, intensity=0.10),
-    "TI 8 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.08),
-    "TI 5 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.05),
-    "TI 2 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.02),
+    **{name: partial(_of_grid, 10 * (k + 1), *wind) for k, (name, wind) in enumerate(GRID.items())},
     "no turbulence": lambda seed: SteadyWind(speed=SPEED, shear_exponent=SHEAR),
     "shear exponent 0.3": lambda seed: wind_of(seed, SPEED, wind_class="IIB", shear_exponent=0.3),
     "Kaimal": lambda seed: wind_of(seed, SPEED, wind_class="IIB", spectrum="kaimal"),
