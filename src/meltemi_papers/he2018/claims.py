@@ -21,7 +21,6 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.compare import WHOLE, Comparison, hub_moments
-from meltemi.studies.scheme_names import SCHEMES
 from meltemi.turbine.flaps import naca64618_flap
 from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, reasons_of, rows_of
 from meltemi_papers.he2018.designs import WHOLE_LEAD
@@ -314,6 +313,7 @@ def reasons(runs: Runs) -> dict[str, str]:
         left = np.array([1.0 + run.ceilings[1].std_change for run in c.runs["cpc"]])
         held[reading] = 100.0 * (1.0 - float(np.mean(left**2)))
     c = runs.readings[CLASS_B]
+    loops = {scheme: runs.bench.loops(scheme)[0] for scheme in ("ipc", "cpfc")}
     edge = ", ".join(f"{edgewise(c, scheme) * 1e-3:.0f} kN m with {scheme.upper()}" for scheme in THREE)
     words = {
         "shares": " and ".join(f"{share:.0f} % ({reading})" for reading, share in held.items()),
@@ -321,7 +321,7 @@ def reasons(runs: Runs) -> dict[str, str]:
         "edge": f"{edge} ({CLASS_B})",
         "whole": percent(change(c, "RootMxc1 DEL", WHOLE_LEAD)),
         "likely": " and ".join(f"{likelihood(c)} ({reading})" for reading, c in runs.readings.items()),
-        "factor": f"{runs.bench.tunings[SCHEMES['cpfc'].loops][0].factor:.2f}",
+        "factor": f"{loops['cpfc'].integral_gain / loops['ipc'].integral_gain:.2f}",
     }
     return {key: text.format(**words) for key, text in reasons_of("he2018").items()}
 

@@ -86,10 +86,11 @@ def _lead(runs: Runs, lines: list[Claim]) -> str:
     plane, plane_whole = (percent(change(c, "RootMxc1 DEL", scheme)) for scheme in ("cpfc", WHOLE_LEAD))
     edge = ", ".join(f"{edgewise(c, scheme) * 1e-3:.0f}" for scheme in ("cpc", "cpfc", WHOLE_LEAD))
     tower = percent(change(c, "TwrBsMyt DEL", PREVIEWS[-1]))
+    wind = guarded(lambda: search.told_briefly(search.estimate(runs)), lambda why: "")
     return (
         f"{count_held(lines)} In the class's wind IPC changes the standard deviation of the root moment by {one} and "
         f"CPFC by {two}; the paper has -47.9 and -55.3 % in one minute: the probability of its eight "
-        f"changes together as one more minute of ours is {likelihood(c)}. Ideal removal of 1P would give "
+        f"changes together as one more minute of ours is {likelihood(c)}. {wind}Ideal removal of 1P would give "
         f"{ipc.std:+.1f} %, of 1P and 2P {cpfc.std:+.1f} %: IPC reaches {100 * ipc.std_share.mean:.0f} % of that, CPFC "
         f"{100 * cpfc.std_share.mean:.0f} %. In plane CPFC changes the equivalent load by {plane}. With loops whose "
         "proportional part takes back the whole delay of their filters, which do not keep the gain margin at the first "

@@ -183,6 +183,12 @@ def told(e: WindEstimate) -> str:
     )
 
 
+def told_briefly(e: WindEstimate) -> str:
+    """The intensity in a sentence."""
+    best, low, high = (100.0 * x for x in e.interval(0))
+    return f"Its changes are most likely in a wind of {best:.1f} % (95 % interval {low:.1f} to {high:.1f} %). "
+
+
 def search_table(runs: Runs) -> Table:
     """The paper's changes beside those of the most likely wind and of the nearest minute."""
     e = estimate(runs)
