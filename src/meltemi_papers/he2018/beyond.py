@@ -95,9 +95,9 @@ DIVISION = (
     "The paper divides the load by frequency: 1P to the pitch, 2P to the flaps. In ours the coordinates of each "
     "harmonic and the integrators divide it, not the filters, which are as wide as actuator and turbine are slow, and "
     "overlap: both loops act on the same tones, and share their margins. That costs a part of the gains, which are "
-    "lowered together. Flaps beside a pitch loop that stays as it is leave less margin. They make it unstable only at "
-    "the first edgewise mode, at 1.1 Hz, where proportional parts that take back the whole delay of the filters have "
-    "twice the gain: the filters pass the same there in both cases. Narrow filters separate the loops further, and "
+    "lowered together. Flaps beside a pitch loop that stays as it is leave less margin. What can make them unstable is "
+    "the first edgewise mode, at 1.1 Hz, not the overlap: with the same filters and integral gains it takes "
+    "proportional parts that take back the whole delay of the filters. Narrow filters separate the loops further, and "
     "delay them."
 )
 
