@@ -13,7 +13,7 @@ The rule: phi is the phase by which F and the turbine lag at nP, so L is an inte
 damping zeta delays the loop by 1 / (zeta n W); it is made as slow as actuator and turbine are together, and the
 proportional part takes a share of this delay back, k_P = share k_I / (zeta n W). Share and gain are those of the
 largest integral gain for which, at every operating point and all frequencies of the controller, phase margin and gain
-margin are kept: the largest gain at nP, at no risk for modes beyond. Of several loops the gains are lowered by one
+margin are kept, those of weakly damped modes included. Of several loops the gains are lowered by one
 common factor until all together keep the margins; their share is the one that leaves them most. Gains fall with pitch
 as 1 / (1 + theta / theta_h), fitted to |P_n(0)|.
 
@@ -158,6 +158,7 @@ def tune_ipc(
       InputError: a harmonic that number of blades or sample time do not permit, a flap that does not exist, a margin
         out of range, or one that no gain keeps.
     """
+    _check(model, flap if actuator == "flap" else 0, phase_margin, gain_margin)
     dt = sample_time or default_step(model)
     models = linear or linear_models(model, wind_speeds)
     plants = _plants(models, harmonic, [harmonic], dt)
@@ -190,6 +191,7 @@ def tune_loops(
     """
     if not targets:
         return ()
+    _check(model, int(any(actuator == "flap" for actuator, _ in targets)), phase_margin, gain_margin)
     models = linear or linear_models(model)
     dt = sample_time or default_step(model)
     harmonics = [harmonic for _, harmonic in targets]
@@ -317,6 +319,15 @@ class _Plant:
         return -law * np.exp(1j * same * loop.offset) * _filter(loop, tone, self.speed, sensor, self.dt) * P
 
 
+def _check(model: BladedModel, flap: int, phase: float, gain: float) -> None:
+    if not 0.0 < phase < 0.5 * math.pi:
+        raise InputError(f"tune_ipc: phase_margin must lie between 0 and pi/2 rad, found {phase!r}")
+    if not gain > 1.0:
+        raise InputError(f"tune_ipc: gain_margin must be above 1, found {gain!r}")
+    if flap > model.n_flaps:
+        raise InputError(f"tune_ipc: flap {flap} is asked for, the blades have {model.n_flaps or 'none'}")
+
+
 def _plants(models: Sequence[LinearModel], harmonic: int, harmonics: Sequence[int], dt: float) -> tuple[_Plant, ...]:
     """Plants of a loop among others, for all operating points."""
     return tuple(_Plant(each, harmonic, harmonics, dt) for each in models)
@@ -370,8 +381,6 @@ def _draft(
     sensor: LoadSensor | None,
 ) -> _Draft:
     """Filter, phase lead, sign and gain schedule of a loop (C-36)."""
-    if actuator == "flap" and flap > model.n_flaps:
-        raise InputError(f"tune_ipc: flap {flap} is asked for, the blades have {model.n_flaps or 'none'}")
     harmonic, speed, dt = plants[0].harmonic, plants[0].speed, plants[0].dt
     for plant in plants:
         check_harmonic(harmonic, plant.speed, dt, model.n_blades)
@@ -404,10 +413,6 @@ def _tuned(
     drafts: Sequence[_Draft], times: Float, phase: float, gain: float, sensor: LoadSensor | None
 ) -> tuple[LoopTuning, ...]:
     """Gains of simultaneous loops (C-37, C-38), with the best of (choices, loops) lead times [s]."""
-    if not 0.0 < phase < 0.5 * math.pi:
-        raise InputError(f"tune_ipc: phase_margin must lie between 0 and pi/2 rad, found {phase!r}")
-    if not gain > 1.0:
-        raise InputError(f"tune_ipc: gain_margin must be above 1, found {gain!r}")
     factor, tuned, most = 1.0, list[HarmonicLoop](), 0.0
     for chosen in times:
         alone = [draft.bandwidth(t, phase, gain) for draft, t in zip(drafts, chosen, strict=True)]
