@@ -3,6 +3,8 @@ from meltemi.postprocess.difference import ResultDifferences as ResultDifference
 from meltemi.postprocess.difference import compare_results as compare_results
 from meltemi.simulation.campbell import Campbell as Campbell
 from meltemi.simulation.campbell import campbell as campbell
+from meltemi.simulation.flutter import Flutter as Flutter
+from meltemi.simulation.flutter import flutter as flutter
 from meltemi.simulation.linear import LinearModel as LinearModel
 from meltemi.simulation.linear import linearise as linearise
 from meltemi.simulation.modes import natural_modes as natural_modes

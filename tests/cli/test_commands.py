@@ -33,6 +33,7 @@ COMMANDS = (
     "diff",
     "reproduce",
     "campbell",
+    "flutter",
     "verify",
     "warmup",
     "bench",
