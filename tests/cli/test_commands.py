@@ -34,6 +34,7 @@ COMMANDS = (
     "reproduce",
     "campbell",
     "flutter",
+    "parked",
     "verify",
     "warmup",
     "bench",

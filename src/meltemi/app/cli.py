@@ -32,7 +32,7 @@ from meltemi.app.options import (
     with_options,
 )
 from meltemi.app.scans import default_speeds, finish, speeds_of
-from meltemi.app.stability import flutter
+from meltemi.app.stability import flutter, parked
 from meltemi.app.terminal import OutOption, print_table, progress_bar, remove_empty_folders, results_in, say
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
@@ -367,6 +367,7 @@ app.command()(inspect)
 app.command()(export)
 app.command()(diff)
 app.command()(flutter)
+app.command()(parked)
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""Tables and figures of stability: flutter."""
+"""Tables and figures of stability: flutter, parked turbines."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from meltemi.report.palette import COLOURS, FAINT, INK, curve
-from meltemi.report.plots import figure_title, new_figure, note, panel
+from meltemi.report.plots import figure_title, heading, new_figure, note, panel
 from meltemi.report.tables import number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from meltemi.simulation.flutter import Flutter
+    from meltemi.simulation.parked_modes import ParkedStability
 
 TO_RPM = 30.0 / math.pi
 MOST_DAMPING = 12.0
@@ -75,4 +76,57 @@ def plot_flutter(found: Flutter, name: str = "") -> Figure:
         figure,
         f"{name}: stability over rotor speed, wind {found.wind_speed:g} m/s, pitch {math.degrees(found.pitch):.3g} deg",
     )
+    return figure
+
+
+MOST_GROWTH = 5.0
+"""[%] negative damping at the end of the colour scale of a map; fast growth lies beyond."""
+
+
+def parked_rows(found: ParkedStability) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of the least damped mode at standstill, one per yaw and pitch."""
+    head = ["wind m/s", "yaw deg", "pitch deg", "damping %", "frequency Hz", "mode"]
+    speed = number(found.wind.speed)
+    rows = [
+        [
+            *(speed, number(math.degrees(yaw)), number(math.degrees(pitch)), number(100.0 * found.damping[i, j])),
+            *(number(found.frequency[i, j] / (2.0 * math.pi)), found.coordinate[i][j] or "-"),
+        ]
+        for i, yaw in enumerate(found.yaw)
+        for j, pitch in enumerate(found.pitch)
+    ]
+    return head, rows
+
+
+def plot_parked(found: ParkedStability, name: str = "") -> Figure:
+    """Map of the smallest damping ratio at standstill over yaw and pitch; letters name the unstable modes."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    figure, axes = new_figure(1, 1, size=(11.0, 1.6 + 0.5 * max(len(found.pitch), 4)))
+    ax = axes[0, 0]
+    scale = LinearSegmentedColormap.from_list("damping", ["#882255", "#e9a3c4", "#ffffff", "#a8d5e5", "#0b6e99"])
+    scale.set_bad(FAINT)
+    yaw, pitch = np.degrees(found.yaw), np.degrees(found.pitch)
+    image = ax.pcolormesh(
+        np.arange(len(yaw) + 1.0) - 0.5,
+        np.arange(len(pitch) + 1.0) - 0.5,
+        100.0 * found.damping.T,
+        cmap=scale,
+        vmin=-MOST_GROWTH,
+        vmax=MOST_GROWTH,
+    )
+    for i in range(len(yaw)):
+        for j in range(len(pitch)):
+            if found.damping[i, j] < 0.0:
+                kind = found.coordinate[i][j]
+                letter = next((word[0].upper() for word in ("flap", "edge", "torsion") if word in kind), "o")
+                ax.text(i, j, letter, fontsize=7, color=INK, ha="center", va="center")
+    every = max(1, round(len(yaw) / 18))
+    ax.set_xticks(range(0, len(yaw), every), [f"{angle:.4g}" for angle in yaw[::every]], fontsize=8)
+    ax.set_yticks(range(len(pitch)), [f"{angle:.4g}" for angle in pitch], fontsize=8)
+    ax.set_xlabel("yaw misalignment [deg]")
+    ax.set_ylabel("pitch [deg]")
+    figure.colorbar(image, ax=ax, extend="both", label="smallest damping ratio [%]")
+    heading(ax, "unstable: F flapwise, E edgewise, T torsion, o other")
+    figure_title(figure, f"{name} at standstill, wind {found.wind.speed:g} m/s")
     return figure
