@@ -53,7 +53,8 @@ class StabilityLimit:
     Attributes:
       rotor_speed: [rad/s] at which the damping of the first mode vanishes.
       frequency: [rad/s] of this mode in the fixed frame; 0 for divergence, which does not oscillate.
-      blade_frequency: [rad/s] of it in the rotating blades, of the sense of whirl with most of the strain energy.
+      blade_frequency: [rad/s] of it in the rotating blades, of the sense of whirl with most of the strain energy of
+        flapwise bending and torsion.
       label: the coordinate with most of its strain energy.
       mode: the mode, a little above the limit.
     """
@@ -220,7 +221,8 @@ def _onset(
             low = middle
     mode, speed = blade_mode(modes, stiffness), 0.5 * (low + high)
     share = participation(mode, stiffness)
-    turns = {way: sum(value for name, value in share.items() if name.endswith(way)) for way in WHIRL}
+    fluttering = {name: value for name, value in share.items() if "edge" not in name}
+    turns = {way: sum(value for name, value in fluttering.items() if name.endswith(way)) for way in WHIRL}
     turned = dict(zip(WHIRL, (0.0, speed, -speed), strict=True))[max(turns, key=lambda way: turns[way])]
     seen = abs(mode.frequency + turned) if mode.frequency else 0.0
     return StabilityLimit(speed, mode.frequency, seen, max(share, key=lambda name: share[name]), mode)

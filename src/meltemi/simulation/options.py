@@ -98,6 +98,9 @@ class ModelOptions(Record):
     """Include the drag in the tangential momentum balance."""
     skew: Literal["glauert", "none"] = "glauert"
     """Redistribution of the induction in a skewed wake."""
+    skew_momentum: Literal["axial", "glauert", "cylinder"] = "axial"
+    """Mean induction of a rotor in skewed flow: from the momentum of the flow along the shaft; from that of the whole
+    flow through the disk (Glauert); or from a skewed vortex cylinder, between them."""
     inflow: InflowModel = "variable"
     """Dynamic inflow with a time constant that depends on wind and induction, with a constant one, or none."""
     inflow_time: float = Field(default=4.0, gt=0.0)

@@ -406,6 +406,7 @@ def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
         "tower": number(variants.TowerInfluence, options.tower_influence),
         "tower_drag": int(options.tower_drag),
         "iterations": options.induction_iterations,
+        "skew_momentum": ("axial", "glauert", "cylinder").index(options.skew_momentum),
     }
     for name, value in chosen.items():
         array[AeroOptions.index(name)] = value
