@@ -104,8 +104,8 @@ def plot_parked(found: ParkedStability, name: str = "") -> Figure:
 
     figure, axes = new_figure(1, 1, size=(11.0, 1.6 + 0.5 * max(len(found.pitch), 4)))
     ax = axes[0, 0]
-    scale = LinearSegmentedColormap.from_list("damping", ["#882255", "#e9a3c4", "#ffffff", "#a8d5e5", "#0b6e99"])
-    scale.set_bad(FAINT)
+    colours = ["#882255", "#e9a3c4", "#ffffff", "#a8d5e5", "#0b6e99"]
+    scale = LinearSegmentedColormap.from_list("damping", colours).with_extremes(bad=FAINT)
     yaw, pitch = np.degrees(found.yaw), np.degrees(found.pitch)
     image = ax.pcolormesh(
         np.arange(len(yaw) + 1.0) - 0.5,

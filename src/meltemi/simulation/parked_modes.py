@@ -79,7 +79,8 @@ def parked_stability(
 
     Args:
       turbine: a turbine, or a model, whose modes and options are then used as they are.
-      yaws, pitches: [rad], the axes of the map.
+      yaws: [rad] misalignments, an axis of the map.
+      pitches: [rad] of all blades, its other axis.
       wind: steady wind; the map sets its direction.
       azimuths: [rad] rotor positions that are tried at each point.
       options: of a turbine's model; numbers of modes that they leave open are 4 flapwise, 2 edgewise and 2 torsional.
