@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from meltemi.report.palette import COLOURS, FAINT, INK, curve
-from meltemi.report.plots import figure_title, heading, new_figure, note, panel
+from meltemi.report.plots import ON_TOP, figure_title, heading, new_figure, note, panel
 from meltemi.report.tables import number
 
 if TYPE_CHECKING:
@@ -69,8 +69,8 @@ def plot_flutter(found: Flutter, name: str = "") -> Figure:
             ax.axvspan(at, max(rpm[-1], at), color=COLOURS[1], alpha=0.12, linewidth=0.0, zorder=0)
             ax.axvline(at, color=FAINT, linewidth=1.0, linestyle="--")
     if found.limit is not None:
-        top = axes[0, 1].get_ylim()[1]
-        note(axes[0, 1], f"limit {found.limit.rotor_speed * TO_RPM:.2f} rpm", (rpm[0], 0.95 * top), fontsize=9)
+        at = found.limit.rotor_speed * TO_RPM
+        note(axes[0, 1], f"limit {at:.2f} rpm", (at, 0.02), (-5, 0), ha="right", fontsize=9, **ON_TOP)
     figure.legend(loc="outside lower center", ncols=5, fontsize=8, frameon=False)
     figure_title(
         figure,
