@@ -185,6 +185,7 @@ class Simulation:
         case.begin_electric(dt)
         begin(case)
         case.clock.every_output, case.clock.every_control, case.settings.time_step = every_output, every_control, dt
+        case["weights"][:2] = kind.step_weights(model, dt)
         self.model, self.wind, self.case, self.controller = model, wind, case, case.controller
         self.controller_hash = hashlib.sha256(case.controller_state.data).hexdigest()[:16]
         self.start = {
@@ -215,6 +216,7 @@ class Simulation:
             case.controller_state,
             case["faults"],
             case["watch"],
+            case["weights"],
         )
         self._begin = tuple(array.copy() for array in self._moving)
         self.compile_seconds = compile_seconds() - compiled
@@ -318,7 +320,9 @@ class Simulation:
     def motion(self) -> tuple[Any, Any]:
         """Coordinates and velocities at the last evaluated instant."""
         case, h = self.case, self.dt
-        return case["q"] - h * (case.v_old + 0.5 * h * case.a_old), case.v_old.copy()
+        position, lag, expected = case["weights"]
+        change = expected - case.a_old
+        return case["q"] - h * (case.v_old + 0.5 * h * case.a_old) - position * change, case.v_old - lag * change
 
     def log(self) -> list[LogEntry]:
         """Entries up to now in order of time; an event precedes the reactions of a controller to it."""

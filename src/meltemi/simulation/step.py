@@ -56,6 +56,7 @@ from meltemi.simulation.system import (
 from meltemi.simulation.validity import watch_blades, watch_shaft
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
+from meltemi.structure.implicit import implicit_terms
 from meltemi.structure.kinematics import YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
 from meltemi.structure.section_loads import blade_loads, chain_loads, station_loads, tower_loads
 from meltemi.wind.velocity import series_now, wind_velocity
@@ -150,6 +151,8 @@ def equations(t: float, dt: float, m: System) -> None:
 @kernel
 def _(t: float, dt: float, m: System) -> None:
     equations(t, dt, m)
+    if dt > 0.0:
+        implicit_terms(dt, m)
     accelerations(m)
     gear_accelerations(dt, m)
 
@@ -352,7 +355,7 @@ def generate(c: Control, m: AnySystem) -> None:
 @kernel
 def physics(t: float, dt: float, run: March, m: AnySystem) -> None:
     """Evaluate at ``t`` and complete the velocities of the step that ends here."""
-    first, corrections = run.clock.step == 0, run.clock.corrections
+    first, corrections, w = run.clock.step == 0, run.clock.corrections, m.weights
     for i in range(1 + corrections):
         if corrections > 0:
             # entry by entry: copies of whole arrays compile a check of shapes that takes seconds
@@ -365,6 +368,10 @@ def physics(t: float, dt: float, run: March, m: AnySystem) -> None:
         if not first:
             for j in range(m.q.shape[0]):
                 m.v[j] = run.v_old[j] + 0.5 * dt * (run.a_old[j] + m.a[j])
+                if w.position[j] > 0.0:
+                    m.q[j] += w.position[j] * (m.a[j] - w.expected[j])
+                    m.v[j] -= w.lag[j] * (m.a[j] - run.a_old[j])
+                    w.expected[j] = m.a[j]
     if not first:
         end_step(dt, m)
 
@@ -372,6 +379,7 @@ def physics(t: float, dt: float, run: March, m: AnySystem) -> None:
 @kernel
 def predict(dt: float, run: March, m: AnySystem) -> None:
     """Predict coordinates, and velocities for forces, at the next instant."""
+    w = m.weights
     for j in range(m.q.shape[0]):
         v, a = m.v[j], m.a[j]
         before = run.a_old[j] if run.clock.step > 0 else a
@@ -379,6 +387,11 @@ def predict(dt: float, run: March, m: AnySystem) -> None:
         m.v[j] = v + dt * (1.5 * a - 0.5 * before)
         run.v_old[j] = v
         run.a_old[j] = a
+        if w.position[j] > 0.0:
+            change = a - before
+            m.q[j] += (w.position[j] + dt * w.lag[j]) * change
+            run.v_old[j] += w.lag[j] * change
+            w.expected[j] = a + change
 
 
 def advance(
