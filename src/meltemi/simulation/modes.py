@@ -279,7 +279,7 @@ def own_vibrations(model: BladedModel) -> Float:
 
 
 def stiff(model: BladedModel) -> NDArray[np.bool_]:
-    """(n,) coordinates that do not limit the default step: the shaft, and any far above the frequencies of all others."""
+    """(n,) coordinates that do not limit the default step: the shaft, and any far above all others in frequency."""
     frequency = own_vibrations(model)[0]
     result = np.arange(len(frequency)) == len(model.rotor.tower.names) + TORSION
     order = np.argsort(frequency)
@@ -291,7 +291,7 @@ def stiff(model: BladedModel) -> NDArray[np.bool_]:
 
 
 def step_weights(model: BladedModel, dt: float) -> Float:
-    """(2, n) beta dt^2 [s^2] and kappa dt [s] of each coordinate; zero where its step is explicit (M-39)."""
+    """(2, n) beta dt^2 [s^2] and kappa dt [s] of each coordinate; zero where its step is explicit (M-44)."""
     frequency, damping = own_vibrations(model)
     weights = np.array([fitted_step(w * dt, z) for w, z in zip(frequency, damping, strict=True)]).T
     weights *= np.array([[dt * dt], [dt]])
@@ -301,7 +301,7 @@ def step_weights(model: BladedModel, dt: float) -> Float:
 
 
 def fitted_step(x: float, damping: float) -> tuple[float, float]:
-    """Beta and kappa of the implicit step with the exact vibration of one oscillator (M-39).
+    """Beta and kappa of the implicit step with the exact vibration of one oscillator (M-44).
 
     Args:
       x: angular frequency times time step.

@@ -19,10 +19,11 @@ velocity in forces extrapolated from the two last accelerations, so that one eva
     a_{n+1} = a(q_{n+1}, v*, t_{n+1})
     v_{n+1} = v_n + h/2 (a_n + a_{n+1})
 
-It is of second order and neither damps nor excites free vibrations. The linear parts of the states of inflow and stall
-take exact steps, modes of a gearbox implicit ones, solved together with a_{n+1}.
+It is of second order and neither damps nor excites free vibrations. Stiff coordinates, or all of them as an option,
+take implicit steps (M-41 to M-45): their stiffness and damping act with the motion at the end of the step. The linear
+parts of the states of inflow and stall take exact steps, modes of a gearbox implicit ones, solved with a_{n+1}.
 
-Reference: docs/theory/simulation.md (M-1 to M-9); Newmark (1959).
+Reference: docs/theory/simulation.md (M-1 to M-9, M-41 to M-45); Newmark (1959); Beeman (1976).
 """
 
 from __future__ import annotations
@@ -418,8 +419,13 @@ def advance(
             control(t, controller, run, c, m)
             if clock.status != OK:
                 return
+        held = c.drive.generator_torque
         actuate(0.0, c, m)
+        follow = c.drive.generator_torque
+        if c.settings.held_share > 0.0:
+            c.drive.generator_torque = follow + c.settings.held_share * (held - follow)
         physics(t, dt, run, m)
+        c.drive.generator_torque = follow
         if diverged(m):
             clock.status = DIVERGED
             return

@@ -1,6 +1,6 @@
 """Implicit time step of stiff coordinates: their stiffness and damping act with the motion at the end of the step.
 
-Reference: docs/theory/simulation.md (M-38 to M-41).
+Reference: docs/theory/simulation.md (M-41 to M-45).
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from meltemi.structure.tables import Structure
 
 @kernel
 def resistance(dt: float, m: Structure, i: int, j: int, stiffness: float, damping: float) -> float:
-    """Added mass of a stiffness and a damping between two coordinates (M-40); zero unless both are implicit."""
+    """Added mass of a stiffness and a damping between two coordinates (M-43); zero unless both are implicit."""
     w = m.weights
     if w.position[i] <= 0.0 or w.position[j] <= 0.0:
         return 0.0 * stiffness
@@ -31,7 +31,7 @@ def add_core(added: float, m: Structure, i: int, j: int) -> None:
 
 @kernel
 def implicit_terms(dt: float, m: Structure) -> None:
-    """Complete the assembled equations of a step for the coordinates with implicit stiffness and damping (M-40)."""
+    """Complete the assembled equations of a step for the coordinates with implicit stiffness and damping (M-43)."""
     n_tower, matrix, p, drive = m.top_shape.modes, m.tower_matrix, m.structure, m.drive
     for i in range(n_tower):
         for j in range(n_tower):
