@@ -172,6 +172,7 @@ class Simulation:
         self._noticed += words
         case = Case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log
+        case["weights"][:2] = kind.step_weights(model, dt)
         entry = case.bind(controller, first_point(model, wind, start))
         if case.controller.close is not None:
             weakref.finalize(self, case.controller.close)  # for a run that is never finished
@@ -185,7 +186,6 @@ class Simulation:
         case.begin_electric(dt)
         begin(case)
         case.clock.every_output, case.clock.every_control, case.settings.time_step = every_output, every_control, dt
-        case["weights"][:2] = kind.step_weights(model, dt)
         # a torque held between calls of the controller jumps; stiff shafts notice that it would lead by half a step
         jumps = controller.sample_time is not None and not model.has_electrical and np.any(case["weights"])
         case.settings.held_share = 0.5 if jumps else 0.0
