@@ -278,6 +278,36 @@ def supervisor(what: str) -> str:
     return _table(["from", "to", "when"], rows)
 
 
+def measured(what: str) -> str:
+    """Measured and computed values, from the rows that ``meltemi verify --measured`` has written: ``attached``, or a
+    quantity at all wind speeds with the models of rotational augmentation beside each other."""
+    import csv
+    from pathlib import Path
+
+    file = Path(__file__).parents[1] / "docs/verification/measurements.csv"
+    with file.open(encoding="utf-8") as text:
+        rows = list(csv.DictReader(text))
+
+    def value(text: str) -> str:
+        return f"{float(text):.{0 if abs(float(text)) > 100.0 else 3}f}"
+
+    def ours(r: dict[str, str]) -> str:
+        deviation = f"{float(r['deviation']):+.1f}".replace("-", "\u2212")
+        return f"{value(r['ours'])} ({deviation} %)" if r["measure"] == "%" else value(r["ours"])
+
+    if what == "attached":
+        found = [r for r in rows if r["table"] == "uae attached"]
+        names = {"N m": " [N m]", "N": " [N]"}
+        lines = [[r["what"] + names.get(r["unit"], ""), r["case"], value(r["reference"]), ours(r)] for r in found]
+        return _table(["quantity", "where", "measured", "meltemi"], lines)
+    what = what.replace("_", " ")
+    found = [r for r in rows if r["table"] == "uae stalled" and r["what"].startswith(f"{what}, ")]
+    labels = list(dict.fromkeys(r["what"].removeprefix(f"{what}, ") for r in found))
+    cases = {r["case"]: value(r["reference"]) for r in found}
+    lines = [[case, reference, *(ours(r) for r in found if r["case"] == case)] for case, reference in cases.items()]
+    return _table(["wind speed", "measured", *labels], lines)
+
+
 MAKERS: dict[str, Any] = {
     f.__name__: f
     for f in (
@@ -292,6 +322,7 @@ MAKERS: dict[str, Any] = {
         keywords,
         array,
         arrays,
+        measured,
         schemes,
         swap,
         supervisor,

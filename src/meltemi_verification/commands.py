@@ -12,18 +12,21 @@ from meltemi.app.terminal import OutOption, folder_for, print_table, progress_ba
 
 def verify(
     quick: Annotated[bool, typer.Option("--quick", help="Only what takes less than two minutes.")] = False,
+    measured: Annotated[
+        bool, typer.Option("--measured", help="Only the comparison with measured loads of a rotor in a wind tunnel.")
+    ] = False,
     reference: Annotated[
         Path | None,
         typer.Option("--reference", help="Folder with complete reference series: adds 10 min of turbulence."),
     ] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Compare with closed forms and OpenFAST."""
+    """Compare with closed forms, OpenFAST and measurements."""
     out = folder_for(out)
     from meltemi_verification.verification import verification
 
     with progress_bar("verification") as progress:
-        report = verification(quick=quick, reference=reference, progress=progress)
+        report = verification(quick=quick, measured=measured, reference=reference, progress=progress)
     for table in report.tables:
         print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
     print(report.summary())

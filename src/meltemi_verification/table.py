@@ -184,9 +184,15 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Report:
-    """All comparisons of a verification."""
+    """All comparisons of a verification.
+
+    Attributes:
+      tables: the comparisons.
+      name: of the files that ``write`` makes.
+    """
 
     tables: Sequence[Comparison]
+    name: str = "verification"
 
     def count(self, verdict: Verdict) -> int:
         """Number of rows with a verdict."""
@@ -216,15 +222,15 @@ class Report:
         return "\n".join(lines)
 
     def write(self, out: Path) -> list[Path]:
-        """Write ``verification.csv`` with every row, ``verification.md`` and the plots."""
+        """Write a CSV file with every row, the page and the plots."""
         from meltemi.report.plots import save
         from meltemi.report.tables import write_csv
 
         columns = "what case unit reference ours deviation measure band beside verdict why".split()
         rows = [[table.name, *(_cell(getattr(row, c)) for c in columns)] for table in self.tables for row in table.rows]
         written = [
-            write_csv(out / "verification.csv", ["table", *columns], rows),
-            write_text(out / "verification.md", self.markdown()),
+            write_csv(out / f"{self.name}.csv", ["table", *columns], rows),
+            write_text(out / f"{self.name}.md", self.markdown()),
         ]
         for table in self.tables:
             written += [save(figure, out / f"{name}.png") for name, figure in table.figures.items()]

@@ -1,4 +1,4 @@
-"""``meltemi verify``: comparison with closed forms, published tables and OpenFAST."""
+"""``meltemi verify``: comparison with closed forms, published tables, OpenFAST and measurements."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from meltemi_verification import (
     steady,
     transient,
     turbulent,
+    uae,
     yaw,
 )
 from meltemi_verification.known import KNOWN
@@ -59,22 +60,29 @@ FULL: tuple[Study, ...] = (
 
 
 def verification(
-    *, quick: bool = False, reference: Path | None = None, progress: Callable[[float], None] = lambda share: None
+    *,
+    quick: bool = False,
+    measured: bool = False,
+    reference: Path | None = None,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> Report:
     """Run all comparisons.
 
     Args:
       quick: only what takes less than two minutes.
+      measured: only the comparison with measured loads.
       reference: folder with the series and wind boxes of the reference runs, for turbulence over ten minutes beside
         the 45 s that come with the package.
       progress: called with the completed fraction.
 
     Raises:
-      InputError: the folder has no reference runs.
+      InputError: the folder has no reference runs, or ``measured`` is combined with others.
     """
+    if measured and (quick or reference is not None):
+        raise InputError("--measured is a comparison of its own: leave out --quick and --reference")
     if reference is not None and not (reference / "openfast").is_dir():
         raise InputError(f"--reference {reference}: no folder 'openfast' in it")
-    studies = [*(QUICK if quick else FULL)]
+    studies = [*(uae.MEASURED if measured else QUICK if quick else FULL)]
     if reference is not None:
         studies += [(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
     total, done = sum(seconds for seconds, _ in studies), 0.0
@@ -83,4 +91,4 @@ def verification(
         tables.append(study())
         done += seconds
         progress(done / total)
-    return Report([table.judged(KNOWN) for table in tables])
+    return Report([table.judged(KNOWN) for table in tables], "measurements" if measured else "verification")

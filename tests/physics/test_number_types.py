@@ -81,6 +81,7 @@ CHANGES: dict[str, tuple[dict[str, Any], str]] = {
             "stall": ("static",),
             "stall_rotation": ("openfast", "none"),
             "chord_angle": ("openfast",),
+            "rotational_augmentation": ("snel", "chaviaropoulos_hansen"),
             "tower_influence": ("lower_half", "none"),
             "tower_drag": (False,),
             "torsion_modes": (0, 2),

@@ -68,6 +68,15 @@ def test_high_induction_correction_raises_thrust_of_a_heavily_loaded_rotor(turbi
     assert thrust[0] > thrust[1] + 0.02
 
 
+def test_rotational_augmentation_raises_torque_and_thrust_in_stall(turbine: Turbine) -> None:
+    none, snel, both = (
+        meltemi.analysis.rotor_performance(turbine, [3.0], [-0.05], options=ModelOptions(rotational_augmentation=model))
+        for model in ("none", "snel", "chaviaropoulos_hansen")
+    )
+    assert none.torque[0, 0] + 0.001 < snel.torque[0, 0]
+    assert none.thrust[0, 0] + 0.001 < snel.thrust[0, 0] < both.thrust[0, 0] - 0.001
+
+
 def run(turbine: Turbine, options: ModelOptions, wind: SteadyWind | None = None, **keywords: Any) -> Result:
     keywords = {"duration": 30.0, "channels": ["azimuth", "RootMyc1", "YawBrMzp", "RtFldFxh", "GenPwr"], **keywords}
     return simulate(meltemi.build(turbine, options), wind or SteadyWind(speed=10.0), **keywords)

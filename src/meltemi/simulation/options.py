@@ -6,6 +6,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from meltemi.aero.rotational_augmentation import RotationalAugmentation
 from meltemi.aero.variants import InflowModel, StallModel, TowerInfluence
 from meltemi.core.record import Record
 from meltemi.simulation.blades import BladeModel
@@ -112,6 +113,9 @@ class ModelOptions(Record):
     """Effect of the rotation of a section about its span with dynamic stall: the rotation of a coned or bent blade with
     the rotor curves the flow and acts like camber, and pitching and torsion also add apparent-mass lift; or the whole
     rotation does both and tilts the lift, as in OpenFAST 5; or none."""
+    rotational_augmentation: RotationalAugmentation = "none"
+    """Correction of two-dimensional polars for the rotation of the blade, which delays stall at small radii: none, as
+    the polars of a turbine usually contain it; after Snel; or after Chaviaropoulos and Hansen."""
     chord_angle: Literal["section", "openfast"] = "section"
     """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or from the order
     of rotations in OpenFAST 5."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from meltemi.aero import stall_tables, variants
 from meltemi.aero.flaps import ALPHAS, DELTAS
 from meltemi.aero.flaps import STEP as INCREMENT_STEP
+from meltemi.aero.rotational_augmentation import augmented
 from meltemi.aero.tables import (
     AeroNode,
     AeroOptions,
@@ -493,7 +494,27 @@ def _polars(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tupl
             polars.append(polar)
             sections.append(section)
         index[i] = found[key]
+    if options.rotational_augmentation != "none":
+        return _augmented(turbine, layout, options, grid, [polars[i] for i in index], [sections[i] for i in index])
     return np.stack(polars), np.stack(sections), index
+
+
+def _augmented(
+    turbine: Turbine, layout: NodeLayout, options: ModelOptions, grid: Float, polars: list[Float], sections: list[Float]
+) -> tuple[Float, Float, NDArray[np.int64]]:
+    """The same with a polar of its own for each node, corrected for the rotation of the blade."""
+    if options.stall_fit != "hansen":
+        raise InputError("rotational_augmentation needs stall_fit 'hansen': OpenFAST's fit is that of the airfoil")
+    a, s = turbine.blade.aerodynamics, layout.position
+    ratio = np.interp(s, a.position, a.chord) / (turbine.hub.radius + s)
+    twist = np.interp(s, a.position, a.twist)
+    columns = [PolarPoint.index(name) for name in ("lift", "drag", "moment")]
+    for i, section in enumerate(sections):
+        if section[SectionConstants.index("dynamic")] > 0.0:
+            polar = polars[i].copy()
+            polar[:, columns] = augmented(grid, polar[:, columns], ratio[i], twist[i], options.rotational_augmentation)
+            polars[i], sections[i] = _stall_columns(grid, polar, section)
+    return np.stack(polars), np.stack(sections), np.arange(len(s))
 
 
 def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float, Float]:
