@@ -453,7 +453,7 @@ def explain(case: Case, status: Status, t: float, dt: float) -> str:
     if status is Status.DIVERGED:
         # once one coordinate is NaN all are, within a step: the last velocities show which diverged first
         last = np.where(np.isfinite(case["v"]), case["v"], case.v_old)
-        size = np.abs(case["q"]) + np.abs(last)
+        size = np.nan_to_num(np.abs(case["q"]), posinf=np.inf) + np.abs(last)
         worst = int(np.argmax(np.where(np.isfinite(size), size, np.inf)))
         return (
             f"at t = {t:.3f} s {status.message} "
