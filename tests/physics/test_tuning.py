@@ -14,7 +14,9 @@ from meltemi import Controller, InputError, Model, Result, SteadyWind
 from meltemi.analysis import LinearModel, LoopTuning, tune_ipc
 from meltemi.control import signals as s
 from meltemi.simulation.rotors import default_step
-from meltemi.studies.tuning import _Plant, default_speeds, linear_models, margins, scaled, speed_notch, tune_loops
+from meltemi.studies import tuning
+from meltemi.studies.scheme_names import SCHEMES
+from meltemi.studies.tuning import default_speeds, gain_reserve, linear_models, margins, scaled, speed_notch, tune_loops
 from meltemi.turbine import with_flaps
 
 Complex = NDArray[np.complex128]
@@ -105,8 +107,8 @@ def test_loops_act_on_their_own_harmonic_and_on_others_as_computed(machine: Mode
     runs = [(shaken(machine, "pitch", sign), shaken(machine, "pitch", sign, closed)) for sign in (1.0, -1.0)]
     dt = float(runs[0][0].meta["time_step"])
     for harmonic in (1, 2):
-        plant = _Plant(linear[0], harmonic, [] if harmonic == 2 else [2])
-        L = plant.loop(loop, None, dt)
+        (plant,) = tuning._plants(linear, harmonic, [2], dt)
+        L = plant.loop(loop, None)
         for w in TONES:
             if w == 0.0 and harmonic == 2:
                 continue  # the integrator leaves nothing
@@ -120,22 +122,58 @@ def test_loops_act_on_their_own_harmonic_and_on_others_as_computed(machine: Mode
 
 
 def test_loops_together_keep_the_margins(machine: Model, linear: list[LinearModel]) -> None:
-    alone = [tune_ipc(machine, n, actuator, linear=linear) for actuator, n in (("pitch", 1), ("flap", 2))]  # type: ignore[arg-type]
     together = tune_loops(machine, [("pitch", 1), ("flap", 2)], linear=linear)
-    for one, found in zip(alone, together, strict=True):
-        assert 0.1 < found.factor <= 1.0
-        assert found.loop.integral_gain == pytest.approx(found.factor * one.loop.integral_gain)
-        assert found.loop.offset == one.loop.offset
+    for found in together:
+        loop = found.loop
+        lead_time = loop.proportional_gain / loop.integral_gain
+        alone = tune_ipc(machine, loop.harmonic, loop.actuator, linear=linear, lead_time=lead_time).loop
+        assert 0.1 < found.factor < 1.0
+        assert loop.integral_gain == pytest.approx(found.factor * alone.integral_gain)
+        assert loop.offset == alone.offset
         for point in found.points:
-            assert point.phase_margin >= math.radians(60.0) - 1e-9 and point.gain_margin >= 2.0 - 1e-9
+            assert point.phase_margin >= math.radians(60.0) and point.gain_margin >= 2.0
             assert not np.allclose(point.together, point.loop)
-    assert tune_loops(machine, [("pitch", 1)], linear=linear)[0].loop == alone[0].loop
+    alone = tune_ipc(machine, linear=linear)
+    assert tune_loops(machine, [("pitch", 1)], linear=linear)[0].loop == alone.loop
+    assert tune_loops(machine, []) == ()
+    narrow = tune_loops(machine, [("pitch", 1)], linear=linear, filter_damping=0.5)[0].loop
+    assert narrow.filter_damping == 0.5 and narrow.integral_gain < alone.loop.integral_gain
+
+
+def test_all_schemes_keep_the_margins_at_all_frequencies(
+    machine: Model, linear: list[LinearModel], monkeypatch: pytest.MonkeyPatch
+) -> None:
     dt = default_step(machine)
-    loops, least = [each.loop for each in together], together[0].points[0]
-    phase, gain = margins(linear, loops, sample_time=dt)
-    assert (phase, gain) == pytest.approx((least.phase_margin, least.gain_margin))
-    # the first edgewise mode lies beyond the frequencies of a tuning
-    assert margins(linear, loops, sample_time=dt, farthest=8.0, per_side=600)[1] < 0.8 * gain
+    wanted = {scheme.loops for scheme in SCHEMES.values() if scheme.loops}
+    tuned = {loops: tune_loops(machine, loops, linear=linear) for loops in wanted}
+    # judged between the frequencies of the tuning, and up to half the sampling rate
+    monkeypatch.setattr(tuning, "PER_SIDE", 300)
+    monkeypatch.setattr(tuning, "ABOUT", np.tan(np.linspace(-1.5, 1.5, 41)))
+    for loops, found in tuned.items():
+        phase, gain = margins(linear, [each.loop for each in found], sample_time=dt)
+        assert phase >= math.radians(60.0) and gain >= 2.0, loops
+    (plant,) = tuning._plants(linear, 1, [1], dt)
+    assert np.abs(plant.w + plant.speed).max() > 0.99 * math.pi / dt
+
+
+def test_the_edgewise_mode_limits_the_proportional_part(machine: Model, linear: list[LinearModel]) -> None:
+    dt = default_step(machine)
+    loop = tune_ipc(machine, linear=linear).loop
+    whole = loop.replace(proportional_gain=loop.integral_gain / (loop.filter_damping * linear[0].point.rotor_speed))
+    assert 0.0 < loop.proportional_gain < whole.proportional_gain
+    assert margins(linear, [whole], sample_time=dt)[1] < 2.0 <= margins(linear, [loop], sample_time=dt)[1]
+    (plant,) = tuning._plants(linear, 1, [1], dt)
+    L = plant.loop(whole, None)
+    tone = np.abs(plant.w + plant.speed) / (2.0 * math.pi)
+    edgewise = (tone > 0.9) & (tone < 1.35)
+    least = [gain_reserve(plant.w[at], L[at]) for at in (edgewise, tone <= 0.9, tone >= 1.35)]
+    assert least[0] < 2.0 < min(least[1:])
+    # of all shares of the whole lead the largest integral gain is taken
+    gains = [
+        tune_ipc(machine, linear=linear, lead_time=t).loop.integral_gain
+        for t in tuning.SHARES * whole.proportional_gain / whole.integral_gain
+    ]
+    assert loop.integral_gain == max(gains) > 1.05 * max(gains[0], gains[-1])
 
 
 def test_response_is_that_of_direct_solves(linear: list[LinearModel]) -> None:
@@ -151,16 +189,16 @@ def test_gains_follow_the_margins(machine: Model, linear: list[LinearModel]) -> 
     loops: dict[float, LoopTuning] = {
         margin: tune_ipc(machine, 1, linear=linear, phase_margin=math.radians(margin)) for margin in (45.0, 60.0, 75.0)
     }
-    gains = [tuning.loop.integral_gain for tuning in loops.values()]
+    gains = [found.loop.integral_gain for found in loops.values()]
     assert gains[0] > gains[1] > gains[2] > 0.0
-    for margin, tuning in loops.items():
-        (point,) = tuning.points
+    for margin, found in loops.items():
+        (point,) = found.points
         assert math.radians(margin) <= point.phase_margin < math.radians(margin) + 0.05
         assert point.gain_margin >= 2.0
         # slow changes meet a pure integrator
         middle = int(np.argmin(np.abs(point.frequency - 2e-3)))
         slow = point.loop[middle] * 1j * point.frequency[middle]
-        assert slow == pytest.approx(1.0 / tuning.loop.tracking_time, rel=0.02)
+        assert slow == pytest.approx(1.0 / found.loop.tracking_time, rel=0.02)
         assert point.bandwidth == pytest.approx(slow.real, rel=0.2)
     usual, tight = (tune_ipc(machine, 2, "flap", linear=linear, gain_margin=margin) for margin in (2.0, 20.0))
     assert usual.points[0].gain_margin < 20.0 <= tight.points[0].gain_margin

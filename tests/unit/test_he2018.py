@@ -12,6 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
+from meltemi import InputError
 from meltemi.analysis import preview_of
 from meltemi.studies.compare import WHOLE
 from meltemi.wind.fields import WindBox
@@ -19,6 +20,7 @@ from meltemi_papers.claim import rows_of
 from meltemi_papers.he2018.claims import KINDS, flap_slopes, probability, share_at, thin_airfoil
 from meltemi_papers.he2018.designs import LIDARS, Lidar, measured
 from meltemi_papers.he2018.runs import PAPER
+from meltemi_papers.he2018.search import Minutes, estimate_wind
 
 
 def test_a_flap_as_long_as_the_chord_has_the_lift_of_the_airfoil() -> None:
@@ -88,3 +90,36 @@ def test_a_number_of_the_papers_holds_within_the_interval() -> None:
 def test_the_papers_changes_are_likely_where_minutes_scatter_about_them() -> None:
     near, far = (probability(Drawn(factor)) for factor in (1.0, 0.5))  # type: ignore[arg-type]
     assert near > 0.5 > 1e-6 > far
+
+
+LOADING = np.array([1.0, 0.9, 0.3, 0.4, 0.8, 0.7, 1.1, 1.0])
+"""Of the changes on the logarithms of intensity and length."""
+
+
+def drawn_minutes(intensity: float, length: float, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """(n, 8) logarithms of ratios that tell intensity from length, with a part that all have in common."""
+    a, b = np.log(intensity / 0.1), np.log(length)
+    mean = -0.7 + LOADING * a + LOADING[::-1] ** 2 * b
+    common, own = rng.normal(0.0, 1.0, (n, 1)), rng.normal(0.0, 1.0, (n, 8))
+    return np.asarray(mean + 0.1 * (intensity / 0.1) ** 0.5 * (0.8 * common + 0.6 * own))
+
+
+def test_the_most_likely_wind_is_that_of_the_minute() -> None:
+    rng = np.random.default_rng(5)
+    winds = [(0.05, 1.0), (0.08, 0.5), (0.08, 1.0), (0.08, 2.0), (0.12, 0.5), (0.12, 1.0), (0.12, 2.0), (0.144, 1.0)]
+    cells = [
+        Minutes(f"{wind}", *wind, np.full(50, 7), 60.0 * np.arange(50), drawn_minutes(*wind, 50, rng)) for wind in winds
+    ]
+    inside, p = [], []
+    for _ in range(60):
+        e = estimate_wind(cells, 100.0 * np.expm1(drawn_minutes(0.09, 1.0, 1, rng)[0]))
+        ends = [e.interval(axis) for axis in (0, 1)]
+        inside.append([low <= true <= high for (_, low, high), true in zip(ends, (0.09, 1.0), strict=True)])
+        p.append(e.probability)
+    assert np.all(np.abs(np.mean(inside, axis=0) - 0.95) < 0.09)  # three standard deviations of 60 drawn ones
+    assert np.mean(p) > 0.4
+    e = estimate_wind(cells, 100.0 * np.expm1(cells[3].changes[11]))
+    assert e.nearest == (cells[3].name, 7, 660.0) and np.array_equal(e.nearest_changes, cells[3].changes[11])
+    assert e.ratio(0.144, 1.0) < 0.01 < e.ratio(*(e.interval(axis)[0] for axis in (0, 1))) == 1.0
+    with pytest.raises(InputError, match="100 minutes"):
+        estimate_wind(cells[:1], np.full(8, -50.0))

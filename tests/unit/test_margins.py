@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 from meltemi import InputError
 from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies import tuning
-from meltemi.studies.tuning import FEWEST_SEARCHED, MOST_SEARCHED, SEARCHED, gain_reserve, phase_reserve
+from meltemi.studies.tuning import gain_reserve, largest, phase_reserve
 
 SIDE = np.geomspace(1e-3, 8.0, 400)
 W = np.concatenate([-SIDE[::-1], SIDE])
-GRID = (MOST_SEARCHED / FEWEST_SEARCHED) ** (1.0 / (SEARCHED - 1))
 
 
 def delayed(bandwidth: float, delay: float, turned: float = 0.0) -> NDArray[np.complex128]:
@@ -60,15 +59,22 @@ def test_a_loop_without_crossings_has_infinite_margins() -> None:
     ],
 )
 def test_the_largest_gain_keeps_both_margins(phase: float, gain: float, expected: float) -> None:
-    found = tuning._largest([(W, delayed(1.0, 1.0))], phase, gain)
-    assert expected / GRID / 1.002 <= found <= 1.002 * expected
+    L = delayed(1.0, 1.0)
+    found = largest(W, L, (0.0,), phase, gain)
+    assert found == pytest.approx(expected, rel=2e-3)
+    for factor, kept in ((0.99, True), (1.01, False)):
+        reserves = phase_reserve(W, factor * found * L), gain_reserve(W, factor * found * L)
+        assert (reserves[0] >= phase and reserves[1] >= gain) == kept
 
 
-def test_the_worst_operating_point_decides() -> None:
-    some = [(W, delayed(1.0, delay)) for delay in (0.5, 1.0, 2.0)]
-    assert tuning._largest(some, 1.0, 2.0) == tuning._largest(some[2:], 1.0, 2.0)
-    with pytest.raises(InputError, match="no gain keeps these margins"):
-        tuning._largest([(W, -delayed(1.0, 1.0))], 1.0, 2.0)
+def test_a_resonance_limits_the_gain() -> None:
+    # beyond its frequency it goes around a circle of the diameter 5, at 30 deg of which it enters the sector
+    w = np.linspace(3.0, 5.0, 1000)
+    resonance = -5.0j / (1.0 + 1j * (w - 4.0) / 0.2)
+    found = largest(w, resonance, (0.0,), math.radians(60.0), 2.0)
+    assert found == pytest.approx(1.0 / (5.0 * math.cos(math.radians(30.0))), rel=1e-3)
+    assert largest(w, resonance.conj(), (0.0,), math.radians(60.0), 2.0) == pytest.approx(found)
+    assert largest(w, -1j * resonance, (0.0,), math.radians(60.0), 2.0) == pytest.approx(0.1, rel=1e-3)  # on the axis
 
 
 def test_the_delay_of_a_plant_is_found() -> None:

@@ -16,7 +16,7 @@ import meltemi
 from meltemi import InputError, Turbine, TurbulentWind, WindBox
 from meltemi.wind import HubSeries, WindGrid, generate_field
 from meltemi.wind.fields import check_coverage
-from meltemi.wind.turbulence.targets import sigmas
+from meltemi.wind.turbulence.targets import sigmas, target_coherence, target_densities
 
 GRID = WindGrid(points_y=9, points_z=10, dy=18.0, dz=17.0, bottom=5.0, hub_height=90.0)
 DURATION = 300.0
@@ -174,6 +174,7 @@ OPTIONS: list[dict[str, Any]] = [
     {"spectrum": "vonkarman"},
     {"spectrum": "mann"},
     {"edition": 2},
+    {"length_factor": 2.0},
     {"coherent": "all"},
     {"shear_exponent": 0.1},
     {"roughness": 0.1},
@@ -188,6 +189,22 @@ OPTIONS: list[dict[str, Any]] = [
 def test_every_option_changes_the_field(option: dict[str, Any]) -> None:
     a, b = make().velocity, make(**option).velocity
     assert a.shape != b.shape or not np.allclose(a, b, atol=1e-3)
+
+
+def test_half_the_lengths_of_edition_3_are_those_of_edition_2() -> None:
+    f = np.geomspace(1e-3, 2.0, 30)
+    for spectrum in SPECTRA:
+        halved, edition_2 = described(spectrum=spectrum, length_factor=0.5), described(spectrum=spectrum, edition=2)
+        found, expected = (target_densities(wind, GRID.hub_height, f) for wind in (halved, edition_2))
+        np.testing.assert_allclose(found, expected, rtol=1e-12)
+    # twice the lengths: the same coherence at half the frequency and twice the distance
+    plain, doubled = described(), described(length_factor=2.0)
+    near, far = (
+        target_coherence(plain, GRID.hub_height, f, 20.0),
+        target_coherence(doubled, GRID.hub_height, f / 2, 40.0),
+    )
+    np.testing.assert_allclose(near[0], far[0], rtol=1e-12)
+    assert "lengths times 2" in doubled.label and "lengths" not in plain.label
 
 
 def test_options_of_place_and_size(turbine: Turbine) -> None:

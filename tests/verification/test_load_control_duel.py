@@ -3,8 +3,7 @@
 ROSCO 2.10.6 with the 1P individual pitch of its NREL 5 MW example (integral gain 1e-8) changed, against ROSCO without
 it, over 100 to 700 s: std RootMyc1 -20 %, DEL -17 %, std of the tip's out-of-plane deflection -20 %; over 100 to 160 s
 std -13 % and DEL -7 %; with its 2P pitch at 5e-9 added -13 % and -10 %. Every code is judged against its own collective
-pitch, on our turbine, and on one as OpenFAST's is: blades stiff in torsion, static polars, quasi-steady wake. There
-IPC's DEL over the ten minutes comes out 0.5 points behind ROSCO's; a few gusts make it.
+pitch, on our turbine, and on one as OpenFAST's is: blades stiff in torsion, static polars, quasi-steady wake.
 """
 
 from __future__ import annotations
@@ -49,9 +48,7 @@ def test_ours_takes_more_load_on_the_same_wind(reference: Path) -> None:
         found[name, "cpc", WHOLE, "ceilings of std"] = (limits[0], limits[1])
     for key, (ours, theirs) in found.items():
         print(f"{' | '.join(key)}: {ours:+.1f}, beside {theirs:+.1f}")
-    behind = (STIFF, "ipc", WHOLE, "RootMyc1 DEL")
-    judged = {key: pair for key, pair in found.items() if key[3] in ROSCO and key != behind}
+    judged = {key: pair for key, pair in found.items() if key[3] in ROSCO}
     worse = {key: pair for key, pair in judged.items() if not pair[0] < pair[1]}
     assert not worse
-    assert found[behind][0] == pytest.approx(-16.5, abs=0.5)
     assert np.isfinite([ours for ours, _ in found.values()]).all()

@@ -675,6 +675,8 @@ OPTIONS: dict[str, tuple[str, dict[str, object]]] = {
     "edition, Kaimal": ("kaimal", {"edition": 2}),
     "edition, von Karman": ("vonkarman", {"edition": 3}),
     "edition, Mann": ("mann", {"edition": 2}),
+    "lengths, von Karman": ("vonkarman", {"length_factor": 2.0}),
+    "lengths, Mann": ("mann", {"length_factor": 2.0}),
     "coherent, Kaimal": ("kaimal", {"coherent": "all"}),
     "coherent, von Karman": ("vonkarman", {"coherent": "all"}),
     "shear exponent": ("kaimal", {"shear_exponent": 0.1}),

@@ -130,13 +130,15 @@ def _block(block: str | Table | Picture | Code) -> str:
 
 LONG, WORDS = 16, 8
 """Characters of a cell above which it may be wrapped: of any, and of one that begins with a letter."""
-SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w{1,4})(?![\w(])")
-"""A letter and its index, such as C_p."""
+SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w|ref|opt)(?![\w(])")
+"""A letter and its index, such as C_p and I_ref, but not a name such as x_max."""
+TIED = re.compile(r"(?<=\d) (?=%|±)|(?<=±) ")
+"""Spaces at which a number is not broken."""
 
 
 def _text(text: str) -> str:
-    """Escaped text, symbols set as in formulas."""
-    return SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", escape(text))
+    """Escaped text, symbols set as in formulas, numbers kept together."""
+    return SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", TIED.sub("\u00a0", escape(text)))
 
 
 def _table(table: Table) -> str:

@@ -20,8 +20,8 @@ LEAST_GAIN, MOST_GAIN = 0.03, 30.0
 """Displayed range of |L|."""
 QUIET = 0.1
 """|L| below which, from the first such frequency on, the phase is not shown."""
-SLOWEST = 3e-3
-"""[Hz] lowest displayed frequency."""
+SLOWEST, FASTEST = 3e-3, 10.0
+"""[Hz] displayed frequencies."""
 LIMIT: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": ":", "zorder": 0.5}
 
 
@@ -112,6 +112,6 @@ def _loop(name: str, points: Sequence[LoopPoint], row: Sequence[Axes]) -> None:
     what = ("gain |L|", "phase of L", "sensitivity 1/|1 + L|")
     for (ax, text), title, unit in zip(words, what, ("-", "deg", "-"), strict=True):
         panel(ax, f"{name}: {title}".removeprefix(": "), unit)
-        ax.set_xlim(left=SLOWEST)
+        ax.set_xlim(SLOWEST, FASTEST)
         ax.tick_params(labelsize=8)
         corner(ax, 0.04, 0.9 if ax is sensitivity else 0.06, text)

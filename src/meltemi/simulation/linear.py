@@ -151,6 +151,11 @@ class LinearModel(Brief):
             found.append(left @ solve_triangular(shifted, right, check_finite=False) + self.D)
         return np.array(found, dtype=np.complex128)
 
+    @property
+    def eigenvalues(self) -> NDArray[np.complex128]:
+        """(n,) [rad/s] of A."""
+        return np.diag(self._schur[0])
+
     @cached_property
     def _schur(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
         from scipy.linalg import schur

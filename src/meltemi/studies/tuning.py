@@ -11,19 +11,20 @@ Loops at several harmonics act on the same blades: each one takes its part of a 
 
 The rule: phi is the phase by which F and the turbine lag at nP, so L is an integrator for slow changes. A band-pass of
 damping zeta delays the loop by 1 / (zeta n W); it is made as slow as actuator and turbine are together, and the
-proportional part takes this delay back, k_P = k_I / (zeta n W). The gain is the largest for which, at every operating
-point, phase margin and gain margin are kept; of several loops the gains are then lowered by one common factor until
-all together keep them. Gains fall with pitch as 1 / (1 + theta / theta_h), fitted to |P_n(0)|.
+proportional part takes a share of this delay back, k_P = share k_I / (zeta n W). Share and gain are those of the
+largest integral gain for which, at every operating point and all frequencies of the controller, phase margin and gain
+margin are kept, those of weakly damped modes included. Of several loops the gains are lowered by one
+common factor until all together keep the margins; their share is the one that leaves them most. Gains fall with pitch
+as 1 / (1 + theta / theta_h), fitted to |P_n(0)|.
 
-Reference: docs/theory/control.md (C-32 to C-38).
+Reference: docs/theory/control.md (C-32 to C-38); Astrom, Panagopoulos, Hagglund (1998), Automatica 34, 585-601.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -49,18 +50,20 @@ POINTS = 4
 """Operating points of a tuning, from a little above rated wind to cut-out."""
 ABOVE_RATED = 1.1
 """Lowest wind speed over rated wind speed."""
-FEWEST_SEARCHED, MOST_SEARCHED, SEARCHED = 1e-3, 10.0, 400
-"""[rad/s] range of the search for the largest bandwidth, and number of bandwidths."""
-FACTORS = np.linspace(1.0, 0.02, 99)
-"""Common factors on the gains of several loops."""
+SURE = 0.99
+"""Share of the largest gain that is used, for what lies between the frequencies."""
+SHARES = np.linspace(0.0, 1.0, 9)
+"""Of the delay of the band-pass that the proportional part takes back."""
 HALF_DELAY = 1.5
 """Delay over the sample time: loads are those of the step before, and a demand is held for a step."""
-NEAREST, FARTHEST, PER_SIDE = 1e-3, 3.0, 70
-"""Frequencies on each side of a harmonic: lowest [rad/s], highest [rotor speeds], number."""
+NEAREST, PER_SIDE, HIGHEST = 1e-3, 120, 0.999
+"""Frequencies on each side of a harmonic: lowest [rad/s], number, and highest over half the sampling rate."""
+DAMPED, ABOUT = 0.1, np.tan(np.linspace(-1.45, 1.45, 21))
+"""Damping ratio below which a mode needs frequencies of its own, and their distances from it in its half-widths."""
 DAMPINGS = 0.1, 5.0
 """Limits of the damping ratio of the band-pass."""
 NOTCH_DAMPING = 0.2
-BEYOND, HIGHEST = 3.5, 25.0
+BEYOND, LAST = 3.5, 25.0
 """Range of the search for the drivetrain resonance, over the rotor speed."""
 
 
@@ -142,7 +145,8 @@ def tune_ipc(
       flap: its number, from 1.
       filter_damping: damping ratio of the band-pass, 0: none; by default the filter delays the loop as much as actuator
         and turbine do.
-      lead_time: [s] proportional over integral gain; by default the filter's delay.
+      lead_time: [s] proportional over integral gain; by default the share of the filter's delay that permits the
+        largest gain.
       phase_margin: [rad] kept at every operating point.
       gain_margin: factor kept at every operating point.
       wind_speeds: [m/s] of the operating points; by default four from 1.1 times rated to cut-out.
@@ -154,61 +158,27 @@ def tune_ipc(
       InputError: a harmonic that number of blades or sample time do not permit, a flap that does not exist, a margin
         out of range, or one that no gain keeps.
     """
-    if not 0.0 < phase_margin < 0.5 * math.pi:
-        raise InputError(f"tune_ipc: phase_margin must lie between 0 and pi/2 rad, found {phase_margin!r}")
-    if not gain_margin > 1.0:
-        raise InputError(f"tune_ipc: gain_margin must be above 1, found {gain_margin!r}")
-    if actuator == "flap" and flap > model.n_flaps:
-        raise InputError(f"tune_ipc: flap {flap} is asked for, the blades have {model.n_flaps or 'none'}")
+    _check(model, flap if actuator == "flap" else 0, phase_margin, gain_margin)
     dt = sample_time or default_step(model)
     models = linear or linear_models(model, wind_speeds)
-    for each in models:
-        check_harmonic(harmonic, each.point.rotor_speed, dt, model.n_blades)
-    plants = [_Plant(each, harmonic, ()) for each in models]
-    own = [plant.of(actuator, flap) for plant in plants]
-    if filter_damping is None:
-        lag_time = float(np.mean([_delay(plant.w, P) for plant, (P, _, _) in zip(plants, own, strict=True)]))
-        filter_damping = float(np.clip(1.0 / (lag_time * harmonic * models[0].point.rotor_speed), *DAMPINGS))
-    if lead_time is None:
-        lead_time = 1.0 / (filter_damping * harmonic * models[0].point.rotor_speed) if filter_damping else 0.0
-    pitch, size = np.array([each.point.pitch for each in models]), np.array([abs(at_zero) for _, at_zero, _ in own])
-    begin, halving = _schedule(pitch, size)
-    draft = HarmonicLoop(
-        harmonic=harmonic,
-        actuator=actuator,
-        flap=flap,
-        integral_gain=1.0 / begin,
-        proportional_gain=lead_time / begin,
-        filter_damping=filter_damping,
-        gain_halving_pitch=halving,
-    )
-    # lead and sign make the loop an integrator for slow changes, on the average of the points
-    lags = [
-        np.angle(at_zero * _filter(draft, np.array([harmonic * plant.speed]), plant.speed, sensor, dt)[0])
-        for plant, (_, at_zero, _) in zip(plants, own, strict=True)
-    ]
-    mean = float(np.angle(np.exp(2j * np.array(lags)).mean())) / 2.0  # of lines through zero, whatever their sign
-    sign = -1.0 if np.cos(np.mean(np.unwrap(lags)) - mean) > 0.0 else 1.0
-    draft = draft.replace(
-        offset=-mean, integral_gain=sign * draft.integral_gain, proportional_gain=sign * draft.proportional_gain
-    )
-    shapes = [(plant.w, plant.loop(draft, sensor, dt)) for plant in plants]
-    bandwidth = _largest(shapes, phase_margin, gain_margin)
-    loop = scaled(draft, bandwidth).replace(tracking_time=1.0 / bandwidth)
-    return LoopTuning(loop, _points(models, loop, (), sensor, dt), phase_margin, gain_margin)
+    plants = _plants(models, harmonic, [harmonic], dt)
+    draft = _draft(model, plants, actuator, flap, filter_damping, sensor)
+    times = SHARES * draft.delay if lead_time is None else np.array([lead_time])
+    return _tuned([draft], times[:, None], phase_margin, gain_margin, sensor)[0]
 
 
 def tune_loops(
     model: BladedModel,
     targets: Sequence[tuple[Actuator, int]],
     *,
+    filter_damping: float | None = None,
     phase_margin: float = PHASE_MARGIN,
     gain_margin: float = GAIN_MARGIN,
     linear: Sequence[LinearModel] | None = None,
     sensor: LoadSensor | None = None,
     sample_time: float | None = None,
 ) -> tuple[LoopTuning, ...]:
-    """Tune several simultaneous loops: each alone, then all gains lowered until all keep the margins (C-38).
+    """Tune several simultaneous loops: each alone, then all gains lowered until all keep the margins (C-37, C-38).
 
     Arguments not listed here are those of :func:`tune_ipc`.
 
@@ -217,38 +187,20 @@ def tune_loops(
       targets: actuator and harmonic of each loop.
 
     Raises:
-      InputError: as :func:`tune_ipc`, or no common factor keeps the margins.
+      InputError: as :func:`tune_ipc`.
     """
+    if not targets:
+        return ()
+    _check(model, int(any(actuator == "flap" for actuator, _ in targets)), phase_margin, gain_margin)
     models = linear or linear_models(model)
     dt = sample_time or default_step(model)
-    tune = partial(
-        tune_ipc,
-        model,
-        phase_margin=phase_margin,
-        gain_margin=gain_margin,
-        sensor=sensor,
-        sample_time=sample_time,
-        linear=models,
-    )
-    alone = [tune(harmonic, actuator) for actuator, harmonic in targets]
-    if len(alone) < 2:
-        return tuple(alone)
-    loops = [tuning.loop for tuning in alone]
-    plants = [_Plant(each, loops[0].harmonic, [loop.harmonic for loop in loops[1:]]) for each in models]
-    sums = [(plant.w, plant.poles, sum(plant.loop(loop, sensor, dt) for loop in loops)) for plant in plants]
-    for factor in FACTORS.tolist():
-        if all(keeps(w, factor * L, poles, phase_margin, gain_margin) for w, poles, L in sums):
-            break
-    else:
-        raise InputError(
-            "tune_loops: no gains keep these margins with all loops together: reduce the margins or the number of loops"
-        )
-    lowered = [scaled(loop, factor).replace(tracking_time=loop.tracking_time / factor) for loop in loops]
-    found = []
-    for tuning, loop in zip(alone, lowered, strict=True):
-        points = _points(models, loop, [other for other in lowered if other is not loop], sensor, dt)
-        found.append(replace(tuning, loop=loop, points=points, factor=factor))
-    return tuple(found)
+    harmonics = [harmonic for _, harmonic in targets]
+    drafts = [
+        _draft(model, _plants(models, harmonic, harmonics, dt), actuator, 1, filter_damping, sensor)
+        for actuator, harmonic in targets
+    ]
+    times = np.outer(SHARES, [draft.delay for draft in drafts])
+    return _tuned(drafts, times, phase_margin, gain_margin, sensor)
 
 
 def margins(
@@ -257,27 +209,19 @@ def margins(
     *,
     sample_time: float,
     sensor: LoadSensor | None = None,
-    farthest: float = FARTHEST,
-    per_side: int = PER_SIDE,
 ) -> tuple[float, float]:
     """Phase margin [rad] and gain margin of simultaneous loops, smallest over all operating points (C-35, C-38).
 
     Args:
       linear: from :func:`linear_models`.
       loops: that act at the same time.
-      sample_time: [s] of the controller.
+      sample_time: [s] of the controller; margins are sought up to half the sampling rate.
       sensor: dynamics between the blade moments and the controller.
-      farthest: [rotor speeds] from each harmonic up to which frequencies are searched. A tuning searches 3; a weakly
-        damped mode beyond, such as the first edgewise one, needs more.
-      per_side: number of frequencies on each side of a harmonic; a narrow resonance needs some hundreds.
     """
-    first, *others = loops
     found = []
-    for each in linear:
-        plant = _Plant(each, first.harmonic, [loop.harmonic for loop in others], farthest, per_side)
-        together: Complex = np.sum([plant.loop(loop, sensor, sample_time) for loop in loops], axis=0)
-        reserves = (phase_reserve, gain_reserve)
-        found.append([reserve(plant.w, together, plant.poles) for reserve in reserves])
+    for plant in _plants(linear, loops[0].harmonic, [loop.harmonic for loop in loops], sample_time):
+        together = _sum(plant, loops, sensor)
+        found.append([reserve(plant.w, together, plant.poles) for reserve in (phase_reserve, gain_reserve)])
     phase, gain = np.min(found, axis=0)
     return float(phase), float(gain)
 
@@ -320,7 +264,7 @@ def speed_notch(linear: LinearModel, damping: float = NOTCH_DAMPING) -> SpeedNot
     Args:
       linear: from :func:`linear_models`; the response is largest near rated wind speed.
     """
-    w = np.geomspace(BEYOND * linear.point.rotor_speed, HIGHEST * linear.point.rotor_speed, 200)
+    w = np.geomspace(BEYOND * linear.point.rotor_speed, LAST * linear.point.rotor_speed, 200)
     size = np.abs(linear.response(1j * w)[:, linear.outputs.index("generator_speed"), 0])
     return SpeedNotch(frequency=float(w[int(np.argmax(size))]), damping=damping)
 
@@ -334,26 +278,24 @@ class _Plant:
     """Plant of a loop at nP: amplitudes of moments over those of demands, by frequency (C-33).
 
     Attributes:
-      w: (F,) [rad/s] frequencies of the amplitude at nP, dense about zero and about the other loops.
+      w: (F,) [rad/s] frequencies of the amplitude at nP, up to half the sampling rate on the blades, dense about zero,
+        about the other loops and about weakly damped modes.
       poles: [rad/s] of the integrators: zero for this loop, and those of the other loops.
     """
 
-    def __init__(
-        self,
-        linear: LinearModel,
-        harmonic: int,
-        beside: Sequence[int],
-        farthest: float = FARTHEST,
-        per_side: int = PER_SIDE,
-    ) -> None:
-        self.linear, self.harmonic, self.speed = linear, harmonic, linear.point.rotor_speed
-        self.poles = tuple({0.0, *((turn(harmonic) * turn(n) * n - harmonic) * self.speed for n in beside)})
-        side = np.geomspace(NEAREST, farthest * self.speed, per_side)
-        w = np.unique([pole + s * side for pole in self.poles for s in (-1.0, 1.0)])
+    def __init__(self, linear: LinearModel, harmonic: int, harmonics: Sequence[int], dt: float) -> None:
+        self.linear, self.harmonic, self.speed, self.dt = linear, harmonic, linear.point.rotor_speed, dt
+        self.poles = tuple({0.0, *((turn(harmonic) * turn(n) * n - harmonic) * self.speed for n in harmonics)})
+        shift, highest = (harmonic - turn(harmonic)) * self.speed, HIGHEST * math.pi / dt
+        side = np.geomspace(NEAREST, highest - harmonic * self.speed, PER_SIDE)
+        roots = linear.eigenvalues
+        roots = roots[(-roots.real < DAMPED * np.abs(roots)) & (np.abs(roots) > NEAREST)]
+        beside = [pole + sign * side for pole in self.poles for sign in (-1.0, 1.0)]
+        modes = roots.imag[:, None] + roots.real[:, None] * ABOUT - shift
+        w = np.unique(np.concatenate([*beside, modes.ravel()]))
         near = np.abs(w[:, None] - np.array(self.poles)[None, :]).min(axis=1)
-        self.w: Float = w[near > 0.5 * NEAREST]
+        self.w: Float = w[(near > 0.5 * NEAREST) & (np.abs(w + harmonic * self.speed) <= highest)]
         rows = [linear.outputs.index(f"root_moment_out_of_plane_{part}") for part in ("cosine", "sine")]
-        shift = (harmonic - turn(harmonic)) * self.speed
         self.H = linear.response(1j * (np.append(self.w, 0.0) + shift))[:, rows]
 
     def of(self, actuator: Actuator, flap: int) -> tuple[Complex, complex, float]:
@@ -364,7 +306,7 @@ class _Plant:
         P, other = 0.5 * H @ d @ d.conj(), 0.5 * H @ d @ d
         return P[:-1], complex(P[-1]), float(abs(other[-1]) / abs(P[-1]))
 
-    def loop(self, loop: HarmonicLoop, sensor: LoadSensor | None, dt: float) -> Complex:
+    def loop(self, loop: HarmonicLoop, sensor: LoadSensor | None) -> Complex:
         """(F,) contribution of a loop, at its own or another harmonic, to L (C-34, C-38)."""
         tone = self.w + self.harmonic * self.speed
         same = turn(self.harmonic) * turn(loop.harmonic)
@@ -374,27 +316,140 @@ class _Plant:
             falls = 1.0 / (1.0 + self.linear.point.pitch / loop.gain_halving_pitch)
         law = falls * (loop.integral_gain / s + loop.proportional_gain)
         P = self.of(loop.actuator, loop.flap)[0]
-        return -law * np.exp(1j * same * loop.offset) * _filter(loop, tone, self.speed, sensor, dt) * P
+        return -law * np.exp(1j * same * loop.offset) * _filter(loop, tone, self.speed, sensor, self.dt) * P
+
+
+def _check(model: BladedModel, flap: int, phase: float, gain: float) -> None:
+    if not 0.0 < phase < 0.5 * math.pi:
+        raise InputError(f"tune_ipc: phase_margin must lie between 0 and pi/2 rad, found {phase!r}")
+    if not gain > 1.0:
+        raise InputError(f"tune_ipc: gain_margin must be above 1, found {gain!r}")
+    if flap > model.n_flaps:
+        raise InputError(f"tune_ipc: flap {flap} is asked for, the blades have {model.n_flaps or 'none'}")
+
+
+def _plants(models: Sequence[LinearModel], harmonic: int, harmonics: Sequence[int], dt: float) -> tuple[_Plant, ...]:
+    """Plants of a loop among others, for all operating points."""
+    return tuple(_Plant(each, harmonic, harmonics, dt) for each in models)
+
+
+def _sum(plant: _Plant, loops: Sequence[HarmonicLoop], sensor: LoadSensor | None) -> Complex:
+    """(F,) L of simultaneous loops."""
+    together: Complex = np.sum([plant.loop(loop, sensor) for loop in loops], axis=0)
+    return together
+
+
+@dataclass(frozen=True)
+class _Draft:
+    """A loop to be tuned.
+
+    Attributes:
+      loop: an integrator of unit bandwidth.
+      plants: by operating point.
+      shapes: L of the loop, by operating point.
+    """
+
+    loop: HarmonicLoop
+    plants: tuple[_Plant, ...]
+    shapes: tuple[Complex, ...]
+
+    @property
+    def delay(self) -> float:
+        """[s] of slow changes by the band-pass."""
+        damping = self.loop.filter_damping
+        return 1.0 / (damping * self.loop.harmonic * self.plants[0].speed) if damping else 0.0
+
+    def led(self, lead_time: float) -> HarmonicLoop:
+        """With a proportional part."""
+        return self.loop.replace(proportional_gain=lead_time * self.loop.integral_gain)
+
+    def bandwidth(self, lead_time: float, phase: float, gain: float) -> float:
+        """[rad/s] largest of the loop alone with a proportional part; 0 if there is none (C-37)."""
+        pairs = zip(self.plants, self.shapes, strict=True)
+        shapes = [(plant.w, (1.0 + 1j * plant.w * lead_time) * L, plant.poles) for plant, L in pairs]
+        # margins do not tell a loop that drives slow changes up, as one whose plant has another sign at some points
+        right_way = all((L * 1j * w)[np.argmin(np.abs(w))].real > 0.0 for w, L, _ in shapes)
+        return SURE * min(largest(*each, phase, gain) for each in shapes) if right_way else 0.0
+
+
+def _draft(
+    model: BladedModel,
+    plants: tuple[_Plant, ...],
+    actuator: Actuator,
+    flap: int,
+    filter_damping: float | None,
+    sensor: LoadSensor | None,
+) -> _Draft:
+    """Filter, phase lead, sign and gain schedule of a loop (C-36)."""
+    harmonic, speed, dt = plants[0].harmonic, plants[0].speed, plants[0].dt
+    for plant in plants:
+        check_harmonic(harmonic, plant.speed, dt, model.n_blades)
+    own = [plant.of(actuator, flap) for plant in plants]
+    if filter_damping is None:
+        lag_time = float(np.mean([_delay(plant.w, P) for plant, (P, _, _) in zip(plants, own, strict=True)]))
+        filter_damping = float(np.clip(1.0 / (lag_time * harmonic * speed), *DAMPINGS))
+    pitch = np.array([plant.linear.point.pitch for plant in plants])
+    begin, halving = _schedule(pitch, np.array([abs(at_zero) for _, at_zero, _ in own]))
+    loop = HarmonicLoop(
+        harmonic=harmonic,
+        actuator=actuator,
+        flap=flap,
+        integral_gain=1.0 / begin,
+        filter_damping=filter_damping,
+        gain_halving_pitch=halving,
+    )
+    # lead and sign make the loop an integrator for slow changes, on the average of the points
+    lags = [
+        np.angle(at_zero * _filter(loop, np.array([harmonic * plant.speed]), plant.speed, sensor, dt)[0])
+        for plant, (_, at_zero, _) in zip(plants, own, strict=True)
+    ]
+    mean = float(np.angle(np.exp(2j * np.array(lags)).mean())) / 2.0  # of lines through zero, whatever their sign
+    sign = -1.0 if np.cos(np.mean(np.unwrap(lags)) - mean) > 0.0 else 1.0
+    loop = loop.replace(offset=-mean, integral_gain=sign * loop.integral_gain)
+    return _Draft(loop, plants, tuple(plant.loop(loop, sensor) for plant in plants))
+
+
+def _tuned(
+    drafts: Sequence[_Draft], times: Float, phase: float, gain: float, sensor: LoadSensor | None
+) -> tuple[LoopTuning, ...]:
+    """Gains of simultaneous loops (C-37, C-38), with the best of (choices, loops) lead times [s]."""
+    factor, tuned, most = 1.0, list[HarmonicLoop](), 0.0
+    for chosen in times:
+        alone = [draft.bandwidth(t, phase, gain) for draft, t in zip(drafts, chosen, strict=True)]
+        if min(alone) <= 0.0:
+            continue
+        loops = [scaled(draft.led(t), w) for draft, t, w in zip(drafts, chosen, alone, strict=True)]
+        share = 1.0
+        if len(loops) > 1:
+            sums = [(plant.w, _sum(plant, loops, sensor), plant.poles) for plant in drafts[0].plants]
+            share = min(1.0, SURE * min(largest(*each, phase, gain) for each in sums))
+        if share * sum(alone) > most:
+            factor, most = share, share * sum(alone)
+            tracking = [1.0 / (factor * w) for w in alone]
+            tuned = [scaled(loop, factor).replace(tracking_time=T) for loop, T in zip(loops, tracking, strict=True)]
+    if not tuned:
+        raise InputError(
+            "tune_ipc: no gain keeps these margins at all operating points: reduce the margins, or check the plants' "
+            "phases"
+        )
+    return tuple(
+        LoopTuning(loop, _points(draft.plants, loop, tuned, sensor), phase, gain, factor)
+        for draft, loop in zip(drafts, tuned, strict=True)
+    )
 
 
 def _points(
-    models: Sequence[LinearModel],
-    loop: HarmonicLoop,
-    others: Sequence[HarmonicLoop],
-    sensor: LoadSensor | None,
-    dt: float,
+    plants: Sequence[_Plant], loop: HarmonicLoop, loops: Sequence[HarmonicLoop], sensor: LoadSensor | None
 ) -> tuple[TunedPoint, ...]:
     found = []
-    for each in models:
-        plant = _Plant(each, loop.harmonic, [other.harmonic for other in others])
+    for plant in plants:
         P, at_zero, leak = plant.of(loop.actuator, loop.flap)
-        own = plant.loop(loop, sensor, dt)
-        together: Complex = own + sum((plant.loop(other, sensor, dt) for other in others), np.zeros_like(own))
+        own, together = plant.loop(loop, sensor), _sum(plant, loops, sensor)
         found.append(
             TunedPoint(
-                wind_speed=each.point.wind.speed,
-                rotor_speed=each.point.rotor_speed,
-                pitch=each.point.pitch,
+                wind_speed=plant.linear.point.wind.speed,
+                rotor_speed=plant.speed,
+                pitch=plant.linear.point.pitch,
                 plant=at_zero,
                 leak=leak,
                 frequency=plant.w,
@@ -439,26 +494,14 @@ def _schedule(pitch: Float, size: Float) -> tuple[float, float | None]:
     return float(begin), float(begin / slope)
 
 
-def keeps(w: Float, L: Complex, poles: Sequence[float], phase: float, gain: float) -> bool:
-    """Whether both margins are kept (C-35)."""
-    return phase_reserve(w, L, poles) >= phase and gain_reserve(w, L, poles) >= gain
+def largest(w: Float, L: Complex, poles: Sequence[float], phase: float, gain: float) -> float:
+    """Largest factor on L up to which all smaller ones keep both margins (C-35).
 
-
-def _largest(loops: Sequence[tuple[Float, Complex]], phase: float, gain: float) -> float:
-    """[rad/s] largest bandwidth up to which all smaller ones keep the margins at all points (C-35)."""
-    best = 0.0
-    # margins do not tell a loop that drives slow changes up, as one would whose plant has another sign at some points
-    right_way = all((L * 1j * w)[np.argmin(np.abs(w))].real > 0.0 for w, L in loops)
-    for bandwidth in np.geomspace(FEWEST_SEARCHED, MOST_SEARCHED, SEARCHED):
-        if not (right_way and all(keeps(w, bandwidth * L, (0.0,), phase, gain) for w, L in loops)):
-            break
-        best = float(bandwidth)
-    if best == 0.0:
-        raise InputError(
-            "tune_ipc: no gain keeps these margins at all operating points: reduce the margins, or check the plants' "
-            "phases"
-        )
-    return best
+    Wherever L lies within ``phase`` of the negative real axis it has to stay below one, on the axis below 1 / ``gain``.
+    """
+    size = np.abs(L)[np.abs(np.angle(-L)) < phase].max(initial=0.0)
+    sides = (gain_reserve(w, L * np.exp(1j * side), poles) for side in (-phase, phase))
+    return float(min(gain_reserve(w, L, poles) / gain, *sides, 1.0 / size if size > 0.0 else math.inf))
 
 
 def phase_reserve(w: Float, L: Complex, poles: Sequence[float] = (0.0,)) -> float:

@@ -49,6 +49,8 @@ class TurbulentWind(Record):
     spectrum: Literal["kaimal", "vonkarman", "mann"] = "kaimal"
     edition: Literal[2, 3, 4] = 3
     """Edition of IEC 61400-1 for length scales, coherence and constants."""
+    length_factor: float = Field(default=1.0, gt=0.0, le=10.0)
+    """Length scales of spectrum and coherence over those of the edition."""
     coherent: Literal["u", "all"] = "u"
     """Components that are coherent across the rotor: u alone, as the standard has it, or v and w like u. Mann's
     turbulence has its own coherence."""
@@ -85,6 +87,8 @@ class TurbulentWind(Record):
         name = {"kaimal": "Kaimal", "vonkarman": "von Karman", "mann": "Mann"}[self.spectrum]
         parts = [f"{name} turbulence {self.speed:g} m/s", f"intensity {100.0 * self.intensity:.3g} %"]
         parts.append(f"roughness {self.roughness:g} m" if self.roughness else f"shear exponent {self.shear_exponent:g}")
+        if self.length_factor != 1.0:
+            parts.append(f"lengths times {self.length_factor:g}")
         if self.hub_series is not None:
             parts.append("through a measured series")
         return ", ".join([*parts, f"seed {self.seed}"])

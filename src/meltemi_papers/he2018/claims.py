@@ -21,10 +21,9 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.compare import WHOLE, Comparison, hub_moments
-from meltemi.studies.scheme_names import SCHEMES
 from meltemi.turbine.flaps import naca64618_flap
 from meltemi_papers.claim import UNCHECKED, UNJUDGED, Claim, claim_group, reasons_of, rows_of
-from meltemi_papers.he2018.designs import INTEGRAL
+from meltemi_papers.he2018.designs import WHOLE_LEAD
 from meltemi_papers.he2018.runs import CLASS_B, FAST_MODEL, PAPER, SPEED, Runs
 
 Float = NDArray[np.float64]
@@ -314,16 +313,32 @@ def reasons(runs: Runs) -> dict[str, str]:
         left = np.array([1.0 + run.ceilings[1].std_change for run in c.runs["cpc"]])
         held[reading] = 100.0 * (1.0 - float(np.mean(left**2)))
     c = runs.readings[CLASS_B]
+    loops = {scheme: runs.bench.loops(scheme)[0] for scheme in ("ipc", "cpfc")}
     edge = ", ".join(f"{edgewise(c, scheme) * 1e-3:.0f} kN m with {scheme.upper()}" for scheme in THREE)
     words = {
         "shares": " and ".join(f"{share:.0f} % ({reading})" for reading, share in held.items()),
         "asked": f"{100.0 * (1.0 - (1.0 - 0.553) ** 2):.0f}",
         "edge": f"{edge} ({CLASS_B})",
-        "integral": percent(change(c, "RootMxc1 DEL", INTEGRAL)),
+        "whole": percent(change(c, "RootMxc1 DEL", WHOLE_LEAD)),
         "likely": " and ".join(f"{likelihood(c)} ({reading})" for reading, c in runs.readings.items()),
-        "factor": f"{runs.bench.tunings[SCHEMES['cpfc'].loops][0].factor:.2f}",
+        "factor": f"{loops['cpfc'].integral_gain / loops['ipc'].integral_gain:.2f}",
     }
     return {key: text.format(**words) for key, text in reasons_of("he2018").items()}
+
+
+PAPER_CHANGES = [
+    (row["quantity"], row["scheme"], float(row["paper"].removesuffix(" %")))
+    for row in rows_of("he2018", "claims.csv").values()
+    if row["kind"] == "near" and row["basis"] == "paper" and not row["quantity"].endswith("mean")
+]
+"""Quantity, scheme and change [%] of the paper's standard deviations and equivalent loads."""
+
+
+def in_minutes(c: Comparison) -> tuple[Float, Float]:
+    """(windows,) [s] begin of the minutes, and (windows seeds, 8) changes [%] in each."""
+    begins = {name: begin for name, (begin, _) in c.windows.items() if name not in (WHOLE, PAPER)}
+    x = [np.ravel([change(c, quantity, scheme, w) for w in begins]) for quantity, scheme, _ in PAPER_CHANGES]
+    return np.array(list(begins.values())), np.transpose(x)
 
 
 def probability(c: Comparison) -> float:
@@ -333,14 +348,11 @@ def probability(c: Comparison) -> float:
 
     Reference: Anderson (2003), An Introduction to Multivariate Statistical Analysis, section 5.2.
     """
-    rows = [row for row in rows_of("he2018", "claims.csv").values() if row["kind"] == "near"]
-    rows = [row for row in rows if row["basis"] == "paper" and not row["quantity"].endswith("mean")]
-    parts = [name for name in c.windows if name not in (WHOLE, PAPER)]
-    x = np.array([np.ravel([change(c, row["quantity"], row["scheme"], w) for w in parts]) for row in rows])
+    x = in_minutes(c)[1].T
     p, n = x.shape
     if n <= p:
         return nan
-    off = np.array([float(row["paper"].removesuffix(" %")) for row in rows]) - x.mean(axis=1)
+    off = np.array([paper for *_, paper in PAPER_CHANGES]) - x.mean(axis=1)
     distance = n / (n + 1.0) * float(off @ np.linalg.solve(np.cov(x), off))
     return float(f.sf(distance * (n - p) / (p * (n - 1.0)), p, n - p))
 

@@ -2,69 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.control.load_control import HarmonicLoop, LoadSensor
+from meltemi.control.load_control import HarmonicLoop
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.linear import LinearModel
 from meltemi.studies.preview import FREQUENCY, rotor_average
-from meltemi.studies.tuning import tune_ipc, tune_loops
+from meltemi.studies.scheme_names import SCHEMES, Target
+from meltemi.studies.tuning import LoopTuning, tune_loops
 from meltemi.wind.fields import WindBox
 
 Float = NDArray[np.float64]
 
-ADDED = "ipc as it is, with flaps"
-INTEGRAL_IPC, INTEGRAL = "ipc, integral", "cpfc, integral"
-ROLL_OFF = 2.0 * pi * 0.5
-"""[rad/s] corner of the low-pass of the moments: half the frequency of the first edgewise mode."""
+ADDED, WHOLE_LEAD = "ipc as it is, with flaps", "cpfc, whole lead"
 NARROW = 0.5
 """Damping ratio of narrow band-pass filters: that of 1P passes 2P with a gain of 0.55."""
+Tunings = Mapping[tuple[Target, ...], tuple[LoopTuning, ...]]
 
 
-@dataclass(frozen=True)
-class Design:
-    """Feedback loops.
+def designs(model: BladedModel, linear: Sequence[LinearModel], tunings: Tunings) -> dict[str, tuple[HarmonicLoop, ...]]:
+    """Loops of 1P pitch and 2P flaps that are not those of the rule.
 
-    Attributes:
-      loops: that act together.
-      sensor: of the moments.
+    "Whole lead" has the proportional part that takes back all of the band-pass's delay, "narrow" narrow band-passes.
     """
 
-    loops: tuple[HarmonicLoop, ...]
-    sensor: LoadSensor = field(default_factory=LoadSensor)
+    def of(scheme: str) -> tuple[HarmonicLoop, ...]:
+        return tuple(tuning.loop for tuning in tunings[SCHEMES[scheme].loops])
 
+    def led(loops: Iterable[HarmonicLoop]) -> tuple[HarmonicLoop, ...]:
+        nP = linear[0].point.rotor_speed
+        return tuple(
+            loop.replace(proportional_gain=loop.integral_gain / (loop.filter_damping * loop.harmonic * nP))
+            for loop in loops
+        )
 
-def designs(model: BladedModel, linear: Sequence[LinearModel]) -> dict[str, Design]:
-    """Loops of 1P pitch and 2P flaps that are tuned in other ways; those with flaps have the pitch loop of their IPC.
+    def narrow(scheme: str) -> tuple[HarmonicLoop, ...]:
+        found = tune_loops(model, SCHEMES[scheme].loops, linear=linear, filter_damping=NARROW)
+        return tuple(tuning.loop for tuning in found)
 
-    "Integral" has no proportional part, whose gain does not fall with frequency. With a roll-off the loops are tuned
-    together, and share their margins.
-    """
-
-    def both(lead_time: float | None = None, filter_damping: float | None = None) -> tuple[HarmonicLoop, HarmonicLoop]:
-        tune = partial(tune_ipc, model, lead_time=lead_time, filter_damping=filter_damping, linear=linear)
-        return tune(1, "pitch").loop, tune(2, "flap").loop
-
-    integral, narrow = both(0.0), both(0.0, NARROW)
-    sensor = LoadSensor(low_pass=ROLL_OFF)
-    rolled = [
-        tuple(tuning.loop for tuning in tune_loops(model, targets, linear=linear, sensor=sensor))
-        for targets in ((("pitch", 1),), (("pitch", 1), ("flap", 2)))
-    ]
+    added = of("ipc") + of("flaps")
     return {
-        ADDED: Design(both()),
-        "ipc, roll-off": Design(rolled[0], sensor),
-        "cpfc, roll-off": Design(rolled[1], sensor),
-        INTEGRAL_IPC: Design(integral[:1]),
-        INTEGRAL: Design(integral),
-        "ipc, integral, narrow": Design(narrow[:1]),
-        "cpfc, integral, narrow": Design(narrow),
+        ADDED: added,
+        WHOLE_LEAD: led(of("cpfc")),
+        f"{ADDED}, whole lead": led(added),
+        "ipc, narrow": narrow("ipc"),
+        "cpfc, narrow": narrow("cpfc"),
     }
 
 

@@ -14,9 +14,9 @@ from meltemi.report.tuning_plots import plot_tuning
 from meltemi.studies.run_store import guarded
 from meltemi.studies.scheme_names import SCHEMES
 from meltemi_papers.claim import UNJUDGED, Claim, brief, claims_table, count_held, reason_lines
-from meltemi_papers.he2018 import beyond
+from meltemi_papers.he2018 import beyond, search
 from meltemi_papers.he2018.claims import ceilings, change, claims, edgewise, likelihood, minutes, percent, reasons
-from meltemi_papers.he2018.designs import INTEGRAL
+from meltemi_papers.he2018.designs import WHOLE_LEAD
 from meltemi_papers.he2018.figures import FIGURES, over_speeds
 from meltemi_papers.he2018.runs import BEST, CLASS_B, PREVIEWS, Runs, run_all
 from meltemi_papers.study import Chapter, Content, Contents, Draw, Study, tabled, worded
@@ -72,7 +72,7 @@ def gains_table(runs: Runs) -> Table:
             )
     head = ["scheme", "loop", "k_I\nrad/(N m s)", "k_P\nrad/(N m)", "offset\ndeg", "filter\ndamping"]
     head += ["bandwidth\nrad/s", "phase margin\ndeg", "gain margin", "largest\n1/|1+L|", "factor"]
-    note = "Margins up to three rotor speeds from the harmonic, without the edgewise mode."
+    note = "Margins over all frequencies up to half the sampling rate, smallest of all operating points."
     return Table(head, rows, "Gains by the rule, from the turbine's own linear model", text_columns=2, note=note)
 
 
@@ -80,20 +80,24 @@ def _lead(runs: Runs, lines: list[Claim]) -> str:
     found = {(r.reading, r.scheme): r for r in ceilings(runs)}
     ipc, cpfc = found[CLASS_B, "ipc"], found[CLASS_B, "cpfc"]
     c = runs.readings[CLASS_B]
-    one, two, ideal = (percent(change(c, "RootMyc1 std", scheme)) for scheme in ("ipc", "cpfc", BEST))
-    plane, plane_best = (percent(change(c, "RootMxc1 DEL", scheme)) for scheme in ("cpfc", BEST))
-    before, after = (f"{edgewise(c, scheme) * 1e-3:.0f}" for scheme in ("cpc", "cpfc"))
-    alone, worst = (percent(change(c, "RootMyc1 std", scheme)) for scheme in (INTEGRAL, PREVIEWS[-1]))
+    one, two, ideal, worst = (
+        percent(change(c, "RootMyc1 std", scheme)) for scheme in ("ipc", "cpfc", BEST, PREVIEWS[-1])
+    )
+    plane, plane_whole = (percent(change(c, "RootMxc1 DEL", scheme)) for scheme in ("cpfc", WHOLE_LEAD))
+    edge = ", ".join(f"{edgewise(c, scheme) * 1e-3:.0f}" for scheme in ("cpc", "cpfc", WHOLE_LEAD))
     tower = percent(change(c, "TwrBsMyt DEL", PREVIEWS[-1]))
+    wind = guarded(lambda: search.told_briefly(search.estimate(runs)), lambda why: "")
     return (
         f"{count_held(lines)} In the class's wind IPC changes the standard deviation of the root moment by {one} and "
         f"CPFC by {two}; the paper has -47.9 and -55.3 % in one minute: the probability of its eight "
-        f"changes together as one more minute of ours is {likelihood(c)}. Ideal removal of 1P would give "
+        f"changes together as one more minute of ours is {likelihood(c)}. {wind}Ideal removal of 1P would give "
         f"{ipc.std:+.1f} %, of 1P and 2P {cpfc.std:+.1f} %: IPC reaches {100 * ipc.std_share.mean:.0f} % of that, CPFC "
-        f"{100 * cpfc.std_share.mean:.0f} %. In plane CPFC changes the equivalent load by {plane}: at the edgewise "
-        f"mode it takes the standard deviation from {before} to {after} kN m. Loops without proportional part give "
-        f"{alone}, with an ideal preview of the wind {ideal} and in plane {plane_best}; with the errors of a lidar "
-        f"{worst}, and at the tower base {tower} in the equivalent load."
+        f"{100 * cpfc.std_share.mean:.0f} %. In plane CPFC changes the equivalent load by {plane}. With loops whose "
+        "proportional part takes back the whole delay of their filters, which do not keep the gain margin at the first "
+        f"edgewise mode, it is {plane_whole}; there the standard deviation is {edge} kN m with CPC, CPFC and those "
+        "loops. An ideal "
+        f"preview of the wind gives CPFC {ideal}; with the errors of a lidar {worst}, and at the tower base {tower} in "
+        "the equivalent load."
     )
 
 
@@ -107,7 +111,7 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
     wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
         "claims": ("Claim by claim", [lambda runs: claims_table(lines)]),
         "ceilings": ("How much was there to gain", [ceiling_table]),
-        "winds": ("In which wind the paper's figures hold", [beyond.winds, in_minutes]),
+        "winds": ("In which wind the paper's figures hold", [beyond.winds, search.search_table, in_minutes]),
         "gains": ("Gains", [gains_table]),
         "division": ("Division of frequencies and the edgewise mode", [beyond.division]),
         "best": ("The best combination beside the paper's", [partial(beyond.best, reading=r) for r in runs.readings]),
@@ -125,6 +129,10 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
             f"Changes against CPC in {winds}, means over {len(runs.setup.seeds)} seeds with 95 % intervals.",
             "The paper's numbers are those of one minute of one seed, which scatters more; see the winds.",
             *reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why})),
+        ],
+        "winds": [
+            worded(lambda: search.told(search.estimate(runs)), "The most likely wind"),
+            draw("likelihood", "Likelihood of the paper's changes by wind", lambda: search.surface(runs)),
         ],
         "gains": [draw("bode", "Loops of CPFC", lambda: plot_tuning(loops))],
         "division": [beyond.DIVISION],

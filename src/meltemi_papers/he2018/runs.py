@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,15 +18,15 @@ from meltemi.simulation.rotors import build
 from meltemi.studies.compare import WHOLE, Comparison, compare
 from meltemi.studies.preview import preview_of, steady_pitch
 from meltemi.studies.run_store import FailedResult, attempt
-from meltemi.studies.scheme_names import SCHEMES, Target
-from meltemi.studies.tuning import LoopTuning, linear_models, scaled, speed_notch, tune_loops
+from meltemi.studies.scheme_names import SCHEMES
+from meltemi.studies.tuning import linear_models, scaled, speed_notch, tune_loops
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.iec.winds import ntm
 from meltemi.wind.turbulence.field import AnyWind
-from meltemi_papers.he2018.designs import INTEGRAL, LIDARS, Design, Lidar, designs, measured
+from meltemi_papers.he2018.designs import LIDARS, Lidar, Tunings, designs, measured
 from meltemi_papers.study import Progress
 
 Made = Controller | Callable[[Wind], Controller]
@@ -36,13 +37,21 @@ PAPER = "100-160 s"
 EDITION_2, CLASS_B = "ed. 2, TI 14 %", "NTM class B, 14.4 %"
 READINGS: Mapping[str, dict[str, Any]] = {EDITION_2: {"edition": 2, "intensity": 0.14}, CLASS_B: {"wind_class": "IIB"}}
 """Two ways to read the paper's wind: an intensity of 0.14, or the class whose I_ref is 0.14."""
+READ_AS = {EDITION_2: (0.14, 0.5), CLASS_B: (0.144, 1.0)}
+"""Intensity, and length scale over that of edition 3; the coherence of edition 2 decays less, too."""
+GRID = {
+    **{f"TI {intensity} %": (0.01 * intensity, 1.0) for intensity in (12, 10, 8, 5)},
+    **{f"TI {intensity} %, half the lengths": (0.01 * intensity, 0.5) for intensity in (12, 8)},
+    **{f"TI {intensity} %, twice the lengths": (0.01 * intensity, 2.0) for intensity in (12, 8)},
+}
+"""Winds of other intensity and length scale."""
 PARTS = ("cpc", "ipc", "cpfc", "feedforward", "feedback", "flaps")
 RIVALS = ("ipc2", "flaps12", "cpfc12")
 ALL_SPEEDS = ("cpc", "ipc", "cpfc", "ipc2", "flaps12")
 """Schemes that are run at every wind speed."""
 TRAVEL = "cpfc12 at equal travel"
-PREVIEW, BEST = "preview", f"preview and {INTEGRAL}"
-PREVIEWS = (PREVIEW, "preview and ipc", "preview and cpfc", BEST, *(f"{BEST}: {name}" for name in LIDARS))
+PREVIEW, BEST = "preview", "preview and cpfc"
+PREVIEWS = (PREVIEW, "preview and ipc", BEST, *(f"{BEST}: {name}" for name in LIDARS))
 TUNING_SEEDS = (101, 102, 103)
 """Winds in which the flap loops are tuned for load; the schemes are judged in others."""
 SHARES_1P, SHARES_2P = (0.0, 0.5, 1.0), (0.3, 0.6, 1.0)
@@ -96,21 +105,18 @@ class Bench:
     model: BladedModel
     linear: tuple[LinearModel, ...] = field(repr=False)
     notch: SpeedNotch
-    tunings: Mapping[tuple[Target, ...], tuple[LoopTuning, ...]]
-    designs: Mapping[str, Design]
+    tunings: Tunings
+    designs: Mapping[str, tuple[HarmonicLoop, ...]]
 
     def controller(self, name: str) -> Controller:
         """Controller of a scheme or design."""
-        if name in self.designs:
-            design = self.designs[name]
-            return self.composed(name, list(design.loops), feedforward=True, sensor=design.sensor)
-        scheme = SCHEMES[name]
-        return self.composed(name, self.loops(name), feedforward=scheme.feedforward)
+        feedforward = name in self.designs or SCHEMES[name].feedforward
+        return self.composed(name, self.loops(name), feedforward=feedforward)
 
     def loops(self, name: str) -> list[HarmonicLoop]:
         """Feedback loops of a scheme or design."""
         if name in self.designs:
-            return list(self.designs[name].loops)
+            return list(self.designs[name])
         return [tuning.loop for tuning in self.tunings[SCHEMES[name].loops]]
 
     def composed(self, name: str, loops: list[HarmonicLoop], *, feedforward: bool, **more: Any) -> Controller:
@@ -130,7 +136,7 @@ def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> B
     linear = tuple(linear_models(model))
     wanted = {SCHEMES[name].loops for name in schemes}
     tunings = {loops: tune_loops(model, loops, linear=linear) for loops in sorted(wanted)}
-    others = designs(model, linear) if "cpfc12" in schemes else {}
+    others = designs(model, linear, tunings) if "cpfc12" in schemes else {}
     return Bench(model, linear, speed_notch(linear[0]), tunings, others)
 
 
@@ -179,7 +185,7 @@ def run_all(
     progress(0.0, "tuning")
     b = bench(build(paper_turbine()))
     candidates = (len(SHARES_1P) * len(SHARES_2P) + 1) * min(n, len(TUNING_SEEDS))
-    at_20 = 2 * len(PARTS) + len(RIVALS) + 2 + 2 * len(PREVIEWS) + len(b.designs)
+    at_20 = 2 * len(PARTS) + len(RIVALS) + 1 + 2 * len(PREVIEWS) + len(b.designs)
     total = 20.0 + candidates + (at_20 + len(ALL_SPEEDS) * len(setup.speeds)) * n + 3 * few * len(_STUDIES)
     done = 20.0
 
@@ -208,7 +214,7 @@ def run_all(
     previews = attempt("preview", _previews, b)
     readings = {}
     for name, reading in READINGS.items():
-        controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in (*PARTS, INTEGRAL)}
+        controllers: dict[str, Made] = {scheme: b.controller(scheme) for scheme in PARTS}
         if name == CLASS_B:
             controllers |= {scheme: b.controller(scheme) for scheme in (*RIVALS, *b.designs)}
             controllers |= {} if isinstance(best, FailedResult) else {TRAVEL: best}
@@ -246,16 +252,16 @@ def wind_of(seed: int, speed: float, **more: Any) -> AnyWind:
     return ntm(speed, seed=seed, **options)
 
 
+def _of_grid(first: int, intensity: float, length: float, seed: int) -> AnyWind:
+    """A wind of the grid; its seeds are those of no other."""
+    return wind_of(first + seed, SPEED, intensity=intensity, length_factor=length)
+
+
 NO_TORSION = "stiff in torsion, static polars, quasi-steady wake"
 FAST_MODEL = ModelOptions(torsion_modes=0, stall="static", inflow="quasi_steady")
 """Blades as in ElastoDyn, which the paper's FAST has."""
 _STUDIES: Mapping[str, Callable[[int], AnyWind]] = {
-    "TI 12 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.12),
-    "TI 10 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.10),
-    "TI 10 %, edition 2": lambda seed: wind_of(seed, SPEED, edition=2, intensity=0.10),
-    "TI 8 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.08),
-    "TI 5 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.05),
-    "TI 2 %": lambda seed: wind_of(seed, SPEED, edition=3, intensity=0.02),
+    **{name: partial(_of_grid, 10 * (k + 1), *wind) for k, (name, wind) in enumerate(GRID.items())},
     "no turbulence": lambda seed: SteadyWind(speed=SPEED, shear_exponent=SHEAR),
     "shear exponent 0.3": lambda seed: wind_of(seed, SPEED, wind_class="IIB", shear_exponent=0.3),
     "Kaimal": lambda seed: wind_of(seed, SPEED, wind_class="IIB", spectrum="kaimal"),
@@ -278,8 +284,8 @@ def _previews(b: Bench) -> dict[str, Made]:
 
         return of
 
-    lidars = [Lidar()] * 4 + list(LIDARS.values())
-    schemes = ["cpc", "ipc", "cpfc"] + [INTEGRAL] * (1 + len(LIDARS))
+    lidars = [Lidar()] * 3 + list(LIDARS.values())
+    schemes = ["cpc", "ipc"] + ["cpfc"] * (1 + len(LIDARS))
     return {each[0]: made(*each) for each in zip(PREVIEWS, schemes, lidars, strict=True)}
 
 

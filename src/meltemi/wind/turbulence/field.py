@@ -17,9 +17,9 @@ from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.turbulence import exponential, mann
 from meltemi.wind.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.wind.turbulence.measured import hub_amplitudes
-from meltemi.wind.turbulence.spectra import coherence_decay, scale_parameter
+from meltemi.wind.turbulence.spectra import coherence_decay
 from meltemi.wind.turbulence.synthesis import FIELD_STREAM, Spectrum, synthesise
-from meltemi.wind.turbulence.targets import amplitude_variances, mann_length, sigmas
+from meltemi.wind.turbulence.targets import amplitude_variances, length_scale, mann_length, sigmas
 from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
@@ -110,7 +110,7 @@ def spectrum_of(wind: TurbulentWind, grid: WindGrid, n: int) -> Spectrum:
 
 
 def _exponential(wind: TurbulentWind, grid: WindGrid, f: Float, variances: Float) -> Spectrum:
-    kappa = coherence_decay(wind.spectrum, wind.edition, f, wind.speed, scale_parameter(wind.edition, grid.hub_height))
+    kappa = coherence_decay(wind.spectrum, wind.edition, f, wind.speed, length_scale(wind, grid.hub_height))
     some = kappa[kappa * min(grid.dy, grid.dz) < exponential.REACH]
     components = (0,) if wind.coherent == "u" else (0, 1, 2)
     row, column = grid.hub

@@ -32,14 +32,19 @@ def sigmas(wind: TurbulentWind) -> tuple[float, float, float]:
     return u * sigma, v * sigma, w * sigma
 
 
+def length_scale(wind: TurbulentWind, hub_height: float) -> float:
+    """[m] scale parameter of the edition, times the wind's factor."""
+    return wind.length_factor * scale_parameter(wind.edition, hub_height)
+
+
 def mann_length(wind: TurbulentWind, hub_height: float) -> float:
     """[m] length L of Mann's model."""
-    return mann.LENGTH * scale_parameter(wind.edition, hub_height)
+    return mann.LENGTH * length_scale(wind, hub_height)
 
 
 def target_densities(wind: TurbulentWind, hub_height: float, f: Float) -> Float:
     """(4, F) one-sided densities [m^2/s^2/Hz] of u, v, w and the co-spectrum uw, at frequencies [Hz] above 0."""
-    scale = scale_parameter(wind.edition, hub_height)
+    scale = length_scale(wind, hub_height)
     sigma = wind.intensity * wind.speed
     if wind.spectrum != "mann":
         return np.vstack([densities(wind.spectrum, f, wind.speed, sigma, scale), np.zeros_like(f)])
@@ -73,7 +78,7 @@ def target_coherence(wind: TurbulentWind, hub_height: float, f: Float, dy: float
     apart = math.hypot(dy, dz)
     if apart == 0.0:
         return np.ones((3, len(f)))
-    scale = scale_parameter(wind.edition, hub_height)
+    scale = length_scale(wind, hub_height)
     result = np.zeros((3, len(f)))
     if wind.spectrum != "mann":
         components = 1 if wind.coherent == "u" else 3
