@@ -31,6 +31,7 @@ from meltemi.simulation.step import evaluate, inflow_rates, observe, settle_infl
 from meltemi.simulation.system import Control, March
 from meltemi.simulation.tables import Clock, Settings
 from meltemi.simulation.validity import new_watch
+from meltemi.structure.tables import StepWeights
 from meltemi.turbine.electrical import nominal_frequency
 from meltemi.wind.fields import Wind, wind_arrays
 
@@ -99,6 +100,7 @@ class Case:
             "settings": self.settings.array,
             "v_old": self.v_old,
             "a_old": self.a_old,
+            "weights": StepWeights.zeros(coordinate=nq),
             "spare": self.spare,
             **rotor.arrays(turbine, wind, stations, lanes),
         }

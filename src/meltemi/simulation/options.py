@@ -139,6 +139,9 @@ class ModelOptions(Record):
     of the undeflected rotor."""
     time_step: float | None = Field(default=None, gt=0.0, le=1.0)
     """[s] time step; by default from the highest natural frequency of the model."""
+    integration: Literal["explicit", "implicit"] = "explicit"
+    """Stiffness and structural damping in the time integration: explicit except for modes that are stiff, such as the
+    shaft of a direct drive; or implicit for all coordinates, exact for their own vibrations, with longer steps."""
     corrections: int = Field(default=0, ge=0, le=5)
     """Additional evaluations in each step, with corrected velocities."""
     induction_iterations: int = Field(default=5, ge=2, le=100)

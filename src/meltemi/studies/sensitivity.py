@@ -202,11 +202,13 @@ def finite_difference_runs(run: Run, parameter: str, *, step: float | None = Non
     (way,) = directions(model, [parameter], controller, start, {} if step is None else {parameter: step})
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
     options = model.options.replace(time_step=default_step(model))
+    weights = kind_of(model).step_weights(model, default_step(model))  # constants of the time step, as with derivatives
     found = []
     for change in (-size, size):
         moved: dict[str, Any] = {name: model.array(name) + change * array for name, array in way.arrays.items()}
 
         def prepare(case: Case, change: float = change) -> None:
+            case["weights"][:2] = weights
             if way.state is not None:
                 case.controller_state[way.state[0]] += change * way.state[1]
 
