@@ -464,7 +464,7 @@ def _only_begin_what_is_long() -> None:
     from meltemi.core.errors import RunError
     from meltemi.postprocess import difference
     from meltemi.report import wind_plots
-    from meltemi.simulation import campbell, rotors, simulate
+    from meltemi.simulation import campbell, flutter, parked_modes, rotors, simulate
     from meltemi.studies import compare, inspection, schemes, warmup
     from meltemi_papers import study
     from meltemi_papers.he2018 import duel
@@ -474,7 +474,8 @@ def _only_begin_what_is_long() -> None:
         raise RunError(ACCEPTED)
 
     long: list[tuple[Any, str]] = [
-        (campbell, "campbell"), (bench, "benchmark"), (compare, "compare"), (schemes, "design_controllers"),
+        (campbell, "campbell"), (flutter, "flutter"), (parked_modes, "parked_stability"), (bench, "benchmark"),
+        (compare, "compare"), (schemes, "design_controllers"),
         (inspection, "inspect_turbine"), (verification, "verification"), (warmup, "warmup"), (duel, "duel"),
         (study, "reproduce"),
     ]  # fmt: skip

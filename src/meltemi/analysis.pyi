@@ -3,10 +3,14 @@ from meltemi.postprocess.difference import ResultDifferences as ResultDifference
 from meltemi.postprocess.difference import compare_results as compare_results
 from meltemi.simulation.campbell import Campbell as Campbell
 from meltemi.simulation.campbell import campbell as campbell
+from meltemi.simulation.flutter import Flutter as Flutter
+from meltemi.simulation.flutter import flutter as flutter
 from meltemi.simulation.linear import LinearModel as LinearModel
 from meltemi.simulation.linear import linearise as linearise
 from meltemi.simulation.modes import natural_modes as natural_modes
 from meltemi.simulation.parked import parked_point as parked_point
+from meltemi.simulation.parked_modes import ParkedStability as ParkedStability
+from meltemi.simulation.parked_modes import parked_stability as parked_stability
 from meltemi.simulation.performance import performance_of as performance_of
 from meltemi.simulation.performance import rotor_performance as rotor_performance
 from meltemi.simulation.rotors import operating_point as operating_point

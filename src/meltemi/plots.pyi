@@ -6,6 +6,8 @@ from meltemi.report.plots import plot_performance as plot_performance
 from meltemi.report.plots import plot_power_curve as plot_power_curve
 from meltemi.report.power_plots import plot_speed_power as plot_speed_power
 from meltemi.report.spectra_plots import plot_spectra as plot_spectra
+from meltemi.report.stability import plot_flutter as plot_flutter
+from meltemi.report.stability import plot_parked as plot_parked
 from meltemi.report.state_diagram import plot_states as plot_states
 from meltemi.report.tuning_plots import plot_tuning as plot_tuning
 from meltemi.report.turbine_plots import plot_turbine as plot_turbine

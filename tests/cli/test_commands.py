@@ -33,6 +33,8 @@ COMMANDS = (
     "diff",
     "reproduce",
     "campbell",
+    "flutter",
+    "parked",
     "verify",
     "warmup",
     "bench",
@@ -340,7 +342,7 @@ def test_templates_never_overwrite(command: Command, tmp_path: Path) -> None:
 def test_turbines(command: Command) -> None:
     ran = command("turbines")
     assert (ran.status, ran.err) == (0, "")
-    (line,) = (line for line in ran.out.splitlines() if line.strip("│ ").startswith("nrel5mw"))
+    (line,) = (line for line in ran.out.splitlines() if line.strip("│ ").startswith("nrel5mw "))
     assert [part.strip() for part in line.strip("│").split("│")][-3:] == ["5", "126", "90.0"]
 
 
@@ -435,7 +437,8 @@ def test_every_command_has_help(command: Command, name: str, flag: str) -> None:
     assert "Usage: " in ran.out
     options = re.findall(r"--[a-z-]+", ran.out)
     assert "--help" in options
-    with_files = ("run", "power-curve", "wind", "compare", "diff", "reproduce", "campbell", "verify", "template")
+    stability = ("campbell", "flutter", "parked")
+    with_files = ("run", "power-curve", "wind", "compare", "diff", "reproduce", *stability, "verify", "template")
     assert ("--out" in options) is (name in with_files)
 
 

@@ -107,3 +107,45 @@ def test_one_word_for_the_class_and_a_direction_for_every_wind(command: Command,
     assert command("run", path, "--out", tmp_path).status == 0
     result = meltemi.io.read_netcdf(tmp_path / "result.nc")
     assert -result["wind_y"][0] / result["wind_x"][0] == pytest.approx(0.14054, rel=1e-3)  # tan 8 deg
+
+
+def test_flutter_writes_damping_over_rotor_speed(command: Command, tmp_path: Path) -> None:
+    ran = command("flutter", "nrel5mw-offsets", "--rotor-speeds", "17,19", "--out", tmp_path)
+    assert ran.status == 0, ran
+    assert "limit: 18." in ran.out
+    assert "Hz in the blades" in ran.out
+    rows = list(csv.DictReader((tmp_path / "flutter.csv").read_text().splitlines()))
+    assert {row["rotor rpm"] for row in rows} == {"17", "19"}
+    fast = [row["damping %"] for row in rows if row["rotor rpm"] == "19"]
+    assert min(float(damping) for damping in fast if damping != "-") < -0.5
+    assert (tmp_path / "flutter.png").is_file()
+    calm = command("flutter", "nrel5mw", "--rotor-speeds", "10", "--pitch", "1", "--wind-speed", "3", "--out", tmp_path)
+    assert "no blade mode is unstable up to 10 rpm" in calm.out
+
+
+def test_parked_writes_a_map(command: Command, tmp_path: Path) -> None:
+    arguments = ("--wind-speed", "42.5", "--yaw", "0,180", "--pitch", "90", "--deep-stall", "plate", "--out", tmp_path)
+    ran = command("parked", "nrel5mw", *arguments)
+    assert ran.status == 0, ran
+    rows = list(csv.DictReader((tmp_path / "parked.csv").read_text().splitlines()))
+    assert [row["yaw deg"] for row in rows] == ["0", "180"]
+    assert float(rows[0]["damping %"]) > 0.0 > float(rows[1]["damping %"])
+    assert "torsion" in rows[1]["mode"]
+    assert (tmp_path / "parked.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("flutter", "nrel5mw", "--rotor-speeds", "12,10"), "must be positive and increase"),
+        (("flutter", "pmsg20mw"), "pmsg20mw"),
+        (("parked", "nrel5mw", "--yaw", "0:400:10"), "--yaw '0:400:10': expected angles between -180 and 180 deg"),
+        (("parked", "nrel5mw", "--pitch", "a"), "--pitch 'a': expected 4,6,8 or 4:24:2"),
+        (("parked", "nrel5mw", "--deep-stall", "none"), "deep_stall"),
+    ],
+)
+def test_stability_refuses(command: Command, tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
+    ran = command(*arguments, "--out", tmp_path / "new")
+    assert ran.status == 2
+    assert said in ran.err
+    assert not (tmp_path / "new").exists()

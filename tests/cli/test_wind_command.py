@@ -249,7 +249,7 @@ def test_no_picture_of_another_wind_is_left(command: Command, tmp_path: Path) ->
         (("ECG", "--class", "IIX", "--speed", 20), "found 'IIX'; did you mean 'IIA'"),
         (("NWP", "--speed", 12, "--edition", 7), "not in edition 7"),
         (("ETM", "--class", "IIB", "--speed", 20, "--edition", 2), "not in edition 2; expected edition 3 or 4"),
-        (("NWP", "--speed", 12, "--turbine", "nrel5wm"), "did you mean 'nrel5mw'?"),
+        (("NWP", "--speed", 12, "--turbine", "nrel5wm"), "did you mean 'nrel5mw'"),
         (("NWP", "--speed", 0), "speed must be above 0"),
         (("NWP", "--speed", "nan"), "speed must be above 0"),
         (("NWP", "--speed", 12, "--seed", 3), "--seed is no option of NWP (normal wind profile); it has --speed"),

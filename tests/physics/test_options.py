@@ -115,6 +115,23 @@ def undershoot(thrust: Any) -> tuple[float, float]:
     return float((final - low) / (before - final)), float(np.argmax(late > 0.5 * (low + final)))
 
 
+def test_skewed_momentum_lowers_the_induction_of_a_yawed_rotor(turbine: Turbine) -> None:
+    """Power falls with the cosine of the yaw error to a power of 2.7, and of 1.2 to 1.5 with more flow through it."""
+    speed = 10.3 * np.pi / 30.0
+    exponent = {}
+    for kind in ("axial", "cylinder", "glauert"):
+        model = meltemi.build(turbine, ModelOptions(skew_momentum=kind))
+        straight, yawed = (
+            operating_point(model, SteadyWind(speed=9.0, direction=yaw), rotor_speed=speed, pitch=0.0)
+            for yaw in (0.0, np.radians(30.0))
+        )
+        loss = yawed["rotor_aero_torque"] / straight["rotor_aero_torque"]
+        exponent[kind] = np.log(loss) / np.log(np.cos(np.radians(30.0)))
+    assert 2.5 < exponent["axial"] < 3.0
+    assert 1.3 < exponent["cylinder"] < 1.8
+    assert 0.9 < exponent["glauert"] < exponent["cylinder"]
+
+
 def test_dynamic_inflow_undershoots_and_recovers_with_its_time(turbine: Turbine) -> None:
     quasi = undershoot(pitch_step(turbine, inflow="quasi_steady", stall="static"))[0]
     quick = undershoot(pitch_step(turbine, inflow="constant", inflow_time=2.0, stall="static"))

@@ -155,3 +155,51 @@ def test_unusual_winds_are_named(model: Model) -> None:
     assert any("shear exponent of 0.99" in words for words in result.warnings)
     assert any("upflow of 56.7 deg" in words for words in result.warnings)
     assert run(model, SteadyWind(speed=12.0, shear_exponent=0.3, upflow=0.14), 0.5).warnings == ()
+
+
+# warnings -------------------------------------------------------------------------------------------------
+
+
+def warned(result: Result, words: str) -> bool:
+    return any(words in warning for warning in result.warnings)
+
+
+def test_a_usual_run_has_no_warning(model: Model) -> None:
+    wind = iec_wind(turbine=model.turbine, model="NTM", wind_class="IA", speed=11.4, seed=3)
+    assert run(model, wind, 60.0).warnings == ()
+
+
+def test_a_fast_rotor_is_named_before_it_is_doubtful(model: Model) -> None:
+    rated = model.turbine.control.pitch.reference_speed / model.turbine.drivetrain.gear_ratio
+    result = run(model, 8.0, 0.5, start=Start(rotor_speed=1.3 * rated))
+    assert result.status is Status.OK
+    assert warned(result, "rotor overspeed 15.")
+    assert not warned(run(model, 8.0, 0.5, start=Start(rotor_speed=1.1 * rated)), "overspeed")
+
+
+def test_a_blade_near_the_tower_is_named_at_the_given_distance(model: Model) -> None:
+    base = validity.undeflected_clearance(model)
+    assert base == pytest.approx(10.6, abs=0.5)  # by hand from the report's geometry
+    near = meltemi.build(model.turbine, model.options.replace(tower_clearance=0.9 * base))
+    assert warned(run(near, 11.0, 6.0), "distance of its tip from the surface")
+    assert not warned(run(model, 11.0, 6.0), "tower")
+    result = run(near, 11.0, 6.0)
+    value = float(next(w for w in result.warnings if "tower" in w).split("surface ")[1].split()[0])
+    lowest = result["tip_clearance_1"].min()  # from the axis, about two radii further
+    assert 1.5 < lowest - value < 3.5
+
+
+def test_blades_that_bend_far_are_named(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not warned(run(model, 10.0, 20.0), "bend beyond the range")
+    monkeypatch.setitem(validity.RANGES, "modal", 0.06)
+    assert warned(run(model, 10.0, 20.0), "tip deflection (10 s mean)")
+
+
+def test_growing_edgewise_vibrations_are_named(model: Model) -> None:
+    """Feathered blades in a storm: by static polars their damping is negative in stall, as in OpenFAST."""
+    static = meltemi.build(model.turbine, model.options.replace(locked=("generator",), stall="static"))
+    for yaw, grows in ((-15.0, True), (0.0, False)):
+        storm = SteadyWind(speed=59.5, shear_exponent=0.11, direction=math.radians(yaw))
+        law = meltemi.control.ConstantController()
+        result = run(static, storm, 50.0, start=Start(pitch=math.pi / 2), controller=law)
+        assert warned(result, "growing edgewise vibration") is grows

@@ -47,7 +47,7 @@ def strip_at(
     x: float, vx: float, vy: float, *, theta: float = 0.0, solidity: float = 0.05, polar: int = 0, blades: int = 3
 ) -> Strip:
     """A strip at relative radius x."""
-    return Strip(vx, vy, theta, solidity, blades * (1.0 - x) / (2.0 * x), blades * (x - HUB) / (2.0 * HUB), polar)
+    return Strip(vx, vy, theta, solidity, blades * (1.0 - x) / (2.0 * x), blades * (x - HUB) / (2.0 * HUB), polar, 0.02)
 
 
 def solve(
@@ -262,7 +262,7 @@ CONSTANT_LIFT[0, :, LIFT] = 1.0
 
 def axial(solidity: float, phi: float, tip_number: float = 1e9, buhl: int = 1) -> float:
     """s / (1 - a) at an inflow angle for lift coefficient 1."""
-    strip = Strip(10.0, 50.0, 0.0, solidity, tip_number, 1e9, 0)
+    strip = Strip(10.0, 50.0, 0.0, solidity, tip_number, 1e9, 0, 0.02)
     return bem.balance(phi, strip, Onset(0.2, 0.98, 1.0, 1.0), seen(CONSTANT_LIFT, 0.0, 0.0, buhl)).axial
 
 
@@ -305,3 +305,36 @@ def test_without_buhl_momentum_theory_goes_on() -> None:
     for solidity in (0.01, 0.1, 0.5):
         kappa = solidity * cos(0.1) / 4.0
         assert axial(solidity, 0.1, buhl=0) == pytest.approx(s + kappa / s, rel=1e-13)
+
+
+@given(s=st.floats(-0.5, 1.0), kappa=st.floats(1e-3, 3.0), angle=st.floats(0.02, 1.4))
+@settings(max_examples=200, deadline=None)
+def test_momentum_in_skewed_flow_is_solved(s: float, kappa: float, angle: float) -> None:
+    t, lean = np.tan(angle), np.tan(0.6 * angle)
+    y = bem.skewed_axial(s, kappa, t)
+    assert (y - s) * sqrt(s * s + t * t * y * y) == pytest.approx(kappa, rel=1e-4)
+    added, along = lean * (t - lean), 1.0 + lean * lean
+    y = bem.cylinder_axial(s, kappa, added, along)
+    assert (y - s) * (added * y + along * s) == pytest.approx(kappa, rel=1e-6)
+    assert y > 0.0
+
+
+@pytest.mark.parametrize("kappa", [0.01, 0.05, 0.2])
+def test_momentum_in_hardly_skewed_flow_is_that_of_axial_flow(kappa: float) -> None:
+    s = 0.6
+    assert bem.skewed_axial(s, kappa, 0.02) == pytest.approx(s + kappa / s, rel=2e-3)
+    lean = np.tan(0.6 * 0.02)
+    assert bem.cylinder_axial(s, kappa, lean * (0.02 - lean), 1.0 + lean**2) == pytest.approx(s + kappa / s, rel=2e-3)
+
+
+def test_glauerts_momentum_theory_of_a_yawed_disk() -> None:
+    """Burton et al. (2011), 3.10: C_T = 4 a sqrt(1 - a (2 cos g - a)) with the velocity of the wind as reference."""
+    for yaw in np.radians([10.0, 30.0, 50.0]):
+        for factor in (0.05, 0.2, 0.3):
+            a = factor / np.cos(yaw)  # of the velocity normal to the disk
+            s = 0.1  # sine of the inflow angle; the thrust coefficient for W is 4 kappa (1 - a)^2 / s^2
+            y, t = s / (1.0 - a), np.tan(yaw)
+            kappa = (y - s) * np.hypot(s, t * y)
+            assert bem.skewed_axial(s, kappa, t) == pytest.approx(y, rel=1e-6)
+            thrust = 4.0 * kappa * (1.0 - a) ** 2 / s**2 * np.cos(yaw) ** 2
+            assert thrust == pytest.approx(4.0 * factor * np.sqrt(1.0 - factor * (2.0 * np.cos(yaw) - factor)))

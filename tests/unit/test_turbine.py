@@ -70,7 +70,8 @@ def refused(turbine: Turbine, *changes: Callable[[Content], None]) -> str:
 
 
 def test_the_library_lists_its_turbines() -> None:
-    assert list_turbines() == ["ct30-155", "iea15mw", "iea22mw", "nrel5mw", "pmsg20mw", "pmsg20mw-bem", "zr20-122"]
+    with_blades = ["ct30-155", "iea15mw", "iea22mw", "nrel5mw", "nrel5mw-offsets"]
+    assert list_turbines() == [*with_blades, "pmsg20mw", "pmsg20mw-bem", "zr20-122"]
     assert {entry.file for entry in library_entries().values()} == {p.name for p in DATA.glob("*.yaml")} - {
         "library.yaml"
     }
@@ -82,6 +83,16 @@ def test_the_table_of_the_library_says_what_the_turbines_say(name: str) -> None:
     assert turbine.rated_power == entry.rated_power
     assert turbine.rotor_diameter == pytest.approx(entry.rotor_diameter, abs=0.01)
     assert turbine.hub_height == pytest.approx(entry.hub_height, abs=0.01)
+
+
+def test_a_variant_changes_only_what_its_file_has() -> None:
+    base, variant = load_turbine("nrel5mw"), load_turbine("nrel5mw-offsets")
+    assert base.blade.structure.mass_centre_y is None
+    assert variant.blade.structure.mass_centre_y is not None
+    structure = variant.blade.structure.replace(mass_centre_y=None)
+    blade = variant.blade.replace(structure=structure, source=base.blade.source)
+    told = {name: getattr(base, name) for name in ("name", "description", "source")}
+    assert variant.replace(blade=blade, **told) == base
 
 
 def test_a_turbine_whose_data_are_not_installed_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -141,7 +152,7 @@ def test_a_changed_turbine_survives_a_file_too(turbine: Turbine, tmp_path: Path)
 
 
 def test_a_misspelt_name_gets_the_closest() -> None:
-    with pytest.raises(InputError, match=r"no turbine 'nrel5wm' in the library: did you mean 'nrel5mw'\?.*\.yaml file"):
+    with pytest.raises(InputError, match=r"no turbine 'nrel5wm' in the library: did you mean 'nrel5mw' .*\.yaml file"):
         load_turbine("nrel5wm")
 
 

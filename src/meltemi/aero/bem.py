@@ -19,7 +19,7 @@ Reference: docs/theory/aerodynamics.md (A-5 to A-15); Ning (2014), Eqs. 5-14; Bu
 
 from __future__ import annotations
 
-from math import acos, cos, exp, pi, sin, sqrt
+from math import acos, atan2, cos, exp, pi, sin, sqrt, tan
 from typing import NamedTuple
 
 from meltemi.aero.air import Air
@@ -36,6 +36,12 @@ LOSS_FLOOR = 1e-4
 """Smallest loss factor."""
 LEAST_FLOW, TINY = 0.3, 1e-6
 """Minimum flow through the annulus over |s|, below all that occurs where a > 1 (A-10), and absolute minimum."""
+SKEW_STEPS = 6
+"""Newton steps for the axial flow in skewed momentum, from above, where they converge monotonically."""
+HALF_WAKE = 0.6
+"""Half the skew angle of the wake over that of the wind, 1 + 0.6 a at a = 1/3 (A-27)."""
+LEAST_SKEW, MOST_SKEW = 0.02, 10.0
+"""Range of the tangent of the skew angle; below, the flow is axial to 2e-4."""
 STILL = 1e-3
 """[m/s] below which the air counts as still."""
 
@@ -49,6 +55,7 @@ class Strip(NamedTuple):
       solidity: blades times chord over circumference.
       tip_number, hub_number: of Prandtl's loss factor.
       polar: index of the polar.
+      skew: tangent of the angle between wind and shaft, for Glauert's momentum in skewed flow.
     """
 
     vx: float
@@ -58,6 +65,7 @@ class Strip(NamedTuple):
     tip_number: float
     hub_number: float
     polar: int
+    skew: float
 
 
 class Onset(NamedTuple):
@@ -121,6 +129,24 @@ def end_angle(number: float, s: float) -> float:
 
 
 @kernel
+def skewed_axial(s: float, kappa: float, skew: float) -> float:
+    """s / (1 - a) of Glauert's momentum in skewed flow, (y - s) sqrt(s^2 + skew^2 y^2) = kappa, by Newton (A-10a)."""
+    k = max(kappa, 0.0)
+    y = max(s, 0.0) + min(sqrt(k / skew), k / max(s, TINY))
+    for _ in range(SKEW_STEPS):
+        r = max(sqrt(s * s + skew * skew * y * y), TINY)
+        y -= ((y - s) * r - k) / (r + max(y - s, 0.0) * skew * skew * y / r)
+    return y
+
+
+@kernel
+def cylinder_axial(s: float, kappa: float, added: float, along: float) -> float:
+    """s / (1 - a) of a skewed vortex cylinder, (y - s) (added y + along s) = kappa (A-10b)."""
+    k, p = max(kappa, 0.0), (along - added) * s
+    return (sqrt(max(p * p + 4.0 * added * (along * s * s + k), 0.0)) - p) / (2.0 * added)
+
+
+@kernel
 def balance(phi: float, strip: Strip, onset: Onset, m: Air) -> Balance:
     """The momentum balance at ``phi`` (A-6 to A-12)."""
     s, c = sin(phi), cos(phi)
@@ -134,9 +160,20 @@ def balance(phi: float, strip: Strip, onset: Onset, m: Air) -> Balance:
     kappa = q * cx
     high = (5.0 / 3.0 - F) * s + sqrt(max(2.0 * F * kappa - (4.0 / 3.0 - F) * F * s * s, 0.0))
     heavy = (s <= 0.0) | (m.aero_options.high_induction == 1) & (kappa > (2.0 / 3.0) * s * s)
+    through = s
+    if m.aero_options.skew_momentum > 0:
+        if m.aero_options.skew_momentum == 1:
+            y = skewed_axial(s, kappa, strip.skew)
+            through = sqrt(s * s + strip.skew * strip.skew * y * y)
+        else:
+            lean = min(tan(HALF_WAKE * atan2(strip.skew, 1.0)), 1.0)
+            added, along = lean * (strip.skew - lean), 1.0 + lean * lean
+            y = cylinder_axial(s, kappa, added, along)
+            through = added * y + along * s
+        heavy = heavy & ((y > high) | (kappa <= 0.0))
     # the flow that takes up the thrust takes up the torque as well
     added = high - s
-    flow = where(heavy, kappa / where(abs(added) > TINY, added, TINY), s)
+    flow = where(heavy, kappa / where(abs(added) > TINY, added, TINY), through)
     flow = max(flow, max(LEAST_FLOW * abs(s), TINY))
     axial = where(heavy, high, s + kappa / flow)
     cy = lift * s - m.aero.tangential_drag * cd * c

@@ -21,7 +21,7 @@ from math import acos, atan2, cos, pi, sin, sqrt, tan
 
 from meltemi.aero import inflow, stall, tower_flow
 from meltemi.aero.air import Air
-from meltemi.aero.bem import STILL, Strip, induction
+from meltemi.aero.bem import LEAST_SKEW, MOST_SKEW, STILL, Strip, induction
 from meltemi.aero.flaps import equivalent_angle, flap_increment
 from meltemi.aero.polars import Coefficients, ramp, wrap
 from meltemi.aero.stall.section import CAMBER
@@ -122,6 +122,7 @@ def quasi_steady(m: Air) -> None:
     options, nodes, flow, memory, rotor = m.aero_options, m.aero_nodes, m.flow, m.memory, m.rotor
     mean, worst = 0.0, 0.0
     curved = 0.5 if options.stall != stall.STATIC and options.stall_rotation == CAMBER else 0.0
+    skew = min(max(abs(tan(rotor.skew)), LEAST_SKEW), MOST_SKEW)
     for b in range(flow.blades):
         for n in range(flow.nodes):
             a, ap, residual = 0.0, 0.0, 0.0
@@ -140,6 +141,7 @@ def quasi_steady(m: Air) -> None:
                     nodes.tip_number[b, n],
                     nodes.hub_number[b, n],
                     g,
+                    skew,
                 )
                 solution = induction(memory.phi[b, n], memory.slope[b, n], strip, m)
                 memory.phi[b, n] = solution.phi

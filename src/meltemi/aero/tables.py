@@ -45,6 +45,7 @@ class AeroOptions(Table, title="aerodynamic options", integer=True):
     tower: int = number("-", "influence of the tower: 0: none, 1: potential flow, 2: the same on the lower half")
     tower_drag: int = number("-", "1: drag on the tower")
     iterations: int = number("-", "of the induction solver at each evaluation")
+    skew_momentum: int = number("-", "momentum of a rotor in skewed flow: 0: axial, 1: Glauert, 2: vortex cylinder")
 
 
 class AeroNode(Table, axes="blade node", title="aerodynamic node"):

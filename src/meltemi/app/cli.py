@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import shutil
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
@@ -31,6 +31,8 @@ from meltemi.app.options import (
     wind_options,
     with_options,
 )
+from meltemi.app.scans import default_speeds, finish, speeds_of
+from meltemi.app.stability import flutter, parked
 from meltemi.app.terminal import OutOption, print_table, progress_bar, remove_empty_folders, results_in, say
 from meltemi.app.wind import wind
 from meltemi.core.errors import InputError, MeltemiError
@@ -328,7 +330,7 @@ def power_curve(
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)
-    wanted = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
+    wanted = speeds_of(speeds) if speeds else default_speeds(described.cut_in, described.cut_out)
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
     from meltemi.simulation.rotors import build, operating_point
@@ -355,38 +357,7 @@ def power_curve(
         print_table(f"{described.name}: steady operation", head, rows)
         print(f"wrote {write_csv(out / 'power_curve.csv', [h.replace(chr(10), ' ') for h in head], rows)}")
         print(f"wrote {save(plot_power_curve(points, model), out / 'power_curve.png')}")
-    _finish(failures, interrupted)
-
-
-def _finish(failures: Mapping[float, str], interrupted: bool = False) -> None:
-    """Report the failed points of a scan, and exit with status 1 if there are any."""
-    for value, why in failures.items():
-        say(f"failed at {value:g}: {why}")
-    if interrupted:
-        say("interrupted; partial results are written")
-        raise typer.Exit(130)
-    if failures:
-        raise typer.Exit(1)
-
-
-def _default_speeds(low: float, high: float) -> list[float]:
-    return [float(u) for u in range(int(low) + (low > int(low)), int(high) + 1)]
-
-
-def _speeds(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero: bool = False) -> list[float]:
-    try:
-        if ":" in text:
-            first, last, step = (float(x) for x in text.split(":"))
-            if step <= 0.0 or last < first or (last - first) / step > 1000.0:
-                raise ValueError
-            found = [first + i * step for i in range(int((last - first) / step + 1e-9) + 1)]
-        else:
-            found = [float(x) for x in text.split(",")]
-    except (ValueError, OverflowError):
-        raise InputError(f"{option} {text!r}: expected 4,6,8 or 4:24:2 (first:last:step)") from None
-    if not found or not all(0.0 < speed <= 100.0 or (zero and speed == 0.0) for speed in found):
-        raise InputError(f"{option} {text!r}: expected speeds between 0 and 100 {unit}")
-    return found
+    finish(failures, interrupted)
 
 
 app.command()(wind)
@@ -395,6 +366,8 @@ app.command("import", help=IMPORT_HELP)(import_)
 app.command()(inspect)
 app.command()(export)
 app.command()(diff)
+app.command()(flutter)
+app.command()(parked)
 
 
 @app.command()
@@ -418,8 +391,10 @@ def campbell(
     if speeds and rotor_speeds:
         raise InputError("give one of --wind-speeds, --rotor-speeds")
     described = aeroelastic(load_turbine(turbine), "meltemi campbell")
-    turns = [w * pi / 30.0 for w in _speeds(rotor_speeds, "--rotor-speeds", "rpm", zero=True)] if rotor_speeds else None
-    winds = _speeds(speeds) if speeds else _default_speeds(described.cut_in, described.cut_out)
+    turns = (
+        [w * pi / 30.0 for w in speeds_of(rotor_speeds, "--rotor-speeds", "rpm", zero=True)] if rotor_speeds else None
+    )
+    winds = speeds_of(speeds) if speeds else default_speeds(described.cut_in, described.cut_out)
     from meltemi.report.plots import plot_campbell, save
     from meltemi.report.tables import campbell_rows, number, write_csv
     from meltemi.simulation.campbell import campbell as diagram_of
@@ -450,7 +425,7 @@ def campbell(
         )
         print(f"wrote {write_csv(out / 'campbell.csv', *campbell_rows(diagram))}")
         print(f"wrote {save(plot_campbell(diagram), out / 'campbell.png')}")
-    _finish(diagram.failures)
+    finish(diagram.failures)
 
 
 @app.command()

@@ -99,6 +99,9 @@ class ModelOptions(Record):
     """Include the drag in the tangential momentum balance."""
     skew: Literal["glauert", "none"] = "glauert"
     """Redistribution of the induction in a skewed wake."""
+    skew_momentum: Literal["axial", "glauert", "cylinder"] = "axial"
+    """Mean induction of a rotor in skewed flow: from the momentum of the flow along the shaft; from that of the whole
+    flow through the disk (Glauert); or from a skewed vortex cylinder, between them."""
     inflow: InflowModel = "variable"
     """Dynamic inflow with a time constant that depends on wind and induction, with a constant one, or none."""
     inflow_time: float = Field(default=4.0, gt=0.0)
@@ -109,6 +112,9 @@ class ModelOptions(Record):
     stall_fit: Literal["hansen", "openfast"] = "hansen"
     """Degree of attachment and fully separated lift from the polar: as the model's authors define them, so that
     the static lift is recovered exactly, or as in OpenFAST 5."""
+    deep_stall: Literal["given", "plate"] = "given"
+    """Polars in deep stall, beyond 30 to 45 degrees from the chord: as the description gives them, or those of a plate
+    with their drag at 90 degrees, which has no suction along the chord."""
     stall_rotation: Literal["camber", "openfast", "none"] = "camber"
     """Effect of the rotation of a section about its span with dynamic stall: the rotation of a coned or bent blade with
     the rotor curves the flow and acts like camber, and pitching and torsion also add apparent-mass lift; or the whole
@@ -124,6 +130,9 @@ class ModelOptions(Record):
     tower_drag: bool = True
     """Drag of the wind on the tower."""
 
+    tower_clearance: float | None = Field(default=None, ge=0.0)
+    """[m] distance of a blade's axis from the tower's surface below which a run has a warning; by default 30 % of that
+    of the undeflected rotor."""
     time_step: float | None = Field(default=None, gt=0.0, le=1.0)
     """[s] time step; by default from the highest natural frequency of the model."""
     corrections: int = Field(default=0, ge=0, le=5)

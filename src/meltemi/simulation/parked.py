@@ -105,6 +105,12 @@ def parked_point(
     return orbit.finish(azimuth, (f"the turning rotor is unstable: {unstable}",) if unstable else ())
 
 
+@one_blas_thread
+def standing_point(model: BladedModel, wind: SteadyWind, pitch: float, azimuth: float) -> OperatingPoint:
+    """Equilibrium at standstill without a check of its stability; arguments and errors as of :func:`parked_point`."""
+    return _stand(model, wind, pitch, azimuth, 0.0, judged=False)
+
+
 def _rest_azimuth(
     model: BladedModel, wind: SteadyWind, pitch: float, azimuth: float, torque: float
 ) -> tuple[OperatingPoint | None, float]:

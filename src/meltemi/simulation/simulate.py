@@ -45,7 +45,7 @@ from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start, begin
 from meltemi.simulation.trim import OperatingPoint
-from meltemi.simulation.validity import violations
+from meltemi.simulation.validity import notices, violations
 from meltemi.turbine.plausibility import plausibility_warnings
 from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
 from meltemi.wind.turbulence.field import realised
@@ -347,6 +347,7 @@ class Simulation:
         if state := int(self.case.view("demands")["operating_state"]):
             happened = [event for event in self.events if event.at < self.time]
             warnings += misplaced_events(happened, log, STATES[state - 1].name.replace("_", " "))
+        warnings += [str(Finding(**each)) for each in notices(self.case["watch"])]
         if warnings:
             meta["warnings"] = warnings
         if self.controller.log is not None or self.events or self.case.trip:

@@ -42,7 +42,14 @@ class Watch(Table, axes="criterion"):
     """Validity criteria of a run."""
 
     limit: Numbers = number("of the criterion", "largest valid value")
+    notice: Numbers = number("of the criterion", "value above which the run has a warning")
     worst: Numbers = number("of the criterion", "largest value")
     first: Numbers = number("s", "time of the first violation; negative if there is none")
+    noticed: Numbers = number("s", "time of the first value above that of a warning; negative if there is none")
     scale: Numbers = number("of the criterion", "parameter of the criterion")
     state: Numbers = number("of the criterion", "state of the criterion")
+    last: Numbers = number("s", "time of the last evaluation")
+    since: Numbers = number("s", "begin of the present interval of a vibration")
+    before: Numbers = number("of the criterion squared", "mean square over the interval before")
+    earlier: Numbers = number("of the criterion squared", "mean square over the one before that")
+    place: Numbers = number("-", "index of the coordinate of a vibration among those of a blade; negative if none")

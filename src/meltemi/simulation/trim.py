@@ -166,9 +166,11 @@ def operating_point(
             "use meltemi.analysis.parked_point for parked or idling rotors"
         )
     try:
-        point = _search(_Orbit(model, steady), rotor_speed, pitch)
+        quick = _Orbit(model, steady)
+        point = _search(quick, rotor_speed, pitch)
         enough = UNBALANCED * BALANCE * model.turbine.rated_power / point.rotor_speed
-        if rotor_speed is not None or abs(point.imbalance) <= enough or model.has_electrical:
+        balanced = rotor_speed is not None or abs(point.imbalance) <= enough or model.has_electrical
+        if balanced and quick.moved < NEARLY * model.turbine.rotor_radius:
             return point
     except NotConverged:
         pass
@@ -233,7 +235,8 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
             rotor_speed = root(partial(left_over, angle=angle), CLOSE * reference, reference, 0.01 * reference)
         for _ in range(SETTLE_SWEEPS):
             left_over(rotor_speed, angle)
-        if abs(orbit.over_revolution) <= enough:
+        settled = orbit.careful and not (search_speed or search_pitch or close)
+        if settled or abs(orbit.over_revolution) <= enough:
             break
         orbit.unlike = True
     return orbit.finish()
@@ -755,9 +758,10 @@ class CarefulOrbit(_Orbit):
     """The periodic motion by continuation, for motions that do not converge at once.
 
     From a converged motion the next speed, pitch and torque are reached in steps that are halved after a failure; the
-    first motion is that in vacuum, from which the air density is raised. Corrections are limited, and derivatives are
-    recomputed as long as corrections do not shrink, with inflow and stall marched along: if held, they would damp a
-    motion near resonance so much more that corrections would grow.
+    first motion is that in vacuum, from which the air density is raised. In overspeed the first motion is that at the
+    reference speed: with a fraction of the air, a harmonic may meet a frequency on the way. Corrections are limited,
+    and derivatives are recomputed as long as corrections do not shrink, with inflow and stall marched along: if held,
+    they would damp a motion near resonance so much more that corrections would grow.
     """
 
     careful = True
@@ -780,14 +784,23 @@ class CarefulOrbit(_Orbit):
                 self.follow(goal)
                 return self.left
             except NotConverged:
-                for part in (self.blade_c, self.blade_s, self.own, self.core_c, self.core_s):
-                    part[:] = 0.0
+                pass
+        turbine = self.model.turbine
+        reference = float(parameters(turbine.control).reference_speed) / turbine.drivetrain.gear_ratio
+        self.begin(float(np.clip(speed, -reference, reference)), pitch, torque)
+        self.follow(goal)
+        return self.left
+
+    def begin(self, speed: float, pitch: float, torque: float) -> None:
+        """Converge the motion from that in vacuum."""
+        for part in (self.blade_c, self.blade_s, self.own, self.core_c, self.core_s):
+            part[:] = 0.0
+        goal = np.array([speed, pitch, torque, self.air])
         self.at = goal * [1.0, 1.0, 1.0, 0.0]
         self.impose(speed, pitch, torque)
         self.prescribe(0.0)
         self.case.settle(0.0)
         self.follow(goal)
-        return self.left
 
     def follow(self, goal: Float) -> None:
         """Continue the converged motion to another speed, pitch, torque and density of the air."""

@@ -1,9 +1,9 @@
 """Limits of the model's validity, checked in every step, since extremes fall between outputs.
 
-Each criterion is a quantity with an upper limit. The time loop stores its largest value and the time of the first
-violation; a run with a violation ends as ``Status.DOUBTFUL``.
+Each criterion is a quantity with an upper limit and a lower level for a warning. The time loop stores its largest value
+and the times at which it first exceeds both; a run with a violation of a limit ends as ``Status.DOUBTFUL``.
 
-Reference: docs/theory/simulation.md (M-35 to M-37).
+Reference: docs/theory/simulation.md (M-35 to M-37b).
 """
 
 from __future__ import annotations
@@ -15,17 +15,20 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.aero.tables import TowerFlow
 from meltemi.core.kernel import kernel
 from meltemi.maths.tables import View
 from meltemi.simulation.system import AnySystem, System, generator_speed, rotor_speed
 from meltemi.simulation.tables import Watch
+from meltemi.structure.tables import BladeNode
 
 if TYPE_CHECKING:
+    from meltemi.simulation.bladed.rotor import BladedModel
     from meltemi.simulation.model import Model
 
 Float = NDArray[float64]
 
-CRITERIA = SPEED, REVERSED, POWER, PITCH, DEFLECTION, TOWER = range(6)
+CRITERIA = SPEED, REVERSED, POWER, PITCH, DEFLECTION, TOWER, TIP, BENDING, EDGE = range(9)
 WORDS = (
     ("rotor faster than 1.5 times its rated speed", "rad/s"),
     ("generator drives a rotor that turns backwards", "W"),
@@ -33,8 +36,18 @@ WORDS = (
     ("pitch angle beyond half a turn", "rad"),
     ("deflection of the blade's tip beyond the model's range", "m"),
     ("blade within the tower's surface, by", "m"),
+    ("", "m"),
+    ("", "m"),
+    ("", "m/s"),
 )
 """Text of each criterion, and the unit of its value."""
+NOTICES = {
+    SPEED: "rotor overspeed",
+    TIP: "a blade comes close to the tower: distance of its tip from the surface",
+    BENDING: "the blades bend beyond the range of their model: tip deflection (10 s mean)",
+    EDGE: "growing edgewise vibration, as by stall: speed of the blade's tip",
+}
+"""Text of the warnings of criteria."""
 OVERSPEED = 1.5
 """Multiple of rated speed, beyond the design range of any turbine."""
 MOTORING = 0.01
@@ -45,9 +58,19 @@ MEAN_TIME = 10.0
 """[s] time constant of the exponential mean."""
 WIND_POWER = 1.0
 """Fraction of the wind power that is the limit; strong turbulence exceeds Betz's limit, a steady one, for seconds."""
-BENDING = 0.3
+MOST_DEFLECTION = 0.3
 """Limit over the blade length, at which second-order kinematics have an error of about 3 % in the slope."""
 MOST_PITCH = np.pi
+FAST = 1.2
+"""Multiple of rated speed above which a run has a warning; protection systems stop the rotor before."""
+CLOSE = 0.3
+"""Fraction of the clearance of the undeflected rotor below which a run has a warning, unless options give it."""
+RANGES: dict[str, float] = {"modal": 0.1}
+"""Largest mean tip deflection over the blade length for which each structural model of the blades is accurate; modes of
+second order have errors of 1.4 % of the flapwise deflection and 0.4 degrees of twist there. Others: no limit."""
+VIBRATION, PERIODS, GROWTH = 0.01, 10.0, 1.05
+"""Amplitude over the blade length from which a growing edgewise vibration gives a warning; periods in an interval;
+ratio of the speeds in successive intervals of a growing one."""
 
 
 def new_watch(model: Model[Any]) -> Float:
@@ -56,11 +79,45 @@ def new_watch(model: Model[Any]) -> Float:
     rated, power = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio, turbine.rated_power
     watch = View(Watch, Watch.zeros(criterion=len(CRITERIA)))
     blade = getattr(turbine, "blade", None)
-    bending = np.inf if blade is None else BENDING * blade.length
-    watch["limit"] = OVERSPEED * rated, MOTORING * power, EXCESS * power, MOST_PITCH, bending, 0.0
-    watch["worst"], watch["first"] = -np.inf, -1.0
+    bending = np.inf if blade is None else MOST_DEFLECTION * blade.length
+    watch["limit"] = (
+        OVERSPEED * rated,
+        MOTORING * power,
+        EXCESS * power,
+        MOST_PITCH,
+        bending,
+        0.0,
+        np.inf,
+        np.inf,
+        np.inf,
+    )
+    watch["notice"], watch["worst"], watch["first"], watch["noticed"] = np.inf, -np.inf, -1.0, -1.0
+    watch["notice"][SPEED] = FAST * rated
     watch["scale"][POWER] = WIND_POWER * 0.5 * np.pi * turbine.rotor_radius**2
+    watch["place"] = -1.0
+    if blade is not None:
+        given = model.options.tower_clearance
+        watch["notice"][TIP] = -(CLOSE * undeflected_clearance(model) if given is None else given)
+        watch["notice"][BENDING] = RANGES.get(model.options.blade_model, np.inf) * blade.length
+        member = model.rotor.blade
+        if "1st edge" in member.names:
+            k = member.names.index("1st edge")
+            frequency = np.sqrt(member.modes.stiffness[k, k] / member.modes.mass[k, k])
+            watch["place"][EDGE], watch["scale"][EDGE] = k, 2.0 * np.pi / frequency * PERIODS
+            watch["notice"][EDGE] = VIBRATION * blade.length * frequency
     return watch.array
+
+
+def undeflected_clearance(model: BladedModel) -> float:
+    """[m] distance of the tip of an undeflected blade that points down from the surface of the tower."""
+    turbine, tower = model.turbine, View(TowerFlow, model.rotor.tower_flow)
+    tilt, cone, nacelle = turbine.nacelle.tilt, turbine.hub.precone, turbine.nacelle
+    x, _, z = View(BladeNode, model.rotor.blade_nodes[:, 0])["position"][:, -1]
+    down = z * np.cos(cone) + x * np.sin(cone)
+    along = x * np.cos(cone) - z * np.sin(cone) - nacelle.overhang  # from the tower's axis, along the shaft
+    ahead = along * np.cos(tilt) - down * np.sin(tilt)
+    height = tower["height"][-1] + nacelle.shaft_height - along * np.sin(tilt) - down * np.cos(tilt)
+    return float(abs(ahead) - 0.5 * np.interp(height, tower["height"], tower["diameter"]))
 
 
 @kernel
@@ -70,6 +127,8 @@ def record_criterion(watch: Watch, i: int, t: float, value: float) -> None:
         watch.worst[i] = value
     if value > watch.limit[i] and watch.first[i] < 0.0:
         watch.first[i] = t
+    if value > watch.notice[i] and watch.noticed[i] < 0.0:
+        watch.noticed[i] = t
 
 
 @kernel
@@ -90,14 +149,18 @@ def watch_shaft(t: float, dt: float, m: AnySystem, watch: Watch) -> None:
 
 @kernel
 def watch_blades(t: float, m: System, watch: Watch) -> None:
-    """Check the deflection of the blade tips, and the clearance between blade axes and tower."""
+    """Check the deflection of the blade tips, the clearance between blade axes and tower, and edgewise vibrations."""
+    watch_edges(t, m, watch)
     motion, tower, hub = m.motion, m.tower_flow, m.machine.hub_position
     last, tip = tower.nodes - 1, motion.nodes - 1
     bottom = tower.height[0]
     top, step = tower.height[last], tower.height[1] - bottom
+    mean = 0.0
     for b in range(motion.blades):
         bent = motion.position[b, tip] - m.blade_nodes.position[b, tip]
-        record_criterion(watch, DEFLECTION, t, sqrt(bent.x * bent.x + bent.y * bent.y))
+        deflection = sqrt(bent.x * bent.x + bent.y * bent.y)
+        record_criterion(watch, DEFLECTION, t, deflection)
+        mean += deflection / motion.blades
         R = m.frame.orientation[b]
         for n in range(tip, -1, -1):
             p = hub + R @ motion.position[b, n]
@@ -109,14 +172,60 @@ def watch_blades(t: float, m: System, watch: Watch) -> None:
             x = p.x - tower.x[i] - share * (tower.x[i + 1] - tower.x[i])
             y = p.y - tower.y[i] - share * (tower.y[i + 1] - tower.y[i])
             width = tower.diameter[i] + share * (tower.diameter[i + 1] - tower.diameter[i])
-            record_criterion(watch, TOWER, t, 0.5 * width - sqrt(x * x + y * y))
+            inside = 0.5 * width - sqrt(x * x + y * y)
+            record_criterion(watch, TOWER, t, inside)
+            if n == tip:
+                record_criterion(watch, TIP, t, inside)
+    dt = max(t - watch.last[BENDING], 0.0)
+    watch.last[BENDING] = t
+    watch.state[BENDING] += (mean - watch.state[BENDING]) * min(dt / MEAN_TIME, 1.0)
+    record_criterion(watch, BENDING, t, watch.state[BENDING])
+
+
+@kernel
+def watch_edges(t: float, m: System, watch: Watch) -> None:
+    """Check whether the edgewise vibration of the blades grows from one interval to the next and the next."""
+    k, n = int(watch.place[EDGE]), m.columns.coordinates
+    if k < 0:
+        return
+    blades = m.motion.blades
+    modes = (m.v.shape[0] - n) // blades
+    dt = max(t - watch.last[EDGE], 0.0)
+    watch.last[EDGE] = t
+    for b in range(blades):
+        v = m.v[n + b * modes + k]
+        watch.state[EDGE] += v * v * dt
+    length = t - watch.since[EDGE]
+    if length < watch.scale[EDGE]:
+        return
+    square = 2.0 * watch.state[EDGE] / length
+    grows = GROWTH * GROWTH
+    if square > grows * watch.before[EDGE] > grows * grows * watch.earlier[EDGE]:
+        record_criterion(watch, EDGE, t, sqrt(square))
+    watch.earlier[EDGE], watch.before[EDGE] = watch.before[EDGE], square
+    watch.state[EDGE], watch.since[EDGE] = 0.0, t
+
+
+def notices(watch: Float) -> list[dict[str, Any]]:
+    """Criteria with a warning and without a violation, in order of time, as :func:`violations` has them."""
+    table = View(Watch, watch)
+    rows = []
+    for i, what in NOTICES.items():
+        if table["noticed"][i] >= 0.0 and table["first"][i] < 0.0:
+            sign = -1.0 if i == TIP else 1.0  # a penetration, told as a distance
+            value, limit, time = (float(table[name][i]) for name in ("worst", "notice", "noticed"))
+            rows.append({"what": what, "value": sign * value, "limit": sign * limit, "unit": WORDS[i][1], "time": time})
+    return sorted(rows, key=lambda row: row["time"])
 
 
 def violations(watch: Float) -> list[dict[str, Any]]:
     """Violated criteria in order of time: ``what``, ``value``, ``limit``, ``unit``, ``time`` [s]."""
+    table = View(Watch, watch)
     rows = [
         {"what": what, "value": float(worst), "limit": float(limit), "unit": unit, "time": float(first)}
-        for (what, unit), (limit, worst, first, *_) in zip(WORDS, watch.T, strict=True)
+        for (what, unit), limit, worst, first in zip(
+            WORDS, *(table[n] for n in ("limit", "worst", "first")), strict=True
+        )
         if first >= 0.0
     ]
     return sorted(rows, key=lambda row: row["time"])

@@ -9,7 +9,7 @@ from typing import Literal, overload
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
-from meltemi.core.yamlfile import parse, read_mapping, read_text, validated, write_record
+from meltemi.core.yamlfile import merged, parse, read_mapping, read_text, validated, write_record
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 from meltemi.turbine.windio import read_windio
@@ -28,6 +28,8 @@ class LibraryEntry(Record):
     """The turbine, or what its windIO file lacks."""
     kind: Literal["aeroelastic", "power coefficient"] = "aeroelastic"
     """Aeroelastic, or with a power coefficient."""
+    base: str | None = None
+    """Turbine of the library that the file changes; without it the file is whole."""
     windio: str | None = None
     """File of the windIO package that it is read from."""
     rated_power: float
@@ -87,6 +89,9 @@ def load_turbine(name: str | Path) -> AnyTurbine:
 @cache
 def _from_library(name: str) -> AnyTurbine:
     entry = library_entries()[name]
+    if entry.base is not None:
+        where = f"{entry.file} with {library_entries()[entry.base].file}"
+        return validated(merged(_from_library(entry.base).content(), read_mapping(DATA / entry.file)), Turbine, where)
     if entry.windio is None:
         return read_turbine(DATA / entry.file)
     return read_windio(windio_file(entry.windio, name), DATA / entry.file)

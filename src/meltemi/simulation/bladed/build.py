@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero import stall_tables, variants
+from meltemi.aero.deep_stall import plate_polar
 from meltemi.aero.flaps import ALPHAS, DELTAS
 from meltemi.aero.flaps import STEP as INCREMENT_STEP
 from meltemi.aero.rotational_augmentation import augmented
@@ -406,6 +407,7 @@ def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
         "tower": number(variants.TowerInfluence, options.tower_influence),
         "tower_drag": int(options.tower_drag),
         "iterations": options.induction_iterations,
+        "skew_momentum": ("axial", "glauert", "cylinder").index(options.skew_momentum),
     }
     for name, value in chosen.items():
         array[AeroOptions.index(name)] = value
@@ -522,6 +524,9 @@ def _table(airfoil: Airfoil, grid: Float, options: ModelOptions) -> tuple[Float,
     polar = np.zeros((len(grid), len(PolarPoint)))
     for name in ("lift", "drag", "moment"):
         polar[:, PolarPoint.index(name)] = np.interp(grid, airfoil.angle_of_attack, getattr(airfoil, name))
+    lift, drag = PolarPoint.index("lift"), PolarPoint.index("drag")
+    if options.deep_stall == "plate" and np.ptp(airfoil.lift) >= 0.01:
+        polar[:, lift], polar[:, drag] = plate_polar(grid, polar[:, lift], polar[:, drag])
     section = np.zeros(len(SectionConstants))
     if not airfoil.dynamic_stall or np.ptp(airfoil.lift) < 0.01:
         return polar, section

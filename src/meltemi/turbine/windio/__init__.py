@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import set_keys
-from meltemi.core.yamlfile import read_mapping, validated
+from meltemi.core.yamlfile import merged, read_mapping, validated
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.report import ImportedTurbine
 from meltemi.turbine.windio.blade import read_blade
@@ -81,7 +81,7 @@ def import_windio(
     for name in ("jacket", "floating_platform", "mooring", "RNA"):
         if tree.get(f"components.{name}") is not None:
             tree.note("ignored", f"components.{name}", name, "not modelled")
-    turbine = _validated(_merged(data, more), str(path), extra)
+    turbine = _validated(merged(data, more), str(path), extra)
     return ImportedTurbine(turbine, tuple(tree.notes))
 
 
@@ -136,15 +136,6 @@ def _extra(extra: Extra) -> dict[str, Any]:
     for path, value in extra.items():
         set_keys(nested, str(path), value)
     return nested
-
-
-def _merged(below: dict[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge dictionaries by key; the first one takes precedence."""
-    result = dict(below)
-    for key, value in above.items():
-        inner = result.get(key)
-        result[key] = _merged(inner, value) if isinstance(inner, dict) and isinstance(value, Mapping) else value
-    return result
 
 
 def _validated(data: dict[str, Any], where: str, extra: Extra) -> Turbine:

@@ -1,0 +1,63 @@
+"""Scans over speeds: their arguments and the report of their failures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import typer
+
+from meltemi.app.terminal import say
+from meltemi.core.errors import InputError
+
+
+def finish(failures: Mapping[float, str], interrupted: bool = False) -> None:
+    """Report the failed points of a scan, and exit with status 1 if there are any."""
+    for value, why in failures.items():
+        say(f"failed at {value:g}: {why}")
+    if interrupted:
+        say("interrupted; partial results are written")
+        raise typer.Exit(130)
+    if failures:
+        raise typer.Exit(1)
+
+
+def default_speeds(low: float, high: float) -> list[float]:
+    """Whole numbers between two speeds."""
+    return [float(u) for u in range(int(low) + (low > int(low)), int(high) + 1)]
+
+
+def values_of(text: str, option: str) -> list[float]:
+    """Numbers from text such as 4,6,8 or 4:24:2.
+
+    Raises:
+      InputError: it is something else, or more than 1000 numbers.
+    """
+    try:
+        if ":" in text:
+            first, last, step = (float(x) for x in text.split(":"))
+            if step <= 0.0 or last < first or (last - first) / step > 1000.0:
+                raise ValueError
+            return [first + i * step for i in range(int((last - first) / step + 1e-9) + 1)]
+        return [float(x) for x in text.split(",")]
+    except (ValueError, OverflowError):
+        raise InputError(f"{option} {text!r}: expected 4,6,8 or 4:24:2 (first:last:step)") from None
+
+
+def angles_of(text: str, option: str) -> list[float]:
+    """Angles [deg] from text, as :func:`values_of`, none beyond half a turn."""
+    found = values_of(text, option)
+    if not all(abs(angle) <= 180.0 for angle in found):
+        raise InputError(f"{option} {text!r}: expected angles between -180 and 180 deg")
+    return found
+
+
+def speeds_of(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero: bool = False) -> list[float]:
+    """Speeds from text, as :func:`values_of`.
+
+    Raises:
+      InputError: a speed is not positive (with ``zero``: negative) or above 100.
+    """
+    found = values_of(text, option)
+    if not all(0.0 < speed <= 100.0 or (zero and speed == 0.0) for speed in found):
+        raise InputError(f"{option} {text!r}: expected speeds between 0 and 100 {unit}")
+    return found

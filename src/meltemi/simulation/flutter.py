@@ -1,0 +1,240 @@
+"""Aeroelastic stability in overspeed: damping of the modes over rotor speed, and the flutter limit.
+
+The rotor is driven at a given speed, at constant pitch, in a wind that is by default almost still air. About the
+periodic motion at each speed, found by continuation, the turbine is linearised in the fixed frame.
+
+Reference: docs/theory/simulation.md (M-38, M-39); Lobitz (2004), Wind Energy 7(3), 211-224; Hansen (2007), Wind Energy
+10(6), 551-577.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.display import Brief
+from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.core.threads import one_blas_thread
+from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
+from meltemi.simulation.campbell import WHIRL, follow, participation, strain
+from meltemi.simulation.linear import LinearModel, linearise
+from meltemi.simulation.model import Model
+from meltemi.simulation.modes import SLOW, Mode
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.rotors import build
+from meltemi.simulation.trim import FULL, CarefulOrbit, NotConverged, steady_wind
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import aeroelastic
+from meltemi.wind.turbulence.field import AnyWind
+
+Float = NDArray[np.float64]
+
+MODES = {"flap_modes": 4, "edge_modes": 2, "torsion_modes": 2}
+"""Modes of a blade for analyses of stability: two flapwise modes overestimate the flutter speed by a seventh."""
+STILL = 1.0
+"""[m/s] wind of the classical analysis: momentum theory does not hold in air at rest."""
+RANGE, POINTS = (0.6, 2.0), 29
+"""Default rotor speeds over rated speed, and their number."""
+AZIMUTHS = 4
+BLADES = re.compile(r"^\d+\w+ (flap|edge|torsion) ")
+HALVINGS = 6
+"""Bisections of the interval between the last stable and the first unstable speed."""
+
+
+@dataclass(frozen=True)
+class StabilityLimit:
+    """Onset of an instability.
+
+    Attributes:
+      rotor_speed: [rad/s] at which the damping of the first mode vanishes.
+      frequency: [rad/s] of this mode in the fixed frame; 0 for divergence, which does not oscillate.
+      blade_frequency: [rad/s] of it in the rotating blades, of the sense of whirl with most of the strain energy of
+        flapwise bending and torsion.
+      label: the coordinate with most of its strain energy.
+      mode: the mode, a little above the limit.
+    """
+
+    rotor_speed: float
+    frequency: float
+    blade_frequency: float
+    label: str
+    mode: Mode
+
+
+@dataclass(frozen=True, repr=False)
+class Flutter(Brief):
+    """Modes over rotor speed in air.
+
+    Attributes:
+      wind_speed, pitch: [m/s], [rad], the same at all speeds.
+      rotor_speed: (n,) [rad/s].
+      labels: names of the modes.
+      frequency: (modes, n) [rad/s], undamped; NaN where a mode does not oscillate or there is no steady motion.
+      damping: (modes, n) ratio to critical.
+      least: (n,) smallest damping of the blade modes, those with most of their strain energy in the blades.
+      limit: lowest speed at which a blade mode is unstable, or None; that of the first point if it is unstable.
+      failures: reasons for missing speeds, by rotor speed.
+    """
+
+    wind_speed: float
+    pitch: float
+    rotor_speed: Float
+    labels: tuple[str, ...]
+    frequency: Float = field(repr=False)
+    damping: Float = field(repr=False)
+    least: Float = field(repr=False)
+    limit: StabilityLimit | None
+    failures: dict[float, str] = field(default_factory=dict)
+
+
+def stability_options(options: ModelOptions | None = None) -> ModelOptions:
+    """Options with the modes of analyses of stability, where they leave the numbers of modes open."""
+    options = options or ModelOptions()
+    return options.replace(**{name: n for name, n in MODES.items() if getattr(options, name) is None})
+
+
+def stability_model(turbine: Turbine, options: ModelOptions | None) -> BladedModel:
+    """Model of a turbine with three blades for analyses of stability; a blade rigid in torsion has no torsion mode."""
+    options = stability_options(options)
+    if not turbine.blade.structure.twists:
+        options = options.replace(torsion_modes=0)
+    return with_static_gears(with_blades(build(turbine, options), "stability"))
+
+
+@one_blas_thread
+def flutter(
+    turbine: Turbine | Model[Any],
+    rotor_speeds: Sequence[float] | None = None,
+    *,
+    wind: float | AnyWind = STILL,
+    pitch: float | None = None,
+    generator_free: bool = False,
+    options: ModelOptions | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Flutter:
+    """Damping of the modes over rotor speed, and the speed from which the turbine is unstable.
+
+    The classical definition is the default: a rotor in almost still air, driven at constant speed and at its smallest
+    pitch. A higher wind speed gives overspeed in operation: the limit then includes edgewise and stall-induced
+    instabilities, and depends on the mean loads.
+
+    Args:
+      turbine: a turbine, or a model, whose modes and options are then used as they are.
+      rotor_speeds: [rad/s] increasing; by default 29 from 0.6 to 2 times rated speed.
+      wind: wind speed [m/s] at hub height, or a steady wind.
+      pitch: [rad] of all blades; by default the smallest in operation.
+      generator_free: whether the generator may rotate about its mean speed; by default its speed is prescribed.
+      options: of a turbine's model; numbers of modes that they leave open are 4 flapwise, 2 edgewise and 2 torsional.
+      progress: callback with the completed fraction.
+
+    Returns:
+      The diagram. Speeds beyond the first without steady motion are NaN; ``failures`` has the reason.
+
+    Raises:
+      InputError: speeds are not positive and increasing, there is no steady motion at the first, or the turbine has
+        no blades.
+      UnsupportedError: the rotor does not have three blades.
+    """
+    model = (
+        with_static_gears(with_blades(turbine, "flutter"))
+        if isinstance(turbine, Model)
+        else stability_model(aeroelastic(turbine, "flutter"), options)
+    )
+    if model.n_blades != 3:
+        raise UnsupportedError("flutter: the fixed frame needs three blades")
+    control = model.turbine.control
+    rated = control.pitch.reference_speed / model.turbine.drivetrain.gear_ratio
+    speeds = np.linspace(*RANGE, POINTS) * rated if rotor_speeds is None else np.array(rotor_speeds, dtype=float)
+    if not len(speeds) or np.any(np.diff(speeds, prepend=0.0) <= 0.0):
+        raise InputError("flutter: rotor_speeds must be positive and increase")
+    angle = control.pitch.minimum if pitch is None else pitch
+    locked = model.locked.copy()
+    if not generator_free:
+        locked[model.coordinates.index("generator")] = 1.0
+    held, stiffness = replace(model, locked=locked), strain(model)
+    orbit = CarefulOrbit(model, steady_wind(wind, model.turbine.hub_height))
+    orbit.level = FULL
+
+    def modes_at(speed: float) -> list[Mode]:
+        orbit.sweep(speed, angle, 0.0)
+        linear = linearise(held, orbit.finish(), (), (), azimuths=AZIMUTHS)
+        return linear.modes() + diverging(linear)
+
+    found: list[list[Mode]] = [[] for _ in speeds]
+    limit, failures = None, {}
+    for i, speed in enumerate(speeds):
+        try:
+            found[i] = modes_at(float(speed))
+        except NotConverged as error:
+            if i == 0:
+                raise
+            failures[float(speed)] = str(error)
+            break
+        if progress is not None:
+            progress((i + 1) / len(speeds))
+        if limit is None and blade_mode(found[i], stiffness).damping < 0.0:
+            limit = _onset(modes_at, float(speeds[max(i - 1, 0)]), float(speed), found[i], stiffness)
+    oscillating = [[mode for mode in modes if mode.frequency > 0.0] for modes in found]
+    curves = follow(oscillating, [i for i, modes in enumerate(oscillating) if modes], stiffness)
+    labels = sorted(curves, key=lambda n: float(np.mean([m.frequency for m in curves[n] if m is not None])))
+    nan = (np.nan, np.nan)
+    values = [[(m.frequency, m.damping) if m else nan for m in curves[label]] for label in labels]
+    numbers = np.array(values).reshape(len(labels), len(speeds), 2)
+    return Flutter(
+        wind_speed=orbit.wind.speed,
+        pitch=angle,
+        rotor_speed=speeds,
+        labels=tuple(labels),
+        frequency=numbers[:, :, 0],
+        damping=numbers[:, :, 1],
+        least=np.array([blade_mode(modes, stiffness).damping if modes else np.nan for modes in found]),
+        limit=limit,
+        failures=failures,
+    )
+
+
+def blade_mode(modes: Sequence[Mode], stiffness: dict[str, float]) -> Mode:
+    """The least damped of the modes with more than half of their strain energy in the blades."""
+
+    def of_blades(mode: Mode) -> bool:
+        shares = participation(mode, stiffness)
+        return sum(value for name, value in shares.items() if BLADES.search(name)) > 0.5
+
+    return min(filter(of_blades, modes), key=lambda mode: mode.damping)
+
+
+def _onset(
+    modes_at: Callable[[float], list[Mode]], low: float, high: float, modes: list[Mode], stiffness: dict[str, float]
+) -> StabilityLimit:
+    """The limit between a stable and an unstable speed, by bisection."""
+    for _ in range(HALVINGS if high > low else 0):
+        middle = 0.5 * (low + high)
+        tried = modes_at(middle)
+        if blade_mode(tried, stiffness).damping < 0.0:
+            high, modes = middle, tried
+        else:
+            low = middle
+    mode, speed = blade_mode(modes, stiffness), 0.5 * (low + high)
+    share = participation(mode, stiffness)
+    fluttering = {name: value for name, value in share.items() if "edge" not in name}
+    turns = {way: sum(value for name, value in fluttering.items() if name.endswith(way)) for way in WHIRL}
+    turned = dict(zip(WHIRL, (0.0, speed, -speed), strict=True))[max(turns, key=lambda way: turns[way])]
+    seen = abs(mode.frequency + turned) if mode.frequency else 0.0
+    return StabilityLimit(speed, mode.frequency, seen, max(share, key=lambda name: share[name]), mode)
+
+
+def diverging(linear: LinearModel) -> list[Mode]:
+    """The motion that grows without oscillating, if there is one, as a mode of frequency 0 and damping ratio -1."""
+    value, vector = np.linalg.eig(linear.A)
+    real = np.where(np.abs(value.imag) < 1e-6, value.real, -np.inf)
+    i = int(np.argmax(real))
+    if real[i] <= SLOW:
+        return []
+    place = np.flatnonzero([name.startswith("q ") for name in linear.states])
+    shape = vector[place, i] / vector[place, i][np.argmax(np.abs(vector[place, i]))]
+    return [Mode(0.0, -1.0, tuple(linear.states[j][2:] for j in place), shape)]
