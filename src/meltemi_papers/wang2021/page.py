@@ -168,7 +168,11 @@ def gust_words(runs: Runs) -> str:
     more = {
         t: [m for m, s in g.phases if s == t and g.ratios(m, t, YAW_BENDING, STOP).mean() > 1.0] for t in g.averages
     }
-    worse = [f"with a yaw average of {t:g} s at {', '.join(names)}" for t, names in more.items() if names]
+    worse = [
+        f"with a yaw average of {t:g} s at {' and '.join(m.replace(', ', ' with ') for m in names)}"
+        for t, names in more.items()
+        if names
+    ]
     order = {m: np.concatenate([g.ordered(m, t) for t in g.averages]) for m in (MACHINE, SLOW)}
     rises = [f"{x.sum():.0f} of {len(x)} runs at {m}" for m, x in order.items()]
     return (
