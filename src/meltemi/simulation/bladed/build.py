@@ -178,7 +178,7 @@ def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
     The defaults for 6 x 6 sections give the twist of blades that bend by a tenth of their length within 0.1 deg.
     """
     structure = turbine.blade.structure
-    usual = (2, 2, 1, 4) if structure.stiffness_matrix is not None else (2, 1, int(structure.twists), 0)
+    usual = (3, 2, 1, 4) if structure.stiffness_matrix is not None else (2, 1, int(structure.twists), 0)
     if options.torsion_modes == 0 or options.mode_shapes == "given":
         usual = (*usual[:3], 0)
     asked = (options.flap_modes, options.edge_modes, options.torsion_modes, options.residual_modes)

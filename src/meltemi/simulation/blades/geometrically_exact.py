@@ -8,7 +8,7 @@ its beginning and is at e = e_0 + sum q_k phi_k. The frames of the cells are com
 Velocities, accelerations and partial velocities are sums over the cells from the root, too. Stiffness and damping are
 those of the modes.
 
-Reference: docs/theory/structure.md (S-59 to S-65); Shabana (2020), Dynamics of Multibody Systems, chapter 5.
+Reference: docs/theory/structure.md (S-60 to S-66); Su & Cesnik (2011), Int. J. Solids Struct. 48, 2349.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def arrays(turbine: Turbine, blade: Member, layout: NodeLayout) -> dict[str, NDA
 
 @kernel
 def deform(m: System, first: int, b: int) -> None:
-    """Rotation of the cells of a blade; ``first`` is the index of its first coordinate in q (S-59)."""
+    """Rotation of the cells of a blade; ``first`` is the index of its first coordinate in q (S-60)."""
     cell, shape = m.cell, m.cell_shape
     for n in range(cell.nodes):
         d = Vec(0.0, 0.0, 0.0)
@@ -106,7 +106,7 @@ def deform(m: System, first: int, b: int) -> None:
 
 @kernel
 def orient(m: System, b: int) -> None:
-    """Orientation of the sections of a blade, from root to tip, node by node (S-60)."""
+    """Orientation of the sections of a blade, from root to tip, node by node (S-61)."""
     cell, orientation = m.cell_alone, m.motion_alone.orientation
     R = Rot(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for n in range(cell.nodes):
@@ -117,7 +117,7 @@ def orient(m: System, b: int) -> None:
 
 @kernel
 def move(m: System, first: int, b: int) -> None:
-    """Position, velocity and known acceleration of the nodes of a blade: sums over the cells (S-61 to S-63)."""
+    """Position, velocity and known acceleration of the nodes of a blade: sums over the cells (S-61 to S-64)."""
     cell, shape, frame, motion = m.cell, m.cell_shape, m.frame, m.motion
     w, w_rate = frame.spin[b], frame.spin_rate[b]
     r = Vec(0.0, 0.0, m.structure.hub_radius)
@@ -150,7 +150,7 @@ def move(m: System, first: int, b: int) -> None:
 
 @kernel
 def partial_velocities(m: System, b: int) -> None:
-    """Partial velocities of the nodes of a blade, relative to its root (S-64)."""
+    """Partial velocities of the nodes of a blade, relative to its root (S-65)."""
     cell, shape, partial = m.cell, m.cell_shape, m.partial
     for k in range(shape.modes):
         W, T = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
@@ -180,7 +180,7 @@ def exact_motion(m: System) -> None:
 @tip_deflection.variant
 @kernel
 def exact_tip(m: System, s: SectionLoads, b: int) -> tuple[Vec, Vec]:
-    """Deflection and rotation of the tip (S-65)."""
+    """Deflection and rotation of the tip (S-66)."""
     first, end, motion = m.columns.coordinates + m.shape.modes * b, m.motion_alone.nodes - 1, m.motion_alone
     e, d = m.tip_cell.displacement[0], Vec(0.0, 0.0, 0.0)
     for k in range(m.shape.modes):
