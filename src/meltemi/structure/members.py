@@ -333,15 +333,15 @@ def _static_loads(mesh: Mesh, beam: Beam) -> Float:
     """(6m, 4) loads on a mesh whose static deflection completes that of the natural modes.
 
     A flapwise force that grows with the distance from the root as the lift does, at the centres of mass, so that the
-    reference axis does not matter; then moments about the span in proportion to the mass, and to mass times the second
-    and fourth power of the distance.
+    reference axis does not matter; then moments about the span in proportion to the mass times the first, second and
+    fourth power of the distance.
     """
     span = mesh.z / mesh.z[-1]
     step, inertia = np.gradient(mesh.z), beam.at(mesh.z, "mass")
     mass = inertia[:, 0, 0]
     load = np.zeros((len(span), 6, MOST_RESIDUAL))
     load[:, :, 0] = (step * span / mass)[:, None] * inertia[:, :, 0]
-    for i, power in enumerate((0, 2, 4)):
+    for i, power in enumerate((1, 2, 4)):
         load[:, 5, i + 1] = step * mass * span**power
     flat: Float = load.reshape(-1, MOST_RESIDUAL)
     return flat / np.abs(flat).sum(axis=0)
