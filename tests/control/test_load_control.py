@@ -255,12 +255,12 @@ def test_loops_that_are_unstable_stay_within_the_limits(flap_model: Model, loop:
     controller = LoadController(flap_model.turbine, LoadControl(loops=(loop,)))
     result = simulate(flap_model, WIND, duration=60.0, channels=CHANNELS, controller=controller)
     assert result.status is Status.OK and result.message == "" and np.all(np.isfinite(result.data))
-    (warning,) = result.warnings
+    (warning,) = [text for text in result.warnings if "demands" in text]  # the blades may vibrate, too
     said = re.fullmatch(
         r"(pitch|flap 1): demands at their limits (\d+) % of the time: gains too high or of the wrong sign\?", warning
     )
     assert said and said[1] == ("pitch" if loop.actuator == "pitch" else "flap 1") and 50 < int(said[2]) <= 100
-    assert warning in repr(result) and result.meta["warnings"] == [warning]
+    assert warning in repr(result) and result.meta["warnings"] == [*result.warnings]
     pitch, flap = (np.stack([result[f"{name}{i}"] for i in (1, 2, 3)]) for name in ("pitch_", "flap_1_angle_"))
     assert pitch.min() >= 0.0 and pitch.max() <= 0.5 * np.pi
     assert np.abs(flap).max() <= 15.0 * DEGREE * (1.0 + 1e-9)

@@ -15,6 +15,8 @@ COLOURS = (
     *("#009e73", "#882255", "#86cbb4", "#5c3a00", "#7f3ff0"),
 )
 """Colours of series, in this order."""
+DIVERGING = ("#882255", "#e9a3c4", "#ffffff", "#a8d5e5", "#0b6e99")
+"""Colours of fields that are negative, zero and positive."""
 MARKERS = "osD^v<>P*Xp"
 LINES = ("-", "--", "-.")
 FACES = {

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meltemi.report.palette import COLOURS, FAINT, INK, curve
+from meltemi.report.palette import COLOURS, DIVERGING, FAINT, INK, curve
 from meltemi.report.plots import ON_TOP, figure_title, heading, new_figure, note, panel
 from meltemi.report.tables import number
 
@@ -104,8 +104,7 @@ def plot_parked(found: ParkedStability, name: str = "") -> Figure:
 
     figure, axes = new_figure(1, 1, size=(11.0, 1.6 + 0.5 * max(len(found.pitch), 4)))
     ax = axes[0, 0]
-    colours = ["#882255", "#e9a3c4", "#ffffff", "#a8d5e5", "#0b6e99"]
-    scale = LinearSegmentedColormap.from_list("damping", colours).with_extremes(bad=FAINT)
+    scale = LinearSegmentedColormap.from_list("damping", DIVERGING).with_extremes(bad=FAINT)
     yaw, pitch = np.degrees(found.yaw), np.degrees(found.pitch)
     image = ax.pcolormesh(
         np.arange(len(yaw) + 1.0) - 0.5,

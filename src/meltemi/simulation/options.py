@@ -147,6 +147,12 @@ class ModelOptions(Record):
     induction_iterations: int = Field(default=5, ge=2, le=100)
     """Iterations of the momentum balance at each node and step."""
 
+    def __repr__(self) -> str:
+        """The options that differ from their defaults."""
+        usual = ModelOptions()._facts()
+        own = {name: text for name, text in self._facts().items() if text != usual[name]}
+        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in own.items())})"
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         if isinstance(self.blade_nodes, int):

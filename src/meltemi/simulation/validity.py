@@ -68,7 +68,7 @@ CLOSE = 0.3
 RANGES: dict[str, float] = {"modal": 0.1}
 """Largest mean tip deflection over the blade length for which each structural model of the blades is accurate; modes of
 second order have errors of 1.4 % of the flapwise deflection and 0.4 degrees of twist there. Others: no limit."""
-VIBRATION, PERIODS, GROWTH = 0.01, 10.0, 1.05
+VIBRATION, PERIODS, GROWTH = 0.01, 10.0, 1.5
 """Amplitude over the blade length from which a growing edgewise vibration gives a warning; periods in an interval;
 ratio of the speeds in successive intervals of a growing one."""
 
