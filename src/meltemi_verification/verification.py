@@ -57,7 +57,11 @@ FULL: tuple[Study, ...] = (
     (2.0, lambda: steady.spanwise("B")),
     (2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),
     (1.0, lambda: yaw.yawed("B")),
-    *(((1.0, iea.frequencies), (8.0, iea.steady_15mw), (3.0, iea.steady_22mw)) if iea.installed() else ()),
+    *(
+        ((1.0, iea.frequencies), (8.0, iea.steady_15mw), (5.0, iea.steady_22mw), (20.0, iea.modes_22mw))
+        if iea.installed()
+        else ()
+    ),
 )
 
 

@@ -43,8 +43,8 @@ class ModelOptions(Record):
     """Degrees of freedom, aerodynamic models, discretisation."""
 
     flap_modes: int | None = Field(default=None, ge=0, le=10)
-    """Flapwise modes of each blade; by default two, or three if its sections are 6 x 6 matrices, which couple bending and
-    torsion."""
+    """Flapwise modes of each blade; by default two, or three if its sections are 6 x 6 matrices, which couple bending
+    and torsion."""
     edge_modes: int | None = Field(default=None, ge=0, le=10)
     """Edgewise modes of each blade; by default one, or two with 6 x 6 matrices."""
     torsion_modes: int | None = Field(default=None, ge=0, le=5)
