@@ -311,8 +311,8 @@ def natural_modes(
 def residual_modes(mesh: Mesh, modes: Modes, loads: Float) -> Modes:
     """Natural modes, and after them those of the static deflection by ``loads`` (6n, s) that they leave out.
 
-    With them statics under these loads are exact (S-67, S-68). They are orthogonal to each other and to the natural modes, and have
-    unit mass (Géradin & Rixen (2015), Mechanical Vibrations, 3rd edition, sections 2.9 and 6.8).
+    With them statics under these loads are exact (S-67, S-68). They are orthogonal to each other and to the natural
+    modes, and have unit mass (Géradin & Rixen (2015), Mechanical Vibrations, 3rd edition, sections 2.9 and 6.8).
     """
     flat = modes.shape.reshape(len(modes.shape), -1)
     left = mesh.flexibility @ (mesh.flexibility.T @ loads) - flat.T @ np.linalg.solve(modes.stiffness, flat @ loads)
