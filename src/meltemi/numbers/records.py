@@ -37,6 +37,11 @@ ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
 # entries of fields ----------------------------------------------------------------------------------
 
 
+def named(cls: Any) -> str:
+    """Name of a class that no other class has: types of kernels, and their caches, are told apart by name."""
+    return f"{cls.__module__}.{cls.__qualname__}"
+
+
 class FieldType(types.Type):
     """Entries of one field of a table: number type, class of an entry, number of axes, rows of an outer axis, and
     ``step`` from one entry to the next: 1, or the number of fields where fields are last."""
@@ -61,7 +66,7 @@ class TableType(types.Type):
 
     def __init__(self, table: Any, kind: str) -> None:
         self.table, self.kind, self.ndim = table, kind, len(table.axes)
-        super().__init__(name=f"{table.__name__}[{kind}]")
+        super().__init__(name=f"{named(table)}[{kind}]")
 
     @property
     def key(self) -> Any:
@@ -238,7 +243,7 @@ class PartsType(types.Type):
 
     def __init__(self, table: Any, kind: str) -> None:
         self.table, self.kind, self.ndim = table, kind, 1
-        super().__init__(name=f"Parts[{table.__name__},{kind}]")
+        super().__init__(name=f"Parts[{named(table)},{kind}]")
 
     @property
     def key(self) -> Any:
@@ -527,7 +532,7 @@ class RecordType(types.Type):
 
     def __init__(self, cls: Any, kind: str) -> None:
         self.cls, self.kind = cls, kind
-        super().__init__(name=f"{cls.__name__}[{kind}]")
+        super().__init__(name=f"{named(cls)}[{kind}]")
 
     @property
     def key(self) -> Any:
