@@ -13,6 +13,7 @@ import pytest
 from meltemi import ModelOptions, SteadyWind, build, load_turbine
 from meltemi.maths.records import Kind
 from meltemi.numbers.dispatch import Variants
+from meltemi.numbers.records import RecordType
 from meltemi.simulation import system
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.case import Case
@@ -62,3 +63,10 @@ def test_models_that_differ_in_the_blades_alone_have_different_hashes(model: Bla
     changed = {"turn": model.rotor.blade_arrays["turn"] + 1.0}
     other = replace(model, rotor=replace(model.rotor, blade_arrays=changed))
     assert other.content_hash() != model.content_hash()
+
+
+def test_types_of_kernels_tell_classes_of_one_name_apart() -> None:
+    """Each blade model has a class ``System``: a cache that took one for the other would read its arrays wrongly."""
+    here, there = (type("System", (system.System,), {"__module__": name}) for name in ("here", "there"))
+    assert RecordType(here, "floats") != RecordType(there, "floats")
+    assert str(RecordType(here, "floats")) != str(RecordType(there, "floats"))
