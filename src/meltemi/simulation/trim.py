@@ -169,8 +169,9 @@ def operating_point(
         quick = _Orbit(model, steady)
         point = _search(quick, rotor_speed, pitch)
         enough = UNBALANCED * BALANCE * model.turbine.rated_power / point.rotor_speed
-        balanced = rotor_speed is not None or abs(point.imbalance) <= enough or model.has_electrical
-        if balanced and quick.moved < NEARLY * model.turbine.rotor_radius:
+        # a prescribed speed may be one where nothing converges; the own one is accepted by its balance
+        settled = rotor_speed is None or quick.moved < NEARLY * model.turbine.rotor_radius
+        if settled and (rotor_speed is not None or abs(point.imbalance) <= enough or model.has_electrical):
             return point
     except NotConverged:
         pass
