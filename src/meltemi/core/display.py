@@ -27,6 +27,11 @@ def brief(value: Any) -> str:
     return f"<{type(value).__name__}>"
 
 
+def one_line(title: str, facts: Mapping[str, str]) -> str:
+    """Names and values in the form of a call."""
+    return f"{title}({', '.join(f'{name}={text}' for name, text in facts.items())})"
+
+
 def html_table(title: str, facts: Mapping[str, str]) -> str:
     """HTML table of names and values under a title."""
     rows = "".join(
@@ -43,7 +48,7 @@ class Brief:
         return {f.name: brief(getattr(self, f.name)) for f in fields(self) if f.repr}  # type: ignore[arg-type]
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in self.facts().items())})"
+        return one_line(type(self).__name__, self.facts())
 
     def _repr_html_(self) -> str:
         return html_table(type(self).__name__, self.facts())

@@ -26,7 +26,7 @@ from pydantic import (
     model_validator,
 )
 
-from meltemi.core.display import brief, html_table
+from meltemi.core.display import brief, html_table, one_line
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.problems import Keys, explain
 from meltemi.core.units import angular_unit, from_text
@@ -165,7 +165,7 @@ class Record(BaseModel):
         return {name: brief(getattr(self, name)) for name, field in type(self).model_fields.items() if field.repr}
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in self._facts().items())})"
+        return one_line(type(self).__name__, self._facts())
 
     __str__ = __repr__
 

@@ -38,7 +38,7 @@ ENTRY = {FLOATS: types.float64, LANES: lanes, DUALS: dual, INTS: types.int64}
 
 
 def named(cls: Any) -> str:
-    """Name of a class that no other class has: types of kernels, and their caches, are told apart by name."""
+    """Name of a class that no other class has: types of kernels, and their caches, are distinguished by name."""
     return f"{cls.__module__}.{cls.__qualname__}"
 
 

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from meltemi.aero.rotational_augmentation import RotationalAugmentation
 from meltemi.aero.variants import InflowModel, StallModel, TowerInfluence
+from meltemi.core.display import one_line
 from meltemi.core.record import Record
 from meltemi.simulation.blades import BladeModel
 
@@ -150,8 +151,9 @@ class ModelOptions(Record):
     def __repr__(self) -> str:
         """The options that differ from their defaults."""
         usual = ModelOptions()._facts()
-        own = {name: text for name, text in self._facts().items() if text != usual[name]}
-        return f"{type(self).__name__}({', '.join(f'{name}={text}' for name, text in own.items())})"
+        return one_line(type(self).__name__, {k: text for k, text in self._facts().items() if text != usual[k]})
+
+    __str__ = __repr__
 
     @model_validator(mode="after")
     def _check(self) -> Self:
