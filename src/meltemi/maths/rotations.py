@@ -60,8 +60,7 @@ def rotation_vector(R: Rot) -> Vec:
     """Rotation vector [rad] of a rotation by less than pi."""
     v = 0.5 * Vec(R.zy - R.yz, R.xz - R.zx, R.yx - R.xy)
     s = sqrt(dot(v, v) + 1e-300)
-    angle = atan2(s, 0.5 * (R.xx + R.yy + R.zz - 1.0))
-    return (angle / s if s > 1e-6 else 1.0) * v
+    return atan2(s, 0.5 * (R.xx + R.yy + R.zz - 1.0)) / s * v
 
 
 @kernel
