@@ -38,7 +38,7 @@ def installed() -> bool:
 
 def steady_15mw() -> Comparison:
     """Steady operation from 3 to 25 m/s: at the table's rotor speed and pitch, and under the turbine's own control."""
-    alone, model = _alone_in_the_wind("iea15mw"), build(load_turbine("iea15mw"), MODES)
+    alone, model = rotor_alone("iea15mw"), build(load_turbine("iea15mw"), MODES)
     rows: list[Row] = []
     for r in reference_table("iea15mw_hawc2"):
         wind, pitch = float(r["wind"]), np.radians(float(r["pitch"]))
@@ -68,7 +68,7 @@ def _pitch(point: OperatingPoint, r: dict[str, str], case: str, band: float | No
     return angle("pitch, own control", case, reference, point.pitch, band)
 
 
-def _alone_in_the_wind(name: str, **options: object) -> BladedModel:
+def rotor_alone(name: str, **options: object) -> BladedModel:
     """The turbine as the tables have it: no tilt and no gravity."""
     level = load_turbine(name).replace(**{"nacelle.tilt": 0.0})
     return build(level, MODES.replace(**options), Environment(gravity=0.0))
@@ -76,7 +76,7 @@ def _alone_in_the_wind(name: str, **options: object) -> BladedModel:
 
 def steady_22mw() -> Comparison:
     """Loads and deflections at HAWC2's rotor speed and pitch: within a band or between HAWC2 and OpenFAST."""
-    model = _alone_in_the_wind("iea22mw")
+    model = rotor_alone("iea22mw")
     rows: list[Row] = []
     for r in reference_table("iea22mw_steady"):
         wind, case = float(r["wind"]), f"{r['wind']} m/s"
@@ -99,7 +99,7 @@ def steady_22mw() -> Comparison:
 
 def modes_22mw() -> Comparison:
     """Aeroelastic edgewise modes: frequencies within 3 %, damping in the gap of both codes widened by a quarter."""
-    model = _alone_in_the_wind("iea22mw", locked=("tower", "yaw", "generator", "drivetrain"))
+    model = rotor_alone("iea22mw", locked=("tower", "yaw", "generator", "drivetrain"))
     steady = {r["wind"]: r for r in reference_table("iea22mw_steady")}
     rows: list[Row] = []
     for wind, r in steady.items():

@@ -117,7 +117,7 @@ def test_flutter_writes_damping_over_rotor_speed(command: Command, tmp_path: Pat
     rows = list(csv.DictReader((tmp_path / "flutter.csv").read_text().splitlines()))
     assert {row["rotor rpm"] for row in rows} == {"17", "19"}
     fast = [row["damping %"] for row in rows if row["rotor rpm"] == "19"]
-    assert min(float(damping) for damping in fast if damping != "-") < -0.5
+    assert min(float(damping) for damping in fast if damping != "-") < -0.1
     assert (tmp_path / "flutter.png").is_file()
     calm = command("flutter", "nrel5mw", "--rotor-speeds", "10", "--pitch", "1", "--wind-speed", "3", "--out", tmp_path)
     assert "no blade mode is unstable up to 10 rpm" in calm.out

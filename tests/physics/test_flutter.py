@@ -77,7 +77,7 @@ def test_overspeed_has_a_periodic_motion(model: Model, wind: float, rpm: float) 
     point = meltemi.operating_point(model, wind, rotor_speed=rpm * RPM, pitch=0.0)
     orbit = CarefulOrbit(model, steady_wind(wind, model.turbine.hub_height))
     orbit.level = 1
-    for speed in np.linspace(12.0, rpm, 5) * RPM:
+    for speed in np.linspace(12.0, rpm, 7) * RPM:
         orbit.sweep(float(speed), 0.0, point.generator_torque)
     assert orbit.moved < SETTLED * model.turbine.rotor_radius
     assert point["tip_out_of_plane_1"] == pytest.approx(orbit.finish()["tip_out_of_plane_1"], abs=2e-3)

@@ -28,6 +28,8 @@ STEP_LIMIT = 0.4
 """Largest product of angular frequency and default time step (docs/theory/simulation.md, M-5)."""
 IMPLICIT_LIMIT, IMPLICIT_PARTS = 0.8, 3
 """The same with implicit stiffness and damping of all coordinates, and the fewest steps within OUTPUT_STEP."""
+RESIDUAL_PARTS = 6
+"""Fewest steps within OUTPUT_STEP with residual modes: loads within 0.2 % (docs/performance.md, Time steps)."""
 STIFF, BAND = 2.0, 20.0
 """A coordinate is stiff whose frequency is so many times that of softer ones, and so many times BAND [rad/s]."""
 LARGEST_ANGLE = 2.5
@@ -279,9 +281,10 @@ def own_vibrations(model: BladedModel) -> Float:
 
 
 def stiff(model: BladedModel) -> NDArray[np.bool_]:
-    """(n,) coordinates that do not limit the default step: the shaft, and any far above all others in frequency."""
+    """(n,) coordinates that do not limit the default step: the shaft, residual modes, any far above all others."""
     frequency = own_vibrations(model)[0]
-    result = np.arange(len(frequency)) == len(model.rotor.tower.names) + TORSION
+    result = np.array(["residual" in name for name in model.coordinates])
+    result[len(model.rotor.tower.names) + TORSION] = True
     order = np.argsort(frequency)
     rising = frequency[order]
     gap = np.flatnonzero(rising[1:] > STIFF * np.maximum(rising[:-1], BAND))
@@ -321,6 +324,7 @@ def fitted_step(x: float, damping: float) -> tuple[float, float]:
 
 def time_step(model: BladedModel) -> float:
     """Default time step [s]: the largest fraction of 0.05 s that resolves the highest frequency that is not stiff."""
-    explicit = model.options.integration == "explicit"
-    limit, fewest = (STEP_LIMIT, 2) if explicit else (IMPLICIT_LIMIT, IMPLICIT_PARTS)
+    residual = any("residual" in name for name in model.coordinates)
+    explicit = STEP_LIMIT, RESIDUAL_PARTS if residual else 2
+    limit, fewest = explicit if model.options.integration == "explicit" else (IMPLICIT_LIMIT, IMPLICIT_PARTS)
     return OUTPUT_STEP / max(fewest, int(np.ceil(OUTPUT_STEP * _fastest(model, ~stiff(model))[0] / limit)))

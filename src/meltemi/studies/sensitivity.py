@@ -203,16 +203,16 @@ def finite_difference_runs(run: Run, parameter: str, *, step: float | None = Non
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
     options = model.options.replace(time_step=default_step(model))
     weights = kind_of(model).step_weights(model, default_step(model))  # constants of the time step, as with derivatives
-    found = []
+    present, found = tables(model), []
     for change in (-size, size):
-        moved: dict[str, Any] = {name: model.array(name) + change * array for name, array in way.arrays.items()}
+        moved = {name: present[name] + change * array for name, array in way.arrays.items()}
 
         def prepare(case: Case, change: float = change) -> None:
             case["weights"][:2] = weights
             if way.state is not None:
                 case.controller_state[way.state[0]] += change * way.state[1]
 
-        changed = replace(model.with_arrays(**moved), options=options)
+        changed = replace(with_tables(model, moved), options=options)
         simulation = Simulation(replace(run, model=changed), prepare=prepare)
         march(simulation)
         found.append(simulation.result())
@@ -334,6 +334,15 @@ def tables(model: Model[Any]) -> dict[str, Float]:
     """Arrays of a model that depend on the turbine's description."""
     own = {name: model.array(name) for name in kind_of(model).tables}
     return own | (model.rotor.blade_arrays if isinstance(model.rotor, BladedRotor) else {})
+
+
+def with_tables(model: Model[Any], changed: dict[str, Float]) -> Model[Any]:
+    """The model with some of its :func:`tables` replaced."""
+    if isinstance(model.rotor, BladedRotor):
+        blades = {name: changed.get(name, array) for name, array in model.rotor.blade_arrays.items()}
+        changed = {name: array for name, array in changed.items() if name not in blades}
+        model = replace(model, rotor=replace(model.rotor, blade_arrays=blades))
+    return model.with_arrays(**changed)
 
 
 def matched(model: BladedModel, reference: BladedModel) -> BladedModel:
