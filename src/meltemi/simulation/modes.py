@@ -31,7 +31,8 @@ IMPLICIT_LIMIT, IMPLICIT_PARTS = 0.8, 3
 RESIDUAL_PARTS = 6
 """Fewest steps within OUTPUT_STEP with residual modes: loads within 0.2 % (docs/performance.md, Time steps)."""
 STIFF, BAND = 2.0, 20.0
-"""A coordinate is stiff whose frequency is so many times that of softer ones, and so many times BAND [rad/s]."""
+"""A coordinate is stiff whose frequency is so many times that of softer ones, and so many times BAND [rad/s]; the shaft,
+if only the latter."""
 LARGEST_ANGLE = 2.5
 """[rad] largest phase of a vibration over an implicit step; faster ones keep it."""
 MOST_DAMPING = 0.5
@@ -281,10 +282,11 @@ def own_vibrations(model: BladedModel) -> Float:
 
 
 def stiff(model: BladedModel) -> NDArray[np.bool_]:
-    """(n,) coordinates that do not limit the default step: the shaft, residual modes, any far above all others."""
+    """(n,) coordinates that do not limit the default step: a fast shaft, residual modes, any far above all others."""
     frequency = own_vibrations(model)[0]
     result = np.array(["residual" in name for name in model.coordinates])
-    result[len(model.rotor.tower.names) + TORSION] = True
+    shaft = len(model.rotor.tower.names) + TORSION
+    result[shaft] = frequency[shaft] > STIFF * BAND
     order = np.argsort(frequency)
     rising = frequency[order]
     gap = np.flatnonzero(rising[1:] > STIFF * np.maximum(rising[:-1], BAND))
