@@ -18,7 +18,7 @@ def test_a_power_curve_has_a_row_for_a_speed_that_fails(command: Command, tmp_pa
     # beyond 18.7 m/s 25 degrees of pitch do not bring the formula of pmsg20mw down to rated power
     ran = command("power-curve", "pmsg20mw", "--wind-speeds", "8:24:8", "--out", tmp_path)
     assert ran.status == 1
-    assert "failed at 24: no steady operation at a wind speed of 24 m/s: at its largest pitch" in ran.err
+    assert "failed at 24 m/s: no steady operation at a wind speed of 24 m/s: at its largest pitch" in ran.err
     assert "its cut_out is 18 m/s" in ran.err
     rows = list(csv.reader((tmp_path / "power_curve.csv").read_text().splitlines()))
     assert [row[0] for row in rows[1:]] == ["8", "16", "24"]
@@ -52,7 +52,7 @@ def test_ctrl_c_leaves_the_points_before_it(command: Command, tmp_path: Path, mo
 def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path: Path) -> None:
     ran = command("campbell", "nrel5mw", "--vacuum", "--wind-speeds", "0.5,9", "--out", tmp_path)
     assert ran.status == 1
-    assert "failed at 0.5: no steady operation" in ran.err
+    assert "failed at 0.5 m/s: no steady operation" in ran.err
     rows = list(csv.DictReader((tmp_path / "campbell.csv").read_text().splitlines()))
     assert {row["frequency Hz"] for row in rows if row["wind m/s"] == "0.5"} == {"-"}
     assert all(float(row["frequency Hz"]) > 0.0 for row in rows if row["wind m/s"] == "9")

@@ -27,7 +27,7 @@ from meltemi.simulation.model import Model
 from meltemi.simulation.modes import SLOW, Mode
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.simulation.trim import FULL, CarefulOrbit, NotConverged, steady_wind
+from meltemi.simulation.trim import FULL, CarefulOrbit, NotConverged, check_prescribed, steady_wind
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.turbulence.field import AnyWind
@@ -140,24 +140,27 @@ def flutter(
         no blades.
       UnsupportedError: the rotor does not have three blades.
     """
+    described = aeroelastic(turbine.turbine if isinstance(turbine, Model) else turbine, "flutter")
+    if described.n_blades != 3:
+        raise UnsupportedError("flutter: the fixed frame needs three blades")
+    control = described.control
+    rated = control.pitch.reference_speed / described.drivetrain.gear_ratio
+    speeds = np.linspace(*RANGE, POINTS) * rated if rotor_speeds is None else np.array(rotor_speeds, dtype=float)
+    if not len(speeds) or not np.all(np.diff(speeds, prepend=0.0) > 0.0):
+        raise InputError(f"flutter: rotor_speeds must be positive and increase, found {speeds.tolist()} rad/s")
+    angle = control.pitch.minimum if pitch is None else pitch
+    check_prescribed("flutter", described, float(speeds[-1]), angle)
+    steady = steady_wind(wind, described.hub_height)
     model = (
         with_static_gears(with_blades(turbine, "flutter"))
         if isinstance(turbine, Model)
-        else stability_model(aeroelastic(turbine, "flutter"), options)
+        else stability_model(described, options)
     )
-    if model.n_blades != 3:
-        raise UnsupportedError("flutter: the fixed frame needs three blades")
-    control = model.turbine.control
-    rated = control.pitch.reference_speed / model.turbine.drivetrain.gear_ratio
-    speeds = np.linspace(*RANGE, POINTS) * rated if rotor_speeds is None else np.array(rotor_speeds, dtype=float)
-    if not len(speeds) or np.any(np.diff(speeds, prepend=0.0) <= 0.0):
-        raise InputError("flutter: rotor_speeds must be positive and increase")
-    angle = control.pitch.minimum if pitch is None else pitch
     locked = model.locked.copy()
     if not generator_free:
         locked[model.coordinates.index("generator")] = 1.0
     held, stiffness = replace(model, locked=locked), strain(model)
-    orbit = CarefulOrbit(model, steady_wind(wind, model.turbine.hub_height))
+    orbit = CarefulOrbit(model, steady)
     orbit.level = FULL
 
     def modes_at(speed: float) -> list[Mode]:
@@ -214,7 +217,10 @@ def _onset(
     """The limit between a stable and an unstable speed, by bisection."""
     for _ in range(HALVINGS if high > low else 0):
         middle = 0.5 * (low + high)
-        tried = modes_at(middle)
+        try:
+            tried = modes_at(middle)
+        except NotConverged:
+            break
         if blade_mode(tried, stiffness).damping < 0.0:
             high, modes = middle, tried
         else:
