@@ -137,11 +137,22 @@ def test_parked_writes_a_map(command: Command, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("flutter", "nrel5mw", "--rotor-speeds", "12,10"), "must be positive and increase"),
+        (("flutter", "nrel5mw", "--rotor-speeds", "12,10"), "--rotor-speeds '12,10': expected increasing speeds"),
+        (("flutter", "nrel5mw", "--rotor-speeds", ""), "--rotor-speeds '': expected 4,6,8 or 4:24:2"),
+        (("flutter", "nrel5mw", "--rotor-speeds", "8,90"), "90 rpm, the blade tips would be faster than sound"),
+        (("flutter", "nrel5mw", "--pitch", "400"), "--pitch '400': expected angles between -180 and 180 deg"),
+        (("flutter", "nrel5mw", "--wind-speed", "-3"), "--wind-speed: speed: expected greater than or equal to 0"),
         (("flutter", "pmsg20mw"), "pmsg20mw"),
+        (("parked", "nrel5mw", "--yaw", "180:-180:10"), "needs a positive step and a last value not below the first"),
+        (("parked", "nrel5mw", "--yaw", "-180:180:0.1"), "--yaw '-180:180:0.1': more than 1000 values"),
+        (("parked", "nrel5mw", "--shear", "5"), "--shear: shear_exponent: expected less than 1, found 5"),
+        (("campbell", "nrel5mw", "--rotor-speeds", ""), "--rotor-speeds '': expected 4,6,8 or 4:24:2"),
         (("parked", "nrel5mw", "--yaw", "0:400:10"), "--yaw '0:400:10': expected angles between -180 and 180 deg"),
         (("parked", "nrel5mw", "--pitch", "a"), "--pitch 'a': expected 4,6,8 or 4:24:2"),
-        (("parked", "nrel5mw", "--deep-stall", "none"), "deep_stall"),
+        (
+            ("parked", "nrel5mw", "--deep-stall", "plte"),
+            "--deep-stall: deep_stall: expected 'given' or 'plate', found 'plte'",
+        ),
     ],
 )
 def test_stability_refuses(command: Command, tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:

@@ -9,7 +9,6 @@ import typer
 from meltemi.app.terminal import say
 from meltemi.core.errors import InputError
 
-
 MOST = 1000
 """Largest number of values of a scan."""
 
@@ -43,7 +42,9 @@ def values_of(text: str, option: str) -> list[float]:
     except ValueError:
         raise InputError(f"{option} {text!r}: expected 4,6,8 or 4:24:2 (first:last:step)") from None
     if not (step > 0.0 and last >= first):
-        raise InputError(f"{option} {text!r}: first:last:step needs a positive step and a last value above the first")
+        raise InputError(
+            f"{option} {text!r}: first:last:step needs a positive step and a last value not below the first"
+        )
     if not (last - first) / step < MOST:
         raise InputError(f"{option} {text!r}: more than {MOST} values; take a larger step")
     return [first + i * step for i in range(int((last - first) / step + 1e-9) + 1)]

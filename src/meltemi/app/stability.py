@@ -10,6 +10,7 @@ import typer
 
 from meltemi.app.scans import angles_of, finish, speeds_of
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.core.errors import InputError
 
 
 def flutter(
@@ -31,6 +32,8 @@ def flutter(
     turns = None
     if rotor_speeds is not None:
         turns = [w * pi / 30.0 for w in speeds_of(rotor_speeds, "--rotor-speeds", "rpm")]
+        if turns != sorted(set(turns)):
+            raise InputError(f"--rotor-speeds {rotor_speeds!r}: expected increasing speeds")
     angle = None if pitch is None else radians(angles_of(f"{pitch:g}", "--pitch")[0])
     wind = validated({"speed": wind_speed}, SteadyWind, "--wind-speed")
     from meltemi.report.plots import save

@@ -27,8 +27,8 @@ def limit_text(found: Flutter) -> str:
     """The flutter limit as a sentence."""
     limit = found.limit
     if limit is None:
-        last = found.rotor_speed[np.isfinite(found.least)][-1] * TO_RPM
-        return f"no blade mode is unstable up to {last:.4g} rpm"
+        known = found.rotor_speed[np.isfinite(found.least)] * TO_RPM
+        return f"no blade mode is unstable up to {known[-1]:.4g} rpm" if len(known) else "no speed has a result"
     at = f"{limit.rotor_speed * TO_RPM:.4g} rpm"
     if limit.rotor_speed == found.rotor_speed[0]:
         at = f"at or below {at}, the lowest of the given speeds"
