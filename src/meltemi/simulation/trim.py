@@ -53,6 +53,8 @@ SAMPLES = 12
 """Azimuths per sector of 1/B revolution."""
 SWEEPS = 3
 """Sectors marched, each with a correction of the motion, at each trial rotor speed and pitch."""
+UNLIKE_SWEEPS = 3 * SWEEPS
+"""The same for blades that differ: a balance over one revolution, after revolutions in which the blades settle."""
 JACOBIAN_SAMPLES = 10
 PERTURBATION = 1e-3
 """[m or rad] perturbation of the coefficients for finite differences."""
@@ -248,6 +250,8 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
     for _ in range(SEARCHES):
         if search_speed:
             rotor_speed = _secant(partial(left_over, angle=angle), rotor_speed, 1e-3 * rotor_speed)
+            if rotor_speed > reference:  # with the harmonics the rotor exceeds the reference speed
+                rotor_speed, search_speed, search_pitch = reference, False, pitch is None
         if search_pitch:
             angle = _secant(lambda x: left_over(reference, x), angle, 1e-3)
             if angle < control.pitch.minimum:  # with the harmonics the rotor no longer reaches the reference speed
@@ -638,7 +642,7 @@ class _Orbit:
             for _ in range(2):
                 self.linearise()
                 self.sector()
-        for _ in range(SWEEPS):
+        for _ in range(UNLIKE_SWEEPS if self.unlike else SWEEPS):
             self.sector()
         return self.left
 
