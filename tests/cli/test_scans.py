@@ -143,7 +143,10 @@ def test_parked_writes_a_map(command: Command, tmp_path: Path) -> None:
         (("flutter", "nrel5mw", "--pitch", "400"), "--pitch '400': expected angles between -180 and 180 deg"),
         (("flutter", "nrel5mw", "--wind-speed", "-3"), "--wind-speed: speed: expected greater than or equal to 0"),
         (("flutter", "pmsg20mw"), "pmsg20mw"),
-        (("parked", "nrel5mw", "--yaw", "180:-180:10"), "needs a positive step and a last value not below the first"),
+        (
+            ("parked", "nrel5mw", "--yaw", "180:-180:10"),
+            "expected first:last:step with a positive step and a last",
+        ),
         (("parked", "nrel5mw", "--yaw", "-180:180:0.1"), "--yaw '-180:180:0.1': more than 1000 values"),
         (("parked", "nrel5mw", "--shear", "5"), "--shear: shear_exponent: expected less than 1, found 5"),
         (("campbell", "nrel5mw", "--rotor-speeds", ""), "--rotor-speeds '': expected 4,6,8 or 4:24:2"),

@@ -247,7 +247,7 @@ def test_residual_modes_need_torsion(turbine: Turbine, name: str, options: dict[
         described = turbine.replace(**{"blade.structure.torsion_stiffness": None})
     else:
         described = meltemi.load_turbine(name)
-    with pytest.raises(meltemi.InputError, match=f"options.residual_modes 2 {said}.*use 0"):
+    with pytest.raises(meltemi.MeltemiError, match=f"options.residual_modes 2 {said}.*use 0"):
         meltemi.build(described, ModelOptions(residual_modes=2, **options))
 
 

@@ -43,7 +43,7 @@ def values_of(text: str, option: str) -> list[float]:
         raise InputError(f"{option} {text!r}: expected 4,6,8 or 4:24:2 (first:last:step)") from None
     if not (step > 0.0 and last >= first):
         raise InputError(
-            f"{option} {text!r}: first:last:step needs a positive step and a last value not below the first"
+            f"{option} {text!r}: expected first:last:step with a positive step and a last value not below the first"
         )
     if not (last - first) / step < MOST:
         raise InputError(f"{option} {text!r}: more than {MOST} values; take a larger step")
