@@ -52,6 +52,7 @@ REPEATS = 3
 """Timed runs of each kind, of which the fastest counts: what else runs on a machine only adds time."""
 VARIANTS: dict[str, dict[str, Any]] = {
     "one torsion mode a blade": {},
+    "second-order blades": {"blade_model": "modal"},
     "torsion locked": {"locked": ("torsion",)},
     "no torsion modes": {"torsion_modes": 0},
     "static polars, quasi-steady wake": {"stall": "static", "inflow": "quasi_steady"},
