@@ -25,6 +25,7 @@ from meltemi.control.constant import ConstantController
 from meltemi.control.controller import Controller
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.kernel import statistics
+from meltemi.maths.records import Kind
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
@@ -36,6 +37,7 @@ from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulence.field import generate_field
 from meltemi.wind.turbulence.grid import WindGrid
 from meltemi.wind.turbulent import TurbulentWind
+from meltemi_verification.steps import timed_steps as timed_steps
 
 CHANNELS = (
     "time wind_x azimuth rotor_speed generator_torque generator_power pitch_1 rotor_aero_thrust rotor_torque "
@@ -51,6 +53,7 @@ REPEATS = 3
 """Timed runs of each kind, of which the fastest counts: what else runs on a machine only adds time."""
 VARIANTS: dict[str, dict[str, Any]] = {
     "one torsion mode a blade": {},
+    "second-order blades": {"blade_model": "modal"},
     "torsion locked": {"locked": ("torsion",)},
     "no torsion modes": {"torsion_modes": 0},
     "static polars, quasi-steady wake": {"stall": "static", "inflow": "quasi_steady"},
@@ -105,7 +108,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
       ``machine`` (processor, versions, date), ``import_s``, ``stages`` (compilation: seconds and signatures by stage),
       ``cold_compile_s``, ``signatures``, ``beyond`` (what compiles on first use), ``cached_start_s``, ``runs``
       (microseconds a step, real-time factor and step of each variant, and with load control), ``floats`` and
-      ``derivatives`` (the first variant one node at a time, and with eight derivatives), ``controllers``, ``fields``
+      ``derivatives`` (the first variant one node at a time, and with eight derivatives), ``steps`` (of three turbines,
+      see :mod:`meltemi_verification.steps`), ``controllers``, ``fields``
       (seconds and peak memory of making turbulence), ``peak_memory_mb`` (the wind field not counted), ``cores``,
       ``batch_cases``, ``batch_real_time_factor``, ``batch_loss`` (share lost against cores times one core),
       ``batch_peak_memory_mb`` (all counted), ``case``.
@@ -125,6 +129,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
         beyond = _child("beyond()", folder)
         say(f"runs of {duration:g} s ...")
         runs = _child(f"timed_runs({duration!r})", folder)
+        say("time steps of three turbines ...")
+        steps = _child(f"timed_steps({duration!r})", folder)
         say("controllers ...")
         controllers = _child(f"timed_controllers({min(duration, 120.0)!r})", folder)
         say("turbulent fields ...")
@@ -140,6 +146,7 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
         "beyond": beyond,
         "cached_start_s": round(cached_start_s, 2),
         **runs,
+        "steps": steps,
         "controllers": controllers,
         "fields": fields,
         **batch,
@@ -262,11 +269,20 @@ def _turbulence(duration: float, **settings: Any) -> Any:
     return generate_field(TurbulentWind(speed=12.0, intensity=0.14, **settings), load_turbine("nrel5mw"), duration)
 
 
-def _timed(model: Any, wind: Any, duration: float, **arguments: Any) -> dict[str, float]:
+def _timed(
+    model: Any,
+    wind: Any,
+    duration: float,
+    *,
+    numbers: Kind = "lanes",
+    prepare: Callable[[Case], None] | None = None,
+    **arguments: Any,
+) -> dict[str, float]:
     """Time step of the fastest of several runs."""
     best = float("inf")
     for _ in range(REPEATS):
-        run = Simulation(Run(model, wind, duration=duration, channels=CHANNELS, **arguments))
+        described = Run(model, wind, duration=duration, channels=CHANNELS, **arguments)
+        run = Simulation(described, numbers=numbers, prepare=prepare)
         march(run)
         run.result().raise_for_status()
         best = min(best, run.run_seconds)
@@ -459,6 +475,10 @@ def report_lines(figures: dict[str, Any]) -> list[str]:
     for name, run in f["runs"].items():
         note = f"{run['us_per_step']:.1f} us a step of {run['time_step_s']:g} s"
         lines.append(line(f"real-time factor, {name}", run["real_time_factor"], "", note, 0))
+    for turbine, name, run in _step_rows(f):
+        errors = f"deviations up to {100.0 * run['std']:.2f} % (std), {100.0 * run['load']:.2f} % (equivalent load)"
+        note = f"{run['us_per_step']:.1f} us a step of {run['time_step_s']:.3g} s, {errors}"
+        lines.append(line(f"{turbine}, {name}", run["real_time_factor"], "", note, 0))
     lines.append(line("one node at a time (floats)", f["floats"]["us_per_step"], "us", "a step"))
     lines.append(line("with eight derivatives (duals)", f["derivatives"]["us_per_step"], "us", f"{ratio:.2f} x floats"))
     for name, value in f["controllers"].items():
@@ -475,6 +495,10 @@ def report_lines(figures: dict[str, Any]) -> list[str]:
     return lines
 
 
+def _step_rows(figures: dict[str, Any]) -> list[tuple[str, str, dict[str, float]]]:
+    return [(turbine, name, run) for turbine, ways in figures["steps"].items() for name, run in ways.items()]
+
+
 def page(figures: dict[str, Any]) -> str:
     """The benchmark page of the documentation."""
     f = figures
@@ -483,6 +507,11 @@ def page(figures: dict[str, Any]) -> str:
         "runs": [
             f"| {name} | {run['time_step_s']:g} | {run['us_per_step']:.1f} | **{run['real_time_factor']:.0f}** |"
             for name, run in f["runs"].items()
+        ],
+        "steps": [
+            f"| {turbine} | {name} | {1e3 * run['time_step_s']:.2f} | {run['us_per_step']:.1f} | "
+            f"**{run['real_time_factor']:.0f}** | {100.0 * run['std']:.2f} | {100.0 * run['load']:.2f} |"
+            for turbine, name, run in _step_rows(f)
         ],
         "openfast": [f"| {name} | {factor:g} |" for name, factor in OPENFAST],
         "fields": [

@@ -25,6 +25,20 @@ HAWC2_INDUCTION = (
     "local thrust coefficients are near 1; in a plain BEM of the straight, rigid rotor it gives 13 % more power at "
     "5 m/s and 0.8 % from 7 to 10.5 m/s (tests/verification/test_iea.py)"
 )
+EARLIER_BLADE = (
+    "which definition of the blade HAWC2's table has is unknown: with shear centres and torsional stiffness of an "
+    "earlier one the thrust falls from +5.9 to +3.6 % at 10 m/s, the power from +2.8 to +1.7 % "
+    "(tests/verification/test_iea.py); HAWC2 and OpenFAST differ by 3.4 % of the thrust there for the IEA 22 MW"
+)
+PITCH_22MW = (
+    "the pitch is HAWC2's: at its power, from 12 to 20 m/s -0.10 to +0.15 deg away, thrust and flapwise deflection "
+    "deviate by at most 0.7 and 1.7 % (tests/verification/test_iea.py)"
+)
+THRUST_22MW = "it follows the thrust, +2.8 %, for which OpenFAST has +3.4 %"
+EDGE_DAMPING = (
+    "HAWC2 and OpenFAST themselves differ by 0.3 to 1.2 points; more modes, more nodes, and no dynamic inflow change "
+    "ours by less than 0.1 points at 15 and 20 m/s; not explained"
+)
 TIP = (
     "Prandtl's tip loss leaves the airfoil's coefficients as they are up to the tip; with the tip correction of Shen "
     "et al. (2005), whose constants come from this experiment among others, the deviation is below 5 % "
@@ -51,6 +65,12 @@ KNOWN = (
     Known("periodic B", "OoPDefl1 amplitude", "shear_12", 6.0, STALE_WIND),
     Known("wind step", "GenPwr largest of a revolution", "set B", 3.0, STALE_WIND),
     Known("iea15mw", "aerodynamic power*", "5 m/s", 11.0, HAWC2_INDUCTION),
-    Known("iea15mw", "aerodynamic power*", "10* m/s", 2.0, HAWC2_INDUCTION),
+    Known("iea15mw", "aerodynamic power*", "*", 3.5, EARLIER_BLADE),
+    Known("iea15mw", "thrust*", "*", 7.0, EARLIER_BLADE),
+    Known("iea15mw", "pitch*", "11 m/s", 0.6, EARLIER_BLADE),
+    Known("iea22mw", "flap", "10 m/s", 4.0, THRUST_22MW),
+    Known("iea22mw", "flap", "12 m/s", 3.5, PITCH_22MW),
+    Known("iea22mw", "power", "20 m/s", 3.0, PITCH_22MW),
+    Known("iea22mw modes", "damping", "1st edge*", 1.0, EDGE_DAMPING),
     Known("report modes", "natural frequency", "1st tower fore-aft", 3.5, TOWER_SHAPE),
 )

@@ -52,5 +52,12 @@ def undershoot(time: Float, x: Float, step_at: float) -> tuple[float, float, flo
 
 
 def extremes(time: Float, x: Float) -> tuple[float, float, float, float]:
-    """Minimum and its time, maximum and its time."""
-    return float(x.min()), float(time[x.argmin()]), float(x.max()), float(time[x.argmax()])
+    """Minimum and its time, maximum and its time; of extremes that differ by rounding the first."""
+    low, high = x.min(), x.max()
+    nearly = 1e-9 * (high - low)
+    return (
+        float(low),
+        float(time[np.argmax(x <= low + nearly)]),
+        float(high),
+        float(time[np.argmax(x >= high - nearly)]),
+    )

@@ -94,6 +94,7 @@ def deck_options(turbine: Turbine, aero: str, **changes: Any) -> ModelOptions:
     common: dict[str, Any] = {
         "mode_shapes": "given",
         "torsion_modes": 0,
+        "blade_model": "modal",
         "locked": ("yaw",),
         "chord_angle": "openfast",
         "tower_drag": False,

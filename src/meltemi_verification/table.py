@@ -32,12 +32,12 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True)
 class Known:
-    """A known deviation: beyond its band, and understood.
+    """A known deviation beyond its band.
 
     Attributes:
       table, what, case: patterns (``*`` fits everything) of the rows it belongs to.
       bound: beyond it the row fails after all.
-      why: which model differs, and which is right.
+      why: which model differs, and which is right; or that it is not explained.
     """
 
     table: str

@@ -10,6 +10,7 @@ from meltemi.core.errors import InputError
 from meltemi_verification import (
     closed_form,
     elastodyn_blade,
+    far_bending,
     iea,
     modes,
     momentum,
@@ -48,14 +49,21 @@ QUICK: tuple[Study, ...] = (
     (1.0, partial(turbulent.turbulence, "B")),
 )
 """Studies with their usual duration [s]."""
+IEA: tuple[Study, ...] = (
+    (1.0, iea.frequencies),
+    (8.0, iea.steady_15mw),
+    (5.0, iea.steady_22mw),
+    (20.0, iea.modes_22mw),
+)
 FULL: tuple[Study, ...] = (
     *QUICK,
     (12.0, closed_form.energy_to_the_last_digit),
+    (20.0, far_bending.far_bending),
     (12.0, lambda: steady.steady("B")),
     (2.0, lambda: steady.spanwise("B")),
     (2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),
     (1.0, lambda: yaw.yawed("B")),
-    *(((1.0, iea.frequencies), (8.0, iea.steady_15mw), (3.0, iea.steady_22mw)) if iea.installed() else ()),
+    *(IEA if iea.installed() else ()),
 )
 
 

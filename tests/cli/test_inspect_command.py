@@ -13,11 +13,11 @@ from meltemi.io import write_turbine
 def test_it_draws_and_prints(command: Command, tmp_path: Path) -> None:
     ran = command("inspect", "nrel5mw", "--out", tmp_path / "a" / "b")
     assert ran.status == 0 and ran.err == ""
-    assert "12.1 rpm" in ran.out and "731 kN" in ran.out
+    assert "12.1 rpm" in ran.out and "732.8 kN" in ran.out
     assert [f.name for f in ran.files] == ["turbine.html", "turbine.png"]
     assert all(f.stat().st_size > 100_000 for f in ran.files)
     page = ran.files[0].read_text(encoding="utf-8")
-    assert page.count("<img") == 6 and "Missing data" not in page and "731 kN" in page
+    assert page.count("<img") == 6 and "Missing data" not in page and "732.8 kN" in page
     assert "://" not in page and "<script" not in page
 
 

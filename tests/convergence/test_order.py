@@ -31,7 +31,15 @@ def response(turbine: Turbine, dt: float, **options: Any) -> Any:
     ).data
 
 
-@pytest.mark.parametrize("options", [{}, {"inflow": "quasi_steady", "stall": "static"}, {"corrections": 1}], ids=str)
+CHANGES: list[dict[str, Any]] = [
+    {},
+    {"inflow": "quasi_steady", "stall": "static"},
+    {"corrections": 1},
+    {"integration": "implicit"},
+]
+
+
+@pytest.mark.parametrize("options", CHANGES, ids=str)
 def test_time_integration_is_of_second_order(turbine: Turbine, options: dict[str, Any]) -> None:
     runs = [response(turbine, dt, **options) for dt in STEPS]
     # differences between successive halvings fall by four; kinks of the polars make single ratios scatter

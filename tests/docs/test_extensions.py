@@ -44,7 +44,7 @@ def moving(model):
 
 
 # blades without displacements of second order are the modal ones without them
-modal = meltemi.build(turbine, ModelOptions(**small))
+modal = meltemi.build(turbine, ModelOptions(**small, blade_model="modal"))
 first = meltemi.build(turbine, ModelOptions(**small, blade_model="first_order"))
 rotor = modal.rotor
 straight = modal.with_arrays(second=0.0 * rotor.second, tip_second=0.0 * rotor.tip_second)

@@ -77,7 +77,7 @@ def test_a_batch_gives_the_bits_of_single_runs(model: Model) -> None:
 
 
 def test_cases_that_fail_harm_no_other(model: Model) -> None:
-    wild = meltemi.build(model.turbine, ModelOptions(time_step=0.05))
+    wild = meltemi.build(model.turbine, ModelOptions(time_step=0.1))
     small = WindBox(np.full((60, 3, 3, 3), 10.0, np.float32), dt=0.1, dy=10.0, dz=10.0, bottom=80.0, speed=10.0)
 
     def no_wind() -> WindBox:
@@ -85,7 +85,7 @@ def test_cases_that_fail_harm_no_other(model: Model) -> None:
 
     good = Run(model, lambda: box(1), duration=3.0)
     fails = {
-        "diverges": Run(wild, SteadyWind(speed=11.0), duration=3.0, start=Start(rotor_speed=1.2)),
+        "diverges": Run(wild, SteadyWind(speed=11.0), duration=3.0, start=Start(rotor_speed=1.2), output_step=0.1),
         "raises": Run(model, SteadyWind(speed=11.0), duration=2.0, controller=Controller(raising)),
         "small": Run(model, small, duration=3.0),
         "missing": Run(model, no_wind, duration=3.0),

@@ -6,7 +6,10 @@ import re
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from meltemi_verification import bench
+from meltemi_verification.steps import TURBINES, WAYS
 
 ROOT = Path(__file__).parents[2]
 RUN = {"us_per_step": 12.3, "real_time_factor": 777, "time_step_s": 0.01}
@@ -23,6 +26,10 @@ def figures() -> dict[str, Any]:
         "beyond": {f"something {i}": float(next(numbers)) for i in range(4)},
         "cached_start_s": 1.23,
         "runs": {name: {**RUN, "real_time_factor": next(numbers)} for name in (*bench.VARIANTS, bench.LOAD_CONTROL)},
+        "steps": {
+            turbine: {way: {**RUN, "real_time_factor": next(numbers), "std": 0.00123, "load": 0.00456} for way in WAYS}
+            for turbine in TURBINES
+        },
         "floats": {**RUN, "us_per_step": 50.0},
         "derivatives": {**RUN, "us_per_step": 75.0},
         "peak_memory_mb": next(numbers),
@@ -50,6 +57,7 @@ def test_the_page_shows_every_figure() -> None:
     shown = [*f["runs"], *f["stages"], *f["beyond"], "some case", "some processor", "1.50 times", "**33.3**"]
     shown += [str(run["real_time_factor"]) for run in f["runs"].values()]
     shown += [str(f[name]) for name in ("signatures", "peak_memory_mb", "batch_cases", "batch_real_time_factor")]
+    shown += [f"**{run['real_time_factor']}** | 0.12 | 0.46 |" for ways in f["steps"].values() for run in ways.values()]
     shown += [name for name, _ in bench.OPENFAST]
     shown += [f"| {name} | **{i}.25** | {400 + i} |" for i, name in enumerate(f["fields"])]
     for text in shown:
@@ -71,3 +79,17 @@ def test_the_page_of_the_documentation_is_the_one_that_is_written() -> None:
     assert [line for line in page.splitlines() if line.startswith("#")] == headings
     for name in (*bench.VARIANTS, bench.LOAD_CONTROL, *(name for name, _ in bench.OPENFAST)):
         assert f"| {name} |" in page, name
+    for turbine in TURBINES:
+        assert page.count(f"| {turbine} |") == len(WAYS)
+
+
+@pytest.mark.long
+def test_runs_controllers_and_batches_are_measured() -> None:
+    runs = bench.timed_runs(1.0)
+    assert set(runs["runs"]) == {*bench.VARIANTS, bench.LOAD_CONTROL}
+    for run in (*runs["runs"].values(), runs["floats"], runs["derivatives"]):
+        assert run["us_per_step"] > 0.0
+    assert runs["floats"]["us_per_step"] > 2.0 * runs["runs"]["one torsion mode a blade"]["us_per_step"]
+    controllers = bench.timed_controllers(25.0)
+    assert controllers["step() from Python"] > controllers["compiled"]
+    assert bench.timed_batch(1.0)["batch_real_time_factor"] > 0

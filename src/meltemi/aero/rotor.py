@@ -27,7 +27,7 @@ from meltemi.aero.polars import Coefficients, ramp, wrap
 from meltemi.aero.stall.section import CAMBER
 from meltemi.core.kernel import kernel
 from meltemi.maths.generic import largest, total, where, whole
-from meltemi.maths.vectors import Vec, cross, dot, norm
+from meltemi.maths.vectors import Rot, Vec, cross, dot, norm
 from meltemi.wind.velocity import wind_velocity
 
 SLOW, MOST_CAMBER = 1.0, 0.1
@@ -43,38 +43,42 @@ def relative_wind(t: float, m: Air) -> None:
         R = frame.orientation[b]
         shaft, root_spin = frame.shaft[b], frame.spin[b]
         cp, sp = frame.cos_pitch[b], frame.sin_pitch[b]
+        unpitched = Rot(cp, sp, 0.0, -sp, cp, 0.0, 0.0, 0.0, 1.0)
         for n in range(flow.nodes):
-            theta, spin = motion.rotation[b, n], motion.spin[b, n]
-            offset = turned_centre(m, theta, b, n)
+            elastic, spin = motion.orientation[b, n], motion.spin[b, n]
+            offset = elastic @ nodes.centre[b, n]
             r = motion.position[b, n] + offset
             p = hub + R @ r
             u = wind_velocity(p, t, m) + tower_flow.influence(m.aero_options.tower, p, m, b)
             flow.wind[b, n] = u
             w = R.T @ u - (motion.velocity[b, n] + cross(spin, offset))
-            # unpitched blade axes, then along the bent blade: elastic slopes in and out of plane, and those of prebend
-            sweep, flap = cp * theta.x + sp * theta.y, cp * theta.y - sp * theta.x
-            x, y = nodes.slope_x[b, n], nodes.slope_y[b, n]
-            side, lean = sp * x - cp * y, cp * x + sp * y
-            bend = flap + lean
-            cb, sb = cos(bend), sin(bend)
+            # strip axes: those of the unpitched blade, turned about y into the span of the section
+            section = unpitched @ (elastic @ nodes.section[b, n])
+            slope = 1.0 / sqrt(section.xz * section.xz + section.zz * section.zz)
+            cb, sb = slope * section.zz, slope * section.xz
             flow.vx[b, n] = cb * (cp * w.x + sp * w.y) - sb * w.z
             flow.vy[b, n] = cp * w.y - sp * w.x
             flow.cos_bend[b, n] = cb
             flow.sin_bend[b, n] = sb
-            elastic = spin - root_spin
+            own = spin - root_spin
             flow.rotation[b, n] = sb * (cp * spin.x + sp * spin.y) + cb * spin.z
-            flow.pitching[b, n] = sb * (cp * elastic.x + sp * elastic.y) + cb * (elastic.z - pitch.rate[b])
-            # rotations about two axes turn the chord about the third (A-3)
-            turned = theta.z + 0.5 * (sweep * lean - flap * side) - aero.sweep_flap * (sweep + side) * bend
-            flow.theta[b, n] = pitch.angle[b] + nodes.twist[b, n] - turned
+            flow.pitching[b, n] = sb * (cp * own.x + sp * own.y) + cb * (own.z - pitch.rate[b])
+            flow.theta[b, n] = chord_angle(cb, sb, section, aero.chord_angle)
             flow.radius[b, n] = norm(r - dot(r, shaft) * shaft)
 
 
 @kernel
-def turned_centre(m: Air, theta: Vec, b: int, n: int) -> Vec:
-    """Aerodynamic centre from the node's reference point, turned with the section."""
-    offset = m.aero_nodes.centre[b, n]
-    return offset + cross(theta, offset)
+def chord_angle(cb: float, sb: float, section: Rot, variant: float) -> float:
+    """Angle [rad] of the chord from the strip plane, towards feather (A-3).
+
+    Args:
+      cb, sb: cosine and sine of the strip's slope out of plane.
+      section: orientation of the section in unpitched blade axes.
+      variant: 0: that of chord and normal in the strip's plane, 1: the last of the rotations sweep, flap, twist.
+    """
+    normal_x, chord_x = cb * section.xx - sb * section.zx, cb * section.xy - sb * section.zy
+    in_strip = atan2(chord_x - section.yx, normal_x + section.yy)
+    return where(variant > 0.0, atan2(section.xy, section.xx), in_strip)
 
 
 @kernel
@@ -192,7 +196,7 @@ def loads(dt: float, m: Air) -> None:
             length = nodes.length[b, n]
             F = length * Vec(cp * cb * normal + sp * driving, sp * cb * normal - cp * driving, -sb * normal)
             M = length * pitching * Vec(cp * sb, sp * sb, cb)
-            M += cross(turned_centre(m, motion.rotation[b, n], b, n), F)
+            M += cross(motion.orientation[b, n] @ nodes.centre[b, n], F)
             m.load.force[b, n] = F
             m.load.moment[b, n] = M
             F_b += F

@@ -7,7 +7,7 @@ along the blade as it is coned, prebent and bent; pitch, twist and torsion are n
 from __future__ import annotations
 
 from meltemi.maths.algebra import Vec
-from meltemi.maths.tables import Numbers, Table, Vectors, number, xyz
+from meltemi.maths.tables import Numbers, Rotations, Table, Vectors, number, rotation, xyz
 
 
 class AeroParameters(Table, title="aerodynamics"):
@@ -28,7 +28,7 @@ class AeroParameters(Table, title="aerodynamics"):
     stall_b2: float = number("-", "second rate, in semi-chords")
     stall_pressure: float = number("-", "pressure lag, in semi-chords")
     stall_separation: float = number("-", "separation lag, in semi-chords")
-    sweep_flap: float = number("-", "share of the product of slopes in and out of plane in the chord's angle")
+    chord_angle: float = number("-", "angle of the chord: 0: in the plane of the strip, 1: the last of three rotations")
 
 
 class AeroOptions(Table, title="aerodynamic options", integer=True):
@@ -52,10 +52,8 @@ class AeroNode(Table, axes="blade node", title="aerodynamic node"):
     """Constants of the blade nodes."""
 
     chord: Numbers = number("m", "chord")
-    twist: Numbers = number("rad", "aerodynamic twist, towards feather")
+    section: Rotations = rotation("-", "orientation of the undeformed section: normal, chord, span; blade axes")
     centre: Vectors = xyz("m", "aerodynamic centre from the node's reference point, blade axes")
-    slope_x: Numbers = number("rad", "prebend: lean of the undeformed section, downwind at zero pitch")
-    slope_y: Numbers = number("rad", "sweep: lean of the undeformed section, towards the trailing edge")
     length: Numbers = number("m", "of blade that the node stands for, along the arc of the aerodynamic centres")
     solid_length: Numbers = number("m", "blades times chord over 2 pi: solidity times radius")
     tip_number: Numbers = number("-", "blades (arc to the tip) / (2 arc), for Prandtl's tip loss")

@@ -50,6 +50,18 @@ def largest(x: Any) -> Any:
 
 
 @_for_floats
+def running(x: Any) -> Any:
+    """Sums over the lanes up to each one; a number without lanes is returned unchanged."""
+    return x
+
+
+@_for_floats
+def last(x: Any) -> Any:
+    """The last of the lanes of a number."""
+    return x
+
+
+@_for_floats
 def whole(x: Any) -> Any:
     """Integer part, towards zero."""
     return int(x)

@@ -10,7 +10,7 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.algebra import Rot as Rot
 from meltemi.maths.algebra import Sym as Sym
 from meltemi.maths.algebra import Vec as Vec
-from meltemi.maths.generic import total
+from meltemi.maths.generic import last, running, total
 from meltemi.maths.groups import group, operators
 
 for _class in (Vec, Rot, Sym):
@@ -29,6 +29,14 @@ def _sum_of_matrices(A: Sym) -> Sym:
     return Sym(total(A.xx), total(A.yy), total(A.zz), total(A.xy), total(A.xz), total(A.yz))
 
 
+def _running_sum(v: Vec) -> Vec:
+    return Vec(running(v.x), running(v.y), running(v.z))
+
+
+def _last_vector(v: Vec) -> Vec:
+    return Vec(last(v.x), last(v.y), last(v.z))
+
+
 _SUM: dict[tuple[type | None, ...], Callable[..., object]] = {(Vec, Vec): Vec.__add__, (Sym, Sym): Sym.__add__}
 operators(
     {
@@ -40,6 +48,8 @@ operators(
         operator.mul: {(None, Vec): _times},
         operator.matmul: {(Rot, Vec): Rot.rotated, (Rot, Rot): Rot.composed, (Sym, Vec): Sym.__matmul__},
         total: {(Vec,): _sum_of_vectors, (Sym,): _sum_of_matrices},
+        running: {(Vec,): _running_sum},
+        last: {(Vec,): _last_vector},
     }
 )
 
@@ -81,30 +91,6 @@ def about_z(angle: float) -> Rot:
     """Rotation by ``angle`` [rad] about z."""
     s, c = sin(angle), cos(angle)
     return Rot(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
-
-
-@kernel
-def rotation_vector(t: Vec) -> Rot:
-    """Rotation by |t| [rad] about t (Rodrigues), smooth at t = 0."""
-    a2 = dot(t, t)
-    if a2 < 1e-8:  # series keep full accuracy where sin(a)/a would lose it
-        s = 1.0 - a2 / 6.0
-        c = 0.5 - a2 / 24.0
-    else:
-        a = sqrt(a2)
-        s = sin(a) / a
-        c = (1.0 - cos(a)) / a2
-    return Rot(
-        1.0 - c * (t.y * t.y + t.z * t.z),
-        c * t.x * t.y - s * t.z,
-        c * t.x * t.z + s * t.y,
-        c * t.x * t.y + s * t.z,
-        1.0 - c * (t.x * t.x + t.z * t.z),
-        c * t.y * t.z - s * t.x,
-        c * t.x * t.z - s * t.y,
-        c * t.y * t.z + s * t.x,
-        1.0 - c * (t.x * t.x + t.y * t.y),
-    )
 
 
 @kernel

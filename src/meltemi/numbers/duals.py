@@ -25,7 +25,7 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.cpython import slicing
 from numba.extending import intrinsic, models, overload, register_model
 
-from meltemi.maths.generic import crossed, floor, largest, total, where, whole, zero
+from meltemi.maths.generic import crossed, floor, largest, last, running, total, where, whole, zero
 from meltemi.numbers.lanes import WIDTH, lanes, splat
 
 N_DERIVATIVES = WIDTH
@@ -210,8 +210,8 @@ def _choice(sign: str) -> Any:
 _operation(min, 2, dual, _choice("<"))
 _operation(max, 2, dual, _choice(">"))
 _operation(operator.neg, 1, dual, lambda c, b, x: make_dual(c, b, b.fneg(x.value), b.fneg(x.slopes)))
-_operation(total, 1, dual, lambda c, b, x: make_dual(c, b, x.value, x.slopes))
-_operation(largest, 1, dual, lambda c, b, x: make_dual(c, b, x.value, x.slopes))
+for _function in (total, largest, running, last):
+    _operation(_function, 1, dual, lambda c, b, x: make_dual(c, b, x.value, x.slopes))
 _operation(whole, 1, types.int64, lambda c, b, x: b.fptosi(x.value, _I64))
 
 

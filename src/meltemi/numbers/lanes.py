@@ -29,7 +29,20 @@ from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, inf
 from numba.extending import models, overload, register_model
 
 from meltemi.maths import elementary
-from meltemi.maths.generic import anywhere, crossed, floor, largest, split, total, two_to, where, whole, zero
+from meltemi.maths.generic import (
+    anywhere,
+    crossed,
+    floor,
+    largest,
+    last,
+    running,
+    split,
+    total,
+    two_to,
+    where,
+    whole,
+    zero,
+)
 
 WIDTH = 8
 """Lanes per number: a register of AVX-512, two of AVX2."""
@@ -253,6 +266,18 @@ def _fold(name: str) -> Any:
     return generate
 
 
+def _running_sum(builder: Any, x: Any) -> Any:
+    """Sums over the lanes up to each one, by adding the lanes 1, 2 and 4 before."""
+    nothing, step = ir.Constant(_VF, [0.0] * WIDTH), 1
+    while step < WIDTH:
+        places = [WIDTH - step + i for i in range(WIDTH)]  # lanes of nothing, then of x
+        x = builder.fadd(x, builder.shuffle_vector(nothing, x, ir.Constant(ir.VectorType(_I32, WIDTH), places)))
+        step *= 2
+    return x
+
+
+_operation(running, (lanes,), lanes, _running_sum)
+_operation(last, (lanes,), types.float64, lambda b, x: b.extract_element(x, _I32(WIDTH - 1)))
 _operation(crossed, (lanes,), types.float64, lambda b, x: ir.Constant(_F64, 0.0))
 _operation(total, (lanes,), types.float64, _fold("fadd"))
 _operation(largest, (lanes,), types.float64, _fold("max"))

@@ -31,6 +31,7 @@ from meltemi.simulation.step import evaluate, inflow_rates, observe, settle_infl
 from meltemi.simulation.system import Control, March
 from meltemi.simulation.tables import Clock, Settings
 from meltemi.simulation.validity import new_watch
+from meltemi.structure.tables import StepWeights
 from meltemi.turbine.electrical import nominal_frequency
 from meltemi.wind.fields import Wind, wind_arrays
 
@@ -99,9 +100,11 @@ class Case:
             "settings": self.settings.array,
             "v_old": self.v_old,
             "a_old": self.a_old,
+            "weights": StepWeights.zeros(coordinate=nq),
             "spare": self.spare,
             **rotor.arrays(turbine, wind, stations, lanes),
         }
+        rotor.share_memory(arrays)
         self.arrays = rotor.shown(arrays)
         self.slopes = {**self.signals.slope_views, **self.aero_state.slope_views}
         if duals:
@@ -110,9 +113,7 @@ class Case:
             for name, array in arrays.items():
                 if name not in self.slopes and name not in constant:
                     self.slopes[name] = np.zeros((*array.shape, N_DERIVATIVES))
-            if "tower_flow" in arrays:  # views of one memory
-                self.slopes["tower_lanes"] = self.slopes["tower_flow"]
-                self.slopes["tower_drag"] = self.slopes["tower_flow"][-3:]
+            rotor.share_slopes(self.slopes)
             self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
         one: Kind = "duals" if duals else "floats"
         self.system: Any = rotor.system("lanes" if lanes else one, arrays, self.slopes)

@@ -45,7 +45,8 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
     nodes, motion = View(BladeNode, model.rotor.blade_nodes), View(BladeMotion, case["motion"])
     for b in range(model.n_blades):
         R = View(BladeFrame, case["frame"])["orientation"][:, b].reshape(3, 3)
-        moment = nodes["moment"][:, b] + np.cross(motion["rotation"][:, b], nodes["moment"][:, b], axis=0)
+        sections = motion["orientation"][:, b].reshape(3, 3, -1)
+        moment = np.einsum("ijn,jn->in", sections, nodes["moment"][:, b])
         total = nodes["mass"][b].sum()
         lift += total * hub[2] + (R @ (nodes["mass"][b] * motion["position"][:, b] + moment).sum(axis=1))[2]
     # the tower's own energy, as far as it varies

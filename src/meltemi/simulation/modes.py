@@ -19,13 +19,24 @@ from meltemi.maths.multiblade import fixed_frame
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_static_gears
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
-from meltemi.structure.kinematics import GENERATOR
+from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
 
 STEP_LIMIT = 0.4
 """Largest product of angular frequency and default time step (docs/theory/simulation.md, M-5)."""
+IMPLICIT_LIMIT, IMPLICIT_PARTS = 0.8, 3
+"""The same with implicit stiffness and damping of all coordinates, and the fewest steps within OUTPUT_STEP."""
+RESIDUAL_PARTS = 6
+"""Fewest steps within OUTPUT_STEP with residual modes: loads within 0.2 % (docs/performance.md, Time steps)."""
+STIFF, BAND = 2.0, 20.0
+"""A coordinate is stiff whose frequency is so many times that of softer ones, and so many times BAND [rad/s]; for the
+shaft the latter is enough."""
+LARGEST_ANGLE = 2.5
+"""[rad] largest phase of a vibration over an implicit step; faster ones keep it."""
+MOST_DAMPING = 0.5
+"""Largest damping ratio to which the implicit step is fitted."""
 OUTPUT_STEP = 0.05
 """[s] default time steps are integer fractions of this interval."""
 GROWING, SLOW = -2e-3, 5e-3
@@ -245,13 +256,14 @@ def highest_frequency(model: BladedModel) -> float:
 
 
 def fastest_coordinate(model: BladedModel) -> str:
-    """Name of the coordinate with the largest amplitude at the highest frequency."""
-    return _fastest(model)[1]
+    """Name of the coordinate that determines the default time step."""
+    return _fastest(model, ~stiff(model))[1]
 
 
-def _fastest(model: BladedModel) -> tuple[float, str]:
+def _fastest(model: BladedModel, some: Any = True) -> tuple[float, str]:
+    """Highest frequency [rad/s] with all but ``some`` coordinates locked, and the largest coordinate of its mode."""
     case = vacuum_case(model)
-    free = np.flatnonzero(model.locked == 0.0)
+    free = np.flatnonzero((model.locked == 0.0) & some)
     stiffness = -derivative_matrix(case, "q")[np.ix_(free, free)]
     _check(stiffness)
     if not len(free):
@@ -261,7 +273,60 @@ def _fastest(model: BladedModel) -> tuple[float, str]:
     return float(np.sqrt(np.abs(squares[i]))), model.coordinates[free[int(np.argmax(np.abs(shapes[:, i])))]]
 
 
+def own_vibrations(model: BladedModel) -> Float:
+    """(2, n) angular frequency [rad/s] and damping ratio of each coordinate about its own, in vacuum at rest (M-38)."""
+    case = vacuum_case(model)
+    stiffness, damping = (-np.diag(derivative_matrix(case, which)) for which in ("q", "v"))
+    frequency = np.sqrt(np.maximum(stiffness, 0.0))
+    return np.array([frequency, 0.5 * damping / np.maximum(frequency, 1e-6)])
+
+
+def stiff(model: BladedModel) -> NDArray[np.bool_]:
+    """(n,) coordinates that do not limit the default step: a fast shaft, residual modes, any far above all others."""
+    frequency = own_vibrations(model)[0]
+    result = np.array(["residual" in name for name in model.coordinates])
+    shaft = len(model.rotor.tower.names) + TORSION
+    result[shaft] = frequency[shaft] > STIFF * BAND
+    order = np.argsort(frequency)
+    rising = frequency[order]
+    gap = np.flatnonzero(rising[1:] > STIFF * np.maximum(rising[:-1], BAND))
+    if len(gap):
+        result[order[gap[0] + 1 :]] = True
+    return result
+
+
+def step_weights(model: BladedModel, dt: float) -> Float:
+    """(2, n) beta dt^2 [s^2] and kappa dt [s] of each coordinate; zero where its step is explicit (M-44)."""
+    frequency, damping = own_vibrations(model)
+    weights = np.array([fitted_step(w * dt, z) for w, z in zip(frequency, damping, strict=True)]).T
+    weights *= np.array([[dt * dt], [dt]])
+    if model.options.integration == "explicit":
+        weights *= frequency * dt > STEP_LIMIT
+    return weights
+
+
+def fitted_step(x: float, damping: float) -> tuple[float, float]:
+    """Beta and kappa of the implicit step with the exact vibration of one oscillator (M-44).
+
+    Args:
+      x: angular frequency times time step.
+      damping: ratio to critical.
+    """
+    lost = damping * x
+    angle, damping = min(max(x, 1e-2), LARGEST_ANGLE), min(max(damping, 1e-6), MOST_DAMPING)
+    x = max(x, angle)
+    z = np.exp(angle * (1j * np.sqrt(1.0 - damping**2) - damping))
+    free = -1.0 / x**2 - z / (z - 1.0) ** 2 - damping / x * (z + 1.0) / (z - 1.0)
+    delay = 2.0 * damping / x * (z - 1.0) / z
+    kappa = -free.imag / delay.imag
+    beta = free.real + kappa * delay.real
+    # a velocity that lags more would be unstable
+    return beta, min(kappa, (1.0 + x * x * (beta - 0.25)) / max(8.0 * lost, 1e-9))
+
+
 def time_step(model: BladedModel) -> float:
-    """Default time step [s]: the largest fraction of 0.05 s that resolves the highest frequency."""
-    frequency = highest_frequency(model)
-    return OUTPUT_STEP / max(2, int(np.ceil(OUTPUT_STEP * frequency / STEP_LIMIT)))
+    """Default time step [s]: the largest fraction of 0.05 s that resolves the highest frequency that is not stiff."""
+    residual = any("residual" in name for name in model.coordinates)
+    explicit = STEP_LIMIT, RESIDUAL_PARTS if residual else 2
+    limit, fewest = explicit if model.options.integration == "explicit" else (IMPLICIT_LIMIT, IMPLICIT_PARTS)
+    return OUTPUT_STEP / max(fewest, int(np.ceil(OUTPUT_STEP * _fastest(model, ~stiff(model))[0] / limit)))

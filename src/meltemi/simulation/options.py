@@ -49,7 +49,10 @@ class ModelOptions(Record):
     edge_modes: int | None = Field(default=None, ge=0, le=10)
     """Edgewise modes of each blade; by default one, or two with 6 x 6 matrices."""
     torsion_modes: int | None = Field(default=None, ge=0, le=5)
-    """Torsional modes of each blade; by default one if it has a torsional stiffness, two with 6 x 6 matrices."""
+    """Torsional modes of each blade; by default one if it has a torsional stiffness."""
+    residual_modes: int | None = Field(default=None, ge=0, le=4)
+    """Residual modes of each blade: what the natural modes leave out of its static deflection by a flapwise load and by
+    three distributions of moments about the span; by default all four with 6 x 6 matrices, otherwise none."""
     fore_aft_modes: int = Field(default=2, ge=0, le=5)
     """Fore-aft modes of the tower."""
     side_side_modes: int = Field(default=2, ge=0, le=5)
@@ -58,8 +61,9 @@ class ModelOptions(Record):
     """Torsional modes of the tower."""
     mode_shapes: Literal["computed", "given"] = "computed"
     """Natural modes computed from the section data, or the mode shapes of the description."""
-    blade_model: BladeModel = "modal"
-    """Structural model of the blades: modes with small deflections."""
+    blade_model: BladeModel = "geometrically_exact"
+    """Structural model of the blades, from the same modes: cells between the nodes that rotate without limit against
+    each other, or "modal": deflections of second order, for up to a tenth of the blade's length."""
     locked: tuple[str, ...] = ()
     """Coordinates that keep their initial velocity (that of a locked generator is the start's, by default rated speed);
     names or groups, see ``Model.coordinates``:
@@ -136,6 +140,9 @@ class ModelOptions(Record):
     of the undeflected rotor."""
     time_step: float | None = Field(default=None, gt=0.0, le=1.0)
     """[s] time step; by default from the highest natural frequency of the model."""
+    integration: Literal["explicit", "implicit"] = "explicit"
+    """Stiffness and structural damping in the time integration: explicit except for modes that are stiff, such as the
+    shaft of a direct drive; or implicit for all coordinates, exact for their own vibrations, with longer steps."""
     corrections: int = Field(default=0, ge=0, le=5)
     """Additional evaluations in each step, with corrected velocities."""
     induction_iterations: int = Field(default=5, ge=2, le=100)

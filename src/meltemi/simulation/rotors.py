@@ -42,6 +42,7 @@ class RotorKind:
       turbine: class of its turbines.
       build: (turbine, options, environment) -> the model.
       time_step: (model) -> [s] default of this kind of rotor; :func:`default_step` has that of a run.
+      step_weights: (model, time step) -> (2, n) of the coordinates that take implicit steps, see ``StepWeights``.
       step_cause: (model) -> reason for a very short time step.
       channels: (model, stations) -> all channels, by name.
       channel: (name, model, channels) -> one channel.
@@ -54,6 +55,7 @@ class RotorKind:
     turbine: type
     build: Callable[..., Model[Any]]
     time_step: Callable[[Any], float]
+    step_weights: Callable[[Any, float], Any]
     step_cause: Callable[[Any], str]
     channels: Callable[[Any, Stations], dict[str, Channel]]
     channel: Callable[[str, Any, dict[str, Channel]], Channel]
@@ -109,6 +111,7 @@ BLADED = RotorKind(
     turbine=Turbine,
     build=build_bladed,
     time_step=modes.time_step,
+    step_weights=modes.step_weights,
     step_cause=lambda model: (
         f"coordinate {modes.fastest_coordinate(model)!r} is very stiff for its inertia, with "
         f"{modes.highest_frequency(model):.3g} rad/s"
@@ -127,6 +130,7 @@ DISK = RotorKind(
     turbine=PowerTurbine,
     build=build_disk,
     time_step=_disk_step,
+    step_weights=lambda model, dt: 0.0,
     step_cause=_disk_cause,
     channels=lambda model, stations: disk_channels(model),
     channel=find_disk_channel,

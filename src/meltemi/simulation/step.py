@@ -19,10 +19,11 @@ velocity in forces extrapolated from the two last accelerations, so that one eva
     a_{n+1} = a(q_{n+1}, v*, t_{n+1})
     v_{n+1} = v_n + h/2 (a_n + a_{n+1})
 
-It is of second order and neither damps nor excites free vibrations. The linear parts of the states of inflow and stall
-take exact steps, modes of a gearbox implicit ones, solved together with a_{n+1}.
+It is of second order and neither damps nor excites free vibrations. Stiff coordinates, or all of them as an option,
+take implicit steps (M-41 to M-45): their stiffness and damping act with the motion at the end of the step. The linear
+parts of the states of inflow and stall take exact steps, modes of a gearbox implicit ones, solved with a_{n+1}.
 
-Reference: docs/theory/simulation.md (M-1 to M-9); Newmark (1959).
+Reference: docs/theory/simulation.md (M-1 to M-9, M-41 to M-45); Newmark (1959); Beeman (1976).
 """
 
 from __future__ import annotations
@@ -56,6 +57,7 @@ from meltemi.simulation.system import (
 from meltemi.simulation.validity import watch_blades, watch_shaft
 from meltemi.structure.dynamics import accelerations, assemble, collect_blades
 from meltemi.structure.gears import gear_accelerations, gear_begin, gear_end
+from meltemi.structure.implicit import implicit_terms
 from meltemi.structure.kinematics import YAW, blade_frames, blade_motion, nacelle_and_hub, tower_top
 from meltemi.structure.section_loads import blade_loads, chain_loads, station_loads, tower_loads
 from meltemi.wind.velocity import series_now, wind_velocity
@@ -150,6 +152,8 @@ def equations(t: float, dt: float, m: System) -> None:
 @kernel
 def _(t: float, dt: float, m: System) -> None:
     equations(t, dt, m)
+    if dt > 0.0:
+        implicit_terms(dt, m)
     accelerations(m)
     gear_accelerations(dt, m)
 
@@ -352,7 +356,7 @@ def generate(c: Control, m: AnySystem) -> None:
 @kernel
 def physics(t: float, dt: float, run: March, m: AnySystem) -> None:
     """Evaluate at ``t`` and complete the velocities of the step that ends here."""
-    first, corrections = run.clock.step == 0, run.clock.corrections
+    first, corrections, w = run.clock.step == 0, run.clock.corrections, m.weights
     for i in range(1 + corrections):
         if corrections > 0:
             # entry by entry: copies of whole arrays compile a check of shapes that takes seconds
@@ -365,6 +369,10 @@ def physics(t: float, dt: float, run: March, m: AnySystem) -> None:
         if not first:
             for j in range(m.q.shape[0]):
                 m.v[j] = run.v_old[j] + 0.5 * dt * (run.a_old[j] + m.a[j])
+                if w.position[j] > 0.0:
+                    m.q[j] += w.position[j] * (m.a[j] - w.expected[j])
+                    m.v[j] -= w.lag[j] * (m.a[j] - run.a_old[j])
+                    w.expected[j] = m.a[j]
     if not first:
         end_step(dt, m)
 
@@ -372,6 +380,7 @@ def physics(t: float, dt: float, run: March, m: AnySystem) -> None:
 @kernel
 def predict(dt: float, run: March, m: AnySystem) -> None:
     """Predict coordinates, and velocities for forces, at the next instant."""
+    w = m.weights
     for j in range(m.q.shape[0]):
         v, a = m.v[j], m.a[j]
         before = run.a_old[j] if run.clock.step > 0 else a
@@ -379,6 +388,11 @@ def predict(dt: float, run: March, m: AnySystem) -> None:
         m.v[j] = v + dt * (1.5 * a - 0.5 * before)
         run.v_old[j] = v
         run.a_old[j] = a
+        if w.position[j] > 0.0:
+            change = a - before
+            m.q[j] += (w.position[j] + dt * w.lag[j]) * change
+            run.v_old[j] += w.lag[j] * change
+            w.expected[j] = a + change
 
 
 def advance(
@@ -405,8 +419,13 @@ def advance(
             control(t, controller, run, c, m)
             if clock.status != OK:
                 return
+        held = c.drive.generator_torque
         actuate(0.0, c, m)
+        follow = c.drive.generator_torque
+        if c.settings.held_share > 0.0:
+            c.drive.generator_torque = follow + c.settings.held_share * (held - follow)
         physics(t, dt, run, m)
+        c.drive.generator_torque = follow
         if diverged(m):
             clock.status = DIVERGED
             return

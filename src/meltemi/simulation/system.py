@@ -19,6 +19,7 @@ from meltemi.structure.tables import (
     Gears,
     MachineLoad,
     SectionLoads,
+    StepWeights,
     Structure,
     StructureParameters,
 )
@@ -32,6 +33,7 @@ class AnySystem(WindField):
     q: Array1
     v: Array1
     a: Array1
+    weights: StepWeights
     locked: Array1
     structure: StructureParameters
     columns: Columns

@@ -308,6 +308,21 @@ def natural_modes(
     )
 
 
+def residual_modes(mesh: Mesh, modes: Modes, loads: Float) -> Modes:
+    """Natural modes, and after them those of the static deflection by ``loads`` (6n, s) that they leave out.
+
+    With them statics under these loads are exact (S-67, S-68). They are orthogonal to each other and to the natural
+    modes, and have unit mass (Géradin & Rixen (2015), Mechanical Vibrations, 3rd edition, sections 2.9 and 6.8).
+    """
+    flat = modes.shape.reshape(len(modes.shape), -1)
+    left = mesh.flexibility @ (mesh.flexibility.T @ loads) - flat.T @ np.linalg.solve(modes.stiffness, flat @ loads)
+    stiffness, y = scipy.linalg.eigh(left.T @ loads, left.T @ mesh.mass @ left)
+    shape = np.concatenate([flat, (left @ y).T])
+    mass = shape @ mesh.mass @ shape.T
+    K = scipy.linalg.block_diag(modes.stiffness, np.diag(stiffness))
+    return Modes(mesh.z, mesh.points, shape.reshape(-1, len(mesh.z), 6), K, mass, mass)
+
+
 def energy_shares(modes: Modes, mass: Float) -> Float:
     """(k, 3) fractions of a mode's kinetic energy in x and y translation and in rotation about z.
 

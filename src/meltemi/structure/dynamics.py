@@ -21,7 +21,7 @@ from meltemi.maths.solve import solve_arrow
 from meltemi.maths.vectors import Sym, Vec, cross, dot, turn
 from meltemi.numbers.dispatch import by_record
 from meltemi.structure.gears import gear_equations
-from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
+from meltemi.structure.kinematics import GENERATOR, TORSION, YAW, node_inertia
 from meltemi.structure.tables import Structure
 
 MASS, STIFFNESS, DAMPING, WEIGHT = 0, 1, 2, 3
@@ -46,9 +46,7 @@ def inertia_about(J: Sym, m: float, s: Vec, r: Vec) -> Sym:
 def collect_node(m: Structure, gravity: Vec, b: int, n: int) -> None:
     """Add one node, as a small rigid body, to the sums of its blade (S-28 to S-32)."""
     shape, partial, motion, body, link = m.shape, m.partial, m.motion, m.body, m.link
-    mass, J = m.blade_nodes.mass[b, n], m.blade_nodes.inertia[b, n]
-    s0 = m.blade_nodes.moment[b, n]
-    s = s0 + cross(motion.rotation[b, n], s0)
+    mass, (s, J) = m.blade_nodes.mass[b, n], node_inertia(m, b, n)
     r, w, known = motion.position[b, n], motion.spin[b, n], motion.spin_rate[b, n]
     # force and moment about the node: aerodynamic + gravity - inertia
     fall = gravity - motion.acceleration[b, n]
@@ -63,7 +61,7 @@ def collect_node(m: Structure, gravity: Vec, b: int, n: int) -> None:
     body.force[b] += total(G)
     body.torque[b] += total(N + cross(r, G))
     for k in range(shape.modes):
-        t, psi = partial.velocity[k, b, n], shape.rotation[k, b, n]
+        t, psi = partial.velocity[k, b, n], partial.rotation[k, b, n]
         # momentum of the node in this mode at unit speed: linear P, angular about the node H
         P = mass * t + cross(psi, s)
         H = J @ psi + cross(s, t)
@@ -71,7 +69,7 @@ def collect_node(m: Structure, gravity: Vec, b: int, n: int) -> None:
         link.angular[b, k] += total(H + cross(r, P))
         m.arm_force[b, k] += total(dot(t, G) + dot(psi, N))
         for j in range(k + 1):
-            m.arm_mass[b, k, j] += total(dot(partial.velocity[j, b, n], P) + dot(shape.rotation[j, b, n], H))
+            m.arm_mass[b, k, j] += total(dot(partial.velocity[j, b, n], P) + dot(partial.rotation[j, b, n], H))
 
 
 @by_record

@@ -15,7 +15,8 @@ from __future__ import annotations
 from math import cos, pi, sin
 
 from meltemi.core.kernel import kernel
-from meltemi.maths.vectors import Vec, about_x, about_y, about_z, cross, dot, rotation_vector
+from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
+from meltemi.maths.vectors import Sym, Vec, about_x, about_y, about_z, cross, turn
 from meltemi.numbers.dispatch import by_record
 from meltemi.structure.tables import Structure
 
@@ -23,16 +24,6 @@ YAW, GENERATOR, TORSION = 0, 1, 2
 """Offsets of these coordinates after those of the tower."""
 N_SHAFT = 3
 """Number of these coordinates."""
-
-
-@kernel
-def angular_velocity(theta: Vec, rate: Vec) -> Vec:
-    """Angular velocity of the frame exp(theta) whose rotation vector changes at ``rate`` [rad/s] (S-13)."""
-    a2 = dot(theta, theta)
-    c = 0.5 - a2 / 24.0
-    d = 1.0 / 6.0 - a2 / 120.0
-    once = cross(theta, rate)
-    return rate + c * once + d * cross(theta, once)
 
 
 @kernel
@@ -61,8 +52,8 @@ def tower_top(m: Structure) -> None:
     machine.top_velocity = du
     machine.top_acceleration = bias
     machine.top_spin = angular_velocity(theta, rate)
-    machine.top_spin_rate = 1.0 / 6.0 * cross(rate, cross(theta, rate))
-    machine.top = rotation_vector(theta)
+    machine.top_spin_rate = angular_acceleration(theta, rate)
+    machine.top = rotation(theta)
 
 
 @kernel
@@ -157,14 +148,23 @@ def node_motion(m: Structure, first: int, b: int, n: int) -> None:
     # a = a_H + dw/dt x r + w x (w x r) + 2 w x du/dt + second-order part of d2u/dt2
     spinning = cross(w, turning + 2.0 * du)
     motion.acceleration[b, n] = frame.acceleration[b] + (cross(w_rate, r) + (spinning + bias))
-    motion.rotation[b, n] = theta
-    motion.spin[b, n] = w + rate
-    motion.spin_rate[b, n] = w_rate + cross(w, rate)
+    motion.orientation[b, n] = rotation(theta)
+    motion.spin[b, n] = w + angular_velocity(theta, rate)
+    motion.spin_rate[b, n] = w_rate + (cross(w, angular_velocity(theta, rate)) + angular_acceleration(theta, rate))
+    for k in range(shape.modes):
+        m.partial.rotation[k, b, n] = angular_velocity(theta, shape.rotation[k, b, n])
+
+
+@kernel
+def node_inertia(m: Structure, b: int, n: int) -> tuple[Vec, Sym]:
+    """First moment and inertia of a blade node about its reference point, blade axes."""
+    R = m.motion.orientation[b, n]
+    return R @ m.blade_nodes.moment[b, n], turn(R, m.blade_nodes.inertia[b, n])
 
 
 @by_record
 def blade_motion(m: Structure) -> None:
-    """Motion of all blade nodes, by the structural model of the blades: fills ``motion``."""
+    """Motion of all blade nodes, by the structural model of the blades: fills ``motion`` and ``partial``."""
 
 
 @blade_motion.variant

@@ -20,6 +20,7 @@ from meltemi.structure.beam import (
     assemble,
     energy_shares,
     natural_modes,
+    residual_modes,
     second_order,
     section_axes,
     section_mass,
@@ -33,6 +34,8 @@ ELEMENTS = 40
 """Smallest number of finite elements of a member; errors are then 2e-5 in bending frequencies, 6e-4 in torsion."""
 BASE_MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 """Rigid motions of the tower base: along the inertial axes x, y, z and about them."""
+DIRECTIONS = ("flap", "edge", "torsion")
+MOST_RESIDUAL = 4
 LEAST_SHARE = 0.2
 """Smallest fraction of the kinetic energy of a mode in the direction of its name; stretching modes have none."""
 RIGID_TORSION, RIGID_STRETCH, RIGID_SHEAR = 1e4, 1e6, 1e8
@@ -183,11 +186,12 @@ def _mesh(beam: Beam, also: Float) -> Mesh:
 
 
 def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, given: bool = False) -> Member:
-    """Modal member of a blade, clamped at its root, with given numbers of flap, edge and torsion modes.
+    """Modal member of a blade, clamped at its root, with given numbers of flap, edge, torsion and residual modes.
 
     Args:
       given: use the mode shapes of the description instead of natural modes.
     """
+    residual = counts.get("residual", 0)
     if counts["torsion"] and not blade.twists:
         raise UnsupportedError("torsion_modes needs a blade with torsion_stiffness")
     beam = blade_beam(blade)
@@ -204,10 +208,15 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
         }
         modes, names = _given_modes(beam, mesh, counts, directions)
         return _member(modes, names, beam, blade.damping or blade.damping_time)
-    modes = natural_modes(mesh, 12 + 4 * sum(counts.values()))
+    modes = natural_modes(mesh, 12 + 4 * (sum(counts.values()) - residual))
     picked, names = _pick(
         modes, mesh, {"flap": (0, counts["flap"]), "edge": (1, counts["edge"]), "torsion": (2, counts["torsion"])}
     )
+    if residual:
+        picked = residual_modes(mesh, picked, _static_loads(mesh, beam)[:, :residual])
+        kind = np.argmax(energy_shares(picked, mesh.mass), axis=1)
+        picked = picked.scaled(np.where(np.arange(len(kind)) < len(names), 1.0, _to_unit_motion(picked, kind)))
+        names += [f"{_ordinal(i + 1)} residual {DIRECTIONS[k]}" for i, k in enumerate(kind[len(names) :])]
     return _member(picked, names, beam, blade.damping or blade.damping_time)
 
 
@@ -299,22 +308,43 @@ def _pick(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> tuple
         which += found.tolist()
         names += [f"{_ordinal(i + 1)} {name}" for i in range(count)]
     picked = modes.pick(which)
-    factor = np.empty(len(which))
-    for i, k in enumerate(which):
-        component = (0, 1, 5)[int(kind[k])]
-        values = picked.shape[i, :, component]
-        largest = values[np.argmax(np.abs(values))]
-        end = values[-1]
+    return picked.scaled(_to_unit_motion(picked, kind[which])), names
+
+
+def _to_unit_motion(modes: Modes, kind: NDArray[np.int64]) -> Float:
+    """(k,) factors for unit motion of the end in the direction of the mode's kind, or of the largest motion."""
+    factor = np.empty(len(kind))
+    for i, k in enumerate(kind):
+        values = modes.shape[i, :, (0, 1, 5)[int(k)]]
+        largest, end = values[np.argmax(np.abs(values))], values[-1]
         factor[i] = 1.0 / (end if abs(end) > 0.3 * abs(largest) else abs(largest) * np.sign(end))
-    return picked.scaled(factor), names
+    return factor
 
 
 def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | DampingTime | None) -> Member:
-    share = np.array([getattr(damping, name.split(" ", 1)[1].replace("-", "_")) for name in names])
+    share = np.array([getattr(damping, name.split(" ")[-1].replace("-", "_")) for name in names])
     # C = 2 zeta / omega K, with omega of the member alone: each mode has its damping ratio for the separate member
     time = share if isinstance(damping, DampingTime) else 2.0 * share / modes.frequency_alone
     C = modes.stiffness * time[None, :]
     return Member(tuple(names), modes, C, second_order(modes), beam)
+
+
+def _static_loads(mesh: Mesh, beam: Beam) -> Float:
+    """(6m, 4) loads on a mesh whose static deflection completes that of the natural modes.
+
+    A flapwise force that grows with the distance from the root as the lift does, at the centres of mass, so that the
+    reference axis does not matter; then moments about the span in proportion to the mass times the first, second and
+    fourth power of the distance.
+    """
+    span = mesh.z / mesh.z[-1]
+    step, inertia = np.gradient(mesh.z), beam.at(mesh.z, "mass")
+    mass = inertia[:, 0, 0]
+    load = np.zeros((len(span), 6, MOST_RESIDUAL))
+    load[:, :, 0] = (step * span / mass)[:, None] * inertia[:, :, 0]
+    for i, power in enumerate((1, 2, 4)):
+        load[:, 5, i + 1] = step * mass * span**power
+    flat: Float = load.reshape(-1, MOST_RESIDUAL)
+    return flat / np.abs(flat).sum(axis=0)
 
 
 def _given_modes(

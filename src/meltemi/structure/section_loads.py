@@ -14,7 +14,7 @@ from meltemi.core.kernel import kernel
 from meltemi.maths.vectors import Sym, Vec, about_x, about_y, cross, dot, turn
 from meltemi.numbers.dispatch import by_record
 from meltemi.structure.gears import gear_loads, gear_momentum
-from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.structure.kinematics import GENERATOR, TORSION, node_inertia
 from meltemi.structure.tables import SectionLoads, Structure
 
 FEATURE = "section loads"
@@ -75,14 +75,13 @@ def modal_node_load(m: Structure, a_b: Vec, b_b: Vec, b: int, n: int) -> tuple[V
     """Load of a blade node in small deflections."""
     a, shape, motion, first = m.a, m.shape, m.motion, m.columns.coordinates + m.shape.modes * b
     gravity = m.frame.orientation[b].T @ Vec(0.0, 0.0, -m.structure.gravity)
-    J, s0 = m.blade_nodes.inertia[b, n], m.blade_nodes.moment[b, n]
+    moment, J = node_inertia(m, b, n)
     r, w = motion.position[b, n], motion.spin[b, n]
-    moment = s0 + cross(motion.rotation[b, n], s0)
     acceleration = motion.acceleration[b, n] + (a_b + cross(b_b, r))
     spin_rate = motion.spin_rate[b, n] + b_b
     for k in range(shape.modes):
         acceleration += a[first + k] * m.partial.velocity[k, b, n]
-        spin_rate += a[first + k] * shape.rotation[k, b, n]
+        spin_rate += a[first + k] * m.partial.rotation[k, b, n]
     fall = gravity - acceleration
     F = m.blade_nodes.mass[b, n] * fall - (cross(spin_rate, moment) + cross(w, cross(w, moment)))
     F += m.load.force[b, n]

@@ -194,6 +194,7 @@ class BladePartial(Table, axes="mode blade node", outer=1):
     """Partial velocities of the blade nodes relative to the blade root."""
 
     velocity: Vectors = xyz("-", "partial velocity of the nodes by the mode, blade axes")
+    rotation: Vectors = xyz("rad/m", "partial angular velocity of the sections by the mode, blade axes")
 
 
 class BladeLink(Table, axes="blade mode"):
@@ -203,12 +204,21 @@ class BladeLink(Table, axes="blade mode"):
     angular: Vectors = xyz("kg m", "angular momentum at unit speed")
 
 
+class StepWeights(Table, axes="coordinate"):
+    """Weights of the time step of the coordinates; zero where stiffness and damping are explicit."""
+
+    position: Numbers = number("s^2", "beta h^2, position per acceleration at the end of the step")
+    lag: Numbers = number("s", "kappa h, of the velocity per change of acceleration over the step")
+    expected: Numbers = number("m/s^2 or rad/s^2", "acceleration at the end of the step, extrapolated")
+
+
 class Structure(Exchange):
     """Record of the structural kernels."""
 
     # state
     a: Array1
     gears: Gears
+    weights: StepWeights
     # parameters
     locked: Array1
     structure: StructureParameters

@@ -30,6 +30,7 @@ from meltemi.maths.tables import MAX_BLADES
 from meltemi.numbers.duals import N_DERIVATIVES
 from meltemi.postprocess.gradient import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
+from meltemi.simulation.blades import blade_model
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
 from meltemi.simulation.points import initial_state
@@ -201,15 +202,17 @@ def finite_difference_runs(run: Run, parameter: str, *, step: float | None = Non
     (way,) = directions(model, [parameter], controller, start, {} if step is None else {parameter: step})
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
     options = model.options.replace(time_step=default_step(model))
-    found = []
+    weights = kind_of(model).step_weights(model, default_step(model))  # constants of the time step, as with derivatives
+    present, found = tables(model), []
     for change in (-size, size):
-        moved: dict[str, Any] = {name: model.array(name) + change * array for name, array in way.arrays.items()}
+        moved = {name: present[name] + change * array for name, array in way.arrays.items()}
 
         def prepare(case: Case, change: float = change) -> None:
+            case["weights"][:2] = weights
             if way.state is not None:
                 case.controller_state[way.state[0]] += change * way.state[1]
 
-        changed = replace(model.with_arrays(**moved), options=options)
+        changed = replace(with_tables(model, moved), options=options)
         simulation = Simulation(replace(run, model=changed), prepare=prepare)
         march(simulation)
         found.append(simulation.result())
@@ -313,8 +316,9 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
         except (ValueError, MeltemiError) as error:
             raise InputError(f"sensitivity: {name!r} cannot be changed by {sign * step:g}: {error}") from None
     arrays = {}
-    for array in kind_of(model).tables:
-        low, high = (side.array(array) for side in sides)
+    low_tables, high_tables = (tables(side) for side in sides)
+    for array, low in low_tables.items():
+        high = high_tables[array]
         if low.shape != high.shape:
             raise InputError(f"sensitivity: {name!r} changes the layout of the model's table {array!r}")
         change = (high - low) / (2.0 * step)
@@ -324,6 +328,21 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
         hint = "; parameters of the controller are controller.NAME" if path.startswith("control.") else ""
         raise InputError(f"sensitivity: {name!r} changes nothing in the model's tables{hint}")
     return Direction(name, value, RELATIVE_STEP * (abs(value) or 1.0), arrays)
+
+
+def tables(model: Model[Any]) -> dict[str, Float]:
+    """Arrays of a model that depend on the turbine's description."""
+    own = {name: model.array(name) for name in kind_of(model).tables}
+    return own | (model.rotor.blade_arrays if isinstance(model.rotor, BladedRotor) else {})
+
+
+def with_tables(model: Model[Any], changed: dict[str, Float]) -> Model[Any]:
+    """The model with some of its :func:`tables` replaced."""
+    if isinstance(model.rotor, BladedRotor):
+        blades = {name: changed.get(name, array) for name, array in model.rotor.blade_arrays.items()}
+        changed = {name: array for name, array in changed.items() if name not in blades}
+        model = replace(model, rotor=replace(model.rotor, blade_arrays=blades))
+    return model.with_arrays(**changed)
 
 
 def matched(model: BladedModel, reference: BladedModel) -> BladedModel:
@@ -340,7 +359,10 @@ def matched(model: BladedModel, reference: BladedModel) -> BladedModel:
     rows, pairs = np.repeat(b, 6), np.repeat(np.outer(b, b).reshape(-1), 3)
     t_rows, t_pairs = np.repeat(t, 6), np.outer(t, t)
     r = model.rotor
-    return model.with_arrays(
+    blade = replace(r.blade, modes=r.blade.modes.scaled(b))
+    blade_arrays = blade_model(r.blade_model).arrays(model.turbine, blade, r.blade_layout)
+    turned = replace(model, rotor=replace(r, blade_arrays=blade_arrays))
+    return turned.with_arrays(
         shape=r.shape * rows[:, None, None],
         second=r.second * pairs[:, None, None],
         modal=r.modal * np.outer(b, b),

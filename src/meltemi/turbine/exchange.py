@@ -61,7 +61,7 @@ class BladeMotion(Table, axes="blade node"):
     position: Vectors = xyz("m", "node from the rotor apex, blade axes")
     velocity: Vectors = xyz("m/s", "velocity in the inertial frame, blade axes")
     acceleration: Vectors = xyz("m/s^2", "acceleration, known part")
-    rotation: Vectors = xyz("rad", "elastic rotation of the section")
+    orientation: Rotations = rotation("-", "orientation of the section, from the undeformed one, blade axes")
     spin: Vectors = xyz("rad/s", "angular velocity of the section")
     spin_rate: Vectors = xyz("rad/s^2", "angular acceleration of the section, known part")
 

@@ -36,7 +36,7 @@ from meltemi.simulation.ice import ice_pieces, iced_polars
 from meltemi.simulation.model import Model, actuator_array, electrical_of
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rain import wet_polars
-from meltemi.structure.beam import Beam
+from meltemi.structure.beam import Beam, section_axes
 from meltemi.structure.gear_train import gear_arrays
 from meltemi.structure.kinematics import GENERATOR, TORSION, YAW
 from meltemi.structure.members import (
@@ -173,12 +173,28 @@ def build_bladed(
 
 
 def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
-    """Numbers of flap, edge and torsion modes of a blade: those of the options, or the defaults for its sections."""
+    """Numbers of flap, edge, torsion and residual modes of a blade: those of the options, or the defaults.
+
+    The defaults for 6 x 6 sections give the twist of blades that bend by a tenth of their length within 0.1 deg.
+    """
     structure = turbine.blade.structure
-    usual = (3, 2, 2) if structure.stiffness_matrix is not None else (2, 1, int(structure.twists))
-    asked = (options.flap_modes, options.edge_modes, options.torsion_modes)
-    kinds = ("flap", "edge", "torsion")
-    return {kind: n if given is None else given for kind, n, given in zip(kinds, usual, asked, strict=True)}
+    usual = (3, 2, 1, 4) if structure.stiffness_matrix is not None else (2, 1, int(structure.twists), 0)
+    if options.torsion_modes == 0 or options.mode_shapes == "given":
+        usual = (*usual[:3], 0)
+    asked = (options.flap_modes, options.edge_modes, options.torsion_modes, options.residual_modes)
+    kinds = ("flap", "edge", "torsion", "residual")
+    counts = {kind: n if given is None else given for kind, n, given in zip(kinds, usual, asked, strict=True)}
+    if counts["residual"]:
+        begin = f"{turbine.name}: options.residual_modes {counts['residual']} needs "
+        if not structure.twists:
+            raise UnsupportedError(begin + "a blade with torsion_stiffness or stiffness_matrix; use 0")
+        if options.mode_shapes == "given":
+            raise InputError(begin + "mode_shapes 'computed', found 'given'; use 0, or computed mode shapes")
+        if not counts["torsion"]:
+            raise InputError(
+                begin + "torsion_modes of at least 1, found 0: residual modes twist the blade; use 0, or a torsion mode"
+            )
+    return counts
 
 
 @contextmanager
@@ -391,7 +407,7 @@ def _aero(turbine: Turbine, layout: NodeLayout, environment: Environment, option
     v["fade_begin"], v["fade_end"] = FADE_BEGIN, FADE_END
     v["stall_a1"], v["stall_a2"], v["stall_b1"], v["stall_b2"] = c.a1, c.a2, c.b1, c.b2
     v["stall_pressure"], v["stall_separation"] = c.pressure_lag, c.separation_lag
-    v["sweep_flap"] = -0.5 if options.chord_angle == "section" else 0.5
+    v["chord_angle"] = float(options.chord_angle == "openfast")
     return array
 
 
@@ -427,7 +443,7 @@ def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pol
     zero = np.zeros(len(structure.position))
     axis_x = zero if structure.axis_x is None else structure.axis_x
     axis_y = zero if structure.axis_y is None else structure.axis_y
-    v["chord"], v["twist"] = at(a.chord), at(a.twist)
+    v["chord"] = at(a.chord)
     # the aerodynamic centre is given from the pitch axis, the node is on the beam axis
     v["centre"] = np.stack(
         [
@@ -437,10 +453,11 @@ def _aero_nodes(turbine: Turbine, layout: NodeLayout, options: ModelOptions, pol
         ]
     )
     if a.cant is not None:
-        v["slope_x"] = at(a.cant)
+        slope = [np.tan(at(a.cant)), np.zeros(len(s))]
     else:
-        for name, axis in (("slope_x", axis_x), ("slope_y", axis_y)):
-            v[name] = np.interp(s, structure.position, np.arctan(np.gradient(axis, structure.position)))
+        slope = [np.interp(s, structure.position, np.gradient(x, structure.position)) for x in (axis_x, axis_y)]
+    axes = section_axes(at(a.twist), np.stack([*slope, np.ones(len(s))], axis=1))[:, :3, :3]
+    v["section"] = axes.reshape(-1, 9).T
     v["solid_length"] = B * v["chord"] / (2.0 * np.pi)
     # lengths along the line of aerodynamic centres
     line = [np.diff(x) for x in (a.position, a.centre_x, a.centre_y) if x is not None]

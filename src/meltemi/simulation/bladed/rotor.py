@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
@@ -59,12 +60,12 @@ WEIGHTS = {
 """Rows that weight a node in sums: zero for the nodes that pad the last lanes."""
 
 
-def filled(name: str, array: Float, nodes: int) -> Float:
-    """Constants of the nodes, padded to ``nodes`` by copies of the last one with zero weight."""
+def filled(array: Float, nodes: int, weights: Iterable[int] = ()) -> Float:
+    """Constants of the nodes, padded to ``nodes`` by copies of the last one whose rows ``weights`` are zero."""
     missing = nodes - array.shape[-1]
     result = aligned((*array.shape[:-1], nodes))
     result[...] = np.concatenate([array, np.repeat(array[..., -1:], missing, axis=-1)], axis=-1)
-    for row in WEIGHTS.get(name, ()):
+    for row in weights:
         result[row, ..., nodes - missing :] = 0.0
     return result
 
@@ -189,11 +190,12 @@ class BladedRotor:
         sizes = self._sizes(turbine, lanes)
         B, nodes, K, M, nc = turbine.n_blades, sizes["node"], len(self.blade.names), len(self.tower.names), self.n_core
         tower_nodes = to_lanes(self.tower_flow.shape[1], lanes)
-        tower_flow = filled("tower_flow", self.tower_flow, tower_nodes)
+        tower_flow = filled(self.tower_flow, tower_nodes, WEIGHTS["tower_flow"])
         own = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in MEMBERS}
         own |= {name: array.copy() for name, array in self.blade_arrays.items()}
+        weights = WEIGHTS | {name: range(len(array)) for name, array in self.blade_arrays.items()}
         of_nodes = {
-            name: filled(name, own[name], tower_nodes if name == "tower_shape" else nodes)
+            name: filled(own[name], tower_nodes if name == "tower_shape" else nodes, weights.get(name, ()))
             for name in self.node_arrays
             if name in own
         }
@@ -203,7 +205,7 @@ class BladedRotor:
             "aero_options": self.aero_options.copy(),
             "columns": np.zeros((6, nc)),
             "frame": BladeFrame.zeros(**sizes),
-            "partial": aligned((3 * K, B, nodes)),
+            "partial": aligned((6 * K, B, nodes)),
             "load": aligned(BladeLoad.shape(**sizes)),
             "d_inflow": aligned(InflowState.shape(**sizes)),
             "d_stall": aligned(StallState.shape(**sizes)),
@@ -222,6 +224,15 @@ class BladedRotor:
             "blade_stations": np.array(stations.blade, dtype=float),
             "tower_stations": np.array((0.0, *stations.tower), dtype=float),
         }
+
+    def share_memory(self, arrays: dict[str, Any]) -> None:
+        """Members of the records that show an array once more, node by node."""
+        arrays |= {name: arrays[of] for name, of in getattr(self.system, "SAME", {}).items()}
+
+    def share_slopes(self, slopes: dict[str, Any]) -> None:
+        """The same of derivatives."""
+        slopes["tower_lanes"], slopes["tower_drag"] = slopes["tower_flow"], slopes["tower_flow"][-3:]
+        self.share_memory(slopes)
 
     def shown(self, arrays: dict[str, Any]) -> dict[str, Any]:
         """The arrays without the nodes that pad the last lanes."""

@@ -12,7 +12,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Literal
 
-BladeModel = Literal["modal"]
+BladeModel = Literal["modal", "geometrically_exact"]
 """Names of the registered models."""
 
 

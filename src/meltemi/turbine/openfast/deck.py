@@ -482,6 +482,7 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
             "flap_modes": int(v.given("flap_1", True)) + int(v.given("flap_2", True)),
             "edge_modes": int(v.given("edge", True)),
             "torsion_modes": 0,
+            "blade_model": "modal",
         }
         shapes = turbine.blade.structure.mode_shapes is not None and turbine.tower.mode_shapes is not None
         if shapes and turbine.foundation is None:
