@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -36,10 +37,11 @@ from meltemi.turbine.electrical import size_electrical
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
-from meltemi.wind.fields import SteadyWind
+from meltemi.wind.fields import SteadyWind, WindSeries
 from meltemi.wind.files import read_hub_csv
 from meltemi.wind.formats import read_wind
-from meltemi.wind.iec.models import iec_wind
+from meltemi.wind.iec.classes import WindClass
+from meltemi.wind.iec.models import IecWind, iec_wind
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
 
@@ -78,8 +80,8 @@ class IecCase(Record):
     kind: Literal["iec"] = "iec"
     model: str
     """NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH or EWSV."""
-    wind_class: str | None = None
-    """Class and turbulence category, e.g. IIB."""
+    wind_class: str | WindClass | None = None
+    """Class and turbulence category, e.g. IIB, or a class with user-defined values: name, v_ref, i_ref and so on."""
     edition: Literal[2, 3, 4] | None = None
     """Edition of the standard; 3 by default."""
     speed: float | None = Field(default=None, gt=0.0, le=100.0)
@@ -98,6 +100,8 @@ class IecCase(Record):
     """Seed of the turbulence."""
     direction: float | None = Field(default=None, ge=-3.2, le=3.2)
     """[rad] clockwise from above."""
+    upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
+    """[rad] inclination of the flow, upwards when positive."""
     turbulence: dict[str, Any] = Field(default_factory=dict)
     """Other settings of turbulence: spectrum, coherent, shear_exponent, points and so on."""
 
@@ -378,11 +382,22 @@ def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
         measured = {} if w.hub_file is None else {"hub_series": read_hub_csv(folder / w.hub_file)}
         return TurbulentWind(**(w.model_dump(exclude={"kind", "hub_file"}) | measured))
     if isinstance(w, IecCase):
-        given = w.model_dump(exclude={"kind", "turbulence"}, exclude_none=True)
+        given = w.model_dump(exclude={"kind", "turbulence", "upflow", "wind_class"}, exclude_none=True)
+        if w.wind_class is not None:
+            given["wind_class"] = w.wind_class
         if twice := given.keys() & w.turbulence.keys():
             raise InputError(f"wind.turbulence: {', '.join(sorted(twice))} is given twice")
-        return iec_wind(turbine=turbine, **given, **w.turbulence)
+        return inclined(iec_wind(turbine=turbine, **given, **w.turbulence), w.upflow)
     return read_wind(folder / w.file)
+
+
+def inclined(wind: IecWind, upflow: float) -> IecWind:
+    """A wind with an inclination [rad]; of a series it turns the speed at the reference height and the gust up."""
+    if not upflow:
+        return wind
+    if isinstance(wind, WindSeries):
+        return wind.replace(vertical=wind.vertical + math.tan(upflow) * (wind.speed + wind.gust))
+    return wind.replace(upflow=upflow)
 
 
 def case_run(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Path | None = None) -> Run:
