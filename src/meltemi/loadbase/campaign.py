@@ -8,10 +8,10 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from meltemi.control.supervisor.settings import limits
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, write_record
-from meltemi.control.supervisor.settings import limits
 from meltemi.environment.site import Environment
 from meltemi.loadbase.site import Site
 from meltemi.loadbase.table import Defaults, LoadTable, load_table
@@ -208,9 +208,7 @@ def make_campaign(
 def _with_winds(campaign: Campaign, turbine: Turbine) -> Campaign:
     """The campaign with a supervisor for its own cut-in and cut-out."""
     assert isinstance(campaign.controller, SupervisedCase)
-    found = limits(
-        turbine.replace(cut_in=campaign.cut_in, cut_out=campaign.cut_out), campaign.controller.supervision
-    )
+    found = limits(turbine.replace(cut_in=campaign.cut_in, cut_out=campaign.cut_out), campaign.controller.supervision)
     names = "start_wind stop_wind cut_out_mean cut_out_wind cut_out_gust restart_wind".split()
     return campaign.replace(**{f"controller.supervision.{name}": round(found[name], 6) for name in names})
 

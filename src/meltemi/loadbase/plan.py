@@ -255,9 +255,7 @@ def _cases(name: str, campaign: Campaign, table: LoadTable) -> Iterator[PlannedC
     for model in models:
         storm = model.startswith("EWM")
         years = 1 if model == "EWM1" else 50
-        for i, speed in enumerate(
-            [extreme_speed(campaign.iec_class, years=years, steady=steady)] if storm else speeds
-        ):
+        for i, speed in enumerate([extreme_speed(campaign.iec_class, years=years, steady=steady)] if storm else speeds):
             speed = round(speed, 9)
             turbulent = MODELS[model].kind == "turbulent" and not steady
             n = 1 if few else _last(rules, speed)
@@ -393,7 +391,9 @@ def _columns(plan: Plan) -> tuple[list[str], list[list[Any]]]:
     rows = []
     for c in plan.cases:
         v, w = c.variant, c.weight
-        weights = [w.state, w.low, w.high, w.yaw_share, w.runs, w.occurrences, w.share, w.repetitions] if w else [""] * 8
+        weights = (
+            [w.state, w.low, w.high, w.yaw_share, w.runs, w.occurrences, w.share, w.repetitions] if w else [""] * 8
+        )
         rows.append(
             [
                 *(c.name, c.dlc, c.row, c.setting.row.situation, v.model, c.setting.steady, v.speed, v.yaw or 0.0),

@@ -218,4 +218,3 @@ def timed(row: Row, duration: float, transient: float, begin: float) -> Row:
     """The row with the times that it does not give itself."""
     own = {"duration": duration, "transient": transient, "begin": begin}
     return row.replace(**{name: value for name, value in own.items() if getattr(row, name) is None})
-
