@@ -132,8 +132,8 @@ def _show(plan: Plan) -> None:
     title = f"{Path(c.turbine).name}: {plan.table.title}, {where}"
     print_table(title, head, rows, text_columns=4)
     print(
-        f"V_in {c.cut_in:g}, V_r {c.rated_wind:g}, V_out {c.cut_out:g}, V_ref {c.iec_class.v_ref:g} m/s; hours simulated, "
-        "initial transients included"
+        f"V_in {c.cut_in:g}, V_r {c.rated_wind:g}, V_out {c.cut_out:g}, V_ref {c.iec_class.v_ref:g} m/s; hours "
+        "simulated, initial transients included"
     )
     cores = available_cores()
     print(

@@ -144,9 +144,8 @@ def _read(path: Path) -> dict[str, list[tuple[Any, ...]]]:
             for sheet in book.worksheets
         }
     except Exception as error:  # a damaged file raises whatever the parts of openpyxl raise
-        raise InputError(
-            f"{path}: cannot be read as an Excel file ({str(error).splitlines()[0] if str(error) else type(error).__name__})"
-        ) from None
+        why = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"{path}: cannot be read as an Excel file ({why})") from None
 
 
 def _table(rows: list[tuple[Any, ...]], head: tuple[str, ...], where: str) -> list[list[Any]]:
@@ -207,6 +206,6 @@ def _changes(before: Record | None, after: Record) -> dict[str, Any]:
     """Keys of a record that differ; of a new one those that differ from their defaults."""
     new = after.model_dump(mode="json")
     if before is None:
-        return {key: value for key, value in after.model_dump(mode="json", exclude_defaults=True).items()}
+        return after.model_dump(mode="json", exclude_defaults=True)
     old = before.model_dump(mode="json")
     return {key: value for key, value in new.items() if value != old[key]}

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 from meltemi.core.errors import InputError
 from meltemi.loadbase.campaign import Campaign
@@ -49,7 +50,7 @@ def distribution(campaign: Campaign) -> Weibull:
 
 def edges(speeds: Sequence[float]) -> list[float]:
     """Edges [m/s] of the bins of ascending speeds: zero, the midpoints, infinity."""
-    return [0.0, *(0.5 * (a + b) for a, b in zip(speeds, speeds[1:], strict=False)), math.inf]
+    return [0.0, *(0.5 * (a + b) for a, b in pairwise(speeds)), math.inf]
 
 
 def time_share(name: str, states: Mapping[str, State], campaign: Campaign, low: float, high: float) -> float:
