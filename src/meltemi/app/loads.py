@@ -80,8 +80,8 @@ def plan_(
         named = {"--controller": controller, "--controller-input": controller_input}
         given["controller"] = controller_of_options({k: v for k, v in named.items() if v is not None})
     from meltemi.loadbase.campaign import FILE, make_campaign, read_campaign, write_campaign
+    from meltemi.loadbase.changes import read_changes
     from meltemi.loadbase.plan import plan, write_plan
-    from meltemi.loadbase.table import read_changes
 
     if (Path(turbine) / FILE).is_file():
         named = {"--class": wind_class, "--table": table, "--site": site}

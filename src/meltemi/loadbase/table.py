@@ -14,7 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
-from meltemi.core.yamlfile import merged, parse, read_mapping, read_text, validated
+from meltemi.core.yamlfile import merged, read_mapping, validated
 from meltemi.loadbase.ranges import SYMBOLS, counts, numbers
 from meltemi.simulation.events import read_events
 from meltemi.wind.iec.models import MODELS
@@ -407,23 +407,3 @@ def load_table(
     """
     content = edition_content(edition)
     return validated(changed(content, changes, where) if changes else content, LoadTable, where, text)
-
-
-def read_changes(path: str | Path, edition: int = 4) -> dict[str, Any]:
-    """Changes of a table from a YAML file, or from an Excel file, compared with the edition.
-
-    Raises:
-      InputError: the file cannot be read, or its changes are not valid.
-    """
-    path = Path(path)
-    if path.suffix.lower() == ".xlsx":
-        from meltemi.loadbase.excel import read_excel
-
-        changes, text = read_excel(path, edition), None
-    else:
-        text = read_text(path)
-        changes = parse(text, path, "changes of a load case table")
-        if given := changes.keys() & {"edition", "extends"}:
-            raise InputError(f"{path}: {', '.join(sorted(given))}: the campaign has the edition; leave it out")
-    load_table(edition, changes, str(path), text)
-    return changes
