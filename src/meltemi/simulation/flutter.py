@@ -42,6 +42,12 @@ RANGE, POINTS = (0.6, 2.0), 29
 """Default rotor speeds over rated speed, and their number."""
 AZIMUTHS = 4
 BLADES = re.compile(r"^\d+\w+ (flap|edge|torsion) ")
+LASTING = 1.02
+"""An instability has to last up to this multiple of the speed."""
+KINK = (
+    "unstable at this speed, but not 2 % above: the motion is at a kink of the polars or of the momentum balance, where "
+    "a linear model holds for no amplitude"
+)
 HALVINGS = 6
 """Bisections of the interval between the last stable and the first unstable speed."""
 
@@ -78,7 +84,7 @@ class Flutter(Brief):
       damping: (modes, n) ratio to critical.
       least: (n,) smallest damping of the blade modes, those with most of their strain energy in the blades.
       limit: lowest speed at which a blade mode is unstable, or None; that of the first point if it is unstable.
-      failures: reasons for missing speeds, by rotor speed.
+      failures: reasons for missing speeds, by rotor speed: no steady motion, or an instability of this speed alone.
     """
 
     wind_speed: float
@@ -133,7 +139,8 @@ def flutter(
       progress: callback with the completed fraction.
 
     Returns:
-      The diagram. Speeds beyond the first without steady motion are NaN; ``failures`` has the reason.
+      The diagram. Speeds beyond the first without steady motion are NaN, and those at which the turbine is unstable
+      but not 2 % above; ``failures`` has the reason.
 
     Raises:
       InputError: speeds are not positive and increasing, there is no steady motion at the first, or the turbine has
@@ -178,7 +185,10 @@ def flutter(
         if progress is not None:
             progress((i + 1) / len(speeds))
         if limit is None and blade_mode(found[i], stiffness).damping < 0.0:
-            limit = _onset(modes_at, float(speeds[max(i - 1, 0)]), float(speed), found[i], stiffness)
+            if blade_mode(modes_at(LASTING * float(speed)), stiffness).damping < 0.0:
+                limit = _onset(modes_at, float(speeds[max(i - 1, 0)]), float(speed), found[i], stiffness)
+            else:
+                found[i], failures[float(speed)] = [], KINK
     oscillating = [[mode for mode in modes if mode.frequency > 0.0] for modes in found]
     curves = follow(oscillating, [i for i, modes in enumerate(oscillating) if modes], stiffness)
     labels = sorted(curves, key=lambda n: float(np.mean([m.frequency for m in curves[n] if m is not None])))
