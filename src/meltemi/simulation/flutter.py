@@ -27,7 +27,7 @@ from meltemi.simulation.model import Model
 from meltemi.simulation.modes import SLOW, Mode
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.simulation.trim import FULL, CarefulOrbit, NotConverged, steady_wind
+from meltemi.simulation.trim import FULL, CarefulOrbit, NotConverged, check_prescribed, steady_wind
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.turbulence.field import AnyWind
@@ -45,8 +45,8 @@ BLADES = re.compile(r"^\d+\w+ (flap|edge|torsion) ")
 LASTING = 1.02
 """An instability has to last up to this multiple of the speed."""
 KINK = (
-    "unstable at this speed, but not 2 % above: the motion is at a kink of the polars or of the momentum balance, where "
-    "a linear model holds for no amplitude"
+    "unstable at this speed, but not 2 % above: the motion meets a kink in the polars or the momentum balance, where a "
+    "linear model is not valid, however small the motion"
 )
 HALVINGS = 6
 """Bisections of the interval between the last stable and the first unstable speed."""
@@ -147,30 +147,43 @@ def flutter(
         no blades.
       UnsupportedError: the rotor does not have three blades.
     """
+    described = aeroelastic(turbine.turbine if isinstance(turbine, Model) else turbine, "flutter")
+    if described.n_blades != 3:
+        raise UnsupportedError("flutter: the fixed frame needs three blades")
+    control = described.control
+    rated = control.pitch.reference_speed / described.drivetrain.gear_ratio
+    speeds = np.linspace(*RANGE, POINTS) * rated if rotor_speeds is None else np.array(rotor_speeds, dtype=float)
+    if not len(speeds) or not np.all(np.diff(speeds, prepend=0.0) > 0.0):
+        raise InputError("flutter: rotor_speeds must be positive and increase")
+    angle = control.pitch.minimum if pitch is None else pitch
+    check_prescribed("flutter", described, float(speeds[-1]), angle)
+    steady = steady_wind(wind, described.hub_height)
     model = (
         with_static_gears(with_blades(turbine, "flutter"))
         if isinstance(turbine, Model)
-        else stability_model(aeroelastic(turbine, "flutter"), options)
+        else stability_model(described, options)
     )
-    if model.n_blades != 3:
-        raise UnsupportedError("flutter: the fixed frame needs three blades")
-    control = model.turbine.control
-    rated = control.pitch.reference_speed / model.turbine.drivetrain.gear_ratio
-    speeds = np.linspace(*RANGE, POINTS) * rated if rotor_speeds is None else np.array(rotor_speeds, dtype=float)
-    if not len(speeds) or np.any(np.diff(speeds, prepend=0.0) <= 0.0):
-        raise InputError("flutter: rotor_speeds must be positive and increase")
-    angle = control.pitch.minimum if pitch is None else pitch
     locked = model.locked.copy()
     if not generator_free:
         locked[model.coordinates.index("generator")] = 1.0
     held, stiffness = replace(model, locked=locked), strain(model)
-    orbit = CarefulOrbit(model, steady_wind(wind, model.turbine.hub_height))
+    orbit = CarefulOrbit(model, steady)
     orbit.level = FULL
 
     def modes_at(speed: float) -> list[Mode]:
         orbit.sweep(speed, angle, 0.0)
         linear = linearise(held, orbit.finish(), (), (), azimuths=AZIMUTHS)
         return linear.modes() + diverging(linear)
+
+    def reached(speed: float) -> list[Mode]:
+        """The modes at a speed; none without steady motion."""
+        try:
+            return modes_at(speed)
+        except NotConverged:
+            return []
+
+    def unstable(modes: list[Mode]) -> bool:
+        return blade_mode(modes, stiffness).damping < 0.0
 
     found: list[list[Mode]] = [[] for _ in speeds]
     limit, failures = None, {}
@@ -184,9 +197,9 @@ def flutter(
             break
         if progress is not None:
             progress((i + 1) / len(speeds))
-        if limit is None and blade_mode(found[i], stiffness).damping < 0.0:
-            if blade_mode(modes_at(LASTING * float(speed)), stiffness).damping < 0.0:
-                limit = _onset(modes_at, float(speeds[max(i - 1, 0)]), float(speed), found[i], stiffness)
+        if limit is None and unstable(found[i]):
+            if unstable(reached(LASTING * float(speed)) or found[i]):
+                limit = _onset(reached, float(speeds[max(i - 1, 0)]), float(speed), found[i], stiffness)
             else:
                 found[i], failures[float(speed)] = [], KINK
     oscillating = [[mode for mode in modes if mode.frequency > 0.0] for modes in found]
@@ -225,6 +238,8 @@ def _onset(
     for _ in range(HALVINGS if high > low else 0):
         middle = 0.5 * (low + high)
         tried = modes_at(middle)
+        if not tried:
+            break
         if blade_mode(tried, stiffness).damping < 0.0:
             high, modes = middle, tried
         else:
