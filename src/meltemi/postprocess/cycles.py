@@ -2,7 +2,7 @@
 
 * Cycles are counted by the rainflow method of ASTM E1049-85 (2017), section 5.4.4, on the turning points
   of the series; the residue counts as half cycles, or the series is closed and repeated (section 5.4.5).
-* Cycles of many runs are added in fine cells of range and mean: equations L-1 to L-6 of ``docs/theory/design-loads.md``.
+* Cycles of many runs are added in fine cells of range and mean: L-1 to L-6 of ``docs/theory/design-loads.md``.
 """
 
 from __future__ import annotations
