@@ -162,9 +162,7 @@ def test_favourable_extremes_have_their_own_factor() -> None:
 
 def test_the_governing_case_has_the_largest_load_with_factor() -> None:
     fewer, more = runs_with([10.0]), runs_with([11.0])
-    normal = characteristic_rows(
-        extreme_loads(fewer[0], "xy")[0][None], "xy", ["dlc1.3"], rule="largest", factor=1.35
-    )
+    normal = characteristic_rows(extreme_loads(fewer[0], "xy")[0][None], "xy", ["dlc1.3"], rule="largest", factor=1.35)
     fault = characteristic_rows(extreme_loads(more[0], "xy")[0][None], "xy", ["dlc2.2"], rule="largest", factor=1.1)
     found = governing_rows([normal, fault])
     assert found[0].case == "dlc1.3" and found[0].value == 10.0  # 13.5 against 12.1

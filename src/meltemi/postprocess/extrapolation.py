@@ -126,7 +126,7 @@ def fit_extremes(extremes: ArrayLike, distribution: Distribution = "gumbel") -> 
         all equal, or there is no such distribution.
     """
     x = _checked(extremes, distribution, "fit_extremes")
-    location, scale, shape = _parameters(distribution, x.reshape(1, -1))[:, 0]
+    location, scale, shape = _parameters(distribution, x.reshape(-1, 1))[:, 0]
     return ExtremeFit(distribution, float(location), float(scale), float(shape), x.size)
 
 
@@ -175,13 +175,13 @@ def extrapolate(
     parameters = np.empty((3, resamples + 1, len(p)))  # the first is the sample itself
     for k, x in enumerate(samples):
         drawn = np.concatenate([np.arange(len(x))[None], rng.integers(0, len(x), (resamples, len(x)))])
-        parameters[:, :, k] = _parameters(distribution, x[drawn].reshape(resamples + 1, -1))
+        parameters[:, :, k] = _parameters(distribution, x[drawn].reshape(resamples + 1, -1).T.copy())
     blocks = np.array([x.shape[1] for x in samples], dtype=float)
     loads = _long_term(distribution, parameters, p, blocks, probability)
     tails = 50.0 * (1.0 - confidence) * np.array([1.0, -1.0]) + np.array([0.0, 100.0])
     low, high = np.percentile(loads[1:], tails)
     largest = [x.max(axis=1) for x in samples]
-    levels = np.linspace(min(float(x.min()) for x in largest), max(float(high), float(loads[0])) * 1.0, 80)
+    levels = np.linspace(min(float(x.min()) for x in largest), max(float(high), float(loads[0])), 60)
     total = np.array([_total(distribution, parameters, p, blocks, level) for level in levels])
     ordered = np.argsort(np.concatenate(largest))[::-1]
     shares = np.concatenate([np.full(len(x), w / (len(x) + 1.0)) for x, w in zip(largest, p, strict=True)])
@@ -240,7 +240,9 @@ def _checked(extremes: ArrayLike, distribution: str, where: str) -> Float:
     if distribution not in LEAST:
         raise InputError(f"{where}: no distribution {distribution!r}: {did_you_mean(distribution, LEAST)}")
     if x.ndim not in (1, 2) or not np.all(np.isfinite(x)):
-        raise InputError(f"{where}: extremes must be finite numbers, (seeds,) or (seeds, blocks), found shape {x.shape}")
+        raise InputError(
+            f"{where}: extremes must be finite numbers, (seeds,) or (seeds, blocks), found shape {x.shape}"
+        )
     if x.size < LEAST[distribution]:
         raise InputError(
             f"{where}: {x.size} extremes are too few for a {distribution} distribution, which needs "
@@ -252,29 +254,32 @@ def _checked(extremes: ArrayLike, distribution: str, where: str) -> Float:
 
 
 def _parameters(distribution: str, samples: Float) -> Float:
-    """(3, B) location, scale and shape of B samples (B, n)."""
-    n = samples.shape[1]
-    mean = samples.mean(axis=1)
-    std = np.maximum(samples.std(axis=1, ddof=1), 1e-12 * np.abs(mean) + 1e-300)  # a sample may repeat one seed
+    """(3, B) location, scale and shape of B samples (n, B)."""
+    n = len(samples)
+    mean = samples.mean(axis=0)
+    std = np.maximum(samples.std(axis=0, ddof=1), 1e-12 * np.abs(mean) + 1e-300)  # a sample may repeat one seed
     if distribution == "gumbel":
-        return _gumbel(samples, mean, std)
-    g = np.mean(((samples - mean[:, None]) / std[:, None]) ** 3, axis=1) * n**2 / ((n - 1.0) * (n - 2.0))
+        return _gumbel(samples, std)
+    g = np.mean(((samples - mean) / std) ** 3, axis=0) * n**2 / ((n - 1.0) * (n - 2.0))
     one, two, skewness = _weibull_moments(SHAPES)
     shape = np.interp(-g, -skewness, SHAPES)  # skewness falls with the shape
     scale = std / np.interp(shape, SHAPES, np.sqrt(two - one**2))
     return np.stack([mean - scale * np.interp(shape, SHAPES, one), scale, shape])
 
 
-def _gumbel(samples: Float, mean: Float, std: Float) -> Float:
+def _gumbel(samples: Float, std: Float) -> Float:
     """Newton's method for the scale: the likelihood's equation has one root, and its left side ascends."""
-    scale = std * sqrt(6.0) / pi
-    y = samples - samples.min(axis=1, keepdims=True)
-    for _ in range(30):
-        w = np.exp(-y / scale[:, None])
-        s0, s1, s2 = w.sum(axis=1), (w * y).sum(axis=1), (w * y**2).sum(axis=1)
-        f = scale - y.mean(axis=1) + s1 / s0
-        scale = np.maximum(scale - f / (1.0 + (s2 * s0 - s1**2) / (s0 * scale) ** 2), 0.2 * scale)
-    location = samples.min(axis=1) - scale * np.log(np.mean(np.exp(-y / scale[:, None]), axis=1))
+    lowest = samples.min(axis=0)
+    y, scale = samples - lowest, std * sqrt(6.0) / pi
+    mean = y.mean(axis=0)
+    for _ in range(50):
+        w = np.exp(-y / scale)
+        s0, s1, s2 = w.sum(axis=0), (w * y).sum(axis=0), (w * y**2).sum(axis=0)
+        step = (scale - mean + s1 / s0) / (1.0 + (s2 * s0 - s1**2) / (s0 * scale) ** 2)
+        scale = np.maximum(scale - step, 0.2 * scale)
+        if np.all(np.abs(step) <= 1e-10 * scale):
+            break
+    location = lowest - scale * np.log(np.mean(np.exp(-y / scale), axis=0))
     return np.stack([location, scale, np.full(len(scale), nan)])
 
 
@@ -324,7 +329,7 @@ def _long_term(distribution: str, parameters: Float, p: Float, blocks: Float, pr
     alone = np.where(p > probability, of_speed(probability / np.maximum(p, probability)), -inf)
     high = of_speed(np.full(len(p), probability / p.sum())).max(axis=1)
     low = np.maximum(alone.max(axis=1), of_speed(np.full(len(p), 1.0 - 1e-9)).min(axis=1))
-    for _ in range(60):
+    for _ in range(40):
         middle = 0.5 * (low + high)
         above = _total(distribution, parameters, p, blocks, middle[:, None]) > probability
         low, high = np.where(above, middle, low), np.where(above, high, middle)

@@ -77,7 +77,9 @@ def sum_roses(
     f = np.ones(len(given)) if factors is None else np.asarray(factors, dtype=float)
     if not given or f.shape != (len(given),) or any(len(r.angles) != len(given[0].angles) for r in given):
         raise InputError("sum_roses: there must be roses with the same directions, and a factor for each")
-    largest = np.max([r.largest * x if x > 0.0 else -np.inf * np.ones(len(r.largest)) for r, x in zip(given, f, strict=True)], axis=0)
+    largest = np.max(
+        [r.largest * x if x > 0.0 else -np.inf * np.ones(len(r.largest)) for r, x in zip(given, f, strict=True)], axis=0
+    )
     cycles = tuple(sum_cycles(parts, weights) for parts in zip(*(r.cycles for r in given), strict=True))
     return LoadRose(given[0].angles, largest, cycles)
 
