@@ -16,11 +16,17 @@ from PIL import Image
 DOCS = Path(__file__).parents[1] / "docs"
 PAGES = {"events": "events.png", "electrical": "dip.png", "yaw": "yaw.png", "power-control": "power_schemes.png"}
 """Pages, and the picture that their code saves and that they show."""
-COMMANDS = {
-    "turbine-file": {"turbine.png": "inspect_nrel5mw.png"},
-    "comparing": {"changes.png": "comparison_changes.png", "spectra.png": "comparison_spectra.png"},
+COMMANDS: dict[str, list[dict[str, str]]] = {
+    "turbine-file": [{"turbine.png": "inspect_nrel5mw.png"}],
+    "comparing": [{"changes.png": "comparison_changes.png", "spectra.png": "comparison_spectra.png"}],
+    "stability": [
+        {"flutter.png": "flutter.png"},
+        {"parked.png": "parked-given.png"},
+        {"parked.png": "parked-plate.png"},
+    ],
 }
-"""Pages, and the pictures of the first command on them that writes into ``out``, with their names in the docs."""
+"""Pages, and of the first commands on them that write into a folder the pictures, with their names in the docs."""
+WRITING = re.compile(r"meltemi (?:inspect|compare|flutter|parked) [^`\n]*--out (\w+)")
 
 
 def run() -> None:
@@ -34,12 +40,11 @@ def run() -> None:
             shutil.copy(picture, DOCS / "images" / picture)
         for page, pictures in COMMANDS.items():
             text = (DOCS / "guide" / f"{page}.md").read_text(encoding="utf-8").replace("\\\n", "")
-            command = re.search(r"meltemi (?:inspect|compare) [^`\n]*--out out", text)
-            assert command is not None, page
-            subprocess.run([sys.executable, "-m", *shlex.split(command[0])], check=True)
-            for name, picture in pictures.items():
-                seen = Image.open(Path("out") / name).convert("RGB")
-                seen.quantize(256).save(DOCS / "images" / picture, optimize=True)
+            for command, shown in zip(WRITING.finditer(text), pictures, strict=False):
+                subprocess.run([sys.executable, "-m", *shlex.split(command[0])], check=True)
+                for name, picture in shown.items():
+                    seen = Image.open(Path(command[1]) / name).convert("RGB")
+                    seen.quantize(256).save(DOCS / "images" / picture, optimize=True)
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ def test_a_power_curve_has_a_row_for_a_speed_that_fails(command: Command, tmp_pa
     # beyond 18.7 m/s 25 degrees of pitch do not bring the formula of pmsg20mw down to rated power
     ran = command("power-curve", "pmsg20mw", "--wind-speeds", "8:24:8", "--out", tmp_path)
     assert ran.status == 1
-    assert "failed at 24: no steady operation at a wind speed of 24 m/s: at its largest pitch" in ran.err
+    assert "failed at 24 m/s: no steady operation at a wind speed of 24 m/s: at its largest pitch" in ran.err
     assert "its cut_out is 18 m/s" in ran.err
     rows = list(csv.reader((tmp_path / "power_curve.csv").read_text().splitlines()))
     assert [row[0] for row in rows[1:]] == ["8", "16", "24"]
@@ -52,7 +52,7 @@ def test_ctrl_c_leaves_the_points_before_it(command: Command, tmp_path: Path, mo
 def test_a_campbell_diagram_says_where_it_has_nothing(command: Command, tmp_path: Path) -> None:
     ran = command("campbell", "nrel5mw", "--vacuum", "--wind-speeds", "0.5,9", "--out", tmp_path)
     assert ran.status == 1
-    assert "failed at 0.5: no steady operation" in ran.err
+    assert "failed at 0.5 m/s: no steady operation" in ran.err
     rows = list(csv.DictReader((tmp_path / "campbell.csv").read_text().splitlines()))
     assert {row["frequency Hz"] for row in rows if row["wind m/s"] == "0.5"} == {"-"}
     assert all(float(row["frequency Hz"]) > 0.0 for row in rows if row["wind m/s"] == "9")
@@ -137,11 +137,25 @@ def test_parked_writes_a_map(command: Command, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("flutter", "nrel5mw", "--rotor-speeds", "12,10"), "must be positive and increase"),
+        (("flutter", "nrel5mw", "--rotor-speeds", "12,10"), "--rotor-speeds '12,10': expected increasing speeds"),
+        (("flutter", "nrel5mw", "--rotor-speeds", ""), "--rotor-speeds '': expected 4,6,8 or 4:24:2"),
+        (("flutter", "nrel5mw", "--rotor-speeds", "8,90"), "90 rpm, the blade tips would be faster than sound"),
+        (("flutter", "nrel5mw", "--pitch", "400"), "--pitch '400': expected angles between -180 and 180 deg"),
+        (("flutter", "nrel5mw", "--wind-speed", "-3"), "--wind-speed: speed: expected greater than or equal to 0"),
         (("flutter", "pmsg20mw"), "pmsg20mw"),
+        (
+            ("parked", "nrel5mw", "--yaw", "180:-180:10"),
+            "expected first:last:step with a positive step and a last",
+        ),
+        (("parked", "nrel5mw", "--yaw", "-180:180:0.1"), "--yaw '-180:180:0.1': more than 1000 values"),
+        (("parked", "nrel5mw", "--shear", "5"), "--shear: shear_exponent: expected less than 1, found 5"),
+        (("campbell", "nrel5mw", "--rotor-speeds", ""), "--rotor-speeds '': expected 4,6,8 or 4:24:2"),
         (("parked", "nrel5mw", "--yaw", "0:400:10"), "--yaw '0:400:10': expected angles between -180 and 180 deg"),
         (("parked", "nrel5mw", "--pitch", "a"), "--pitch 'a': expected 4,6,8 or 4:24:2"),
-        (("parked", "nrel5mw", "--deep-stall", "none"), "deep_stall"),
+        (
+            ("parked", "nrel5mw", "--deep-stall", "plte"),
+            "--deep-stall: deep_stall: expected 'given' or 'plate', found 'plte'",
+        ),
     ],
 )
 def test_stability_refuses(command: Command, tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:

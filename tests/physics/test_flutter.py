@@ -44,9 +44,9 @@ def test_curves_hold_the_least_damped_mode(limits: Flutter) -> None:
 def test_few_modes_overestimate_it(limits: Flutter) -> None:
     turbine, few = meltemi.load_turbine("nrel5mw-offsets"), ModelOptions(flap_modes=2, edge_modes=1, torsion_modes=1)
     assert limits.limit is not None
-    late = flutter(turbine, RPM * np.array([17.0, 19.0, 20.0, 21.0]), options=few).limit
+    late = flutter(turbine, RPM * np.array([20.0, 22.0, 24.0]), options=few).limit
     assert late is not None
-    assert late.rotor_speed > 1.12 * limits.limit.rotor_speed
+    assert late.rotor_speed > 1.2 * limits.limit.rotor_speed
 
 
 def test_the_mass_offset_is_its_cause() -> None:
@@ -60,8 +60,8 @@ def test_it_is_that_of_the_first_speed_if_this_is_unstable() -> None:
 
 
 def test_a_speed_without_motion_ends_the_curve(model: Model) -> None:
-    found = flutter(model, RPM * np.array([12.0, 60.0]), wind=25.0)
-    assert list(found.failures) == [pytest.approx(60.0 * RPM)]
+    found = flutter(model, RPM * np.array([12.0, 50.0]), wind=25.0)
+    assert list(found.failures) == [pytest.approx(50.0 * RPM)]
     assert np.isnan(found.least[1])
 
 

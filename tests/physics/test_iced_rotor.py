@@ -146,3 +146,18 @@ def test_a_rotor_that_stalls_at_fine_pitch_is_found_at_rated_power(turbine: Turb
     point = meltemi.operating_point(model, 18.0)
     assert point["generator_power"] == pytest.approx(turbine.rated_power, rel=1e-6)
     assert point.pitch > 0.15
+
+
+def test_unlike_blades_settle_near_the_reference_speed() -> None:
+    """Just below rated power torque hardly depends on the speed: the balance is that of blades that have settled."""
+    iced = with_ice(meltemi.load_turbine("iea22mw"), Icing(blades=(2, 3)))
+    options = ModelOptions(flap_modes=2, edge_modes=1, torsion_modes=1, locked=("drivetrain",))
+    model = meltemi.build(iced, options, environment=meltemi.Environment(air_density=1.3))
+    below, near, above = (meltemi.operating_point(model, v) for v in (11.2, 11.28, 11.4))
+    rated = iced.rated_power
+    assert below["generator_power"] < near["generator_power"] < rated
+    assert above["generator_power"] == pytest.approx(rated, rel=1e-6)
+    reference = iced.control.pitch.reference_speed / iced.drivetrain.gear_ratio
+    assert below.rotor_speed < near.rotor_speed < above.rotor_speed == pytest.approx(reference)
+    for point in (below, near, above):
+        assert abs(point.imbalance) < 1e-3 * rated / reference

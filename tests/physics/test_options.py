@@ -234,6 +234,23 @@ def test_pitch_actuator_lags_and_ideal_does_not(turbine: Turbine) -> None:
     assert pitch["second_order"][-1] == pytest.approx(0.1, abs=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("name", "options", "said"),
+    [
+        ("iea15mw", {"torsion_modes": 0}, "needs torsion_modes of at least 1, found 0"),
+        ("nrel5mw", {"mode_shapes": "given"}, "needs mode_shapes 'computed', found 'given'"),
+        ("rigid in torsion", {}, "needs a blade with torsion_stiffness or stiffness_matrix"),
+    ],
+)
+def test_residual_modes_need_torsion(turbine: Turbine, name: str, options: dict[str, Any], said: str) -> None:
+    if name == "rigid in torsion":
+        described = turbine.replace(**{"blade.structure.torsion_stiffness": None})
+    else:
+        described = meltemi.load_turbine(name)
+    with pytest.raises(meltemi.MeltemiError, match=f"options.residual_modes 2 {said}.*use 0"):
+        meltemi.build(described, ModelOptions(residual_modes=2, **options))
+
+
 def test_environment_and_options_refuse_nonsense() -> None:
     builders: list[Callable[[], Any]] = [
         lambda: ModelOptions(blade_nodes=3),

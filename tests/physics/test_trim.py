@@ -145,6 +145,32 @@ def test_the_cause_is_named_where_there_is_no_steady_operation(model: Model) -> 
         operating_point(model, 120.0)
 
 
+@pytest.mark.parametrize(
+    ("prescribed", "said"),
+    [
+        ({"rotor_speed": 20.0}, r"20 rad/s, 191 rpm, the blade tips would be faster than sound"),
+        ({"rotor_speed": math.inf}, "faster than sound"),
+        ({"rotor_speed": math.nan}, "rotor_speed must be above zero, found nan"),
+        ({"pitch": 20.0}, "pitch 20 rad is not between -pi and pi; from degrees: math.radians"),
+        ({"pitch": math.nan}, "pitch nan rad is not between"),
+    ],
+)
+@pytest.mark.parametrize("name", ["nrel5mw", "pmsg20mw"])
+def test_prescribed_values_in_other_units_are_refused(name: str, prescribed: dict[str, float], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        meltemi.operating_point(meltemi.build(meltemi.load_turbine(name)), 8.0, **prescribed)
+
+
+def test_an_unstable_point_at_a_prescribed_speed_has_a_warning() -> None:
+    options = ModelOptions(flap_modes=4, edge_modes=2, torsion_modes=2)
+    machine = meltemi.build(meltemi.load_turbine("nrel5mw-offsets"), options)
+    unstable, stable = (
+        operating_point(machine, 1.0, rotor_speed=rpm * math.pi / 30.0, pitch=0.0).warnings for rpm in (18.5, 12.0)
+    )
+    assert not stable
+    assert "steady operation is unstable: its mode at 3." in unstable[0]
+
+
 def test_blades_that_twist_too_easily_are_unstable(turbine: Turbine) -> None:
     """With a twentieth of the stiffness lift twists them further than they can hold."""
     stiffness = turbine.blade.structure.torsion_stiffness

@@ -330,7 +330,7 @@ def power_curve(
     from meltemi.turbine.library import load_turbine
 
     described = load_turbine(turbine)
-    wanted = speeds_of(speeds) if speeds else default_speeds(described.cut_in, described.cut_out)
+    wanted = speeds_of(speeds) if speeds is not None else default_speeds(described.cut_in, described.cut_out)
     from meltemi.report.plots import plot_power_curve, save
     from meltemi.report.tables import power_curve_rows, write_csv
     from meltemi.simulation.rotors import build, operating_point
@@ -388,13 +388,13 @@ def campbell(
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
 
-    if speeds and rotor_speeds:
+    if speeds is not None and rotor_speeds is not None:
         raise InputError("give one of --wind-speeds, --rotor-speeds")
     described = aeroelastic(load_turbine(turbine), "meltemi campbell")
-    turns = (
-        [w * pi / 30.0 for w in speeds_of(rotor_speeds, "--rotor-speeds", "rpm", zero=True)] if rotor_speeds else None
-    )
-    winds = speeds_of(speeds) if speeds else default_speeds(described.cut_in, described.cut_out)
+    turns = None
+    if rotor_speeds is not None:
+        turns = [w * pi / 30.0 for w in speeds_of(rotor_speeds, "--rotor-speeds", "rpm", zero=True)]
+    winds = speeds_of(speeds) if speeds is not None else default_speeds(described.cut_in, described.cut_out)
     from meltemi.report.plots import plot_campbell, save
     from meltemi.report.tables import campbell_rows, number, write_csv
     from meltemi.simulation.campbell import campbell as diagram_of
@@ -425,7 +425,10 @@ def campbell(
         )
         print(f"wrote {write_csv(out / 'campbell.csv', *campbell_rows(diagram))}")
         print(f"wrote {save(plot_campbell(diagram), out / 'campbell.png')}")
-    finish(diagram.failures)
+    finish(
+        {u * 30.0 / pi: why for u, why in diagram.failures.items()} if turns else diagram.failures,
+        unit="rpm" if turns else "m/s",
+    )
 
 
 @app.command()

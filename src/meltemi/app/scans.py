@@ -9,11 +9,14 @@ import typer
 from meltemi.app.terminal import say
 from meltemi.core.errors import InputError
 
+MOST = 1000
+"""Largest number of values of a scan."""
 
-def finish(failures: Mapping[float, str], interrupted: bool = False) -> None:
+
+def finish(failures: Mapping[float, str], interrupted: bool = False, unit: str = "m/s") -> None:
     """Report the failed points of a scan, and exit with status 1 if there are any."""
     for value, why in failures.items():
-        say(f"failed at {value:g}: {why}")
+        say(f"failed at {value:.4g} {unit}: {why}")
     if interrupted:
         say("interrupted; partial results are written")
         raise typer.Exit(130)
@@ -33,14 +36,18 @@ def values_of(text: str, option: str) -> list[float]:
       InputError: it is something else, or more than 1000 numbers.
     """
     try:
-        if ":" in text:
-            first, last, step = (float(x) for x in text.split(":"))
-            if step <= 0.0 or last < first or (last - first) / step > 1000.0:
-                raise ValueError
-            return [first + i * step for i in range(int((last - first) / step + 1e-9) + 1)]
-        return [float(x) for x in text.split(",")]
-    except (ValueError, OverflowError):
+        if ":" not in text:
+            return [float(x) for x in text.split(",")]
+        first, last, step = (float(x) for x in text.split(":"))
+    except ValueError:
         raise InputError(f"{option} {text!r}: expected 4,6,8 or 4:24:2 (first:last:step)") from None
+    if not (step > 0.0 and last >= first):
+        raise InputError(
+            f"{option} {text!r}: expected first:last:step with a positive step and a last value not below the first"
+        )
+    if not (last - first) / step < MOST:
+        raise InputError(f"{option} {text!r}: more than {MOST} values; take a larger step")
+    return [first + i * step for i in range(int((last - first) / step + 1e-9) + 1)]
 
 
 def angles_of(text: str, option: str) -> list[float]:

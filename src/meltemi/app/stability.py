@@ -10,6 +10,7 @@ import typer
 
 from meltemi.app.scans import angles_of, finish, speeds_of
 from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
+from meltemi.core.errors import InputError
 
 
 def flutter(
@@ -22,13 +23,19 @@ def flutter(
     out: OutOption = Path("out"),
 ) -> None:
     """Compute the damping of the modes over rotor speed, and the flutter limit: table, plot, CSV."""
+    from meltemi.core.yamlfile import validated
     from meltemi.turbine.library import load_turbine
     from meltemi.turbine.power_turbine import aeroelastic
+    from meltemi.wind.fields import SteadyWind
 
     described = aeroelastic(load_turbine(turbine), "meltemi flutter")
     turns = None
-    if rotor_speeds:
+    if rotor_speeds is not None:
         turns = [w * pi / 30.0 for w in speeds_of(rotor_speeds, "--rotor-speeds", "rpm")]
+        if turns != sorted(set(turns)):
+            raise InputError(f"--rotor-speeds {rotor_speeds!r}: expected increasing speeds")
+    angle = None if pitch is None else radians(angles_of(f"{pitch:g}", "--pitch")[0])
+    wind = validated({"speed": wind_speed}, SteadyWind, "--wind-speed")
     from meltemi.report.plots import save
     from meltemi.report.stability import flutter_rows, limit_text, plot_flutter
     from meltemi.report.tables import number, write_csv
@@ -36,13 +43,7 @@ def flutter(
 
     with results_in(out):
         with progress_bar("flutter") as progress:
-            found = stability_over_speed(
-                described,
-                turns,
-                wind=wind_speed,
-                pitch=None if pitch is None else radians(pitch),
-                progress=progress,
-            )
+            found = stability_over_speed(described, turns, wind=wind, pitch=angle, progress=progress)
         rows = [
             [number(speed * 30.0 / pi), number(100.0 * least)]
             for speed, least in zip(found.rotor_speed, found.least, strict=True)
@@ -52,7 +53,7 @@ def flutter(
         print(limit_text(found))
         print(f"wrote {write_csv(out / 'flutter.csv', *flutter_rows(found))}")
         print(f"wrote {save(plot_flutter(found, described.name), out / 'flutter.png')}")
-    finish({speed * 30.0 / pi: why for speed, why in found.failures.items()})
+    finish({speed * 30.0 / pi: why for speed, why in found.failures.items()}, unit="rpm")
 
 
 def parked(
@@ -75,8 +76,9 @@ def parked(
 
     described = aeroelastic(load_turbine(turbine), "meltemi parked")
     yaws, pitches = angles_of(yaw, "--yaw"), angles_of(pitch, "--pitch")
-    wind = validated({"speed": wind_speed, "shear_exponent": shear}, SteadyWind, "command line")
-    options = validated({"deep_stall": deep_stall}, ModelOptions, "command line")
+    wind = validated({"speed": wind_speed}, SteadyWind, "--wind-speed")
+    wind = validated({"speed": wind_speed, "shear_exponent": shear}, SteadyWind, "--shear")
+    options = validated({"deep_stall": deep_stall}, ModelOptions, "--deep-stall")
     from meltemi.report.plots import save
     from meltemi.report.stability import parked_rows, plot_parked
     from meltemi.report.tables import number, write_csv

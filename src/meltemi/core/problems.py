@@ -86,6 +86,8 @@ def _message(problem: Any, kind: type[BaseModel]) -> str:
         message += f"; {limit:g} {unit} is {in_degrees(limit, unit)}, and {so} would be written so"
     elif unit in ANGULAR and isinstance(value, str):
         message += f"; a number is in {unit}, another unit is written behind it: 8 {unit.replace('rad', 'deg')}"
+    elif unit and isinstance(value, str) and what not in RANGES:
+        message += f"; a number is in {unit}"
     if what == "literal_error" and isinstance(value, str):
         near = did_you_mean(value, re.findall(r"'([^']*)'", problem["ctx"]["expected"]))
         message += f"; {near}" if near.startswith("did") else ""

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.parked_modes import ParkedStability
 
 TO_RPM = 30.0 / math.pi
+LEAST = "least damped blade mode"
 MOST_DAMPING = 12.0
 """[%] to which the panel of damping reaches; flap modes lie above."""
 
@@ -26,12 +27,15 @@ def limit_text(found: Flutter) -> str:
     """The flutter limit as a sentence."""
     limit = found.limit
     if limit is None:
-        last = found.rotor_speed[np.isfinite(found.least)][-1] * TO_RPM
-        return f"no blade mode is unstable up to {last:.4g} rpm"
+        known = found.rotor_speed[np.isfinite(found.least)] * TO_RPM
+        return f"no blade mode is unstable up to {known[-1]:.4g} rpm" if len(known) else "no speed has a result"
+    at = f"{limit.rotor_speed * TO_RPM:.4g} rpm"
+    if limit.rotor_speed == found.rotor_speed[0]:
+        at = f"at or below {at}, the lowest of the given speeds"
     if limit.frequency == 0.0:
-        return f"limit: divergence at {limit.rotor_speed * TO_RPM:.4g} rpm ({limit.mode.participation()})"
+        return f"limit: {at}, divergence ({limit.mode.participation()})"
     return (
-        f"limit: {limit.rotor_speed * TO_RPM:.4g} rpm, {limit.blade_frequency / (2.0 * math.pi):.3g} Hz in the blades, "
+        f"limit: {at}, {limit.blade_frequency / (2.0 * math.pi):.3g} Hz in the blades, "
         f"{limit.frequency / (2.0 * math.pi):.3g} Hz in the fixed frame: {limit.label} ({limit.mode.participation(4)})"
     )
 
@@ -45,6 +49,8 @@ def flutter_rows(found: Flutter) -> tuple[list[str], list[list[str]]]:
         for label, frequency, damping in zip(found.labels, found.frequency, found.damping, strict=True)
         for speed, f, d in zip(found.rotor_speed, frequency, damping, strict=True)
     ]
+    for speed, least in zip(found.rotor_speed, found.least, strict=True):
+        rows.append([LEAST, where[0], number(float(speed) * TO_RPM), where[1], "-", number(100.0 * float(least))])
     return head, rows
 
 
@@ -57,8 +63,10 @@ def plot_flutter(found: Flutter, name: str = "") -> Figure:
         look = curve(j) | {"markersize": 4.0, "linewidth": 1.0}
         axes[0, 0].plot(rpm, frequency[j], label=label, **look)
         axes[0, 1].plot(rpm, damping[j], **look)
+    least = 100.0 * found.least
+    axes[0, 1].plot(rpm, least, color=INK, linewidth=2.0, marker="o" if len(rpm) == 1 else None, label=LEAST)
     axes[0, 0].set_ylim(bottom=0.0)
-    low = float(np.nanmin(damping, initial=-1.0))
+    low = float(np.nanmin([*damping.ravel(), *least], initial=-1.0))
     axes[0, 1].set_ylim(max(1.1 * low, -MOST_DAMPING), MOST_DAMPING)
     axes[0, 1].axhline(0.0, color=INK, linewidth=0.9)
     titles = (("natural frequency, fixed frame", "Hz"), (f"damping ratio (to {MOST_DAMPING:g} %)", "%"))
@@ -119,7 +127,8 @@ def plot_parked(found: ParkedStability, name: str = "") -> Figure:
             if found.damping[i, j] < 0.0:
                 kind = found.coordinate[i][j]
                 letter = next((word[0].upper() for word in ("flap", "edge", "torsion") if word in kind), "o")
-                ax.text(i, j, letter, fontsize=7, color=INK, ha="center", va="center")
+                colour = INK if 100.0 * found.damping[i, j] > -0.5 * MOST_GROWTH else "white"
+                ax.text(i, j, letter, fontsize=8, color=colour, ha="center", va="center")
     every = max(1, round(len(yaw) / 18))
     ax.set_xticks(range(0, len(yaw), every), [f"{angle:.4g}" for angle in yaw[::every]], fontsize=8)
     ax.set_yticks(range(len(pitch)), [f"{angle:.4g}" for angle in pitch], fontsize=8)

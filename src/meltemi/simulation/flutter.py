@@ -27,7 +27,7 @@ from meltemi.simulation.model import Model
 from meltemi.simulation.modes import SLOW, Mode
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.simulation.trim import FULL, CarefulOrbit, NotConverged, steady_wind
+from meltemi.simulation.trim import FULL, CarefulOrbit, NotConverged, check_prescribed, steady_wind
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.turbulence.field import AnyWind
@@ -42,6 +42,12 @@ RANGE, POINTS = (0.6, 2.0), 29
 """Default rotor speeds over rated speed, and their number."""
 AZIMUTHS = 4
 BLADES = re.compile(r"^\d+\w+ (flap|edge|torsion) ")
+LASTING = 1.02
+"""An instability has to last up to this multiple of the speed."""
+KINK = (
+    "unstable at this speed, but not 2 % above: the motion meets a kink in the polars or the momentum balance, where a "
+    "linear model is not valid, however small the motion"
+)
 HALVINGS = 6
 """Bisections of the interval between the last stable and the first unstable speed."""
 
@@ -78,7 +84,7 @@ class Flutter(Brief):
       damping: (modes, n) ratio to critical.
       least: (n,) smallest damping of the blade modes, those with most of their strain energy in the blades.
       limit: lowest speed at which a blade mode is unstable, or None; that of the first point if it is unstable.
-      failures: reasons for missing speeds, by rotor speed.
+      failures: reasons for missing speeds, by rotor speed: no steady motion, or an instability of this speed alone.
     """
 
     wind_speed: float
@@ -133,37 +139,51 @@ def flutter(
       progress: callback with the completed fraction.
 
     Returns:
-      The diagram. Speeds beyond the first without steady motion are NaN; ``failures`` has the reason.
+      The diagram. Speeds beyond the first without steady motion are NaN, and those at which the turbine is unstable
+      but not 2 % above; ``failures`` has the reason.
 
     Raises:
       InputError: speeds are not positive and increasing, there is no steady motion at the first, or the turbine has
         no blades.
       UnsupportedError: the rotor does not have three blades.
     """
+    described = aeroelastic(turbine.turbine if isinstance(turbine, Model) else turbine, "flutter")
+    if described.n_blades != 3:
+        raise UnsupportedError("flutter: the fixed frame needs three blades")
+    control = described.control
+    rated = control.pitch.reference_speed / described.drivetrain.gear_ratio
+    speeds = np.linspace(*RANGE, POINTS) * rated if rotor_speeds is None else np.array(rotor_speeds, dtype=float)
+    if not len(speeds) or not np.all(np.diff(speeds, prepend=0.0) > 0.0):
+        raise InputError("flutter: rotor_speeds must be positive and increase")
+    angle = control.pitch.minimum if pitch is None else pitch
+    check_prescribed("flutter", described, float(speeds[-1]), angle)
+    steady = steady_wind(wind, described.hub_height)
     model = (
         with_static_gears(with_blades(turbine, "flutter"))
         if isinstance(turbine, Model)
-        else stability_model(aeroelastic(turbine, "flutter"), options)
+        else stability_model(described, options)
     )
-    if model.n_blades != 3:
-        raise UnsupportedError("flutter: the fixed frame needs three blades")
-    control = model.turbine.control
-    rated = control.pitch.reference_speed / model.turbine.drivetrain.gear_ratio
-    speeds = np.linspace(*RANGE, POINTS) * rated if rotor_speeds is None else np.array(rotor_speeds, dtype=float)
-    if not len(speeds) or np.any(np.diff(speeds, prepend=0.0) <= 0.0):
-        raise InputError("flutter: rotor_speeds must be positive and increase")
-    angle = control.pitch.minimum if pitch is None else pitch
     locked = model.locked.copy()
     if not generator_free:
         locked[model.coordinates.index("generator")] = 1.0
     held, stiffness = replace(model, locked=locked), strain(model)
-    orbit = CarefulOrbit(model, steady_wind(wind, model.turbine.hub_height))
+    orbit = CarefulOrbit(model, steady)
     orbit.level = FULL
 
     def modes_at(speed: float) -> list[Mode]:
         orbit.sweep(speed, angle, 0.0)
         linear = linearise(held, orbit.finish(), (), (), azimuths=AZIMUTHS)
         return linear.modes() + diverging(linear)
+
+    def reached(speed: float) -> list[Mode]:
+        """The modes at a speed; none without steady motion."""
+        try:
+            return modes_at(speed)
+        except NotConverged:
+            return []
+
+    def unstable(modes: list[Mode]) -> bool:
+        return blade_mode(modes, stiffness).damping < 0.0
 
     found: list[list[Mode]] = [[] for _ in speeds]
     limit, failures = None, {}
@@ -177,8 +197,11 @@ def flutter(
             break
         if progress is not None:
             progress((i + 1) / len(speeds))
-        if limit is None and blade_mode(found[i], stiffness).damping < 0.0:
-            limit = _onset(modes_at, float(speeds[max(i - 1, 0)]), float(speed), found[i], stiffness)
+        if limit is None and unstable(found[i]):
+            if unstable(reached(LASTING * float(speed)) or found[i]):
+                limit = _onset(reached, float(speeds[max(i - 1, 0)]), float(speed), found[i], stiffness)
+            else:
+                found[i], failures[float(speed)] = [], KINK
     oscillating = [[mode for mode in modes if mode.frequency > 0.0] for modes in found]
     curves = follow(oscillating, [i for i, modes in enumerate(oscillating) if modes], stiffness)
     labels = sorted(curves, key=lambda n: float(np.mean([m.frequency for m in curves[n] if m is not None])))
@@ -215,6 +238,8 @@ def _onset(
     for _ in range(HALVINGS if high > low else 0):
         middle = 0.5 * (low + high)
         tried = modes_at(middle)
+        if not tried:
+            break
         if blade_mode(tried, stiffness).damping < 0.0:
             high, modes = middle, tried
         else:

@@ -31,8 +31,8 @@ IMPLICIT_LIMIT, IMPLICIT_PARTS = 0.8, 3
 RESIDUAL_PARTS = 6
 """Fewest steps within OUTPUT_STEP with residual modes: loads within 0.2 % (docs/performance.md, Time steps)."""
 STIFF, BAND = 2.0, 20.0
-"""A coordinate is stiff whose frequency is so many times that of softer ones, and so many times BAND [rad/s]; the shaft,
-if only the latter."""
+"""A coordinate is stiff whose frequency is so many times that of softer ones, and so many times BAND [rad/s]; for the
+shaft the latter is enough."""
 LARGEST_ANGLE = 2.5
 """[rad] largest phase of a vibration over an implicit step; faster ones keep it."""
 MOST_DAMPING = 0.5

@@ -40,6 +40,8 @@ from meltemi.simulation.start import set_actuators
 from meltemi.simulation.step import ABSURD, equations
 from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, mean_speed
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
@@ -51,6 +53,8 @@ SAMPLES = 12
 """Azimuths per sector of 1/B revolution."""
 SWEEPS = 3
 """Sectors marched, each with a correction of the motion, at each trial rotor speed and pitch."""
+UNLIKE_SWEEPS = 3 * SWEEPS
+"""The same for blades that differ: a balance over one revolution, after revolutions in which the blades settle."""
 JACOBIAN_SAMPLES = 10
 PERTURBATION = 1e-3
 """[m or rad] perturbation of the coefficients for finite differences."""
@@ -74,7 +78,9 @@ PATIENCE, FRESH, AGE = 90, 18, 3
 SHORTEST = 1.0 / 32.0
 """Smallest continuation step, as a fraction of the way from a motion to the next one."""
 BENT = 0.25
-"""Largest tip deflection over blade length for which second-order displacements are valid."""
+"""Tip deflection over blade length beyond which the range of the blades' models ends."""
+SOUND = 340.0
+"""[m/s] fastest speed of the blade tips: coefficients of sections are those of incompressible flow."""
 UNBALANCED = 30.0
 """Multiple of BALANCE beyond which a search has failed."""
 CLOSE = 0.97
@@ -157,14 +163,10 @@ def operating_point(
       pitch: [rad]; by default the smallest, or above rated the one that holds the reference speed.
 
     Raises:
-      InputError: the wind cannot turn the rotor.
+      InputError: the wind cannot turn the rotor, or a prescribed value is beyond any range.
     """
     steady = steady_wind(wind, model.turbine.hub_height)
-    if rotor_speed is not None and not rotor_speed > 0.0:
-        raise InputError(
-            f"operating_point: rotor_speed must be above zero, found {rotor_speed!r}; "
-            "use meltemi.analysis.parked_point for parked or idling rotors"
-        )
+    check_prescribed("operating_point", model.turbine, rotor_speed, pitch)
     try:
         quick = _Orbit(model, steady)
         point = _search(quick, rotor_speed, pitch)
@@ -172,13 +174,33 @@ def operating_point(
         # a prescribed speed may be one where nothing converges; the own one is accepted by its balance
         settled = rotor_speed is None or quick.moved < NEARLY * model.turbine.rotor_radius
         if settled and (rotor_speed is not None or abs(point.imbalance) <= enough or model.has_electrical):
-            return point
+            return point if rotor_speed is None else _judged(point, quick)
     except NotConverged:
         pass
     orbit = CarefulOrbit(model, steady)
-    point = _search(orbit, rotor_speed, pitch)
+    return _judged(_search(orbit, rotor_speed, pitch), orbit)
+
+
+def _judged(point: OperatingPoint, orbit: _Orbit) -> OperatingPoint:
+    """An operating point with a warning if its motion is unstable."""
     unstable = orbit.unstable()
     return replace(point, warnings=(f"steady operation is unstable: {unstable}",)) if unstable else point
+
+
+def check_prescribed(what: str, turbine: AnyTurbine, rotor_speed: float | None, pitch: float | None) -> None:
+    """Refuse a rotor speed [rad/s] or pitch [rad] beyond any range, as one in rpm or in degrees is."""
+    if rotor_speed is not None:
+        if not rotor_speed > 0.0:
+            other = "; use meltemi.analysis.parked_point for parked or idling rotors"
+            bladed = isinstance(turbine, Turbine)
+            raise InputError(f"{what}: rotor_speed must be above zero, found {rotor_speed!r}{other if bladed else ''}")
+        if not (tip := rotor_speed * turbine.rotor_radius) <= SOUND:
+            raise InputError(
+                f"{what}: at a rotor speed of {rotor_speed:g} rad/s, {30.0 / np.pi * rotor_speed:.4g} rpm, the blade "
+                f"tips would be faster than sound ({tip:.4g} m/s)"
+            )
+    if pitch is not None and not abs(pitch) <= np.pi:
+        raise InputError(f"{what}: pitch {pitch:g} rad is not between -pi and pi; from degrees: math.radians")
 
 
 def rigid_point(model: BladedModel, wind: AnyWind) -> OperatingPoint:
@@ -228,6 +250,8 @@ def _search(orbit: _Orbit, rotor_speed: float | None, pitch: float | None) -> Op
     for _ in range(SEARCHES):
         if search_speed:
             rotor_speed = _secant(partial(left_over, angle=angle), rotor_speed, 1e-3 * rotor_speed)
+            if rotor_speed > reference:  # with the harmonics the rotor exceeds the reference speed
+                rotor_speed, search_speed, search_pitch = reference, False, pitch is None
         if search_pitch:
             angle = _secant(lambda x: left_over(reference, x), angle, 1e-3)
             if angle < control.pitch.minimum:  # with the harmonics the rotor no longer reaches the reference speed
@@ -618,7 +642,7 @@ class _Orbit:
             for _ in range(2):
                 self.linearise()
                 self.sector()
-        for _ in range(SWEEPS):
+        for _ in range(UNLIKE_SWEEPS if self.unlike else SWEEPS):
             self.sector()
         return self.left
 
@@ -811,7 +835,7 @@ class CarefulOrbit(_Orbit):
         share = in_steps(lambda share: self.settle(begin + share * (goal - begin)), parts)
         self.at = begin + share * (goal - begin)
         if share < 1.0:
-            raise NotConverged(self.cause())
+            raise NotConverged(self.cause(goal))
 
     def linearise(self) -> None:
         """Compute the derivatives over the next sector."""
@@ -837,8 +861,8 @@ class CarefulOrbit(_Orbit):
             return False
         return self.moved < NEARLY * radius
 
-    def cause(self) -> str:
-        """Reason for the lack of steady motion beyond the last converged one."""
+    def cause(self, goal: Float) -> str:
+        """Reason for the lack of steady motion beyond the last converged one, on the way to a goal of ``follow``."""
         assert self.at is not None
         speed, pitch, _, density = self.at
         case, turbine = self.case, self.model.turbine
@@ -848,6 +872,8 @@ class CarefulOrbit(_Orbit):
             f"at a wind speed of {self.wind.speed:g} m/s, near a rotor speed of {30.0 / np.pi * speed:.3g} rpm and "
             f"a pitch of {np.degrees(pitch):.3g} deg"
         )
+        if abs(goal[0] - speed) > 0.01 * abs(goal[0]):
+            where += f" on the way to {30.0 / np.pi * goal[0]:.4g} rpm"
         if density < self.air:
             where += f", with {100.0 * density / self.air:.0f} % of the aerodynamic loads"
         tip = float(np.linalg.norm(self.model.rotor.tip_shape[:3] @ self.blade_c[0]))
@@ -857,11 +883,12 @@ class CarefulOrbit(_Orbit):
             return begin + f"the machine is aeroelastically unstable there, {unstable}"
         if tip > BENT * turbine.blade.length:
             return begin + (
-                f"the blades deflect by {tip:.3g} m of their {turbine.blade.length:.3g} m, beyond the validity of "
-                "second-order displacements; less wind, feathered blades (meltemi.analysis.parked_point) or stiffer "
-                "blades help"
+                f"the blades deflect by {tip:.3g} m of their {turbine.blade.length:.3g} m, beyond the range of their "
+                "model; less wind, feathered blades (meltemi.analysis.parked_point) or stiffer blades help"
             )
+        modal = self.model.options.blade_model == "modal"
+        exact = "other blades than options.blade_model 'modal' may help; " if modal else ""
         return begin + (
-            "the motion diverges beyond; there may be too many modes for second-order displacements (use fewer, "
-            "options), or give initial conditions (start=meltemi.Start(...))"
+            f"the search does not converge beyond; {exact}a simulation can start from initial conditions instead "
+            "(start=meltemi.Start(...))"
         )

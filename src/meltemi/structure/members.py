@@ -192,7 +192,7 @@ def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayo
       given: use the mode shapes of the description instead of natural modes.
     """
     residual = counts.get("residual", 0)
-    if (counts["torsion"] or residual) and not blade.twists:
+    if counts["torsion"] and not blade.twists:
         raise UnsupportedError("torsion_modes needs a blade with torsion_stiffness")
     beam = blade_beam(blade)
     mesh = _mesh(beam, np.concatenate([layout.position, layout.edges]))

@@ -183,7 +183,18 @@ def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
         usual = (*usual[:3], 0)
     asked = (options.flap_modes, options.edge_modes, options.torsion_modes, options.residual_modes)
     kinds = ("flap", "edge", "torsion", "residual")
-    return {kind: n if given is None else given for kind, n, given in zip(kinds, usual, asked, strict=True)}
+    counts = {kind: n if given is None else given for kind, n, given in zip(kinds, usual, asked, strict=True)}
+    if counts["residual"]:
+        begin = f"{turbine.name}: options.residual_modes {counts['residual']} needs "
+        if not structure.twists:
+            raise UnsupportedError(begin + "a blade with torsion_stiffness or stiffness_matrix; use 0")
+        if options.mode_shapes == "given":
+            raise InputError(begin + "mode_shapes 'computed', found 'given'; use 0, or computed mode shapes")
+        if not counts["torsion"]:
+            raise InputError(
+                begin + "torsion_modes of at least 1, found 0: residual modes twist the blade; use 0, or a torsion mode"
+            )
+    return counts
 
 
 @contextmanager

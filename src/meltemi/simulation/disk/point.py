@@ -13,7 +13,7 @@ from meltemi.simulation.case import Case
 from meltemi.simulation.disk.channels import disk_channels
 from meltemi.simulation.disk.rotor import DiskModel
 from meltemi.simulation.start import set_actuators
-from meltemi.simulation.trim import NotConverged, OperatingPoint, no_balance, steady_wind
+from meltemi.simulation.trim import NotConverged, OperatingPoint, check_prescribed, no_balance, steady_wind
 from meltemi.structure.kinematics import GENERATOR, TORSION
 from meltemi.turbine.power_turbine import PowerTurbine
 from meltemi.wind.turbulence.field import AnyWind
@@ -30,6 +30,7 @@ def disk_point(
 
     turbine = model.turbine
     steady = steady_wind(wind, turbine.hub_height)
+    check_prescribed("operating_point", turbine, rotor_speed, pitch)
     case, coefficient = Case(model, steady), RotorCoefficient(model.rotor.coefficient)
     law, control, ratio = parameters(turbine.control), turbine.control, turbine.drivetrain.gear_ratio
     reference = control.pitch.reference_speed / ratio
