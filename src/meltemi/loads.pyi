@@ -4,6 +4,14 @@ from meltemi.postprocess.bands import ideal_removal as ideal_removal
 from meltemi.postprocess.bands import remove_bands as remove_bands
 from meltemi.postprocess.bins import bin_statistics as bin_statistics
 from meltemi.postprocess.bins import period_statistics as period_statistics
+from meltemi.postprocess.cycles import Cycles as Cycles
+from meltemi.postprocess.cycles import bin_cycles as bin_cycles
+from meltemi.postprocess.cycles import cycle_load as cycle_load
+from meltemi.postprocess.cycles import damage_sum as damage_sum
+from meltemi.postprocess.cycles import goodman_cycles as goodman_cycles
+from meltemi.postprocess.cycles import markov_matrix as markov_matrix
+from meltemi.postprocess.cycles import rainflow_cycles as rainflow_cycles
+from meltemi.postprocess.cycles import sum_cycles as sum_cycles
 from meltemi.postprocess.ensemble import EnsembleEntry as EnsembleEntry
 from meltemi.postprocess.ensemble import EnsembleTable as EnsembleTable
 from meltemi.postprocess.ensemble import MeanEstimate as MeanEstimate
@@ -16,7 +24,6 @@ from meltemi.postprocess.ensemble import rayleigh_weights as rayleigh_weights
 from meltemi.postprocess.ensemble import weibull_weights as weibull_weights
 from meltemi.postprocess.fatigue import damage_equivalent_load as damage_equivalent_load
 from meltemi.postprocess.fatigue import equivalent_loads as equivalent_loads
-from meltemi.postprocess.fatigue import rainflow_cycles as rainflow_cycles
 from meltemi.postprocess.spectra import PowerSpectrum as PowerSpectrum
 from meltemi.postprocess.spectra import SpectralPeak as SpectralPeak
 from meltemi.postprocess.spectra import average_spectra as average_spectra
