@@ -27,7 +27,7 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import BaseEvent, Event, conflict
-from meltemi.simulation.model import Stations
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.rotors import build
@@ -400,11 +400,16 @@ def inclined(wind: IecWind, upflow: float) -> IecWind:
     return wind.replace(upflow=upflow)
 
 
-def case_run(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Path | None = None) -> Run:
-    """The arguments of :func:`simulate` of a case; paths are relative to ``folder``, ``kept`` as for the controller."""
+def case_run(
+    case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Path | None = None, model: Model[Any] | None = None
+) -> Run:
+    """The arguments of :func:`simulate` of a case; paths are relative to ``folder``, ``kept`` as for the controller.
+
+    ``model`` is that of the turbine with the case's options and environment, if it is built already.
+    """
     same = ("duration", "channels", "output_step", "transient", "events", "grid")
     return Run(
-        build(turbine, case.options, case.environment),
+        model or build(turbine, case.options, case.environment),
         case_wind(case, turbine, folder),
         controller=case_controller(case, turbine, folder, kept),
         start=case_start(case, turbine),
