@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import radians
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from meltemi.app.options import controller_of_options
-from meltemi.app.terminal import OutOption, print_table, results_in, say
+from meltemi.app.terminal import OutOption, print_table, progress_bar, results_in, say
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
+    from meltemi.loadbase.engine import BaseStatus, Progress
     from meltemi.loadbase.plan import Plan
+
+BaseArgument = Annotated[Path, typer.Argument(help="Folder of a load base, as plan writes it.")]
+REPORTED = 30.0
+"""[s] between lines of progress where there is no terminal."""
+MOST_PROBLEMS = 20
+"""Cases that status lists."""
 
 loads = typer.Typer(
     help="Load bases: all design load cases of IEC 61400-1 for a turbine.",
@@ -144,3 +153,121 @@ def _show(plan: Plan) -> None:
         say(f"cannot run yet (DLC {', '.join(names)}): {why}")
     assumed = len(plan.table.assumptions())
     print(f"{assumed} values of the table come from practice, not from the standard (docs: load case tables)")
+
+
+@loads.command("run")
+def run_(
+    base: BaseArgument,
+    shard: Annotated[
+        str | None, typer.Option("--shard", help="Only every N-th case, beginning with the k-th: k/N, e.g. 3/16.")
+    ] = None,
+    workers: Annotated[int | None, typer.Option("--workers", help="Threads [one for each core].")] = None,
+    dask: Annotated[
+        str | None, typer.Option("--dask", help="Address of a Dask scheduler, or: local (processes of this machine).")
+    ] = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Run cases again that failed.")] = False,
+) -> None:
+    """Run the cases of a load base that are missing."""
+    from meltemi.loadbase.engine import run_base
+
+    planned = _planned(base)
+    with results_in(base), progress_bar("load cases") as bar:
+        found = run_base(
+            planned,
+            base,
+            shard=_shard(shard),
+            workers=workers,
+            dask=dask,
+            retry=retry,
+            progress=_told(bar),
+        )
+    _show_status(found)
+
+
+def _planned(base: Path) -> Plan:
+    from meltemi.loadbase.campaign import read_campaign
+    from meltemi.loadbase.plan import plan
+
+    return plan(read_campaign(base))
+
+
+def _shard(text: str | None) -> tuple[int, int]:
+    if text is None:
+        return 1, 1
+    k, _, n = text.partition("/")
+    if not (k.isdigit() and n.isdigit() and 1 <= int(k) <= int(n)):
+        raise InputError(f"--shard {text!r}: expected k/N with k from 1 to N, for instance 3/16")
+    return int(k), int(n)
+
+
+def _told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
+    """Progress as a bar, and as lines where there is no terminal."""
+    from rich.console import Console
+
+    terminal, last = Console(stderr=True).is_terminal, [monotonic()]
+
+    def tell(progress: Progress) -> None:
+        bar(progress.share)
+        if not terminal and monotonic() - last[0] > REPORTED and progress.seconds_left is not None:
+            last[0] = monotonic()
+            left = f"{progress.seconds_left / 60.0:.0f} min left"
+            say(f"{progress.done} of {progress.total} cases, {100.0 * progress.share:.0f} %, {left}")
+
+    return tell
+
+
+@loads.command()
+def status(base: BaseArgument) -> None:
+    """Show which cases of a load base are there."""
+    from meltemi.loadbase.engine import base_status
+
+    _show_status(base_status(_planned(base), base))
+
+
+def _show_status(found: BaseStatus) -> None:
+    columns = ("cases", "ok", "doubtful", "failed", "missing", "unsupported")
+    rows = [[row.dlc, *(str(getattr(row, name) or "") for name in columns)] for row in found.dlcs]
+    rows.append(["total", *(str(sum(getattr(row, name) for row in found.dlcs) or "") for name in columns)])
+    print_table("Load base", ["DLC", *columns[:-1], "cannot run"], rows, text_columns=1)
+    print(f"{found.done} of {found.total} cases done, {found.hours:.1f} h to be simulated")
+    for name, why in list(found.problems.items())[:MOST_PROBLEMS]:
+        say(f"{name}: {why}")
+    if (more := len(found.problems) - MOST_PROBLEMS) > 0:
+        say(f"and {more} more")
+    for file, why in found.unreadable.items():
+        say(f"{file} counts as missing: {why}")
+    if found.outdated:
+        say(f"{found.outdated} results of other inputs, such as an earlier controller, are not used")
+
+
+@loads.command()
+def show(
+    base: BaseArgument,
+    case: Annotated[str, typer.Argument(help="Name of a case, e.g. dlc1.3-14-y0-s04.")],
+    plot: Annotated[bool, typer.Option("--plot", help="Also write a plot.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder for the files [cases in that of the base].")] = None,
+) -> None:
+    """Simulate a case of a load base again; writes its series."""
+    from meltemi.loadbase.engine import same_numbers, show_case
+    from meltemi.postprocess.files import write_netcdf
+
+    planned = _planned(base)
+    planned.case(case)
+    with results_in(out or base / "cases") as folder:
+        result = show_case(planned, case)
+        files = [write_netcdf(result, folder / f"{case}.nc")]
+        if plot and len(result.time) > 1:
+            from meltemi.report.plots import plot as plot_result
+            from meltemi.report.plots import save
+
+            files.append(save(plot_result(result), folder / f"{case}.png"))
+    print(f"{case}: {result.status}{f', {result.message}' if result.message else ''}")
+    for entry in result.log:
+        print(f"{entry.time:8.2f} s  {entry.what}{f': {entry.reason}' if entry.reason else ''}")
+    for warning in result.warnings:
+        say(f"warning: {warning}")
+    same = same_numbers(planned, base, case, result)
+    words = {None: "not in the load base", True: "equal to the load base in all digits", False: "NOT that of the load base"}
+    print(f"result: {words[same]}")
+    for file in files:
+        print(f"wrote {file}")

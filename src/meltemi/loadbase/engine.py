@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from meltemi.core.errors import InputError, Status
+from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.threads import available_cores
 from meltemi.loadbase.jobs import Job, Row, Workshop, check_key, jobs_of
 from meltemi.loadbase.plan import Plan
@@ -226,13 +226,19 @@ class OnThreads:
         Raises:
           KeyboardInterrupt: Ctrl-C, after the rows of the finished cases were handed over.
         """
-        shop, rows, jobs = Workshop(), [], dict[str, Job]()
+        shop, rows, jobs = Workshop(), list[Row](), dict[str, Job]()
 
         def runs() -> Iterator[Run]:
             for group in groups:
                 for job in group:
+                    try:
+                        run = shop.run(job)
+                    except Exception as error:  # of one case
+                        words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
+                        rows.append(Row(job.name, job.key, Status.FAILED, words))
+                        continue
                     jobs[job.name] = job
-                    yield shop.run(job)
+                    yield run
 
         def done(outcome: Outcome) -> None:
             job = jobs.pop(outcome.name)
@@ -386,7 +392,7 @@ def show_case(plan: Plan, name: str) -> Result:
         raise InputError(f"{name} cannot run yet: {case.unsupported}")
     job = next(job for job in jobs_of(plan) if job.name == name)
     found: list[Result] = []
-    (outcome,) = Batch([Workshop().run(job)], reduce=found.append, workers=1).run()
+    (outcome,) = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1).run()
     if not found:
         raise InputError(f"{name}: {outcome.message}")
     return found[0]
@@ -402,8 +408,3 @@ def same_numbers(plan: Plan, folder: str | Path, name: str, result: Result) -> b
     return all(
         (kept.at[c, "min"], kept.at[c, "max"]) == (part[c].min(), part[c].max()) for c in kept.index if c in part
     )
-
-
-def records(result: BaseStatus) -> list[dict[str, Any]]:
-    """The status by design load case as a list of dictionaries."""
-    return [vars(row) for row in result.dlcs]

@@ -70,12 +70,11 @@ def reduced(result: Result, interfaces: Sequence[Interface], *, rated_power: flo
             i, j = (series[each.channels[3 + k]] for k in TRANSVERSE[each.plane])
             for angle in TURNED:
                 series[f"{each.name}_moment@{angle}"] = cos(radians(angle)) * i + sin(radians(angle)) * j
-    x = np.array(list(series.values()))
     loads = list(dict.fromkeys(name for each in interfaces for name in each.channels))
     loads += [name for name in series if "@" in name or name.startswith(("root_moment_flap", "root_moment_edge"))]
     return Reduced(
         tuple(series),
-        np.stack([x.mean(axis=1), x.std(axis=1), x.min(axis=1), x.max(axis=1)], axis=1),
+        np.array([(x.mean(), x.std(), x.min(), x.max()) for x in series.values()]),
         {each.name: _extremes(part.time, series, each) for each in interfaces},
         {name: large_cycles(series[name]) for name in loads} if cycles else {},
         dict(found for each in interfaces if each.speed for found in _durations(part, series, each)),
