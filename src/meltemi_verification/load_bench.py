@@ -26,9 +26,9 @@ def load_benchmark(*, cases: int = 40, say: Callable[[str], None] = lambda text:
       say: called with what is going on.
 
     Returns:
-      ``cases``, ``hours`` (simulated, of the sample), ``cores``, ``wall_s``, ``cpu_s`` (of the process), ``parts`` (share
-      of the processor time of wind, simulation, reduction and the rest: storage and the engine), ``times`` (simulated
-      time over processor time), ``megabytes`` (of files), ``peak_memory_mb``, ``plan_s``, ``status_s``; ``all_cases``,
+      ``cases``, ``hours`` (simulated, of the sample), ``cores``, ``wall_s``, ``cpu_s`` (of the process), ``parts``
+      (shares of wind, simulation, reduction and the rest, storage and engine, in the processor time), ``times`` (simulated time
+      over processor time), ``megabytes`` (of files), ``peak_memory_mb``, ``plan_s``, ``status_s``; ``all_cases``,
       ``all_hours``, and of the whole base ``all_minutes`` on these cores, by processor time.
     """
     whole = plan(make_campaign("nrel5mw", "IB"))
@@ -72,12 +72,11 @@ def load_benchmark(*, cases: int = 40, say: Callable[[str], None] = lambda text:
 def load_lines(found: dict[str, Any]) -> list[str]:
     """The figures of :func:`load_benchmark` as lines."""
     shares = ", ".join(f"{name} {100.0 * share:.1f} %" for name, share in found["parts"].items())
+    f = found
     return [
-        f"{found['cases']} cases, {found['hours']:.1f} h simulated, in {found['wall_s']:.0f} s on {found['cores']} cores: "
-        f"{found['cpu_s']:.0f} s of processor time, {found['times']:.0f} times real time a core",
-        f"processor time: {shares}",
-        f"{found['megabytes']:.0f} MB of results, peak memory {found['peak_memory_mb']:.0f} MB; plan of the whole base "
-        f"{found['plan_s']:.2f} s, status {found['status_s']:.2f} s",
-        f"the whole base: {found['all_cases']} cases, {found['all_hours']:.0f} h simulated, "
-        f"{found['all_minutes']:.1f} min on {found['cores']} free cores",
+        f"{f['cases']} cases, {f['hours']:.1f} h simulated, in {f['wall_s']:.0f} s on {f['cores']} cores",
+        f"{f['cpu_s']:.0f} s of processor time: {f['times']:.0f} times real time a core; {shares}",
+        f"{f['megabytes']:.0f} MB of results, peak memory {f['peak_memory_mb']:.0f} MB",
+        f"plan of the whole base {f['plan_s']:.2f} s, status {f['status_s']:.2f} s",
+        f"{f['all_cases']} cases, {f['all_hours']:.0f} h: {f['all_minutes']:.1f} min on {f['cores']} free cores",
     ]

@@ -248,7 +248,9 @@ def simulate_job(job: Job) -> Any:
     return simulate(run.model, run.wind(), **{k: v for k, v in vars(run).items() if k not in ("model", "wind")})
 
 
-def test_a_case_that_fails_is_one_row(tiny: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: Path) -> None:
+def test_a_case_that_fails_is_one_row(
+    tiny: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: Path
+) -> None:
     """It cannot be prepared, its controller hangs, it diverges; or its run is fine."""
     order = tmp_path / "hang.in"
     order.write_text("hang 0.4")

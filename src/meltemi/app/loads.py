@@ -267,7 +267,11 @@ def show(
     for warning in result.warnings:
         say(f"warning: {warning}")
     same = same_numbers(planned, base, case, result)
-    words = {None: "not in the load base", True: "equal to the load base in all digits", False: "NOT that of the load base"}
+    words = {
+        None: "not in the load base",
+        True: "equal to the load base in all digits",
+        False: "NOT that of the load base",
+    }
     print(f"result: {words[same]}")
     for file in files:
         print(f"wrote {file}")

@@ -283,11 +283,11 @@ class OnDask:
             from distributed import Client, LocalCluster, as_completed
         except ImportError:
             raise InputError('--dask needs Dask: pip install "meltemi[dask]"') from None
-        cores = available_cores()
-        local = self.address == LOCAL
-        where = LocalCluster(n_workers=cores, threads_per_worker=1, dashboard_address=None) if local else self.address
+        cores, cluster = available_cores(), None
+        if self.address == LOCAL:
+            cluster = LocalCluster(n_workers=cores, threads_per_worker=1, dashboard_address=None)
         try:
-            client = Client(where)
+            client = Client(cluster or self.address)
         except (OSError, ValueError) as error:
             raise InputError(f"--dask {self.address}: no scheduler there ({error})") from None
         lost: list[str] = []
@@ -299,7 +299,7 @@ class OnDask:
                 if group := next(waiting, None):
                     flying.add(client.submit(compute, group, pure=False))
 
-            for _ in range(AHEAD * max(sum(client.nthreads().values()), cores if local else 1)):
+            for _ in range(AHEAD * max(sum(client.nthreads().values()), cores if cluster else 1)):
                 send()
             for future in flying:
                 if future.status == "finished":
@@ -307,8 +307,8 @@ class OnDask:
                 else:
                     lost.append(str(future.exception()))
                 send()
-        if local:
-            where.close()
+        if cluster:
+            cluster.close()
         if lost:
             raise InputError(f"{len(lost)} groups of cases could not be run, the first one: {lost[0]}")
 

@@ -33,8 +33,10 @@ from meltemi.wind.turbulence.field import realised
 
 REDUCTION = 1
 """Increased by every change of what is kept of a run."""
-WITHOUT_CONTROL = ("pitch.reference_speed", "pitch.minimum", "pitch.maximum")
-WITHOUT_CONTROL += ("torque.rated_power", "torque.rated_speed", "torque.maximum_torque")
+WITHOUT_CONTROL = (
+    *("pitch.reference_speed", "pitch.minimum", "pitch.maximum"),
+    *("torque.rated_power", "torque.rated_speed", "torque.maximum_torque"),
+)
 """Settings of the turbine's control that a run without control depends on."""
 QUOTED = re.compile(r"""["']([^"'\n]+)["']""")
 

@@ -106,9 +106,7 @@ def _extremes(time: Float, series: dict[str, Float], each: Interface) -> tuple[F
 
 def _durations(part: Result, series: dict[str, Float], each: Interface) -> list[tuple[str, Float]]:
     """Of the transverse force and moment of a bearing, and of the torque of a shaft."""
-    force, moment = (
-        np.hypot(*(series[each.channels[first + k]] for k in TRANSVERSE[each.plane])) for first in (0, 3)
-    )
+    force, moment = (np.hypot(*(series[each.channels[first + k]] for k in TRANSVERSE[each.plane])) for first in (0, 3))
     loads = {f"{each.name}_force": force, f"{each.name}_moment": moment}
     if each.speed == "rotor_speed":
         loads["rotor_torque"] = series["rotor_torque"]

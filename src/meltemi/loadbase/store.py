@@ -31,8 +31,10 @@ FOLDER = "results"
 """Within the folder of a load base."""
 ABANDONED = 3600.0
 """[s] after which an unfinished file of a process that was killed is removed."""
-PLAIN = ("status", "message", "warnings", "simulated", "wind_seconds", "simulation_seconds", "reduction_seconds")
-PLAIN += ("version", "stops")
+PLAIN = (
+    *("status", "message", "warnings", "simulated", "wind_seconds", "simulation_seconds", "reduction_seconds"),
+    *("version", "stops"),
+)
 NESTED = {
     "statistics": ("channel", "mean", "std", "min", "max"),
     "extremes": ("interface", "driver", "time", *COMPONENTS),
