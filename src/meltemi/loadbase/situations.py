@@ -114,18 +114,21 @@ def _at_site(found: dict[str, Any], s: Setting) -> dict[str, Any]:
     c, v = s.campaign, s.variant
     assert c.site is not None
     if v.model == "ETM":
-        kept = {key: found[key] for key in ("speed", "seed", "direction", "upflow") if key in found}
+        kept = _only(found, "speed seed direction upflow")
         intensity = c.site.intensity_at(v.speed, extreme=True)
         shear = {"shear_exponent": c.site.shear_exponent}
         return {"kind": "turbulence", "intensity": intensity, "edition": c.edition, **kept, **shear, **c.turbulence}
     if v.model == "NWP":
-        kept = {key: found[key] for key in ("speed", "direction", "upflow") if key in found}
-        return {"kind": "steady", "shear_exponent": c.site.shear_exponent, **kept}
+        return {"kind": "steady", "shear_exponent": c.site.shear_exponent, **_only(found, "speed direction upflow")}
     if not v.model.startswith("EWM") and v.model != "ECD":
         found["intensity"] = c.site.intensity_at(v.speed)
     if v.model == "NTM":
         found["turbulence"] = {"shear_exponent": c.site.shear_exponent} | found.get("turbulence", {})
     return found
+
+
+def _only(content: dict[str, Any], keys: str) -> dict[str, Any]:
+    return {key: content[key] for key in keys.split() if key in content}
 
 
 def _production(s: Setting) -> dict[str, Any]:
