@@ -71,7 +71,9 @@ class Setting:
 
     @property
     def event(self) -> float:
-        """[s] at which the event occurs."""
+        """[s] at which the event occurs; faults of parked turbines are there from the begin of the run."""
+        if self.row.situation not in OPERATING:
+            return 0.0
         late = 0.0 if self.row.situation == "start" else self.variant.instant or 0.0
         return round(self.begin + late, 6)
 
@@ -151,6 +153,25 @@ def _supervised(s: Setting) -> dict[str, Any]:
     return case.model_dump(mode="json", exclude_defaults=True) | {"kind": case.kind}
 
 
+def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[str, Any]]:
+    """Events under a controller that follows neither requests to stop nor the state of the grid.
+
+    All blades that can pitch go to feather, as in OpenFAST's manoeuvres; in an emergency the generator has no torque.
+    """
+    found, stuck = [], {event["blade"] for event in events if event["type"] in ("pitch_stuck", "pitch_runaway")}
+    for event in events:
+        at, request = event["at"], event.get("request", "emergency_stop")
+        if event["type"] in ("request", "grid_loss"):
+            rate = c.normal_rate if request == "normal_stop" else c.emergency_rate
+            free = [blade for blade in range(1, c.blades + 1) if blade not in stuck]
+            found += [{"at": at, "type": "pitch_runaway", "blade": blade, "rate": rate} for blade in free]
+            if event["type"] == "request" and request == "emergency_stop":
+                found.append({"at": at, "type": "generator_fault"})
+        if event["type"] != "request":
+            found.append(event)
+    return found
+
+
 def _parked(s: Setting) -> dict[str, Any]:
     return {"controller": {"kind": "fixed"}, "start": {"rotor_speed": "idling", "pitch": s.campaign.idle_pitch}}
 
@@ -183,6 +204,8 @@ def case_content(s: Setting) -> dict[str, Any]:
         "transient": row.transient,
         "options": dict(c.options),
     }
+    if row.situation in OPERATING and (c.pitch_imbalance or c.mass_imbalance):
+        content["imbalance"] = {"pitch": [c.pitch_imbalance, -c.pitch_imbalance], "mass": [c.mass_imbalance]}
     if environment := _environment(c):
         content["environment"] = environment
     own = SITUATIONS[row.situation](s)
@@ -194,6 +217,8 @@ def case_content(s: Setting) -> dict[str, Any]:
             content["options"] |= {"electrical": "averaged"}
             if not c.electrical_system:
                 content["electrical"] = "sized"
+    if "events" in content and row.situation in OPERATING and start_controller(c) is None:
+        content["events"] = _without_supervisor(content["events"], c)
     if not content["options"]:
         del content["options"]
     return content
@@ -211,9 +236,8 @@ def missing(s: Setting) -> str:
     c = s.campaign
     if s.fault is not None and s.fault.unsupported:
         return s.fault.unsupported
-    requests = s.fault is not None and any(event["type"] == "request" for event in s.fault.events)
-    if (s.row.situation in ("start", "normal stop", "emergency stop") or requests) and start_controller(c) is None:
-        return f"requests to start and stop: controller {c.controller.kind} does not follow them, supervised does"
+    if s.row.situation == "start" and start_controller(c) is None:
+        return f"a start: controller {c.controller.kind} cannot start the turbine, supervised can"
     return ""
 
 
