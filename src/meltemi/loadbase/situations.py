@@ -212,7 +212,10 @@ def case_content(s: Setting) -> dict[str, Any]:
     content |= {key: value for key, value in own.items() if key != "options"}
     content["options"] = merged(content["options"], own.get("options", {}))
     if s.fault is not None and s.fault.events:
-        content["events"] = [*content.get("events", []), *s.fault.at(s.event)]
+        content["events"] = [
+            *content.get("events", []),
+            *s.fault.at(s.event, c.blades, c.normal_rate, c.emergency_rate),
+        ]
         if s.fault.electrical:
             content["options"] |= {"electrical": "averaged"}
             if not c.electrical_system:
