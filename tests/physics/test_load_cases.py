@@ -25,11 +25,12 @@ dlc2.2-13-yaw_runaway-s01 30, dlc2.5-13-voltage_dip_15 25, dlc3.1-11.4 110, dlc4
 dlc6.2-50-y90-s01 15, dlc6.2-50-y270-s01 15, dlc7.1-40-y30-a60-s01 15, dlc7.1b-40-y0-blade_stuck_idling-s01 40
 """
 LONG = """
-dlc1.2-5-y8-s01 60, dlc1.3-25-y-8-s01 60, dlc1.5-ewsv-13-p-a0 60, dlc1.5-ewsh-13-n-a60 60, dlc2.1-13-speed_sensor-s01 60,
-dlc2.1-13-pitch_sensor-s01 60, dlc2.2-13-pitch_runaway-s01 60, dlc2.2-13-blade_stuck-s01 60,
-dlc2.2-13-generator_overload-s01 60, dlc2.2-13-brake_failure-s01 60, dlc2.3-25-a0-t4-grid_loss 60, dlc2.4-13-y20-s01 60,
-dlc2.5-25-voltage_dip_50 60, dlc3.1-25 200, dlc3.2-25-t35 200, dlc3.3-25-n-t20 200, dlc4.2-25-t4 80, dlc6.1-50-y-8-s01 60,
-dlc6.3-40-y20-s01 60, dlc6.4-19-y8-s01 60, dlc8.1-18-y8-a90-s01 60, dlc8.2-56-y0 60
+dlc1.2-5-y8-s01 60, dlc1.3-25-y-8-s01 60, dlc1.5-ewsv-13-p-a0 60, dlc1.5-ewsh-13-n-a60 60,
+dlc2.1-13-speed_sensor-s01 60, dlc2.1-13-pitch_sensor-s01 60, dlc2.2-13-pitch_runaway-s01 60,
+dlc2.2-13-blade_stuck-s01 60, dlc2.2-13-generator_overload-s01 60, dlc2.2-13-brake_failure-s01 60,
+dlc2.3-25-a0-t4-grid_loss 60, dlc2.4-13-y20-s01 60, dlc2.5-25-voltage_dip_50 60, dlc3.1-25 200,
+dlc3.2-25-t35 200, dlc3.3-25-n-t20 200, dlc4.2-25-t4 80, dlc6.1-50-y-8-s01 60, dlc6.3-40-y20-s01 60,
+dlc6.4-19-y8-s01 60, dlc8.1-18-y8-a90-s01 60, dlc8.2-56-y0 60
 """
 
 

@@ -141,6 +141,6 @@ def _show(plan: Plan) -> None:
         f"core{'s' if cores > 1 else ''} at {TIMES:g} times real time each"
     )
     for why, names in plan.missing().items():
-        say(f"cannot run yet (DLC {', '.join(names)}): {why}")
+        say(f"cannot run (DLC {', '.join(names)}): {why}")
     assumed = len(plan.table.assumptions())
     print(f"{assumed} values of the table come from practice, not from the standard (docs: load case tables)")
