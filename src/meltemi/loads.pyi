@@ -1,3 +1,7 @@
+from meltemi.loadbase.campaign import Campaign as Campaign
+from meltemi.loadbase.campaign import make_campaign as make_campaign
+from meltemi.loadbase.plan import Plan as Plan
+from meltemi.loadbase.plan import plan as plan
 from meltemi.postprocess.bands import IdealRemoval as IdealRemoval
 from meltemi.postprocess.bands import harmonic_bands as harmonic_bands
 from meltemi.postprocess.bands import ideal_removal as ideal_removal
