@@ -1,3 +1,14 @@
+from meltemi.loadbase.campaign import Campaign as Campaign
+from meltemi.loadbase.campaign import make_campaign as make_campaign
+from meltemi.loadbase.campaign import read_campaign as read_campaign
+from meltemi.loadbase.campaign import write_campaign as write_campaign
+from meltemi.loadbase.engine import BaseStatus as BaseStatus
+from meltemi.loadbase.engine import base_status as base_status
+from meltemi.loadbase.engine import base_table as base_table
+from meltemi.loadbase.engine import run_base as run_base
+from meltemi.loadbase.engine import show_case as show_case
+from meltemi.loadbase.plan import Plan as Plan
+from meltemi.loadbase.plan import plan as plan
 from meltemi.postprocess.bands import IdealRemoval as IdealRemoval
 from meltemi.postprocess.bands import harmonic_bands as harmonic_bands
 from meltemi.postprocess.bands import ideal_removal as ideal_removal

@@ -85,6 +85,12 @@ def test_cases_on_the_page_are_cases(page: str, tmp_path: Path) -> None:
         read_case(path)
 
 
+def test_the_plan_on_its_page(capsys: pytest.CaptureFixture[str]) -> None:
+    page = "docs/guide/load-case-tables.md"
+    exec(compile("\n".join(blocks(page, "python")), page, "exec"), {"__name__": "page"})
+    assert capsys.readouterr().out == "".join(blocks(page, 'text title="printed"'))
+
+
 def test_the_library_on_its_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Compiled by the line on the page, it holds power and speed."""
     page = "docs/guide/bladed-controllers.md"

@@ -6,6 +6,8 @@ import re
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from meltemi_verification import bench
 from meltemi_verification.steps import TURBINES, WAYS
 
@@ -79,3 +81,15 @@ def test_the_page_of_the_documentation_is_the_one_that_is_written() -> None:
         assert f"| {name} |" in page, name
     for turbine in TURBINES:
         assert page.count(f"| {turbine} |") == len(WAYS)
+
+
+@pytest.mark.long
+def test_runs_controllers_and_batches_are_measured() -> None:
+    runs = bench.timed_runs(1.0)
+    assert set(runs["runs"]) == {*bench.VARIANTS, bench.LOAD_CONTROL}
+    for run in (*runs["runs"].values(), runs["floats"], runs["derivatives"]):
+        assert run["us_per_step"] > 0.0
+    assert runs["floats"]["us_per_step"] > 2.0 * runs["runs"]["one torsion mode a blade"]["us_per_step"]
+    controllers = bench.timed_controllers(25.0)
+    assert controllers["step() from Python"] > controllers["compiled"]
+    assert bench.timed_batch(1.0)["batch_real_time_factor"] > 0

@@ -134,8 +134,8 @@ def _show(plan: Plan) -> None:
             [row.name, row.situation, row.wind, row.type, row.factor, str(row.cases), f"{row.hours:.1f}", cannot]
         )
     all_hours = sum(row.hours for row in plan.summary())
-    cannot = sum(row.unsupported for row in plan.summary())
-    rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{all_hours:.1f}", str(cannot or "")])
+    lacking = sum(row.unsupported for row in plan.summary())
+    rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{all_hours:.1f}", str(lacking or "")])
     head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours", "cannot run"]
     where = c.site.name if c.site is not None else f"class {c.iec_class.name}"
     title = f"{Path(c.turbine).name}: {plan.table.title}, {where}"
@@ -150,7 +150,7 @@ def _show(plan: Plan) -> None:
         f"core{'s' if cores > 1 else ''} at {TIMES:g} times real time each"
     )
     for why, names in plan.missing().items():
-        say(f"cannot run yet (DLC {', '.join(names)}): {why}")
+        say(f"cannot run (DLC {', '.join(names)}): {why}")
     assumed = len(plan.table.assumptions())
     print(f"{assumed} values of the table come from practice, not from the standard (docs: load case tables)")
 

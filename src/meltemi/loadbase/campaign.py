@@ -8,7 +8,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from meltemi.control.supervisor.settings import limits
+from meltemi.control.supervisor.settings import Supervision, limits
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, write_record
@@ -52,6 +52,8 @@ class Campaign(Record):
     """V_out [m/s]."""
     rotor_speed: float = Field(gt=0.0, le=10.0)
     """[rad/s] at rated power; azimuths of gusts and events are fractions of its revolution."""
+    blades: int = Field(default=3, ge=2, le=3)
+    """Number of blades."""
     hub_height: float = Field(gt=0.0)
     """[m], for reports."""
     rotor_diameter: float = Field(gt=0.0)
@@ -63,6 +65,14 @@ class Campaign(Record):
     """Controller, as in a case file. The supervised one is the baseline controller in production."""
     idle_pitch: float = Field(gt=-1.6, lt=3.2)
     """[rad] pitch angle of idling and locked rotors."""
+    normal_rate: float = Field(gt=0.0, le=2.0)
+    """[rad/s] pitch rate of normal stops under controllers that do not follow requests of the operator."""
+    emergency_rate: float = Field(gt=0.0, le=2.0)
+    """[rad/s] the same of emergency stops, and after loss of the grid."""
+    pitch_imbalance: float = Field(default=math.radians(0.3), ge=0.0, le=0.2)
+    """[rad] by which blade 1 is above and blade 2 below the pitch of their encoders, in operation."""
+    mass_imbalance: float = Field(default=0.005, ge=0.0, le=0.2)
+    """Share by which blade 1 is heavier than the others, in operation."""
     inclination: float = Field(default=math.radians(8.0), ge=-0.5, le=0.5)
     """[rad] flow inclination in operation."""
     extreme_wind: Literal["turbulent", "steady"] = "turbulent"
@@ -183,16 +193,19 @@ def make_campaign(
         "wind_class": wind_class,
         "cut_in": described.cut_in,
         "cut_out": described.cut_out,
+        "blades": described.n_blades,
         "hub_height": described.hub_height,
         "rotor_diameter": described.rotor_diameter,
         "electrical_system": described.electrical is not None,
     }
     data |= settings
     speed = described.control.pitch.reference_speed / described.drivetrain.gear_ratio
-    feather = described.control.pitch.maximum
+    stops = limits(described, Supervision())
+    own = {"rotor_speed": speed, "idle_pitch": described.control.pitch.maximum}
+    own |= {name: round(stops[name], 9) for name in ("normal_rate", "emergency_rate")}
     # everything but the rated wind speed is tested before it is computed
     middle = 0.5 * (data["cut_in"] + data["cut_out"]) if rated_wind is None else rated_wind
-    campaign = Campaign(**({"rotor_speed": speed, "idle_pitch": feather} | data | {"rated_wind": middle}))
+    campaign = Campaign(**(own | data | {"rated_wind": middle}))
     if {"cut_in", "cut_out"} & settings.keys() and isinstance(campaign.controller, SupervisedCase):
         campaign = _with_winds(campaign, described)
     for case in (campaign.controller, start_controller(campaign)):

@@ -21,7 +21,7 @@ from meltemi.loadbase.interfaces import interfaces_of, recorded, stations
 from meltemi.loadbase.plan import Plan
 from meltemi.loadbase.reduction import Reduced, reduced
 from meltemi.loadcases.case import ROSCO, LoadCase, case_run, case_turbine
-from meltemi.simulation.model import Model
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
@@ -38,6 +38,8 @@ WITHOUT_CONTROL = (
     *("torque.rated_power", "torque.rated_speed", "torque.maximum_torque"),
 )
 """Settings of the turbine's control that a run without control depends on."""
+OF_RUN = ("wind", "controller", "start", "duration", "transient", "events", "grid")
+"""Keys of a case on which its model does not depend."""
 QUOTED = re.compile(r"""["']([^"'\n]+)["']""")
 
 
@@ -161,9 +163,8 @@ class Workshop:
 
     def __init__(self, hashed: bool = False) -> None:
         self.hashed = hashed
-        self.models: dict[str, Model[Any]] = {}
-        self.turbines: dict[str, Turbine] = {}
-        self.begun: dict[str, tuple[Job, float, float]] = {}
+        self.models: dict[str, BladedModel] = {}
+        self.begun: dict[str, tuple[Job, Turbine, float, float]] = {}
 
     def run(self, job: Job) -> Run:
         """The run of a job; its wind is made when its turn comes.
@@ -171,34 +172,30 @@ class Workshop:
         Raises:
           InputError: its content is not valid.
         """
-        name = json.dumps([job.content["turbine"], job.content.get("electrical")])
-        if name not in self.turbines:
-            case = validated(job.content, LoadCase, job.name)
-            self.turbines[name] = aeroelastic(case_turbine(case, Path()), "meltemi loads")
-        turbine = self.turbines[name]
-        blade, tower = stations(turbine)
-        channels = recorded(turbine, interfaces_of(turbine))
-        own = {"channels": channels, "blade_stations": blade, "tower_stations": tower}
-        case = validated(job.content | own, LoadCase, job.name)
-        group = json.dumps([name, job.content.get("options"), job.content.get("environment")], sort_keys=True)
+        group = json.dumps({k: v for k, v in job.content.items() if k not in OF_RUN}, sort_keys=True)
         if group not in self.models:
+            case = validated(job.content, LoadCase, job.name)
+            turbine = aeroelastic(case_turbine(case, Path()), "meltemi loads")
             self.models[group] = build(turbine, case.options, case.environment)
-        run = case_run(case, turbine, Path(), model=self.models[group])
-        return replace(run, name=job.name, wind=lambda: self._wind(job, run.wind, turbine))
+        model = self.models[group]
+        blade, tower = stations(model.turbine)
+        channels = recorded(model.turbine, interfaces_of(model.turbine))
+        own = {"channels": channels, "blade_stations": blade, "tower_stations": tower}
+        run = case_run(validated(job.content | own, LoadCase, job.name), model.turbine, Path(), model=model)
+        return replace(run, name=job.name, wind=lambda: self._wind(job, run.wind, model.turbine))
 
     def _wind(self, job: Job, wind: Any, turbine: Turbine) -> Wind:
         began = thread_time()
         found = realised(wind, turbine, job.seconds)
         if not self.hashed:
             vars(found)["_digest"] = job.key
-        self.begun[job.name] = (job, began, thread_time() - began)
+        self.begun[job.name] = (job, turbine, began, thread_time() - began)
         return found
 
     def row(self, result: Result) -> Row:
         """The row of a result, in the thread that simulated it."""
-        job, began, wind = self.begun.pop(str(result.meta["case"]))
+        job, turbine, began, wind = self.begun.pop(str(result.meta["case"]))
         ended, kept = thread_time(), None
-        turbine = self.turbines[json.dumps([job.content["turbine"], job.content.get("electrical")])]
         if result.status.complete:
             kept = reduced(result, interfaces_of(turbine), rated_power=turbine.rated_power, cycles=job.cycles)
         simulated = float(result.time[-1]) if len(result.time) else 0.0

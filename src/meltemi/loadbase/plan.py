@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import replacing
@@ -248,13 +248,13 @@ def _cases(name: str, campaign: Campaign, table: LoadTable) -> Iterator[PlannedC
     azimuths, instants = _list(row.azimuths, values), _list(row.instants, values)
     if few:
         azimuths, instants = azimuths[:1], instants[:1]
-    faults = names_in(row.faults) or [None]
+    faults: Sequence[str | None] = names_in(row.faults) or [None]
     rules = counts(row.seeds if row.seeds is not None else str(defaults.seeds), values)
     occurrences = _occurrences(row, written, values)
     bins = edges(speeds)
     for model in models:
         storm = model.startswith("EWM")
-        years = 1 if model == "EWM1" else 50
+        years: Literal[1, 50] = 1 if model == "EWM1" else 50
         for i, speed in enumerate([extreme_speed(campaign.iec_class, years=years, steady=steady)] if storm else speeds):
             speed = round(speed, 9)
             turbulent = MODELS[model].kind == "turbulent" and not steady
@@ -265,7 +265,9 @@ def _cases(name: str, campaign: Campaign, table: LoadTable) -> Iterator[PlannedC
             for yaw in yaws:
                 weight = None
                 if row.type == "fatigue":
-                    weight = _weight(row, table, campaign, bins[i : i + 2], shares[yaw], runs, occurrences.get(speed))
+                    weight = _weight(
+                        row, table, campaign, bins[i : i + 2], shares[yaw], runs, occurrences.get(speed, 0.0)
+                    )
                 for sense, azimuth, instant, fault, seed in product(*others):
                     variant = Variant(model, speed, yaw, sense, azimuth, instant, fault, seed)
                     yield _planned(name, row, variant, steady, weight, campaign, table, len(models) > 1)
@@ -312,16 +314,15 @@ def _occurrences(row: Row, speeds: Sequence[float], values: dict[str, float]) ->
 
 
 def _weight(
-    row: Row, table: LoadTable, campaign: Campaign, ends: list[float], yaw: float, runs: int, occurrences: float | None
+    row: Row, table: LoadTable, campaign: Campaign, ends: list[float], yaw: float, runs: int, yearly: float
 ) -> Weight:
     assert row.duration is not None
+    low, high = ends
     if row.state is None:
-        number = occurrences or 0.0
-        repetitions = number * campaign.years * yaw / runs
-        return Weight("", *ends, yaw, runs, number, 0.0, repetitions)
-    share = time_share(row.state, table.states, campaign, *ends) * yaw / runs
+        return Weight("", low, high, yaw, runs, yearly, 0.0, yearly * campaign.years * yaw / runs)
+    share = time_share(row.state, table.states, campaign, low, high) * yaw / runs
     repetitions = share * campaign.years * HOURS * 3600.0 / row.duration
-    return Weight(row.state, *ends, yaw, runs, 0.0, share, repetitions)
+    return Weight(row.state, low, high, yaw, runs, 0.0, share, repetitions)
 
 
 def _planned(

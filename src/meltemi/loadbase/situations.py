@@ -71,7 +71,9 @@ class Setting:
 
     @property
     def event(self) -> float:
-        """[s] at which the event occurs."""
+        """[s] at which the event occurs; faults of parked turbines are there from the begin of the run."""
+        if self.row.situation not in OPERATING:
+            return 0.0
         late = 0.0 if self.row.situation == "start" else self.variant.instant or 0.0
         return round(self.begin + late, 6)
 
@@ -114,18 +116,21 @@ def _at_site(found: dict[str, Any], s: Setting) -> dict[str, Any]:
     c, v = s.campaign, s.variant
     assert c.site is not None
     if v.model == "ETM":
-        kept = {key: found[key] for key in ("speed", "seed", "direction", "upflow") if key in found}
+        kept = _only(found, "speed seed direction upflow")
         intensity = c.site.intensity_at(v.speed, extreme=True)
         shear = {"shear_exponent": c.site.shear_exponent}
         return {"kind": "turbulence", "intensity": intensity, "edition": c.edition, **kept, **shear, **c.turbulence}
     if v.model == "NWP":
-        kept = {key: found[key] for key in ("speed", "direction", "upflow") if key in found}
-        return {"kind": "steady", "shear_exponent": c.site.shear_exponent, **kept}
+        return {"kind": "steady", "shear_exponent": c.site.shear_exponent, **_only(found, "speed direction upflow")}
     if not v.model.startswith("EWM") and v.model != "ECD":
         found["intensity"] = c.site.intensity_at(v.speed)
     if v.model == "NTM":
         found["turbulence"] = {"shear_exponent": c.site.shear_exponent} | found.get("turbulence", {})
     return found
+
+
+def _only(content: dict[str, Any], keys: str) -> dict[str, Any]:
+    return {key: content[key] for key in keys.split() if key in content}
 
 
 def _production(s: Setting) -> dict[str, Any]:
@@ -146,6 +151,25 @@ def _stop(request: str) -> Callable[[Setting], dict[str, Any]]:
 def _supervised(s: Setting) -> dict[str, Any]:
     case = start_controller(s.campaign) or s.campaign.controller
     return case.model_dump(mode="json", exclude_defaults=True) | {"kind": case.kind}
+
+
+def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[str, Any]]:
+    """Events under a controller that follows neither requests to stop nor the state of the grid.
+
+    All blades that can pitch go to feather, as in OpenFAST's manoeuvres; in an emergency the generator has no torque.
+    """
+    found, stuck = [], {event["blade"] for event in events if event["type"] in ("pitch_stuck", "pitch_runaway")}
+    for event in events:
+        at, request = event["at"], event.get("request", "emergency_stop")
+        if event["type"] in ("request", "grid_loss"):
+            rate = c.normal_rate if request == "normal_stop" else c.emergency_rate
+            free = [blade for blade in range(1, c.blades + 1) if blade not in stuck]
+            found += [{"at": at, "type": "pitch_runaway", "blade": blade, "rate": rate} for blade in free]
+            if event["type"] == "request" and request == "emergency_stop":
+                found.append({"at": at, "type": "generator_fault"})
+        if event["type"] != "request":
+            found.append(event)
+    return found
 
 
 def _parked(s: Setting) -> dict[str, Any]:
@@ -180,17 +204,24 @@ def case_content(s: Setting) -> dict[str, Any]:
         "transient": row.transient,
         "options": dict(c.options),
     }
+    if row.situation in OPERATING and (c.pitch_imbalance or c.mass_imbalance):
+        content["imbalance"] = {"pitch": [c.pitch_imbalance, -c.pitch_imbalance], "mass": [c.mass_imbalance]}
     if environment := _environment(c):
         content["environment"] = environment
     own = SITUATIONS[row.situation](s)
     content |= {key: value for key, value in own.items() if key != "options"}
     content["options"] = merged(content["options"], own.get("options", {}))
     if s.fault is not None and s.fault.events:
-        content["events"] = [*content.get("events", []), *s.fault.at(s.event)]
+        content["events"] = [
+            *content.get("events", []),
+            *s.fault.at(s.event, c.blades, c.normal_rate, c.emergency_rate),
+        ]
         if s.fault.electrical:
             content["options"] |= {"electrical": "averaged"}
             if not c.electrical_system:
                 content["electrical"] = "sized"
+    if "events" in content and row.situation in OPERATING and start_controller(c) is None:
+        content["events"] = _without_supervisor(content["events"], c)
     if not content["options"]:
         del content["options"]
     return content
@@ -208,9 +239,8 @@ def missing(s: Setting) -> str:
     c = s.campaign
     if s.fault is not None and s.fault.unsupported:
         return s.fault.unsupported
-    requests = s.fault is not None and any(event["type"] == "request" for event in s.fault.events)
-    if (s.row.situation in ("start", "normal stop", "emergency stop") or requests) and start_controller(c) is None:
-        return f"requests to start and stop: controller {c.controller.kind} does not follow them, supervised does"
+    if s.row.situation == "start" and start_controller(c) is None:
+        return f"a start: controller {c.controller.kind} cannot start the turbine, supervised can"
     return ""
 
 

@@ -173,7 +173,9 @@ class Fault(Assumed):
     title: str
     """Description."""
     events: tuple[dict[str, Any], ...] = ()
-    """Events as in a case file, with ``after`` [s] (0 by default) and ``lasts`` [s] instead of ``at`` and ``until``."""
+    """Events as in a case file, with ``after`` [s] (0 by default) and ``lasts`` [s] instead of ``at`` and ``until``;
+    ``blade: all`` is one event for each blade; a ``rate`` may be ``emergency_rate`` or ``normal_rate`` of the campaign,
+    or minus that."""
     electrical: bool = False
     """Whether it needs an electrical system."""
     return_period: float | None = Field(default=None, gt=0.0)
@@ -191,19 +193,26 @@ class Fault(Assumed):
             raise ValueError(str(error)) from None
         return self
 
-    def at(self, instant: float) -> list[dict[str, Any]]:
-        """Events of a case file for a fault at ``instant`` [s].
+    def at(
+        self, instant: float, blades: int = 3, normal_rate: float = 0.1, emergency_rate: float = 0.1
+    ) -> list[dict[str, Any]]:
+        """Events of a case file for a fault at ``instant`` [s]; number of blades and pitch rates [rad/s] of stops.
 
         Raises:
           InputError: there is no such event.
         """
-        found = []
+        found: list[dict[str, Any]] = []
+        rates = {"normal_rate": normal_rate, "emergency_rate": emergency_rate}
+        rates |= {f"-{name}": -value for name, value in rates.items()}
         for event in self.events:
             begin = round(instant + float(event.get("after", 0.0)), 6)
             given = {key: value for key, value in event.items() if key not in ("after", "lasts")} | {"at": begin}
             if "lasts" in event:
                 given["until"] = round(begin + float(event["lasts"]), 6)
-            found.append(given)
+            if given.get("rate") in rates:
+                given["rate"] = rates[given["rate"]]
+            every = range(1, blades + 1) if given.get("blade") == "all" else [given.get("blade")]
+            found += [given | {"blade": blade} if blade else given for blade in every]
         read_events(found)
         return found
 

@@ -35,6 +35,7 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.turbine.electrical import size_electrical
 from meltemi.turbine.icing import Icing, with_ice
+from meltemi.turbine.imbalance import Imbalance
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 from meltemi.wind.fields import SteadyWind, WindSeries
@@ -243,6 +244,8 @@ class LoadCase(Record):
     """Voltage, frequency, reactive power, and power reference, which needs a controller that follows it."""
     icing: Icing | None = None
     """Ice on the blades, in place of that of the turbine file."""
+    imbalance: Imbalance | None = None
+    """What makes the blades unequal, in place of that of the turbine file."""
     electrical: Literal["sized"] | None = None
     """``sized``: generator, converters and grid connection by rule, in place of what the turbine's file may have; used
     with options: {electrical: averaged}."""
@@ -296,6 +299,8 @@ def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
     if case.icing is not None:
         turbine = with_ice(aeroelastic(turbine, "icing"), case.icing)
+    if case.imbalance is not None:
+        turbine = aeroelastic(turbine, "imbalance").replace(imbalance=case.imbalance)
     if case.electrical == "sized":
         law = turbine.control
         turbine = turbine.replace(electrical=size_electrical(law.torque.rated_power, law.pitch.reference_speed))
