@@ -28,6 +28,7 @@ PAGES = (
     "docs/guide/comparing.md",
     "docs/guide/own-controller.md",
     "docs/guide/batches.md",
+    "docs/guide/load-base.md",
     "docs/guide/results.md",
     "docs/guide/events.md",
     "docs/guide/electrical.md",
