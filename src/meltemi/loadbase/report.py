@@ -19,7 +19,7 @@ from meltemi.core.physics import PHYSICS
 from meltemi.core.yamlfile import read_mapping
 from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads, write_design_loads
 from meltemi.loadbase.plan import Plan
-from meltemi.loadbase.report_cases import assumption_tables, case_table, statistics_chart
+from meltemi.loadbase.report_cases import assumption_tables, case_table, statistics, statistics_chart
 from meltemi.loadbase.report_loads import (
     MOMENT,
     WITH,
@@ -31,12 +31,13 @@ from meltemi.loadbase.report_loads import (
     operation_blocks,
     rose_blocks,
     signal_table,
+    slopes_of,
     title_of,
     unit_of_driver,
 )
 from meltemi.postprocess.extremes import COMPONENTS
 from meltemi.report.html import Code, Markup, Section, plain
-from meltemi.report.interactive import CaseList, Cell, Look, case_button, grid, together, write_interactive
+from meltemi.report.interactive import CaseList, Cell, Look, beside, case_button, grid, together, write_interactive
 from meltemi.report.turbine_facts import number
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ def write_report(
         ratios, to = compare_bases(d, against[1]), against[0]
     elif limits is not None:
         ratios, to = limit_ratios(d, limits), "the given limits"
-    tables = write_design_loads(d, folder)
+    tables, table = write_design_loads(d, folder), statistics(plan, folder)
     names = [case.name for case in plan.cases]
     places = {name: i for i, name in enumerate(names)}
     c = plan.campaign
@@ -98,8 +99,8 @@ def write_report(
         Section("Load durations", duration_blocks(d)),
         Section("Energy and operation", operation_blocks(d)),
         Section("Other extremes", signal_table(d)),
-        Section("Statistics of all cases", statistics_chart([(str(folder), plan, folder)])),
-        Section("Cases", case_table(plan, folder, d)),
+        Section("Statistics of all cases", statistics_chart([(str(folder), plan, table)])),
+        Section("Cases", case_table(plan, table, d)),
         Section("Assumptions", assumption_tables(plan, d)),
         Section("Files and commands", [files_text(folder, tables), *commands(str(folder))]),
     ]
@@ -163,11 +164,9 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, places: Mapping[str, in
     told = d.problems[d.problems["state"] != "missing"]
     body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
     if len(told):
-        rows = [
-            [case_button(str(case)), p.row, p.state, p.message, p.meaning] for case, p in told.iterrows()
-        ]
+        rows = [[case_button(str(case)), p.row, p.state, p.message, p.meaning] for case, p in told.iterrows()]
         classes = {(i, 2): str(state) for i, state in enumerate(told["state"])}
-        table = grid(["case", "DLC", "state", "message", "meaning"], rows, Look(5, classes=classes))
+        table = grid(["case", "DLC", "state", "message", "meaning"], rows, Look(classes=classes))
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
         body += f"<details open><summary>{states}</summary>{table.html}</details>"
     return Markup(f'<div class="verdict {kind}"><h2>{plain(heading)}</h2>{body}</div>')
@@ -179,6 +178,7 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, places: Mapping[str, in
 def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[str | Markup]:
     """Key numbers, the governing ultimate load of each component and interface, and the largest fatigue loads."""
     blocks: list[str | Markup] = [key_numbers(d)]
+    tables = []
     if len(d.ultimate):
         heads = [*COMPONENTS, "F_res", "M_res"]
         rows: list[list[Cell]] = []
@@ -187,14 +187,14 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[str | M
             rows.append([title_of(place), *(governing(place, own, name, ratios) for name in heads)])
         words = f" Bars: utilisation against {to}." if to else ""
         look = Look(caption=f"Ultimate loads, {WITH}", sortable=False)
-        blocks.append(grid(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in heads)], rows, look))
+        tables.append(grid(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in heads)], rows, look))
         blocks.append(
             f"Each entry is the largest magnitude of its component with the case that governs it.{words} "
             "Loads of one instant: extreme loads."
         )
     if len(d.fatigue):
-        blocks.append(fatigue_glance(d, ratios))
-    return blocks
+        tables.append(fatigue_glance(d, ratios))
+    return [*blocks, beside(*tables)] if tables else blocks
 
 
 def key_numbers(d: DesignLoads) -> Markup:
@@ -253,21 +253,17 @@ def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Markup:
     for place, part in own.groupby("interface", sort=False):
         best = part.loc[part[slopes[-1]].idxmax()]
         cells = [
-            Markup(f"{number(float(best[m]) * MOMENT[1])}{utilisation(ratios, 'fatigue', str(place), f'{best.load} m={m:g}')}")
+            Markup(
+                f"{number(float(best[m]) * MOMENT[1])}{utilisation(ratios, 'fatigue', str(place), f'{best.load} m={m:g}')}"
+            )
             for m in slopes
         ]
         rows.append([title_of(str(place)), str(best.load), *cells])
     look = Look(
-        2,
         caption=f"Lifetime equivalent ranges of the largest moment [{MOMENT[0]}], {d.reference:.3g} cycles",
         sortable=False,
     )
     return grid(["interface", "moment", *(f"m = {m:g}" for m in slopes)], rows, look)
-
-
-def slopes_of(fatigue: pd.DataFrame) -> list[float]:
-    """Slopes of the columns of a table of fatigue."""
-    return [name for name in fatigue.columns if isinstance(name, float | int)]
 
 
 def limit_ratios(d: DesignLoads, limits: Mapping[str, Any]) -> pd.DataFrame:
@@ -279,14 +275,16 @@ def limit_ratios(d: DesignLoads, limits: Mapping[str, Any]) -> pd.DataFrame:
     found = compare_bases(d, d)
     found["reference"], found["reference_case"], found["ratio"] = math.nan, "limit", math.nan
     for kind, places in limits.items():
-        for place, loads in (places.items() if isinstance(places, Mapping) else [("", None)]):
+        for place, loads in places.items() if isinstance(places, Mapping) else [("", None)]:
             if not isinstance(loads, Mapping):
                 raise InputError(f"limits: {kind}: expected interfaces with loads and values, found {places!r}")
             for load, limit in loads.items():
                 key = (kind, place, load)
                 if key not in found.index:
                     known = [" ".join(map(str, each)) for each in found.index]
-                    raise InputError(f"limits: there is no load {' '.join(map(str, key))!r}; {did_you_mean(' '.join(map(str, key)), known)}")
+                    raise InputError(
+                        f"limits: there is no load {' '.join(map(str, key))!r}; {did_you_mean(' '.join(map(str, key)), known)}"
+                    )
                 if not isinstance(limit, int | float) or isinstance(limit, bool) or not limit:
                     raise InputError(f"limits: {' '.join(key)}: expected a number other than zero, found {limit!r}")
                 value = float(found.at[key, "value"])

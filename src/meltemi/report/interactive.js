@@ -38,7 +38,7 @@
   }
   document.addEventListener("click", (event) => {
     const button = event.target.closest("button.case");
-    if (button) showCase(button.textContent, +(button.dataset.base || 0));
+    if (button) showCase(button.dataset.case || button.textContent, +(button.dataset.base || 0));
   });
   document.addEventListener("keydown", (event) => { if (event.key === "Escape") panel.hidden = true; });
 
@@ -66,7 +66,7 @@
       head.onclick = sort;
       head.onkeydown = (event) => { if (event.key === "Enter") sort(); };
     });
-    if (rows.length < 12) continue;
+    if (rows.length <= 25) continue;
     const field = make("input", { type: "search", placeholder: "filter, e.g. 1.3 failed", "aria-label": "Filter rows" });
     const count = make("span", {}, `${rows.length} rows`);
     const texts = rows.map((row) => [...row.cells].map((cell) => cell.textContent).join(" ").toLowerCase());

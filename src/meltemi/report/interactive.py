@@ -9,7 +9,7 @@ import json
 import math
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from html import escape
 from itertools import count
 from pathlib import Path
@@ -101,10 +101,11 @@ def _short(value: float) -> float:
     return round(value) if abs(value) >= 1e3 else float(f"{value:.4g}")
 
 
-def case_button(name: str, base: int = 0) -> Markup:
-    """Name of a case; shows its conditions and the command that repeats it."""
+def case_button(name: str, base: int = 0, text: str = "") -> Markup:
+    """Name of a case, or a text in its place; shows its conditions and the command that repeats it."""
     which = f' data-base="{base}"' if base else ""
-    return Markup(f'<button class="case"{which}>{escape(name)}</button>')
+    which += f' data-case="{escape(name)}" title="{escape(name)}"' if text else ""
+    return Markup(f'<button class="case"{which}>{escape(text or name)}</button>')
 
 
 def together(*parts: str | Markup) -> Markup:
@@ -116,6 +117,11 @@ def part(heading: str, *blocks: Markup, of: str = "") -> Markup:
     """Blocks under a small heading; of several of the same ``of`` the screen shows the one that is chosen."""
     within = f' data-part="{escape(of)}"' if of else ""
     return Markup(f'<div class="part"{within}><h3>{plain(heading)}</h3>{"".join(b.html for b in blocks)}</div>')
+
+
+def beside(*blocks: Markup) -> Markup:
+    """Blocks beside each other where there is room."""
+    return Markup(f'<div class="beside">{"".join(f"<div>{each.html}</div>" for each in blocks)}</div>')
 
 
 def choice(label: str, names: Iterable[str], of: str) -> Markup:
@@ -130,34 +136,30 @@ class Look:
     """Of a table.
 
     Attributes:
-      text_columns: how many of the first columns are text.
-      caption, note: above and below it.
+      caption: above it.
       sortable: by a click on the head of a column.
       classes: of cells, by row and column.
       ids: of rows.
     """
 
-    text_columns: int = 1
     caption: str = ""
-    note: str = ""
     sortable: bool = True
     classes: Mapping[tuple[int, int], str] = field(default_factory=dict)
     ids: Sequence[str] = ()
 
 
 def grid(head: Sequence[str], rows: Sequence[Sequence[Cell]], look: Look = Look()) -> Markup:
-    """A table; a line break in its head separates name and unit."""
+    """A table; a line break in its head separates name and unit. Columns of text are to the left, others to the right."""
+    left = {j for row in rows for j, value in enumerate(row) if j == 0 or _is_text(value)}
 
     def cell(value: Cell, i: int, j: int) -> str:
-        kinds = [look.classes[i, j]] if (i, j) in look.classes else []
-        kinds += ["text"] if j < look.text_columns else []
-        kind = f' class="{" ".join(kinds)}"' if kinds else ""
-        tag, scope = ("th", " scope=row") if j == 0 and look.text_columns else ("td", "")
+        kinds = " ".join(filter(None, (look.classes.get((i, j), ""), "text" if j in left else "")))
+        kind = f' class="{kinds}"' if kinds else ""
+        tag, scope = ("th", " scope=row") if j == 0 else ("td", "")
         return f"<{tag}{scope}{kind}>{shown(value)}</{tag}>"
 
     heads = "".join(
-        f'<th scope=col{" class=text" if j < look.text_columns else ""}>{plain(name)}</th>'
-        for j, name in enumerate(head)
+        f"<th scope=col{' class=text' if j in left else ''}>{plain(name)}</th>" for j, name in enumerate(head)
     )
     ids = [f' id="{escape(each)}"' for each in look.ids] or [""] * len(rows)
     lines = [
@@ -165,12 +167,17 @@ def grid(head: Sequence[str], rows: Sequence[Sequence[Cell]], look: Look = Look(
         for i, (key, row) in enumerate(zip(ids, rows, strict=True))
     ]
     caption = f"<caption>{plain(look.caption)}</caption>" if look.caption else ""
-    note = f'<p class="note">{plain(look.note)}</p>' if look.note else ""
     kind = ' class="sortable"' if look.sortable else ""
     return Markup(
         f'<div class="wide{" long" if len(rows) > LONG else ""}" tabindex="0"><table{kind}>{caption}'
-        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{chr(10).join(lines)}\n</tbody></table></div>{note}"
+        f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{chr(10).join(lines)}\n</tbody></table></div>"
     )
+
+
+def _is_text(value: Cell) -> bool:
+    if isinstance(value, Markup):
+        return value.html.startswith("<button")
+    return isinstance(value, str) and value[:1].isalpha()
 
 
 def shown(value: Cell) -> str:
