@@ -275,3 +275,44 @@ def show(
     print(f"result: {words[same]}")
     for file in files:
         print(f"wrote {file}")
+
+
+@loads.command()
+def report(
+    base: BaseArgument,
+    against: Annotated[
+        Path | None, typer.Option("--against", help="Another load base, to which utilisations refer.")
+    ] = None,
+    limits: Annotated[
+        Path | None, typer.Option("--limits", help="Limits of loads (YAML), to which utilisations refer.")
+    ] = None,
+) -> None:
+    """Write the report of a load base: one HTML file, and its tables as CSV and Excel."""
+    from meltemi.loadbase.design import design_loads
+    from meltemi.loadbase.report import read_limits, write_report
+
+    if against is not None and limits is not None:
+        raise InputError("give one of --against, --limits")
+    planned = _planned(base)
+    given = None if limits is None else read_limits(limits)
+    other = None if against is None else (str(against), design_loads(_planned(against), against))
+    with results_in(base):
+        files = write_report(planned, base, against=other, limits=given)
+    for file in files:
+        print(f"wrote {file}")
+
+
+@loads.command()
+def compare(
+    base: BaseArgument,
+    other: Annotated[Path, typer.Argument(help="Folder of the load base that it is compared with.")],
+    out: OutOption = Path("comparison"),
+) -> None:
+    """Compare two load bases: two controllers, two turbines, or a change."""
+    from meltemi.loadbase.report_comparison import write_comparison
+
+    bases = [(str(folder), _planned(folder)) for folder in (base, other)]
+    with results_in(out):
+        files = write_comparison(bases[0], bases[1], out)
+    for file in files:
+        print(f"wrote {file}")

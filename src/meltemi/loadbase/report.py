@@ -66,8 +66,8 @@ def write_report(
       plan: of the load base.
       folder: of the load base.
       against: name and design loads of another load base, to which utilisations refer.
-      limits: loads to which utilisations refer instead: by kind ("ultimate", "fatigue", "clearance"), interface and load,
-        such as ``{"ultimate": {"tower_base": {"M_res max": 1.2e8}}}`` in SI units, with partial safety factors.
+      limits: loads to which utilisations refer instead, by kind ("ultimate", "fatigue", "clearance"), interface and
+        load, such as ``{"ultimate": {"tower_base": {"M_res max": 1.2e8}}}`` in SI units, with partial safety factors.
       design: its design loads; evaluated by default.
 
     Returns:
@@ -87,7 +87,6 @@ def write_report(
         ratios, to = limit_ratios(d, limits), "the given limits"
     tables, table = write_design_loads(d, folder), statistics(plan, folder)
     names = [case.name for case in plan.cases]
-    places = {name: i for i, name in enumerate(names)}
     c = plan.campaign
     sections = [
         Section("Governing loads", [*glance(d, ratios, to)]),
@@ -110,8 +109,8 @@ def write_report(
         [section for section in sections if section.content],
         [CaseList(str(folder), names)],
         facts=facts(plan),
-        lead=verdict(d, ratios, places),
-        footer=f"meltemi {meltemi.__version__}, physics {PHYSICS}, {datetime.now(UTC):%Y-%m-%d %H:%M} UTC. {CERTIFICATE}",
+        lead=verdict(d, ratios),
+        footer=made(),
     )
     return [page, *tables]
 
@@ -121,7 +120,7 @@ def facts(plan: Plan) -> list[tuple[str, str]]:
     c, defaults = plan.campaign, plan.campaign.defaults(plan.table)
     where = f"site {c.site.name}, {c.iec_class.name}" if c.site is not None else c.iec_class.name
     kind = getattr(c.controller, "kind", "")
-    found = [
+    return [
         ("turbine", Path(c.turbine).name),
         ("rotor, hub height", f"{number(c.rotor_diameter)} m, {number(c.hub_height)} m"),
         ("standard", plan.table.title + (" (changed)" if c.changes else "")),
@@ -133,13 +132,17 @@ def facts(plan: Plan) -> list[tuple[str, str]]:
         ("seeds", f"{defaults.seeds}" + (", quick plan" if c.quick else "")),
         ("meltemi", f"{meltemi.__version__}, physics {PHYSICS}"),
     ]
-    return found
+
+
+def made() -> str:
+    """Version and time of a page, and what it is not."""
+    return f"meltemi {meltemi.__version__}, physics {PHYSICS}, {datetime.now(UTC):%Y-%m-%d %H:%M} UTC. {CERTIFICATE}"
 
 
 # ------------------------------------------------------------------------------------------------------ verdict
 
 
-def verdict(d: DesignLoads, ratios: pd.DataFrame | None, places: Mapping[str, int]) -> Markup:
+def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Markup:
     """What an engineer must know before reading a number."""
     coverage = d.coverage
     total, good = int(coverage["cases"].sum()), int(coverage["ok"].sum())
@@ -164,7 +167,7 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, places: Mapping[str, in
     told = d.problems[d.problems["state"] != "missing"]
     body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
     if len(told):
-        rows = [[case_button(str(case)), p.row, p.state, p.message, p.meaning] for case, p in told.iterrows()]
+        rows = [[case_button(str(case), base), p.row, p.state, p.message, p.meaning] for case, p in told.iterrows()]
         classes = {(i, 2): str(state) for i, state in enumerate(told["state"])}
         table = grid(["case", "DLC", "state", "message", "meaning"], rows, Look(classes=classes))
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
@@ -252,12 +255,10 @@ def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Markup:
     rows: list[list[Cell]] = []
     for place, part in own.groupby("interface", sort=False):
         best = part.loc[part[slopes[-1]].idxmax()]
-        cells = [
-            Markup(
-                f"{number(float(best[m]) * MOMENT[1])}{utilisation(ratios, 'fatigue', str(place), f'{best.load} m={m:g}')}"
-            )
-            for m in slopes
-        ]
+        cells: list[Cell] = []
+        for m in slopes:
+            bar = utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}")
+            cells.append(Markup(f"{number(float(best[m]) * MOMENT[1])}{bar}"))
         rows.append([title_of(str(place)), str(best.load), *cells])
     look = Look(
         caption=f"Lifetime equivalent ranges of the largest moment [{MOMENT[0]}], {d.reference:.3g} cycles",
@@ -279,14 +280,12 @@ def limit_ratios(d: DesignLoads, limits: Mapping[str, Any]) -> pd.DataFrame:
             if not isinstance(loads, Mapping):
                 raise InputError(f"limits: {kind}: expected interfaces with loads and values, found {places!r}")
             for load, limit in loads.items():
-                key = (kind, place, load)
+                key, name = (kind, place, load), f"{kind} {place} {load}"
                 if key not in found.index:
-                    known = [" ".join(map(str, each)) for each in found.index]
-                    raise InputError(
-                        f"limits: there is no load {' '.join(map(str, key))!r}; {did_you_mean(' '.join(map(str, key)), known)}"
-                    )
+                    near = did_you_mean(name, [" ".join(map(str, each)) for each in found.index])
+                    raise InputError(f"limits: there is no load {name!r}; {near}")
                 if not isinstance(limit, int | float) or isinstance(limit, bool) or not limit:
-                    raise InputError(f"limits: {' '.join(key)}: expected a number other than zero, found {limit!r}")
+                    raise InputError(f"limits: {name}: expected a number other than zero, found {limit!r}")
                 value = float(found.at[key, "value"])
                 found.loc[[key], "reference"] = float(limit)
                 found.loc[[key], "ratio"] = limit / value if kind == "clearance" else abs(value / limit)

@@ -92,11 +92,11 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[st
     if not channels:
         return []
     place = f"statistics-{next(_number_of_charts)}"
+    values = '<option value="max min">max and min</option><option>mean</option><option>max</option><option>min</option>'
     choices = [
         _select("Channel", channels, FIRST),
         _select("over", [*across, *channels]),
-        '<label>values <select><option value="max min">max and min</option><option>mean</option><option>max</option>'
-        "<option>min</option></select></label>",
+        f"<label>values <select>{values}</select></label>",
     ]
     words = "Each point is a case; click on it for its command. Blades: the largest and smallest of all."
     figure = (
@@ -185,7 +185,7 @@ def assumption_tables(plan: Plan, d: DesignLoads) -> list[str | Markup]:
     table = grid([*head, "lacking"], rows, Look(caption="Design load cases", classes=classes))
     practice = [[part, key, value] for part, key, value in plan.table.assumptions()]
     words = (
-        f"Source of the table: {plan.table.source}. The following {len(practice)} values come from practice, not from the "
-        "standard."
+        f"Source of the table: {plan.table.source}. The following {len(practice)} values come from practice, not from "
+        "the standard."
     )
     return [table, words, grid(["part", "key", "value"], practice)]

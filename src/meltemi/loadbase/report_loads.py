@@ -62,9 +62,9 @@ def extreme_blocks(d: DesignLoads) -> list[Block]:
     if not len(d.ultimate):
         return []
     words = (
-        "Each line is one instant: the load that is extreme (shaded) and all others at the same time. F_res and M_res are "
-        "transverse resultants. Where the characteristic value is a mean over runs, the line is that of the run nearest to "
-        "it, scaled."
+        "Each line is one instant: the load that is extreme (shaded) and all others at the same time. F_res and M_res "
+        "are transverse resultants. Where the characteristic value is a mean over runs, the line is that of the run "
+        "nearest to it, scaled."
     )
     parts = []
     for place in d.ultimate.index.unique("interface"):
@@ -130,8 +130,8 @@ def extrapolation_blocks(d: DesignLoads) -> list[Block]:
         cells += [q * factor for q in e.quantiles] + [None] * (len(quantiles) - len(e.quantiles))
         rows.append([*cells, f"{e.factor:g}"])
     words = (
-        f"Loads that are exceeded with probability {d.plan.table.extrapolation.probability:g} in ten minutes, {WITHOUT}; "
-        "bands by bootstrap over the seeds."
+        f"Loads that are exceeded with probability {d.plan.table.extrapolation.probability:g} in ten minutes, "
+        f"{WITHOUT}; bands by bootstrap over the seeds."
     )
     drawn = [
         (f"{title_of(e.interface)} {e.driver}", [_exceedance(e)]) for e in d.extrapolations if e.gumbel or e.weibull
@@ -178,8 +178,9 @@ def clearance_table(d: DesignLoads) -> list[Block]:
             classes[i, 9] = "bad"
     head = ["row", "clearance\nm", "factor", "deflection\nm", "left with\nfactors m", "clearance\n%"]
     words = (
-        f"Least distance of a blade's tip from the surface of the tower; {number(d.undeflected)} m when the rotor is not "
-        "deflected. Left with factors: undeflected distance less the deflection times the factors of load and material."
+        f"Least distance of a blade's tip from the surface of the tower; {number(d.undeflected)} m when the rotor is "
+        "not deflected. Left with factors: undeflected distance less the deflection times the factors of load and "
+        "material."
     )
     return [words, grid([*head, "case", "runs", "lacking", "verdict"], rows, Look(classes=classes))]
 

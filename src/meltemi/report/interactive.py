@@ -149,7 +149,7 @@ class Look:
 
 
 def grid(head: Sequence[str], rows: Sequence[Sequence[Cell]], look: Look = Look()) -> Markup:
-    """A table; a line break in its head separates name and unit. Columns of text are to the left, others to the right."""
+    """A table; a line break in its head separates name and unit. Texts are to the left, numbers to the right."""
     left = {j for row in rows for j, value in enumerate(row) if j == 0 or _is_text(value)}
 
     def cell(value: Cell, i: int, j: int) -> str:
