@@ -41,7 +41,10 @@ def waves(case: PlannedCase, time: NDArray[np.float64]) -> dict[str, Any]:
     found: dict[str, Any] = {"tower_base_force_z": -6e6 + 0.0 * time, "tip_clearance_1": 12.0 - 0.1 * level + wave}
     found |= {f"tip_clearance_{b}": 13.0 + 0.0 * time for b in (2, 3)}
     found |= {"generator_power": 5e6 * min((speed / 11.4) ** 3, 1.0) + 0.0 * time, "rotor_speed": 1.2 + 0.01 * wave}
-    found |= {"tower_base_moment_fore_aft": level * 1e6 * (2.0 + wave), "tower_base_moment_side_side": level * 1e5 * wave}
+    found |= {
+        "tower_base_moment_fore_aft": level * 1e6 * (2.0 + wave),
+        "tower_base_moment_side_side": level * 1e5 * wave,
+    }
     for b in (1, 2, 3):
         found[f"root_moment_out_of_plane_{b}"] = level * 1e5 * (5.0 + wave * (1.0 + 0.1 * b))
         found[f"root_moment_in_plane_{b}"] = 1e6 * np.cos(2.0 * np.pi * time + b)

@@ -120,6 +120,23 @@ class Store:
         """
         import pandas as pd
 
+        order = [name for names in keys.values() for name in names]
+        parts = list(self.parts(keys, what, channels))
+        frame = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["case"])
+        frame["case"] = pd.Categorical(frame["case"], categories=list(dict.fromkeys(order)))
+        frame = frame.sort_values("case", kind="stable", ignore_index=True)
+        if channels is not None and what == "statistics":
+            frame = frame[frame["channel"].isin(channels)].reset_index(drop=True)
+        return frame.set_index(frame.pop("case").astype(str)) if what == "cases" else frame
+
+    def parts(
+        self, keys: Mapping[str, Sequence[str]], what: str, channels: Sequence[str] | None = None
+    ) -> Iterator[pd.DataFrame]:
+        """The rows of :meth:`table` file by file, of cycles also channel by channel: cases are in no order.
+
+        Raises:
+          InputError: there is no such table, or a file cannot be read.
+        """
         if what not in TABLES:
             raise InputError(f"load base: no table {what!r}: {did_you_mean(what, TABLES)}")
         files: dict[Path, list[tuple[int, str]]] = {}
@@ -127,14 +144,8 @@ class Store:
             if key in self.places:
                 place = self.places[key]
                 files.setdefault(place.file, []).extend((place.row, name) for name in names)
-        order = [name for names in keys.values() for name in names]
-        parts = [part for file, rows in files.items() for part in _parts(file, rows, what, channels)]
-        frame = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["case"])
-        frame["case"] = pd.Categorical(frame["case"], categories=list(dict.fromkeys(order)))
-        frame = frame.sort_values("case", kind="stable", ignore_index=True)
-        if channels is not None and what == "statistics":
-            frame = frame[frame["channel"].isin(channels)].reset_index(drop=True)
-        return frame.set_index(frame.pop("case").astype(str)) if what == "cases" else frame
+        for file, rows in files.items():
+            yield from _parts(file, rows, what, channels)
 
 
 def _age(path: Path) -> tuple[int, str]:

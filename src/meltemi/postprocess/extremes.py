@@ -78,7 +78,7 @@ class ExtremeRow:
     @property
     def value(self) -> float:
         """Of the driver."""
-        return _driver_values(np.array(self.loads), self.plane)[DRIVERS.index(self.driver)].item()
+        return driver_values(np.array(self.loads), self.plane)[DRIVERS.index(self.driver)].item()
 
     @property
     def severity(self) -> float:
@@ -175,7 +175,7 @@ def characteristic_rows(
     rows = []
     for k, driver in enumerate(DRIVERS):
         sign = -1.0 if driver.endswith("min") else 1.0
-        values = sign * _driver_values(x[:, k], _plane(plane))[:, k]
+        values = sign * driver_values(x[:, k], _plane(plane))[:, k]
         value, run = characteristic_value(values, rule=rule, speeds=speeds)
         ratio = value / values[run] if values[run] * value > 0.0 else 1.0
         loads = tuple((ratio * x[run, k]).tolist())
@@ -257,6 +257,6 @@ def _resultants(loads: Float, plane: str) -> tuple[Float, Float]:
     return np.hypot(loads[..., i], loads[..., j]), np.hypot(loads[..., 3 + i], loads[..., 3 + j])
 
 
-def _driver_values(loads: Float, plane: str) -> Float:
+def driver_values(loads: Float, plane: str) -> Float:
     """(..., 14) values of all drivers in (..., 6) loads."""
     return np.concatenate([np.repeat(loads, 2, axis=-1), np.stack(_resultants(loads, plane), axis=-1)], axis=-1)
