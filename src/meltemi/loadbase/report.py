@@ -44,8 +44,11 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FILE = "report.html"
+TABLES = "tables"
+"""Folder beside it."""
 NEAR = 0.95
 """Utilisation from which it is marked."""
+LOADS = (*COMPONENTS, "F_res", "M_res")
 CERTIFICATE = (
     "A load base is not a certificate: rules and factors were read from secondary sources, and the values named under "
     "assumptions have to be replaced by those of the turbine."
@@ -85,7 +88,7 @@ def write_report(
         ratios, to = compare_bases(d, against[1]), against[0]
     elif limits is not None:
         ratios, to = limit_ratios(d, limits), "the given limits"
-    tables, table = write_design_loads(d, folder), statistics(plan, folder)
+    tables, table = write_design_loads(d, Path(folder) / TABLES), statistics(plan, folder)
     names = [case.name for case in plan.cases]
     c = plan.campaign
     sections = [
@@ -153,7 +156,7 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
         rows = [f"{row} ({n})" for row, n in coverage["missing"].items() if n]
         lines.insert(0, f"{counts['missing']} cases are missing: DLC {', '.join(rows)}")
     if ratios is not None:
-        over = ratios[ratios["ratio"] > 1.0]
+        over = exceeded(d, ratios)
         named = [f"{title_of(place)} {load}: {row.ratio:.2f}" for (_, place, load), row in over.head(8).iterrows()]
         more = f" and {len(over) - 8} more" if len(over) > 8 else ""
         lines.append(f"{len(over)} utilisations are above 1{': ' if named else ''}{'; '.join(named)}{more}")
@@ -175,6 +178,28 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
     return Markup(f'<div class="verdict {kind}"><h2>{plain(heading)}</h2>{body}</div>')
 
 
+def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
+    """Utilisations above 1 of governing loads: of the larger end of each component, and of fatigue."""
+    ends = {
+        (place, driver)
+        for place in d.ultimate.index.unique("interface")
+        for name in LOADS
+        if (driver := governing_driver(d.ultimate.loc[place], name))
+    }
+    kinds, places, loads = (ratios.index.get_level_values(i) for i in range(3))
+    counted = [
+        kind == "fatigue" or (kind == "ultimate" and (place, load) in ends)
+        for kind, place, load in zip(kinds, places, loads, strict=True)
+    ]
+    return ratios[counted & (ratios["ratio"] > 1.0)].sort_values("ratio", ascending=False)
+
+
+def governing_driver(own: pd.DataFrame, name: str) -> str:
+    """The end of a component with the larger magnitude, at an interface; empty if there is none."""
+    drivers = [driver for driver in (f"{name} max", f"{name} min") if driver in own.index]
+    return max(drivers, key=lambda each: abs(float(own.at[each, name])), default="")
+
+
 # ------------------------------------------------------------------------------------------------ governing loads
 
 
@@ -183,14 +208,13 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[str | M
     blocks: list[str | Markup] = [key_numbers(d)]
     tables = []
     if len(d.ultimate):
-        heads = [*COMPONENTS, "F_res", "M_res"]
         rows: list[list[Cell]] = []
         for place in d.ultimate.index.unique("interface"):
             own = d.ultimate.loc[place]
-            rows.append([title_of(place), *(governing(place, own, name, ratios) for name in heads)])
+            rows.append([title_of(place), *(governing(place, own, name, ratios) for name in LOADS)])
         words = f" Bars: utilisation against {to}." if to else ""
         look = Look(caption=f"Ultimate loads, {WITH}", sortable=False)
-        tables.append(grid(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in heads)], rows, look))
+        tables.append(grid(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS)], rows, look))
         blocks.append(
             f"Each entry is the largest magnitude of its component with the case that governs it.{words} "
             "Loads of one instant: extreme loads."
@@ -226,10 +250,8 @@ def key_numbers(d: DesignLoads) -> Markup:
 
 def governing(place: str, own: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> Markup:
     """The largest magnitude of a component, with its design load case and utilisation."""
-    drivers = [driver for driver in (f"{name} max", f"{name} min") if driver in own.index]
-    if not drivers:
+    if not (driver := governing_driver(own, name)):
         return Markup("")
-    driver = max(drivers, key=lambda each: abs(float(own.at[each, name])))
     row, factor = own.loc[driver], unit_of_driver(name)[1]
     label = case_button(str(row.case), text=f"DLC {row.row}")
     shown = f"<b>{number(float(row[name]) * factor)}</b><small>{label.html}</small>"

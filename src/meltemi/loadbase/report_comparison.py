@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 from meltemi.core.units import display
 from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads
 from meltemi.loadbase.plan import Plan
-from meltemi.loadbase.report import FILE, facts, made, utilisation, verdict
+from meltemi.loadbase.report import FILE, LOADS, facts, made, utilisation, verdict
 from meltemi.loadbase.report_cases import statistics, statistics_chart
 from meltemi.loadbase.report_loads import WITH, title_of, unit_of_driver
-from meltemi.postprocess.extremes import COMPONENTS
 from meltemi.report.html import Code, Markup, Section, plain
 from meltemi.report.interactive import (
     Axis,
@@ -88,23 +87,19 @@ def _input(bases: tuple[Base, Base]) -> Markup:
 
 def _glance(found: pd.DataFrame, names: list[str]) -> Markup:
     """Ratio of the largest magnitude of each component and interface."""
-    heads = [*COMPONENTS, "F_res", "M_res"]
     ultimate = found.loc["ultimate"] if "ultimate" in found.index.get_level_values(0) else found.iloc[:0]
     rows: list[list[Cell]] = []
     for place in ultimate.index.unique(0):
         own = ultimate.loc[place]
         cells: list[Cell] = [title_of(str(place))]
-        for name in heads:
-            drivers = [each for each in (f"{name} max", f"{name} min") if each in own.index]
-            if not drivers:
-                cells.append("")
-                continue
-            worst = max(drivers, key=lambda each: abs(float(own.at[each, "value"])))
+        for name in LOADS:
+            ends = [each for each in (f"{name} max", f"{name} min") if each in own.index]
+            worst = max(ends, key=lambda each: abs(float(own.at[each, "value"])))
             factor, row = unit_of_driver(name)[1], own.loc[worst]
             values = " / ".join(number(float(row[key]) * factor) for key in ("value", "reference"))
             cells.append(Markup(f"{utilisation(found, 'ultimate', str(place), worst)}<small>{plain(values)}</small>"))
         rows.append(cells)
-    units = [f"{h}\n{unit_of_driver(h)[0]}" for h in heads]
+    units = [f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS]
     caption = f"Governing ultimate loads of {names[0]} over those of {names[1]}, {WITH}"
     return grid(["interface", *units], rows, Look(caption=caption, sortable=False))
 
@@ -145,7 +140,7 @@ def _all(found: pd.DataFrame, names: list[str]) -> Markup:
         rows.append(
             [kind, title_of(place), load, unit, float(row.value) * factor, float(row.reference) * factor, ratio, *cases]
         )
-        if row.ratio > 1.0:
+        if row.ratio > 1.0 and kind in ("ultimate", "fatigue"):
             classes[i, 6] = "over"
     head = ["kind", "interface", "load", "unit", *names, "ratio", f"case\n{names[0]}", f"case\n{names[1]}"]
     return grid(head, rows, Look(classes=classes))
