@@ -254,8 +254,8 @@ def governing(place: str, own: pd.DataFrame, name: str, ratios: pd.DataFrame | N
         return Markup("")
     row, factor = own.loc[driver], unit_of_driver(name)[1]
     label = case_button(str(row.case), text=f"DLC {row.row}")
-    shown = f"<b>{number(float(row[name]) * factor)}</b><small>{label.html}</small>"
-    return Markup(shown + utilisation(ratios, "ultimate", place, driver))
+    ratio = utilisation(ratios, "ultimate", place, driver)
+    return Markup(f"<b>{number(float(row[name]) * factor)}</b><small>{label.html}</small>{ratio}")
 
 
 def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -> str:
@@ -267,7 +267,8 @@ def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -
         return ""
     state = " over" if ratio > 1.0 else " near" if ratio > NEAR else ""
     width = 100.0 * min(max(ratio, 0.0), 1.0)
-    return f'<small>{ratio:.2f}</small><span class="bar{state}"><i style="width:{width:.0f}%"></i></span>'
+    bar = f'<span class="bar{state}"><i style="width:{width:.0f}%"></i></span>'
+    return f'<small class="ratio{state}">{ratio:.2f}</small>{bar}'
 
 
 def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Markup:

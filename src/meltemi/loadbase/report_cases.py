@@ -140,7 +140,7 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[str | Ma
             classes[i, 8 + len(keys)] = told["state"]
     head = ["case", "DLC", "wind", "speed\nm/s", "yaw\ndeg", "event", "seed", "factor", *heads, "state", "message"]
     look = Look(classes=classes, ids=[f"case-0-{case.name}" for case in plan.cases])
-    note = f'<p class="paper">The list of all {len(rows)} cases is on the screen, in plan.csv and in tables/problems.csv.</p>'
+    note = f'<p class="paper">All {len(rows)} cases are in plan.csv and tables/problems.csv.</p>'
     return [Markup(f'{note}<div class="screen">{grid(head, rows, look).html}</div>')]
 
 

@@ -112,7 +112,7 @@ def page(
 ) -> str:
     """HTML text of the page of :func:`write_page`; all arguments are plain text."""
     parts = [f"<h1>{escape(title)}</h1>"]
-    if described := [f"<div><dt>{escape(name)}</dt><dd>{plain(value)}</dd></div>" for name, value in facts]:
+    if described := [f"<div><dt>{plain(name)}</dt><dd>{plain(value)}</dd></div>" for name, value in facts]:
         parts.append(f'<dl class="facts">{"".join(described)}</dl>')
     if isinstance(lead, Markup):
         parts.append(lead.html)
