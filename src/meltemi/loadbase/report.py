@@ -155,6 +155,8 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
     if counts["missing"]:
         rows = [f"{row} ({n})" for row, n in coverage["missing"].items() if n]
         lines.insert(0, f"{counts['missing']} cases are missing: DLC {', '.join(rows)}")
+    if strikes := [f"DLC {row}" for row, fits in d.clearance["fits"].items() if not fits]:
+        lines.append(f"With factors a blade strikes the tower in {', '.join(strikes)}")
     if ratios is not None:
         over = exceeded(d, ratios)
         named = [f"{title_of(place)} {load}: {row.ratio:.2f}" for (_, place, load), row in over.head(8).iterrows()]
@@ -186,12 +188,9 @@ def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
         for name in LOADS
         if (driver := governing_driver(d.ultimate.loc[place], name))
     }
-    kinds, places, loads = (ratios.index.get_level_values(i) for i in range(3))
-    counted = [
-        kind == "fatigue" or (kind == "ultimate" and (place, load) in ends)
-        for kind, place, load in zip(kinds, places, loads, strict=True)
-    ]
-    return ratios[counted & (ratios["ratio"] > 1.0)].sort_values("ratio", ascending=False)
+    over = ratios[ratios["ratio"] > 1.0]
+    counted = [key[0] == "fatigue" or (key[0] == "ultimate" and key[1:] in ends) for key in over.index]
+    return over[counted].sort_values("ratio", ascending=False)
 
 
 def governing_driver(own: pd.DataFrame, name: str) -> str:

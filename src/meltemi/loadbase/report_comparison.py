@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,6 +54,8 @@ def write_comparison(one: Base, other: Base, out: str | Path) -> list[Path]:
     a, b = (design_loads(plan, folder) for folder, plan in bases)
     found = compare_bases(a, b)
     names = [folder for folder, _ in bases]
+    with suppress(OSError):  # writing reports why it is not there
+        Path(out).mkdir(parents=True, exist_ok=True)
     csv = write_csv(Path(out) / "comparison.csv", *_plain_rows(found, names))
     tables = [(folder, plan, statistics(plan, folder)) for folder, plan in bases]
     verdicts = [

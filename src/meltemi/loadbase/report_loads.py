@@ -153,9 +153,11 @@ def _exceedance(e: ExtrapolatedLoad) -> Markup:
     curves.append(Curve("runs", found.points[0] * factor, found.points[1], dots=True, colour=2))
     lowest = 0.3 * found.probability
     for i, c in enumerate(curves):  # nothing below the probability that is asked for
-        keep = np.asarray(c.y) > lowest
-        upper = None if c.upper is None else np.asarray(c.upper)[keep]
-        curves[i] = Curve(c.name, np.asarray(c.x)[keep], np.asarray(c.y)[keep], upper, c.dots, colour=c.colour)
+        x, y = np.asarray(c.x), np.asarray(c.y)
+        upper = y if c.upper is None else np.asarray(c.upper)
+        keep = upper > lowest
+        band = None if c.upper is None else upper[keep]
+        curves[i] = Curve(c.name, x[keep], np.maximum(y[keep], lowest), band, c.dots, colour=c.colour)
     ends = [float(np.min(found.points[0])) * factor, found.load * factor]
     curves.append(Curve("50 years", ends, [found.probability] * 2, dash="5 4", colour=4))
     words = "Probability of exceedance in ten minutes: runs, fitted distributions and their bands."
