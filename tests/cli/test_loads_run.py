@@ -55,6 +55,17 @@ def test_damage_and_old_results_are_told(command: Command, base: Path) -> None:
     assert "9 of 9" in command("loads", "status", base).out
 
 
+def test_report_and_comparison_are_written(command: Command, base: Path) -> None:
+    command("loads", "run", base)
+    told = command("loads", "report", base, "--against", base)
+    assert told.status == 0 and told.files[0] == base / "report.html"
+    assert base / "tables" / "design_loads.xlsx" in told.files and all(file.stat().st_size for file in told.files)
+    text = told.files[0].read_text(encoding="utf-8")
+    assert "0 utilisations are above 1" in text and "dlc1.2-11.4-y8-s01" in text
+    compared = command("loads", "compare", base, base, "--out", base / "both")
+    assert compared.status == 0 and compared.files == [base / "both" / "report.html", base / "both" / "comparison.csv"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -62,6 +73,9 @@ def test_damage_and_old_results_are_told(command: Command, base: Path) -> None:
         (("run", "{base}", "--shard", "3/2"), "--shard '3/2': expected k/N"),
         (("run", "{base}", "--workers", "0"), "workers must be an integer from 1"),
         (("run", "nowhere"), "nowhere"),
+        (("report", "{base}", "--limits", "nowhere.yaml"), "nowhere.yaml: no such file"),
+        (("report", "{base}", "--limits", "nowhere.yaml", "--against", "{base}"), "give one of --against, --limits"),
+        (("compare", "{base}", "nowhere"), "nowhere"),
         (("show", "{base}", "dlc9"), "no case 'dlc9' in the plan"),
         (("show", "{base}", "dlc3.2-3-t-1"), "dlc3.2"),
     ],

@@ -34,6 +34,7 @@ from meltemi.loadbase.report_loads import (
     slopes_of,
     title_of,
     unit_of_driver,
+    with_band,
 )
 from meltemi.postprocess.extremes import COMPONENTS
 from meltemi.report.html import Code, Markup, Section, plain
@@ -132,7 +133,7 @@ def facts(plan: Plan) -> list[tuple[str, str]]:
         ("controller", str(getattr(c.controller, "library", "") or kind)),
         ("lifetime", f"{c.years:g} years"),
         ("cases", f"{len(plan.cases)} of {defaults.duration:g} s, {plan.hours:.0f} h simulated"),
-        ("seeds", f"{defaults.seeds}" + (", quick plan" if c.quick else "")),
+        ("seeds", "1, quick plan" if c.quick else f"{defaults.seeds}"),
         ("meltemi", f"{meltemi.__version__}, physics {PHYSICS}"),
     ]
 
@@ -165,10 +166,14 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
     if without:
         kind, heading = "bad", f"Not complete: {without} of {total} cases have no loads"
     elif counts["doubtful"] or counts["warned"]:
-        kind = "doubtful"
-        heading = f"All {total} cases have loads; {counts['doubtful']} are doubtful, {counts['warned']} have warnings"
+        kind = "bad" if strikes else "doubtful"
+        words = {"doubtful": "are doubtful", "warned": "have warnings"}
+        heading = f"All {total} cases have loads; " + ", ".join(
+            f"{counts[s]} {w}" for s, w in words.items() if counts[s]
+        )
     else:
-        kind, heading = "good", f"Complete: all {good} cases have loads, none with a warning"
+        kind = "bad" if strikes else "good"
+        heading = f"Complete: all {good} cases have loads, none with a warning"
     told = d.problems[d.problems["state"] != "missing"]
     body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
     if len(told):
@@ -215,8 +220,8 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[str | M
         look = Look(caption=f"Ultimate loads, {WITH}", sortable=False)
         tables.append(grid(["interface", *(f"{h}\n{unit_of_driver(h)[0]}" for h in LOADS)], rows, look))
         blocks.append(
-            f"Each entry is the largest magnitude of its component with the case that governs it.{words} "
-            "Loads of one instant: extreme loads."
+            f"Each entry is the largest magnitude of its component with the case that governs it; (!): the case is "
+            f"doubtful or has warnings.{words} Loads of one instant: extreme loads."
         )
     if len(d.fatigue):
         tables.append(fatigue_glance(d, ratios))
@@ -228,8 +233,7 @@ def key_numbers(d: DesignLoads) -> Markup:
     found: list[tuple[str, str | Markup]] = []
     if d.energy is not None:
         gwh = 1.0 / 3.6e12
-        band = f" ± {number(d.energy.half_width * gwh)}"
-        found.append(("energy of a year", f"{number(d.energy.energy * gwh)}{band} GWh"))
+        found.append(("energy of a year", f"{with_band(d.energy.energy * gwh, d.energy.half_width * gwh)} GWh"))
     if len(d.clearance):
         worst = d.clearance.loc[d.clearance["left"].idxmin()]
         words = f"{number(float(worst.left))} m left ({'fits' if worst.fits else 'strikes the tower'}), "
@@ -252,7 +256,8 @@ def governing(place: str, own: pd.DataFrame, name: str, ratios: pd.DataFrame | N
     if not (driver := governing_driver(own, name)):
         return Markup("")
     row, factor = own.loc[driver], unit_of_driver(name)[1]
-    label = case_button(str(row.case), text=f"DLC {row.row}")
+    mark = "" if row.state == "ok" else " (!)"
+    label = case_button(str(row.case), text=f"DLC {row.row}{mark}")
     ratio = utilisation(ratios, "ultimate", place, driver)
     return Markup(f"<b>{number(float(row[name]) * factor)}</b><small>{label.html}</small>{ratio}")
 

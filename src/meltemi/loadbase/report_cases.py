@@ -25,12 +25,12 @@ OF_BLADE = re.compile(r"_\d$")
 FIRST = "tower base moment fore aft"
 """Shown first."""
 KEY_CHANNELS = {
-    "tower base moment fore aft": "max",
-    "root moment out of plane": "max",
-    "tip clearance": "min",
-    "rotor speed": "max",
+    "tower base moment fore aft": ("max", "tower base\nlargest fore-aft"),
+    "root moment out of plane": ("max", "blade root\nlargest out-of-plane"),
+    "tip clearance": ("min", "least tip\nclearance"),
+    "rotor speed": ("max", "largest\nrotor speed"),
 }
-"""Extremes in the list of cases."""
+"""Extremes in the list of cases, and their heads."""
 
 
 def statistics(plan: Plan, folder: str | Path) -> pd.DataFrame:
@@ -116,8 +116,8 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[str | Ma
     keys = {
         channel: table.loc[channel] for channel in KEY_CHANNELS if channel in table.index.get_level_values("channel")
     }
-    heads = [f"{channel} {KEY_CHANNELS[channel]}\n{own['unit'].iloc[0]}" for channel, own in keys.items()]
-    values = [own[KEY_CHANNELS[channel]].to_dict() for channel, own in keys.items()]
+    heads = [f"{KEY_CHANNELS[channel][1]} {own['unit'].iloc[0]}" for channel, own in keys.items()]
+    values = [own[KEY_CHANNELS[channel][0]].to_dict() for channel, own in keys.items()]
     problems = d.problems[["state", "message"]].to_dict("index")
     rows: list[list[Cell]] = []
     classes = {}

@@ -12,7 +12,7 @@ from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads
 from meltemi.loadbase.plan import Plan
 from meltemi.loadbase.report import FILE, LOADS, facts, made, utilisation, verdict
 from meltemi.loadbase.report_cases import statistics, statistics_chart
-from meltemi.loadbase.report_loads import WITH, title_of, unit_of_driver
+from meltemi.loadbase.report_loads import WITH, title_of, unit_of_driver, with_band
 from meltemi.report.html import Code, Markup, Section, plain
 from meltemi.report.interactive import (
     Axis,
@@ -111,7 +111,7 @@ def _energy(a: DesignLoads, b: DesignLoads, names: list[str]) -> list[str | Mark
     blocks: list[str | Markup] = []
     if a.energy is not None and b.energy is not None:
         gwh, ratio = 1.0 / 3.6e12, a.energy.energy / b.energy.energy
-        words = [f"{number(e.energy * gwh)} ± {number(e.half_width * gwh)} GWh" for e in (a.energy, b.energy)]
+        words = [f"{with_band(e.energy * gwh, e.half_width * gwh)} GWh" for e in (a.energy, b.energy)]
         blocks.append(f"Energy of a year: {words[0]} and {words[1]}, ratio {ratio:.4f}.")
     curves = [
         Curve(name, d.powers.index.to_numpy(float), d.powers["power"].to_numpy(float) * display("W")[1])

@@ -41,6 +41,11 @@ def unit_of_driver(driver: str) -> tuple[str, float]:
     return FORCE if driver.startswith("F") else MOMENT
 
 
+def with_band(value: float, half_width: float) -> str:
+    """A value with its interval, if there is one."""
+    return number(value) + (f" ± {number(half_width)}" if math.isfinite(half_width) else "")
+
+
 def slopes_of(table: pd.DataFrame) -> list[float]:
     """Slopes or exponents that are columns of a table."""
     return [name for name in table.columns if isinstance(name, float | int)]
@@ -325,7 +330,7 @@ def operation_blocks(d: DesignLoads) -> list[Block]:
     if d.energy is not None:
         e, gwh = d.energy, 1.0 / 3.6e12
         blocks.append(
-            f"Energy of a year in production: {number(e.energy * gwh)} ± {number(e.half_width * gwh)} GWh "
+            f"Energy of a year in production: {with_band(e.energy * gwh, e.half_width * gwh)} GWh "
             f"({100.0 * e.confidence:g} % interval from the seeds; no losses but those of the simulation)."
         )
     if len(d.powers):

@@ -27,6 +27,8 @@ Cell = str | float | Markup | None
 """Of a table: text, a number, or HTML."""
 LONG = 25
 """Rows above which a table scrolls within itself."""
+WRAPPED = 40
+"""Characters above which a text is wrapped."""
 
 
 @dataclass(frozen=True)
@@ -153,7 +155,8 @@ def grid(head: Sequence[str], rows: Sequence[Sequence[Cell]], look: Look = Look(
     left = {j for row in rows for j, value in enumerate(row) if j == 0 or _is_text(value)}
 
     def cell(value: Cell, i: int, j: int) -> str:
-        kinds = " ".join(filter(None, (look.classes.get((i, j), ""), "text" if j in left else "")))
+        wraps = "long" if isinstance(value, str) and len(value) > WRAPPED else ""
+        kinds = " ".join(filter(None, (look.classes.get((i, j), ""), "text" if j in left else "", wraps)))
         kind = f' class="{kinds}"' if kinds else ""
         tag, scope = ("th", " scope=row") if j == 0 else ("td", "")
         return f"<{tag}{scope}{kind}>{shown(value)}</{tag}>"
