@@ -1,6 +1,6 @@
 """Evaluation of a load base: design loads of every interface, fatigue, energy, duty, and what they lack.
 
-Equations L-1 to L-45 of ``docs/theory/design-loads.md``, which names the sources of each rule.
+Equations L-1 to L-41 of ``docs/theory/design-loads.md``, which names the sources of each rule.
 """
 
 from __future__ import annotations
@@ -59,9 +59,10 @@ if TYPE_CHECKING:
 class DesignLoads(Brief):
     """Design loads of a load base, in SI units and radians.
 
-    Without the factor for the consequence of failure. Interfaces of the blades (``blade_root``, ``blade_station_1`` ...)
-    stand for the worst of all blades; channels of fatigue are those of each blade. A row is a row of the load case table, such as "1.3" or "7.1b". Drivers are
-    "Fx max" to "Mz min", "F_res max", "M_res max" (``meltemi.postprocess.extremes.DRIVERS``).
+    Loads do not contain the factor for the consequence of failure. Interfaces of the blades (``blade_root``,
+    ``blade_station_1`` ...) stand for the worst of all blades; channels of fatigue are those of each blade. A row is a
+    row of the load case table, such as "1.3" or "7.1b". Drivers are "Fx max" to "Mz min", "F_res max", "M_res max"
+    (``meltemi.postprocess.extremes.DRIVERS``).
 
     Attributes:
       plan: of the load base.
@@ -243,8 +244,8 @@ def _notes(results: Results, coverage: pd.DataFrame, evaluation: Evaluation) -> 
             if len(few) == len(set(runs.speeds)):
                 yield f"DLC {runs.dlc}: fewer than {least} seeds, too few for an extrapolation: it takes no part."
             elif few:
-                words = ", ".join(f"{v:g}" for v in few)
-                yield f"DLC {runs.dlc}: {words} m/s have fewer than {least} seeds: not in the extrapolation."
+                speeds = ", ".join(f"{v:g}" for v in few)
+                yield f"DLC {runs.dlc}: {speeds} m/s have fewer than {least} seeds: not in the extrapolation."
 
 
 def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:
@@ -255,7 +256,7 @@ def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:
       reference: of the denominators.
 
     Returns:
-      index (kind, interface, load): kind "ultimate" (load: driver; with factor), "fatigue" (load: "My m=10", the worst
+      index (kind, interface, load) (L-41): kind "ultimate" (load: driver; with factor), "fatigue" (load: "My m=10", the worst
       blade), "clearance" (least ``left`` of all rows [m]) or "energy" (of a year [J]); columns value, reference, ratio
       (utilisation; NaN where the reference is zero), case, reference_case. What only one base has is left out.
     """

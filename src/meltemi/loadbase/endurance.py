@@ -1,6 +1,6 @@
 """Fatigue, energy and duty of a load base over its lifetime.
 
-Equations L-1 to L-10, L-30 to L-34, L-40 to L-45 of ``docs/theory/design-loads.md``.
+Equations L-1 to L-10, L-30 to L-34, L-36, L-39, L-40 of ``docs/theory/design-loads.md``.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def fatigue_loads(
     reference: float,
     strengths: Mapping[str, float],
 ) -> FatigueLoads:
-    """Equivalent loads, shares and Markov matrices of the lifetime (L-40 to L-42).
+    """Equivalent loads, shares and Markov matrices of the lifetime (L-4 to L-6, L-40).
 
     Args:
       results: of the load base.
@@ -176,7 +176,7 @@ def rose_fatigue(fatigue: pd.DataFrame, interfaces: Sequence[Interface], slopes:
 
 
 def energy_of(results: Results, extremes: Extremes, availability: float) -> tuple[AnnualEnergy | None, pd.DataFrame]:
-    """Energy of a year in production, and the power at each wind speed (L-9, L-10, L-43)."""
+    """Energy of a year in production, and the power at each wind speed (L-9, L-10, L-36)."""
     import pandas as pd
 
     head = ["speed", "power", "half_width", "runs", "probability", "energy"]
@@ -219,7 +219,7 @@ def production_row(results: Results) -> str | None:
 
 
 def stops_of(results: Results) -> pd.DataFrame:
-    """Stops in a year, by row (L-44)."""
+    """Stops in a year, by row (L-39)."""
     import pandas as pd
 
     repetitions, years = shared_repetitions(results), results.plan.campaign.years
@@ -233,7 +233,7 @@ def stops_of(results: Results) -> pd.DataFrame:
 
 
 def duties_of(results: Results) -> pd.DataFrame:
-    """Duty of the drives in a year; see ``DesignLoads.duties`` (L-44)."""
+    """Duty of the drives in a year; see ``DesignLoads.duties`` (L-32, L-33, L-39)."""
     import pandas as pd
 
     repetitions, years = shared_repetitions(results), results.plan.campaign.years
@@ -258,7 +258,7 @@ def duties_of(results: Results) -> pd.DataFrame:
 
 
 def durations_of(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Load-duration distributions of the lifetime, and their equivalent loads (L-30, L-31, L-45).
+    """Load-duration distributions of the lifetime, and their equivalent loads (L-30, L-31).
 
     Levels below the largest one over 2^8 are one level, as they are in each case.
     """

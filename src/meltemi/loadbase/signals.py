@@ -1,6 +1,6 @@
 """Extremes of single channels of a load base: clearance of the tips, accelerations, moments by direction.
 
-Equations L-37 to L-39 of ``docs/theory/design-loads.md``.
+Equations L-16 to L-18 and L-38 of ``docs/theory/design-loads.md``.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def _plain(evaluation: Evaluation) -> Evaluation:
 def clearance_table(
     evaluation: Evaluation, extremes: Extremes, undeflected: float, radius: float, material: float
 ) -> pd.DataFrame:
-    """Clearance of the tips in each row; see ``DesignLoads.clearance``.
+    """Clearance of the tips in each row; see ``DesignLoads.clearance`` (L-38).
 
     Args:
       evaluation: how characteristic values are formed.
@@ -127,7 +127,7 @@ def tower_radius(turbine: Turbine) -> float:
 
 
 def rose_extremes(evaluation: Evaluation, extremes: Extremes, interfaces: Sequence[Interface]) -> pd.DataFrame:
-    """Largest moment with factor in each direction; see ``DesignLoads.roses`` (L-16, L-39)."""
+    """Largest moment with factor in each direction; see ``DesignLoads.roses`` (L-16, L-18)."""
     import pandas as pd
 
     lines = []

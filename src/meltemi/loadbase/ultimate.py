@@ -1,6 +1,6 @@
 """Ultimate loads of a load base: characteristic values of each row of the table, and which of them governs.
 
-Equations L-11 to L-15, L-35 to L-38 of ``docs/theory/design-loads.md``.
+Equations L-11 to L-15, L-19 to L-29, L-35 to L-37 of ``docs/theory/design-loads.md``.
 """
 
 from __future__ import annotations
