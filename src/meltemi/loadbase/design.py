@@ -258,7 +258,8 @@ def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:
     Returns:
       index (kind, interface, load), see L-41: kind "ultimate" (load: driver; with factor), "fatigue" (load: "My m=10",
       the worst blade), "clearance" (least ``left`` of all rows [m]) or "energy" (of a year [J]); columns value,
-      reference, ratio (utilisation; NaN where the reference is zero), case, reference_case. What only one base has is left out.
+      reference, ratio (utilisation; NaN where the reference is zero), case, reference_case. What only one
+      base has is left out.
     """
     import pandas as pd
 

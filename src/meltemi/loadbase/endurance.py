@@ -108,9 +108,8 @@ def fatigue_loads(
     counted = np.array([bool(c.weight) for c in results.present], dtype=bool)
     m = np.array(slopes, dtype=float)
     scales, matrices, damage = dict[str, float](), dict[str, MarkovMatrix](), dict[str, Float]()
-    for part in results.store.parts(results.keys, "cycles") if conditions else ():
-        channel = str(part["channel"].iloc[0]) if len(part) else ""
-        if channel not in labels:
+    for channel, names, codes, cycles in results.store.cycles(results.keys) if conditions else ():
+        if channel not in labels or not len(codes):
             continue
         if channel not in damage:
             low, high = extremes.values(channel, "min")[counted].min(), extremes.values(channel, "max")[counted].max()
@@ -122,9 +121,7 @@ def fatigue_loads(
                 np.zeros((RANGES, MEANS)),
             )
             damage[channel] = np.zeros((len(m), len(conditions)))
-        names, codes = np.unique(part["case"].to_numpy(str), return_inverse=True)
         at = np.array([cases[name] for name in names])[codes]
-        cycles = Cycles(*(part[key].to_numpy(float) for key in ("range", "mean", "count")))
         counts = weight[at] * cycles.counts
         _add(matrices[channel], cycles._replace(counts=counts))
         strength = strengths.get(channel, strengths.get(family(channel)))
