@@ -270,6 +270,8 @@ def test_goodman_corrects_the_means(fatigue_base: tuple[Plan, Path]) -> None:
     ratio = corrected.fatigue.at[MY, 4.0] / plain.fatigue.at[MY, 4.0]
     assert ratio == pytest.approx(1.25, rel=1e-3)
     assert np.array_equal(corrected.markov[MY].counts, plain.markov[MY].counts)
+    with pytest.raises(InputError, match=f"strengths: {MY}: .* reaches the strength 5"):
+        evaluated(folder, of, strengths={MY: 5.0})
     with pytest.raises(InputError, match="no channel 'tower_base_moment_foreaft'"):
         evaluated(folder, of, strengths={"tower_base_moment_foreaft": 50.0})
 

@@ -113,19 +113,14 @@ def fatigue_loads(
             continue
         if channel not in damage:
             low, high = extremes.values(channel, "min")[counted].min(), extremes.values(channel, "max")[counted].max()
-            scales[channel] = 1.001 * float(high - low)
-            margin = 1e-3 * max(abs(low), abs(high))
-            matrices[channel] = MarkovMatrix(
-                np.linspace(0.0, scales[channel], RANGES + 1),
-                np.linspace(low - margin, high + margin, MEANS + 1),
-                np.zeros((RANGES, MEANS)),
-            )
+            matrices[channel] = _empty_matrix(float(low), float(high))
+            scales[channel] = float(matrices[channel].range_edges[-1])
             damage[channel] = np.zeros((len(m), len(conditions)))
         at = np.array([cases[name] for name in names])[codes]
         counts = weight[at] * cycles.counts
         _add(matrices[channel], cycles._replace(counts=counts))
         strength = strengths.get(channel, strengths.get(family(channel)))
-        ranges = cycles.ranges if strength is None else goodman_cycles(cycles, strength).ranges
+        ranges = cycles.ranges if strength is None else _corrected(channel, cycles, strength)
         logs = np.log(np.maximum(ranges / scales[channel], 1e-300))
         for k, slope in enumerate(m):
             damage[channel][k] += np.bincount(place[at], counts * np.exp(slope * logs), len(conditions))
@@ -145,6 +140,20 @@ def fatigue_loads(
         pd.DataFrame(np.concatenate([x.T for x in shares] or [np.zeros((0, len(m)))]), index=index, columns=m.tolist()),
         {name: matrices[name] for name in order},
     )
+
+
+def _empty_matrix(low: float, high: float) -> MarkovMatrix:
+    """For a load between two values; a little wider, since ranges and means are kept rounded."""
+    margin = 1e-3 * max(abs(low), abs(high))
+    edges = np.linspace(0.0, 1.001 * (high - low), RANGES + 1), np.linspace(low - margin, high + margin, MEANS + 1)
+    return MarkovMatrix(*edges, np.zeros((RANGES, MEANS)))
+
+
+def _corrected(channel: str, cycles: Cycles, strength: float) -> Float:
+    try:
+        return goodman_cycles(cycles, strength).ranges
+    except InputError as error:
+        raise InputError(f"strengths: {channel}: {error}") from None
 
 
 def _add(matrix: MarkovMatrix, cycles: Cycles) -> None:
