@@ -25,6 +25,7 @@ MEANINGS = (
     ("range of their model", "a deflection beyond the range of the model: loads of this case are uncertain"),
     ("rotor faster", "overspeed beyond any design: a protection system would have acted; loads are no design loads"),
     ("overspeed", "overspeed: the loads hold only if the protection system acts no earlier"),
+    ("stopped at", "the supervisor stopped the turbine: no loads of production from then on"),
     ("vibration", "an instability: loads depend on its duration"),
     ("unstable", "an instability: loads depend on its duration"),
     ("the run needs", "the wind is shorter than the run, or does not cover the rotor: not simulated"),
