@@ -104,6 +104,14 @@ def test_a_row_is_the_reduction_of_its_run(tiny: Plan, whole: Path) -> None:
     assert times["revolutions"].sum() == pytest.approx(part["rotor_speed"].mean() * times["time"].sum() / 2 / np.pi)
 
 
+def test_seeds_share_the_start_of_their_mean_wind() -> None:
+    of = plan(campaign(("1.2",), quick=False, seeds=2))
+    shop, jobs = Workshop(), {job.name: job for job in jobs_of(of)}
+    one, two, other = (shop.run(jobs[f"dlc1.2-13-y{end}"]) for end in ("0-s01", "0-s02", "8-s01"))
+    assert one.start() is two.start() is not other.start()
+    assert one.start().pitch == pytest.approx(meltemi.analysis.operating_point(one.model, 13.0).pitch, abs=0.02)
+
+
 def test_cycles_are_kept_for_fatigue_only_and_by_channel(whole: Path, tiny: Plan, tmp_path: Path) -> None:
     some = engine.base_table(tiny, whole, "cycles", ["tower_base_moment_fore_aft"])
     every = engine.base_table(tiny, whole, "cycles")

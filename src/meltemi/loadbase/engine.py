@@ -195,7 +195,7 @@ class _Count:
         self.before = self._done()
 
     def _done(self) -> float:
-        return sum(self.seconds[key] for key in self.keys)
+        return sum(self.seconds[key] for key in list(self.keys))  # other threads add to them
 
     def add(self, keys: set[str], under_way: float = 0.0) -> None:
         """Count finished cases; ``under_way`` [s] are simulated, but not yet written."""
@@ -392,9 +392,12 @@ def show_case(plan: Plan, name: str) -> Result:
         raise InputError(f"{name} cannot run yet: {case.unsupported}")
     job = next(job for job in jobs_of(plan) if job.name == name)
     found: list[Result] = []
-    (outcome,) = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1).run()
+    batch = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1)
+    outcomes = batch.run()
+    if batch.interrupted:
+        raise KeyboardInterrupt
     if not found:
-        raise InputError(f"{name}: {outcome.message}")
+        raise InputError(f"{name}: {outcomes[0].message}")
     return found[0]
 
 

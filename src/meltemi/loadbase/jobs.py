@@ -35,7 +35,7 @@ from meltemi.wind.turbulence.field import realised
 from meltemi.wind.turbulent import TurbulentWind
 
 REDUCTION = 1
-"""Increased by every change of what is kept of a run."""
+"""Increased by every change of how cases begin, and of what is kept of them."""
 WITHOUT_CONTROL = (
     *("pitch.reference_speed", "pitch.minimum", "pitch.maximum"),
     *("torque.rated_power", "torque.rated_speed", "torque.maximum_torque"),
