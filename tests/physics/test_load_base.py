@@ -31,6 +31,8 @@ from meltemi.loadbase.table import load_table
 from meltemi.loadcases.batch import Batch
 from meltemi.simulation.simulate import simulate
 
+pytest.importorskip("pyarrow")
+
 ROWS = ("1.2", "6.4")
 """Production, and idling without control."""
 
