@@ -9,7 +9,8 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
@@ -251,9 +252,7 @@ class OnThreads:
                 self.tell(together)
 
         def hand_over() -> None:
-            if rows:
-                taken = rows.copy()
-                rows.clear()
+            if taken := [rows.pop(0) for _ in range(len(rows))]:  # other threads may add to them
                 finished(taken)
 
         batch = Batch(runs(), reduce=shop.row, workers=self.workers, done=done)
@@ -291,7 +290,7 @@ class OnDask:
         except (OSError, ValueError) as error:
             raise InputError(f"--dask {self.address}: no scheduler there ({error})") from None
         lost: list[str] = []
-        with client:
+        with cluster or nullcontext(), client:
             waiting = iter(groups)
             flying = as_completed()
 
@@ -307,8 +306,6 @@ class OnDask:
                 else:
                     lost.append(str(future.exception()))
                 send()
-        if cluster:
-            cluster.close()
         if lost:
             raise InputError(f"{len(lost)} groups of cases could not be run, the first one: {lost[0]}")
 
@@ -403,11 +400,8 @@ def show_case(plan: Plan, name: str) -> Result:
 
 def same_numbers(plan: Plan, folder: str | Path, name: str, result: Result) -> bool | None:
     """Whether a result has exactly the statistics that the load base has of its case; None if it has none."""
-    kept = base_table(plan, folder, "statistics")
-    kept = kept[(kept["case"] == name) & kept["channel"].isin(result.names)].set_index("channel")
+    kept = base_table(replace(plan, cases=(plan.case(name),)), folder, "statistics", result.names).set_index("channel")
     if kept.empty:
         return None
     part = result.evaluated
-    return all(
-        (kept.at[c, "min"], kept.at[c, "max"]) == (part[c].min(), part[c].max()) for c in kept.index if c in part
-    )
+    return all((kept.at[c, "min"], kept.at[c, "max"]) == (part[c].min(), part[c].max()) for c in part.names)

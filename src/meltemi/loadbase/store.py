@@ -129,7 +129,8 @@ class Store:
                 files.setdefault(place.file, []).extend((place.row, name) for name in names)
         order = [name for names in keys.values() for name in names]
         parts = [part for file, rows in files.items() for part in _parts(file, rows, what, channels)]
-        frame = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["case"])
+        columns = {"cases": PLAIN, "cycles": ("channel", *CYCLES)} | NESTED
+        frame = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["case", *columns[what]])
         frame["case"] = pd.Categorical(frame["case"], categories=list(dict.fromkeys(order)))
         frame = frame.sort_values("case", kind="stable", ignore_index=True)
         if channels is not None and what == "statistics":
