@@ -64,7 +64,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class DlcStatus:
-    """Number of cases of a design load case, by what became of them."""
+    """Number of cases of a design load case, by outcome."""
 
     dlc: str
     cases: int
@@ -379,7 +379,7 @@ def base_table(
 
 
 def show_case(plan: Plan, name: str) -> Result:
-    """Simulate a case of a load base again, to the bit.
+    """Simulate a case of a load base again, with exactly the same numbers.
 
     Raises:
       InputError: there is no such case, it cannot run, or its run fails.
