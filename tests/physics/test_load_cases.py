@@ -114,6 +114,26 @@ def test_the_other_rows(name: str, seconds: float) -> None:
     check(case, simulated(case, seconds), RATED["nrel5mw"])
 
 
+def test_a_deck_stops_under_its_options(openfast_deck: Path) -> None:
+    (deck,) = openfast_deck.glob("*.fst")
+    made = make_campaign(deck, "IB", rated_wind=11.4, transient=10.0, begin=5.0, quick=True)
+    case = plan(made).case("dlc4.1-25")
+    assert case.case().options.stall_constants == case.case().options.stall_constants.replace(a1=0.3)
+    check(case, simulated(case, 50.0), RATED["nrel5mw"])
+
+
+@pytest.mark.parametrize("name", ["dlc4.1-11.4", "dlc5.1-25-s01", "dlc2.1-25-grid_loss-s01"])
+def test_other_controllers_stop_too(name: str) -> None:
+    made = make_campaign(
+        "nrel5mw", rated_wind=11.4, transient=10.0, begin=5.0, quick=True, controller={"kind": "power"}
+    )
+    case = plan(made).case(name)
+    r = simulated(case, 60.0)
+    assert r.status is Status.OK
+    assert abs(r["rotor_speed"][-1]) < 0.2 and abs(r["generator_power"][-1]) < 1e3
+    assert r["pitch_2"][-1] > 1.5 and r["generator_power"][r.time < case.setting.event].min() > 3e6
+
+
 def test_every_row_is_among_them() -> None:
     rows = {planned("nrel5mw").case(name).row for name, _ in chosen(QUICK) + chosen(LONG)}
     assert rows == planned("nrel5mw").table.rows.keys()

@@ -156,7 +156,8 @@ def _supervised(s: Setting) -> dict[str, Any]:
 def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[str, Any]]:
     """Events under a controller that follows neither requests to stop nor the state of the grid.
 
-    All blades that can pitch go to feather, as in OpenFAST's manoeuvres; in an emergency the generator has no torque.
+    All blades that can pitch go to feather, as in OpenFAST's manoeuvres; the generator has no torque in an emergency, and
+    in a normal stop from halfway on.
     """
     found, stuck = [], {event["blade"] for event in events if event["type"] in ("pitch_stuck", "pitch_runaway")}
     for event in events:
@@ -165,7 +166,10 @@ def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[
             rate = c.normal_rate if request == "normal_stop" else c.emergency_rate
             free = [blade for blade in range(1, c.blades + 1) if blade not in stuck]
             found += [{"at": at, "type": "pitch_runaway", "blade": blade, "rate": rate} for blade in free]
-            if event["type"] == "request" and request == "emergency_stop":
+            if request == "normal_stop":
+                late = round(at + 0.5 * c.idle_pitch / rate, 6)
+                found.append({"at": late, "type": "generator_fault"})
+            elif all(e["type"] not in ("grid_loss", "generator_fault") for e in events):
                 found.append({"at": at, "type": "generator_fault"})
         if event["type"] != "request":
             found.append(event)
