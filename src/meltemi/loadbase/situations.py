@@ -156,8 +156,8 @@ def _supervised(s: Setting) -> dict[str, Any]:
 def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[str, Any]]:
     """Events under a controller that follows neither requests to stop nor the state of the grid.
 
-    All blades that can pitch go to feather, as in OpenFAST's manoeuvres; the generator has no torque in an emergency, and
-    in a normal stop from halfway on.
+    All blades that can pitch go to feather, as in OpenFAST's manoeuvres; the generator has no torque in an emergency,
+    and in a normal stop from halfway on.
     """
     found, stuck = [], {event["blade"] for event in events if event["type"] in ("pitch_stuck", "pitch_runaway")}
     for event in events:
