@@ -31,6 +31,8 @@ STEADY_DURATION = 100.0
 """[s] evaluated of an idling or locked rotor in steady wind."""
 FREQUENT, RARE = 10.0, 50.0
 """[years] return periods of faults between which the factor falls."""
+PRACTICE = ("normal_rate", "emergency_rate", "pitch_imbalance", "mass_imbalance", "idle_pitch", "start_margin", "years")
+"""Keys of a campaign whose defaults come from practice."""
 FEW = 3
 """Wind speeds of a quick plan."""
 SWEEP = 4
@@ -190,6 +192,11 @@ class Plan:
             if c.unsupported and c.row not in found.setdefault(c.unsupported, []):
                 found[c.unsupported].append(c.row)
         return found
+
+    def assumptions(self) -> list[tuple[str, str, str]]:
+        """Values that come from practice, for reports: (row or part, key, value); of the campaign in rad and m/s."""
+        own = [("campaign", key, f"{getattr(self.campaign, key):g}") for key in PRACTICE]
+        return [*self.table.assumptions(), *own]
 
     def frame(self) -> pd.DataFrame:
         """One row a case, as in ``plan.csv``."""

@@ -133,10 +133,6 @@ def _only(content: dict[str, Any], keys: str) -> dict[str, Any]:
     return {key: content[key] for key in keys.split() if key in content}
 
 
-def _production(s: Setting) -> dict[str, Any]:
-    return {}
-
-
 def _start(s: Setting) -> dict[str, Any]:
     return {"controller": _supervised(s), "start": "standstill"}
 
@@ -187,7 +183,7 @@ def _locked(s: Setting) -> dict[str, Any]:
 
 
 SITUATIONS: dict[str, Callable[[Setting], dict[str, Any]]] = {
-    "production": _production,
+    "production": lambda s: {},
     "start": _start,
     "normal stop": _stop("normal_stop"),
     "emergency stop": _stop("emergency_stop"),
@@ -215,7 +211,7 @@ def case_content(s: Setting) -> dict[str, Any]:
     own = SITUATIONS[row.situation](s)
     content |= {key: value for key, value in own.items() if key != "options"}
     content["options"] = merged(content["options"], own.get("options", {}))
-    if s.fault is not None and s.fault.events:
+    if s.fault is not None:
         content["events"] = [
             *content.get("events", []),
             *s.fault.at(s.event, c.blades, c.normal_rate, c.emergency_rate),
@@ -241,8 +237,6 @@ def _environment(c: Campaign) -> dict[str, Any]:
 def missing(s: Setting) -> str:
     """What the simulation lacks for a case; empty if it can run."""
     c = s.campaign
-    if s.fault is not None and s.fault.unsupported:
-        return s.fault.unsupported
     if s.row.situation == "start" and start_controller(c) is None:
         return f"a start: controller {c.controller.kind} cannot start the turbine, supervised can"
     return ""
