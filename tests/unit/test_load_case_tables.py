@@ -177,6 +177,9 @@ def test_every_case_is_a_valid_case_and_seeds_depend_on_the_name_only() -> None:
         ({"without": ["9.9"]}, "no row '9.9'"),
         ({"rows": {"1.3x": {"like": "1.2"}}}, "have state 'production', whose time would count twice"),
         ({"rows": {"1.3": {"like": "1.2"}}}, "like is for new rows"),
+        ({"faults": {"grid_loss": {"events": [{"type": "grid_los"}]}}}, "did you mean 'grid_loss'"),
+        ({"faults": {"new": {"title": "without events"}}}, "faults.new.events: missing"),
+        ({"rows": {"2.1": {"faults": "grid_los"}}}, "no fault 'grid_los'; did you mean 'grid_loss'"),
         ({"rows": {"1.3": {"speeds": "V_inn to V_out by 2"}}}, "unknown name 'V_inn'; did you mean 'V_in'"),
     ],
 )
