@@ -134,6 +134,15 @@ def test_other_controllers_stop_too(name: str) -> None:
     assert r["pitch_2"][-1] > 1.5 and r["generator_power"][r.time < case.setting.event].min() > 3e6
 
 
+def test_a_stop_that_was_not_planned_is_told() -> None:
+    limits = {"kind": "supervised", "supervision": {"over_speed": 1.02, "trip_speed": 1.1}}
+    made = make_campaign("nrel5mw", rated_wind=11.4, transient=10.0, begin=5.0, quick=True, controller=limits)
+    production, fault = (plan(made).case(name) for name in ("dlc1.1-25-s01", "dlc2.1-25-grid_loss-s01"))
+    r = simulated(production, 30.0)
+    assert "generator speed" in production.unplanned_stop(r.log) and fault.unplanned_stop(r.log) == ""
+    assert planned("nrel5mw").case("dlc1.1-25-s01").unplanned_stop(()) == ""
+
+
 def test_every_row_is_among_them() -> None:
     rows = {planned("nrel5mw").case(name).row for name, _ in chosen(QUICK) + chosen(LONG)}
     assert rows == planned("nrel5mw").table.rows.keys()
