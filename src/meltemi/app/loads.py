@@ -142,5 +142,5 @@ def _show(plan: Plan) -> None:
     )
     for why, names in plan.missing().items():
         say(f"cannot run (DLC {', '.join(names)}): {why}")
-    assumed = len(plan.assumptions())
-    print(f"{assumed} values of the plan come from practice, not from the standard (docs: load case tables)")
+    assumed = len(plan.table.assumptions())
+    print(f"{assumed} values of the table come from practice, not from the standard (docs: load case tables)")
