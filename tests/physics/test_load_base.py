@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import psutil
 import pytest
 
 import meltemi
@@ -389,7 +390,12 @@ def test_nothing_is_lost_by_kills_at_random_moments(tiny: Plan, whole: Path, tmp
         child = subprocess.Popen([sys.executable, "-c", CHILD, str(tmp_path)], stdout=subprocess.PIPE)
         assert child.stdout is not None
         child.stdout.readline()
-        time.sleep(chance.uniform(0.5, 2.5))
+        used, process = chance.uniform(0.5, 2.5), psutil.Process(child.pid)
+        begun = sum(process.cpu_times()[:2])
+        while (
+            child.poll() is None and sum(process.cpu_times()[:2]) < begun + used
+        ):  # of its own time: others may be busy
+            time.sleep(0.01)
         child.kill()
         child.wait()
         child.stdout.close()
@@ -410,8 +416,6 @@ def test_nothing_is_lost_by_kills_at_random_moments(tiny: Plan, whole: Path, tmp
 @pytest.mark.long
 def test_two_worker_processes_of_which_one_is_killed(tiny: Plan, whole: Path, tmp_path: Path) -> None:
     pytest.importorskip("distributed")
-    import psutil
-
     script = tmp_path / "child.py"
     script.write_text(CHILD)
     write_campaign(tiny.campaign, tmp_path)
