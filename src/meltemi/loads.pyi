@@ -2,6 +2,11 @@ from meltemi.loadbase.campaign import Campaign as Campaign
 from meltemi.loadbase.campaign import make_campaign as make_campaign
 from meltemi.loadbase.campaign import read_campaign as read_campaign
 from meltemi.loadbase.campaign import write_campaign as write_campaign
+from meltemi.loadbase.design import DesignLoads as DesignLoads
+from meltemi.loadbase.design import compare_bases as compare_bases
+from meltemi.loadbase.design import design_loads as design_loads
+from meltemi.loadbase.design import write_design_loads as write_design_loads
+from meltemi.loadbase.endurance import MarkovMatrix as MarkovMatrix
 from meltemi.loadbase.engine import BaseStatus as BaseStatus
 from meltemi.loadbase.engine import base_status as base_status
 from meltemi.loadbase.engine import base_table as base_table
@@ -11,6 +16,7 @@ from meltemi.loadbase.plan import Plan as Plan
 from meltemi.loadbase.plan import plan as plan
 from meltemi.loadbase.report import write_report as write_report
 from meltemi.loadbase.report_comparison import write_comparison as write_comparison
+from meltemi.loadbase.ultimate import ExtrapolatedLoad as ExtrapolatedLoad
 from meltemi.postprocess.bands import IdealRemoval as IdealRemoval
 from meltemi.postprocess.bands import harmonic_bands as harmonic_bands
 from meltemi.postprocess.bands import ideal_removal as ideal_removal

@@ -26,10 +26,10 @@ def load_benchmark(*, cases: int = 40, say: Callable[[str], None] = lambda text:
       say: called with what is going on.
 
     Returns:
-      ``cases``, ``hours`` (simulated, of the sample), ``cores``, ``wall_s``, ``cpu_s`` (of the process), ``parts`` (shares
-      of wind, simulation, reduction and the rest in it), ``times`` (simulated time over processor time), ``megabytes``
-      (of files), ``peak_memory_mb``, ``plan_s``, ``status_s``; ``all_cases``, ``all_hours``, and of the whole base
-      ``all_minutes`` on these cores, by processor time.
+      ``cases``, ``hours`` (simulated, of the sample), ``cores``, ``wall_s``, ``cpu_s`` (of the process), ``parts``
+      (shares of wind, simulation, reduction and the rest in it), ``times`` (simulated time over processor time),
+      ``megabytes`` (of files), ``peak_memory_mb``, ``plan_s``, ``status_s``; ``all_cases``, ``all_hours``, and of the
+      whole base ``all_minutes`` on these cores, by processor time.
     """
     whole = plan(make_campaign("nrel5mw", "IB"))
     began = time.perf_counter()

@@ -12,6 +12,8 @@ from meltemi.loadbase.campaign import make_campaign, write_campaign
 from meltemi.loadbase.table import load_table
 from meltemi.postprocess.files import read_netcdf
 
+pytest.importorskip("pyarrow")
+
 
 @pytest.fixture(scope="module")
 def base(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from meltemi import Result, Status
+from meltemi import ModelOptions, Result, Status
 from meltemi.loadbase.campaign import make_campaign
 from meltemi.loadbase.plan import Plan, PlannedCase, plan
 from meltemi.loadcases.case import case_run, case_turbine
@@ -112,6 +112,35 @@ def test_a_case_does_what_its_row_says(name: str, seconds: float) -> None:
 def test_the_other_rows(name: str, seconds: float) -> None:
     case = planned("nrel5mw").case(name)
     check(case, simulated(case, seconds), RATED["nrel5mw"])
+
+
+def test_a_deck_stops_under_its_options(openfast_deck: Path) -> None:
+    (deck,) = openfast_deck.glob("*.fst")
+    made = make_campaign(deck, "IB", rated_wind=11.4, transient=10.0, begin=5.0, quick=True)
+    case = plan(made).case("dlc4.1-25")
+    assert case.case().options == ModelOptions(**made.options) != ModelOptions()
+    check(case, simulated(case, 50.0), RATED["nrel5mw"])
+
+
+@pytest.mark.parametrize("name", ["dlc4.1-11.4", "dlc5.1-25-s01", "dlc2.1-25-grid_loss-s01"])
+def test_other_controllers_stop_too(name: str) -> None:
+    made = make_campaign(
+        "nrel5mw", rated_wind=11.4, transient=10.0, begin=5.0, quick=True, controller={"kind": "power"}
+    )
+    case = plan(made).case(name)
+    r = simulated(case, 60.0)
+    assert r.status is Status.OK
+    assert abs(r["rotor_speed"][-1]) < 0.2 and abs(r["generator_power"][-1]) < 1e3
+    assert r["pitch_2"][-1] > 1.5 and r["generator_power"][r.time < case.setting.event].min() > 3e6
+
+
+def test_a_stop_that_was_not_planned_is_told() -> None:
+    limits = {"kind": "supervised", "supervision": {"over_speed": 1.02, "trip_speed": 1.1}}
+    made = make_campaign("nrel5mw", rated_wind=11.4, transient=10.0, begin=5.0, quick=True, controller=limits)
+    production, fault = (plan(made).case(name) for name in ("dlc1.1-25-s01", "dlc2.1-25-grid_loss-s01"))
+    r = simulated(production, 30.0)
+    assert "generator speed" in production.unplanned_stop(r.log) and fault.unplanned_stop(r.log) == ""
+    assert planned("nrel5mw").case("dlc1.1-25-s01").unplanned_stop(()) == ""
 
 
 def test_every_row_is_among_them() -> None:

@@ -29,7 +29,9 @@ STEP = 0.05
 def small_plan(rows: Sequence[str] = ("1.1", "1.2", "1.3", "4.1", "6.2", "6.4"), **settings: Any) -> Plan:
     """Plan of a few rows of the table with short cases."""
     given: dict[str, Any] = {"rated_wind": 11.4, "quick": True, "duration": 10.0, "transient": 0.0}
-    changes = {"without": sorted(load_table(4).rows.keys() - {*rows})} | settings.pop("changes", {})
+    changes = {"without": sorted(load_table(settings.get("edition", 4)).rows.keys() - {*rows})} | settings.pop(
+        "changes", {}
+    )
     return plan(make_campaign("nrel5mw", "IB", changes=changes, **given | settings))
 
 

@@ -17,6 +17,7 @@ from meltemi.loadbase.situations import OPERATING
 from meltemi.loadbase.table import load_table
 from meltemi.loadcases.case import case_wind
 from meltemi.turbine.library import load_turbine
+from meltemi.wind.fields import unusual
 from meltemi.wind.iec.gusts import EDC_TIME, EOG_TIME, EWS_TIME, RISE_TIME
 
 # Burton et al. (2021), Wind Energy Handbook, 3rd ed., chapter 5, for IEC 61400-1 ed. 4; runs by practice. Cases of a
@@ -116,6 +117,7 @@ def test_situations_have_inclination_imbalance_and_profile() -> None:
         content, operating = c.content, c.setting.row.situation in OPERATING
         assert ("imbalance" in content) == ("upflow" in content["wind"]) == operating
         wind = case_wind(c.case(), TURBINE, Path())
+        assert unusual(wind) == []
         shear = getattr(wind, "shear_exponent", None)
         assert shear is None or shear == (0.11 if c.variant.model.startswith("EWM") else 0.2)
     plain = plan(campaign(quick=True, inclination=0.0, pitch_imbalance=0.0, mass_imbalance=0.0))
@@ -126,7 +128,12 @@ def test_other_controllers_stop_by_pitch_and_do_not_start() -> None:
     found = plan(campaign(quick=True, controller={"kind": "power"}))
     assert list(found.missing().values()) == [["3.1", "3.2", "3.3"]]
     stop = found.case("dlc4.1-25").content["events"]
-    assert [(e["type"], e["blade"], e["rate"]) for e in stop] == [("pitch_runaway", b, 0.06981317) for b in (1, 2, 3)]
+    assert [(e["type"], e["blade"], e["rate"]) for e in stop[:3]] == [
+        ("pitch_runaway", b, 0.06981317) for b in (1, 2, 3)
+    ]
+    assert stop[3] == {"type": "generator_fault", "at": pytest.approx(70.0 + 45.0 / 4.0, abs=1e-3)}
+    short = found.case("dlc2.2-25-generator_overload-s01").content["events"]
+    assert [e["type"] for e in short] == ["generator_fault"] * 2 + ["pitch_runaway"] * 3
     stuck = found.case("dlc2.2-25-blade_stuck-s01").content["events"]
     assert [e["type"] for e in stuck] == ["pitch_stuck", "pitch_runaway", "pitch_runaway", "generator_fault"]
     lost = found.case("dlc2.1-25-grid_loss-s01").content["events"]
@@ -170,6 +177,9 @@ def test_every_case_is_a_valid_case_and_seeds_depend_on_the_name_only() -> None:
         ({"without": ["9.9"]}, "no row '9.9'"),
         ({"rows": {"1.3x": {"like": "1.2"}}}, "have state 'production', whose time would count twice"),
         ({"rows": {"1.3": {"like": "1.2"}}}, "like is for new rows"),
+        ({"faults": {"grid_loss": {"events": [{"type": "grid_los"}]}}}, "did you mean 'grid_loss'"),
+        ({"faults": {"new": {"title": "without events"}}}, "faults.new.events: missing"),
+        ({"rows": {"2.1": {"faults": "grid_los"}}}, "no fault 'grid_los'; did you mean 'grid_loss'"),
         ({"rows": {"1.3": {"speeds": "V_inn to V_out by 2"}}}, "unknown name 'V_inn'; did you mean 'V_in'"),
     ],
 )

@@ -21,14 +21,17 @@ STATES = ("ok", "warned", "doubtful", "failed", "missing", "unsupported")
 MEANINGS = (
     ("tower's surface", "a blade strikes the tower: no clearance; loads do not contain the impact"),
     ("comes close to the tower", "less tip clearance than required of the undeflected rotor"),
-    ("range", "a deflection beyond the range of the model: loads of this case are uncertain"),
+    ("model's range", "a deflection beyond the range of the model: loads of this case are uncertain"),
+    ("range of their model", "a deflection beyond the range of the model: loads of this case are uncertain"),
     ("rotor faster", "overspeed beyond any design: a protection system would have acted; loads are no design loads"),
     ("overspeed", "overspeed: the loads hold only if the protection system acts no earlier"),
+    ("stopped at", "the supervisor stopped the turbine: no loads of production from then on"),
     ("vibration", "an instability: loads depend on its duration"),
     ("unstable", "an instability: loads depend on its duration"),
     ("the run needs", "the wind is shorter than the run, or does not cover the rotor: not simulated"),
 )
 """Meaning of messages and warnings, by words that they contain."""
+UNCERTAIN = "outside the range of validity of the model: loads of this case are uncertain"
 LOST = "no loads: the case takes no part in any number"
 
 
@@ -99,7 +102,8 @@ def problems_of(results: Results) -> pd.DataFrame:
         if state != "ok":
             message = results.said[case.name]
             found = "; ".join(dict.fromkeys(meaning for words, meaning in MEANINGS if words in message))
-            meaning = found if case.name in taken else "; ".join(filter(None, (LOST, found)))
+            known = found or (UNCERTAIN if state == "doubtful" else "")
+            meaning = known if case.name in taken else "; ".join(filter(None, (LOST, known)))
             lines.append((case.name, case.row, case.dlc, state, message, meaning))
     return pd.DataFrame(lines, columns=["case", "row", "dlc", "state", "message", "meaning"]).set_index("case")
 
@@ -130,7 +134,7 @@ def coverage_of(results: Results) -> pd.DataFrame:
 def _of_fatigue(lost: float) -> str:
     if lost <= 0.0:
         return "their time is given to the other cases of the same wind speed and yaw error"
-    return f"{lost:.2g} of the repetitions have no case, damage is too low"
+    return f"{lost:.2g} of the repetitions have no case, damage and energy are too low"
 
 
 Condition = tuple[str, str, float, float | None]

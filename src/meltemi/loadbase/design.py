@@ -1,6 +1,6 @@
 """Evaluation of a load base: design loads of every interface, fatigue, energy, duty, and what they lack.
 
-Equations L-1 to L-45 of ``docs/theory/design-loads.md``, which names the sources of each rule.
+Equations L-1 to L-41 of ``docs/theory/design-loads.md``, which names the sources of each rule.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from meltemi.core.display import Brief
 from meltemi.core.errors import InputError
@@ -39,6 +41,7 @@ from meltemi.loadbase.ultimate import (
     runs_of,
     ultimate_tables,
 )
+from meltemi.postprocess.extrapolation import LEAST
 from meltemi.postprocess.extremes import COMPONENTS
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
@@ -56,9 +59,10 @@ if TYPE_CHECKING:
 class DesignLoads(Brief):
     """Design loads of a load base, in SI units and radians.
 
-    Interfaces of the blades (``blade_root``, ``blade_station_1`` ...) stand for the worst of all blades; channels of
-    fatigue are those of each blade. A row is a row of the load case table, such as "1.3" or "7.1b". Drivers are
-    "Fx max" to "Mz min", "F_res max", "M_res max" (``meltemi.postprocess.extremes.DRIVERS``).
+    Loads do not contain the factor for the consequence of failure. Interfaces of the blades (``blade_root``,
+    ``blade_station_1`` ...) stand for the worst of all blades; channels of fatigue are those of each blade. A row is a
+    row of the load case table, such as "1.3" or "7.1b". Drivers are "Fx max" to "Mz min", "F_res max", "M_res max"
+    (``meltemi.postprocess.extremes.DRIVERS``).
 
     Attributes:
       plan: of the load base.
@@ -76,9 +80,9 @@ class DesignLoads(Brief):
         with factor), case, runs, lacking.
       extrapolations: of DLC 1.1, for each interface and driver, and for deflection and clearance of the tip.
       clearance: index row: least distance of a blade's tip from the tower's surface. Columns clearance [m]
-        (characteristic value), factor, deflection [m] (undeflected minus clearance), left [m] (undeflected minus
-        deflection times factors), ratio (clearance over undeflected), case, runs, lacking, fits (bool: ``left``
-        positive).
+        (characteristic value), factor, material, deflection [m] (undeflected minus clearance), left [m] (undeflected
+        minus deflection times both factors), ratio (clearance over undeflected), case, runs, lacking, fits
+        (bool: ``left`` is positive).
       undeflected: [m] tip clearance of the undeflected rotor; NaN if it is not known.
       signals: index (channel, end "max" or "min"): characteristic values of accelerations, rotor speed, deflections and
         other channels, without factor. Columns value, unit, case, row, runs.
@@ -234,8 +238,14 @@ def _notes(results: Results, coverage: pd.DataFrame, evaluation: Evaluation) -> 
         if n := sum(results.states[case.name] == state for case in results.present):
             yield f"{n} cases that {text} take part."
     for runs in evaluation.runs:
-        if runs.rule == EXTRAPOLATED and not any(e.load(evaluation.way) for e in evaluation.extrapolations):
-            yield f"DLC {runs.dlc}: too few seeds for an extrapolation ({evaluation.way}): no part in loads."
+        if runs.rule == EXTRAPOLATED:
+            least = LEAST["weibull" if evaluation.way == "weibull" else "gumbel"]
+            few = sorted({v for v in runs.speeds.tolist() if np.sum(runs.speeds == v) < least})
+            if len(few) == len(set(runs.speeds)):
+                yield f"DLC {runs.dlc}: fewer than {least} seeds, too few for an extrapolation: it takes no part."
+            elif few:
+                speeds = ", ".join(f"{v:g}" for v in few)
+                yield f"DLC {runs.dlc}: {speeds} m/s have fewer than {least} seeds: not in the extrapolation."
 
 
 def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:
@@ -246,9 +256,10 @@ def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:
       reference: of the denominators.
 
     Returns:
-      index (kind, interface, load): kind "ultimate" (load: driver; with factor), "fatigue" (load: "My m=10", the worst
-      blade), "clearance" (least ``left`` of all rows [m]) or "energy" (of a year [J]); columns value, reference, ratio
-      (utilisation; NaN where the reference is zero), case, reference_case. What only one base has is left out.
+      index (kind, interface, load), see L-41: kind "ultimate" (load: driver; with factor), "fatigue" (load: "My m=10",
+      the worst blade), "clearance" (least ``left`` of all rows [m]) or "energy" (of a year [J]); columns value,
+      reference, ratio (utilisation; NaN where the reference is zero), case, reference_case. What only one
+      base has is left out.
     """
     import pandas as pd
 

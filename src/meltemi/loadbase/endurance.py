@@ -1,6 +1,6 @@
 """Fatigue, energy and duty of a load base over its lifetime.
 
-Equations L-1 to L-10, L-30 to L-34, L-40 to L-45 of ``docs/theory/design-loads.md``.
+Equations L-1 to L-10, L-30 to L-34, L-36, L-39, L-40 of ``docs/theory/design-loads.md``.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def fatigue_loads(
     reference: float,
     strengths: Mapping[str, float],
 ) -> FatigueLoads:
-    """Equivalent loads, shares and Markov matrices of the lifetime (L-40 to L-42).
+    """Equivalent loads, shares and Markov matrices of the lifetime (L-4 to L-6, L-40).
 
     Args:
       results: of the load base.
@@ -108,27 +108,19 @@ def fatigue_loads(
     counted = np.array([bool(c.weight) for c in results.present], dtype=bool)
     m = np.array(slopes, dtype=float)
     scales, matrices, damage = dict[str, float](), dict[str, MarkovMatrix](), dict[str, Float]()
-    for part in results.store.parts(results.keys, "cycles") if conditions else ():
-        channel = str(part["channel"].iloc[0]) if len(part) else ""
-        if channel not in labels:
+    for channel, names, codes, cycles in results.store.cycles(results.keys) if conditions else ():
+        if channel not in labels or not len(codes):
             continue
         if channel not in damage:
             low, high = extremes.values(channel, "min")[counted].min(), extremes.values(channel, "max")[counted].max()
-            scales[channel] = 1.001 * float(high - low)
-            margin = 1e-3 * max(abs(low), abs(high))
-            matrices[channel] = MarkovMatrix(
-                np.linspace(0.0, scales[channel], RANGES + 1),
-                np.linspace(low - margin, high + margin, MEANS + 1),
-                np.zeros((RANGES, MEANS)),
-            )
+            matrices[channel] = _empty_matrix(float(low), float(high))
+            scales[channel] = float(matrices[channel].range_edges[-1])
             damage[channel] = np.zeros((len(m), len(conditions)))
-        names, codes = np.unique(part["case"].to_numpy(str), return_inverse=True)
         at = np.array([cases[name] for name in names])[codes]
-        cycles = Cycles(*(part[key].to_numpy(float) for key in ("range", "mean", "count")))
         counts = weight[at] * cycles.counts
         _add(matrices[channel], cycles._replace(counts=counts))
         strength = strengths.get(channel, strengths.get(family(channel)))
-        ranges = cycles.ranges if strength is None else goodman_cycles(cycles, strength).ranges
+        ranges = cycles.ranges if strength is None else _corrected(channel, cycles, strength)
         logs = np.log(np.maximum(ranges / scales[channel], 1e-300))
         for k, slope in enumerate(m):
             damage[channel][k] += np.bincount(place[at], counts * np.exp(slope * logs), len(conditions))
@@ -148,6 +140,20 @@ def fatigue_loads(
         pd.DataFrame(np.concatenate([x.T for x in shares] or [np.zeros((0, len(m)))]), index=index, columns=m.tolist()),
         {name: matrices[name] for name in order},
     )
+
+
+def _empty_matrix(low: float, high: float) -> MarkovMatrix:
+    """For a load between two values; a little wider, since ranges and means are kept rounded."""
+    margin = 1e-3 * max(abs(low), abs(high))
+    edges = np.linspace(0.0, 1.001 * (high - low), RANGES + 1), np.linspace(low - margin, high + margin, MEANS + 1)
+    return MarkovMatrix(*edges, np.zeros((RANGES, MEANS)))
+
+
+def _corrected(channel: str, cycles: Cycles, strength: float) -> Float:
+    try:
+        return goodman_cycles(cycles, strength).ranges
+    except InputError as error:
+        raise InputError(f"strengths: {channel}: {error}") from None
 
 
 def _add(matrix: MarkovMatrix, cycles: Cycles) -> None:
@@ -176,7 +182,7 @@ def rose_fatigue(fatigue: pd.DataFrame, interfaces: Sequence[Interface], slopes:
 
 
 def energy_of(results: Results, extremes: Extremes, availability: float) -> tuple[AnnualEnergy | None, pd.DataFrame]:
-    """Energy of a year in production, and the power at each wind speed (L-9, L-10, L-43)."""
+    """Energy of a year in production, and the power at each wind speed (L-9, L-10, L-36)."""
     import pandas as pd
 
     head = ["speed", "power", "half_width", "runs", "probability", "energy"]
@@ -219,7 +225,7 @@ def production_row(results: Results) -> str | None:
 
 
 def stops_of(results: Results) -> pd.DataFrame:
-    """Stops in a year, by row (L-44)."""
+    """Stops in a year, by row (L-39)."""
     import pandas as pd
 
     repetitions, years = shared_repetitions(results), results.plan.campaign.years
@@ -233,7 +239,7 @@ def stops_of(results: Results) -> pd.DataFrame:
 
 
 def duties_of(results: Results) -> pd.DataFrame:
-    """Duty of the drives in a year; see ``DesignLoads.duties`` (L-44)."""
+    """Duty of the drives in a year; see ``DesignLoads.duties`` (L-32, L-33, L-39)."""
     import pandas as pd
 
     repetitions, years = shared_repetitions(results), results.plan.campaign.years
@@ -258,7 +264,7 @@ def duties_of(results: Results) -> pd.DataFrame:
 
 
 def durations_of(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Load-duration distributions of the lifetime, and their equivalent loads (L-30, L-31, L-45).
+    """Load-duration distributions of the lifetime, and their equivalent loads (L-30, L-31).
 
     Levels below the largest one over 2^8 are one level, as they are in each case.
     """

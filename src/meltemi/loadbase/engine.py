@@ -9,7 +9,8 @@ from __future__ import annotations
 import random
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Protocol
@@ -63,7 +64,7 @@ class Progress:
 
 @dataclass(frozen=True)
 class DlcStatus:
-    """Number of cases of a design load case, by what became of them."""
+    """Number of cases of a design load case, by outcome."""
 
     dlc: str
     cases: int
@@ -195,7 +196,7 @@ class _Count:
         self.before = self._done()
 
     def _done(self) -> float:
-        return sum(self.seconds[key] for key in self.keys)
+        return sum(self.seconds[key] for key in list(self.keys))  # other threads add to them
 
     def add(self, keys: set[str], under_way: float = 0.0) -> None:
         """Count finished cases; ``under_way`` [s] are simulated, but not yet written."""
@@ -251,9 +252,7 @@ class OnThreads:
                 self.tell(together)
 
         def hand_over() -> None:
-            if rows:
-                taken = rows.copy()
-                rows.clear()
+            if taken := [rows.pop(0) for _ in range(len(rows))]:  # other threads may add to them
                 finished(taken)
 
         batch = Batch(runs(), reduce=shop.row, workers=self.workers, done=done)
@@ -291,7 +290,7 @@ class OnDask:
         except (OSError, ValueError) as error:
             raise InputError(f"--dask {self.address}: no scheduler there ({error})") from None
         lost: list[str] = []
-        with client:
+        with cluster or nullcontext(), client:
             waiting = iter(groups)
             flying = as_completed()
 
@@ -307,8 +306,6 @@ class OnDask:
                 else:
                     lost.append(str(future.exception()))
                 send()
-        if cluster:
-            cluster.close()
         if lost:
             raise InputError(f"{len(lost)} groups of cases could not be run, the first one: {lost[0]}")
 
@@ -382,7 +379,7 @@ def base_table(
 
 
 def show_case(plan: Plan, name: str) -> Result:
-    """Simulate a case of a load base again, to the bit.
+    """Simulate a case of a load base again, with exactly the same numbers.
 
     Raises:
       InputError: there is no such case, it cannot run, or its run fails.
@@ -392,19 +389,19 @@ def show_case(plan: Plan, name: str) -> Result:
         raise InputError(f"{name} cannot run yet: {case.unsupported}")
     job = next(job for job in jobs_of(plan) if job.name == name)
     found: list[Result] = []
-    (outcome,) = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1).run()
+    batch = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1)
+    outcomes = batch.run()
+    if batch.interrupted:
+        raise KeyboardInterrupt
     if not found:
-        raise InputError(f"{name}: {outcome.message}")
+        raise InputError(f"{name}: {outcomes[0].message}")
     return found[0]
 
 
 def same_numbers(plan: Plan, folder: str | Path, name: str, result: Result) -> bool | None:
     """Whether a result has exactly the statistics that the load base has of its case; None if it has none."""
-    kept = base_table(plan, folder, "statistics")
-    kept = kept[(kept["case"] == name) & kept["channel"].isin(result.names)].set_index("channel")
+    kept = base_table(replace(plan, cases=(plan.case(name),)), folder, "statistics", result.names).set_index("channel")
     if kept.empty:
         return None
     part = result.evaluated
-    return all(
-        (kept.at[c, "min"], kept.at[c, "max"]) == (part[c].min(), part[c].max()) for c in kept.index if c in part
-    )
+    return all((kept.at[c, "min"], kept.at[c, "max"]) == (part[c].min(), part[c].max()) for c in part.names)

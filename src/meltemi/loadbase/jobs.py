@@ -22,17 +22,20 @@ from meltemi.loadbase.plan import Plan
 from meltemi.loadbase.reduction import Reduced, reduced
 from meltemi.loadcases.case import ROSCO, LoadCase, case_run, case_turbine
 from meltemi.simulation.bladed.rotor import BladedModel
+from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
+from meltemi.simulation.trim import OperatingPoint, steady_wind
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.wind.fields import Wind
 from meltemi.wind.turbulence.field import realised
+from meltemi.wind.turbulent import TurbulentWind
 
 REDUCTION = 1
-"""Increased by every change of what is kept of a run."""
+"""Increased by every change of how cases begin, and of what is kept of them."""
 WITHOUT_CONTROL = (
     *("pitch.reference_speed", "pitch.minimum", "pitch.maximum"),
     *("torque.rated_power", "torque.rated_speed", "torque.maximum_torque"),
@@ -182,7 +185,8 @@ class Workshop:
         channels = recorded(model.turbine, interfaces_of(model.turbine))
         own = {"channels": channels, "blade_stations": blade, "tower_stations": tower}
         run = case_run(validated(job.content | own, LoadCase, job.name), model.turbine, Path(), model=model)
-        return replace(run, name=job.name, wind=lambda: self._wind(job, run.wind, model.turbine))
+        start = (lambda: begin_of(run.wind, model, run.start)) if isinstance(run.wind, TurbulentWind) else run.start
+        return replace(run, name=job.name, start=start, wind=lambda: self._wind(job, run.wind, model.turbine))
 
     def _wind(self, job: Job, wind: Any, turbine: Turbine) -> Wind:
         began = thread_time()
@@ -201,6 +205,12 @@ class Workshop:
         simulated = float(result.time[-1]) if len(result.time) else 0.0
         times = (wind, ended - began - wind, thread_time() - ended)
         return Row(job.name, job.key, result.status, result.message, result.warnings, simulated, *times, reduced=kept)
+
+
+def begin_of(wind: TurbulentWind, model: BladedModel, start: Any) -> Any:
+    """The start in the mean wind: the same for all seeds, and computed once."""
+    found, words = initial_state(model, steady_wind(wind, model.turbine.hub_height), start)
+    return found if isinstance(found, OperatingPoint) and words == found.warnings else start
 
 
 def check_key(job: Job, known: dict[str, str]) -> None:

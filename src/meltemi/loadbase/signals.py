@@ -1,18 +1,19 @@
 """Extremes of single channels of a load base: clearance of the tips, accelerations, moments by direction.
 
-Equations L-37 to L-39 of ``docs/theory/design-loads.md``.
+Equations L-16 to L-18 and L-38 of ``docs/theory/design-loads.md``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from meltemi.loadbase.coverage import Results
 from meltemi.loadbase.interfaces import TURNED, Interface
-from meltemi.loadbase.ultimate import Evaluation, Runs, blade_groups, each_row, family
+from meltemi.loadbase.ultimate import EXTRAPOLATED, Evaluation, Runs, blade_groups, each_row, family
 from meltemi.postprocess.extrapolation import Float
 from meltemi.postprocess.extremes import TRANSVERSE
 from meltemi.simulation.channels import every_kind
@@ -38,24 +39,23 @@ class Extremes:
     """
 
     def __init__(self, results: Results) -> None:
-        frame = results.table("statistics")
-        self.names = [case.name for case in results.present]
-        self._wide = {
-            of: frame.pivot(index="case", columns="channel", values=of).reindex(self.names) if len(frame) else frame
-            for of in ("min", "max", "mean")
-        }
+        frame, names = results.table("statistics"), [case.name for case in results.present]
+        self._places: dict[str, list[int]] = {}
+        self._wide: dict[str, Float] = {}
+        if len(frame):
+            wide = frame.pivot(index="case", columns="channel", values=["min", "max", "mean"]).reindex(names)
+            self._wide = {of: wide[of].to_numpy(float) for of in ("min", "max", "mean")}
+            for place, name in enumerate(wide["max"].columns):
+                for known in {name, family(name), _of_all(name)}:
+                    self._places.setdefault(known, []).append(place)
 
     def __contains__(self, channel: str) -> bool:
-        return bool(len(self._columns(channel)))
+        return channel in self._places
 
-    def _columns(self, channel: str) -> list[str]:
-        wide = self._wide["max"]
-        return [name for name in wide.columns if channel in (name, family(name), _of_all(name))] if len(wide) else []
-
-    def values(self, channel: str, of: str) -> Float:
-        """(cases,) "min", "max" or "mean" of a channel; of a name without the number of the blade, of all blades."""
-        part = self._wide[of][self._columns(channel)].to_numpy(float)
-        found: Float = part.min(axis=1) if of == "min" else part.max(axis=1) if of == "max" else part.mean(axis=1)
+    def values(self, channel: str, of: Literal["min", "max", "mean"]) -> Float:
+        """(cases,) extremes or means of a channel; of a name without the number of the blade, of all blades."""
+        part = self._wide[of][:, self._places[channel]]
+        found: Float = getattr(part, of)(axis=1)
         return found
 
 
@@ -87,16 +87,14 @@ def signals_table(evaluation: Evaluation, extremes: Extremes) -> pd.DataFrame:
 
 def _plain(evaluation: Evaluation) -> Evaluation:
     """The same with the largest of all runs in place of an extrapolation."""
-    from dataclasses import replace
-
-    runs = [replace(each, rule="largest") if each.rule == "extrapolated" else each for each in evaluation.runs]
+    runs = [replace(each, rule="largest") if each.rule == EXTRAPOLATED else each for each in evaluation.runs]
     return replace(evaluation, runs=runs)
 
 
 def clearance_table(
     evaluation: Evaluation, extremes: Extremes, undeflected: float, radius: float, material: float
 ) -> pd.DataFrame:
-    """Clearance of the tips in each row; see ``DesignLoads.clearance``.
+    """Clearance of the tips in each row; see ``DesignLoads.clearance`` (L-38).
 
     Args:
       evaluation: how characteristic values are formed.
@@ -129,16 +127,16 @@ def tower_radius(turbine: Turbine) -> float:
 
 
 def rose_extremes(evaluation: Evaluation, extremes: Extremes, interfaces: Sequence[Interface]) -> pd.DataFrame:
-    """Largest moment with factor in each direction; see ``DesignLoads.roses`` (L-16, L-39)."""
+    """Largest moment with factor in each direction; see ``DesignLoads.roses`` (L-16, L-18)."""
     import pandas as pd
 
     lines = []
     for name, members in blade_groups(each for each in interfaces if each.rose).items():
         for angle in range(0, 360, 30):
             channel, smallest = rose_channel(members[0], angle % 180), angle >= 180
-            if family(channel) not in extremes and channel not in extremes:
-                continue
             kept = _of_all(channel) if "@" in channel else family(channel)
+            if kept not in extremes:
+                continue
             values = extremes.values(kept, "min" if smallest else "max")
             sign = -1.0 if smallest else 1.0
             found: list[tuple[float, Runs, int]] = [

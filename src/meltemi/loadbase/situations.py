@@ -133,10 +133,6 @@ def _only(content: dict[str, Any], keys: str) -> dict[str, Any]:
     return {key: content[key] for key in keys.split() if key in content}
 
 
-def _production(s: Setting) -> dict[str, Any]:
-    return {}
-
-
 def _start(s: Setting) -> dict[str, Any]:
     return {"controller": _supervised(s), "start": "standstill"}
 
@@ -156,7 +152,8 @@ def _supervised(s: Setting) -> dict[str, Any]:
 def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[str, Any]]:
     """Events under a controller that follows neither requests to stop nor the state of the grid.
 
-    All blades that can pitch go to feather, as in OpenFAST's manoeuvres; in an emergency the generator has no torque.
+    All blades that can pitch go to feather, as in OpenFAST's manoeuvres; the generator has no torque in an emergency,
+    and in a normal stop from halfway on.
     """
     found, stuck = [], {event["blade"] for event in events if event["type"] in ("pitch_stuck", "pitch_runaway")}
     for event in events:
@@ -165,7 +162,10 @@ def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[
             rate = c.normal_rate if request == "normal_stop" else c.emergency_rate
             free = [blade for blade in range(1, c.blades + 1) if blade not in stuck]
             found += [{"at": at, "type": "pitch_runaway", "blade": blade, "rate": rate} for blade in free]
-            if event["type"] == "request" and request == "emergency_stop":
+            if request == "normal_stop":
+                late = round(at + 0.5 * c.idle_pitch / rate, 6)
+                found.append({"at": late, "type": "generator_fault"})
+            elif all(e["type"] not in ("grid_loss", "generator_fault") for e in events):
                 found.append({"at": at, "type": "generator_fault"})
         if event["type"] != "request":
             found.append(event)
@@ -183,7 +183,7 @@ def _locked(s: Setting) -> dict[str, Any]:
 
 
 SITUATIONS: dict[str, Callable[[Setting], dict[str, Any]]] = {
-    "production": _production,
+    "production": lambda s: {},
     "start": _start,
     "normal stop": _stop("normal_stop"),
     "emergency stop": _stop("emergency_stop"),
@@ -211,7 +211,7 @@ def case_content(s: Setting) -> dict[str, Any]:
     own = SITUATIONS[row.situation](s)
     content |= {key: value for key, value in own.items() if key != "options"}
     content["options"] = merged(content["options"], own.get("options", {}))
-    if s.fault is not None and s.fault.events:
+    if s.fault is not None:
         content["events"] = [
             *content.get("events", []),
             *s.fault.at(s.event, c.blades, c.normal_rate, c.emergency_rate),
@@ -237,8 +237,6 @@ def _environment(c: Campaign) -> dict[str, Any]:
 def missing(s: Setting) -> str:
     """What the simulation lacks for a case; empty if it can run."""
     c = s.campaign
-    if s.fault is not None and s.fault.unsupported:
-        return s.fault.unsupported
     if s.row.situation == "start" and start_controller(c) is None:
         return f"a start: controller {c.controller.kind} cannot start the turbine, supervised can"
     return ""

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError, Status, did_you_mean
 from meltemi.loadbase.jobs import Row
+from meltemi.postprocess.cycles import Cycles
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
 
 if TYPE_CHECKING:
@@ -120,32 +121,50 @@ class Store:
         """
         import pandas as pd
 
+        if what not in TABLES:
+            raise InputError(f"load base: no table {what!r}: {did_you_mean(what, TABLES)}")
+        files = self._files(keys)
         order = [name for names in keys.values() for name in names]
-        parts = list(self.parts(keys, what, channels))
-        frame = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["case"])
+        parts = [part for file, rows in files.items() for part in _parts(file, rows, what, channels)]
+        columns = {"cases": PLAIN, "cycles": ("channel", *CYCLES)} | NESTED
+        frame = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=["case", *columns[what]])
         frame["case"] = pd.Categorical(frame["case"], categories=list(dict.fromkeys(order)))
         frame = frame.sort_values("case", kind="stable", ignore_index=True)
         if channels is not None and what == "statistics":
             frame = frame[frame["channel"].isin(channels)].reset_index(drop=True)
         return frame.set_index(frame.pop("case").astype(str)) if what == "cases" else frame
 
-    def parts(
-        self, keys: Mapping[str, Sequence[str]], what: str, channels: Sequence[str] | None = None
-    ) -> Iterator[pd.DataFrame]:
-        """The rows of :meth:`table` file by file, of cycles also channel by channel: cases are in no order.
+    def cycles(self, keys: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, list[str], NDArray[np.intp], Cycles]]:
+        """Cycles file by file and channel by channel, in less memory than their table.
+
+        Args:
+          keys: names of the cases with each key.
+
+        Returns:
+          channel, names of cases, place among them of the case of each cycle (n,), and the cycles.
 
         Raises:
-          InputError: there is no such table, or a file cannot be read.
+          InputError: a file cannot be read.
         """
-        if what not in TABLES:
-            raise InputError(f"load base: no table {what!r}: {did_you_mean(what, TABLES)}")
+        import pyarrow.compute as pc
+
+        for file, rows in self._files(keys).items():
+            table = _read(file, ["cycles"])
+            if "cycles" not in table.column_names:
+                continue
+            for channel, column in zip(*_fields(table.column("cycles")), strict=True):
+                own = column.take([i for i, _ in rows])
+                parts = (np.asarray(part, dtype=float) for part in pc.list_flatten(own).flatten())
+                yield channel, [name for _, name in rows], pc.list_parent_indices(own).to_numpy(), Cycles(*parts)
+
+    def _files(self, keys: Mapping[str, Sequence[str]]) -> dict[Path, list[tuple[int, str]]]:
+        """Rows and names of cases by file."""
         files: dict[Path, list[tuple[int, str]]] = {}
         for key, names in keys.items():
             if key in self.places:
                 place = self.places[key]
                 files.setdefault(place.file, []).extend((place.row, name) for name in names)
-        for file, rows in files.items():
-            yield from _parts(file, rows, what, channels)
+        return files
 
 
 def _age(path: Path) -> tuple[int, str]:
@@ -292,6 +311,13 @@ def read_file(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     return file.read(columns=columns, use_threads=False)
 
 
+def _read(file: Path, columns: Sequence[str]) -> pa.Table:
+    try:
+        return read_file(file, ["key", *columns])
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: cannot be read ({error}); remove it and run its cases again") from None
+
+
 def _parts(
     file: Path, rows: Sequence[tuple[int, str]], what: str, channels: Sequence[str] | None
 ) -> Iterator[pd.DataFrame]:
@@ -299,13 +325,10 @@ def _parts(
     import pandas as pd
 
     columns = [f"cycles.{name}" for name in channels] if what == "cycles" and channels else [what]
-    try:
-        table = read_file(file, ["name", *PLAIN] if what == "cases" else ["key", *columns])
-    except (OSError, ValueError) as error:
-        raise InputError(f"{file}: cannot be read ({error}); remove it and run its cases again") from None
+    table = _read(file, ["name", *PLAIN] if what == "cases" else columns)
     places, names = [i for i, _ in rows], [name for _, name in rows]
     if what == "cases":
-        yield table.drop_columns(["name"]).take(places).to_pandas().assign(case=names)
+        yield table.drop_columns(["key", "name"]).take(places).to_pandas().assign(case=names)
     elif what in NESTED:
         yield pd.DataFrame(_flat(table.column(what).take(places), names))
     elif "cycles" in table.column_names:

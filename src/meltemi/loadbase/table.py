@@ -172,7 +172,7 @@ class Fault(Assumed):
 
     title: str
     """Description."""
-    events: tuple[dict[str, Any], ...] = ()
+    events: tuple[dict[str, Any], ...] = Field(min_length=1)
     """Events as in a case file, with ``after`` [s] (0 by default) and ``lasts`` [s] instead of ``at`` and ``until``;
     ``blade: all`` is one event for each blade; a ``rate`` may be ``emergency_rate`` or ``normal_rate`` of the campaign,
     or minus that."""
@@ -180,13 +180,9 @@ class Fault(Assumed):
     """Whether it needs an electrical system."""
     return_period: float | None = Field(default=None, gt=0.0)
     """Return period [years], for rows with ``factor_rare``."""
-    unsupported: str = ""
-    """What the simulation lacks for it."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if not self.events and not self.unsupported:
-            raise ValueError("events: a fault needs at least one event")
         try:
             self.at(0.0)
         except InputError as error:

@@ -1,6 +1,6 @@
 """Ultimate loads of a load base: characteristic values of each row of the table, and which of them governs.
 
-Equations L-11 to L-15, L-35 to L-38 of ``docs/theory/design-loads.md``.
+Equations L-11 to L-15, L-19 to L-29, L-35 to L-37 of ``docs/theory/design-loads.md``.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.loadbase.coverage import Results
 from meltemi.loadbase.interfaces import Interface
 from meltemi.loadbase.weights import distribution, edges
-from meltemi.postprocess.extrapolation import LEAST, Extrapolation, Float, extrapolate, fit_extremes
+from meltemi.postprocess.extrapolation import LEAST, Distribution, Extrapolation, Float, extrapolate, fit_extremes
 from meltemi.postprocess.extremes import (
     DRIVERS,
     ExtremeRow,
@@ -40,6 +40,7 @@ Way = Literal["gumbel", "weibull", "quantile_99", "quantile_93"]
 WAYS: tuple[Way, ...] = ("gumbel", "weibull", "quantile_99", "quantile_93")
 RULES: dict[str, Rule] = {"largest": "largest", "mean": "mean", "upper half": "upper_half"}
 EXTRAPOLATED = "extrapolated"
+BY_ROW = ["interface", "driver", "row", "characteristic", "factor", "design", "case", "runs", "lacking"]
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ def runs_of(results: Results) -> list[Runs]:
     for (row, factor), places in kinds.items():
         cases = [results.present[i] for i in places]
         rule = cases[0].characteristic
-        alike = [replace(c.variant, seed=None, **({"yaw": None} if rule == "mean" else {})) for c in cases]
+        alike = [replace(c.variant, seed=None, yaw=None if rule == "mean" else c.variant.yaw) for c in cases]
         numbers = {variant: n for n, variant in enumerate(dict.fromkeys(alike))}
         found.append(
             Runs(
@@ -171,7 +172,8 @@ def extrapolated_load(
     samples = [values[runs.speeds == speed] for speed in speeds]
     found: dict[str, Extrapolation | None] = {}
     left_out: dict[str, tuple[float, ...]] = {}
-    for way in ("gumbel", "weibull"):
+    ways: tuple[Distribution, ...] = ("gumbel", "weibull")
+    for way in ways:
         usable = [len(x) >= LEAST[way] and np.ptp(x) > 0.0 for x in samples]
         kept = [(x, weights[v]) for x, v, use in zip(samples, speeds, usable, strict=True) if use]
         left_out[way] = tuple(v for v in planned if v not in speeds or not usable[speeds.index(v)])
@@ -180,7 +182,7 @@ def extrapolated_load(
             found[way] = extrapolate(
                 [x for x, _ in kept],
                 [p for _, p in kept],
-                distribution=way,  # type: ignore[arg-type]
+                distribution=way,
                 probability=table.probability,
                 smallest=smallest,
                 resamples=resamples,
@@ -251,7 +253,12 @@ def ultimate_tables(
     import pandas as pd
 
     kept = evaluation.results.table("extremes")
-    matrices, lines = [], []
+    if not len(kept):
+        return _no_matrix(), pd.DataFrame(columns=BY_ROW).set_index(BY_ROW[:3])
+    order = pd.Index([case.name for case in evaluation.results.present]).get_indexer(kept["case"])
+    kept = kept.iloc[np.argsort(order, kind="stable")]
+    matrices: list[pd.DataFrame] = []
+    lines: dict[tuple[str, str, str], tuple[float, tuple[Any, ...]]] = {}
     for name, members in blade_groups(interfaces).items():
         plane = members[0].plane
         loads, times, blades = worst_member(kept, members, plane)
@@ -263,15 +270,26 @@ def ultimate_tables(
             tables.append(factored_rows(rows, favourable=favourable))
             for row, design in zip(rows, tables[-1], strict=True):
                 size = runs.size(runs.names.index(row.case))
-                lines.append(
-                    (name, row.driver, runs.row, row.value, design.factor, design.value, row.case, size, runs.lacking)
-                )
+                line = (row.value, design.factor, design.value, row.case, size, runs.lacking)
+                key = (name, row.driver, runs.row)
+                if key not in lines or design.severity > lines[key][0]:  # a row may have several factors
+                    lines[key] = (design.severity, line)
         if tables:
             rows = governing_rows(tables)
             matrices.append(_matrix(evaluation, name, rows, times, blades))
-    head = ["interface", "driver", "row", "characteristic", "factor", "design", "case", "runs", "lacking"]
-    by_row = pd.DataFrame(lines, columns=head).set_index(head[:3])
-    return pd.concat(matrices) if matrices else pd.DataFrame(), by_row
+    by_row = (
+        pd.DataFrame([(*key, *line) for key, (_, line) in lines.items()], columns=BY_ROW)
+        .set_index(BY_ROW[:3])
+        .sort_index()
+    )
+    return pd.concat(matrices) if matrices else _no_matrix(), by_row
+
+
+def _no_matrix() -> pd.DataFrame:
+    import pandas as pd
+
+    head = [*extremes_table(()).columns, "row", "dlc", "blade", "time", "rule", "runs", "lacking", "state"]
+    return pd.DataFrame(columns=["interface", "driver", *head]).set_index(["interface", "driver"])
 
 
 def _rows(evaluation: Evaluation, runs: Runs, name: str, loads: Float, plane: str) -> tuple[ExtremeRow, ...]:

@@ -502,6 +502,7 @@ environment:
   # air: {temperature: {time: [0, 100, 100], value: [30, 30, 10]}}   # over time; a repeated time is a step
   # rain: {rate: 8.0}          # mm/h; or a class, {kind: moderate}
 
+# imbalance: {pitch: [0.3 deg, -0.3 deg], mass: [0.005]}   # of blades 1, 2, ...; docs: turbine files
 # icing: {blades: [1], amount: 0.5}   # blade icing, by default on all blades; docs: icing
 """
 """What ``meltemi template case`` writes."""

@@ -29,8 +29,8 @@ STEP_LIMIT = 0.4
 """Largest product of angular frequency and default time step (docs/theory/simulation.md, M-5)."""
 IMPLICIT_LIMIT, IMPLICIT_PARTS = 0.8, 3
 """The same with implicit stiffness and damping of all coordinates, and the fewest steps within OUTPUT_STEP."""
-RESIDUAL_PARTS = 6
-"""Fewest steps within OUTPUT_STEP with residual modes: loads within 0.2 % (docs/performance.md, Time steps)."""
+RESIDUAL_PARTS = 5
+"""Fewest steps within OUTPUT_STEP with residual modes: loads within 0.2 % (docs/theory/simulation.md)."""
 STIFF, BAND = 2.0, 20.0
 """A coordinate is stiff whose frequency is so many times that of softer ones, and so many times BAND [rad/s]; for the
 shaft the latter is enough."""
