@@ -156,7 +156,7 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
     if counts["missing"]:
         rows = [f"{row} ({n})" for row, n in coverage["missing"].items() if n]
         lines.insert(0, f"{counts['missing']} cases are missing: DLC {', '.join(rows)}")
-    if strikes := [f"DLC {row}" for row, fits in d.clearance["fits"].items() if not fits]:
+    if strikes := [f"DLC {row}" for row, line in d.clearance.iterrows() if not line.fits]:
         lines.append(f"With factors a blade strikes the tower in {', '.join(strikes)}")
     if ratios is not None:
         over = exceeded(d, ratios)
