@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -309,6 +309,7 @@ def test_without_buhl_momentum_theory_goes_on() -> None:
 
 @given(s=st.floats(-0.5, 1.0), kappa=st.floats(1e-3, 3.0), angle=st.floats(0.02, 1.4))
 @settings(max_examples=200, deadline=None)
+@example(s=-0.5, kappa=0.125, angle=1.25)  # two inflections before the root
 def test_momentum_in_skewed_flow_is_solved(s: float, kappa: float, angle: float) -> None:
     t, lean = np.tan(angle), np.tan(0.6 * angle)
     y = bem.skewed_axial(s, kappa, t)

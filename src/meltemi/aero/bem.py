@@ -36,8 +36,8 @@ LOSS_FLOOR = 1e-4
 """Smallest loss factor."""
 LEAST_FLOW, TINY = 0.3, 1e-6
 """Minimum flow through the annulus over |s|, below all that occurs where a > 1 (A-10), and absolute minimum."""
-SKEW_STEPS = 6
-"""Newton steps for the axial flow in skewed momentum, from above, where they converge monotonically."""
+SKEW_STEPS = 12
+"""Newton steps for the axial flow in skewed momentum."""
 HALF_WAKE = 0.6
 """Half the skew angle of the wake over that of the wind, 1 + 0.6 a at a = 1/3 (A-27)."""
 LEAST_SKEW, MOST_SKEW = 0.02, 10.0
@@ -132,10 +132,13 @@ def end_angle(number: float, s: float) -> float:
 def skewed_axial(s: float, kappa: float, skew: float) -> float:
     """s / (1 - a) of Glauert's momentum in skewed flow, (y - s) sqrt(s^2 + skew^2 y^2) = kappa, by Newton (A-10a)."""
     k = max(kappa, 0.0)
-    y = max(s, 0.0) + min(sqrt(k / skew), k / max(s, TINY))
+    ahead = max(s, 0.0) + min(sqrt(k / skew), k / max(s, TINY))
+    # reversed flow whose thrust does not turn it: from the other side, where r falls towards y = 0
+    y = where(k < -s * abs(s), s + k / (max(abs(s), TINY) * sqrt(1.0 + skew * skew)), ahead)
     for _ in range(SKEW_STEPS):
         r = max(sqrt(s * s + skew * skew * y * y), TINY)
-        y -= ((y - s) * r - k) / (r + max(y - s, 0.0) * skew * skew * y / r)
+        slope = r + max(y - s, 0.0) * skew * skew * y / r
+        y -= ((y - s) * r - k) / max(slope, 0.2 * r)
     return y
 
 
