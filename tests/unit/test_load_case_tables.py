@@ -15,7 +15,7 @@ from meltemi.loadbase.plan import plan
 from meltemi.loadbase.ranges import numbers
 from meltemi.loadbase.situations import OPERATING
 from meltemi.loadbase.table import load_table
-from meltemi.loadcases.case import case_wind
+from meltemi.loadcases.case import LibraryCase, case_wind
 from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import unusual
 from meltemi.wind.iec.gusts import EDC_TIME, EOG_TIME, EWS_TIME, RISE_TIME
@@ -139,6 +139,14 @@ def test_other_controllers_stop_by_pitch_and_do_not_start() -> None:
     lost = found.case("dlc2.1-25-grid_loss-s01").content["events"]
     assert [e["type"] for e in lost] == ["pitch_runaway"] * 3 + ["grid_loss"]
     assert {e["rate"] for e in lost[:3]} == {found.campaign.emergency_rate}
+    baseline = plan(campaign(quick=True, controller={"kind": "baseline"}))
+    assert not baseline.missing() and baseline.case("dlc4.1-25").content["controller"]["kind"] == "supervised"
+    assert baseline.case("dlc2.1-25-grid_loss-s01").content["events"] == lost
+    library = campaign(controller={"kind": "bladed", "library": "law.so", "input": "law.in"}).controller
+    assert isinstance(library, LibraryCase) and Path(library.library).is_absolute()
+    assert library.input == str(Path("law.in").absolute())
+    with pytest.raises(InputError, match="controller: fixed holds torque and pitch"):
+        campaign(controller={"kind": "fixed"})
 
 
 def test_the_time_of_all_states_is_the_lifetime() -> None:

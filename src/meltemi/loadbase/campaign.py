@@ -15,7 +15,15 @@ from meltemi.core.yamlfile import read_record, write_record
 from meltemi.environment.site import Environment
 from meltemi.loadbase.site import Site
 from meltemi.loadbase.table import Defaults, LoadTable, load_table
-from meltemi.loadcases.case import BaselineCase, ControllerCase, LibraryCase, PowerCase, SupervisedCase
+from meltemi.loadcases.case import (
+    ROSCO,
+    BaselineCase,
+    ControllerCase,
+    FixedCase,
+    LibraryCase,
+    PowerCase,
+    SupervisedCase,
+)
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build, operating_point
 from meltemi.turbine.definition import Turbine
@@ -115,6 +123,8 @@ class Campaign(Record):
             )
         if isinstance(self.controller, BaselineCase | PowerCase) and self.controller.yaw is not None:
             raise ValueError("controller.yaw: yaw errors of load cases are constant; leave active yaw control out")
+        if isinstance(self.controller, FixedCase):
+            raise ValueError("controller: fixed holds torque and pitch and cannot produce")
         if isinstance(self.wind_class, str):
             wind_class(self.wind_class, self.edition)
         elif self.wind_class.edition != self.edition:
@@ -208,6 +218,10 @@ def make_campaign(
     campaign = Campaign(**(own | data | {"rated_wind": middle}))
     if {"cut_in", "cut_out"} & settings.keys() and isinstance(campaign.controller, SupervisedCase):
         campaign = _with_winds(campaign, described)
+    if isinstance(library := campaign.controller, LibraryCase):
+        files = {name: getattr(library, name) for name in ("library", "input")}
+        paths = {name: str(Path(file).absolute()) for name, file in files.items() if file not in (None, ROSCO)}
+        campaign = campaign.replace(controller=library.replace(**paths))
     for case in (campaign.controller, start_controller(campaign)):
         if isinstance(case, SupervisedCase):
             limits(described, case.supervision)

@@ -220,7 +220,7 @@ def case_content(s: Setting) -> dict[str, Any]:
             content["options"] |= {"electrical": "averaged"}
             if not c.electrical_system:
                 content["electrical"] = "sized"
-    if "events" in content and row.situation in OPERATING and start_controller(c) is None:
+    if "events" in content and row.situation in OPERATING and content["controller"]["kind"] != "supervised":
         content["events"] = _without_supervisor(content["events"], c)
     if not content["options"]:
         del content["options"]
