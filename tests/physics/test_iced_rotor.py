@@ -161,3 +161,12 @@ def test_unlike_blades_settle_near_the_reference_speed() -> None:
     assert below.rotor_speed < near.rotor_speed < above.rotor_speed == pytest.approx(reference)
     for point in (below, near, above):
         assert abs(point.imbalance) < 1e-3 * rated / reference
+
+
+def test_steady_operation_of_unlike_blades_converges() -> None:
+    """With all modes: corrections over parts of a revolution would diverge."""
+    iced = with_ice(meltemi.load_turbine("iea22mw"), Icing(blades=(2, 3)))
+    point = meltemi.operating_point(meltemi.build(iced), 14.0)
+    assert point["generator_power"] == pytest.approx(iced.rated_power, rel=1e-6)
+    assert abs(point.imbalance) < 1e-4 * iced.rated_power / point.rotor_speed
+    assert not point.warnings

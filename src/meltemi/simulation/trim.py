@@ -479,9 +479,9 @@ class _Orbit:
         self.unlike = self.uneven = not model.turbine.blades_alike
         # quasi-steady minus lagged induced velocity, summed over a sector
         self.lack = np.zeros((2, *self.case.one.flow.array.shape[1:]))
-        # residuals of each blade minus their mean over the blades; this and the velocities likewise, for each sector
+        # residuals of each blade minus their mean over the blades; residuals, velocities and these of each sector
         self.blade_missing = np.zeros((self.B, self.K))
-        self.deviations: list[tuple[Float, Float]] = []
+        self.parts: list[tuple[Float, Float, Float]] = []
 
     # motion -------------------------------------------------------------------------------------
 
@@ -627,6 +627,7 @@ class _Orbit:
     def impose(self, speed: float, pitch: float, torque: float) -> None:
         """Set rotor speed [rad/s], pitch [rad] and generator torque [N m]."""
         case = self.case
+        self.parts.clear()
         self.speed = speed
         case["pitch"][:] = 0.0
         self.pitch = pitch
@@ -663,11 +664,27 @@ class _Orbit:
         return float(np.copysign(2.0 * np.pi / self.B / SAMPLES, self.speed))
 
     def sector(self) -> None:
-        """March 1/B revolution, and correct motion and mean inflow."""
+        """March 1/B revolution, and correct motion and mean inflow; for blades that differ after each revolution.
+
+        Over a revolution the forces that turn with such a rotor cancel out on the tower.
+        """
         case, B = self.case, self.B
         step = self.step
         missing, left = self.missing(self.azimuth + step * np.arange(1.0, SAMPLES + 1.0), step / self.speed)
         self.azimuth += step * SAMPLES
+        self.lefts.append(left)
+        inflow = case["inflow"]
+        lack = self.lack[..., : inflow.shape[-1]]
+        if self.uneven:
+            self.parts.append((missing, lack.copy(), self.blade_missing))
+            if len(self.parts) < B:
+                return
+            missing, lack, residuals = (np.mean(parts, axis=0) for parts in zip(*self.parts, strict=True))
+            self.parts.clear()
+            self.own[:, self.free_blade] -= residuals[:, self.free_blade] @ self.mean_correction().T
+        else:
+            lack = lack.mean(axis=1, keepdims=True)
+        lack = lack / SAMPLES
         change = np.zeros(len(missing))
         unknowns = self.unknowns()
         change[unknowns] = -self.correct[self.level] @ missing[unknowns]
@@ -677,20 +694,9 @@ class _Orbit:
         self.move(change)
         # dynamic inflow has time constants of many seconds: set its azimuthal mean to the steady value at once
         k = self.model.parameter("aerodynamics.inflow_lead")
-        inflow = case["inflow"]
-        each = self.lack[..., : inflow.shape[-1]]
-        lack = each.mean(axis=1, keepdims=True) / SAMPLES
-        if self.uneven:  # deviations of one blade appear over a revolution
-            self.deviations.append((each / SAMPLES - lack, self.blade_missing))
-            if len(self.deviations) == B:
-                flows, residuals = (np.mean(parts, axis=0) for parts in zip(*self.deviations, strict=True))
-                lack = lack + flows
-                self.own[:, self.free_blade] -= residuals[:, self.free_blade] @ self.mean_correction().T
-                self.deviations.clear()
         for i, (reduced, velocity) in enumerate((("reduced_x", "x"), ("reduced_y", "y"))):
             inflow[InflowState.index(velocity)] += lack[i]
             inflow[InflowState.index(reduced)] += (1.0 - k) * lack[i]
-        self.lefts.append(left)
 
     # result -------------------------------------------------------------------------------------
 
