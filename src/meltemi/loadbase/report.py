@@ -177,9 +177,9 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Marku
     told = d.problems[d.problems["state"] != "missing"]
     body = f"<ul>{''.join(f'<li>{plain(line)}</li>' for line in lines)}</ul>" if lines else ""
     if len(told):
-        rows = [[case_button(str(case), base), p.row, p.state, p.message, p.meaning] for case, p in told.iterrows()]
+        cases = [[case_button(str(name), base), p.row, p.state, p.message, p.meaning] for name, p in told.iterrows()]
         classes = {(i, 2): str(state) for i, state in enumerate(told["state"])}
-        table = grid(["case", "DLC", "state", "message", "meaning"], rows, Look(classes=classes))
+        table = grid(["case", "DLC", "state", "message", "meaning"], cases, Look(classes=classes))
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
         body += f"<details open><summary>{states}</summary>{table.html}</details>"
     return Markup(f'<div class="verdict {kind}"><h2>{plain(heading)}</h2>{body}</div>')

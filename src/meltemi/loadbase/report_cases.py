@@ -70,7 +70,7 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[st
     Args:
       bases: name, plan and :func:`statistics` of one or several load bases.
     """
-    content, channels, across = [], list[str](), list[str]()
+    content, channels, across = list[dict[str, object]](), list[str](), list[str]()
     for name, plan, table in bases:
         cases = [case.name for case in plan.cases]
         dlcs = list(dict.fromkeys(case.dlc for case in plan.cases))
@@ -87,8 +87,8 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[st
         ]
         dlc = [dlcs.index(case.dlc) for case in plan.cases]
         content.append({"name": name, "dlcs": dlcs, "dlc": dlc, "channels": own, "across": axes})
-        channels += [each["label"] for each in own if each["label"] not in channels]
-        across += [each["label"] for each in axes if each["label"] not in across]
+        channels += [str(each["label"]) for each in own if each["label"] not in channels]
+        across += [str(each["label"]) for each in axes if each["label"] not in across]
     if not channels:
         return []
     place = f"statistics-{next(_number_of_charts)}"

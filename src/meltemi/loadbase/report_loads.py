@@ -108,7 +108,7 @@ def _by_row(d: DesignLoads, place: str) -> Markup:
     table = own["design"].unstack("driver")[drivers]
     table = table.loc[[row for row in d.coverage.index if row in table.index]]
     rows: list[list[Cell]] = []
-    classes = {}
+    classes: dict[tuple[int, int], str] = {}
     severe = {
         driver: (table[driver].idxmin() if driver.endswith("min") else table[driver].idxmax()) for driver in drivers
     }
@@ -158,11 +158,11 @@ def _exceedance(e: ExtrapolatedLoad) -> Markup:
     curves.append(Curve("runs", found.points[0] * factor, found.points[1], dots=True, colour=2))
     lowest = 0.3 * found.probability
     for i, c in enumerate(curves):  # nothing below the probability that is asked for
-        x, y = np.asarray(c.x), np.asarray(c.y)
+        levels, y = np.asarray(c.x), np.asarray(c.y)
         upper = y if c.upper is None else np.asarray(c.upper)
         keep = upper > lowest
         band = None if c.upper is None else upper[keep]
-        curves[i] = Curve(c.name, x[keep], np.maximum(y[keep], lowest), band, c.dots, colour=c.colour)
+        curves[i] = Curve(c.name, levels[keep], np.maximum(y[keep], lowest), band, c.dots, colour=c.colour)
     ends = [float(np.min(found.points[0])) * factor, found.load * factor]
     curves.append(Curve("50 years", ends, [found.probability] * 2, dash="5 4", colour=4))
     words = "Probability of exceedance in ten minutes: runs, fitted distributions and their bands."
@@ -283,8 +283,16 @@ def rose_blocks(d: DesignLoads) -> list[Block]:
             ),
         ]
         rows: list[list[Cell]] = [
-            [f"{angle:g}", float(r.largest) * MOMENT[1], f"{r.factor:g}", f"DLC {r.row}", case_button(str(r.case))]
-            + [float(r[m]) * MOMENT[1] for m in slopes]
+            [
+                *(
+                    f"{angle:g}",
+                    float(r.largest) * MOMENT[1],
+                    f"{r.factor:g}",
+                    f"DLC {r.row}",
+                    case_button(str(r.case)),
+                ),
+                *(float(r[m]) * MOMENT[1] for m in slopes),
+            ]
             for angle, r in own.iterrows()
         ]
         head = ["direction\ndeg", f"largest\n{MOMENT[0]}", "factor", "DLC", "case", *(f"m = {m:g}" for m in slopes)]

@@ -93,9 +93,9 @@ def load_duration(
         place.append(np.minimum(np.searchsorted(e, values, side="right") - 1, len(e) - 2))
     shape = (len(edges[0]) - 1, len(edges[1]) - 1)
     cell = place[0] * shape[1] + place[1]
-    count = np.bincount(cell, minlength=shape[0] * shape[1]).reshape(shape)
-    turned = np.bincount(cell, np.abs(w), minlength=shape[0] * shape[1]).reshape(shape)
-    return LoadDuration(edges[0], edges[1], dt * count, dt * turned / (2.0 * pi))
+    time = dt * np.bincount(cell, minlength=shape[0] * shape[1]).astype(np.float64)
+    turned = dt / (2.0 * pi) * np.bincount(cell, np.abs(w), minlength=shape[0] * shape[1]).astype(np.float64)
+    return LoadDuration(edges[0], edges[1], time.reshape(shape), turned.reshape(shape))
 
 
 def sum_durations(parts: Iterable[LoadDuration], weights: Sequence[float] | None = None) -> LoadDuration:

@@ -1,9 +1,9 @@
 """Statistical extrapolation of extreme loads in normal production (DLC 1.1).
 
-The extremes of runs at each wind speed are fitted by a distribution, the distributions are weighted with the probability
-of the speeds, and the load is sought that is exceeded in ten minutes with a probability of once in 50 years. Equations
-L-19 to L-29 of ``docs/theory/design-loads.md``, which tells bias and coverage; methods: Moriarty et al. (2004), Fitzwater
-and Winterstein (2001), Ragan and Manuel (2007).
+The extremes of runs at each wind speed are fitted by a distribution, the distributions are weighted with the
+probability of the speeds, and the load is sought that is exceeded in ten minutes with a probability of once in 50
+years. Equations L-19 to L-29 of ``docs/theory/design-loads.md``, which tells bias and coverage; methods: Moriarty et
+al. (2004), Fitzwater and Winterstein (2001), Ragan and Manuel (2007).
 """
 
 from __future__ import annotations

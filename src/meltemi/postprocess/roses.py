@@ -54,7 +54,7 @@ def load_rose(
         raise InputError(f"load_rose: half a turn must be a whole number of steps, found a step of {step!r} rad")
     if x.ndim != 1 or y.shape != x.shape or not len(x):
         raise InputError(f"load_rose: components must be (T,) values, found shapes {x.shape} and {y.shape}")
-    angles = pi / half * np.arange(2 * half)
+    angles = pi / half * np.arange(2 * half, dtype=np.float64)
     parts = [np.cos(a) * x + np.sin(a) * y for a in angles[:half]]
     largest = np.array([p.max() for p in parts] + [-p.min() for p in parts])
     return LoadRose(angles, largest, tuple(bin_cycles(rainflow_cycles(p, residue)) for p in parts))
@@ -67,7 +67,7 @@ def sum_roses(
 
     Args:
       roses: of each run, with the same directions.
-      weights: how often each run occurs, from ``lifetime_weights``; once by default. Runs of ultimate load cases have 0.
+      weights: how often each run occurs, from ``lifetime_weights``; 1 by default, 0 for ultimate load cases.
       factors: partial safety factors of the largest loads; 1 by default, 0 for a run that takes no part.
 
     Raises:
