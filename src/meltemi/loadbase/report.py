@@ -194,8 +194,8 @@ def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
         if (driver := governing_driver(d.ultimate.loc[place], name))
     }
     over = ratios[ratios["ratio"] > 1.0]
-    counted = [key[0] == "fatigue" or (key[0] == "ultimate" and key[1:] in ends) for key in over.index]
-    return over[counted].sort_values("ratio", ascending=False)
+    counted = [key for key in over.index if key[0] == "fatigue" or (key[0] == "ultimate" and key[1:] in ends)]
+    return over.loc[counted].sort_values("ratio", ascending=False)
 
 
 def governing_driver(own: pd.DataFrame, name: str) -> str:
