@@ -17,7 +17,7 @@ from meltemi.loadbase.design import DesignLoads, design_loads
 from meltemi.loadbase.engine import base_table
 from meltemi.loadbase.plan import Plan
 from meltemi.loadbase.report import LOADS, limit_ratios, write_report
-from meltemi.loadbase.report_comparison import write_comparison
+from meltemi.loadbase.report_comparison import write_base_comparison
 from meltemi.loadbase.report_loads import slopes_of, title_of, unit_of_driver
 from meltemi.report.interactive import Axis, Curve, chart, grid, rounded, stored
 from meltemi.report.turbine_facts import number
@@ -165,7 +165,7 @@ def test_comparison_has_both_bases(base: tuple[Plan, Path], tmp_path: Path) -> N
     planned, folder = base
     other = small_plan(realisation=2)
     synthetic_base(tmp_path, other)
-    page, csv = write_comparison((str(folder), planned), (str(tmp_path), other), tmp_path / "out")
+    page, csv = write_base_comparison((str(folder), planned), (str(tmp_path), other), tmp_path / "out")
     text = page.read_text(encoding="utf-8")
     ((_, about),) = data_of(text, "page-data")
     assert isinstance(about, dict) and len(about["bases"]) == 2

@@ -309,10 +309,10 @@ def compare(
     out: OutOption = Path("comparison"),
 ) -> None:
     """Compare two load bases: two controllers, two turbines, or a change."""
-    from meltemi.loadbase.report_comparison import write_comparison
+    from meltemi.loadbase.report_comparison import write_base_comparison
 
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
     with results_in(out):
-        files = write_comparison(bases[0], bases[1], out)
+        files = write_base_comparison(bases[0], bases[1], out)
     for file in files:
         print(f"wrote {file}")

@@ -36,7 +36,7 @@ Base = tuple[str, Plan]
 """Folder of a load base, and its plan."""
 
 
-def write_comparison(one: Base, other: Base, out: str | Path) -> list[Path]:
+def write_base_comparison(one: Base, other: Base, out: str | Path) -> list[Path]:
     """Write ``report.html`` and ``comparison.csv``: the loads of a load base over those of another one.
 
     Args:
