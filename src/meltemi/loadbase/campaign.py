@@ -289,7 +289,12 @@ def read_campaign(folder: str | Path) -> Campaign:
       InputError: there is none, or it is not valid.
     """
     path = Path(folder)
-    campaign = read_record(path / FILE if path.is_dir() else path, Campaign)
+    file = path if path.is_file() else path / FILE
+    if not file.is_file():
+        raise InputError(
+            f"{path}: no load base, since it has no {FILE}; 'meltemi loads plan TURBINE --out FOLDER' makes one"
+        )
+    campaign = read_record(file, Campaign)
     campaign.table()
     return campaign
 
