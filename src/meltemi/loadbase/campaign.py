@@ -36,6 +36,8 @@ RATED = 0.998
 """Share of the power at cut-out that is rated power: without the small differences above rated wind speed."""
 STEP = 0.1
 """[m/s] of the rated wind speed."""
+NO_WIND = 1000.0
+"""[m/s] limit that no wind reaches."""
 
 
 class Campaign(Record):
@@ -87,6 +89,9 @@ class Campaign(Record):
     """Form of the extreme wind speed model."""
     start_margin: float = Field(default=0.9, gt=0.0, le=1.0)
     """A start is permitted from this share of V_in, and to V_out over it, so that it can be simulated at both."""
+    wind_stops: bool = False
+    """Whether the supervisor stops production in wind below cut-in and above cut-out. By default it continues, as the
+    design situation demands; DLC 4.1 has these stops."""
 
     duration: float | None = Field(default=None, gt=0.0)
     """[s] evaluated, in place of the table's default."""
@@ -261,6 +266,15 @@ def rated_wind_speed(model: Any, cut_in: float, cut_out: float) -> float:
             f"the power of {model.turbine.name} still rises at cut-out, {cut_out:g} m/s: specify the rated wind speed"
         )
     return found
+
+
+def production_controller(campaign: Campaign) -> ControllerCase:
+    """Controller of production; a supervisor without stops for the wind unless ``wind_stops``."""
+    c = campaign.controller
+    if campaign.wind_stops or not isinstance(c, SupervisedCase):
+        return c
+    beyond = dict.fromkeys(("cut_out_mean", "cut_out_wind", "cut_out_gust"), NO_WIND)
+    return c.replace(supervision=c.supervision.replace(stop_wind=0.0, **beyond))
 
 
 def start_controller(campaign: Campaign) -> SupervisedCase | None:
