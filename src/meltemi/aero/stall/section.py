@@ -7,8 +7,8 @@ added mass in it. OpenFAST does not distinguish the two; that is a variant.
 In reversed flow the trailing edge leads: the lift acts at 3/4 chord, and the angle at the aerodynamic centre drives it.
 The models fade into the static polar between 40 and 45 degrees from the chord and below 1 m/s.
 
-Reference: docs/theory/aerodynamics.md (A-31, A-32, A-41, A-42c); curved flow as Migliore, Wolfe & Fanucci (1980), J. Energy
-4(2).
+Reference: docs/theory/aerodynamics.md (A-31, A-32, A-41, A-42c); curved flow as Migliore, Wolfe & Fanucci (1980), J.
+Energy 4(2).
 """
 
 from __future__ import annotations
