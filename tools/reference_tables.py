@@ -348,10 +348,16 @@ def pack(name: str, about: str, **content: np.ndarray) -> None:
 
 
 def write(
-    name: str, what: str, head: str, rows: list[list[object]], units: str = "; SI units", to: Path = DATA
+    name: str,
+    what: str,
+    head: str,
+    rows: list[list[object]],
+    units: str = "; SI units",
+    to: Path = DATA,
+    source: str = SOURCE,
 ) -> None:
     with (to / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
-        file.write(f"# {what}{units}\n# Source: {SOURCE}\n")
+        file.write(f"# {what}{units}\n# Source: {source}\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head.split())
         writer.writerows(rows)
