@@ -21,12 +21,18 @@ from meltemi.simulation.rotors import build
 from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi_verification.openfast_deck import BLADE_SHAPES, ELASTODYN_MOMENTS, deck_options, deck_turbine
+from meltemi_verification.openfast_deck import (
+    BLADE_SHAPES,
+    ELASTODYN_MOMENTS,
+    TOWER_SHAPES,
+    deck_options,
+    deck_turbine,
+)
 from meltemi_verification.rigid import spinning
 from meltemi_verification.table import Comparison, Row, reference_table, relative, source_of
 
 Float = NDArray[np.float64]
-ELEMENTS = 17
+ELEMENTS, TOWER_ELEMENTS = 17, 20
 
 
 def elastodyn_model(turbine: Turbine, aero: str, gravity: float = 9.80665, **changes: Any) -> BladedModel:
@@ -39,6 +45,7 @@ def elastodyn_model(turbine: Turbine, aero: str, gravity: float = 9.80665, **cha
       aero: set of options; ``changes`` of them.
       gravity: [m/s^2].
     """
+    turbine = _with_summed_tower(turbine)
     s = turbine.blade.structure
     assert s.flap_stiffness is not None and s.edge_stiffness is not None
     original = load_turbine("nrel5mw").blade.structure.mass
@@ -116,6 +123,22 @@ def _sum(f: Float, h: float) -> tuple[Float, Float]:
     """Integral from the root at the middles of the elements and at the tip, by half elements."""
     whole = np.cumsum(f, axis=-1) * h
     return whole - 0.5 * h * f, whole[..., -1]
+
+
+def _with_summed_tower(turbine: Turbine) -> Turbine:
+    """The turbine with a tower as stiff in its first modes as ElastoDyn's sums over the middles of its elements."""
+    tower, changes = turbine.tower, {}
+    middles, fine = ((np.arange(n) + 0.5) / n for n in (TOWER_ELEMENTS, 100 * TOWER_ELEMENTS))
+    for name, (first, _) in TOWER_SHAPES.items():
+        curvature, stiffness = (
+            np.polynomial.Polynomial([0.0, 0.0, *first]).deriv(2),
+            getattr(tower, f"{name}_stiffness"),
+        )
+        ours, theirs = (
+            np.mean(np.interp(x * tower.length, tower.position, stiffness) * curvature(x) ** 2) for x in (fine, middles)
+        )
+        changes[f"tower.{name}_stiffness"] = (stiffness * theirs / ours).tolist()
+    return turbine.replace(**changes)
 
 
 def _centres(r: Float, x: Float) -> Float:
