@@ -14,11 +14,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from reference_tables import write
+from reference_tables import ABOUT_WIND, pack, thin, write
 
 from meltemi.postprocess.files.openfast import si_unit
+from meltemi.wind.files import read_bts
 from meltemi_verification.measure import amplitudes, vibration
-from meltemi_verification.parked import CHANNELS, EDGEWISE, FLAPWISE
+from meltemi_verification.parked import CHANNELS, EDGEWISE, FLAPWISE, MEASURES, SHORT
 
 SOURCE = "OpenFAST v5.0.0, NREL 5 MW land-based, deck of the ROSCO test cases (Apache-2.0), parked: no controller"
 SUFFIXES = {
@@ -38,6 +39,8 @@ VIBRATIONS = {
     "P_lock_42.5_y+30_az30": (FLAPWISE, 20.0, 52.0),
 }
 """Direction and part of the series in which a vibration grows or persists."""
+WIND_STEP = 0.2
+"""[m/s] to which the wind is rounded."""
 SHOWN = ("P_idle_42.5_y+30", "P_idle_59.5_y-15", "P_idle_59.5_y-15_ua")
 
 
@@ -72,9 +75,10 @@ def main(folder: Path) -> None:
         first = c["pitch"][0] if isinstance(c["pitch"], list) else c["pitch"]
         angles = (c["propdir"], c["nacyaw"], c["azimuth"], first)
         switches = (int(not c["gendof"]), int(c.get("twraero", False)))
-        rows.append(
-            [label(name), c["tmax"], 30 if steady else 20, speed, shear, *angles, c["rpm"], *switches, c["aero"]]
-        )
+        rest = (30 if steady else SHORT.begin, speed, shear, *angles, c["rpm"], *switches, c["aero"])
+        rows.append([label(name), c["tmax"], *rest])
+        if not steady:
+            rows.append([label(name) + SHORT.suffix, SHORT.end, *rest])
     head = "case duration begin speed shear direction_deg nacelle_deg azimuth_deg pitch_1_deg rpm locked tower_drag set"
     write("parked_cases", "parked and idling: wind and start of each case", head, rows, units="", source=SOURCE)
 
@@ -91,6 +95,13 @@ def main(folder: Path) -> None:
             factor = si_unit(r["unit"])[1]
             values = [float(r[k]) * factor for k in ("mean", "std", "min", "max")]
             rows.append([label(name), channel, *(f"{v:.7g}" for v in (*values, np.ptp(all_channels[channel])))])
+        if name[0] == "T":
+            t = all_channels["Time"]
+            part, inside = t <= SHORT.end + 1e-6, (t >= SHORT.begin - 1e-6) & (t <= SHORT.end + 1e-6)
+            for channel in CHANNELS:
+                x = all_channels[channel]
+                values = [float(measure(x[inside])) for measure in MEASURES.values()]
+                rows.append([label(name) + SHORT.suffix, channel, *(f"{v:.7g}" for v in (*values, np.ptp(x[part])))])
     what = "parked and idling: statistics from the begin of the evaluation, and range of the whole case, start included"
     write("parked", what, "case channel mean std minimum maximum range", rows, source=SOURCE)
 
@@ -107,6 +118,10 @@ def main(folder: Path) -> None:
     write("parked_vibration", what, "case direction begin end frequency damping amplitude", rows, source=SOURCE)
     what = "edgewise vibration of idling rotors in stall: amplitude of all blades"
     write("parked_amplitude", what, "case time amplitude", shown, source=SOURCE)
+
+    box = read_bts(runs / "wind/ewm42.5_s1.bts")
+    about = f"wind of 42.5 m/s, turbulence intensity 11 %; TurbSim of OpenFAST v5.0.0, seed 30101; {ABOUT_WIND}"
+    pack("parked_wind", about, **thin(box, SHORT.end + 4.0, WIND_STEP))
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from meltemi_verification.elastodyn_blade import elastodyn_model
 from meltemi_verification.measure import amplitudes, vibration
 from meltemi_verification.openfast_deck import deck_options, deck_turbine
 from meltemi_verification.table import Comparison, Row, difference, reference_table, relative, source_of
+from meltemi_verification.turbulent import thinned_box
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -44,6 +45,17 @@ STEADY, TRANSIENT = 3.0, 5.0
 """[%] of the channel's range over the whole case, in steady wind and in turbulence."""
 
 
+class Part(NamedTuple):
+    """Part of the runs in turbulence whose wind comes with the package: begin and end [s], suffix of its cases."""
+
+    begin: float
+    end: float
+    suffix: str
+
+
+SHORT = Part(20.0, 50.0, ", 30 s")
+
+
 class Direction(NamedTuple):
     """Vibration of a feathered blade: name, deflection of the tip, band of frequencies [Hz]."""
 
@@ -56,9 +68,9 @@ EDGEWISE = Direction("edgewise", "OoPDefl", (0.85, 1.35))
 FLAPWISE = Direction("flapwise", "IPDefl", (0.5, 0.85))
 
 
-def settings(*, turbulent: bool = False) -> list[Setting]:
-    """Cases in steady wind, or those in turbulence."""
-    return [s for s in reference_table("parked_cases") if (s["speed"] == "") is turbulent]
+def settings() -> list[Setting]:
+    """Cases in steady wind."""
+    return [s for s in reference_table("parked_cases") if s["speed"]]
 
 
 LOADS = {
@@ -171,20 +183,25 @@ def stalled() -> Comparison:
     return Comparison("parked stall", title, source_of("parked_vibration"), rows, figures=figures)
 
 
-def turbulent(folder: Path) -> Comparison:
+def turbulent(folder: Path | None = None) -> Comparison:
     """Statistics of idling rotors in turbulence, with our blades and with OpenFAST's.
 
     Args:
-      folder: reference runs.
+      folder: reference runs, 140 s each; without it their 20 to 50 s, whose wind comes with the package.
     """
-    wind = read_bts(folder / "openfast_dlc/wind/ewm42.5_s1.bts")
+    if folder is None:
+        wind = thinned_box("parked_wind", "ewm42.5_s1, thinned")
+    else:
+        wind = read_bts(folder / "openfast_dlc/wind/ewm42.5_s1.bts")
     rows: list[Row] = []
-    for s in settings(turbulent=True):
-        for blades, model in BLADES.items():
-            result = run(s, model(s), wind=wind).between(float(s["begin"]), np.inf)
-            rows += statistics(s, result, TRANSIENT, blades)
+    for s in reference_table("parked_cases", speed=""):
+        if s["case"].endswith(SHORT.suffix) is (folder is None):
+            for blades, model in BLADES.items():
+                result = run(s, model(s), wind=wind).between(float(s["begin"]), np.inf)
+                rows += statistics(s, result, TRANSIENT, blades)
     title = "Idling in turbulence against OpenFAST (percent of the channel's range over the case)"
-    return Comparison("parked turbulence", title, source_of("parked"), rows)
+    name = "parked turbulence" + ("" if folder else " short")
+    return Comparison(name, title + ("" if folder else ", 30 s"), source_of("parked"), rows)
 
 
 def _plot_yaw(found: dict[str, Result]) -> Figure:
@@ -207,6 +224,8 @@ def _plot_yaw(found: dict[str, Result]) -> Figure:
     axes[0, 0].legend(fontsize=8, title="mean, minimum to maximum", title_fontsize=8)
     for ax in axes[-1]:
         ax.set_xlabel("yaw error [deg]")
+    for ax in axes.flat:
+        ax.set_xticks(np.arange(0.0, 181.0, 30.0))
     figure.suptitle("Idling at 42.5 m/s, 30 to 70 s (30 deg: with dynamic stall)", fontsize=10)
     return figure
 
