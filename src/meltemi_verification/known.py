@@ -56,7 +56,8 @@ STALLED = (
 STALL_CYCLE = (
     "dynamic stall limits the edgewise vibration to 0.7 m, and this limit is sensitive: with the rotation of the "
     "sections about the span as in OpenFAST it is 0.79 m, as camber 0.74 m, without it 0.68 m "
-    "(tests/verification/test_parked.py); frequency and damping agree within 0.1 % and 0.02 points; not explained further"
+    "(tests/verification/test_parked.py); frequency and damping agree within 0.1 % and 0.02 points; the rest is not "
+    "explained"
 )
 LINEAR_LOADS = (
     "OpenFAST takes air loads as linear between the nodes, ours act at the nodes; integrated as linear, our loads have "
