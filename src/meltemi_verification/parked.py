@@ -144,7 +144,7 @@ def discretised() -> Comparison:
     rows: list[Row] = []
     for s in settings():
         rows += statistics(s, run(s, openfast_blades(s)).between(float(s["begin"]), np.inf), STEADY)
-    title = "The same with OpenFAST's discretisation of the blades in our equations"
+    title = "Parked and idling rotors with OpenFAST's discretisation in our equations (percent of the channel's range)"
     return Comparison("parked discretisation", title, source_of("parked"), rows)
 
 

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroNode
+from meltemi.simulation.options import BEDDOES
 from meltemi.turbine.library import load_turbine
 from meltemi_verification.elastodyn_blade import elastodyn_model
 from meltemi_verification.measure import vibration
@@ -50,16 +51,20 @@ def test_loads_linear_between_the_nodes_explain_the_root_moments(case: str) -> N
 
 
 def test_limit_of_a_vibration_in_dynamic_stall_is_sensitive() -> None:
-    """Rotation of the sections about the span changes it by as much as it deviates from OpenFAST's."""
+    """To rotation of the sections about the span, which ElastoDyn's blades do not have, and to 2 ms of lag."""
     s = CASES["idling 59.5 m/s -15 deg, dynamic stall"]
-    turbine, amplitudes = deck_turbine(load_turbine("nrel5mw")), []
-    for variant in ("none", "camber", "openfast"):
-        model = elastodyn_model(turbine, s["set"], stall_rotation=variant)
+    turbine, found = deck_turbine(load_turbine("nrel5mw")), []
+    for rotation, lag in (("openfast", 3.0), ("none", 3.0), ("none", 2.9)):
+        constants = BEDDOES.replace(separation_lag=lag)
+        model = elastodyn_model(turbine, s["set"], stall_rotation=rotation, stall_constants=constants)
         result = run(s, model, [f"{EDGEWISE.channel}{b}" for b in (1, 2, 3)])
-        amplitudes.append(vibration(result.time, result.data.T, EDGEWISE.band, (12.0, 24.0))[2])
+        found.append(vibration(result.time, result.data.T, EDGEWISE.band, (12.0, 24.0)))
     (row,) = reference_table("parked_vibration", case=s["case"])
-    assert amplitudes == pytest.approx([0.68, 0.74, 0.79], abs=0.01)
-    assert amplitudes[0] < float(row["amplitude"]) < amplitudes[2]
+    amplitude, damping = float(row["amplitude"]), float(row["damping"])
+    assert found[0][2] > 1.07 * amplitude
+    assert found[1][2] < 0.93 * amplitude
+    assert found[2][2] == pytest.approx(amplitude, rel=0.005)
+    assert found[2][1] == pytest.approx(damping, abs=2e-5)
 
 
 def test_a_rotor_beside_an_equilibrium_depends_on_its_start() -> None:
