@@ -57,17 +57,17 @@ STALL_CYCLE = (
     "dynamic stall limits the edgewise vibration to 0.7 m, and this limit is sensitive: without rotation of the "
     "sections about the span, which ElastoDyn's blades do not have, it is 8 % too small instead of too large, and with "
     "a separation lag 2 ms shorter, a fifth of OpenFAST's time step, amplitude and damping are OpenFAST's "
-    "(tests/verification/test_parked.py)"
+    "(tests/verification/test_parked_openfast.py)"
 )
 LINEAR_LOADS = (
     "OpenFAST takes air loads as linear between the nodes, ours act at the nodes; integrated as linear, our loads have "
-    "OpenFAST's root moments (tests/verification/test_parked.py), and with its discretisation the deviation is below "
-    "3 % (table 'parked discretisation')"
+    "OpenFAST's root moments (tests/verification/test_parked_openfast.py), and with its discretisation the deviation is "
+    "below 3 % (table 'parked discretisation')"
 )
 EQUILIBRIUM = (
     "the rotor stands beside an equilibrium: 0.1 deg of azimuth at the start changes the mean moment by more than it "
-    "deviates (tests/verification/test_parked.py); with OpenFAST's discretisation the deviation is below 3 % (table "
-    "'parked discretisation')"
+    "deviates (tests/verification/test_parked_openfast.py); with OpenFAST's discretisation the deviation is below 3 % "
+    "(table 'parked discretisation')"
 )
 EDGEWISE_RESONANCE = (
     "turbulence excites edgewise vibration, whose frequency ElastoDyn's 17 elements and sums lower by 1 %, so that its "
