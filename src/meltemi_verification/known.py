@@ -61,8 +61,8 @@ STALL_CYCLE = (
 )
 LINEAR_LOADS = (
     "OpenFAST takes air loads as linear between the nodes, ours act at the nodes; integrated as linear, our loads have "
-    "OpenFAST's root moments (tests/verification/test_parked_openfast.py), and with its discretisation the deviation is "
-    "below 3 % (table 'parked discretisation')"
+    "OpenFAST's root moments (tests/verification/test_parked_openfast.py), and with its discretisation the deviation "
+    "is below 3 % (table 'parked discretisation')"
 )
 EQUILIBRIUM = (
     "the rotor stands beside an equilibrium: 0.1 deg of azimuth at the start changes the mean moment by more than it "
