@@ -22,6 +22,7 @@ import numpy as np
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation.channels import standard
 from meltemi.turbine.openfast.text import key, number, read_input, split
+from meltemi.wind.fields import WindBox
 from meltemi.wind.files import read_bts
 from meltemi_verification.measure import decay, extremes, harmonic, undershoot
 from meltemi_verification.turbulent import CHANNELS, SHORT
@@ -62,6 +63,10 @@ DECK = {
     "InflowWind": "InflowWind.dat",
     "ServoDyn": "ServoDyn.dat",
 }
+ABOUT_WIND = (
+    "its begin at the points near the rotor; near (Z, Y), grid: dt [s], dy, dz, bottom [m], speed [m/s], step [m/s]; "
+    "first (points, 3) and steps (T - 1, points, 3) count steps"
+)
 TURBULENCE = "the NREL 5 MW at 20 m/s, turbulence intensity 14 % (von Karman, IEC 61400-1 ed. 2)"
 
 
@@ -291,7 +296,15 @@ def values_of(path: Path) -> list[tuple[str, str]]:
 
 def thinned_wind(openfast: Path) -> None:
     """The thinned wind box of seed 1."""
-    box = read_bts(openfast / "wind/vkm20_s1.bts")
+    pack(
+        "turbulent_wind",
+        f"wind of {TURBULENCE}; TurbSim of OpenFAST v5.0.0, seed 20101; {ABOUT_WIND}",
+        **thin(read_bts(openfast / "wind/vkm20_s1.bts"), WIND_SECONDS, WIND_STEP),
+    )
+
+
+def thin(box: WindBox, seconds: float, step: float) -> dict[str, np.ndarray]:
+    """The begin of a wind box at the points near the rotor, in steps of a velocity [m/s]."""
     rows, columns = box.velocity.shape[1:3]
     y, z = (np.arange(columns) - (columns - 1) / 2) * box.dy, box.bottom + np.arange(rows) * box.dz
     near = np.zeros((rows, columns), bool)  # corners of the cells that the disk touches
@@ -299,19 +312,11 @@ def thinned_wind(openfast: Path) -> None:
         for j in range(columns - 1):
             if np.hypot(np.clip(0.0, y[j], y[j + 1]), np.clip(91.0, z[i], z[i + 1]) - 91.0) < REACH:
                 near[i : i + 2, j : j + 2] = True
-    counts = np.rint(box.velocity[: round(WIND_SECONDS / box.dt), near] / WIND_STEP).astype(np.int16)
+    counts = np.rint(box.velocity[: round(seconds / box.dt), near] / step).astype(np.int16)
     steps = np.diff(counts, axis=0)
     assert np.abs(steps).max() < 128
-    pack(
-        "turbulent_wind",
-        f"wind of {TURBULENCE}; TurbSim of OpenFAST v5.0.0, seed 20101; first {WIND_SECONDS:g} s, points near the "
-        f"rotor; near (Z, Y), grid: dt [s], dy, dz, bottom [m], speed [m/s], step [m/s]; first (points, 3) and steps "
-        "(T - 1, points, 3) count steps",
-        near=near,
-        grid=np.array([box.dt, box.dy, box.dz, box.bottom, box.speed, WIND_STEP]).round(6),
-        first=counts[0],
-        steps=steps.astype(np.int8),
-    )
+    grid = np.array([box.dt, box.dy, box.dz, box.bottom, box.speed, step]).round(6)
+    return {"near": near, "grid": grid, "first": counts[0], "steps": steps.astype(np.int8)}
 
 
 def thinned_runs(openfast: Path) -> None:
@@ -348,10 +353,16 @@ def pack(name: str, about: str, **content: np.ndarray) -> None:
 
 
 def write(
-    name: str, what: str, head: str, rows: list[list[object]], units: str = "; SI units", to: Path = DATA
+    name: str,
+    what: str,
+    head: str,
+    rows: list[list[object]],
+    units: str = "; SI units",
+    to: Path = DATA,
+    source: str = SOURCE,
 ) -> None:
     with (to / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
-        file.write(f"# {what}{units}\n# Source: {SOURCE}\n")
+        file.write(f"# {what}{units}\n# Source: {source}\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head.split())
         writer.writerows(rows)

@@ -14,6 +14,7 @@ from meltemi_verification import (
     iea,
     modes,
     momentum,
+    parked,
     published,
     rigid,
     steady,
@@ -47,6 +48,9 @@ QUICK: tuple[Study, ...] = (
     (2.0, transient.step),
     (2.0, partial(turbulent.turbulence, "A")),
     (1.0, partial(turbulent.turbulence, "B")),
+    (4.0, parked.parked),
+    (2.0, parked.stalled),
+    (1.0, parked.turbulent),
 )
 """Studies with their usual duration [s]."""
 IEA: tuple[Study, ...] = (
@@ -63,6 +67,7 @@ FULL: tuple[Study, ...] = (
     (2.0, lambda: steady.spanwise("B")),
     (2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),
     (1.0, lambda: yaw.yawed("B")),
+    (5.0, parked.discretised),
     *(IEA if iea.installed() else ()),
 )
 
@@ -93,6 +98,8 @@ def verification(
     studies = [*(uae.MEASURED if measured else QUICK if quick else FULL)]
     if reference is not None:
         studies += [(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
+        if (reference / "openfast_dlc").is_dir():
+            studies.append((2.0, partial(parked.turbulent, reference)))
     total, done = sum(seconds for seconds, _ in studies), 0.0
     tables: list[Comparison] = []
     for seconds, study in studies:
