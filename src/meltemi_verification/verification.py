@@ -17,6 +17,7 @@ from meltemi_verification import (
     published,
     rigid,
     steady,
+    stops,
     transient,
     turbulent,
     uae,
@@ -45,6 +46,8 @@ QUICK: tuple[Study, ...] = (
     (2.0, yaw.power_in_yaw),
     (2.0, transient.gust),
     (2.0, transient.step),
+    (4.0, stops.gusts),
+    (3.0, stops.stops),
     (2.0, partial(turbulent.turbulence, "A")),
     (1.0, partial(turbulent.turbulence, "B")),
 )
@@ -80,7 +83,7 @@ def verification(
       quick: only what takes less than two minutes.
       measured: only the comparison with measured loads.
       reference: folder with the series and wind boxes of the reference runs, for turbulence over ten minutes beside
-        the 45 s that come with the package.
+        the 45 s that come with the package, and for a stop in turbulence.
       progress: called with the completed fraction.
 
     Raises:
@@ -93,6 +96,7 @@ def verification(
     studies = [*(uae.MEASURED if measured else QUICK if quick else FULL)]
     if reference is not None:
         studies += [(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
+        studies.append((1.0, partial(stops.stops, reference)))
     total, done = sum(seconds for seconds, _ in studies), 0.0
     tables: list[Comparison] = []
     for seconds, study in studies:

@@ -21,15 +21,18 @@ from meltemi.simulation.bladed.build import INFLOW_LEAD
 from meltemi.simulation.run import Run
 from meltemi.turbine.exchange import BladeFrame
 from meltemi_verification.measure import extremes, harmonic
+from meltemi_verification import stops
 from meltemi_verification.steady import PERIODIC, PSI, deck_model
 from meltemi_verification.table import reference_table
 from meltemi_verification.transient import CHANNELS, gust_wind, step_wind
 from meltemi_verification.turbulent import SHORT, short_series, short_wind
 
 
-def simulate_with_stale_wind(wind: Any, duration: float, channels: Any, begin: float = 0.0, **more: Any) -> Result:
+def simulate_with_stale_wind(
+    wind: Any, duration: float, channels: Any, begin: float = 0.0, model: Any = None, **more: Any
+) -> Result:
     """A run with the options of set B; from ``begin`` [s] on its inflow misses changes of the wind within a step."""
-    run = Simulation(Run(deck_model("B"), wind, duration=duration, channels=channels, **more))
+    run = Simulation(Run(model or deck_model("B"), wind, duration=duration, channels=channels, **more))
     case = run.case
     flow, frame = View(BladeFlow, case["flow"]), View(BladeFrame, case["frame"])
     inflow = View(InflowState, case["inflow"])
@@ -88,3 +91,14 @@ def test_standard_deviations_in_turbulence() -> None:
         theirs = short_series("B")[name]
         assert result[name].std() == pytest.approx(theirs.std(), rel=0.006), name
         assert np.corrcoef(result[name], theirs)[0, 1] > 0.9994, name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["eog_11.4", "ecd_p_11.4", "edc_n_12", "ewsh_n_12", "ewsv_p_12", "normalstop_12"])
+def test_gusts_and_stops(name: str) -> None:
+    """Deviations of up to 14 % of the range become less than 4 %, those before the event less than 3 %."""
+    case = (stops.gust_cases() | stops.STOPS)[name]
+    rows = stops.compare(name, simulate_with_stale_wind(**stops.arguments(name)), case.event)
+    bound = {"s": stops.LATE, "%": 4.0}
+    beyond = [r for r in rows if abs(r.deviation) > (3.0 if "before" in r.case else bound[r.measure])]
+    assert beyond == []
