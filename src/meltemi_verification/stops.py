@@ -49,8 +49,8 @@ BEGIN, BEFORE = 45.0, 10.0
 CLASS = "IB"
 """Wind class of the gusts, edition 3."""
 CHANNELS = (
-    "RotSpeed RtFldMxh RtFldFxh RotThrust RootMxc1 RootMyc1 OoPDefl1 IPDefl1 TTDspFA TTDspSS TwrBsMxt TwrBsMyt YawBrMxp "
-    "YawBrMyp YawBrMzp LSSTipMys LSSTipMzs"
+    "RotSpeed RtFldMxh RtFldFxh RotThrust RootMxc1 RootMyc1 OoPDefl1 IPDefl1 TTDspFA TTDspSS TwrBsMxt TwrBsMyt "
+    "YawBrMxp YawBrMyp YawBrMzp LSSTipMys LSSTipMzs"
 ).split()
 STEADY, TRANSIENT, LATE = 3.0, 5.0, 0.3
 """[%] of the channel's range in the case, before the event and after; [s] of the time of an extreme."""
@@ -124,9 +124,7 @@ STOPS = {
     "estop_25": Case(25.0, 12.1, 23.0, [*feather(BEGIN), *off(BEGIN)], end=95.0),
     "gridloss_25": Case(25.0, 12.1, 23.0, [*lost(BEGIN), *feather(BEGIN + 0.2)], end=95.0),
     "normalstop_12": Case(12.0, 12.1, 3.5, [*feather(BEGIN, 2.0), *off(55.35)], end=100.0),
-    "stuck1_estop_14": Case(
-        14.0, 12.1, 8.5, [*stuck(BEGIN, 1), *feather(BEGIN, 8.0, (2, 3)), *off(BEGIN)], end=95.0
-    ),
+    "stuck1_estop_14": Case(14.0, 12.1, 8.5, [*stuck(BEGIN, 1), *feather(BEGIN, 8.0, (2, 3)), *off(BEGIN)], end=95.0),
     BOX: Case(None, 12.1, 17.3, [*feather(60.0), *off(60.0)], event=60.0, end=100.0),
 }
 """Emergency stops, loss of the grid, a normal stop, an emergency stop with a blade that does not pitch."""
