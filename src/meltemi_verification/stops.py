@@ -30,7 +30,7 @@ from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.wind.fields import SteadyWind, Wind, WindSeries
 from meltemi.wind.files import read_bts
-from meltemi.wind.iec.gusts import ecd, edc, eog, ews_horizontal, ews_vertical
+from meltemi.wind.iec.gusts import Sign, ecd, edc, eog, ews_horizontal, ews_vertical
 from meltemi_verification.steady import deck_model
 from meltemi_verification.table import Comparison, Row, reference_table, source_of
 from meltemi_verification.turbulent import thinned
@@ -108,7 +108,8 @@ def gust_cases() -> dict[str, Case]:
         "eog_11.4": Case(eog(t, 11.4, CLASS, begin=BEGIN), 11.95, 0.0),
         "eog_25": Case(eog(t, 25.0, CLASS, begin=BEGIN), 12.1, 23.0),
     }
-    for name, sign in (("p", 1), ("n", -1)):
+    senses: dict[str, Sign] = {"p": 1, "n": -1}
+    for name, sign in senses.items():
         cases |= {
             f"ecd_{name}_11.4": Case(ecd(t, 11.4, sign=sign, begin=BEGIN), 11.95, 0.0),
             f"edc_{name}_12": Case(edc(t, 12.0, CLASS, sign=sign, begin=BEGIN), 12.1, 3.5),
@@ -138,7 +139,7 @@ INERTIA = 4650.0
 """[kg m^2] of rotor and generator on the generator's shaft."""
 
 
-@numba.njit
+@numba.njit  # type: ignore[untyped-decorator]
 def play(state: Float, measurements: Measurements, demands: Demands, dt: float) -> None:
     """Pitch and torque of the table; until the event with what a PI law of the generator speed adds."""
     rows = int(state[ROWS])
