@@ -76,14 +76,14 @@ def test_a_controller_library_stops_but_does_not_start(command: Command, tmp_pat
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["nrel5mw"], "give one of --class (for instance --class IB), --site"),
+        (["nrel5mw"], "give either --class (for instance --class IB) or --site FILE"),
         (["nrel5mw", "--class", "IX"], "wind class"),
         (["nrel5mw", "--class", "IB", "--edition", "5"], "edition of IEC 61400-1: expected 3 or 4, found 5"),
         (["nrel5mw", "--class", "IB", "--cut-in", "26"], "cut_in < rated_wind < cut_out"),
         (["nrel5mw", "--class", "IB", "--rated-wind", "2"], "cut_in < rated_wind < cut_out"),
         (["nrel6mw", "--class", "IB"], "did you mean"),
         (["pmsg20mw", "--class", "IB"], "power-coefficient"),
-        (["nrel5mw", "--class", "IB", "--site", "site.json"], "give one of --class"),
+        (["nrel5mw", "--class", "IB", "--site", "site.json"], "give either --class"),
         (["nrel5mw", "--class", "IB", "--site-turbine", "T1"], "--site-turbine needs --site"),
         (["nrel5mw", "--class", "IB", "--table", "none.yaml"], "none.yaml"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -10,6 +11,9 @@ import pytest
 
 from meltemi import ModelOptions, Result, Status
 from meltemi.loadbase.campaign import make_campaign
+from meltemi.loadbase.coverage import problems_of, read_results
+from meltemi.loadbase.engine import base_table, run_base
+from meltemi.loadbase.jobs import unplanned_stop
 from meltemi.loadbase.plan import Plan, PlannedCase, plan
 from meltemi.loadcases.case import case_run, case_turbine
 from meltemi.simulation.simulate import Simulation, march
@@ -134,13 +138,28 @@ def test_other_controllers_stop_too(name: str) -> None:
     assert r["pitch_2"][-1] > 1.5 and r["generator_power"][r.time < case.setting.event].min() > 3e6
 
 
-def test_a_stop_that_was_not_planned_is_told() -> None:
+def test_a_stop_that_was_not_planned_is_a_warning(tmp_path: Path) -> None:
     limits = {"kind": "supervised", "supervision": {"over_speed": 1.02, "trip_speed": 1.1}}
-    made = make_campaign("nrel5mw", rated_wind=11.4, transient=10.0, begin=5.0, quick=True, controller=limits)
+    made = make_campaign(
+        "nrel5mw", rated_wind=11.4, transient=10.0, begin=5.0, duration=20.0, quick=True, controller=limits
+    )
     production, fault = (plan(made).case(name) for name in ("dlc1.1-25-s01", "dlc2.1-25-grid_loss-s01"))
-    r = simulated(production, 30.0)
-    assert "generator speed" in production.unplanned_stop(r.log) and fault.unplanned_stop(r.log) == ""
-    assert planned("nrel5mw").case("dlc1.1-25-s01").unplanned_stop(()) == ""
+    both = replace(plan(made), cases=(production, fault))
+    run_base(both, tmp_path)
+    (words,), (late,) = base_table(both, tmp_path)["warnings"]
+    assert words.startswith("stopped at ") and "generator speed" in words and "in state 'normal stop'" in late
+    problem = problems_of(read_results(both, tmp_path)).loc[production.name]
+    assert problem["state"] == "warned" and "no loads of production" in problem["meaning"]
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_production_goes_on_in_any_wind_unless_it_may_stop(stops: bool) -> None:
+    limits = {"kind": "supervised", "supervision": {"cut_out_wind": 15.0, "cut_out_mean": 15.0, "restart_wind": 10.0}}
+    made = make_campaign(
+        "nrel5mw", rated_wind=11.4, transient=10.0, begin=5.0, quick=True, controller=limits, wind_stops=stops
+    )
+    r = simulated(plan(made).case("dlc1.1-25-s01"), 40.0)
+    assert ("wind" in unplanned_stop(r.log)) == (r["generator_power"][-1] < 1e6) == stops
 
 
 def test_every_row_is_among_them() -> None:

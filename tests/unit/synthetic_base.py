@@ -93,7 +93,7 @@ def synthetic_base(
                 data[:, k] = given[channel.name]
         assert given.keys() <= {c.name for c in channels}
         result = Result(time, data, channels, state, message, {"output_step": STEP})
-        kept = reduced(result, interfaces, rated_power=turbine.rated_power, cycles=job.cycles)
+        kept = reduced(result, interfaces, rated_speed=1.267, cycles=job.cycles)
         own = kept if state.complete else None
         words = (warnings or {}).get(job.name, ())
         rows.append(Row(job.name, job.key, state, message, words, case.duration, reduced=own))

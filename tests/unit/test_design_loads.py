@@ -309,7 +309,7 @@ def test_stops_of_a_year(tmp_path: Path) -> None:
     of = small_plan(("4.1",))
 
     def stop(case: Any, time: np.ndarray) -> dict[str, Any]:
-        return {"generator_power": np.where(time < 5.0, 5e6, 0.0)}
+        return {"rotor_speed": np.where(time < 5.0, 1.2, 0.05)}
 
     synthetic_base(tmp_path, of, stop)
     assert evaluated(tmp_path, of).stops.at["4.1", "stops"] == pytest.approx(1000 + 50 + 50)

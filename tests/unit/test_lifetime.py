@@ -188,9 +188,9 @@ def test_duty_of_a_sine() -> None:
 
 
 def test_stops_count_with_hysteresis() -> None:
-    power = [5.0, 4.0, 0.0, 1.0, 0.0, 3.0, 5.0, 2.0, 5.0, 0.0]
-    assert count_stops(power, on=4.0, off=0.5) == 2
-    assert count_stops(power, on=4.0, off=2.5) == 3
+    speed = [5.0, 4.0, 0.0, 1.0, 0.0, 3.0, 5.0, 2.0, 5.0, 0.0]
+    assert count_stops(speed, on=4.0, off=0.5) == 2
+    assert count_stops(speed, on=4.0, off=2.5) == 3
     assert count_stops([0.0, 5.0], on=4.0, off=0.5) == 0
     with pytest.raises(InputError, match="off must lie below on"):
-        count_stops(power, on=1.0, off=1.0)
+        count_stops(speed, on=1.0, off=1.0)

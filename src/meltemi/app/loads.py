@@ -99,7 +99,7 @@ def plan_(
         campaign, out = read_campaign(turbine), Path(turbine)
     else:
         if (wind_class is None) == (site is None):
-            raise InputError("give one of --class (for instance --class IB), --site")
+            raise InputError("give either --class (for instance --class IB) or --site FILE")
         if site is not None:
             from meltemi.loadbase.site import read_site
 
@@ -292,7 +292,7 @@ def report(
     from meltemi.loadbase.report import read_limits, write_report
 
     if against is not None and limits is not None:
-        raise InputError("give one of --against, --limits")
+        raise InputError("give either --against or --limits")
     planned = _planned(base)
     given = None if limits is None else read_limits(limits)
     other = None if against is None else (str(against), design_loads(_planned(against), against))

@@ -36,6 +36,8 @@ RATED = 0.998
 """Share of the power at cut-out that is rated power: without the small differences above rated wind speed."""
 STEP = 0.1
 """[m/s] of the rated wind speed."""
+NO_WIND = 1000.0
+"""[m/s] limit that no wind reaches."""
 
 
 class Campaign(Record):
@@ -87,6 +89,9 @@ class Campaign(Record):
     """Form of the extreme wind speed model."""
     start_margin: float = Field(default=0.9, gt=0.0, le=1.0)
     """A start is permitted from this share of V_in, and to V_out over it, so that it can be simulated at both."""
+    wind_stops: bool = False
+    """Whether the supervisor stops production in wind below cut-in and above cut-out. By default it continues, as the
+    design situation demands; DLC 4.1 has these stops."""
 
     duration: float | None = Field(default=None, gt=0.0)
     """[s] evaluated, in place of the table's default."""
@@ -263,6 +268,15 @@ def rated_wind_speed(model: Any, cut_in: float, cut_out: float) -> float:
     return found
 
 
+def production_controller(campaign: Campaign) -> ControllerCase:
+    """Controller of production; a supervisor without stops for the wind unless ``wind_stops``."""
+    c = campaign.controller
+    if campaign.wind_stops or not isinstance(c, SupervisedCase):
+        return c
+    beyond = dict.fromkeys(("cut_out_mean", "cut_out_wind", "cut_out_gust"), NO_WIND)
+    return c.replace(supervision=c.supervision.replace(stop_wind=0.0, **beyond))
+
+
 def start_controller(campaign: Campaign) -> SupervisedCase | None:
     """Controller of starts and stops; None if the campaign's controller cannot start and stop the turbine.
 
@@ -289,7 +303,12 @@ def read_campaign(folder: str | Path) -> Campaign:
       InputError: there is none, or it is not valid.
     """
     path = Path(folder)
-    campaign = read_record(path / FILE if path.is_dir() else path, Campaign)
+    file = path if path.is_file() else path / FILE
+    if not file.is_file():
+        raise InputError(
+            f"{path}: no load base, since it has no {FILE}; 'meltemi loads plan TURBINE --out FOLDER' makes one"
+        )
+    campaign = read_record(file, Campaign)
     campaign.table()
     return campaign
 

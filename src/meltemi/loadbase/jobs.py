@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import thread_time
@@ -13,6 +13,7 @@ from typing import Any
 
 import meltemi
 from meltemi.control.bladed.rosco import find_rosco
+from meltemi.control.controller import LogEntry
 from meltemi.core.errors import InputError, Status
 from meltemi.core.files import bytes_of
 from meltemi.core.physics import PHYSICS
@@ -34,7 +35,7 @@ from meltemi.wind.fields import Wind
 from meltemi.wind.turbulence.field import realised
 from meltemi.wind.turbulent import TurbulentWind
 
-REDUCTION = 1
+REDUCTION = 2
 """Increased by every change of how cases begin, and of what is kept of them."""
 WITHOUT_CONTROL = (
     *("pitch.reference_speed", "pitch.minimum", "pitch.maximum"),
@@ -201,10 +202,21 @@ class Workshop:
         job, turbine, began, wind = self.begun.pop(str(result.meta["case"]))
         ended, kept = thread_time(), None
         if result.status.complete:
-            kept = reduced(result, interfaces_of(turbine), rated_power=turbine.rated_power, cycles=job.cycles)
+            rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+            kept = reduced(result, interfaces_of(turbine), rated_speed=rated, cycles=job.cycles)
         simulated = float(result.time[-1]) if len(result.time) else 0.0
         times = (wind, ended - began - wind, thread_time() - ended)
-        return Row(job.name, job.key, result.status, result.message, result.warnings, simulated, *times, reduced=kept)
+        stop = "" if "events" in job.content else unplanned_stop(result.log)
+        warnings = (*result.warnings, *filter(None, [stop]))
+        return Row(job.name, job.key, result.status, result.message, warnings, simulated, *times, reduced=kept)
+
+
+def unplanned_stop(log: Iterable[LogEntry]) -> str:
+    """When and why the supervisor stopped a case without events: from then on it has no loads of production."""
+    for entry in log:
+        if entry.source == "supervisor" and entry.what.endswith("stop"):
+            return f"stopped at {entry.time:.1f} s: {entry.reason}"
+    return ""
 
 
 def begin_of(wind: TurbulentWind, model: BladedModel, start: Any) -> Any:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import csv
 import hashlib
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from meltemi.control.controller import LogEntry
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import replacing
 from meltemi.core.yamlfile import validated
@@ -32,7 +31,10 @@ STEADY_DURATION = 100.0
 """[s] evaluated of an idling or locked rotor in steady wind."""
 FREQUENT, RARE = 10.0, 50.0
 """[years] return periods of faults between which the factor falls."""
-PRACTICE = ("normal_rate", "emergency_rate", "pitch_imbalance", "mass_imbalance", "idle_pitch", "start_margin", "years")
+PRACTICE = (
+    *("normal_rate", "emergency_rate", "pitch_imbalance", "mass_imbalance", "idle_pitch", "start_margin"),
+    *("wind_stops", "years"),
+)
 """Keys of a campaign whose defaults come from practice."""
 FEW = 3
 """Wind speeds of a quick plan."""
@@ -40,7 +42,7 @@ SWEEP = 4
 """Yaw errors of a quick plan in a row that has more."""
 MOST = 2_000_000
 """Cases of a plan."""
-TIMES = 700.0
+TIMES = 400.0
 """Simulated time over wall time of one core, for the NREL 5 MW with its wind (docs/performance.md)."""
 
 
@@ -107,17 +109,6 @@ class PlannedCase:
     def content(self) -> dict[str, Any]:
         """Content of its case file; paths are absolute."""
         return case_content(self.setting)
-
-    def unplanned_stop(self, log: Iterable[LogEntry]) -> str:
-        """When and why the supervisor stopped a case that has neither a fault nor a stop, from the log of its run.
-
-        Such a case is valid, but from then on it has no loads of production; empty if there is none.
-        """
-        if self.setting.row.situation in ("production", "start") and self.setting.fault is None:
-            for entry in log:
-                if entry.source == "supervisor" and entry.what.endswith("stop"):
-                    return f"stopped at {entry.time:.1f} s: {entry.reason}"
-        return ""
 
     def case(self) -> LoadCase:
         """Its load case.

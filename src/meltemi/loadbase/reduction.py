@@ -27,8 +27,8 @@ OCTAVES = 8
 """Loads below the largest one over two to this power are one level."""
 MOVING = radians(0.02)
 """[rad/s] above which a drive moves."""
-ON, OFF = 0.05, 0.01
-"""Shares of rated power: a stop is a fall from the first to the second."""
+ON, OFF = 0.4, 0.2
+"""Shares of rated rotor speed: a stop is a fall from the first to the second."""
 
 
 @dataclass(frozen=True)
@@ -54,13 +54,13 @@ class Reduced:
     stops: int
 
 
-def reduced(result: Result, interfaces: Sequence[Interface], *, rated_power: float, cycles: bool) -> Reduced:
+def reduced(result: Result, interfaces: Sequence[Interface], *, rated_speed: float, cycles: bool) -> Reduced:
     """Reduce a complete run to what a load base keeps.
 
     Args:
       result: with all channels of the interfaces.
       interfaces: of the turbine.
-      rated_power: [W], for the number of stops.
+      rated_speed: [rad/s] of the rotor, for the number of stops.
       cycles: count the cycles, for fatigue.
     """
     part = result.evaluated
@@ -79,7 +79,7 @@ def reduced(result: Result, interfaces: Sequence[Interface], *, rated_power: flo
         {name: large_cycles(series[name]) for name in loads} if cycles else {},
         dict(found for each in interfaces if each.speed for found in _durations(part, series, each)),
         {name: actuator_duty(series[name], dt=_step(part), threshold=MOVING) for name in series if _drive(name)},
-        count_stops(series["generator_power"], on=ON * rated_power, off=OFF * rated_power),
+        count_stops(series["rotor_speed"], on=ON * rated_speed, off=OFF * rated_speed),
     )
 
 

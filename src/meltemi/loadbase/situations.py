@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from meltemi.core.yamlfile import merged
-from meltemi.loadbase.campaign import Campaign, start_controller
+from meltemi.loadbase.campaign import Campaign, production_controller, start_controller
 from meltemi.loadbase.table import Fault, Row
+from meltemi.loadcases.case import ControllerCase
 from meltemi.wind.iec.models import MODELS
 
 OPERATING = ("production", "start", "normal stop", "emergency stop")
@@ -133,6 +134,10 @@ def _only(content: dict[str, Any], keys: str) -> dict[str, Any]:
     return {key: content[key] for key in keys.split() if key in content}
 
 
+def _production(s: Setting) -> dict[str, Any]:
+    return {"controller": _content(production_controller(s.campaign))}
+
+
 def _start(s: Setting) -> dict[str, Any]:
     return {"controller": _supervised(s), "start": "standstill"}
 
@@ -145,7 +150,10 @@ def _stop(request: str) -> Callable[[Setting], dict[str, Any]]:
 
 
 def _supervised(s: Setting) -> dict[str, Any]:
-    case = start_controller(s.campaign) or s.campaign.controller
+    return _content(start_controller(s.campaign) or s.campaign.controller)
+
+
+def _content(case: ControllerCase) -> dict[str, Any]:
     return case.model_dump(mode="json", exclude_defaults=True) | {"kind": case.kind}
 
 
@@ -183,7 +191,7 @@ def _locked(s: Setting) -> dict[str, Any]:
 
 
 SITUATIONS: dict[str, Callable[[Setting], dict[str, Any]]] = {
-    "production": lambda s: {},
+    "production": _production,
     "start": _start,
     "normal stop": _stop("normal_stop"),
     "emergency stop": _stop("emergency_stop"),
@@ -199,7 +207,6 @@ def case_content(s: Setting) -> dict[str, Any]:
     content: dict[str, Any] = {
         "turbine": c.turbine,
         "wind": wind_content(s),
-        "controller": c.controller.model_dump(mode="json", exclude_defaults=True) | {"kind": c.controller.kind},
         "duration": row.transient + row.duration,
         "transient": row.transient,
         "options": dict(c.options),

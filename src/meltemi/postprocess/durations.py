@@ -175,12 +175,12 @@ def actuator_duty(position: ArrayLike, *, dt: float, threshold: float = 0.0) -> 
     )
 
 
-def count_stops(power: ArrayLike, *, on: float, off: float) -> int:
-    """Number of stops: how often the power falls to ``off`` after it had reached ``on``.
+def count_stops(speed: ArrayLike, *, on: float, off: float) -> int:
+    """Number of stops: how often the rotor speed falls to ``off`` after it had reached ``on``.
 
     Args:
-      power: (T,) of the generator, or any other sign of production such as the rotor speed.
-      on: at least this is production.
+      speed: (T,) of the rotor; the power, which is zero in every lull near cut-in, is no sign of a stop.
+      on: at least this is operation.
       off: at most this is standstill; it lies below ``on``, so that ripple about a single level does not count.
 
     Raises:
@@ -188,7 +188,7 @@ def count_stops(power: ArrayLike, *, on: float, off: float) -> int:
     """
     if not off < on:
         raise InputError(f"count_stops: off must lie below on, found {off!r} and {on!r}")
-    x = np.asarray(power, dtype=float)
+    x = np.asarray(speed, dtype=float)
     state = np.where(x >= on, 1, np.where(x <= off, -1, 0))
     known = state[state != 0]
     return int(np.sum((known[1:] < 0) & (known[:-1] > 0)))

@@ -157,10 +157,10 @@ def _masses(clean: BladedModel, iced: BladedModel) -> tuple[float, float]:
 
 
 def _frequencies(turbine: Turbine, icing: Icing, options: ModelOptions) -> dict[str, tuple[float, float]]:
-    """[Hz] natural frequencies of blade 1 alone, clean and iced, by mode."""
+    """[Hz] natural frequencies of blade 1 alone, clean and iced, by mode, without residual modes."""
     found = []
     for each in (None, icing.replace(blades=(1,))):
-        model = build(with_ice(turbine, each), options.replace(locked=STANDING))
+        model = build(with_ice(turbine, each), options.replace(locked=STANDING, residual_modes=0))
         modes: dict[str, float] = {}
         for mode in natural_modes(model):
             moves = [name for name, x in zip(mode.coordinates, np.abs(mode.shape), strict=True) if x > 0.99]
