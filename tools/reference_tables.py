@@ -43,7 +43,7 @@ STEADY = (
 ).split()
 FACTOR = {
     "kN": 1e3, "kN-m": 1e3, "kW": 1e3, "deg": np.pi / 180, "rpm": np.pi / 30, "m": 1, "N": 1, "N-m": 1, "m/s": 1,
-    "rad": 1, "-": 1, "N/m": 1, "s": 1, "W": 1,
+    "rad": 1, "m/s^2": 1, "-": 1, "N/m": 1, "s": 1, "W": 1,
 }  # fmt: skip
 GUST = "Wind1VelX GenPwr RotSpeed BldPitch1 RtFldFxh RootMyc1 OoPDefl1 TTDspFA TwrBsMyt".split()
 YAWED = (

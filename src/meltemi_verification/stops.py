@@ -24,13 +24,17 @@ from meltemi.control.supervisor.settings import Supervision
 from meltemi.control.supervisor.supervised import SupervisedController
 from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure, style
+from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.channels import find, standard
 from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
+from meltemi.turbine.library import load_turbine
 from meltemi.wind.fields import SteadyWind, Wind, WindSeries
 from meltemi.wind.files import read_bts
 from meltemi.wind.iec.gusts import Sign, ecd, edc, eog, ews_horizontal, ews_vertical
+from meltemi_verification.openfast_deck import deck_options, deck_turbine
 from meltemi_verification.steady import deck_model
 from meltemi_verification.table import Comparison, Row, reference_table, source_of
 from meltemi_verification.turbulent import thinned
@@ -49,8 +53,8 @@ BEGIN, BEFORE = 45.0, 10.0
 CLASS = "IB"
 """Wind class of the gusts, edition 3."""
 CHANNELS = (
-    "RotSpeed RtFldMxh RtFldFxh RotThrust RootMxc1 RootMyc1 OoPDefl1 IPDefl1 TTDspFA TTDspSS TwrBsMxt TwrBsMyt "
-    "YawBrMxp YawBrMyp YawBrMzp LSSTipMys LSSTipMzs"
+    "RotSpeed RtFldMxh RtFldFxh RotThrust RootMxc1 RootMyc1 RootMzc1 OoPDefl1 IPDefl1 TwrClrnc1 TTDspFA TTDspSS "
+    "YawBrTAxp TwrBsMxt TwrBsMyt YawBrMxp YawBrMyp YawBrMzp LSSTipMys LSSTipMzs"
 ).split()
 STEADY, TRANSIENT, LATE = 3.0, 5.0, 0.3
 """[%] of the channel's range in the case, before the event and after; [s] of the time of an extreme."""
@@ -209,6 +213,15 @@ def arguments(name: str, folder: Path | None = None) -> dict[str, Any]:
         "channels": [*CHANNELS, "BldPitch1"],
         "output_step": OUTPUT,
     }
+
+
+@cache
+def slender_model() -> BladedModel:
+    """The model with blade sections without rotary inertia, as ElastoDyn's are."""
+    turbine = deck_turbine(load_turbine("nrel5mw"))
+    none = np.zeros(len(turbine.blade.structure.position))
+    turbine = turbine.replace(**{"blade.structure.flap_inertia": none, "blade.structure.edge_inertia": none})
+    return build(turbine, deck_options(turbine, "B", time_step=STEP))
 
 
 def run_case(name: str, folder: Path | None = None, **changes: Any) -> Result:

@@ -106,20 +106,34 @@ def test_data_are_those_of_the_runs(reference: Path) -> None:
             np.testing.assert_allclose(total, file.speed + file.gust, atol=2e-5, err_msg=name)
 
 
-@pytest.mark.slow
+def test_pitching_moment_of_rotary_inertia() -> None:
+    """Omega^2 integral (J_edge - J_flap) sin theta cos theta dr; without it all pitching moments are OpenFAST's."""
+    structure = stops.deck_model("B").turbine.blade.structure
+    assert structure.flap_inertia is not None and structure.edge_inertia is not None
+    full, slender = stops.run_case("estop_25"), stops.run_case("estop_25", model=stops.slender_model())
+    before = (full.time > 35.0) & (full.time < stops.BEGIN)
+    speed, pitch = (full[name][before].mean() for name in ("RotSpeed", "BldPitch1"))
+    angle = pitch + structure.twist
+    moment = (structure.edge_inertia - structure.flap_inertia) * np.sin(angle) * np.cos(angle)
+    expected = speed**2 * np.trapezoid(moment, structure.position)
+    assert (full["RootMzc1"] - slender["RootMzc1"])[before].mean() == pytest.approx(expected, rel=0.01)
+    for name in ("estop_25", "estop_15_noROSCO", "stuck1_estop_14", "eog_11.4", "ewsh_n_12"):
+        rows = stops.compare(name, stops.run_case(name, model=stops.slender_model()), stops.BEGIN)
+        assert [r for r in rows if r.what == "RootMzc1" and abs(r.deviation) > r.band] == [], name
+
+
 @pytest.mark.reference
 def test_stop_in_turbulence(reference: Path) -> None:
-    """ElastoDyn's frequencies of the blades in place of ours: 6 % of the yaw moment's range become less than 2 %."""
+    """With ElastoDyn's frequencies of slender blades 6 and 12 % of a channel's range become less than 2 %."""
     assert failed(list(stops.stops(reference).rows), "stops in turbulence") == []
-    arguments = stops.arguments(stops.BOX, reference)
-    model = arguments["model"]
+    arguments, model = stops.arguments(stops.BOX, reference), stops.slender_model()
     modal = np.array(model.rotor.modal)
     # first flapwise and edgewise frequency of the isolated blade: ElastoDyn's over ours
     factor = np.array([0.66860 / 0.67738, 1.0, 1.07864 / 1.08785])
     modal[0] *= factor[:, None] * factor
     result = meltemi.simulate(**(arguments | {"model": model.with_arrays(modal=modal)}))
     rows = stops.compare(stops.BOX, result, CASES[stops.BOX].event)
-    assert [r for r in rows if r.measure == "%" and "before" not in r.case and abs(r.deviation) > 2.0] == []
+    assert [r for r in rows if abs(r.deviation) > (stops.LATE if r.measure == "s" else 2.0)] == []
 
 
 @pytest.mark.rosco
@@ -132,4 +146,4 @@ def test_under_rosco_itself(name: str, reference: Path, tmp_path: Path) -> None:
     controller = meltemi.control.BladedController(turbine, meltemi.control.find_rosco(), settings)
     rows = stops.compare(name, stops.run_case(name, controller=controller), stops.BEGIN)
     bound = 5.5 if name == "eog_25" else 2.5
-    assert [r for r in rows if r.measure == "%" and abs(r.deviation) > bound] == []
+    assert [r for r in rows if r.measure == "%" and r.what != "RootMzc1" and abs(r.deviation) > bound] == []
