@@ -26,9 +26,9 @@ ELASTODYN_EDGE = (
     "(tests/verification/test_stops.py)"
 )
 ROTARY_INERTIA = (
-    "ElastoDyn's blade sections have no rotary inertia; that of ours turns a pitched blade towards fine pitch (6.8 kN m "
-    "at 25 m/s, as in closed form); without it the deviation is at most 4 %, in turbulence with ElastoDyn's frequencies "
-    "2 % (tests/verification/test_stops.py)"
+    "ElastoDyn's blade sections have no rotary inertia; that of ours turns a pitched blade towards fine pitch, at 25 "
+    "m/s with 6.8 kN m as in closed form; without it the deviation is at most 4 %, in turbulence with ElastoDyn's "
+    "frequencies 2 % (tests/verification/test_stops.py)"
 )
 SMALL_YAW = (
     "the third harmonic of a small moment, 12 % of the out-of-plane moment of a blade, is 2.5 % smaller and its mean "
