@@ -420,6 +420,7 @@ def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
         "inflow": number(variants.InflowModel, options.inflow),
         "stall": number(variants.StallModel, options.stall),
         "stall_rotation": ("none", "camber", "openfast").index(options.stall_rotation),
+        "reversed_flow": ("static", "lagged").index(options.reversed_flow),
         "tower": number(variants.TowerInfluence, options.tower_influence),
         "tower_drag": int(options.tower_drag),
         "iterations": options.induction_iterations,
