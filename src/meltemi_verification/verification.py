@@ -18,6 +18,7 @@ from meltemi_verification import (
     published,
     rigid,
     steady,
+    stops,
     transient,
     turbulent,
     uae,
@@ -46,6 +47,8 @@ QUICK: tuple[Study, ...] = (
     (2.0, yaw.power_in_yaw),
     (2.0, transient.gust),
     (2.0, transient.step),
+    (4.0, stops.gusts),
+    (3.0, stops.stops),
     (2.0, partial(turbulent.turbulence, "A")),
     (1.0, partial(turbulent.turbulence, "B")),
     (4.0, parked.parked),
@@ -85,7 +88,7 @@ def verification(
       quick: only what takes less than two minutes.
       measured: only the comparison with measured loads.
       reference: folder with the series and wind boxes of the reference runs, for turbulence over ten minutes beside
-        the 45 s that come with the package.
+        the 45 s that come with the package, and for a stop in turbulence.
       progress: called with the completed fraction.
 
     Raises:
@@ -100,6 +103,7 @@ def verification(
         studies += [(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
         if (reference / "openfast_dlc").is_dir():
             studies.append((2.0, partial(parked.turbulent, reference)))
+        studies.append((1.0, partial(stops.stops, reference)))
     total, done = sum(seconds for seconds, _ in studies), 0.0
     tables: list[Comparison] = []
     for seconds, study in studies:

@@ -356,5 +356,5 @@ def write_design_loads(design: DesignLoads, folder: str | Path) -> list[Path]:
                 if name != "markov":
                     table.reset_index().to_excel(book, sheet_name=name, index=False, freeze_panes=(1, 1))
     except ImportError:
-        raise InputError("Excel files need openpyxl: pip install 'meltemi[loads]'") from None
+        raise InputError("Excel files need openpyxl: pip install openpyxl") from None
     return [*files, path]

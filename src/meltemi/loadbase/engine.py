@@ -281,7 +281,7 @@ class OnDask:
         try:
             from distributed import Client, LocalCluster, as_completed
         except ImportError:
-            raise InputError('--dask needs Dask: pip install "meltemi[dask]"') from None
+            raise InputError("--dask needs Dask: pip install dask distributed") from None
         cores, cluster = available_cores(), None
         if self.address == LOCAL:
             cluster = LocalCluster(n_workers=cores, threads_per_worker=1, dashboard_address=None)

@@ -27,7 +27,7 @@ def _openpyxl() -> Any:
     try:
         return import_module("openpyxl")
     except ImportError:
-        raise InputError("Excel files need openpyxl: pip install 'meltemi[loads]'") from None
+        raise InputError("Excel files need openpyxl: pip install openpyxl") from None
 
 
 def write_excel(table: LoadTable, path: str | Path) -> Path:

@@ -179,7 +179,7 @@ def _parquet() -> Any:
         import pandas  # noqa: F401
         import pyarrow.parquet as pq
     except ImportError:
-        raise InputError('results of load bases need pandas and pyarrow: pip install "meltemi[loads]"') from None
+        raise InputError("results of load bases need pandas and pyarrow: pip install pandas pyarrow openpyxl") from None
     return pq
 
 
