@@ -31,6 +31,7 @@ from meltemi.loadbase.store import Store
 from meltemi.loadbase.table import load_table
 from meltemi.loadcases.batch import Batch
 from meltemi.simulation.simulate import simulate
+from meltemi.studies.preview import rotor_average
 
 pytest.importorskip("pyarrow")
 
@@ -107,12 +108,18 @@ def test_a_row_is_the_reduction_of_its_run(tiny: Plan, whole: Path) -> None:
     assert times["revolutions"].sum() == pytest.approx(part["rotor_speed"].mean() * times["time"].sum() / 2 / np.pi)
 
 
-def test_seeds_share_the_start_of_their_mean_wind() -> None:
-    of = plan(campaign(("1.2",), quick=False, seeds=2))
-    shop, jobs = Workshop(), {job.name: job for job in jobs_of(of)}
-    one, two, other = (shop.run(jobs[f"dlc1.2-13-y{end}"]) for end in ("0-s01", "0-s02", "8-s01"))
-    assert one.start() is two.start() is not other.start()
-    assert one.start().pitch == pytest.approx(meltemi.analysis.operating_point(one.model, 13.0).pitch, abs=0.02)
+def test_cases_begin_at_the_speed_that_the_rotor_meets_first() -> None:
+    of = plan(campaign(("1.2",), quick=False, seeds=6))
+    shop, jobs, starts = Workshop(), {job.name: job for job in jobs_of(of)}, {}
+    for seed in range(1, 7):
+        run = shop.run(jobs[f"dlc1.2-19-y0-s0{seed}"])
+        box = run.wind()
+        planes = (box.passing >= 0.0) & (box.passing < 2.0)
+        met = float(rotor_average(box, 90.0, 63.0)[planes].mean())
+        start = run.start()
+        assert start.pitch == pytest.approx(meltemi.analysis.operating_point(run.model, met).pitch, abs=0.03)
+        assert starts.setdefault(round(met), start) is start
+    assert 1 < len(starts) < 6
 
 
 def test_cycles_are_kept_for_fatigue_only_and_by_channel(whole: Path, tiny: Plan, tmp_path: Path) -> None:

@@ -9,7 +9,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import thread_time
-from typing import Any
+from typing import Any, cast
+
+import numpy as np
 
 import meltemi
 from meltemi.control.bladed.rosco import find_rosco
@@ -28,15 +30,18 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import OperatingPoint, steady_wind
+from meltemi.studies.preview import rotor_average
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
-from meltemi.wind.fields import Wind
-from meltemi.wind.turbulence.field import realised
+from meltemi.wind.fields import SteadyWind, Wind, WindBox
+from meltemi.wind.turbulence.field import AnyWind, realised
 from meltemi.wind.turbulent import TurbulentWind
 
-REDUCTION = 2
+REDUCTION = 1
 """Increased by every change of how cases begin, and of what is kept of them."""
+FIRST = 2.0
+"""[s] of the wind over the rotor that give the speed in which a case of production begins."""
 WITHOUT_CONTROL = (
     *("pitch.reference_speed", "pitch.minimum", "pitch.maximum"),
     *("torque.rated_power", "torque.rated_speed", "torque.maximum_torque"),
@@ -169,6 +174,7 @@ class Workshop:
         self.hashed = hashed
         self.models: dict[str, BladedModel] = {}
         self.begun: dict[str, tuple[Job, Turbine, float, float]] = {}
+        self.first: dict[str, SteadyWind] = {}
 
     def run(self, job: Job) -> Run:
         """The run of a job; its wind is made when its turn comes.
@@ -186,12 +192,18 @@ class Workshop:
         channels = recorded(model.turbine, interfaces_of(model.turbine))
         own = {"channels": channels, "blade_stations": blade, "tower_stations": tower}
         run = case_run(validated(job.content | own, LoadCase, job.name), model.turbine, Path(), model=model)
-        start = (lambda: begin_of(run.wind, model, run.start)) if isinstance(run.wind, TurbulentWind) else run.start
-        return replace(run, name=job.name, start=start, wind=lambda: self._wind(job, run.wind, model.turbine))
 
-    def _wind(self, job: Job, wind: Any, turbine: Turbine) -> Wind:
-        began = thread_time()
+        def start() -> Any:
+            wind = self.first.pop(job.name, None)
+            return run.start if wind is None else begin_of(wind, model, run.start)
+
+        return replace(run, name=job.name, start=start, wind=lambda: self._wind(job, run, model.turbine))
+
+    def _wind(self, job: Job, run: Run, turbine: Turbine) -> Wind:
+        began, wind = thread_time(), cast(AnyWind, run.wind)
         found = realised(wind, turbine, job.seconds)
+        if isinstance(wind, TurbulentWind):
+            self.first[job.name] = first_wind(found, steady_wind(wind, turbine.hub_height), run.start, turbine)
         if not self.hashed:
             vars(found)["_digest"] = job.key
         self.begun[job.name] = (job, turbine, began, thread_time() - began)
@@ -219,9 +231,23 @@ def unplanned_stop(log: Iterable[LogEntry]) -> str:
     return ""
 
 
-def begin_of(wind: TurbulentWind, model: BladedModel, start: Any) -> Any:
-    """The start in the mean wind: the same for all seeds, and computed once."""
-    found, words = initial_state(model, steady_wind(wind, model.turbine.hub_height), start)
+def first_wind(wind: Wind, mean: SteadyWind, start: Any, turbine: Turbine) -> SteadyWind:
+    """Wind in which a case begins: the mean one, in production with the speed that the rotor meets first.
+
+    A start in the mean of a gusty wind trips protections within seconds. The speed is rounded to 1 m/s, so that cases
+    share starts.
+    """
+    if start is not None or not isinstance(wind, WindBox):
+        return mean
+    begin = int(np.searchsorted(wind.passing, 0.0))
+    planes = replace(wind, velocity=wind.velocity[begin : begin + max(round(FIRST / wind.dt), 2)])
+    speed = float(rotor_average(planes, turbine.hub_height, turbine.rotor_radius).mean())
+    return mean.replace(speed=max(float(round(speed)), turbine.cut_in))
+
+
+def begin_of(wind: SteadyWind, model: BladedModel, start: Any) -> Any:
+    """The start in a wind, computed once for all cases that share it."""
+    found, words = initial_state(model, wind, start)
     return found if isinstance(found, OperatingPoint) and words == found.warnings else start
 
 
