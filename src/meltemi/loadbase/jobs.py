@@ -200,7 +200,7 @@ class Workshop:
         return replace(run, name=job.name, start=start, wind=lambda: self._wind(job, run, model.turbine))
 
     def _wind(self, job: Job, run: Run, turbine: Turbine) -> Wind:
-        began, wind = thread_time(), cast(AnyWind, run.wind)
+        began, wind = thread_time(), cast("AnyWind", run.wind)
         found = realised(wind, turbine, job.seconds)
         if isinstance(wind, TurbulentWind):
             self.first[job.name] = first_wind(found, steady_wind(wind, turbine.hub_height), run.start, turbine)
