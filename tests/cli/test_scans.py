@@ -130,7 +130,7 @@ def test_parked_writes_a_map(command: Command, tmp_path: Path) -> None:
     rows = list(csv.DictReader((tmp_path / "parked.csv").read_text().splitlines()))
     assert [row["yaw deg"] for row in rows] == ["0", "30"]
     assert float(rows[0]["damping %"]) > 0.0 > float(rows[1]["damping %"])
-    assert "flap" in rows[1]["mode"]
+    assert "side-side" in rows[1]["mode"]
     assert (tmp_path / "parked.png").is_file()
 
 
