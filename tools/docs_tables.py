@@ -278,6 +278,24 @@ def supervisor(what: str) -> str:
     return _table(["from", "to", "when"], rows)
 
 
+def load_cases(part: str) -> str:
+    """Rows or faults of the load case table of edition 4, with those values in italics that come from practice."""
+    from meltemi.loadbase.table import fault_text, load_table, names_in
+
+    table = load_table(4)
+    if part == "faults":
+        used = {name: [r for r, row in table.rows.items() if name in names_in(row.faults)] for name in table.faults}
+        rows = [[f"`{n}`", f.title, f"`{fault_text(f.events)}`", ", ".join(used[n])] for n, f in table.faults.items()]
+        return _table(["fault", "meaning", "events", "rows"], rows)
+    shown = "wind speeds yaw senses azimuths instants faults seeds duration type factor characteristic".split()
+    rows = []
+    for name, row in table.rows.items():
+        cells = {key: "" if getattr(row, key) is None else f"{getattr(row, key)}" for key in shown}
+        cells = {key: f"*{cell}*" if cell and key in row.practice else cell for key, cell in cells.items()}
+        rows.append([name, f"{row.title}: {row.situation}", *cells.values()])
+    return _table(["row", "title: situation", *shown], rows)
+
+
 def measured(what: str) -> str:
     """Measured and computed values, from the rows that ``meltemi verify --measured`` has written: ``attached``, or a
     quantity at all wind speeds with the models of rotational augmentation beside each other."""
@@ -322,6 +340,7 @@ MAKERS: dict[str, Any] = {
         keywords,
         array,
         arrays,
+        load_cases,
         measured,
         schemes,
         swap,

@@ -7,6 +7,8 @@ machine can repeat a minute of OpenFAST's runs, from its initial conditions and 
 
 - ``turbulent_wind.npz``: the first 70 s of the wind, the grid points near the rotor, rounded to 0.1 m/s and stored as
   differences from plane to plane;
+- ``stops_runs.npz``: pitch, generator torque and speed of the runs in gusts and of the stops up to the stop, every
+  0.05 s, and some channels of two of them;
 - ``turbulent_runs.npz``: 20 to 65 s of the runs in that wind, every second sample, each channel rounded to a step of
   at most 1/2000 of its range, in OpenFAST's units; and one root moment of all four runs from 100 to 700 s.
 """
@@ -22,8 +24,11 @@ import numpy as np
 from meltemi.postprocess.statistics import means_over_revolutions
 from meltemi.simulation.channels import standard
 from meltemi.turbine.openfast.text import key, number, read_input, split
+from meltemi.wind.fields import WindBox
 from meltemi.wind.files import read_bts
 from meltemi_verification.measure import decay, extremes, harmonic, undershoot
+from meltemi_verification.stops import BEGIN, FIGURE, OUTPUT, SHOWN, STOPS, gust_cases, measured
+from meltemi_verification.stops import CHANNELS as STOP_CHANNELS
 from meltemi_verification.turbulent import CHANNELS, SHORT
 
 SOURCE = (
@@ -39,7 +44,7 @@ STEADY = (
 ).split()
 FACTOR = {
     "kN": 1e3, "kN-m": 1e3, "kW": 1e3, "deg": np.pi / 180, "rpm": np.pi / 30, "m": 1, "N": 1, "N-m": 1, "m/s": 1,
-    "rad": 1, "-": 1, "N/m": 1, "s": 1, "W": 1,
+    "rad": 1, "m/s^2": 1, "-": 1, "N/m": 1, "s": 1, "W": 1,
 }  # fmt: skip
 GUST = "Wind1VelX GenPwr RotSpeed BldPitch1 RtFldFxh RootMyc1 OoPDefl1 TTDspFA TwrBsMyt".split()
 YAWED = (
@@ -62,6 +67,10 @@ DECK = {
     "InflowWind": "InflowWind.dat",
     "ServoDyn": "ServoDyn.dat",
 }
+ABOUT_WIND = (
+    "its begin at the points near the rotor; near (Z, Y), grid: dt [s], dy, dz, bottom [m], speed [m/s], step [m/s]; "
+    "first (points, 3) and steps (T - 1, points, 3) count steps"
+)
 TURBULENCE = "the NREL 5 MW at 20 m/s, turbulence intensity 14 % (von Karman, IEC 61400-1 ed. 2)"
 
 
@@ -233,6 +242,54 @@ def main(folder: Path) -> None:
     deck_values(folder)
     thinned_wind(openfast)
     thinned_runs(openfast)
+    stops(folder / "openfast_dlc")
+
+
+def stops(runs: Path) -> None:
+    """Extremes of the runs in gusts and of the stops; pitch, torque and speed that are played back."""
+    rows: list[list[object]] = []
+    content: dict[str, np.ndarray] = {"steps": np.array([2e-6, 5.0, 5e-4])}
+    shown: dict[str, np.ndarray] = {}
+    for name, case in (gust_cases() | STOPS).items():
+        with np.load(runs / f"series/{'S' if case.events else 'G'}_{name}.npz") as z:
+            names, units, data = list(map(str, z["channels"])), list(map(str, z["units"])), z["data"].astype(float)
+        x = {n: data[:, i] * FACTOR.get(units[i], 1.0) for i, n in enumerate(names)}
+        for channel in STOP_CHANNELS:
+            rows.append([name, channel, *(f"{v:.6g}" for v in measured(x["Time"], x[channel], case.event).values())])
+        if name in FIGURE:
+            shown[name] = np.stack([x[c][(x["Time"] > 39.99) & (x["Time"] < 80.01)] for c in SHOWN], axis=1)
+        if name.endswith("noROSCO"):
+            continue
+        # torque up to the switch, pitch up to the latest begin of its run to feather
+        off = 55.35 if name.startswith("normal") else case.event if case.events else case.end
+        keep, torque = x["Time"] < off + 0.21, x["GenTq"]
+        if case.events:
+            i = int(np.flatnonzero(x["Time"] > off - 0.01)[0])
+            torque[i:] = 2.0 * torque[i - 1] - torque[i - 2]
+        table = np.stack([x["BldPitch3"], torque, x["GenSpeed"]], axis=1)[keep]
+        content[name] = differences(table, content["steps"])
+        assert np.allclose(np.diff(x["Time"]), OUTPUT, atol=1e-4) and case.event >= BEGIN
+    content["shown_steps"] = 10.0 ** np.floor(np.log10(np.ptp(np.concatenate([*shown.values()]), axis=0) / 2000.0))
+    content |= {f"shown_{name}": differences(series, content["shown_steps"]) for name, series in shown.items()}
+    head = " ".join(measured(x["Time"], x["Time"], BEGIN))
+    source = "; aerodynamic set B; controller ROSCO 2.10.6 in place of the baseline controller"
+    write(
+        "stops",
+        "IEC gusts, stops and faults: mean, least and largest value in the 10 s before the event, extremes from then "
+        f"on, mean of the last 10 s, range{source}",
+        f"case channel {head}",
+        rows,
+    )
+    about = (
+        f"{SOURCE}{source}; gusts and stops; pitch [rad], generator torque [N m], generator speed [rad/s] every 0.05 s "
+        f"in steps, as differences from row to row; shown: {', '.join(SHOWN)} from 40 to 80 s"
+    )
+    pack("stops_runs", about, **content)
+
+
+def differences(x: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Counts of steps as differences from row to row, the first from zero."""
+    return np.diff(np.rint(x / steps).astype(np.int32), axis=0, prepend=0)
 
 
 def keywords(deck: Path) -> None:
@@ -291,7 +348,15 @@ def values_of(path: Path) -> list[tuple[str, str]]:
 
 def thinned_wind(openfast: Path) -> None:
     """The thinned wind box of seed 1."""
-    box = read_bts(openfast / "wind/vkm20_s1.bts")
+    pack(
+        "turbulent_wind",
+        f"wind of {TURBULENCE}; TurbSim of OpenFAST v5.0.0, seed 20101; {ABOUT_WIND}",
+        **thin(read_bts(openfast / "wind/vkm20_s1.bts"), WIND_SECONDS, WIND_STEP),
+    )
+
+
+def thin(box: WindBox, seconds: float, step: float) -> dict[str, np.ndarray]:
+    """The begin of a wind box at the points near the rotor, in steps of a velocity [m/s]."""
     rows, columns = box.velocity.shape[1:3]
     y, z = (np.arange(columns) - (columns - 1) / 2) * box.dy, box.bottom + np.arange(rows) * box.dz
     near = np.zeros((rows, columns), bool)  # corners of the cells that the disk touches
@@ -299,19 +364,11 @@ def thinned_wind(openfast: Path) -> None:
         for j in range(columns - 1):
             if np.hypot(np.clip(0.0, y[j], y[j + 1]), np.clip(91.0, z[i], z[i + 1]) - 91.0) < REACH:
                 near[i : i + 2, j : j + 2] = True
-    counts = np.rint(box.velocity[: round(WIND_SECONDS / box.dt), near] / WIND_STEP).astype(np.int16)
+    counts = np.rint(box.velocity[: round(seconds / box.dt), near] / step).astype(np.int16)
     steps = np.diff(counts, axis=0)
     assert np.abs(steps).max() < 128
-    pack(
-        "turbulent_wind",
-        f"wind of {TURBULENCE}; TurbSim of OpenFAST v5.0.0, seed 20101; first {WIND_SECONDS:g} s, points near the "
-        f"rotor; near (Z, Y), grid: dt [s], dy, dz, bottom [m], speed [m/s], step [m/s]; first (points, 3) and steps "
-        "(T - 1, points, 3) count steps",
-        near=near,
-        grid=np.array([box.dt, box.dy, box.dz, box.bottom, box.speed, WIND_STEP]).round(6),
-        first=counts[0],
-        steps=steps.astype(np.int8),
-    )
+    grid = np.array([box.dt, box.dy, box.dz, box.bottom, box.speed, step]).round(6)
+    return {"near": near, "grid": grid, "first": counts[0], "steps": steps.astype(np.int8)}
 
 
 def thinned_runs(openfast: Path) -> None:
@@ -348,10 +405,16 @@ def pack(name: str, about: str, **content: np.ndarray) -> None:
 
 
 def write(
-    name: str, what: str, head: str, rows: list[list[object]], units: str = "; SI units", to: Path = DATA
+    name: str,
+    what: str,
+    head: str,
+    rows: list[list[object]],
+    units: str = "; SI units",
+    to: Path = DATA,
+    source: str = SOURCE,
 ) -> None:
     with (to / f"{name}.csv").open("w", newline="", encoding="utf-8") as file:
-        file.write(f"# {what}{units}\n# Source: {SOURCE}\n")
+        file.write(f"# {what}{units}\n# Source: {source}\n")
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(head.split())
         writer.writerows(rows)

@@ -11,4 +11,5 @@ from meltemi.simulation.events import SensorDrift as SensorDrift
 from meltemi.simulation.events import SensorLoss as SensorLoss
 from meltemi.simulation.events import SensorOffset as SensorOffset
 from meltemi.simulation.events import VoltageDip as VoltageDip
+from meltemi.simulation.events import YawRunaway as YawRunaway
 from meltemi.simulation.events import YawStuck as YawStuck

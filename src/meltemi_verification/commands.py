@@ -42,8 +42,22 @@ def bench(
     page: Annotated[
         Path | None, typer.Option("--page", help="Write the benchmark page of the docs to this file.")
     ] = None,
+    loads: Annotated[bool, typer.Option("--loads", help="Only a sample of a load base.")] = False,
+    cases: Annotated[int, typer.Option("--cases", help="Cases of that sample.", min=1)] = 40,
 ) -> None:
     """Measure compile time, run time, memory."""
+    if loads:
+        from meltemi_verification.load_bench import load_benchmark, load_lines
+
+        measured = load_benchmark(cases=cases, say=say)
+        if json:
+            import json as json_format
+
+            print(json_format.dumps(measured, indent=2))
+        else:
+            for line in load_lines(measured):
+                print(line)
+        return
     from meltemi.core.files import write_text
     from meltemi_verification import bench as study
 

@@ -13,7 +13,8 @@ few places, applied here one by one:
 
 Options: blades without torsion (ElastoDyn has none), yaw locked, no drag on the tower, nodes of the
 deck's AeroDyn file with the trapezoidal rule. Set A: quasi-steady wake and static polars; set B:
-dynamic inflow and the Hansen-Gaunaa-Madsen model with Beddoes' constants.
+dynamic inflow and the Hansen-Gaunaa-Madsen model with Beddoes' constants; set P, for parked rotors: no
+induction and static polars; set PU: no induction and the dynamic stall of set B.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ AIRFOIL_CONSTANTS = {
 """Angle of zero lift [deg] and drag coefficient there, from the deck's airfoil files."""
 TOWER_DIAMETER = ((0.0, 85.268, 87.6), (6.0, 3.87, 3.87))
 """Heights and diameters [m] of the tower in the deck's AeroDyn file, linear between."""
-OPENFAST_STALL = {"stall_fit": "openfast", "stall_rotation": "openfast"}
+OPENFAST_STALL = {"stall_fit": "openfast", "stall_rotation": "openfast", "reversed_flow": "static"}
 BLADE_SHAPES = {
     "flap": ((0.0622, 1.7254, -3.2452, 4.7131, -2.2555), (-0.5809, 1.2067, -15.5349, 29.7347, -13.8255)),
     "edge": ((0.3627, 2.5337, -3.5772, 2.376, -0.6952),),
@@ -84,10 +85,13 @@ def _gauss(stations: Any) -> tuple[Any, Any]:
 
 
 def deck_options(turbine: Turbine, aero: str, **changes: Any) -> ModelOptions:
-    """Options for a comparison with reference set ``"A"``, ``"B"``, ``"E"`` or ``"E3"``."""
+    """Options for a comparison with reference set ``"A"``, ``"B"``, ``"E"``, ``"E3"``, ``"P"`` or ``"PU"``."""
+    unsteady = {"stall": "hansen", "stall_constants": BEDDOES, **OPENFAST_STALL}
     sets: dict[str, dict[str, Any]] = {
         "A": {"inflow": "quasi_steady", "stall": "static"},
-        "B": {"inflow": "variable", "stall": "hansen", "stall_constants": BEDDOES, **OPENFAST_STALL},
+        "B": {"inflow": "variable", **unsteady},
+        "P": {"wake": "none", "inflow": "quasi_steady", "stall": "static"},
+        "PU": {"wake": "none", "inflow": "quasi_steady", **unsteady},
         "E": {"inflow": "variable", "stall": "static"},
         "E3": {"inflow": "constant", "inflow_time": 4.0, "stall": "static"},
     }

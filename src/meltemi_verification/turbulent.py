@@ -94,13 +94,18 @@ def short_series(aero: str) -> Series:
 
 
 def short_wind() -> WindBox:
-    """Wind of these runs, 65 s of simulation; outside the rotor's reach it is the mean of the other points."""
-    z = thinned("turbulent_wind")
+    """Wind of these runs, 65 s of simulation."""
+    return thinned_box("turbulent_wind", "vkm20_s1, thinned")
+
+
+def thinned_box(name: str, source: str) -> WindBox:
+    """Wind box from thinned data; outside the rotor's reach it is the mean of the other points."""
+    z = thinned(name)
     dt, dy, dz, bottom, speed, step = map(float, z["grid"])
     counts = np.concatenate([z["first"][None], z["steps"]]).cumsum(axis=0)
     velocity = np.broadcast_to(counts.mean(axis=1)[:, None, None], (len(counts), *z["near"].shape, 3)).copy()
     velocity[:, z["near"]] = counts
-    return WindBox((velocity * step).astype(np.float32), dt, dy, dz, bottom, speed, 90.0, source="vkm20_s1, thinned")
+    return WindBox((velocity * step).astype(np.float32), dt, dy, dz, bottom, speed, 90.0, source=source)
 
 
 def turbulence(aero: str, folder: Path | None = None) -> Comparison:

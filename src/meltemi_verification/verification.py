@@ -14,9 +14,11 @@ from meltemi_verification import (
     iea,
     modes,
     momentum,
+    parked,
     published,
     rigid,
     steady,
+    stops,
     transient,
     turbulent,
     uae,
@@ -45,8 +47,13 @@ QUICK: tuple[Study, ...] = (
     (2.0, yaw.power_in_yaw),
     (2.0, transient.gust),
     (2.0, transient.step),
+    (4.0, stops.gusts),
+    (3.0, stops.stops),
     (2.0, partial(turbulent.turbulence, "A")),
     (1.0, partial(turbulent.turbulence, "B")),
+    (4.0, parked.parked),
+    (2.0, parked.stalled),
+    (1.0, parked.turbulent),
 )
 """Studies with their usual duration [s]."""
 IEA: tuple[Study, ...] = (
@@ -63,6 +70,7 @@ FULL: tuple[Study, ...] = (
     (2.0, lambda: steady.spanwise("B")),
     (2.0, lambda: steady.periodic("B", ("shear_12", "yaw20_10"))),
     (1.0, lambda: yaw.yawed("B")),
+    (5.0, parked.discretised),
     *(IEA if iea.installed() else ()),
 )
 
@@ -80,7 +88,7 @@ def verification(
       quick: only what takes less than two minutes.
       measured: only the comparison with measured loads.
       reference: folder with the series and wind boxes of the reference runs, for turbulence over ten minutes beside
-        the 45 s that come with the package.
+        the 45 s that come with the package, and for a stop in turbulence.
       progress: called with the completed fraction.
 
     Raises:
@@ -93,6 +101,9 @@ def verification(
     studies = [*(uae.MEASURED if measured else QUICK if quick else FULL)]
     if reference is not None:
         studies += [(10.0, partial(turbulent.turbulence, aero, reference)) for aero in "AB"]
+        if (reference / "openfast_dlc").is_dir():
+            studies.append((2.0, partial(parked.turbulent, reference)))
+        studies.append((1.0, partial(stops.stops, reference)))
     total, done = sum(seconds for seconds, _ in studies), 0.0
     tables: list[Comparison] = []
     for seconds, study in studies:

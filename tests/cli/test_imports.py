@@ -14,7 +14,7 @@ import meltemi
 import meltemi_papers
 import meltemi_verification
 
-HEAVY = ("numba", "llvmlite", "scipy", "xarray", "pandas", "matplotlib", "h5netcdf", "h5py", "rainflow")
+HEAVY = ("numba", "llvmlite", "scipy", "xarray", "pandas", "matplotlib", "h5netcdf", "h5py")
 
 
 def python(code: str, *arguments: str) -> str:

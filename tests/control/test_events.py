@@ -104,6 +104,7 @@ CASES: dict[str, tuple[dict[str, Any], str, int, Any]] = {
     "brake": ({"share": 0.5}, "brake_torque", 0, lambda x, t: 50.0 * x[K]),
     "brake_fault": ({}, "brake_torque", 0, lambda x, t: 0.0),
     "yaw_stuck": ({}, "nacelle_yaw", 1, None),
+    "yaw_runaway": ({"rate": 0.01}, "nacelle_yaw", 1, None),
 }
 
 
@@ -145,6 +146,20 @@ def test_a_runaway_goes_at_its_rate_to_the_end_of_the_range(machine: Model) -> N
         np.testing.assert_allclose(np.diff(result[name][steady]) / DT, rate, rtol=1e-9)
         assert result[name][-1] == pytest.approx(end, abs=2e-3)
     assert result.log[0].what == "pitch of blade 2 runs away towards fine"
+
+
+def test_a_generator_fault_may_have_too_much_torque_and_a_yaw_runaway_has_its_own_rate(machine: Model) -> None:
+    result = ran(
+        machine,
+        {"at": AT, "until": 1.3, "type": "generator_fault", "share": 2.0},
+        {"at": 1.3, "type": "generator_fault"},
+        {"at": AT, "type": "yaw_runaway", "rate": -0.02},
+        {"at": AT, "type": "yaw_stuck"},
+    )
+    torque = result["generator_torque"]
+    assert np.all(torque[K : K + 30] == 8.0e4) and np.all(torque[K + 30 :] == 0.0)
+    drift = np.polyfit(result.time[K + 20 :], result["nacelle_yaw"][K + 20 :], 1)[0]
+    assert drift == pytest.approx(-0.02, rel=0.05)
 
 
 def test_with_the_ideal_actuator(turbine: Turbine) -> None:

@@ -707,6 +707,13 @@ def test_settings_that_contradict_the_turbine(turbine: Turbine, changes: dict[st
         SupervisedController(turbine, Supervision(**changes))
 
 
+def test_degrees_that_equal_a_limit_to_six_digits(turbine: Turbine) -> None:
+    """8 deg/s and 90 deg, which the file of the turbine rounds down."""
+    assert turbine.pitch_actuator.rate_limit < math.radians(8.0)
+    assert turbine.pitch_actuator.maximum < math.radians(90.0)
+    SupervisedController(turbine, Supervision(emergency_rate=math.radians(8.0), feather=math.radians(90.0)))
+
+
 def test_records_that_are_refused() -> None:
     with pytest.raises(InputError, match=r"over_speed 1\.3 must not be more than trip_speed 1\.2"):
         Supervision(over_speed=1.3)

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,9 @@ PAGES = (
     "docs/guide/comparing.md",
     "docs/guide/own-controller.md",
     "docs/guide/batches.md",
+    pytest.param(
+        "docs/guide/load-base.md", marks=pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
+    ),
     "docs/guide/results.md",
     "docs/guide/events.md",
     "docs/guide/electrical.md",
@@ -83,6 +87,12 @@ def test_cases_on_the_page_are_cases(page: str, tmp_path: Path) -> None:
         path = tmp_path / "case.yaml"
         path.write_text(text + rest, encoding="utf-8")
         read_case(path)
+
+
+def test_the_plan_on_its_page(capsys: pytest.CaptureFixture[str]) -> None:
+    page = "docs/guide/load-case-tables.md"
+    exec(compile("\n".join(blocks(page, "python")), page, "exec"), {"__name__": "page"})
+    assert capsys.readouterr().out == "".join(blocks(page, 'text title="printed"'))
 
 
 def test_the_library_on_its_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -76,6 +76,21 @@ def test_a_batch_gives_the_bits_of_single_runs(model: Model) -> None:
     assert not np.array_equal(alone[0].data, alone[1].data)
 
 
+def test_outcomes_are_told_in_the_calling_thread_and_their_values_not_kept(model: Model) -> None:
+    told: dict[str, tuple[Any, Any]] = {}
+
+    def done(outcome: Outcome) -> None:
+        told[outcome.name] = (outcome.value, threading.current_thread())
+
+    cases = [Run(model, SteadyWind(speed=speed), duration=1.0, name=f"v{speed:g}") for speed in (8.0, 9.0, 10.0)]
+    outcomes = simulate_batch(cases, reduce=lambda result: result["rotor_speed"][-1], workers=2, done=done)
+    assert [outcome.value for outcome in outcomes] == [None] * 3
+    assert {name: value for name, (value, _) in told.items()} == {
+        case.name: simulate(model, case.wind, duration=1.0)["rotor_speed"][-1] for case in cases
+    }
+    assert {thread for _, thread in told.values()} == {threading.current_thread()}
+
+
 def test_cases_that_fail_harm_no_other(model: Model) -> None:
     wild = meltemi.build(model.turbine, ModelOptions(time_step=0.1))
     small = WindBox(np.full((60, 3, 3, 3), 10.0, np.float32), dt=0.1, dy=10.0, dz=10.0, bottom=80.0, speed=10.0)

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from meltemi_verification import bench
+from meltemi_verification.load_bench import load_benchmark, load_lines
 from meltemi_verification.steps import TURBINES, WAYS
 
 ROOT = Path(__file__).parents[2]
@@ -93,3 +94,14 @@ def test_runs_controllers_and_batches_are_measured() -> None:
     controllers = bench.timed_controllers(25.0)
     assert controllers["step() from Python"] > controllers["compiled"]
     assert bench.timed_batch(1.0)["batch_real_time_factor"] > 0
+
+
+@pytest.mark.slow
+def test_a_sample_of_a_load_base_is_timed() -> None:
+    pytest.importorskip("pyarrow")
+    found = load_benchmark(cases=1)
+    assert (found["cases"], found["all_cases"] > 1700, found["all_hours"] > 200.0) == (1, True, True)
+    assert sum(found["parts"].values()) == pytest.approx(1.0)
+    assert min(found["parts"].values()) > 0.0 and found["times"] > 50.0
+    assert found["all_minutes"] == pytest.approx(60.0 * found["all_hours"] / found["times"] / found["cores"])
+    assert load_lines(found)[0].startswith("1 cases, 0.2 h simulated, in ")

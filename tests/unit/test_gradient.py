@@ -12,7 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from meltemi import InputError
-from meltemi.postprocess.fatigue import cycle_ends, damage_equivalent_load, rainflow_cycles
+from meltemi.postprocess.cycles import cycle_ends, rainflow_cycles
+from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.postprocess.gradient import del_gradient, max_gradient, mean_gradient, min_gradient, std_gradient
 
 Float = NDArray[np.float64]

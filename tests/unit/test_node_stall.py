@@ -75,18 +75,23 @@ class Foil(Record):
     """What the kernels of a section take of the record of the aerodynamics."""
 
     aero: AeroParameters
+    aero_options: AeroOptions
     polars: PolarPoint
     section: SectionConstants
 
 
-def foil(aero: Float, polars: Float, section: Float) -> Any:
+def foil(aero: Float, polars: Float, section: Float, reversed_flow: int = 1) -> Any:
     """Polars as kernels see them."""
-    return Foil("floats", {"aero": aero, "polars": polars, "section": section})
+    options = np.zeros(len(AeroOptions), dtype=np.int64)
+    options[AeroOptions.index("reversed_flow")] = reversed_flow
+    return Foil("floats", {"aero": aero, "aero_options": options, "polars": polars, "section": section})
 
 
-def flow_at(g: int, alpha: float, rate: float = RATE, rotation: Rotation = AT_REST, weight: float = 1.0) -> SectionFlow:
+def flow_at(
+    g: int, alpha: float, rate: float = RATE, rotation: Rotation = AT_REST, weight: float = 1.0, behind: float = 0.0
+) -> SectionFlow:
     """Flow past a section without flaps."""
-    return SectionFlow(g, float(alpha), rate, rotation, 0.0, weight)
+    return SectionFlow(g, float(alpha), behind, rate, rotation, 0.0, weight)
 
 
 def turned(pitching: float) -> Rotation:
@@ -295,6 +300,44 @@ def test_an_oscillation_gives_theodorsens_function(aero: Float, plate: tuple[Flo
         assert lift == pytest.approx(exact, abs=2e-4 * 2.0 * pi * amplitude)
 
 
+# reversed flow
+
+
+@pytest.mark.parametrize("k", [0.05, 0.3, 0.8])
+@pytest.mark.parametrize("pitching", [0.0, 1.0])
+def test_reversed_flow_is_the_mirror_image(
+    aero: Float, polar_of: Callable[..., tuple[Float, Float]], k: float, pitching: float
+) -> None:
+    # a plate that oscillates about its middle, alike from both sides: lift at the quarter of the chord that leads
+    behind = np.arcsin(np.sin(GRID)) * np.sign(np.cos(GRID))
+    lift = 2.0 * pi * np.where(np.abs(behind) < 0.5, behind, 0.5 * np.sin(2.0 * GRID))
+    moment = np.where(np.cos(GRID) < 0.0, 0.5 * lift, 0.0)
+    plate = polar_of(lift, np.zeros_like(GRID), moment)
+    omega, amplitude = k * RATE, radians(3.0)
+
+    def angle(t: float) -> float:  # in the middle, and that of the rotation at three quarters from the leading edge
+        return amplitude * (sin(omega * t) + 0.5 * k * cos(omega * t))
+
+    for t, y in march(aero, plate, angle, 6.0 * pi / omega, 300)[100::10]:
+        turning = amplitude * k * cos(omega * t)
+        rotation = Rotation(turning, pitching * turning, 0.0)
+        c, r = (
+            hansen.stall_coefficients(y, flow_at(0, angle(t), rotation=rotation, behind=b), foil(aero, *plate))
+            for b in (0.0, 1.0)
+        )
+        assert r.lift == pytest.approx(c.lift, abs=1e-12)  # the normal force changes its sign
+        assert r.moment - 0.25 * r.lift == pytest.approx(c.moment + 0.25 * c.lift, abs=1e-12)  # about the middle
+        # along the chord; the apparent-mass lift, normal to the chord, is of second order there
+        suction = c.lift * (angle(t) - turning) - c.drag
+        second_order = pi * pitching * turning**2
+        assert r.lift * angle(t) - r.drag == pytest.approx(suction + second_order, abs=1e-12)
+
+
+def test_reversed_flow_may_have_the_static_polar(polars: tuple[Float, Float]) -> None:
+    static = foil(AeroParameters.zeros(), *polars, reversed_flow=0)
+    assert flow_past.model_weight(radians(175.0), 50.0, 0, static) == 0.0
+
+
 # separation
 
 
@@ -465,7 +508,10 @@ def test_pitching_gives_the_added_mass_of_the_flat_plate(aero: Float, plate: tup
         (42.5, 50.0, 0.5),
         (45.0, 50.0, 0.0),
         (120.0, 50.0, 0.0),
-        (180.0, 50.0, 0.0),
+        (135.0, 50.0, 0.0),
+        (137.5, 50.0, 0.5),
+        (140.0, 50.0, 1.0),
+        (180.0, 50.0, 1.0),
         (0.0, 0.0, 0.0),
         (0.0, 0.01, 0.0),
         (0.0, 0.505, 0.5),

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import InputError, Model, Result, Start, Status, SteadyWind
-from meltemi.postprocess.fatigue import damage_equivalent_load, equivalent_loads, rainflow_cycles
+from meltemi.postprocess.cycles import rainflow_cycles
+from meltemi.postprocess.fatigue import damage_equivalent_load, equivalent_loads
 from meltemi.postprocess.files import read_netcdf, write_netcdf
 from meltemi.postprocess.statistics import azimuth_bins, azimuthal_averages, means_over_revolutions
 from meltemi.simulation.channels import Channel, standard

@@ -86,6 +86,9 @@ def test_the_mean_is_the_profile_asked_for() -> None:
     # clockwise from above with height: above the hub the wind blows to the right, towards -y
     np.testing.assert_allclose(np.arctan2(-turned[:, 1], turned[:, 0]), veer * (GRID.z - 90.0), rtol=0.0, atol=1e-5)
     np.testing.assert_allclose(np.hypot(turned[:, 0], turned[:, 1]), power[:, 0], rtol=0.0, atol=1e-4)
+    inclined = make(upflow=0.14).velocity.astype(float).mean(axis=(0, 2))
+    np.testing.assert_allclose(inclined[:, 2] / inclined[:, 0], np.tan(0.14), rtol=0.0, atol=1e-4)
+    np.testing.assert_allclose(inclined[:, 0], power[:, 0], rtol=0.0, atol=1e-4)
 
 
 def test_no_turbulence_leaves_the_mean() -> None:
@@ -179,6 +182,7 @@ OPTIONS: list[dict[str, Any]] = [
     {"shear_exponent": 0.1},
     {"roughness": 0.1},
     {"veer": 0.001},
+    {"upflow": 0.1},
     {"scaled": False},
     {"periodic": True},
     {"dt": 0.25},

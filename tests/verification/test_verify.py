@@ -89,6 +89,9 @@ def test_every_known_deviation_belongs_to_a_table() -> None:
         "report modes",
         "spin",
         "gust",
+        "gusts",
+        "stops",
+        "stops in turbulence",
         "wind step",
         "steady *",
         "periodic *",
@@ -98,6 +101,10 @@ def test_every_known_deviation_belongs_to_a_table() -> None:
         "iea22mw",
         "iea22mw modes",
         "uae attached",
+        "parked",
+        "parked discretisation",
+        "parked stall",
+        "parked turbulence*",
     }
     assert {k.table for k in KNOWN} <= names
 

@@ -42,6 +42,7 @@ class AeroOptions(Table, title="aerodynamic options", integer=True):
     stall_rotation: int = number(
         "-", "rotation of a section about its span: 0: ignored, 1: acts like camber, 2: as OpenFAST"
     )
+    reversed_flow: int = number("-", "dynamic stall model in reversed flow: 0: static polar, 1: wake lag")
     tower: int = number("-", "influence of the tower: 0: none, 1: potential flow, 2: the same on the lower half")
     tower_drag: int = number("-", "1: drag on the tower")
     iterations: int = number("-", "of the induction solver at each evaluation")

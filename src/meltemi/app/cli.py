@@ -23,6 +23,7 @@ from meltemi.app.export import export
 from meltemi.app.importing import HELP as IMPORT_HELP
 from meltemi.app.importing import import_
 from meltemi.app.inspect import inspect
+from meltemi.app.loads import loads
 from meltemi.app.options import (
     RunOptions,
     controller_of_options,
@@ -368,6 +369,7 @@ app.command()(export)
 app.command()(diff)
 app.command()(flutter)
 app.command()(parked)
+app.add_typer(loads, name="loads")
 
 
 @app.command()

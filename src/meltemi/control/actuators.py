@@ -141,7 +141,9 @@ def yaw_advance(dt: float, c: Actuation, stiffness: float, angle: float, speed: 
     """
     p, d = c.actuators, c.drive
     most, a, friction = p.yaw_rate, p.yaw_acceleration, p.yaw_friction
-    target = min(max(c.demands.yaw_rate * c.faults.yaw_drive, -most), most)
+    target = c.faults.yaw_run
+    if target == 0.0:
+        target = min(max(c.demands.yaw_rate * c.faults.yaw_drive, -most), most)
     before = d.yaw_drive_rate
     if a > 0.0:
         # towards the target at constant acceleration, then at its rate

@@ -74,6 +74,7 @@ class Batch:
         there are.
       total: how many cases a generator gives, for ``progress``.
       rerun: run all cases, also those that are finished.
+      done: callback with each outcome, from the calling thread; its value is then not kept.
     """
 
     cases: Iterable[Run]
@@ -84,6 +85,7 @@ class Batch:
     progress: Callable[[float], None] | None = None
     total: int | None = None
     rerun: bool = False
+    done: Callable[[Outcome], None] | None = None
 
     def __post_init__(self) -> None:
         if self.workers is not None and not (isinstance(self.workers, int) and 1 <= self.workers <= MOST_WORKERS):
@@ -103,6 +105,7 @@ class Batch:
         self.names: set[str] = set()
         self.outcomes: dict[int, Outcome] = {}
         self.under_way: dict[int, Simulation] = {}
+        self.told: set[int] = set()
 
     @one_blas_thread  # once for all threads: the setting belongs to the process
     def run(self) -> list[Outcome]:
@@ -114,8 +117,7 @@ class Batch:
                 busy = set(futures)
                 while busy:
                     done, busy = wait(busy, timeout=PROGRESS_SECONDS)
-                    if self.progress is not None:
-                        self.progress(self._share())
+                    self._tell()
                     if any(future.exception() for future in done):
                         break  # the iterable of the cases has failed
             except KeyboardInterrupt:
@@ -124,12 +126,23 @@ class Batch:
                 self.stop.set()
         for future in futures:
             future.result()
+        self._tell()
         return [self.outcomes[i] for i in sorted(self.outcomes)]
 
     def _heard(self, _: FrameType | None) -> None:
         """Handle Ctrl-C without an exception, which could leave a lock acquired."""
         self.interrupted = True
         self.stop.set()
+
+    def _tell(self) -> None:
+        """Call the callbacks."""
+        if self.done is not None:
+            for i in sorted(self.outcomes.keys() - self.told):
+                self.told.add(i)
+                outcome, self.outcomes[i] = self.outcomes[i], replace(self.outcomes[i], value=None)
+                self.done(outcome)
+        if self.progress is not None:
+            self.progress(self._share())
 
     def _share(self) -> float:
         if self.total is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -26,7 +27,7 @@ from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import Environment
 from meltemi.simulation.channels import DEFAULT
 from meltemi.simulation.events import BaseEvent, Event, conflict
-from meltemi.simulation.model import Stations
+from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.performance import performance_of
 from meltemi.simulation.rotors import build
@@ -34,12 +35,14 @@ from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.turbine.electrical import size_electrical
 from meltemi.turbine.icing import Icing, with_ice
+from meltemi.turbine.imbalance import Imbalance
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
-from meltemi.wind.fields import SteadyWind
+from meltemi.wind.fields import SteadyWind, WindSeries
 from meltemi.wind.files import read_hub_csv
 from meltemi.wind.formats import read_wind
-from meltemi.wind.iec.models import iec_wind
+from meltemi.wind.iec.classes import WindClass
+from meltemi.wind.iec.models import IecWind, iec_wind
 from meltemi.wind.turbulence.field import AnyWind
 from meltemi.wind.turbulent import TurbulentWind
 
@@ -78,8 +81,8 @@ class IecCase(Record):
     kind: Literal["iec"] = "iec"
     model: str
     """NTM, ETM, EWM1, EWM50, NWP, EOG, EDC, ECD, ECG, EWSH or EWSV."""
-    wind_class: str | None = None
-    """Class and turbulence category, e.g. IIB."""
+    wind_class: str | WindClass | None = None
+    """Class and turbulence category, e.g. IIB, or a class with user-defined values: name, v_ref, i_ref and so on."""
     edition: Literal[2, 3, 4] | None = None
     """Edition of the standard; 3 by default."""
     speed: float | None = Field(default=None, gt=0.0, le=100.0)
@@ -98,6 +101,8 @@ class IecCase(Record):
     """Seed of the turbulence."""
     direction: float | None = Field(default=None, ge=-3.2, le=3.2)
     """[rad] clockwise from above."""
+    upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
+    """[rad] inclination of the flow, upwards when positive."""
     turbulence: dict[str, Any] = Field(default_factory=dict)
     """Other settings of turbulence: spectrum, coherent, shear_exponent, points and so on."""
 
@@ -239,6 +244,8 @@ class LoadCase(Record):
     """Voltage, frequency, reactive power, and power reference, which needs a controller that follows it."""
     icing: Icing | None = None
     """Ice on the blades, in place of that of the turbine file."""
+    imbalance: Imbalance | None = None
+    """What makes the blades unequal, in place of that of the turbine file."""
     electrical: Literal["sized"] | None = None
     """``sized``: generator, converters and grid connection by rule, in place of what the turbine's file may have; used
     with options: {electrical: averaged}."""
@@ -292,6 +299,8 @@ def case_turbine(case: LoadCase, folder: Path) -> AnyTurbine:
     turbine = load_turbine(beside if beside.is_file() else case.turbine)
     if case.icing is not None:
         turbine = with_ice(aeroelastic(turbine, "icing"), case.icing)
+    if case.imbalance is not None:
+        turbine = aeroelastic(turbine, "imbalance").replace(imbalance=case.imbalance)
     if case.electrical == "sized":
         law = turbine.control
         turbine = turbine.replace(electrical=size_electrical(law.torque.rated_power, law.pitch.reference_speed))
@@ -378,18 +387,34 @@ def case_wind(case: LoadCase, turbine: AnyTurbine, folder: Path) -> AnyWind:
         measured = {} if w.hub_file is None else {"hub_series": read_hub_csv(folder / w.hub_file)}
         return TurbulentWind(**(w.model_dump(exclude={"kind", "hub_file"}) | measured))
     if isinstance(w, IecCase):
-        given = w.model_dump(exclude={"kind", "turbulence"}, exclude_none=True)
+        given = w.model_dump(exclude={"kind", "turbulence", "upflow", "wind_class"}, exclude_none=True)
+        if w.wind_class is not None:
+            given["wind_class"] = w.wind_class
         if twice := given.keys() & w.turbulence.keys():
             raise InputError(f"wind.turbulence: {', '.join(sorted(twice))} is given twice")
-        return iec_wind(turbine=turbine, **given, **w.turbulence)
+        return inclined(iec_wind(turbine=turbine, **given, **w.turbulence), w.upflow)
     return read_wind(folder / w.file)
 
 
-def case_run(case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Path | None = None) -> Run:
-    """The arguments of :func:`simulate` of a case; paths are relative to ``folder``, ``kept`` as for the controller."""
+def inclined(wind: IecWind, upflow: float) -> IecWind:
+    """A wind with an inclination [rad]; of a series it turns the speed at the reference height and the gust up."""
+    if not upflow:
+        return wind
+    if isinstance(wind, WindSeries):
+        return wind.replace(vertical=wind.vertical + math.tan(upflow) * (wind.speed + wind.gust))
+    return wind.replace(upflow=upflow)
+
+
+def case_run(
+    case: LoadCase, turbine: AnyTurbine, folder: Path, kept: Path | None = None, model: Model[Any] | None = None
+) -> Run:
+    """The arguments of :func:`simulate` of a case; paths are relative to ``folder``, ``kept`` as for the controller.
+
+    ``model`` is that of the turbine with the case's options and environment, if it is built already.
+    """
     same = ("duration", "channels", "output_step", "transient", "events", "grid")
     return Run(
-        build(turbine, case.options, case.environment),
+        model or build(turbine, case.options, case.environment),
         case_wind(case, turbine, folder),
         controller=case_controller(case, turbine, folder, kept),
         start=case_start(case, turbine),
@@ -477,6 +502,7 @@ environment:
   # air: {temperature: {time: [0, 100, 100], value: [30, 30, 10]}}   # over time; a repeated time is a step
   # rain: {rate: 8.0}          # mm/h; or a class, {kind: moderate}
 
+# imbalance: {pitch: [0.3 deg, -0.3 deg], mass: [0.005]}   # of blades 1, 2, ...; docs: turbine files
 # icing: {blades: [1], amount: 0.5}   # blade icing, by default on all blades; docs: icing
 """
 """What ``meltemi template case`` writes."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import gamma, inf, nan, sqrt
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,7 @@ from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
 Seed = TypeVar("Seed")
+Tails = Literal["outside", "end_bins"]
 
 CONFIDENCE = 0.95
 LEAST_SHAPE, MOST_SHAPE = 0.5, 20.0
@@ -222,15 +223,24 @@ def actuator_travel(source: Result | ArrayLike, channel: str | None = None, *, d
     return float(np.abs(np.diff(x)).sum() / ((len(x) - 1) * step))
 
 
-def rayleigh_weights(speeds: ArrayLike, mean_speed: float, edges: Sequence[float] | None = None) -> Float:
+def rayleigh_weights(
+    speeds: ArrayLike, mean_speed: float, edges: Sequence[float] | None = None, *, tails: Tails = "outside"
+) -> Float:
     """Probabilities of wind speed bins in a Rayleigh distribution: :func:`weibull_weights` with k = 2.
 
     Source: IEC 61400-1, eq. (8) of edition 3: P(V) = 1 - exp(-pi (V / (2 V_ave))^2).
     """
-    return weibull_weights(speeds, mean_speed, 2.0, edges)
+    return weibull_weights(speeds, mean_speed, 2.0, edges, tails=tails)
 
 
-def weibull_weights(speeds: ArrayLike, mean_speed: float, k: float, edges: Sequence[float] | None = None) -> Float:
+def weibull_weights(
+    speeds: ArrayLike,
+    mean_speed: float,
+    k: float,
+    edges: Sequence[float] | None = None,
+    *,
+    tails: Tails = "outside",
+) -> Float:
     """Probabilities of wind speed bins in a Weibull distribution.
 
     P(V) = 1 - exp(-(V / A)^k) with the scale A = V_ave / Gamma(1 + 1/k): IEC 61400-1, terms and definitions.
@@ -241,21 +251,22 @@ def weibull_weights(speeds: ArrayLike, mean_speed: float, k: float, edges: Seque
       k: shape; 2 is the Rayleigh distribution.
       edges: (n + 1,) [m/s] of the bins; half-way between the speeds by default, the outer ones as wide outwards as
         inwards.
+      tails: "outside": speeds beyond the outer edges belong to no bin, such as those of standstill, whose probability
+        is ``speed_exceedance``. "end_bins": they belong to the first and last bin.
 
     Returns:
-      (n,) probabilities; their sum is below one by what lies outside the edges.
+      (n,) probabilities; their sum is one, or below one by what lies outside the edges.
 
     Raises:
-      InputError: speeds or edges do not ascend, a speed lies outside its bin, or a single speed has no edges.
+      InputError: speeds or edges do not ascend, a speed lies outside its bin, a single speed has no edges, or there is
+        no such treatment of the tails.
     """
     where = "wind speed weights"
     v = np.asarray(speeds, dtype=float)
     if v.ndim != 1 or not len(v) or not np.all(np.isfinite(v)) or not np.all(np.diff(v) > 0.0) or v[0] < 0.0:
         raise InputError(f"{where}: speeds must be a row of ascending numbers, none negative")
-    if not 0.0 < mean_speed < inf:
-        raise InputError(f"{where}: mean_speed must be positive, found {mean_speed!r}")
-    if not LEAST_SHAPE <= k <= MOST_SHAPE:
-        raise InputError(f"{where}: k must lie between {LEAST_SHAPE:g} and {MOST_SHAPE:g}, found {k!r}")
+    if tails not in ("outside", "end_bins"):
+        raise InputError(f"{where}: tails must be 'outside' or 'end_bins', found {tails!r}")
     if edges is None:
         if len(v) < 2:
             raise InputError(f"{where}: a single speed needs the edges of its bin")
@@ -267,9 +278,36 @@ def weibull_weights(speeds: ArrayLike, mean_speed: float, k: float, edges: Seque
             raise InputError(f"{where}: {len(v)} speeds need {len(v) + 1} ascending edges, none negative")
         if np.any(v < e[:-1]) or np.any(v > e[1:]):
             raise InputError(f"{where}: each speed must lie between the edges of its bin")
-    beyond = np.exp(-((e / mean_speed * gamma(1.0 + 1.0 / k)) ** k))
+    if tails == "end_bins":
+        e = np.concatenate([[0.0], e[1:-1], [inf]])
+    beyond = speed_exceedance(e, mean_speed, k)
     weights: Float = beyond[:-1] - beyond[1:]
     return weights
+
+
+def speed_exceedance(speeds: ArrayLike, mean_speed: float, k: float = 2.0) -> Float:
+    """Probability that the mean wind speed is higher, in a Weibull distribution.
+
+    Above cut-out it is the share of standstill in storms; one minus that of cut-in is the share of standstill in calms.
+
+    Args:
+      speeds: (n,) [m/s].
+      mean_speed: [m/s] yearly mean at the hub.
+      k: shape; 2 is the Rayleigh distribution.
+
+    Returns:
+      (n,) probabilities.
+
+    Raises:
+      InputError: ``mean_speed`` is not positive, or ``k`` out of range.
+    """
+    if not 0.0 < mean_speed < inf:
+        raise InputError(f"wind speed weights: mean_speed must be positive, found {mean_speed!r}")
+    if not LEAST_SHAPE <= k <= MOST_SHAPE:
+        raise InputError(f"wind speed weights: k must lie between {LEAST_SHAPE:g} and {MOST_SHAPE:g}, found {k!r}")
+    v = np.maximum(np.asarray(speeds, dtype=float), 0.0)
+    beyond: Float = np.exp(-((v / mean_speed * gamma(1.0 + 1.0 / k)) ** k))
+    return beyond
 
 
 def lifetime_del(

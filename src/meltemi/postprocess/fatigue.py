@@ -1,7 +1,5 @@
-"""Rainflow counting and damage-equivalent loads.
+"""Damage-equivalent loads of series and results.
 
-* Cycles are counted by the rainflow method of ASTM E1049-85 (2017), section 5.4.4, on the turning points
-  of the series; the residue counts as half cycles.
 * Ranges are not binned unless ``bins`` is given; then every cycle has the range of its bin's upper edge.
 * No correction for the mean (Goodman) is made.
 * Equivalent load: DEL = (sum_i n_i S_i^m / N_eq)^(1/m) with N_eq = f_eq T: a load of constant range, f_eq
@@ -13,73 +11,29 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from meltemi.core.errors import InputError
+from meltemi.postprocess.cycles import Residue, cycle_load, rainflow_cycles
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
 
-Float = NDArray[np.float64]
-Index = NDArray[np.intp]
 
-
-def cycle_ends(series: ArrayLike) -> tuple[Index, Index, Float]:
-    """Turning points of the cycles of a series.
-
-    Args:
-      series: (T,) values.
-
-    Returns:
-      for each cycle the places in the series of its first and its second turning point, and its count
-      (1 or 0.5), each (n,). A plateau counts as its first value.
-
-    Raises:
-      InputError: the series contains values that are not finite.
-    """
-    import rainflow
-
-    x = np.asarray(series, dtype=float)
-    if not np.all(np.isfinite(x)):
-        raise InputError("rainflow counting: the series contains values that are not finite")
-    place = np.flatnonzero(np.append(True, np.diff(x) != 0.0)) if len(x) else np.zeros(0, dtype=np.intp)
-    x = x[place]
-    if len(x) > 1 and abs(np.sign(np.diff(x)).sum()) == len(x) - 1:  # half a cycle, of which the library finds none
-        return place[:1], place[-1:], np.array([0.5])
-    cycles = np.array([(a, b, c) for _, _, c, a, b in rainflow.extract_cycles(x)]).reshape(-1, 3)
-    first, second = cycles[:, :2].astype(np.intp).T
-    return place[first], place[second], cycles[:, 2]
-
-
-def rainflow_cycles(series: ArrayLike) -> tuple[Float, Float, Float]:
-    """Cycles of a series.
-
-    Args:
-      series: (T,) values.
-
-    Returns:
-      ranges, means and counts (1 or 0.5) of the cycles, each (n,).
-
-    Raises:
-      InputError: the series contains values that are not finite.
-    """
-    x = np.asarray(series, dtype=float)
-    first, second, counts = cycle_ends(x)
-    return np.abs(x[first] - x[second]), 0.5 * (x[first] + x[second]), counts
-
-
-def equivalent_range(ranges: Float, counts: Float, *, duration: float, slope: float, f_eq: float) -> float:
-    """Equivalent load range of cycles (F-8); see ``damage_equivalent_load``."""
+def check_equivalent(duration: float, slope: float, f_eq: float) -> None:
+    """Refuse numbers of an equivalent load that are not positive."""
     for name, value in (("duration", duration), ("slope", slope), ("f_eq", f_eq)):
         if not value > 0.0:
             raise InputError(f"damage_equivalent_load: {name} must be positive, found {value!r}")
-    largest = float(ranges.max(initial=0.0))
-    if largest == 0.0:
-        return 0.0
-    return float(largest * (np.sum(counts * (ranges / largest) ** slope) / (f_eq * duration)) ** (1.0 / slope))
 
 
 def damage_equivalent_load(
-    series: ArrayLike, *, duration: float, slope: float, f_eq: float = 1.0, bins: int | None = None
+    series: ArrayLike,
+    *,
+    duration: float,
+    slope: float,
+    f_eq: float = 1.0,
+    bins: int | None = None,
+    residue: Residue = "half",
 ) -> float:
     """Damage-equivalent load (a range), in the unit of the series.
 
@@ -89,17 +43,19 @@ def damage_equivalent_load(
       slope: m of the S-N curve, e.g. 10 for glass fibre, 4 for welded steel.
       f_eq: [Hz] of the equivalent load.
       bins: number of bins for the ranges; none by default.
+      residue: "half" cycles, or those of the series "repeated": see :func:`rainflow_cycles`.
 
     Raises:
-      InputError: ``duration``, ``slope``, ``f_eq`` or ``bins`` is not positive.
+      InputError: ``duration``, ``slope``, ``f_eq`` or ``bins`` is not positive, or values are not finite.
     """
+    check_equivalent(duration, slope, f_eq)
     if bins is not None and bins < 1:
         raise InputError(f"damage_equivalent_load: bins must be at least 1, found {bins!r}")
-    ranges, _, counts = rainflow_cycles(series)
-    if bins is not None and len(ranges):
-        width = ranges.max() / bins
-        ranges = np.ceil(ranges / width - 1e-12) * width
-    return equivalent_range(ranges, counts, duration=duration, slope=slope, f_eq=f_eq)
+    cycles = rainflow_cycles(series, residue)
+    if bins is not None and len(cycles.ranges):
+        width = cycles.ranges.max() / bins
+        cycles = cycles._replace(ranges=np.ceil(cycles.ranges / width - 1e-12) * width)
+    return cycle_load(cycles, slope=slope, reference=f_eq * duration)
 
 
 def usual_slope(channel: Channel) -> float | None:

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.postprocess.fatigue import cycle_ends, equivalent_range
+from meltemi.postprocess.cycles import Cycles, cycle_ends, cycle_load
+from meltemi.postprocess.fatigue import check_equivalent
 
 Float = NDArray[np.float64]
 
@@ -74,9 +75,10 @@ def del_gradient(
       InputError: shapes do not fit, or ``duration``, ``slope`` or ``f_eq`` is not positive.
     """
     x, dx = _checked(series, derivatives)
+    check_equivalent(duration, slope, f_eq)
     first, second, counts = cycle_ends(x)
     rise = x[first] - x[second]
-    load = equivalent_range(np.abs(rise), counts, duration=duration, slope=slope, f_eq=f_eq)
+    load = cycle_load(Cycles(np.abs(rise), x[first], counts), slope=slope, reference=f_eq * duration)
     weights = np.zeros(len(x))  # of the values of the series
     if load > 0.0:
         cycle = counts / (f_eq * duration) * (np.abs(rise) / load) ** (slope - 1.0) * np.sign(rise)

@@ -56,11 +56,18 @@ class Code:
 
 
 @dataclass(frozen=True)
+class Markup:
+    """HTML, whose texts are escaped already."""
+
+    html: str
+
+
+@dataclass(frozen=True)
 class Section:
     """A heading and its content, in this order; a text is a paragraph."""
 
     heading: str
-    content: Sequence[str | Table | Picture | Code]
+    content: Sequence[str | Table | Picture | Code | Markup]
 
 
 def write_page(
@@ -69,10 +76,12 @@ def write_page(
     sections: Sequence[Section],
     *,
     facts: Iterable[tuple[str, str]] = (),
-    lead: str = "",
+    lead: str | Markup = "",
     footer: str = "",
+    style: str = "",
+    end: Markup | None = None,
 ) -> Path:
-    """Write sections as one self-contained HTML file, without scripts or external resources.
+    """Write sections as one self-contained HTML file, without external resources.
 
     Args:
       path: of the file.
@@ -81,11 +90,14 @@ def write_page(
       facts: names and values below the title, such as turbine and wind.
       lead: the result in a sentence, in larger letters.
       footer: last line, such as version and licence.
+      style: rules after those of all pages.
+      end: of the page, such as its script.
 
     Raises:
       InputError: a picture cannot be read, or the file cannot be written.
     """
-    return write_text(Path(path), page(title, sections, facts=facts, lead=lead, footer=footer))
+    text = page(title, sections, facts=facts, lead=lead, footer=footer, style=style, end=end)
+    return write_text(Path(path), text)
 
 
 def page(
@@ -93,15 +105,19 @@ def page(
     sections: Sequence[Section],
     *,
     facts: Iterable[tuple[str, str]] = (),
-    lead: str = "",
+    lead: str | Markup = "",
     footer: str = "",
+    style: str = "",
+    end: Markup | None = None,
 ) -> str:
     """HTML text of the page of :func:`write_page`; all arguments are plain text."""
     parts = [f"<h1>{escape(title)}</h1>"]
-    if described := [f"<div><dt>{escape(name)}</dt><dd>{_text(value)}</dd></div>" for name, value in facts]:
+    if described := [f"<div><dt>{plain(name)}</dt><dd>{plain(value)}</dd></div>" for name, value in facts]:
         parts.append(f'<dl class="facts">{"".join(described)}</dl>')
-    if lead:
-        parts.append(f'<p class="lead">{_text(lead)}</p>')
+    if isinstance(lead, Markup):
+        parts.append(lead.html)
+    elif lead:
+        parts.append(f'<p class="lead">{plain(lead)}</p>')
     places = [f"section-{i + 1}" for i in range(len(sections))]
     if len(sections) > 2:
         links = (f'<a href="#{at}">{escape(s.heading)}</a>' for at, s in zip(places, sections, strict=True))
@@ -114,15 +130,19 @@ def page(
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n<main>\n"
+        f"<title>{escape(title)}</title>\n<style>{STYLE}{style}</style>\n</head>\n<body>\n<main>\n"
         + "\n".join(parts)
-        + "\n</main>\n</body>\n</html>\n"
+        + "\n</main>\n"
+        + (end.html if end else "")
+        + "</body>\n</html>\n"
     )
 
 
-def _block(block: str | Table | Picture | Code) -> str:
+def _block(block: str | Table | Picture | Code | Markup) -> str:
     if isinstance(block, str):
-        return f"<p>{_text(block)}</p>"
+        return f"<p>{plain(block)}</p>"
+    if isinstance(block, Markup):
+        return block.html
     if isinstance(block, Code):
         return f"<pre><code>{escape(block.text)}</code></pre>"
     return _table(block) if isinstance(block, Table) else _picture(block)
@@ -130,13 +150,13 @@ def _block(block: str | Table | Picture | Code) -> str:
 
 LONG, WORDS = 16, 8
 """Characters of a cell above which it may be wrapped: of any, and of one that begins with a letter."""
-SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w|ref|opt)(?![\w(])")
+SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w|ref|opt|res|in|out|ave|maint)(?![\w(])")
 """A letter and its index, such as C_p and I_ref, but not a name such as x_max."""
 TIED = re.compile(r"(?<=\d) (?=%|±)|(?<=±) ")
 """Spaces at which a number is not broken."""
 
 
-def _text(text: str) -> str:
+def plain(text: str) -> str:
     """Escaped text, symbols set as in formulas, numbers kept together."""
     return SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", TIED.sub("\u00a0", escape(text)))
 
@@ -149,19 +169,19 @@ def _table(table: Table) -> str:
             scope = {"th": " scope=row" if first else " scope=col", "td": ""}[tag]
             kinds = "text" * (i < table.text_columns) + " long" * (len(text) > (WORDS if text[:1].isalpha() else LONG))
             style = f' class="{kinds.strip()}"' if kinds else ""
-            found.append(f"<{tag}{scope}{style}>{_text(text)}</{tag}>")
+            found.append(f"<{tag}{scope}{style}>{plain(text)}</{tag}>")
         return "".join(found)
 
     head = f"<tr>{cells(table.head, 'th')}</tr>"
     if table.groups:
         spans = "".join(
-            f"<th colspan={span} scope=colgroup>{_text(text)}</th>" if text else f"<td colspan={span}></td>"
+            f"<th colspan={span} scope=colgroup>{plain(text)}</th>" if text else f"<td colspan={span}></td>"
             for text, span in table.groups
         )
         head = f'<tr class="groups">{spans}</tr>{head}'
     rows = [f"<tr>{cells(row, 'td', 'th' if table.text_columns else '')}</tr>" for row in table.rows]
-    caption = f"<caption>{_text(table.caption)}</caption>" if table.caption else ""
-    note = f'<p class="note">{_text(table.note)}</p>' if table.note else ""
+    caption = f"<caption>{plain(table.caption)}</caption>" if table.caption else ""
+    note = f'<p class="note">{plain(table.note)}</p>' if table.note else ""
     # wide tables scroll within themselves; the page does not
     return (
         f'<div class="wide" tabindex="0"><table>{caption}<thead>{head}</thead>\n<tbody>\n'
@@ -173,7 +193,7 @@ def _table(table: Table) -> str:
 def _picture(picture: Picture) -> str:
     content = picture.png if isinstance(picture.png, bytes) else bytes_of(picture.png)
     data = base64.b64encode(content).decode("ascii")
-    caption = f"<figcaption>{_text(picture.caption)}</figcaption>" if picture.caption else ""
+    caption = f"<figcaption>{plain(picture.caption)}</figcaption>" if picture.caption else ""
     text = escape(picture.text or picture.caption)
     return f'<figure><img src="data:image/png;base64,{data}" alt="{text}">{caption}</figure>'
 

@@ -192,16 +192,22 @@ class VoltageDip(TemporaryEvent):
 
 
 class GeneratorFault(TemporaryEvent):
-    """Generator fault: no torque; controllers notice it only by its effects."""
+    """Generator fault: no torque, or too much; controllers notice it only by its effects."""
 
     type: Literal["generator_fault"] = "generator_fault"
+    share: float = Field(default=0.0, ge=0.0, le=10.0)
+    """Torque over the demanded one: 0 for none, 2 for an overload or a short circuit with twice the torque."""
+
+    @property
+    def part(self) -> str:
+        return "torque of the generator"
 
     @property
     def what(self) -> str:
-        return "generator without torque"
+        return f"generator with {100.0 * self.share:g} % of its torque" if self.share else "generator without torque"
 
     def changes(self) -> tuple[Change, ...]:
-        return (("generator", 0.0, 1.0),)
+        return (("generator", self.share, 1.0),)
 
 
 class SensorOffset(TemporaryEvent):
@@ -346,9 +352,24 @@ class YawStuck(TemporaryEvent):
         return (("yaw_drive", 0.0, 1.0),)
 
 
+class YawRunaway(TemporaryEvent):
+    """Yaw runaway: the yaw drive turns the nacelle, whatever the demand; without effect on a free bearing."""
+
+    type: Literal["yaw_runaway"] = "yaw_runaway"
+    rate: float = Field(ge=-0.2, le=0.2)
+    """[rad/s] counter-clockwise seen from above; may exceed the drive's own limit."""
+
+    @property
+    def what(self) -> str:
+        return "yaw drive runs away"
+
+    def changes(self) -> tuple[Change, ...]:
+        return (("yaw_run", self.rate, 0.0),)
+
+
 KINDS: tuple[type[BaseEvent], ...] = (
     *(PitchStuck, PitchRunaway, FlapStuck, GridLoss, VoltageDip, GeneratorFault, SensorOffset, SensorDrift, SensorLoss),
-    *(Request, PowerLimit, Brake, BrakeFault, YawStuck),
+    *(Request, PowerLimit, Brake, BrakeFault, YawStuck, YawRunaway),
 )
 """Classes of all events."""
 
@@ -370,7 +391,8 @@ Event = Annotated[
     | PowerLimit
     | Brake
     | BrakeFault
-    | YawStuck,
+    | YawStuck
+    | YawRunaway,
     Field(discriminator="type"),
 ]
 """Any event; ``type`` selects the class."""

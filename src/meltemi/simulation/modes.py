@@ -20,6 +20,7 @@ from meltemi.simulation.bladed.rotor import BladedModel, with_blades, with_stati
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
 from meltemi.structure.kinematics import GENERATOR, TORSION
+from meltemi.turbine.imbalance import deviations
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -132,7 +133,7 @@ def natural_modes(
     """
     model = with_blades(model, "natural_modes")
     case = vacuum_case(model)
-    case.view("pitch")["angle"] = pitch
+    case.view("pitch")["angle"] = pitch + deviations(model.turbine, "pitch")
     core, modes = model.n_core, len(model.rotor.blade.names)
     generator = len(model.rotor.tower.names) + GENERATOR
     if rotor_speed and model.n_blades != 3:

@@ -124,6 +124,9 @@ class ModelOptions(Record):
     """Effect of the rotation of a section about its span with dynamic stall: the rotation of a coned or bent blade with
     the rotor curves the flow and acts like camber, and pitching and torsion also add apparent-mass lift; or the whole
     rotation does both and tilts the lift, as in OpenFAST 5; or none."""
+    reversed_flow: Literal["lagged", "static"] = "lagged"
+    """Dynamic stall model with the trailing edge ahead, within 45 degrees from the chord: the static polar behind the
+    lag of the shed wake, or, as in OpenFAST 5, the static polar."""
     rotational_augmentation: RotationalAugmentation = "none"
     """Correction of two-dimensional polars for the rotation of the blade, which delays stall at small radii: none, as
     the polars of a turbine usually contain it; after Snel; or after Chaviaropoulos and Hansen."""

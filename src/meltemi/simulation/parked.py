@@ -126,9 +126,7 @@ def _rest_azimuth(
     if left_over(0.0) < 0.0:
         way = -1.0
     before = 0.0
-    icing = model.turbine.icing
-    alike = icing is None or len(icing.on(model.n_blades)) == model.n_blades
-    sector = 2.0 * np.pi / (model.n_blades if alike else 1)
+    sector = 2.0 * np.pi / (model.n_blades if model.turbine.blades_alike else 1)
     for x in np.arange(1.0, sector / SPACING + 0.5) * SPACING:
         if left_over(x) <= 0.0:
             rest = azimuth + way * root(left_over, before, x, x - before)

@@ -35,7 +35,8 @@ class Run:
       channels: names of the recorded channels, meltemi's or OpenFAST's; ``"all"`` among them records every channel.
       output_step: [s] between output samples; a multiple of the time step.
       start: operating point or initial conditions; conditions that name no coordinates begin in
-        equilibrium. By default the steady operating point for the wind.
+        equilibrium; or a function without arguments that returns it when the run is prepared. By default the steady
+        operating point for the wind.
       stations: additional stations of section loads.
       events: faults, grid losses and requests, as records or as keys and values:
         ``[{"at": 60.0, "type": "pitch_stuck", "blade": 2}]``.
@@ -53,7 +54,7 @@ class Run:
     controller: Controller | Callable[[Wind], Controller] | None = None
     channels: Sequence[str] = tuple(DEFAULT)
     output_step: float = 0.05
-    start: OperatingPoint | Start | None = None
+    start: OperatingPoint | Start | Callable[[], OperatingPoint | Start | None] | None = None
     stations: Stations | None = None
     events: Iterable[BaseEvent | Mapping[str, Any]] = ()
     grid: PowerGrid | None = None

@@ -168,7 +168,7 @@ class Simulation:
             )
         every_control = 1 if controller.sample_time is None else _multiple(controller.sample_time, dt, "sample_time")
 
-        start, words = initial_state(model, wind, run.start)
+        start, words = initial_state(model, wind, run.start() if callable(run.start) else run.start)
         self._noticed += words
         case = Case(model, wind, stations, numbers=numbers, grid=grid)
         case.events, self._planned = planned.rows, planned.log

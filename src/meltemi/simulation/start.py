@@ -12,6 +12,7 @@ from meltemi.core.kernel import kernel
 from meltemi.simulation.case import Case
 from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT
+from meltemi.turbine.imbalance import deviations
 
 GEAR_SWEEPS = 8
 """Each sweep reduces the residual by the gears' fraction of the inertia of rotor and generator."""
@@ -77,7 +78,7 @@ def set_actuators(case: Case, pitch: float, torque: float) -> None:
     if not abs(pitch) <= math.pi:
         raise InputError(f"pitch {pitch:g} rad is not between -pi and pi; from degrees: math.radians")
     case["pitch"][:] = 0.0
-    case.view("pitch")["angle"] = pitch
+    case.view("pitch")["angle"] = pitch + deviations(case.model.turbine, "pitch")
     case.control.drive.generator_torque = torque
     case["gears"][:] = 0.0
     demands = case.control.demands

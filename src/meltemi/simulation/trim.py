@@ -41,6 +41,7 @@ from meltemi.simulation.step import ABSURD, equations
 from meltemi.simulation.system import System
 from meltemi.structure.kinematics import GENERATOR, N_SHAFT, TORSION
 from meltemi.turbine.definition import Turbine
+from meltemi.turbine.imbalance import deviations
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.wind.fields import SteadyWind, WindBox, WindSeries, mean_speed
 from meltemi.wind.turbulence.field import AnyWind
@@ -475,8 +476,7 @@ class _Orbit:
         self.correct: dict[int, Float] = {}
         self.lefts: deque[float] = deque(maxlen=self.B)
         # near their roots blades may settle in different flow states, so that sectors keep differing
-        icing = model.turbine.icing
-        self.unlike = self.uneven = icing is not None and len(icing.on(self.B)) < self.B
+        self.unlike = self.uneven = not model.turbine.blades_alike
         # quasi-steady minus lagged induced velocity, summed over a sector
         self.lack = np.zeros((2, *self.case.one.flow.array.shape[1:]))
         # residuals of each blade minus their mean over the blades; residuals, velocities and these of each sector
@@ -630,7 +630,8 @@ class _Orbit:
         self.parts.clear()
         self.speed = speed
         case["pitch"][:] = 0.0
-        case.view("pitch")["angle"] = self.pitch = pitch
+        self.pitch = pitch
+        case.view("pitch")["angle"] = pitch + deviations(self.model.turbine, "pitch")
         case.control.drive.generator_torque = self.torque = torque
 
     def sweep(self, speed: float, pitch: float, torque: float) -> float:

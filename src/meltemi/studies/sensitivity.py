@@ -185,7 +185,7 @@ def _settled(run: Run) -> tuple[Run, Model[Any], Controller, StartPoint]:
     wind = realised(run.wind() if callable(run.wind) else run.wind, model.turbine, run.duration)
     controller = run.controller(wind) if callable(run.controller) else run.controller
     controller = controller or BaselineController(model.turbine)
-    start, _ = initial_state(model, wind, run.start)
+    start, _ = initial_state(model, wind, run.start() if callable(run.start) else run.start)
     held = replace(run, model=model, wind=wind, controller=controller, start=start, events=tuple(run.events))
     return held, model, controller, first_point(model, wind, start)
 

@@ -98,6 +98,7 @@ def _runs() -> None:
     """Trim, time loops, built-in controllers and controllers in plain Python."""
     from meltemi.control.controller import Controller
     from meltemi.control.load_control import LoadController
+    from meltemi.postprocess.cycles import bin_cycles, rainflow_cycles
     from meltemi.simulation.rotors import build
     from meltemi.simulation.simulate import simulate
     from meltemi.turbine.library import load_turbine
@@ -107,7 +108,8 @@ def _runs() -> None:
     model, wind = _machine()
     simulate(model, wind, duration=0.1)
     simulate(model, wind, duration=0.1, controller=LoadController(model.turbine))
-    simulate(model, wind, duration=0.1, controller=Controller(lambda state, measurements, demands, dt: None))
+    result = simulate(model, wind, duration=0.1, controller=Controller(lambda state, measurements, demands, dt: None))
+    bin_cycles(rainflow_cycles(result["rotor_speed"]))
 
 
 def _turbulence() -> None:

@@ -11,6 +11,7 @@ from meltemi.turbine.gearbox import PlanetaryStage as PlanetaryStage
 from meltemi.turbine.gearbox import size_gearbox as size_gearbox
 from meltemi.turbine.icing import Icing as Icing
 from meltemi.turbine.icing import with_ice as with_ice
+from meltemi.turbine.imbalance import Imbalance as Imbalance
 from meltemi.turbine.library import LibraryEntry as LibraryEntry
 from meltemi.turbine.library import library_entries as library_entries
 from meltemi.turbine.library import list_turbines as list_turbines

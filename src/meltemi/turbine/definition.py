@@ -21,6 +21,7 @@ from meltemi.turbine.electrical import ElectricalSystem
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.gearbox import Gearbox
 from meltemi.turbine.ice import Icing
+from meltemi.turbine.imbalance import Imbalance, deviations
 
 HALF_TURN = math.pi
 
@@ -616,6 +617,8 @@ class Turbine(Record):
     control: BaselineControl
     icing: Icing | None = None
     """Ice on the blades."""
+    imbalance: Imbalance | None = None
+    """What makes the blades unequal; none by default."""
     electrical: ElectricalSystem | None = None
     """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` sizes one."""
 
@@ -638,9 +641,17 @@ class Turbine(Record):
                 )
         if self.icing is not None:
             self.icing.on(self.n_blades)
+        for name in ("pitch", "mass"):
+            deviations(self, name)
         ordered(self, "cut_in", "cut_out", "m/s")
         above_ground(self.hub_height, self.rotor_radius)
         return self
+
+    @property
+    def blades_alike(self) -> bool:
+        """Whether all blades are equal, including their ice."""
+        iced = self.n_blades if self.icing is None else len(self.icing.on(self.n_blades))
+        return iced == self.n_blades and not any(deviations(self, n).any() for n in ("pitch", "mass"))
 
     @property
     def flaps(self) -> tuple[Flap, ...]:

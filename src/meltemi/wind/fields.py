@@ -338,7 +338,7 @@ def unusual(wind: Any) -> list[str]:
     exponent = np.atleast_1d(getattr(wind, "shear_exponent", getattr(wind, "exponent", 0.0)))
     upflow = np.atleast_1d(getattr(wind, "upflow", 0.0))
     if isinstance(wind, WindSeries):
-        upflow = np.arctan2(wind.vertical, np.maximum(np.abs(wind.speed), 1e-9))
+        upflow = np.arctan2(wind.vertical, np.maximum(np.abs(wind.speed + wind.gust), 1e-9))
     said = []
     worst = exponent[np.argmax(np.abs(exponent - np.clip(exponent, *USUAL_EXPONENT)))]
     if not USUAL_EXPONENT[0] <= worst <= USUAL_EXPONENT[1]:

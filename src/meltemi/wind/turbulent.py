@@ -62,6 +62,8 @@ class TurbulentWind(Record):
     """[rad] clockwise seen from above."""
     veer: float = Field(default=0.0, gt=-0.1, lt=0.1)
     """[rad/m] change of the mean direction with height."""
+    upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
+    """[rad] inclination of the mean wind, upwards when positive."""
     scaled: bool = True
     """The standard deviation at the hub is exactly the one asked for. If not, it scatters as that of any sample of
     this length."""
@@ -87,6 +89,8 @@ class TurbulentWind(Record):
         name = {"kaimal": "Kaimal", "vonkarman": "von Karman", "mann": "Mann"}[self.spectrum]
         parts = [f"{name} turbulence {self.speed:g} m/s", f"intensity {100.0 * self.intensity:.3g} %"]
         parts.append(f"roughness {self.roughness:g} m" if self.roughness else f"shear exponent {self.shear_exponent:g}")
+        if self.upflow:
+            parts.append(f"upflow {np.degrees(self.upflow):g} deg")
         if self.length_factor != 1.0:
             parts.append(f"lengths times {self.length_factor:g}")
         if self.hub_series is not None:

@@ -9,9 +9,10 @@ section relative to the rotor (nose up), f_st the static degree of attachment:
     x_4' = (f_st(x_3 / C_La + alpha_0) - x_4) / (T_f T)
     C_L  = x_4 C_L,fa(alpha_E) + (1 - x_4) C_L,fs(alpha_E) + pi T omega_p,  C_L,fa = C_La (alpha_E - alpha_0)
 
-The coefficients blend into those of the static polar in deep stall and at low speed (``section``).
+In reversed flow only the wake lags, and C(pi + alpha_E) is that of the static polar. The coefficients blend into those
+of the static polar in deep stall and at low speed (``section``).
 
-Reference: docs/theory/aerodynamics.md (A-30 to A-42); Hansen, Gaunaa & Madsen (2004), Risoe-R-1354, Eqs. 5-40.
+Reference: docs/theory/aerodynamics.md (A-30 to A-42d); Hansen, Gaunaa & Madsen (2004), Risoe-R-1354, Eqs. 5-40.
 """
 
 from __future__ import annotations
@@ -196,4 +197,16 @@ def stall_coefficients(y: Stall, x: SectionFlow, m: Air) -> Coefficients:
     drag = static_drag + tilted + (static_drag - m.section.drag_floor[g]) * separation
     # thin aerofoil theory: -pi/4 T omega from the curved flow, as much again from the air that pitching accelerates
     moment = coefficient(polars.moment, g, at) - 0.25 * pi * (rotation.turning + rotation.pitching)
-    return Coefficients(circulatory + pi * rotation.pitching, drag, moment)
+    forward = Coefficients(circulatory + pi * rotation.pitching, drag, moment)
+    if anywhere(x.reversed > 0.0):
+        return forward + x.reversed * (reversed_coefficients(alpha_E, x, m) - forward)
+    return forward
+
+
+@kernel
+def reversed_coefficients(alpha_E: float, x: SectionFlow, m: Air) -> Coefficients:
+    """Coefficients in reversed flow, the mirror image of thin aerofoil theory (A-42c, A-42d)."""
+    c, rotation = static_coefficients(where(alpha_E > 0.0, alpha_E - pi, alpha_E + pi), x.polar, m), x.rotation
+    tilt = x.alpha - alpha_E + rotation.turning + rotation.tilt
+    moment = c.moment - 0.25 * pi * (rotation.turning - rotation.pitching)
+    return Coefficients(c.lift + pi * rotation.pitching, c.drag + tilt * c.lift, moment)

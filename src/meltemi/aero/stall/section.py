@@ -4,10 +4,11 @@ A coned or bent blade turns about its span with the rotor: the flow is curved, w
 alpha and in the moment). It is not pitching: the air beside the section is not accelerated, so there is no
 added mass in it. OpenFAST does not distinguish the two; that is a variant.
 
-The models fade into the static polar between 40 and 45 degrees and below 1 m/s.
+In reversed flow the trailing edge leads: the lift acts at 3/4 chord, and the angle at the aerodynamic centre drives it.
+The models fade into the static polar between 40 and 45 degrees from the chord and below 1 m/s.
 
-Reference: docs/theory/aerodynamics.md (A-31, A-32, A-41); curved flow as Migliore, Wolfe & Fanucci (1980), J. Energy
-4(2).
+Reference: docs/theory/aerodynamics.md (A-31, A-32, A-41, A-42c); curved flow as Migliore, Wolfe & Fanucci (1980), J.
+Energy 4(2).
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ NO_ROTATION, CAMBER, OPENFAST = 0, 1, 2
 """Values of ``AeroOptions.stall_rotation``."""
 
 FADE_FROM, FADE_TO = 40.0 * pi / 180.0, 45.0 * pi / 180.0
-"""[rad] angles of attack between which the model fades into the static polar."""
+"""[rad] angles of attack, from the chord, between which the model fades into the static polar."""
 SLOW_FROM, SLOW_TO = 0.01, 1.0
 """[m/s] relative speeds between which it does the same."""
 MAX_REDUCED_RATE = 1.5
@@ -45,7 +46,8 @@ class SectionFlow(NamedTuple):
 
     Attributes:
       polar: its number.
-      alpha: [rad] angle of attack at 3/4 chord.
+      alpha: [rad] angle of attack at 3/4 chord; in reversed flow that from behind at the aerodynamic centre.
+      reversed: 1 in reversed flow, else 0.
       rate: [1/s] relative speed over half the chord.
       rotation: of the section.
       flap: [rad] equivalent angle of its flaps (A-48).
@@ -54,6 +56,7 @@ class SectionFlow(NamedTuple):
 
     polar: int
     alpha: float
+    reversed: float
     rate: float
     rotation: Rotation
     flap: float
@@ -67,15 +70,23 @@ def section_flow(flap: float, m: Air, b: int, n: int) -> SectionFlow:
     g, alpha, speed = whole(m.aero_nodes.polar[b, n]), flow.alpha[b, n], flow.speed[b, n]
     rate = 2.0 * max(speed, STILL) / chord
     turn = where(variant != NO_ROTATION, flow.rotation[b, n], 0.0)
-    alpha_34 = angle_at_three_quarters(alpha, speed, turn, chord)
+    behind = from_behind(alpha, m)
+    angle = where(behind > 0.0, alpha - where(alpha > 0.0, pi, -pi), angle_at_three_quarters(alpha, speed, turn, chord))
     rotation = section_rotation(variant, turn, flow.pitching[b, n], rate)
-    return SectionFlow(g, alpha_34, rate, rotation, flap, model_weight(alpha, speed, g, m))
+    return SectionFlow(g, angle, behind, rate, rotation, flap, model_weight(alpha, speed, g, m))
+
+
+@kernel
+def from_behind(alpha: float, m: Air) -> float:
+    """1 where the model is that of reversed flow, else 0."""
+    return m.aero_options.reversed_flow * where(abs(alpha) > 0.5 * pi, 1.0, 0.0)
 
 
 @kernel
 def model_weight(alpha: float, speed: float, g: int, m: Air) -> float:
     """Weight of the stall model against the static polar (A-41)."""
-    fade = (1.0 - ramp(abs(alpha), FADE_FROM, FADE_TO)) * ramp(speed, SLOW_FROM, SLOW_TO)
+    from_chord = where(from_behind(alpha, m) > 0.0, pi - abs(alpha), abs(alpha))
+    fade = (1.0 - ramp(from_chord, FADE_FROM, FADE_TO)) * ramp(speed, SLOW_FROM, SLOW_TO)
     return m.section.dynamic[g] * fade
 
 
@@ -83,7 +94,8 @@ def model_weight(alpha: float, speed: float, g: int, m: Air) -> float:
 def count_switches(m: Air, b: int, n: int) -> None:
     """Count where the model would switch on or off within the difference step of a derivative run."""
     flow, g = m.flow, whole(m.aero_nodes.polar[b, n])
-    crossings = crossed(abs(flow.alpha[b, n]) - FADE_TO) + crossed(flow.speed[b, n] - SLOW_FROM)
+    ends = crossed(abs(flow.alpha[b, n]) - FADE_TO) + crossed(pi - abs(flow.alpha[b, n]) - FADE_TO)
+    crossings = ends + crossed(flow.speed[b, n] - SLOW_FROM)
     m.memory.switches[b, n] += m.section.dynamic[g] * crossings
 
 

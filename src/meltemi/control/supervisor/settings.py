@@ -15,6 +15,8 @@ LEAST_CUT_IN = 0.3
 """Share of rated speed: a law that begins below it says nothing of the speed at which to connect."""
 
 
+ROUNDING = 1e-5
+"""By which a rate or angle, converted from degrees, may exceed a limit that a file gives with six digits."""
 CUT_OUT_MEAN = 1.04
 """Of cut-out: ten minutes of normal turbulence with this mean at hub height, as an anemometer sees them, stay below."""
 
@@ -76,7 +78,8 @@ class Supervision(Record):
     emergency_rate: float | None = Field(default=None, gt=0.0, le=2.0)
     """[rad/s] at an emergency stop; 7 deg/s by default, or what the actuator can do."""
     emergency_torque: bool = True
-    """Whether the generator brakes at an emergency stop while there is a grid."""
+    """Whether the generator brakes at an emergency stop while there is a grid; else its torque falls to zero at the
+    rate limit of the law, not at once as when the grid is lost."""
     brake: float = Field(default=1.0, ge=0.0, le=1.0)
     """Share of the full brake at an emergency stop; 0: none."""
     brake_speed: float = Field(default=0.1, ge=0.0, lt=2.0)
@@ -177,11 +180,11 @@ def limits(turbine: AnyTurbine, settings: Supervision) -> dict[str, float]:
             f"supervision: connect_speed {connect:g} rad/s is not below the rated {rated:g} rad/s of the generator"
         )
     for name in ("normal_rate", "emergency_rate", "start_rate"):
-        if found[name] > most * (1.0 + 1e-9):
+        if found[name] > most * (1.0 + ROUNDING):
             raise InputError(
                 f"supervision: {name} {found[name]:g} rad/s is more than the pitch actuator's {most:g} rad/s"
             )
-    if found["feather"] > turbine.pitch_actuator.maximum:
+    if found["feather"] > turbine.pitch_actuator.maximum + ROUNDING:
         raise InputError(
             f"supervision: feather {found['feather']:g} rad is beyond the pitch actuator's "
             f"{turbine.pitch_actuator.maximum:g} rad"

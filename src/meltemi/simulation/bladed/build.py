@@ -53,6 +53,7 @@ from meltemi.structure.tables import BladeNode, StructureParameters, TowerNode
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.gearbox import LEAST_RATIO
+from meltemi.turbine.imbalance import deviations
 
 Float = NDArray[np.float64]
 
@@ -337,12 +338,11 @@ def _structure(turbine: Turbine, environment: Environment, options: ModelOptions
 
 def _blade_nodes(turbine: Turbine, beam: Beam, layout: NodeLayout, pieces: Float) -> Float:
     axis = beam.at(layout.position, "axis")
-    array = _per_blade(turbine, _node_rows(turbine, pieces, axis))
+    blades = [pieces * (1.0 + excess) for excess in deviations(turbine, "mass")]
     if turbine.icing is not None:
-        heavy = _node_rows(turbine, pieces + ice_pieces(turbine, turbine.icing, beam, layout), axis)
         for blade in turbine.icing.on(turbine.n_blades):
-            array[:, blade - 1] = heavy
-    return array
+            blades[blade - 1] = blades[blade - 1] + ice_pieces(turbine, turbine.icing, beam, layout)
+    return np.ascontiguousarray(np.stack([_node_rows(turbine, each, axis) for each in blades], axis=1))
 
 
 def _node_rows(turbine: Turbine, pieces: Float, axis: Float) -> Float:
@@ -420,6 +420,7 @@ def _aero_options(options: ModelOptions) -> NDArray[np.int64]:
         "inflow": number(variants.InflowModel, options.inflow),
         "stall": number(variants.StallModel, options.stall),
         "stall_rotation": ("none", "camber", "openfast").index(options.stall_rotation),
+        "reversed_flow": ("static", "lagged").index(options.reversed_flow),
         "tower": number(variants.TowerInfluence, options.tower_influence),
         "tower_drag": int(options.tower_drag),
         "iterations": options.induction_iterations,
@@ -634,4 +635,6 @@ def _actuators(turbine: Turbine, options: ModelOptions) -> Float:
     yaw = turbine.yaw
     p.yaw_friction = yaw.friction
     p.yaw_hold = -1.0 if yaw.brake_torque is None else yaw.brake_torque + yaw.friction
+    for blade, offset in enumerate(deviations(turbine, "pitch")):
+        p.pitch_offset[blade] = offset
     return p.array

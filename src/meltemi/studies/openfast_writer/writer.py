@@ -119,6 +119,8 @@ def write_openfast(
     turbine, folder = aeroelastic(turbine, "write_openfast"), Path(folder)
     if turbine.icing is not None:
         raise UnsupportedError(f"{turbine.name}: a deck has no ice; take it off with with_ice(turbine, None)")
+    if turbine.imbalance is not None:
+        raise UnsupportedError(f"{turbine.name}: a deck has blades of one kind; take the imbalance off: imbalance=None")
     if beamdyn and not turbine.blade.structure.twists:
         raise UnsupportedError(f"{turbine.name}: BeamDyn needs blade.structure.torsion_stiffness, or 6 x 6 matrices")
     deck = _Deck(turbine, options or ModelOptions(), environment or Environment())

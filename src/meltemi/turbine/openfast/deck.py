@@ -472,6 +472,7 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
     }
     if options["stall"] != "static":
         options |= {"stall_constants": polars.constants, "stall_rotation": "openfast"}
+        options["reversed_flow"] = "static"
         lifting = [airfoil for airfoil in turbine.airfoils.values() if airfoil.dynamic_stall]
         if all(None not in (airfoil.zero_lift_angle, airfoil.zero_lift_drag) for airfoil in lifting):
             options["stall_fit"] = "openfast"

@@ -96,7 +96,7 @@ def mean_profile(wind: TurbulentWind, grid: WindGrid) -> Float:
     else:
         speed = wind.speed * (z / grid.hub_height) ** wind.shear_exponent
     turned = wind.veer * (z - grid.hub_height)
-    return np.stack([speed * np.cos(turned), -speed * np.sin(turned), np.zeros_like(z)], axis=1)
+    return np.stack([speed * np.cos(turned), -speed * np.sin(turned), speed * math.tan(wind.upflow)], axis=1)
 
 
 def _targets(wind: TurbulentWind) -> tuple[float | None, float | None, float | None]:

@@ -1,0 +1,77 @@
+"""Interfaces of a turbine at which a load base has loads, and the channels that it records."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+from meltemi.turbine.definition import Turbine
+
+BLADE_STATIONS = (0.25, 0.5, 0.75)
+"""Of the length of the blade, from the root."""
+TOWER_STATIONS = (0.5,)
+"""Of the length of the tower, from its base."""
+SIX = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
+TURNED = (30, 60, 120, 150)
+"""[deg] directions of a rose of moments besides those of its components."""
+OTHERS = (
+    "wind_x rotor_speed generator_speed generator_torque generator_power azimuth tower_top_acceleration_x "
+    "tower_top_acceleration_y tower_top_fore_aft tower_top_side_side nacelle_yaw operating_state brake_torque"
+).split()
+OF_BLADES = (
+    "pitch pitch_rate root_moment_flap root_moment_edge tip_out_of_plane tip_in_plane tip_clearance tip_twist"
+).split()
+
+
+@dataclass(frozen=True)
+class Interface:
+    """A point with three forces and three moments.
+
+    Attributes:
+      name: such as ``tower_base``.
+      channels: of Fx, Fy, Fz, Mx, My, Mz.
+      plane: transverse axes, ``xy`` or ``yz``.
+      rose: whether its moments are evaluated by direction.
+      speed: channel of the speed at which its bearing turns; empty without one.
+    """
+
+    name: str
+    channels: tuple[str, ...]
+    plane: str = "xy"
+    rose: bool = False
+    speed: str = ""
+
+
+def interfaces_of(turbine: Turbine) -> tuple[Interface, ...]:
+    """All interfaces of a turbine, from the blades to the tower base."""
+    found = []
+    for b in range(1, turbine.n_blades + 1):
+        names = (*SIX[:3], "moment_in_plane", "moment_out_of_plane", "moment_torsion")
+        root = tuple(f"root_{name}_{b}" for name in names)
+        found.append(Interface(f"blade_root_{b}", root, rose=True, speed=f"pitch_rate_{b}"))
+        for n in range(1, len(BLADE_STATIONS) + 1):
+            found.append(Interface(f"blade_station_{n}_{b}", tuple(f"station_{n}_{name}_{b}" for name in SIX)))
+    thrust, torque = ("rotor_thrust",), ("rotor_torque",)
+    fixed = (*thrust, "shaft_force_y", "shaft_force_z", *torque, "shaft_tilt_moment", "shaft_yaw_moment")
+    turning = (*thrust, "shaft_rotating_force_y", "shaft_rotating_force_z", *torque, "shaft_moment_y", "shaft_moment_z")
+    found.append(Interface("hub_fixed", fixed, "yz", speed="rotor_speed"))
+    found.append(Interface("hub_rotating", turning, "yz"))
+    found.append(Interface("yaw_bearing", tuple(f"yaw_{name}" for name in SIX)))
+    for n in range(1, len(TOWER_STATIONS) + 1):
+        found.append(Interface(f"tower_station_{n}", tuple(f"tower_station_{n}_{name}" for name in SIX)))
+    base = (*SIX[:3], "moment_side_side", "moment_fore_aft", "moment_torsion")
+    found.append(Interface("tower_base", tuple(f"tower_base_{name}" for name in base), rose=True))
+    return tuple(found)
+
+
+def recorded(turbine: Turbine, interfaces: Sequence[Interface]) -> tuple[str, ...]:
+    """Channels that the cases of a load base record."""
+    blades = (f"{name}_{b}" for b in range(1, turbine.n_blades + 1) for name in OF_BLADES)
+    return tuple(dict.fromkeys(chain(*(each.channels for each in interfaces), OTHERS, blades)))
+
+
+def stations(turbine: Turbine) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Stations [m] of blades from the root and of the tower above its base."""
+    blade, tower = turbine.blade.length, turbine.tower.length
+    return tuple(s * blade for s in BLADE_STATIONS), tuple(s * tower for s in TOWER_STATIONS)

@@ -1,0 +1,194 @@
+"""Time and revolutions at load levels, and the duty of actuators.
+
+Equations L-30 to L-33 of ``docs/theory/design-loads.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import inf, pi
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from meltemi.core.display import Brief
+from meltemi.core.errors import InputError
+
+Float = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class LoadDuration(Brief):
+    """Load-duration distribution (LDD): time and revolutions at levels of a load and of the rotor speed.
+
+    Attributes:
+      load_edges: (L + 1,) in the unit of the load.
+      speed_edges: (S + 1,) [rad/s] of the shaft.
+      time: (L, S) [s].
+      revolutions: (L, S) of the shaft.
+    """
+
+    load_edges: Float
+    speed_edges: Float
+    time: Float
+    revolutions: Float
+
+
+@dataclass(frozen=True)
+class ActuatorDuty:
+    """Duty of an actuator.
+
+    Attributes:
+      travel: sum of the absolute changes, in the unit of the position.
+      time: [s] of the series.
+      moving: [s] in which it moves.
+      starts: number of movements.
+      reversals: number of changes of direction, with or without a pause.
+      rms_rate, largest_rate: in the unit of the position per second.
+    """
+
+    travel: float
+    time: float
+    moving: float
+    starts: int
+    reversals: int
+    rms_rate: float
+    largest_rate: float
+
+
+def load_duration(
+    load: ArrayLike,
+    shaft_speed: ArrayLike,
+    *,
+    dt: float,
+    load_edges: ArrayLike,
+    speed_edges: ArrayLike = (-inf, inf),
+) -> LoadDuration:
+    """Time and revolutions at levels of a load, for bearings and gears.
+
+    Args:
+      load: (T,) such as the torque.
+      shaft_speed: (T,) [rad/s] of the shaft that carries it; revolutions of either sense count.
+      dt: [s] between the values; each stands for this time.
+      load_edges: (L + 1,) ascending; a bin contains its lower edge, the last one both.
+      speed_edges: (S + 1,) [rad/s] as these; a single bin by default.
+
+    Raises:
+      InputError: shapes differ, edges do not ascend, ``dt`` is not positive, or values lie outside the edges.
+    """
+    x, w = np.asarray(load, dtype=float), np.asarray(shaft_speed, dtype=float)
+    edges = [np.asarray(e, dtype=float) for e in (load_edges, speed_edges)]
+    if x.ndim != 1 or w.shape != x.shape or not dt > 0.0:
+        raise InputError(f"load_duration: load and speed must be (T,), dt positive; found {x.shape}, {w.shape}, {dt!r}")
+    place = []
+    for name, values, e in (("load", x, edges[0]), ("shaft_speed", w, edges[1])):
+        if e.ndim != 1 or len(e) < 2 or not np.all(np.diff(e) > 0.0):
+            raise InputError(f"load_duration: edges of {name} must be at least two ascending numbers")
+        if not np.all((values >= e[0]) & (values <= e[-1])):
+            raise InputError(
+                f"load_duration: {name} lies between {values.min():g} and {values.max():g}, "
+                f"edges between {e[0]:g} and {e[-1]:g}"
+            )
+        place.append(np.minimum(np.searchsorted(e, values, side="right") - 1, len(e) - 2))
+    shape = (len(edges[0]) - 1, len(edges[1]) - 1)
+    cell = place[0] * shape[1] + place[1]
+    time = dt * np.bincount(cell, minlength=shape[0] * shape[1]).astype(np.float64)
+    turned = dt / (2.0 * pi) * np.bincount(cell, np.abs(w), minlength=shape[0] * shape[1]).astype(np.float64)
+    return LoadDuration(edges[0], edges[1], time.reshape(shape), turned.reshape(shape))
+
+
+def sum_durations(parts: Iterable[LoadDuration], weights: Sequence[float] | None = None) -> LoadDuration:
+    """Distributions of several runs together, each as often as its weight says (L-30).
+
+    Args:
+      parts: with the same edges.
+      weights: how often each run occurs, from ``lifetime_weights``; once by default.
+
+    Raises:
+      InputError: there are none, edges differ, or there is not one weight for each.
+    """
+    given = list(parts)
+    w = np.ones(len(given)) if weights is None else np.asarray(weights, dtype=float)
+    if not given or w.shape != (len(given),) or not np.all((w >= 0.0) & np.isfinite(w)):
+        raise InputError("sum_durations: there must be a finite weight for each distribution, none negative")
+    first = given[0]
+    for other in given[1:]:
+        if not all(
+            np.array_equal(a, b)
+            for a, b in ((first.load_edges, other.load_edges), (first.speed_edges, other.speed_edges))
+        ):
+            raise InputError("sum_durations: the distributions must have the same edges")
+    time = sum(x * d.time for x, d in zip(w, given, strict=True))
+    turned = sum(x * d.revolutions for x, d in zip(w, given, strict=True))
+    return LoadDuration(first.load_edges, first.speed_edges, np.asarray(time), np.asarray(turned))
+
+
+def duration_load(duration: LoadDuration, *, exponent: float = 10.0 / 3.0) -> float:
+    """Equivalent load of a bearing or gear: (sum u |L|^p / sum u)^(1/p) over revolutions u (L-31).
+
+    Args:
+      duration: its loads are taken at the middles of the bins, which must be finite.
+      exponent: p of the life: 3 for ball bearings, 10/3 for roller bearings.
+
+    Raises:
+      InputError: the outer bins are open, nothing turns, or ``exponent`` is not positive.
+    """
+    if not exponent > 0.0 or not np.all(np.isfinite(duration.load_edges)):
+        raise InputError("duration_load: exponent must be positive, and the edges of the load finite")
+    turns = duration.revolutions.sum(axis=1)
+    if not turns.sum() > 0.0:
+        raise InputError("duration_load: the shaft does not turn")
+    levels = np.abs(0.5 * (duration.load_edges[1:] + duration.load_edges[:-1]))
+    top = float(levels[turns > 0.0].max())
+    if top == 0.0:
+        return 0.0
+    return float(top * (np.sum(turns * (levels / top) ** exponent) / turns.sum()) ** (1.0 / exponent))
+
+
+def actuator_duty(position: ArrayLike, *, dt: float, threshold: float = 0.0) -> ActuatorDuty:
+    """Travel, moving time, starts and reversals of a pitch or yaw drive (L-32, L-33).
+
+    Args:
+      position: (T,) such as a pitch angle.
+      dt: [s] between the values.
+      threshold: rate in the unit of the position per second above which the actuator moves. Travel counts all changes.
+
+    Raises:
+      InputError: there are fewer than two values, or ``dt`` is not positive or ``threshold`` negative.
+    """
+    x = np.asarray(position, dtype=float)
+    if x.ndim != 1 or len(x) < 2 or not np.all(np.isfinite(x)) or not dt > 0.0 or not threshold >= 0.0:
+        raise InputError("actuator_duty: at least two finite values are required, dt positive, threshold not negative")
+    rate = np.diff(x) / dt
+    sense = np.where(np.abs(rate) > threshold, np.sign(rate), 0.0)
+    moves = sense != 0.0
+    directions = sense[moves]
+    return ActuatorDuty(
+        travel=float(np.abs(np.diff(x)).sum()),
+        time=dt * len(rate),
+        moving=dt * int(moves.sum()),
+        starts=int(moves[0]) + int(np.sum(moves[1:] & ~moves[:-1])),
+        reversals=int(np.sum(directions[1:] != directions[:-1])),
+        rms_rate=float(np.sqrt(np.mean(rate**2))),
+        largest_rate=float(np.abs(rate).max()),
+    )
+
+
+def count_stops(speed: ArrayLike, *, on: float, off: float) -> int:
+    """Number of stops: how often the rotor speed falls to ``off`` after it had reached ``on``.
+
+    Args:
+      speed: (T,) of the rotor; the power, which is zero in every lull near cut-in, is no sign of a stop.
+      on: at least this is operation.
+      off: at most this is standstill; it lies below ``on``, so that ripple about a single level does not count.
+
+    Raises:
+      InputError: ``off`` does not lie below ``on``.
+    """
+    if not off < on:
+        raise InputError(f"count_stops: off must lie below on, found {off!r} and {on!r}")
+    x = np.asarray(speed, dtype=float)
+    state = np.where(x >= on, 1, np.where(x <= off, -1, 0))
+    known = state[state != 0]
+    return int(np.sum((known[1:] < 0) & (known[:-1] > 0)))

@@ -1,0 +1,225 @@
+"use strict";
+// Tables that sort and filter, charts that name what is under the pointer, and the command of a case.
+(() => {
+  const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+  const make = (name, attributes = {}, ...children) => {
+    const svg = /^(svg|g|path|text|circle|rect|line|title)$/.test(name);
+    const node = svg ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
+    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+    node.append(...children);
+    return node;
+  };
+  const short = (x) => (Math.abs(x) >= 1e6 || (x && Math.abs(x) < 1e-3) ? x.toExponential(3) : String(+x.toPrecision(4)));
+  const data = (id) => JSON.parse(document.getElementById(id).textContent);
+  const page = data("page-data");
+
+  // ---------------------------------------------------------------- cases
+  const panel = make("aside", { id: "case", hidden: "", "aria-live": "polite" });
+  document.body.append(panel);
+  function showCase(name, base = 0) {
+    const command = `meltemi loads show ${page.bases[base]} ${name} --plot`;
+    const copy = make("button", {}, "Copy");
+    copy.onclick = async () => {
+      try { await navigator.clipboard.writeText(command); copy.textContent = "Copied"; } catch { getSelection().selectAllChildren(code); }
+    };
+    const close = make("button", { "aria-label": "Close" }, "×");
+    close.onclick = () => { panel.hidden = true; };
+    const code = make("code", {}, command);
+    const facts = make("dl", {});
+    const row = document.getElementById(`case-${base}-${name}`);
+    if (row) {
+      const heads = all("thead tr:last-child th", row.closest("table"));
+      [...row.cells].slice(1).forEach((cell, i) => {
+        if (cell.textContent) facts.append(make("div", {}, make("dt", {}, heads[i + 1].innerText.replace("\n", " ")), make("dd", {}, cell.textContent)));
+      });
+    }
+    panel.replaceChildren(make("strong", {}, name), close, make("p", {}, code, copy), facts);
+    panel.hidden = false;
+  }
+  document.addEventListener("click", (event) => {
+    const button = event.target.closest("button.case");
+    if (button) showCase(button.dataset.case || button.textContent, +(button.dataset.base || 0));
+  });
+  document.addEventListener("keydown", (event) => { if (event.key === "Escape") panel.hidden = true; });
+
+  // ---------------------------------------------------------------- tables
+  const value = (cell) => {
+    const number = parseFloat(cell.textContent);
+    return Number.isNaN(number) ? cell.textContent : number;
+  };
+  for (const table of all("table.sortable")) {
+    const body = table.tBodies[0], rows = [...body.rows];
+    all("thead tr:last-child th", table).forEach((head, column) => {
+      head.tabIndex = 0;
+      const sort = () => {
+        const down = head.getAttribute("aria-sort") === "ascending";
+        all("th[aria-sort]", table).forEach((other) => other.removeAttribute("aria-sort"));
+        head.setAttribute("aria-sort", down ? "descending" : "ascending");
+        const keyed = [...body.rows].map((row) => [row.cells[column] ? value(row.cells[column]) : "", row]);
+        keyed.sort(([a], [b]) => {
+          if (a === "" || b === "") return (a === "") - (b === "");
+          const order = typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b), "en", { numeric: true });
+          return down ? -order : order;
+        });
+        body.append(...keyed.map(([, row]) => row));
+      };
+      head.onclick = sort;
+      head.onkeydown = (event) => { if (event.key === "Enter") sort(); };
+    });
+    if (rows.length <= 25) continue;
+    const field = make("input", { type: "search", placeholder: "filter, e.g. 1.3 failed", "aria-label": "Filter rows" });
+    const count = make("span", {}, `${rows.length} rows`);
+    const texts = rows.map((row) => [...row.cells].map((cell) => cell.textContent).join(" ").toLowerCase());
+    field.oninput = () => {
+      const words = field.value.toLowerCase().split(/\s+/).filter(Boolean);
+      let shown = 0;
+      rows.forEach((row, i) => { row.hidden = !words.every((word) => texts[i].includes(word)); shown += !row.hidden; });
+      count.textContent = shown < rows.length ? `${shown} of ${rows.length} rows` : `${rows.length} rows`;
+    };
+    table.closest(".wide").before(make("div", { class: "filter" }, field, count));
+  }
+
+  // ---------------------------------------------------------------- one of several parts
+  for (const choice of all("select.choose")) {
+    const parts = all(`[data-part="${choice.dataset.of}"]`);
+    const show = () => {
+      parts.forEach((part, i) => part.classList.toggle("aside", i !== choice.selectedIndex));
+      parts.forEach((part) => all("figure[data-chart]", part).forEach((figure) => figure.draw && figure.draw()));
+    };
+    choice.onchange = show;
+    show();
+  }
+
+  // ---------------------------------------------------------------- charts
+  function ticks(low, high, log) {
+    if (log) {
+      const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9), by = Math.ceil((last - first + 1) / 8);
+      return Array.from({ length: Math.max(0, Math.floor((last - first) / by) + 1) }, (_, i) => 10 ** (first + i * by));
+    }
+    const raw = (high - low) / 6 || 1, power = 10 ** Math.floor(Math.log10(raw));
+    const step = power * [1, 2, 5, 10].find((m) => m * power >= raw * 0.999);
+    return Array.from({ length: Math.floor(high / step + 1e-9) - Math.ceil(low / step - 1e-9) + 1 }, (_, i) => +((Math.ceil(low / step - 1e-9) + i) * step).toPrecision(10));
+  }
+  const off = new WeakMap();
+  function draw(figure, spec) {
+    const width = Math.max(300, Math.min(figure.clientWidth || 700, spec.polar ? 460 : 1000));
+    const height = spec.polar ? width : Math.min(400, Math.max(250, 0.5 * width));
+    const hidden = off.get(figure) || off.set(figure, new Set()).get(figure);
+    const series = spec.series.map((s, i) => ({ ...s, colour: page.colours[(s.colour ?? i) % page.colours.length] })).filter((s) => !hidden.has(s.name));
+    const svg = make("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": spec.title });
+    const plot = spec.polar ? polar(svg, spec, series, width) : axes(svg, spec, series, width, height);
+    const found = [];
+    for (const s of series) {
+      const points = s.x.map((x, i) => [plot(x, s.y[i]), i]).filter(([p]) => p);
+      const line = (of) => of.map(([p], i) => `${i ? "L" : "M"}${p[0].toFixed(1)} ${p[1].toFixed(1)}`).join("");
+      if (s.y2) {
+        const back = s.x.map((x, i) => [plot(x, s.y2[i])]).filter(([p]) => p).reverse();
+        svg.append(make("path", { d: `${line([...points, ...back])}Z`, fill: s.colour, class: "band" }));
+      } else if (s.dots) {
+        svg.append(make("path", { d: points.map(([p]) => `M${p[0].toFixed(1)} ${p[1].toFixed(1)}h0`).join(""), stroke: s.colour, class: "dots" }));
+      } else svg.append(make("path", { d: line(points) + (spec.polar ? "Z" : ""), stroke: s.colour, class: "line", "stroke-dasharray": s.dash || "none" }));
+      if (!s.y2) found.push(...points.map(([p, i]) => [p, s, i]));
+    }
+    const mark = make("circle", { r: 5, class: "mark", visibility: "hidden" }), tip = make("div", { class: "tip", hidden: "" });
+    svg.append(mark);
+    let now = null;
+    svg.onpointermove = svg.onpointerdown = (event) => {
+      const box = svg.getBoundingClientRect(), scale = width / box.width;
+      const x = (event.clientX - box.left) * scale, y = (event.clientY - box.top) * scale;
+      let best = 900;
+      now = null;
+      for (const each of found) {
+        const d = (each[0][0] - x) ** 2 + (each[0][1] - y) ** 2;
+        if (d < best) { best = d; now = each; }
+      }
+      mark.setAttribute("visibility", now ? "visible" : "hidden");
+      tip.hidden = !now;
+      if (!now) return;
+      const [p, s, i] = now;
+      mark.setAttribute("cx", p[0]);
+      mark.setAttribute("cy", p[1]);
+      const name = s.cases ? page.cases[s.base || 0][s.cases[i]] : "";
+      tip.replaceChildren(make("b", {}, name || s.name), ` ${name ? s.name : ""}`, make("br"),
+        `${spec.x.label} ${short(s.x[i])} ${spec.x.unit}`, make("br"), `${spec.y.label} ${short(s.y[i])} ${spec.y.unit}`);
+      tip.style.top = `${p[1] / scale + 12}px`;
+      tip.style.left = `${Math.min(p[0] / scale, box.width - 190)}px`;
+    };
+    svg.onpointerleave = () => { tip.hidden = true; mark.setAttribute("visibility", "hidden"); };
+    svg.onclick = () => { if (now && now[1].cases) showCase(page.cases[now[1].base || 0][now[1].cases[now[2]]], now[1].base || 0); };
+    const legend = make("div", { class: "legend" });
+    spec.series.forEach((s, i) => {
+      const key = make("button", { "aria-pressed": !hidden.has(s.name) }, make("i", { style: `background:${page.colours[(s.colour ?? i) % page.colours.length]}` }), s.name);
+      key.onclick = () => { hidden.has(s.name) ? hidden.delete(s.name) : hidden.add(s.name); draw(figure, spec); };
+      if (spec.series.findIndex((other) => other.name === s.name) === i) legend.append(key);
+    });
+    (figure.querySelector(".drawing") || figure.insertBefore(make("div", { class: "drawing" }), figure.querySelector("figcaption")))
+      .replaceChildren(svg, tip, ...(spec.series.length > 1 ? [legend] : []));
+  }
+  function axes(svg, spec, series, width, height) {
+    const values = (key) => series.flatMap((s) => (key === "x" ? s.x : [...s.y, ...(s.y2 || [])])).filter((v) => v !== null && (!spec[key].log || v > 0));
+    const limits = (key) => {
+      const { log, from } = spec[key];
+      let low = Infinity, high = -Infinity;
+      for (const v of values(key)) { low = Math.min(low, v); high = Math.max(high, v); }
+      if (from !== undefined) low = Math.min(low, from);
+      if (low > high) [low, high] = log ? [0.1, 1] : [0, 1];
+      const room = log ? 1.3 : 0.04 * (high - low || Math.abs(high) || 1);
+      return log ? [low / room, high * room] : [low - room, high + room];
+    };
+    const [x0, x1] = limits("x"), [y0, y1] = limits("y");
+    const xs = ticks(x0, x1, spec.x.log), ys = ticks(y0, y1, spec.y.log);
+    const words = (v, log) => (log && (v >= 1e4 || v < 1e-2) ? v.toExponential(0) : short(v));
+    const left = 14 + 7 * Math.max(...ys.map((v) => words(v, spec.y.log).length), 2), top = 26, right = width - 12, bottom = height - 40;
+    const place = (v, low, high, log) => (log ? Math.log(v / low) / Math.log(high / low) : (v - low) / (high - low));
+    const px = (v) => left + place(v, x0, x1, spec.x.log) * (right - left), py = (v) => bottom - place(v, y0, y1, spec.y.log) * (bottom - top);
+    for (const v of xs) svg.append(make("path", { d: `M${px(v)} ${top}V${bottom}`, class: "grid" }), make("text", { x: px(v), y: bottom + 16, "text-anchor": "middle" }, words(v, spec.x.log)));
+    for (const v of ys) svg.append(make("path", { d: `M${left} ${py(v)}H${right}`, class: v === 0 ? "zero" : "grid" }), make("text", { x: left - 6, y: py(v) + 4, "text-anchor": "end" }, words(v, spec.y.log)));
+    const named = ({ label, unit }) => `${label}${unit ? ` [${unit}]` : ""}`;
+    svg.append(make("text", { x: (left + right) / 2, y: height - 6, "text-anchor": "middle" }, named(spec.x)), make("text", { x: 4, y: 14 }, named(spec.y)));
+    return (x, y) => (x === null || y === null || (spec.y.log && y <= 0) || (spec.x.log && x <= 0) ? null : [px(x), py(y)]);
+  }
+  function polar(svg, spec, series, width) {
+    const centre = width / 2, radius = centre - 34;
+    const largest = Math.max(...series.flatMap((s) => s.y), 1e-9), rings = ticks(0, largest, false).filter((v) => v > 0);
+    for (const v of rings) svg.append(make("circle", { cx: centre, cy: centre, r: (v / largest) * radius, class: "ring" }), make("text", { x: centre + 3, y: centre - (v / largest) * radius - 2 }, short(v)));
+    for (let a = 0; a < 360; a += 30) {
+      const [s, c] = [Math.sin((a * Math.PI) / 180), Math.cos((a * Math.PI) / 180)];
+      svg.append(make("path", { d: `M${centre} ${centre}L${centre + radius * c} ${centre - radius * s}`, class: "grid" }));
+      svg.append(make("text", { x: centre + (radius + 16) * c, y: centre - (radius + 16) * s + 4, "text-anchor": "middle" }, `${a}°`));
+    }
+    svg.append(make("text", { x: 4, y: 14 }, `${spec.y.label} [${spec.y.unit}]`));
+    return (x, y) => (y === null ? null : [centre + (y / largest) * radius * Math.cos((x * Math.PI) / 180), centre - (y / largest) * radius * Math.sin((x * Math.PI) / 180)]);
+  }
+  const watch = new ResizeObserver((entries) => entries.forEach(({ target }) => target.clientWidth && target.clientWidth !== target.drawn && target.draw()));
+  const chart = (figure, spec) => {
+    figure.draw = () => { figure.drawn = figure.clientWidth; if (figure.drawn) draw(figure, spec()); };
+    watch.observe(figure);
+  };
+  for (const figure of all("figure[data-chart]")) {
+    const spec = data(figure.dataset.chart);
+    chart(figure, () => spec);
+  }
+
+  // ---------------------------------------------------------------- statistics of all cases
+  for (const figure of all("figure[data-statistics]")) {
+    const bases = data(figure.dataset.statistics), [channel, across, colour] = all("select", figure);
+    const field = (base, name) => base.across.find((each) => each.label === name) || base.channels.find((each) => each.label === name);
+    chart(figure, () => {
+      const series = [];
+      bases.forEach((base, b) => {
+        const y = field(base, channel.value), x = field(base, across.value);
+        if (!y || !x) return;
+        const groups = bases.length > 1 ? [[base.name, base.dlc.map((_, i) => i)]] : base.dlcs.map((name, k) => [`DLC ${name}`, base.dlc.flatMap((d, i) => (d === k ? [i] : []))]);
+        groups.forEach(([name, cases], k) => {
+          for (const key of colour.value.split(" ")) {
+            const from = x.max || x.values;
+            series.push({ name, colour: bases.length > 1 ? b : k, dots: true, base: b, cases, x: cases.map((i) => from[i]), y: cases.map((i) => y[key][i]) });
+          }
+        });
+      });
+      const unit = (name) => bases.map((base) => field(base, name)).find(Boolean) || {};
+      return { title: `${channel.value} over ${across.value}`, x: unit(across.value), y: unit(channel.value), series };
+    });
+    for (const choice of [channel, across, colour]) choice.onchange = () => figure.draw();
+  }
+})();

@@ -1,0 +1,102 @@
+"""``meltemi loads plan``: what it prints and writes, options, wrong input."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import pytest
+from terminal import Command
+
+from meltemi.loadbase.campaign import read_campaign
+
+QUICK = ("--class", "IB", "--quick")
+
+
+def rows_of(base: Path) -> list[dict[str, str]]:
+    return list(csv.DictReader((base / "plan.csv").read_text(encoding="utf-8").splitlines()))
+
+
+def test_a_plan_is_printed_and_written_and_planned_again(command: Command, tmp_path: Path) -> None:
+    ran = command("loads", "plan", "nrel5mw", *QUICK, "--out", tmp_path / "base")
+    assert ran.status == 0 and ran.err == ""
+    assert "V_in 3, V_r 11.5, V_out 25, V_ref 50 m/s" in ran.out  # V_r from steady operation
+    assert [path.name for path in ran.files] == ["campaign.yaml", "plan.csv"]
+    rows = rows_of(tmp_path / "base")
+    total = next(line for line in ran.out.splitlines() if "total" in line)
+    assert str(len(rows)) in re.findall(r"\d+", total)
+    assert len({row["case"] for row in rows}) == len(rows)
+    campaign = tmp_path / "base" / "campaign.yaml"
+    campaign.write_text(campaign.read_text().replace("quick: true", "quick: true\nseeds: 2"))
+    again = command("loads", "plan", tmp_path / "base")
+    assert again.status == 0 and read_campaign(tmp_path / "base").seeds == 2
+
+
+def test_options_reach_the_campaign(command: Command, tmp_path: Path) -> None:
+    changes = tmp_path / "changes.yaml"
+    changes.write_text('without: ["2.1"]\nrows: {"1.3x": {like: "1.3", seeds: 24}}\n')
+    given = {"--seeds": 3, "--duration": 300, "--transient": 30, "--yaw-error": 10, "--inclination": 0, "--cut-in": 4}
+    given |= {"--cut-out": 24, "--rated-wind": 11, "--v-maint": 15, "--idle-pitch": 85, "--years": 25}
+    flat = [str(part) for pair in given.items() for part in pair]
+    ran = command(
+        *("loads", "plan", "iea15mw", "--class", "IIA", "--edition", 3, "--table", changes, "--out", tmp_path / "b"),
+        *(*flat, "--extreme-wind", "steady"),
+    )
+    assert ran.status == 0, ran.err
+    c = read_campaign(tmp_path / "b")
+    assert (c.edition, c.wind_class, c.seeds, c.duration, c.transient, c.yaw_error) == (3, "IIA", 3, 300.0, 30.0, 10.0)
+    assert (c.cut_in, c.cut_out, c.rated_wind, c.v_maint, c.years) == (4.0, 24.0, 11.0, 15.0, 25.0)
+    assert c.inclination == 0.0 and c.idle_pitch == pytest.approx(1.48353, abs=1e-5)
+    names = [row["case"] for row in rows_of(tmp_path / "b")]
+    assert "dlc1.3x-24-y10-s24" in names and "dlc6.1-59.5-y15" in names
+    assert not any(name.startswith("dlc2.1") for name in names)
+
+
+def test_a_deck_is_planned_with_its_options(command: Command, tmp_path: Path, openfast_deck: Path) -> None:
+    (deck,) = openfast_deck.glob("*.fst")
+    ran = command("loads", "plan", deck, *QUICK, "--rated-wind", 11.4, "--out", tmp_path / "base")
+    assert ran.status == 0, ran.err
+    campaign = read_campaign(tmp_path / "base")
+    assert (
+        Path(campaign.turbine) == deck
+        and campaign.options
+        and campaign.rotor_diameter == pytest.approx(126.0, abs=0.01)
+    )
+
+
+def test_a_controller_library_stops_but_does_not_start(command: Command, tmp_path: Path, library: Path) -> None:
+    ran = command(
+        "loads", "plan", "nrel5mw", *QUICK, "--rated-wind", 11.4, "--controller", library, "--out", tmp_path / "base"
+    )
+    assert ran.status == 0, ran.err
+    assert "cannot run (DLC 3.1, 3.2, 3.3): a start: controller bladed cannot start the turbine" in ran.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["nrel5mw"], "give either --class (for instance --class IB) or --site FILE"),
+        (["nrel5mw", "--class", "IX"], "wind class"),
+        (["nrel5mw", "--class", "IB", "--edition", "5"], "edition of IEC 61400-1: expected 3 or 4, found 5"),
+        (["nrel5mw", "--class", "IB", "--cut-in", "26"], "cut_in < rated_wind < cut_out"),
+        (["nrel5mw", "--class", "IB", "--rated-wind", "2"], "cut_in < rated_wind < cut_out"),
+        (["nrel6mw", "--class", "IB"], "did you mean"),
+        (["pmsg20mw", "--class", "IB"], "power-coefficient"),
+        (["nrel5mw", "--class", "IB", "--site", "site.json"], "give either --class"),
+        (["nrel5mw", "--class", "IB", "--site-turbine", "T1"], "--site-turbine needs --site"),
+        (["nrel5mw", "--class", "IB", "--table", "none.yaml"], "none.yaml"),
+    ],
+)
+def test_wrong_input_is_told_and_leaves_no_folder(
+    command: Command, tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    ran = command("loads", "plan", *arguments, "--out", tmp_path / "base")
+    assert ran.status == 2 and words in ran.err
+    assert not (tmp_path / "base").exists()
+
+
+def test_the_options_of_a_base_are_in_its_file(command: Command, tmp_path: Path) -> None:
+    command("loads", "plan", "nrel5mw", *QUICK, "--rated-wind", 11.4, "--out", tmp_path / "base")
+    ran = command("loads", "plan", tmp_path / "base", "--seeds", 2)
+    assert ran.status == 2 and "change its campaign.yaml" in ran.err
