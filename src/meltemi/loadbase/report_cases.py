@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from html import escape
-from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,9 @@ from meltemi.loadbase.design import DesignLoads
 from meltemi.loadbase.engine import base_table
 from meltemi.loadbase.plan import Plan, PlannedCase
 from meltemi.report.html import Markup, plain
-from meltemi.report.interactive import Cell, Look, case_button, grid, rounded, stored
+from meltemi.report.interactive import Cell, Look, case_button, grid, place_of, rounded, stored
 from meltemi.simulation.channels import catalogue, find
 
-_number_of_charts = count(1)
 OF_BLADE = re.compile(r"_\d$")
 """Ending of the channels of a blade."""
 FIRST = "tower base moment fore aft"
@@ -91,7 +89,7 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[st
         across += [str(each["label"]) for each in axes if each["label"] not in across]
     if not channels:
         return []
-    place = f"statistics-{next(_number_of_charts)}"
+    place = place_of("statistics")
     values = '<option value="max min">max and min</option><option>mean</option><option>max</option><option>min</option>'
     choices = [
         _select("Channel", channels, FIRST),

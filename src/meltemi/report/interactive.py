@@ -67,12 +67,17 @@ class Curve:
     base: int = 0
 
 
-_number_of_charts = count(1)
+_numbers = count(1)
+
+
+def place_of(kind: str) -> str:
+    """A place for data on a page that no other has, such as ``chart-3``."""
+    return f"{kind}-{next(_numbers)}"
 
 
 def chart(title: str, x: Axis, y: Axis, curves: Sequence[Curve], *, caption: str = "", polar: bool = False) -> Markup:
     """A chart of lines, dots and bands; ``polar``: x are angles [deg], anticlockwise from the right."""
-    place = f"chart-{next(_number_of_charts)}"
+    place = place_of("chart")
     series = []
     for c in curves:
         given = {"name": c.name, "x": rounded(c.x), "y": rounded(c.y), "dots": c.dots, "dash": c.dash, "base": c.base}
