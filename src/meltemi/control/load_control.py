@@ -308,7 +308,7 @@ def LoadController(
                 "add flaps to the blade, such as meltemi.turbine.with_flaps(turbine)"
             )
         try:
-            check_harmonic(loop.harmonic, _top_speed(turbine), sample_time or 1e-3, turbine.n_blades)
+            check_harmonic(loop.harmonic, turbine.rated_rotor_speed, sample_time or 1e-3, turbine.n_blades)
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
     if settings.notch is not None and settings.notch.frequency * (sample_time or 0.0) >= math.pi:
@@ -343,11 +343,6 @@ def limit_warnings(x: LoadControlState) -> list[str]:
                 "gains too high or of the wrong sign?"
             )
     return found
-
-
-def _top_speed(turbine: AnyTurbine) -> float:
-    """Rotor speed [rad/s] that the collective law holds."""
-    return turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
 
 
 def load_settings(turbine: AnyTurbine, settings: LoadControl) -> LoadControlState:

@@ -214,7 +214,7 @@ def make_campaign(
         "electrical_system": described.electrical is not None,
     }
     data |= settings
-    speed = described.control.pitch.reference_speed / described.drivetrain.gear_ratio
+    speed = described.rated_rotor_speed
     stops = limits(described, Supervision())
     own = {"rotor_speed": speed, "idle_pitch": described.control.pitch.maximum}
     own |= {name: round(stops[name], 9) for name in ("normal_rate", "emergency_rate")}

@@ -214,7 +214,7 @@ class Workshop:
         job, turbine, began, wind = self.begun.pop(str(result.meta["case"]))
         ended, kept = thread_time(), None
         if result.status.complete:
-            rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+            rated = turbine.rated_rotor_speed
             kept = reduced(result, interfaces_of(turbine), rated_speed=rated, cycles=job.cycles)
         simulated = float(result.time[-1]) if len(result.time) else 0.0
         times = (wind, ended - began - wind, thread_time() - ended)

@@ -49,7 +49,7 @@ def plot_speed_power(
     efficiency = turbine.drivetrain.generator_efficiency
     gain = 0.5 * density * math.pi * turbine.rotor_radius**5 * best / ratio**3 * efficiency
     _, rpm = display("rad/s")
-    rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+    rated = turbine.rated_rotor_speed
     lower = (power / gain) ** (1.0 / 3.0)
     figure, axes = new_figure(2, len(runs), size=(3.2 * len(runs) + 0.8, 5.6))
     speeds = [np.asarray(run["rotor_speed"]) for run in runs.values()]

@@ -24,7 +24,7 @@ def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
         return _power_facts(seen)
     t = seen.turbine
     n, d, torque, pitch = t.nacelle, t.drivetrain, t.control.torque, t.control.pitch
-    reference, swept = pitch.reference_speed / d.gear_ratio, math.pi * t.rotor_radius**2
+    reference, swept = t.rated_rotor_speed, math.pi * t.rotor_radius**2
     kg = masses(t)
     rotor = [
         ("blades", f"{t.n_blades} of {number(t.blade.length)} m"),
@@ -68,7 +68,7 @@ def _power_facts(seen: PowerPortrait) -> Groups:
     """Main data of a power-coefficient turbine."""
     t, p = seen.turbine, seen.performance
     d, law, pitch = t.drivetrain, t.control.torque, t.control.pitch
-    reference, swept = pitch.reference_speed / d.gear_ratio, math.pi * t.rotor_radius**2
+    reference, swept = t.rated_rotor_speed, math.pi * t.rotor_radius**2
     stored = 0.5 * d.inertia * reference**2
     i, j = divmod(int(p.power.argmax()), len(p.pitch))
     rotor = [

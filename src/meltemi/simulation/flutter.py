@@ -151,7 +151,7 @@ def flutter(
     if described.n_blades != 3:
         raise UnsupportedError("flutter: the fixed frame needs three blades")
     control = described.control
-    rated = control.pitch.reference_speed / described.drivetrain.gear_ratio
+    rated = described.rated_rotor_speed
     speeds = np.linspace(*RANGE, POINTS) * rated if rotor_speeds is None else np.array(rotor_speeds, dtype=float)
     if not len(speeds) or not np.all(np.diff(speeds, prepend=0.0) > 0.0):
         raise InputError("flutter: rotor_speeds must be positive and increase")

@@ -52,8 +52,7 @@ def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> 
             return _at_rest(start), words
         if isinstance(model.rotor, BladedRotor):
             return _once(model, wind, ("rigid",), lambda: rigid_point(model, wind)), words
-        control = model.turbine.control
-        speed, most = control.pitch.reference_speed / model.turbine.drivetrain.gear_ratio, control.pitch.maximum
+        speed, most = model.turbine.rated_rotor_speed, model.turbine.control.pitch.maximum
         point = _once(model, wind, ("held",), lambda: operating_point(model, wind, rotor_speed=speed, pitch=most))
         return point, (f"the run begins out of balance, at its reference speed and largest pitch: {error}",)
 

@@ -88,7 +88,7 @@ def _disk_limits(model: DiskModel) -> dict[str, float]:
     """[s] by cause: for torsion as for other turbines, for the speed a fraction of its time under torque."""
     shaft, control = model.turbine.drivetrain, model.turbine.control
     inertia = model.parameter("disk.inertia") + shaft.gear_ratio**2 * model.parameter("structure.generator_inertia")
-    speed = control.pitch.reference_speed / shaft.gear_ratio
+    speed = model.turbine.rated_rotor_speed
     cause = f"the rotor has little inertia for its power, drivetrain.rotor_inertia {shaft.rotor_inertia:g} kg m^2"
     limits = {cause: SHARE_OF_TIME * inertia * speed**2 / control.torque.rated_power}
     if shaft.stiffness is not None:

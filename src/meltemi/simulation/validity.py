@@ -77,7 +77,7 @@ ratio of the speeds in successive intervals of a growing one."""
 def new_watch(model: Model[Any]) -> Float:
     """(columns of ``Watch``, criteria) at the start of a run."""
     turbine = model.turbine
-    rated, power = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio, turbine.rated_power
+    rated, power = turbine.rated_rotor_speed, turbine.rated_power
     watch = View(Watch, Watch.zeros(criterion=len(CRITERIA)))
     blade = getattr(turbine, "blade", None)
     bending = np.inf if blade is None else MOST_DEFLECTION * blade.length

@@ -112,7 +112,7 @@ def tune_baseline(
       InputError: a number is not above zero, the wind does not drive the rotor, or the power does not
         decrease with pitch.
     """
-    reference = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+    reference = turbine.rated_rotor_speed
     if frequency is None:
         frequency = FREQUENCY * reference / OF_SPEED
     given = {"frequency": frequency, "damping_ratio": damping_ratio, "tip_speed_ratio": tip_speed_ratio}

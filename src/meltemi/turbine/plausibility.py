@@ -41,7 +41,7 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     if not isinstance(turbine, Turbine):
         return ()
     blade, tower, drive, control = turbine.blade.structure, turbine.tower, turbine.drivetrain, turbine.control
-    speed = control.pitch.reference_speed / drive.gear_ratio
+    speed = turbine.rated_rotor_speed
     blade_mass = blade_moments(blade, turbine.hub.radius)[0]
     said = []
     if turbine.rotor_diameter >= LEAST_DIAMETER:

@@ -203,8 +203,7 @@ def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -
     one pitch only, in proportion to rated speed as for the NREL 5 MW.
     """
     pitch, rated = turbine.control.pitch, turbine.control.torque.rated_power
-    ratio = turbine.drivetrain.gear_ratio
-    speed = pitch.reference_speed / ratio
+    ratio, speed = turbine.drivetrain.gear_ratio, turbine.rated_rotor_speed
     if len(rotor.pitch) == 1:
         return SPEED_LOOP * speed
     best_ratio, best_power = rotor.best

@@ -33,7 +33,7 @@ def disk_point(
     check_prescribed("operating_point", turbine, rotor_speed, pitch)
     case, coefficient = Case(model, steady), RotorCoefficient(model.rotor.coefficient)
     law, control, ratio = parameters(turbine.control), turbine.control, turbine.drivetrain.gear_ratio
-    reference = control.pitch.reference_speed / ratio
+    reference = turbine.rated_rotor_speed
     rotor, friction = case.view("rotor"), turbine.drivetrain.friction
 
     def left_over(speed: float, angle: float) -> float:

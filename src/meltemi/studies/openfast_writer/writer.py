@@ -124,7 +124,7 @@ def write_openfast(
     if beamdyn and not turbine.blade.structure.twists:
         raise UnsupportedError(f"{turbine.name}: BeamDyn needs blade.structure.torsion_stiffness, or 6 x 6 matrices")
     deck = _Deck(turbine, options or ModelOptions(), environment or Environment())
-    rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+    rated = turbine.rated_rotor_speed
     start = (rated if rotor_speed is None else rotor_speed, turbine.control.pitch.minimum if pitch is None else pitch)
     texts: dict[str, str] = {}
     step = time_step or deck.options.time_step or min(deck.time_step(), BEAM_STEP if beamdyn else STEPS[0])

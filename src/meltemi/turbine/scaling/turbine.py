@@ -110,7 +110,7 @@ def scale_turbine(
     now = inertia_of(reference.n_blades, blade.structure, hub, nacelle)
     if generator_inertia is not None:
         new_drive["generator_inertia"] = generator_inertia
-    torque = power / math.prod(new_drive[key] for key in EFFICIENCIES) / (_speed(reference) / factors.time)
+    torque = power / math.prod(new_drive[key] for key in EFFICIENCIES) / (reference.rated_rotor_speed / factors.time)
     drive = scaled_drivetrain(reference, factors, (before.shaft, now.shaft), new_drive, torque)
     above = nacelle.shaft_height + nacelle.overhang * math.sin(nacelle.tilt)
     ground = reference.tower.base_height * factors.length
@@ -160,17 +160,12 @@ def _factors(reference: Turbine, given: dict[str, Any], power: float, drive: dic
     losses = math.prod(getattr(reference.drivetrain, key) / drive[key] for key in EFFICIENCIES)
     return Factors(
         length=s,
-        time=_speed(reference) / given["rotor_speed"] if "rotor_speed" in given else s,
+        time=reference.rated_rotor_speed / given["rotor_speed"] if "rotor_speed" in given else s,
         power=power / reference.rated_power * losses,
         gear=drive["gear_ratio"] / reference.drivetrain.gear_ratio,
         tip_speed_ratio=designed,
         slender=given["tip_speed_ratio"] / designed if "tip_speed_ratio" in given else 1.0,
     )
-
-
-def _speed(turbine: Turbine) -> float:
-    """[rad/s] rated rotor speed."""
-    return turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
 
 
 def _check(given: dict[str, Any]) -> None:
@@ -183,7 +178,7 @@ def _check(given: dict[str, Any]) -> None:
 
 def _plausible(given: dict[str, Any], reference: Turbine, factors: Factors, power: float) -> None:
     """Raise errors for implausible values, such as rotor speeds in rpm and powers in kW."""
-    rated, radius = _speed(reference) / factors.time, reference.rotor_radius * factors.length
+    rated, radius = reference.rated_rotor_speed / factors.time, reference.rotor_radius * factors.length
     if not TIP_SPEEDS[0] < rated * radius < TIP_SPEEDS[1]:
         raise InputError(
             f"{WHERE}: rotor_speed is in rad/s, and {rated:g} gives a tip speed of {rated * radius:.0f} m/s, expected "

@@ -32,7 +32,7 @@ def typical_masses(turbine: Turbine) -> ComponentMasses:
     D, blade = turbine.rotor_diameter, blade_moments(turbine.blade.structure, turbine.hub.radius)[0]
     kw = turbine.rated_power / 1e3
     drive, control = turbine.drivetrain, turbine.control
-    speed = control.pitch.reference_speed / drive.gear_ratio
+    speed = turbine.rated_rotor_speed
     torque = control.torque.rated_power / drive.gearbox_efficiency / speed  # [N m]
     bearings = turbine.n_blades * 0.1295 * blade + 491.31
     bedplate = D**2.2

@@ -132,7 +132,7 @@ def study(runs: Any, *, workers: int | None, progress: Progress) -> Tables:
     setup, schemes = (QUICK, ("A0", "A2")) if runs.setup.quick else (FULL, SCHEMES)
     model, performance = build(turbine, FAST), performance_of(turbine)
     start = operating_point(model, setup.speed)
-    rated_speed = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
+    rated_speed = turbine.rated_rotor_speed
     asked = [(signal, level) for signal in (STEADY, FOLLOWING) for level in setup.levels]
     duration = setup.begin + setup.length
 
