@@ -31,6 +31,7 @@ from meltemi import (
     Status,
     SteadyWind,
     WindBox,
+    WindSeries,
     simulate,
     simulate_batch,
 )
@@ -328,3 +329,14 @@ def test_progress_is_no_more_than_is_known() -> None:
     assert waiting._share() == pytest.approx(1.0 / 6.0)
     with pytest.raises(InputError, match="workers must be an integer from 1 to 1000, found 1000000000"):
         simulate_batch([], workers=10**9)
+
+
+def test_a_series_begins_in_its_upflow(model: Model) -> None:
+    """As steady wind of the same inclination; without it the state is another one."""
+    speed, upflow = 11.0, np.radians(8.0)
+    series = WindSeries(time=[0.0, 1.0], speed=[speed, speed], vertical=speed * np.tan(upflow))
+    begun, _ = points.initial_state(model, series)
+    expected, _ = points.initial_state(model, SteadyWind(speed=speed, upflow=upflow))
+    level, _ = points.initial_state(model, SteadyWind(speed=speed))
+    assert begun["RootMyb1"] == pytest.approx(expected["RootMyb1"], rel=1e-9)
+    assert abs(begun["RootMyb1"] / level["RootMyb1"] - 1.0) > 1e-3

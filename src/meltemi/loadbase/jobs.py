@@ -38,7 +38,7 @@ from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.turbulence.field import AnyWind, realised
 from meltemi.wind.turbulent import TurbulentWind
 
-REDUCTION = 1
+REDUCTION = 2
 """Increased by every change of how cases begin, and of what is kept of them."""
 FIRST = 2.0
 """[s] of the wind over the rotor that give the speed in which a case of production begins."""

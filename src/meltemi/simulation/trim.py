@@ -291,7 +291,8 @@ def steady_wind(wind: float | AnyWind, hub_height: float) -> SteadyWind:
         return SteadyWind(**{name: getattr(wind, name) for name in SteadyWind.model_fields if hasattr(wind, name)})
     speed = mean_speed(wind, hub_height)
     if isinstance(wind, WindSeries):
-        begin = {"speed": speed, "shear_exponent": wind.exponent[0], "direction": wind.direction[0]}
+        upflow = float(np.clip(np.arctan2(wind.vertical[0], speed), -0.99, 0.99))
+        begin = {"speed": speed, "shear_exponent": wind.exponent[0], "direction": wind.direction[0], "upflow": upflow}
         return validated(begin, SteadyWind, f"{wind.label}, the wind at its start")
     assert isinstance(wind, WindBox)
     rows = wind.bottom + wind.dz * np.arange(wind.velocity.shape[1])
