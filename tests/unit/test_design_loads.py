@@ -15,11 +15,13 @@ from synthetic_base import small_plan, synthetic_base
 from meltemi.core.errors import InputError, Status
 from meltemi.loadbase.design import DesignLoads, compare_bases, design_loads, design_tables, write_design_loads
 from meltemi.loadbase.plan import Plan
+from meltemi.loadbase.signals import tower_radius
 from meltemi.loadbase.ultimate import speed_shares
 from meltemi.loadbase.weights import HOURS
 from meltemi.postprocess.cycles import cycle_load, rainflow_cycles
 from meltemi.postprocess.extrapolation import simplified_extreme
 from meltemi.postprocess.lifetime import YEAR
+from meltemi.turbine.library import load_turbine
 
 MY = "tower_base_moment_fore_aft"
 MX = "tower_base_moment_side_side"
@@ -151,7 +153,8 @@ def extrapolated(tmp_path_factory: pytest.TempPathFactory) -> tuple[Plan, Path]:
     of = replace(of, cases=tuple(kept))
 
     def gumbel(case: Any, time: np.ndarray) -> dict[str, Any]:
-        return {MY: peak(height(case), time)}
+        towards = 0.02 * peak(height(case), time)
+        return {MY: peak(height(case), time)} | {f"tip_clearance_{b}": FLAT - towards for b in (1, 2, 3)}
 
     synthetic_base(folder, of, gumbel)
     return of, folder
@@ -181,6 +184,20 @@ def test_all_ways_of_extrapolation(extrapolated: tuple[Plan, Path]) -> None:
         row = evaluated(folder, of, extrapolation=way).ultimate.loc["tower_base", "My max"]
         assert row["My"] == pytest.approx(1.25 * each.load(way)), way
         assert row["rule"] == "extrapolated"
+
+
+@pytest.mark.parametrize("way", ["quantile_99", "quantile_93"])
+def test_factors_of_quantiles_increase_the_deflection(extrapolated: tuple[Plan, Path], way: Any) -> None:
+    """Not the clearance, which a factor above 1 would make larger."""
+    of, folder = extrapolated
+    design = evaluated(folder, of, extrapolation=way)
+    radius = tower_radius(load_turbine("nrel5mw"))  # clearance is measured from its axis
+    speeds = sorted({c.variant.speed for c in of.cases})
+    samples = [[radius + 0.02 * height(c) for c in of.cases if c.variant.speed == v] for v in speeds]
+    row = design.clearance.loc["1.1"]
+    assert row["deflection"] == pytest.approx(simplified_extreme(samples, way))
+    assert row["clearance"] == pytest.approx(FLAT - row["deflection"])
+    assert row["clearance"] < FLAT - max(map(max, samples))
 
 
 def test_too_few_seeds_are_told_and_take_no_part(extrapolated: tuple[Plan, Path]) -> None:

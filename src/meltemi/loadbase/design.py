@@ -78,7 +78,8 @@ class DesignLoads(Brief):
       characteristic: the same rows WITHOUT the factor; column factor is the one that ``ultimate`` contains.
       by_row: index (interface, driver, row): characteristic, factor, design [N, N m] (value of the driver without and
         with factor), case, runs, lacking.
-      extrapolations: of DLC 1.1, for each interface and driver, and for deflection and clearance of the tip.
+      extrapolations: of DLC 1.1, for each interface and driver, and for the deflection of the tip out of plane and
+        towards the tower.
       clearance: index row: least distance of a blade's tip from the tower's surface. Columns clearance [m]
         (characteristic value), factor, material, deflection [m] (undeflected minus clearance), left [m] (undeflected
         minus deflection times both factors), ratio (clearance over undeflected), case, runs, lacking, fits

@@ -29,6 +29,8 @@ SIGNALS = (
 ).split()
 CLEARANCE = "tip_clearance"
 DEFLECTION = "tip_out_of_plane"
+TOWARDS_TOWER = "tip_towards_tower"
+"""Name of the extrapolated deflection: undeflected clearance minus clearance."""
 
 
 class Extremes:
@@ -107,10 +109,11 @@ def clearance_table(
 
     lines = []
     if CLEARANCE in extremes:
-        values = extremes.values(CLEARANCE, "min") - radius
-        for runs, value, run in each_row(evaluation, values, (CLEARANCE, "min", "m"), True, keep=True):
-            bent = undeflected - value
-            left = undeflected - runs.factor * material * bent
+        # factors increase the deflection, so it is what is extrapolated
+        origin = float(np.nan_to_num(undeflected))
+        towards = origin + radius - extremes.values(CLEARANCE, "min")
+        for runs, bent, run in each_row(evaluation, towards, (TOWARDS_TOWER, "max", "m"), False, keep=True):
+            value, left = origin - bent, undeflected - runs.factor * material * bent
             of_blade = (runs.row, value, runs.factor, material, bent, left, value / undeflected, runs.names[run])
             lines.append((*of_blade, runs.size(run), runs.lacking, left > 0.0))
     head = ["row", "clearance", "factor", "material", "deflection", "left", "ratio", "case", "runs", "lacking", "fits"]

@@ -78,7 +78,7 @@ class ExtrapolatedLoad(Brief):
     """Load of DLC 1.1 by all ways of extrapolation, without partial safety factor.
 
     Attributes:
-      interface: name, or channel such as ``tip_out_of_plane`` or ``tip_clearance``.
+      interface: name, or channel such as ``tip_out_of_plane``, or ``tip_towards_tower``.
       driver: such as "My max"; "max" or "min" of a channel.
       unit: "N", "N m" or "m".
       speeds: (n,) [m/s] wind speeds.
