@@ -16,6 +16,7 @@ from meltemi.loadbase.plan import Plan as Plan
 from meltemi.loadbase.plan import plan as plan
 from meltemi.loadbase.report import write_report as write_report
 from meltemi.loadbase.report_comparison import write_base_comparison as write_base_comparison
+from meltemi.loadbase.settings import DesignSettings as DesignSettings
 from meltemi.loadbase.ultimate import ExtrapolatedLoad as ExtrapolatedLoad
 from meltemi.postprocess.bands import IdealRemoval as IdealRemoval
 from meltemi.postprocess.bands import harmonic_bands as harmonic_bands

@@ -19,6 +19,7 @@ from meltemi.loadbase.plan import Plan
 from meltemi.loadbase.report import LOADS, limit_ratios, write_report
 from meltemi.loadbase.report_comparison import write_base_comparison
 from meltemi.loadbase.report_loads import slopes_of, title_of, unit_of_driver
+from meltemi.loadbase.settings import DesignSettings, read_settings
 from meltemi.report.interactive import Axis, Curve, chart, grid, rounded, stored
 from meltemi.report.turbine_facts import number
 
@@ -39,7 +40,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> tuple[Plan, Path]:
 
 @pytest.fixture(scope="module")
 def design(base: tuple[Plan, Path]) -> DesignLoads:
-    return design_loads(*base, resamples=10)
+    return design_loads(*base, DesignSettings(resamples=10))
 
 
 @pytest.fixture(scope="module")
@@ -182,3 +183,15 @@ def test_blocks_of_pages() -> None:
     assert content["series"][0]["x"] == [1, None] and content["series"][0]["y"] == [2, 0.3333]
     assert "</script><b>" not in stored("a", "</script><b>")
     assert rounded([math.inf, 1234.6, 0.00012345]) == [None, 1235, 0.0001234]
+
+
+def test_the_report_has_the_settings_of_the_evaluation(base: tuple[Plan, Path], tmp_path: Path) -> None:
+    file = tmp_path / "settings.yaml"
+    file.write_text("availability: 0.97\nslopes: [4, 10]\n")
+    design = design_loads(*base, read_settings(file))
+    assert slopes_of(design.fatigue) == [4.0, 10.0]
+    page = write_report(*base, design=design)[0].read_text(encoding="utf-8")
+    assert re.search(r"availability.{1,80}0\.97", page, re.DOTALL)
+    file.write_text("availabilty: 0.97\n")
+    with pytest.raises(InputError, match="availability"):
+        read_settings(file)

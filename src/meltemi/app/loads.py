@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from meltemi.loadbase.plan import Plan
 
 BaseArgument = Annotated[Path, typer.Argument(help="Folder of a load base, as plan writes it.")]
+SettingsOption = Annotated[
+    Path | None, typer.Option("--settings", help="Settings of the evaluation (YAML), such as extrapolation: weibull.")
+]
 REPORTED = 30.0
 """[s] between lines of progress where there is no terminal."""
 MOST_PROBLEMS = 20
@@ -286,18 +289,20 @@ def report(
     limits: Annotated[
         Path | None, typer.Option("--limits", help="Limits of loads (YAML), to which utilisations refer.")
     ] = None,
+    settings: SettingsOption = None,
 ) -> None:
     """Write the report of a load base: one HTML file, and its tables as CSV and Excel."""
     from meltemi.loadbase.design import design_loads
     from meltemi.loadbase.report import read_limits, write_report
+    from meltemi.loadbase.settings import STANDARD, read_settings
 
     if against is not None and limits is not None:
         raise InputError("give either --against or --limits")
-    planned = _planned(base)
-    given = None if limits is None else read_limits(limits)
-    other = None if against is None else (str(against), design_loads(_planned(against), against))
+    planned, given = _planned(base), None if limits is None else read_limits(limits)
+    of = STANDARD if settings is None else read_settings(settings)
+    other = None if against is None else (str(against), design_loads(_planned(against), against, of))
     with results_in(base):
-        files = write_report(planned, base, against=other, limits=given)
+        files = write_report(planned, base, against=other, limits=given, design=design_loads(planned, base, of))
     for file in files:
         print(f"wrote {file}")
 
@@ -307,12 +312,15 @@ def compare(
     base: BaseArgument,
     other: Annotated[Path, typer.Argument(help="Folder of the load base that it is compared with.")],
     out: OutOption = Path("comparison"),
+    settings: SettingsOption = None,
 ) -> None:
     """Compare two load bases: two controllers, two turbines, or a change."""
     from meltemi.loadbase.report_comparison import write_base_comparison
+    from meltemi.loadbase.settings import STANDARD, read_settings
 
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
     with results_in(out):
-        files = write_base_comparison(bases[0], bases[1], out)
+        of = STANDARD if settings is None else read_settings(settings)
+        files = write_base_comparison(bases[0], bases[1], out, of)
     for file in files:
         print(f"wrote {file}")

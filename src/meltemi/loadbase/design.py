@@ -5,7 +5,7 @@ Equations L-1 to L-41 of ``docs/theory/design-loads.md``, which names the source
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from math import nan
@@ -19,7 +19,6 @@ from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
 from meltemi.loadbase.coverage import Results, condition_of, coverage_of, problems_of, read_results
 from meltemi.loadbase.endurance import (
-    SLOPES,
     MarkovMatrix,
     durations_of,
     duties_of,
@@ -30,13 +29,12 @@ from meltemi.loadbase.endurance import (
 )
 from meltemi.loadbase.interfaces import interfaces_of
 from meltemi.loadbase.plan import Plan
+from meltemi.loadbase.settings import STANDARD, WAYS, DesignSettings
 from meltemi.loadbase.signals import Extremes, clearance_table, rose_extremes, signals_table, tower_radius
 from meltemi.loadbase.ultimate import (
     EXTRAPOLATED,
-    WAYS,
     Evaluation,
     ExtrapolatedLoad,
-    Way,
     check_way,
     runs_of,
     ultimate_tables,
@@ -66,6 +64,7 @@ class DesignLoads(Brief):
 
     Attributes:
       plan: of the load base.
+      settings: of the evaluation.
       notes: sentences that belong beside the numbers: rows without all their cases, and what follows.
       coverage: index row; columns dlc, title, type, cases, ok, warned, doubtful, failed, missing, unsupported (numbers
         of cases; a warned one ended as OK), complete (bool), meaning (text; empty if complete).
@@ -90,8 +89,7 @@ class DesignLoads(Brief):
       roses: index (interface, angle [deg]) from the first transverse axis: largest (moment in this direction with
         factor [N m]), case, row, factor, and a column of lifetime equivalent load [N m] for each slope (float).
       fatigue: index channel: interface, load ("Fx" to "Mz", "M@30", "flap", "edge"), blade (0: none), and a column of
-        lifetime equivalent load (range) [N, N m] for each slope (float).
-      reference: number of cycles of the equivalent loads.
+        lifetime equivalent load (range) [N, N m] for each slope (float), with ``settings.reference`` cycles.
       shares: index (channel, dlc, speed [m/s]): share in the damage, a column a slope; they sum to 1 for each channel.
       markov: by channel, cycles of the lifetime by range and mean.
       covered: share of the lifetime for which there are cases of fatigue; 1 if none is missing.
@@ -105,6 +103,7 @@ class DesignLoads(Brief):
     """
 
     plan: Plan
+    settings: DesignSettings
     notes: tuple[str, ...]
     coverage: pd.DataFrame
     problems: pd.DataFrame
@@ -117,7 +116,6 @@ class DesignLoads(Brief):
     signals: pd.DataFrame
     roses: pd.DataFrame
     fatigue: pd.DataFrame
-    reference: float
     shares: pd.DataFrame
     markov: dict[str, MarkovMatrix]
     covered: float
@@ -132,57 +130,37 @@ class DesignLoads(Brief):
 def design_loads(
     plan: Plan,
     folder: str | Path,
-    *,
-    extrapolation: Way = "gumbel",
-    resamples: int = 200,
-    doubtful: bool = True,
-    slopes: Sequence[float] = SLOPES,
-    reference: float = 1e7,
-    strengths: Mapping[str, float] | None = None,
-    material: float = 1.1,
-    availability: float = 1.0,
-    undeflected: float | None = None,
+    settings: DesignSettings = STANDARD,
 ) -> DesignLoads:
     """Evaluate a load base. What is missing is no error: ``notes``, ``coverage`` and ``problems`` say what it means.
 
     Args:
       plan: of the load base.
       folder: of the load base.
-      extrapolation: of DLC 1.1: "gumbel", "weibull" (three parameters), or "quantile_99", "quantile_93" of edition 4.
-      resamples: of the bootstrap for the band of the extrapolations.
-      doubtful: whether cases outside the range of validity of the model take part.
-      slopes: of the S-N curves.
-      reference: number of cycles of the equivalent loads; the seconds of the lifetime for a load at 1 Hz.
-      strengths: by channel, also without the number of the blade ("root_moment_flap"): load [N, N m] at which the
-        component fails; its cycles are corrected for their means by the line of Goodman. None by default.
-      material: partial safety factor for the elasticity of the blades, in the clearance of the tips.
-      availability: share of the time in which the turbine produces when the wind allows it, for the energy.
-      undeflected: [m] distance of an undeflected tip from the tower's surface; by default that of the model.
+      settings: such as ``DesignSettings(extrapolation="weibull")``.
 
     Raises:
-      InputError: an argument is out of range, or the turbine or a file cannot be read.
+      InputError: the way of extrapolation is not in the table, or the turbine or a file cannot be read.
     """
-    results = read_results(plan, folder, doubtful=doubtful)
-    check_way(extrapolation, results)
-    if not all(m > 0.0 for m in slopes) or not reference > 0.0 or not material > 0.0:
-        raise InputError("design_loads: slopes, reference and material must be positive")
+    results = read_results(plan, folder, doubtful=settings.doubtful)
+    check_way(settings.extrapolation, results)
     turbine = aeroelastic(load_turbine(plan.campaign.turbine), "design_loads")
     interfaces, extremes = interfaces_of(turbine), Extremes(results)
-    evaluation = Evaluation(results, runs_of(results), extrapolation, resamples, [])
+    evaluation = Evaluation(results, runs_of(results), settings.extrapolation, settings.resamples, [])
     matrix, by_row = ultimate_tables(evaluation, interfaces, plan.table.factors.favourable)
+    undeflected = settings.undeflected
     if undeflected is None:
         undeflected = undeflected_clearance(build(turbine, ModelOptions(**plan.campaign.options)))
-    clearance = clearance_table(evaluation, extremes, undeflected, tower_radius(turbine), material)
-    fatigue = fatigue_loads(
-        results, extremes, interfaces, slopes=slopes, reference=reference, strengths=strengths or {}
-    )
+    clearance = clearance_table(evaluation, extremes, undeflected, tower_radius(turbine), settings.material)
+    fatigue = fatigue_loads(results, extremes, interfaces, settings)
     roses = rose_extremes(evaluation, extremes, interfaces)
-    roses = roses.join(rose_fatigue(fatigue.loads, interfaces, slopes), how="outer") if len(roses) else roses
-    energy, powers = energy_of(results, extremes, availability)
+    roses = roses.join(rose_fatigue(fatigue.loads, interfaces, settings.slopes), how="outer") if len(roses) else roses
+    energy, powers = energy_of(results, extremes, settings.availability)
     durations, duration_loads = durations_of(results)
     coverage = coverage_of(results)
     return DesignLoads(
         plan=plan,
+        settings=settings,
         notes=tuple(_notes(results, coverage, evaluation)),
         coverage=coverage,
         problems=problems_of(results),
@@ -195,7 +173,6 @@ def design_loads(
         signals=signals_table(evaluation, extremes),
         roses=roses,
         fatigue=fatigue.loads,
-        reference=reference,
         shares=fatigue.shares,
         markov=fatigue.markov,
         covered=_covered(results),

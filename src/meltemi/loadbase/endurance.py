@@ -5,7 +5,7 @@ Equations L-1 to L-10, L-30 to L-34, L-36, L-39, L-40 of ``docs/theory/design-lo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,7 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.loadbase.coverage import Results, shared_repetitions
 from meltemi.loadbase.interfaces import Interface
 from meltemi.loadbase.reduction import OCTAVES
+from meltemi.loadbase.settings import DesignSettings
 from meltemi.loadbase.signals import Extremes, rose_channel
 from meltemi.loadbase.ultimate import blade_groups, family, speed_shares
 from meltemi.postprocess.cycles import Cycles, Float, goodman_cycles
@@ -26,7 +27,6 @@ from meltemi.postprocess.lifetime import YEAR, AnnualEnergy, annual_energy
 if TYPE_CHECKING:
     import pandas as pd
 
-SLOPES = (3.0, 4.0, 5.0, 8.0, 10.0, 12.0)
 RANGES, MEANS = 50, 20
 """Bins of a Markov matrix."""
 EXPONENTS = (3.0, 10.0 / 3.0)
@@ -76,10 +76,7 @@ def fatigue_loads(
     results: Results,
     extremes: Extremes,
     interfaces: Sequence[Interface],
-    *,
-    slopes: Sequence[float],
-    reference: float,
-    strengths: Mapping[str, float],
+    settings: DesignSettings,
 ) -> FatigueLoads:
     """Equivalent loads, shares and Markov matrices of the lifetime (L-4 to L-6, L-40).
 
@@ -87,15 +84,14 @@ def fatigue_loads(
       results: of the load base.
       extremes: of the channels; they bound ranges and means.
       interfaces: of the turbine.
-      slopes: of the S-N curves.
-      reference: number of cycles of the equivalent loads.
-      strengths: by channel, also without the number of the blade: correction of the means by Goodman (L-4).
+      settings: slopes, reference and strengths.
 
     Raises:
       InputError: a strength is of no channel, or a mean reaches it.
     """
     import pandas as pd
 
+    slopes, reference, strengths = settings.slopes, settings.reference, settings.strengths
     labels, repetitions = labels_of(interfaces), shared_repetitions(results)
     known = {*labels, *map(family, labels)}
     for name in strengths:

@@ -288,7 +288,7 @@ def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Markup:
             cells.append(Markup(f"{number(float(best[m]) * MOMENT[1])}{bar}"))
         rows.append([title_of(str(place)), str(best.load), *cells])
     look = Look(
-        caption=f"Lifetime equivalent ranges of the largest moment [{MOMENT[0]}], {d.reference:.3g} cycles",
+        caption=f"Lifetime equivalent ranges of the largest moment [{MOMENT[0]}], {d.settings.reference:.3g} cycles",
         sortable=False,
     )
     return grid(["interface", "moment", *(f"m = {m:g}" for m in slopes)], rows, look)

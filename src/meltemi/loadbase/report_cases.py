@@ -186,4 +186,6 @@ def assumption_tables(plan: Plan, d: DesignLoads) -> list[str | Markup]:
         f"Source of the table: {plan.table.source}. The following {len(practice)} values come from practice, not from "
         "the standard."
     )
-    return [table, words, grid(["part", "key", "value"], practice)]
+    settings = [[key, str(value)] for key, value in d.settings.content().items()]
+    evaluation = grid(["setting", "value"], settings, Look(caption="Evaluation: settings"))
+    return [table, evaluation, words, grid(["part", "key", "value"], practice)]

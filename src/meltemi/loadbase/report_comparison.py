@@ -13,6 +13,7 @@ from meltemi.loadbase.plan import Plan
 from meltemi.loadbase.report import FILE, LOADS, facts, made, utilisation, verdict
 from meltemi.loadbase.report_cases import statistics, statistics_chart
 from meltemi.loadbase.report_loads import WITH, title_of, unit_of_driver, with_band
+from meltemi.loadbase.settings import STANDARD, DesignSettings
 from meltemi.report.html import Code, Markup, Section, plain
 from meltemi.report.interactive import (
     Axis,
@@ -36,13 +37,14 @@ Base = tuple[str, Plan]
 """Folder of a load base, and its plan."""
 
 
-def write_base_comparison(one: Base, other: Base, out: str | Path) -> list[Path]:
+def write_base_comparison(one: Base, other: Base, out: str | Path, settings: DesignSettings = STANDARD) -> list[Path]:
     """Write ``report.html`` and ``comparison.csv``: the loads of a load base over those of another one.
 
     Args:
       one: folder and plan of the load base.
       other: of the one to which it is compared.
       out: folder for the files.
+      settings: of the evaluation of both.
 
     Returns:
       The two files.
@@ -51,7 +53,7 @@ def write_base_comparison(one: Base, other: Base, out: str | Path) -> list[Path]
       InputError: a file cannot be read or written.
     """
     bases = (one, other)
-    a, b = (design_loads(plan, folder) for folder, plan in bases)
+    a, b = (design_loads(plan, folder, settings) for folder, plan in bases)
     found = compare_bases(a, b)
     names = [folder for folder, _ in bases]
     with suppress(OSError):  # writing reports why it is not there

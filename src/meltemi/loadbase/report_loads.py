@@ -220,7 +220,7 @@ def fatigue_blocks(d: DesignLoads) -> list[Block]:
         )
     head = ["channel", "interface", "load", "blade", "unit", *(f"m = {m:g}" for m in slopes)]
     words = (
-        f"Ranges that would do the same damage with {d.reference:.3g} cycles in the lifetime of "
+        f"Ranges that would do the same damage with {d.settings.reference:.3g} cycles in the lifetime of "
         f"{d.plan.campaign.years:g} years, by slope m of the S-N curve. Cases of fatigue cover "
         f"{100.0 * d.covered:.4g} % of the lifetime."
     )

@@ -8,15 +8,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.display import Brief
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.errors import InputError
 from meltemi.loadbase.coverage import Results
 from meltemi.loadbase.interfaces import Interface
+from meltemi.loadbase.settings import WAYS, Way
 from meltemi.loadbase.weights import distribution, edges
 from meltemi.postprocess.extrapolation import LEAST, Distribution, Extrapolation, Float, extrapolate, fit_extremes
 from meltemi.postprocess.extremes import (
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
 
     from meltemi.loadbase.campaign import Campaign
 
-Way = Literal["gumbel", "weibull", "quantile_99", "quantile_93"]
-WAYS: tuple[Way, ...] = ("gumbel", "weibull", "quantile_99", "quantile_93")
 RULES: dict[str, Rule] = {"largest": "largest", "mean": "mean", "upper half": "upper_half"}
 EXTRAPOLATED = "extrapolated"
 BY_ROW = ["interface", "driver", "row", "characteristic", "factor", "design", "case", "runs", "lacking"]
@@ -145,10 +144,8 @@ def runs_of(results: Results) -> list[Runs]:
 
 
 def check_way(way: str, results: Results) -> None:
-    """Refuse a way of extrapolation that is not there, or not in the table."""
-    if way not in WAYS:
-        raise InputError(f"design_loads: no extrapolation {way!r}: {did_you_mean(way, WAYS)}")
-    if way in WAYS[2 : 2 + 2] and len(results.plan.table.extrapolation.quantiles) <= WAYS.index(way) - 2:
+    """Refuse a way of extrapolation that is not in the table."""
+    if way in WAYS[2:] and len(results.plan.table.extrapolation.quantiles) <= WAYS.index(way) - 2:
         raise InputError(f"design_loads: {way} is not in the table of edition {results.plan.table.edition}")
 
 
