@@ -61,6 +61,7 @@ class Field:
       shape: lengths of its own axes, which precede those of the table; a name refers to the field with the length.
       table: table of its entries, in place of numbers.
       prefix: prefix of the names of the entries of ``table``.
+      count: number of rows of a field of fixed length.
       row: first row; undefined for a field of variable length.
     """
 
@@ -79,14 +80,16 @@ class Field:
         self.shape, self.table, self.prefix = shape, table, prefix
         self.row = -1
         self.fixed = not any(isinstance(n, str) for n in shape) and not (table and table.tail)
+        self.count = 0
+        if self.fixed:
+            self.count = math.prod(int(n) for n in shape) * (len(table) if table else len(kind.__slots__) if kind else 1)
 
     def __set_name__(self, owner: Any, name: str) -> None:
         self.owner, self.name = owner, name
 
     def __len__(self) -> int:
         """Number of rows of a field of fixed length."""
-        numbers = len(self.table) if self.table else len(self.kind.__slots__) if self.kind else 1
-        return math.prod(int(n) for n in self.shape) * numbers
+        return self.count
 
     def lengths(self, array: Any) -> tuple[int, ...]:
         """Lengths of its own axes in an array of the table."""
@@ -134,17 +137,22 @@ class Field:
             return self
         if self.table is not None:
             return _Parts(table, self) if self.shape else _Parts(table, self)[0]
+        if not table.axes and self.kind is None and self.fixed:  # as controllers in Python read them
+            if not self.shape:
+                return table.array[self.row]
+            return table.array[self.row : self.row + self.count].reshape(self.shape)
         if table.axes or self.shape:
             return _Rows(table, self)
-        rows = table.array[self.row : self.row + len(self)]
-        return self.kind(*rows) if self.kind else rows[0]
+        return self.kind(*table.array[self.row : self.row + self.count])
 
     def __set__(self, table: Table, value: Any) -> None:
         if not self.fixed or self.table:
             first = self.first(table.array)
             table.array[first : first + self.extent(table.array)] = numbers_of(value)
+        elif self.kind is None and not self.shape:
+            table.array[self.row] = value
         else:
-            table.array[self.row : self.row + len(self)] = [*value] if self.kind else value
+            table.array[self.row : self.row + self.count] = [*value] if self.kind else value
 
 
 class _Parts:
