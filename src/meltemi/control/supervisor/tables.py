@@ -144,9 +144,9 @@ emergency_word | the operator's emergency stop
 stop_word      | the operator's stop
 may_start      | free to start
 grid_lost      | the grid is lost
-trip_speed     | generator speed {value:.2f} rad/s above {limit:.2f} rad/s
-over_speed     | generator speed {value:.2f} rad/s above {limit:.2f} rad/s
-speed_sensors  | speed sensors differ by {value:.2f} rad/s
+trip_speed     | generator speed {value:.5g} rad/s above {limit:.5g} rad/s
+over_speed     | generator speed {value:.5g} rad/s above {limit:.5g} rad/s
+speed_sensors  | speed sensors differ by {value:.5g} rad/s
 frozen         | the generator's speed has not changed for {value:.1f} s
 pitch_gap      | a blade is {value:.1f} deg from its demand
 over_power     | power {value:.0f} kW above {limit:.0f} kW
@@ -159,14 +159,14 @@ wind_enough    | wind of {value:.1f} m/s above {limit:.1f} m/s
 wind_under     | wind of {value:.1f} m/s below {limit:.1f} m/s
 wind_fit       | wind of {value:.1f} m/s below {limit:.1f} m/s
 slow_start     | no connection within {limit:.0f} s
-connect_speed  | generator speed {value:.2f} rad/s
+connect_speed  | generator speed {value:.5g} rad/s
 joined         | all of the torque is allowed
 speed_region   | the speed is at its limit
 below_speed    | the speed is below its limit
 power_region   | the power is at its set-point
 below_power    | the power is below its set-point
 feathered      | feathered
-slow           | generator speed {value:.2f} rad/s below {limit:.2f} rad/s
+slow           | generator speed {value:.5g} rad/s below {limit:.5g} rad/s
 """
 
 _STATES = """
