@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.display import Brief
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.representation import Brief
 from meltemi.loadbase.coverage import Results
 from meltemi.loadbase.interfaces import Interface
 from meltemi.loadbase.weights import distribution, edges
