@@ -27,7 +27,7 @@ STYLE = """\
 .meltemi details details{margin-left:1em}
 .meltemi summary{cursor:pointer;padding:.1em 0}
 .meltemi summary span{opacity:.7;margin-left:.5em}
-.meltemi .wide{overflow-x:auto;margin:.1em 0 .4em 1.1em}
+.meltemi .wide{overflow:auto;max-height:30em;margin:.1em 0 .4em 1.1em}
 .meltemi.meltemi table{border-collapse:collapse;border:0;margin:0;font-size:12px;color:inherit;
 width:auto;table-layout:auto}
 .meltemi.meltemi.meltemi tr:nth-child(n){background:none}
@@ -42,6 +42,8 @@ font-weight:normal;vertical-align:top;white-space:nowrap;max-width:none}
 """
 BINS, HEIGHT = 60, 18
 """Intervals of a small line, each with its smallest and largest value, and its height in units of its picture."""
+MOST_ROWS = 60
+"""Rows of a table; of more, their number is given."""
 LONG = 40
 """Characters from which a text cell may wrap."""
 MOST_INSIDE = 12
@@ -93,7 +95,7 @@ class Card:
 
     def folded(self, title: str) -> Section:
         """The card as a section of another one."""
-        return Section(title, self.facts, note=self.lead, inside=self.sections)
+        return Section(title, self.facts, note=self.lead or self.title, inside=self.sections)
 
 
 class Shown:
@@ -168,6 +170,8 @@ def _section(section: Section) -> str:
 
 def _table(rows: Iterable[Sequence[str]], head: Sequence[str]) -> str:
     rows = list(rows)
+    more = f"<p>and {len(rows) - MOST_ROWS} more</p>" if len(rows) > MOST_ROWS else ""
+    rows = rows[:MOST_ROWS]
     columns = [[row[i] for row in rows if i < len(row)] for i in range(len(head))]
     numeric = [any(column) and all(_numeric(cell) for cell in column) for column in columns]
 
@@ -178,7 +182,7 @@ def _table(rows: Iterable[Sequence[str]], head: Sequence[str]) -> str:
     body = "".join(
         f"<tr>{line(row, 'td') if head else _cell(row[0], 'th', False) + line(row[1:], 'td')}</tr>" for row in rows
     )
-    return f'<div class="wide"><table>{top}<tbody>{body}</tbody></table></div>'
+    return f'<div class="wide"><table>{top}<tbody>{body}</tbody></table>{more}</div>'
 
 
 def _cell(text: str, tag: str, number: bool) -> str:
@@ -229,10 +233,11 @@ def _records_in(name: str, value: Any) -> list[Section]:
     entries = list(value.items() if isinstance(value, dict) else enumerate(value, 1)) if _is_many(value) else []
     if not entries or not all(isinstance(each, BaseModel) for _, each in entries):
         return []
-    note = f"{len(entries)}: {', '.join(str(key) for key, _ in entries[:MOST_INSIDE])}"
     if len(entries) > MOST_INSIDE:
-        return [Section(_words(name), [("names", ", ".join(str(key) for key, _ in entries))], note=f"{note} ...")]
-    return [Section(_words(name), note=note, inside=[each.card().folded(str(key)) for key, each in entries])]
+        names = ", ".join(str(key) if isinstance(value, dict) else type(each).__name__ for key, each in entries)
+        return [Section(_words(name), [("names", names)], note=str(len(entries)))]
+    inside = [each.card().folded(str(key)) for key, each in entries]
+    return [Section(_words(name), note=str(len(entries)), inside=inside)]
 
 
 def _is_many(value: Any) -> bool:
@@ -264,5 +269,5 @@ def _words(name: str) -> str:
 
 def _first_sentence(about: str) -> str:
     """The first sentence of a description without its unit."""
-    text = re.sub(r"^(\([^)]*\) )?(\[[^]]*\][;,.]? ?)?", "", " ".join(about.split())).replace("`", "")
+    text = re.sub(r"^(\([^)]*\) )?(\[[^]]*\][;,.]? ?)?| ?\[-\]", "", " ".join(about.split())).replace("`", "")
     return re.split(r"(?<=[.;]) ", text, maxsplit=1)[0].rstrip(".;")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.display import rounded
 from meltemi.core.errors import RunError, Status
-from meltemi.core.representation import Card, Section, Shown, badge, sparkline
+from meltemi.core.representation import MOST_ROWS, Card, Section, Shown, badge, sparkline
 from meltemi.core.units import display
 from meltemi.simulation.channels import Channel, find
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from meltemi.control.controller import LogEntry
 
 Float = NDArray[np.float64]
-SHOWN, MOST_SHOWN = 12, 60
-"""Channels that a notebook shows at once, and with those that are folded."""
 
 
 @dataclass(frozen=True)
@@ -186,13 +184,10 @@ class Result(Shown):
                 facts.append((name.replace("_", " "), f"{self.meta[name]} {unit}".strip()))
         rows = self._channel_rows()
         head = ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", ""]
-        more = [Section(f"{len(rows) - SHOWN} further channels", rows[SHOWN:], head)] if len(rows) > SHOWN else []
-        if hidden := len(self.channels) - len(rows):
-            more.append(Section(f"and {hidden} more: result.names"))
         after = "after the transient" if self.meta.get("transient") else ""
         sections = [
             *([Section("Messages", [[words] for words in said], [""], open=True)] if said else []),
-            Section(f"{len(self.channels)} channels", rows[:SHOWN], head, note=after, open=True, inside=more),
+            Section(f"{len(self.channels)} channels", rows, head, note=after, open=True),
         ]
         if self.log:
             log = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in self.log]
@@ -203,15 +198,15 @@ class Result(Shown):
         return Card("Result", lead, facts, sections if self.meta else sections[:-1])
 
     def _channel_rows(self) -> list[list[str]]:
-        """Names, unit, statistics and line of the channels, as many as a notebook shows."""
+        """Names, unit, statistics and line of each channel; of those that a notebook leaves out, names."""
 
         data, rows = self.evaluated.data, []
-        for i, channel in enumerate(self.channels[:MOST_SHOWN]):
+        for i, channel in enumerate(self.channels[:MOST_ROWS]):
             unit, factor = channel.display_unit
             x = data[:, i] * factor
             numbers = [rounded(float(f(x))) if len(x) else "-" for f in (np.mean, np.std, np.min, np.max)]
             rows.append([channel.name, channel.alias, unit, *numbers, sparkline(x)])
-        return rows
+        return rows + [[channel.name] for channel in self.channels[MOST_ROWS:]]
 
     def _span(self) -> str:
         return f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "empty"

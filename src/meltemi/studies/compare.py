@@ -202,7 +202,7 @@ class Comparison(Brief):
         facts.append(("evaluated", f"{begin:g} to {end:g} s"))
         head, rows, groups = scheme_rows(self.table(), self.units(), means=True)
         spanned = [name for name, span in groups for _ in range(span)]
-        head = [f"{name} {scheme}".strip() for scheme, name in zip(spanned, head, strict=True)]
+        head = [f"{scheme} {name}".strip() for scheme, name in zip(spanned, head, strict=True)]
         sections = [Section("Loads", rows, head, note=f"changes are against {self.schemes[0]}", open=True)]
         sections.append(Section("Winds", [[label] for label in self.winds], ["wind"], note=str(len(self.winds))))
         if said := self.warnings():

@@ -48,9 +48,9 @@ def key_figures(turbine: Any) -> list[tuple[str, str]]:
         ("hub height", f"{turbine.hub_height:.4g} m"),
         ("wind speeds", f"{turbine.cut_in:g} to {turbine.cut_out:g} m/s"),
         ("rated rotor speed", f"{pitch.reference_speed / gears * display('rad/s')[1]:.4g} rpm"),
-        ("rated generator torque", f"{torque.rated_power / torque.rated_speed / 1e3:.4g} kN m, gear ratio {gears:.4g}"),
+        ("rated generator torque", f"{torque.rated_power / torque.rated_speed / 1e3:.5g} kN m, gear ratio {gears:.4g}"),
         ("pitch", f"{lowest:.3g} to {highest:.3g} deg, at most {rate:.3g} deg/s"),
-        ("specific power", f"{turbine.rated_power / (math.pi * turbine.rotor_radius**2):.4g} W/m2"),
+        ("specific power", f"{turbine.rated_power / (math.pi * turbine.rotor_radius**2):.4g} W/m^2"),
     ]
     blade = getattr(turbine, "blade", None)
     flaps = f", {len(turbine.flaps)} flaps each" if turbine.flaps else ""

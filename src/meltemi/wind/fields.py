@@ -127,6 +127,9 @@ class WindSeries(Record):
         """Short description, for titles and metadata."""
         return self.source or "wind series"
 
+    def __repr__(self) -> str:
+        return f"<WindSeries {self.label}: {len(self.time)} times, {self.time[0]:g} to {self.time[-1]:g} s>"
+
 
 LARGEST = {"dt": 1e4, "dy": 1e4, "dz": 1e4, "bottom": 1e4, "speed": 100.0, "hub_height": 1e4}
 """Of the numbers of a box, in their units."""
