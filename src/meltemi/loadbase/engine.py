@@ -394,8 +394,13 @@ def base_table(
     return Store(folder).table(keys, what, channels)
 
 
-def show_case(plan: Plan, name: str) -> Result:
+def show_case(plan: Plan, name: str, progress: Callable[[float], None] | None = None) -> Result:
     """Simulate a case of a load base again, with exactly the same numbers.
+
+    Args:
+      plan: of the load base.
+      name: of the case.
+      progress: callback with the completed fraction.
 
     Raises:
       InputError: there is no such case, it cannot run, or its run fails.
@@ -405,7 +410,7 @@ def show_case(plan: Plan, name: str) -> Result:
         raise InputError(f"{name} cannot run yet: {case.unsupported}")
     job = next(job for job in jobs_of(plan) if job.name == name)
     found: list[Result] = []
-    batch = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1)
+    batch = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1, progress=progress)
     outcomes = batch.run()
     if batch.interrupted:
         raise KeyboardInterrupt
