@@ -201,7 +201,7 @@ def _after_run(case: LoadCase, folder: Path, out: Path) -> tuple[object, ...]:
     if case.wind.kind != "steady":
         return ("power-curve", turbine, "--out", out)
     wind = ("--wind-speed", f"{case.wind.speed:g}", "--turbulence", 0.14)
-    return ("run", turbine, *wind, "--duration", 660, "--transient", 60, "--out", out)
+    return ("run", turbine, *wind, "--duration", 660, "--transient", 60, "--out", f"{out}-turbulent")
 
 
 @contextmanager

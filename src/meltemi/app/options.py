@@ -24,7 +24,7 @@ def completing(
     def complete(incomplete: str) -> list[tuple[str, str]]:
         before, comma, last = incomplete.rpartition(",") if several else ("", "", incomplete)
         found = names().items()
-        return [(before + comma + name, about) for name, about in found if name.lower().startswith(last.lower())]
+        return [(before + comma + name, about) for name, about in found if name.startswith(last)]
 
     return complete
 

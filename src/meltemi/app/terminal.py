@@ -178,7 +178,7 @@ def print_table(
     wide.print(rich_table(title, head, rows, text_columns))
 
 
-UNITS = re.compile(r"(.*\S)\s+\[?(m/s|rpm|deg/s|deg|rad/s|rad|Hz|%|kN m/deg|kN m|kN|MW|kW|kg|m|s|h)\]?")
+UNITS = re.compile(r"(.*?[^\d\s])\s+\[?(m/s|rpm|deg/s|deg|rad/s|rad|Hz|%|kN m/deg|kN m|kN|MW|kW|kg|m|s|h)\]?")
 """A column's name with its unit at the end."""
 
 
