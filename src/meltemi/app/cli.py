@@ -388,7 +388,7 @@ def power_curve(
         if not points:
             raise InputError("\n".join(failures.values()) or "interrupted before the first operating point was found")
         head, rows = power_curve_rows(points, failures)
-        print_table(f"{described.name}: steady operation", head, rows)
+        print_table(f"{described.name}: steady operation", head, rows, 0)
         wrote(write_csv(out / "power_curve.csv", [h.replace(chr(10), " ") for h in head], rows))
         wrote(save(plot_power_curve(points, model), out / "power_curve.png"))
     further = ("campbell", turbine) if isinstance(described, Turbine) else ("run", turbine, "--wind-speed", 12)

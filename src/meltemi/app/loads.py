@@ -113,7 +113,8 @@ def plan_(
             raise InputError("--site-turbine needs --site")
         if table is not None:
             given["changes"] = read_changes(table, edition)
-        campaign = make_campaign(turbine, wind_class or given["site"].wind_class(edition), edition, **given)
+        with progress_bar("operating points of the plan"):
+            campaign = make_campaign(turbine, wind_class or given["site"].wind_class(edition), edition, **given)
     planned = plan(campaign)
     _show(planned)
     with results_in(out):
@@ -302,7 +303,7 @@ def report(
     planned = _planned(base)
     given = None if limits is None else read_limits(limits)
     other = None if against is None else (str(against), design_loads(_planned(against), against))
-    with results_in(base):
+    with results_in(base), progress_bar("report", compiles=False):
         files = write_report(planned, base, against=other, limits=given)
     wrote(*files)
     runnable = next((case.name for case in planned.cases if not case.unsupported), "")
@@ -319,7 +320,7 @@ def compare(
     from meltemi.loadbase.report_comparison import write_base_comparison
 
     bases = [(str(folder), _planned(folder)) for folder in (base, other)]
-    with results_in(out):
+    with results_in(out), progress_bar("comparison", compiles=False):
         files = write_base_comparison(bases[0], bases[1], out)
     wrote(*files)
     suggest("loads", "report", base, "--against", other)

@@ -50,7 +50,7 @@ def flutter(
             for speed, least in zip(found.rotor_speed, found.least, strict=True)
         ]
         title = f"{described.name}: least damped blade mode, wind {found.wind_speed:g} m/s"
-        print_table(title, ["rotor rpm", "damping %"], rows, all_rows=flutter_rows(found))
+        print_table(title, ["rotor rpm", "damping %"], rows, 0, all_rows=flutter_rows(found))
         print(limit_text(found))
         wrote(write_csv(out / "flutter.csv", *flutter_rows(found)))
         wrote(save(plot_flutter(found, described.name), out / "flutter.png"))
@@ -102,8 +102,13 @@ def parked(
         title = (
             f"{described.name} at standstill, {wind.speed:g} m/s: smallest damping ratio [%] over yaw and pitch [deg]"
         )
-        print_table(title, ["yaw", *(f"pitch {number(angle)}" for angle in pitches)], rows, all_rows=parked_rows(found))
+        print_table(
+            title, ["yaw", *(f"pitch {number(angle)}" for angle in pitches)], rows, 0, all_rows=parked_rows(found)
+        )
         wrote(write_csv(out / "parked.csv", *parked_rows(found)))
+        print(
+            f"{(found.damping < 0.0).sum()} of {found.damping.size} points have a mode with negative damping (unstable)"
+        )
         wrote(save(plot_parked(found, described.name), out / "parked.png"))
     suggest("loads", "plan", turbine, "--class", "IB", "--quick")
     for (where, angle), why in found.failures.items():

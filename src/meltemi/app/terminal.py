@@ -30,7 +30,7 @@ _BESIDE: list[Popen[bytes]] = []
 def progress_bar(
     what: str, amount: float = 0.0, unit: str = "", *, compiles: bool = True
 ) -> Iterator[Callable[[float], None]]:
-    """A progress bar with rate and time left on a terminal, otherwise none.
+    """A progress bar with rate and time left on a terminal, otherwise none; without a share it shows that work goes on.
 
     Args:
       what: shown beside the bar.
@@ -54,10 +54,10 @@ def progress_bar(
         *(TimeRemainingColumn(), TextColumn("left")),
     )
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(what, total=1.0, rate="")
+        task = bar.add_task(what, total=None, rate="")  # moves to and fro until a share is known
 
         def done(share: float) -> None:
-            bar.update(task, completed=share, rate=rate(share * amount, monotonic() - began, unit))
+            bar.update(task, total=1.0, completed=share, rate=rate(share * amount, monotonic() - began, unit))
 
         yield done
 

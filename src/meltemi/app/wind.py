@@ -106,7 +106,7 @@ def wind(
             _look(found, described, out, file_format)
         whole = source.suffix.lower() != ".csv"  # a run takes no hub-height series
         wind_options = ("--wind-file", source) if whole else ("--wind-speed", 12, "--turbulence", 0.14)
-        suggest("run", turbine or "nrel5mw", *wind_options, "--out", out)
+        suggest("run", turbine or "nrel5mw", *wind_options, "--out", f"{out}-run")
         return
     assert model is not None
     used = load_turbine(turbine or "nrel5mw")
@@ -140,7 +140,7 @@ def wind(
             _look(made, used, out, "uniform")
     file = out / f"wind{SUFFIXES[file_format or 'bts' if isinstance(made, TurbulentWind) else 'uniform']}"
     of_run = ("--wind-file", file) if not isinstance(made, SteadyWind) else ("--wind-speed", f"{made.speed:g}")
-    suggest("run", turbine or "nrel5mw", *of_run, "--duration", f"{seconds:g}", "--out", out)
+    suggest("run", turbine or "nrel5mw", *of_run, "--duration", f"{seconds:g}", "--out", f"{out}-run")
 
 
 UNREACHABLE = ("roughness", "veer")
