@@ -128,6 +128,8 @@ def test_rates() -> None:
     assert terminal.rate(3.0, 60.0, "runs") == "3 runs/min"
     assert terminal.rate(20.0, 2.0, "points") == "10 points/s"
     assert terminal.rate(1.0, 600.0, "runs") == "6 runs/h"
+    assert terminal.time_left(0.25, 20.0, 0.5) == "0:00:40 left"
+    assert terminal.time_left(0.0, 20.0, 1.0) == ""
     assert terminal.rate(0.0, 1.0, "runs") == terminal.rate(1.0, 0.0, "runs") == ""
 
 
@@ -151,7 +153,7 @@ def test_progress_shows_rate_and_time_left_on_a_terminal_only() -> None:
     time.sleep(0.05)
     shown = os.read(main, 100_000).decode()
     os.close(main)
-    assert "runs/s" in shown and "left" in shown and "work" in shown and "0:00:0" in shown
+    assert "runs/s" in shown and "left" in shown and "work" in shown and "0:00:00 left" in shown
 
 
 def completed(*words: str) -> list[str]:

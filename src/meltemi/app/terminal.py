@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from dataclasses import dataclass, field
+from datetime import timedelta
 from io import StringIO
 from pathlib import Path
 from subprocess import DEVNULL, Popen
@@ -46,24 +47,27 @@ def progress_bar(
         command = [sys.executable, "-m", "meltemi.studies.warmup", "section loads"]
         _BESIDE.append(Popen(command, stdout=DEVNULL, stderr=DEVNULL))
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-    console, began = Console(stderr=True), monotonic()
-    columns = (
-        *(TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TextColumn("{task.fields[rate]}")),
-        *(TimeRemainingColumn(), TextColumn("left")),
-    )
+    console = Console(stderr=True)
+    first: list[tuple[float, float]] = []
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TextColumn("{task.fields[speed]}"))
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(what, total=None, rate="")  # moves to and fro until a share is known
+        task = bar.add_task(what, total=None, speed="")  # moves to and fro until a share is known
 
         def done(share: float) -> None:
-            bar.update(task, total=1.0, completed=share, rate=rate(share * amount, monotonic() - began, unit))
+            if not first:  # what was there before, and preparation, do not count
+                first.append((share, monotonic()))
+            gained, seconds = share - first[0][0], monotonic() - first[0][1]
+            words = filter(None, (rate(gained * amount, seconds, unit), time_left(gained, seconds, 1.0 - share)))
+            bar.update(task, total=1.0, completed=share, speed=", ".join(words))
 
         yield done
 
 
 def rate(amount: float, seconds: float, unit: str) -> str:
-    """Amount per time with a unit in which it is above one: ``12 runs/min``; simulated time in times real time."""
+    """Amount per time, by the unit of time in which it is above one: ``12 runs/min``; simulated time in times real
+    time; empty if nothing was done or counted."""
     if not (amount > 0.0 and seconds > 0.0):
         return ""
     speed = amount / seconds
@@ -71,6 +75,13 @@ def rate(amount: float, seconds: float, unit: str) -> str:
         return f"{speed:.3g} times real time"
     span, name = next(((s, n) for s, n in ((1.0, "s"), (60.0, "min")) if speed * s >= 1.0), (3600.0, "h"))
     return f"{speed * span:.3g} {unit}/{name}"
+
+
+def time_left(gained: float, seconds: float, rest: float) -> str:
+    """Time for the rest of the work, from the time that a part of it took: ``0:01:20 left``."""
+    if not (gained > 0.0 and seconds > 0.0):
+        return ""
+    return f"{timedelta(seconds=round(seconds * rest / gained))} left"
 
 
 @dataclass
