@@ -221,7 +221,7 @@ def record_card(record: BaseModel) -> Card:
             row = (_words(name), *_value(value, unit_of(about), name), _first_sentence(about))
             (usual if is_default(value, field) else given).append(row)
     if usual:
-        inside.append(Section("Defaults", usual, note=f"{len(usual)} values"))
+        inside.append(Section("Defaults", usual, note=str(len(usual))))
     lead = getattr(record, "label", "") or getattr(record, "name", "")
     return Card(type(record).__name__, lead if isinstance(lead, str) else "", given, inside)
 
@@ -270,4 +270,4 @@ def _words(name: str) -> str:
 def _first_sentence(about: str) -> str:
     """The first sentence of a description without its unit."""
     text = re.sub(r"^(\([^)]*\) )?(\[[^]]*\][;,.]? ?)?| ?\[-\]", "", " ".join(about.split())).replace("`", "")
-    return re.split(r"(?<=[.;]) ", text, maxsplit=1)[0].rstrip(".;")
+    return re.split(r"; |(?<=[.]) (?=[A-Z])", text, maxsplit=1)[0].rstrip(".;")
